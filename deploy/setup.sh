@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # Installs what is missing to build, run and test draped on Debian 12; does nothing on a machine
-# that has it all. Usage: deploy/setup.sh build|package|image|fuzz|test|filling
+# that has it all. Usage: deploy/setup.sh build|package|image|fuzz|test|filling|freecad
 set -eu
 
 build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
@@ -22,8 +22,9 @@ image) wanted="$build $package buildah mmdebstrap curl jq procps" ;;
 fuzz) wanted="$build clang-14 libclang-rt-14-dev llvm-14 python3-h11" ;;
 test) wanted="$build $package $tests" ;;
 filling) wanted="$build python3-dolfinx-real python3-matplotlib" ;; # 800 MB of finite elements
+freecad) wanted="$build python3-numpy freecad-python3" ;;           # 800 MB, too
 *)
-    echo "usage: $0 build|package|image|fuzz|test|filling" >&2
+    echo "usage: $0 build|package|image|fuzz|test|filling|freecad" >&2
     exit 2
     ;;
 esac

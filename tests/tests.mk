@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures filling \
+.PHONY: tests golden soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures filling freecad \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
@@ -110,6 +110,10 @@ figures: $(B)/drape $(B)/tests/exact/test_exact_estimates ## redraws docs/figure
 filling: all ## fills a mould with DOLFINx, with draped and with flat fields: docs/filling.md
 	@deploy/setup.sh filling
 	@tests/figures/filling.sh $(B)
+
+freecad: all ## after a change of the import: parts that FreeCAD makes and writes as STEP and IGES
+	@deploy/setup.sh freecad
+	@BUILD=$(B) /usr/bin/python3 tests/import/freecad.py
 
 BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell store)
 bench: $(BENCHES) $(B)/draped ## after a change in solver/ or the store: ratios within one run
