@@ -15,8 +15,6 @@ typedef int control_function(int epoll, int operation, int file, struct epoll_ev
 
 static struct interpose_hooks hooks;
 static queue_function *queue_response; /* the library's */
-static _Atomic(recv_function *) receive;
-static _Atomic(control_function *) control;
 
 /* Contexts by descriptor; NULL: not watched. */
 struct watched {
@@ -38,6 +36,19 @@ bool interpose_init(const struct interpose_hooks *given, size_t descriptors) {
     made->count = descriptors;
     atomic_store_explicit(&watched, made, memory_order_release);
     return true;
+}
+
+/* The function of that name that this program's stands before. Any thread of the process calls, at
+ * any time, other libraries as well: it is looked up at the first call. */
+static void *find_next(_Atomic(void *) *found, const char *name) {
+    void *next = atomic_load_explicit(found, memory_order_relaxed);
+    if (!next) {
+        next = dlsym(RTLD_NEXT, name);
+        if (!next)
+            abort();
+        atomic_store_explicit(found, next, memory_order_relaxed);
+    }
+    return next;
 }
 
 /* ------------------------------------------------------------------ replies */
@@ -68,20 +79,11 @@ bool interpose_watch(int socket, void *context) {
     return place != NULL;
 }
 
-/* Any thread of the process, at any time, other libraries as well: looked up at the first call. */
-static recv_function *find_receive(void) {
-    recv_function *found = atomic_load_explicit(&receive, memory_order_relaxed);
-    if (!found) {
-        *(void **)&found = dlsym(RTLD_NEXT, "recv");
-        if (!found)
-            abort();
-        atomic_store_explicit(&receive, found, memory_order_relaxed);
-    }
-    return found;
-}
-
 ssize_t recv(int socket, void *buffer, size_t size, int flags) {
-    ssize_t got = find_receive()(socket, buffer, size, flags);
+    static _Atomic(void *) library;
+    recv_function *receive;
+    *(void **)&receive = find_next(&library, "recv");
+    ssize_t got = receive(socket, buffer, size, flags);
     _Atomic(void *) *place = got > 0 ? place_of(socket) : NULL;
     void *context = place ? atomic_load_explicit(place, memory_order_relaxed) : NULL;
     return context ? hooks.received(context, buffer, (size_t)got) : got;
@@ -89,19 +91,11 @@ ssize_t recv(int socket, void *buffer, size_t size, int flags) {
 
 /* ------------------------------------------------------------------ what is waited for */
 
-static control_function *find_control(void) {
-    control_function *found = atomic_load_explicit(&control, memory_order_relaxed);
-    if (!found) {
-        *(void **)&found = dlsym(RTLD_NEXT, "epoll_ctl");
-        if (!found)
-            abort();
-        atomic_store_explicit(&control, found, memory_order_relaxed);
-    }
-    return found;
-}
-
 int epoll_ctl(int epoll, int operation, int file, struct epoll_event *event) {
-    int before = errno, code = find_control()(epoll, operation, file, event);
+    static _Atomic(void *) library;
+    control_function *control;
+    *(void **)&control = find_next(&library, "epoll_ctl");
+    int before = errno, code = control(epoll, operation, file, event);
     if (code == 0 || operation != EPOLL_CTL_DEL || errno != ENOENT)
         return code;
     errno = before;
