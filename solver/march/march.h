@@ -69,6 +69,10 @@ struct march_steps {
     size_t count, room;
 };
 
+/* Yarns do not stretch: the ends of none are further apart than its spacing by more than this
+ * share. */
+#define MARCH_STRETCH 1e-3
+
 /* What lies between a place and its face of a shell. */
 struct march_look {
     const struct surface *surface; /* the face; NULL: none has been looked at */

@@ -268,12 +268,9 @@ static bool grazes_joint(struct march *march, const struct station *from, struct
     return joint.kind == CROSSING_NONE || joint.distance <= grazing * d;
 }
 
-/* Yarns do not stretch: no chord is longer than the spacing by more than this share, and what two
- * faces leave between them. */
-static const double stretch = 1e-3;
-
-/* The geodesics from B and C that meet. One that was led round a corner to another place of its
- * joint has been torn. */
+/* The geodesics from B and C that meet. One whose chord is longer than it is, but for what two
+ * faces leave between them, was led round a corner to another place of its joint, and has been
+ * torn. */
 static enum fishnet_end meet(struct march *march, const struct fishnet_cell *cell,
                              const double accuracy[2], struct fishnet_yarns *yarns,
                              struct fishnet_node *node) {
@@ -284,7 +281,7 @@ static enum fishnet_end meet(struct march *march, const struct fishnet_cell *cel
                                                  accuracy, yarns, node);
     for (int k = 0; k < 2 && end == FISHNET_FOUND; k++)
         if (vec3_distance(node->station.jet.r, (k ? cell->c : cell->b)->jet.r) >
-            (1 + stretch) * d[k] + gap)
+            (1 + MARCH_STRETCH) * d[k] + gap)
             end = FISHNET_NO_CONVERGENCE;
     return end;
 }

@@ -11,9 +11,8 @@
 #include "solver/fishnet/logarithm.h"
 #include "solver/fishnet/rough.h"
 
-/* A yarn that is wrong by more than this share of its spacing is none; nor one, which does not
- * stretch, whose ends are further apart than it is long by this. */
-static const double join_gap = 0.01, stretch = 1e-3;
+/* A yarn that is wrong by more than this share of its spacing is none. */
+static const double join_gap = 0.01;
 
 /* How far a yarn's length is measured, by its spacing: well within that. */
 static const double measured = 1e-3;
@@ -28,7 +27,7 @@ static double misfit(struct march *march, const struct station *from, const stru
     struct vec3 chord = vec3_sub(node->r, from->jet.r), onward, end;
     double length = vec3_norm(chord), turn = station_normal_curvature(from, chord) * d;
     double as_arc = fabs(length / d - (1 - turn * turn / 24));
-    if (length > (1 + stretch) * d)
+    if (length > (1 + MARCH_STRETCH) * d)
         return HUGE_VAL;
     struct station to;
     struct logarithm l;

@@ -68,9 +68,9 @@ double station_cut_turn(const struct surface *surface, int k);
  * its boundary. */
 #define STATION_BOUNDARY_WIDTH 1e-9
 
-/* The zone of a station and, unless it is inside, why the net ends there. Round a closed
- * direction that no pole closes, the net ends half a period from `centre` on either side, where it
- * would meet itself. */
+/* The zone of a station of a surface alone and, unless it is inside, why the net ends there. Round
+ * a closed direction that no pole closes, the net ends half a period from `centre` on either side,
+ * where it would meet itself. */
 enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
                                const double centre[2], const struct station *station,
                                enum drape_reason *reason);
