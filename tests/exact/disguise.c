@@ -100,6 +100,13 @@ int disguise_direction(struct shape *shape, int k, uint64_t *seed) {
     return flips;
 }
 
+void disguise_keeping_normal(struct shape *shape, uint64_t *seed) {
+    int flips = disguise_direction(shape, 0, seed);
+    flips += disguise_direction(shape, 1, seed);
+    if (flips % 2)
+        shape_transpose(shape);
+}
+
 void disguise_affine(struct shape *shape, int k, uint64_t *seed, double map[2]) {
     bool bezier = one_span(shape, k);
     double *t = shape->knots[k], scale = disguise_spread(seed, 100);

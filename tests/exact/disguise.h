@@ -12,7 +12,10 @@ double disguise_spread(uint64_t *seed, double largest);
  * reversed, knots moved and scaled. Returns how often that turned the normal round. */
 int disguise_direction(struct shape *shape, int k, uint64_t *seed);
 
-/* The same but for projective changes: what was x becomes map[0] + map[1] x. */
+/* Both directions so, and the normal where it was. */
+void disguise_keeping_normal(struct shape *shape, uint64_t *seed);
+
+/* One direction, but for projective changes: what was x becomes map[0] + map[1] x. */
 void disguise_affine(struct shape *shape, int k, uint64_t *seed, double map[2]);
 
 #endif

@@ -180,9 +180,7 @@ static struct shell *cut_sheet(const struct shape *whole, uint64_t *seed, struct
             struct shape *shape = &piece[count];
             *shape = *whole;
             shape_cut(shape, u, v);
-            int flips = disguise_direction(shape, 0, seed) + disguise_direction(shape, 1, seed);
-            if (flips % 2)
-                shape_transpose(shape);
+            disguise_keeping_normal(shape, seed);
             struct nurbs nurbs = shape_nurbs(shape);
             struct surface *surface;
             assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
