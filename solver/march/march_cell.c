@@ -310,9 +310,9 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
             march_note_edges(march, at, yarns.start, yarns.end);
             return FISHNET_FOUND;
         }
-        if (is_wild(march, cell, &node->station) && expected_outside(march, cell))
-            return FISHNET_NO_CONVERGENCE;
     }
+    if (found && is_wild(march, cell, &node->station) && expected_outside(march, cell))
+        return FISHNET_NO_CONVERGENCE;
     if (!march_turn_as_at_a(march, at, back, yarns.start))
         return FISHNET_NO_CONVERGENCE;
     node->outside = 0;
@@ -358,8 +358,7 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
         return true;
     if (end == FISHNET_NO_CONVERGENCE) {
         bool inside = !is_outside(march->surface, b->uv) || !is_outside(march->surface, c->uv);
-        if (march->settings->method == DRAPE_GEODESIC || march->surface->shell ||
-            march->surface->has_folds)
+        if (march->surface->shell || march->surface->has_folds)
             return true;
         bool pulled = pulled_outside(march, cell), nearest = nearest_outside(march, cell);
         return inside ? !(pulled && nearest) : !pulled && !nearest;
