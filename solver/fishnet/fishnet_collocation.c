@@ -61,9 +61,8 @@ static bool begin(const struct fishnet_cell *cell, const struct fishnet_collocat
     return true;
 }
 
-/* A turn, and the angles that let the ends meet; how far apart they were, or a place has moved. At
- * the first one the gap tells of the places, not of the directions: these stay. */
-static double turn(struct yarns *y, bool first) {
+/* A turn, and the angles that let the ends meet; how far apart they were, or a place has moved. */
+static double turn(struct yarns *y) {
     double most;
     for (int k = 0; k < 2; k++) {
         if (!collocation_lay(&y->path[k]))
@@ -75,8 +74,8 @@ static double turn(struct yarns *y, bool first) {
     double area2 = vec3_norm2(normal);
     if (!(area2 > least_sine * least_sine * vec3_norm2(b) * vec3_norm2(c)))
         return HUGE_VAL;
-    y->angle[0] = first ? 0 : vec3_dot(vec3_cross(gap, c), normal) / area2;
-    y->angle[1] = first ? 0 : vec3_dot(vec3_cross(gap, b), normal) / area2;
+    y->angle[0] = vec3_dot(vec3_cross(gap, c), normal) / area2;
+    y->angle[1] = vec3_dot(vec3_cross(gap, b), normal) / area2;
     most = vec3_norm(gap);
     for (int k = 0; k < 2; k++)
         most = fmax(most, collocation_move(&y->path[k], y->angle[k]));
@@ -107,7 +106,7 @@ static bool meet_in(struct surface_cursor *cursor, const struct fishnet_cell *ce
     if (!begin(cell, wanted, parts, &d, y))
         return false;
     for (int turns = 1; turns <= TURNS; turns++) {
-        double moved = turn(y, turns == 1) / least;
+        double moved = turn(y) / least;
         double change = fmax(collocation_change(&y->path[0]), collocation_change(&y->path[1]));
         if (!(moved < last))
             return false;

@@ -93,10 +93,21 @@ static bool find_meetings(const struct surface_axis *axis, const struct cubic *c
     return true;
 }
 
+/* The cubic in space with these ends and the unit tangents there, as its tangent at a share of the
+ * way: on arcs right to fourth order in their turn. */
+struct arc {
+    struct vec3 mean, leave, arrive; /* the chord by the length of the way, and the tangents */
+};
+
+static struct vec3 arc_tangent(const struct arc *arc, double t) {
+    struct vec3 ends =
+        vec3_axpy(t * (3 * t - 2), arc->arrive, vec3_scale((1 - t) * (1 - 3 * t), arc->leave));
+    return vec3_axpy(6 * t * (1 - t), arc->mean, ends);
+}
+
 /* The piece from one share of the way to another, in the span where its middle is. */
-static void place_piece(const struct surface *surface, const struct cubic *c,
-                        const struct vec3 tangent[2], double length, const double t[2],
-                        struct collocation_piece *piece) {
+static void place_piece(const struct surface *surface, const struct cubic *c, const struct arc *arc,
+                        double length, const double t[2], struct collocation_piece *piece) {
     double rate;
     for (int n = 0; n < 2; n++) {
         const struct surface_axis *axis = &surface->axis[n];
@@ -109,8 +120,8 @@ static void place_piece(const struct surface *surface, const struct cubic *c,
     piece->length = (t[1] - t[0]) * length;
     for (int k = 0; k < COLLOCATION_PLACES; k++) {
         double at = t[0] + (t[1] - t[0]) * place_of[k];
-        struct vec3 mean = vec3_axpy(at, vec3_sub(tangent[1], tangent[0]), tangent[0]);
-        const double of[3] = {mean.x, mean.y, mean.z};
+        struct vec3 tangent = arc_tangent(arc, at);
+        const double of[3] = {tangent.x, tangent.y, tangent.z};
         for (int x = 0; x < 3; x++)
             piece->tangent[x][k] = of[x];
         for (int n = 0; n < 2; n++)
@@ -177,13 +188,15 @@ bool collocation_begin(struct collocation *path, const struct station *from,
     path->leave = tangent[0];
     path->length = length;
     path->pieces = (count + 1) * parts;
+    const struct arc arc = {vec3_scale(1 / length, vec3_sub(to->jet.r, from->jet.r)), tangent[0],
+                            tangent[1]};
     meeting[count] = (struct meeting){.axis = COLLOCATION_ALONG, .t = 1};
     for (int k = 0; k < path->pieces; k++) {
         const struct meeting *next = &meeting[k / parts];
         double begin = k < parts ? 0 : next[-1].t, way = next->t - begin, rate;
         const double t[2] = {begin + way * (k % parts) / parts,
                              begin + way * (k % parts + 1) / parts};
-        place_piece(surface, &c, tangent, length, t, &path->piece[k]);
+        place_piece(surface, &c, &arc, length, t, &path->piece[k]);
         int axis = path->axis[k] = (k + 1) % parts ? COLLOCATION_ALONG : next->axis;
         if (axis == COLLOCATION_ALONG)
             continue;
