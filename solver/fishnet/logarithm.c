@@ -28,6 +28,9 @@ static const double creased = 1e-6;
 /* A knot line within this share of a piece from its end is where the piece ends. */
 static const double at_end = 1e-9;
 
+/* A place this share of a way on from a knot line is surely on that side of it. */
+static const double beside = 1e-6;
+
 /* The places from p to q and the pieces between them. A place within is a station, or one for
  * either side of a knot line of direction `axis`. */
 struct chain {
@@ -77,16 +80,18 @@ static bool find_joints(const struct station *p, const struct station *q, int k,
     return true;
 }
 
-/* The station at uv as the span has it in which `towards` lies. */
+/* The station at uv as the span has it in which the way to `towards` begins. A span further on,
+ * over a knot line on which parameters alone change, has another place at uv. */
 static bool station_beside(const struct surface *surface, const double uv[2],
                            const double towards[2], struct station *station) {
     int span[2];
     double at[2];
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
-        double wrapped = surface_axis_wrap(axis, towards[k]);
+        double on = uv[k] + beside * (towards[k] - uv[k]);
+        double wrapped = surface_axis_wrap(axis, on);
         span[k] = surface_axis_span(axis, 0, wrapped);
-        at[k] = uv[k] - (towards[k] - wrapped);
+        at[k] = uv[k] - (on - wrapped);
         station->uv[k] = uv[k];
     }
     surface_evaluate_span(surface, span[0], span[1], at[0], at[1], &station->jet);

@@ -6,6 +6,7 @@
 #include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static void check_sheet(struct profile_sheet *sheet, const struct profile_method *method, double d,
                         const double start[2], double angle_deg) {
@@ -202,6 +203,64 @@ static void test_exact_folds_rounded_box(void **state) {
     drape_end(&finest);
 }
 
+/* --- a profile turned about an axis --- */
+
+/* By 3 radians about z, its beginning at the radius `off`, in so many rational arcs: between these
+ * the surface goes on smoothly, but not its second derivatives. */
+static void turn_profile(const struct profile_sheet *sheet, double off, int spans,
+                         struct shape *shape) {
+    double half = 1.5 / spans;
+    *shape = sheet->shape;
+    shape->degree[1] = 2;
+    shape->size[1] = 2 * spans + 1;
+    for (int k = 0; k < shape->size[1] + 3; k++)
+        shape->knots[1][k] = fmin(fmax((k - 1) / 2, 0), spans);
+    for (int i = 0; i < shape->size[0]; i++)
+        for (int j = 0; j < shape->size[1]; j++) {
+            const double *of = sheet->shape.h[2 * i];
+            double w = j % 2 ? cos(half) : 1, angle = half * j - 1.5;
+            double rho = (of[0] + off * of[3]) * (j % 2 ? 1 : w);
+            double h[4] = {rho * cos(angle), rho * sin(angle), of[2] * w, of[3] * w};
+            memcpy(shape->h[i * shape->size[1] + j], h, sizeof h);
+        }
+}
+
+/* Edges that cross the beginning of a fillet and a line between two arcs: however many arcs there
+ * are, the net is the same. */
+static void test_exact_folds_over_knot_lines_without_a_joint(void **state) {
+    static const struct profile_part rings[] = {{0, 0, 20}, {3, 80, 12}, {2, -60, 15}};
+    static struct profile_sheet sheet;
+    static struct shape shape[2];
+    (void)state;
+    profile_make(&sheet, rings, 3, 1);
+    for (int k = 0; k < 2; k++)
+        turn_profile(&sheet, 20, 2 + k, &shape[k]);
+    for (int m = 0; m < PROFILE_METHODS; m++) {
+        struct drape_run run[2];
+        double gap = 0;
+        struct drape_settings settings = {.method = profile_methods[m].id,
+                                          .spacing = {8, 8},
+                                          .start_kind = DRAPE_START_POINT,
+                                          .start_point = {33.3 * cos(0.03), 33.3 * sin(0.03), 0},
+                                          .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                          .direction_vector = {1, 0.4, 0},
+                                          .max_nodes = 10000};
+        for (int k = 0; k < 2; k++)
+            drape_begin(&run[k], &shape[k], &settings);
+        const struct drape_nodes *nodes = &run[0].result.nodes;
+        for (size_t n = 0; n < nodes->count; n++) {
+            int at = grid_find(&run[1].grid, nodes->i[n], nodes->j[n]);
+            assert_true(at >= 0);
+            gap = fmax(gap, vec3_distance(node_point(nodes, (int)n),
+                                          node_point(&run[1].result.nodes, at)));
+        }
+        printf("  %-8s %zu nodes, %.1e d\n", profile_methods[m].name, nodes->count, gap / 8);
+        check_below(gap / 8, 2e-6);
+        for (int k = 0; k < 2; k++)
+            drape_end(&run[k]);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_folds_hat),
@@ -211,6 +270,7 @@ int main(void) {
         cmocka_unit_test(test_exact_folds_joggle),
         cmocka_unit_test(test_exact_folds_square_tube),
         cmocka_unit_test(test_exact_folds_rounded_box),
+        cmocka_unit_test(test_exact_folds_over_knot_lines_without_a_joint),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
