@@ -80,12 +80,13 @@ static bool is_even(const struct net_node *node) {
 
 /* ---- the faces of a shell ---- */
 
-static const double none[2] = {NAN, NAN};
+static const struct differences none = {0};
 
-static void set_differences(struct wave *wave, int k, const double edge[2]) {
+/* By lane k's edge, whose differences are not known as far as they are not given. */
+static void set_differences(struct wave *wave, int k, const struct differences *edge) {
     for (int order = 0; order < WAVE_ORDERS; order++)
         for (int n = 0; n < 2; n++)
-            wave->difference[order][n][k] = order == 0 ? edge[n] : (double)NAN;
+            wave->difference[order][n][k] = order < edge->count ? edge->of[order][n] : (double)NAN;
 }
 
 /* The face that A, B and C of lane k's cell lie on; NULL: they do not lie on one. */
@@ -100,7 +101,7 @@ static const struct surface *face_of(struct wave *wave, int k) {
 static void part_faces(struct wave *wave, int k) {
     const struct surface *surface = face_of(wave, k);
     if (wave_at(wave, 2)->surface[k + 1] != wave_at(wave, 1)->surface[k + 1])
-        set_differences(wave, k, none);
+        set_differences(wave, k, &none);
     const struct wave_before *a = wave_before_at(wave, 2), *b = wave_before_at(wave, 1);
     struct wave_before *d = wave_before_at(wave, 0);
     bool same = surface && d->face[k + 1] == surface->face && a->face[k] == surface->face &&
@@ -181,30 +182,47 @@ static void put_place(struct quadrant *q, unsigned back, int slot, const struct 
     recall(q, back, slot, i, j);
 }
 
-/* Begins row k of the wave, which lies on row j + k - 1: its first two places. */
-static enum status start_lane(struct quadrant *q, int32_t j, int k, bool *started) {
-    struct wave *wave = q->wave;
+/* The lanes of a wave from `low` to the one before `high`, lane 0 at `column`. */
+struct front {
+    int low, high;
+    int32_t column;
+    bool open;   /* rows may still join */
+    bool steady; /* at the last step all lanes had a usual node */
+};
+
+/* Begins the row above the front, if it is time: its places up to the front, which it then joins.
+ * As long as the row below has not come in it is not certain that there is to be one. */
+static enum status start_lane(struct quadrant *q, int32_t j, struct front *front, int *count) {
+    const int k = front->high;
     struct quadrant_row *row = &q->row[k + 1], *below = &q->row[k];
-    *started = below->count > 2 && q->length > 2 && (k == 0 || below->last >= 0);
-    if (!*started)
+    if (k > 0 && below->last < 0)
+        return STATUS_OK;
+    front->open = below->count > 2 && q->length > 2;
+    if (!front->open)
         return STATUS_OK;
     quadrant_begin_row(q, below, row, j + k);
     row->begun = true;
-    if (row->planted) {
+    *count = k + 1;
+    struct differences edge = row->edge; /* to the last place but one */
+    front->open = row->planted;
+    while (front->open && row->count < front->column - k) {
+        edge = row->edge;
         enum status status = quadrant_grow_node(q, below, row, j + k);
         if (status != STATUS_OK)
             return status;
+        front->open = runs(q, k);
     }
-    *started = row->planted && runs(q, k);
-    if (!*started)
+    if (!front->open)
         return STATUS_OK;
-    put_place(q, 2, k + 1, &row->at[0], 0, j + k);
-    put_place(q, 1, k + 1, &row->at[1], 1, j + k);
-    for (unsigned i = 0; k == 0 && i < 3; i++)
-        put_place(q, 3 - i, 0, &below->at[i], (int32_t)i, j - 1);
-    const double edge[2] = {row->at[0].uv[0] - below->at[0].uv[0],
-                            row->at[0].uv[1] - below->at[0].uv[1]};
-    set_differences(wave, k, row->at[0].surface == below->at[0].surface ? edge : none);
+    front->high++;
+    for (int32_t back = 1; back <= 3; back++) {
+        int32_t i = row->count - back, at = 3 - back;
+        if (i >= 0)
+            put_place(q, (unsigned)back, k + 1, &row->at[i], i, j + k);
+        if (k == 0)
+            put_place(q, (unsigned)back, 0, &below->at[at], at, j - 1);
+    }
+    set_differences(q->wave, k, &edge);
     return STATUS_OK;
 }
 
@@ -359,14 +377,6 @@ static void correct(struct quadrant *q, int32_t j, int k) {
     }
 }
 
-/* The lanes of a wave from `low` to the one before `high`, lane 0 at `column`. */
-struct front {
-    int low, high;
-    int32_t column;
-    bool open;   /* rows may still join */
-    bool steady; /* at the last step all lanes had a usual node */
-};
-
 /* What is expected of D of these lanes, by the net before too. */
 static void prepare(struct quadrant *q, int32_t j, unsigned lanes) {
     struct wave *wave = q->wave;
@@ -381,7 +391,7 @@ static void prepare(struct quadrant *q, int32_t j, unsigned lanes) {
     for (unsigned bits = lanes; bits && (wave->corrected || shell); bits &= bits - 1) {
         int k = __builtin_ctz(bits);
         if (wave_at(wave, 2)->surface[k] != wave_at(wave, 1)->surface[k + 1])
-            set_differences(wave, k, none);
+            set_differences(wave, k, &none);
         if (wave->corrected && !(wave->settled >> k & 1) && face_of(wave, k))
             correct(q, j, k);
     }
@@ -484,11 +494,8 @@ static enum status run(struct quadrant *q, int32_t j, int *count) {
         if (!front.steady)
             stop_rows(q, &front);
         front.open = front.open && front.high < most;
-        if (front.open && status == STATUS_OK) {
-            status = start_lane(q, j, front.high, &front.open);
-            *count = q->row[front.high + 1].begun ? front.high + 1 : *count;
-            front.high += front.open;
-        }
+        if (front.open && status == STATUS_OK)
+            status = start_lane(q, j, &front, count);
         if (front.high - front.low <= !front.open || status != STATUS_OK) {
             hand_over(q, front.low, front.low, front.high, front.column - 1);
             return status;
