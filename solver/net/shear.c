@@ -3,6 +3,7 @@
 
 #include "solver/angle.h"
 #include "solver/wide.h"
+#include <string.h>
 
 enum { POINTS = 5, STENCILS = 10, FIRST_OF_SECOND_ORDER = 5 };
 
@@ -112,27 +113,28 @@ void shear_set_angle(struct vec3 *warp, struct vec3 *weft, double w_deg) {
 /* ---- a row at once: loops without branches, so that they become vector instructions ---- */
 
 /* `count` places of a row of the window from x on, which are one tile's. */
-static void load_places(struct shear_block *block, const struct net_window *window, int n, int x,
+INLINE void load_places(struct shear_block *block, const struct net_window *window, int n, int x,
                         int y, int count) {
     const struct net_node *from = net_window_find(window, x, y);
     int to = x + SHEAR_REACH;
-    for (int k = 0; k < count; k++) {
-        bool place = from && (from[k].state == NET_INSIDE || from[k].state == NET_GHOST);
-        struct vec3 r = place ? from[k].r : vec3_make(0, 0, 0);
-        block->r[0][n][to + k] = r.x;
-        block->r[1][n][to + k] = r.y;
-        block->r[2][n][to + k] = r.z;
-        block->place[n] |= (uint32_t)place << (to + k);
+    for (int k = 0; k < 3 && !from; k++)
+        memset(&block->r[k][n][to], 0, (size_t)count * sizeof(double));
+    for (int k = 0; k < count && from; k++) {
+        block->r[0][n][to + k] = from[k].r.x;
+        block->r[1][n][to + k] = from[k].r.y;
+        block->r[2][n][to + k] = from[k].r.z;
     }
 }
 
 void shear_load(struct shear_block *block, const struct net_window *window, int y) {
     for (int n = 0; n < SHEAR_ROWS; n++) {
         int from = y + n - SHEAR_REACH;
-        block->place[n] = 0;
         load_places(block, window, n, -SHEAR_REACH, from, SHEAR_REACH);
         load_places(block, window, n, 0, from, NET_TILE);
         load_places(block, window, n, NET_TILE, from, SHEAR_REACH);
+        block->place[n] =
+            (uint32_t)(net_window_row(window, NET_BIT_PLACE, from) >> (NET_TILE - SHEAR_REACH)) &
+            ((1u << (SHEAR_PLACES + 2 * SHEAR_REACH)) - 1);
     }
 }
 

@@ -23,8 +23,13 @@ enum { SHEAR_REACH = 2, SHEAR_REACH_AT_END = 4, SHEAR_ROWS = 2 * SHEAR_REACH + 1
  * x = -SHEAR_REACH on. */
 struct shear_block {
     double r[3][SHEAR_ROWS][SHEAR_PLACES + 2 * SHEAR_REACH];
-    uint32_t place[SHEAR_ROWS]; /* bits: it has a place there; r is 0 where not */
+    uint32_t place[SHEAR_ROWS]; /* bits: it has a place there; where not r is of no use */
 };
+
+/* Coordinate k of the nodes of the block's own row, from x on. */
+static inline const double *shear_places(const struct shear_block *block, int k, int x) {
+    return &block->r[k][SHEAR_REACH][SHEAR_REACH + x];
+}
 
 /* The directions of the two yarns at the places of a row, x, y and z apart; of any length, 0 where
  * no yarn passes. */

@@ -73,16 +73,6 @@ static size_t tile_rows(const struct net_window *windows, size_t tiles) {
     return rows;
 }
 
-static void find_plain(const struct march *march, struct report_part *part) {
-    part->plain = !march->mesh && !march->surface->shell;
-    for (int k = 0; part->plain && k < 2; k++) {
-        const struct surface_axis *axis = &march->surface->axis[k];
-        part->lower[k] = surface_axis_lower(axis);
-        part->upper[k] = surface_axis_upper(axis);
-        part->plain = axis->factor == 1 && axis->origin == 0;
-    }
-}
-
 /* One part for each row of tiles; NULL without memory. */
 static struct report_part *make_parts(struct march *march, struct drape_result *result,
                                       int *count) {
@@ -108,10 +98,8 @@ static struct report_part *make_parts(struct march *march, struct drape_result *
     size_t sharing = march->settings->team ? 1 : (size_t)*count;
     struct yarn_spot *spots =
         arena_alloc(march->arena, kept * (size_t)*count / sharing, sizeof *spots);
-    for (int k = 0; spots && k < *count; k++) {
+    for (int k = 0; spots && k < *count; k++)
         parts[k].spots = spots + kept * ((size_t)k / sharing);
-        find_plain(march, &parts[k]);
-    }
     return spots ? parts : NULL;
 }
 

@@ -4,6 +4,7 @@
 #include "estimate.h"
 #include "solver/angle.h"
 #include "solver/net/shear.h"
+#include "solver/wide.h"
 
 /* The bits of a row of a window that are the tile's own. */
 static const uint32_t own_bits = ((1u << NET_TILE) - 1) << 1;
@@ -196,25 +197,86 @@ static struct vec3 bring_inside(struct report_part *part, const struct net_node 
     return moved ? jet.r : node->r;
 }
 
-static void add_node(struct report_part *part, const struct spot *spot, double shear_deg) {
-    struct drape_nodes *nodes = &part->result->nodes;
-    const struct net_node *node = spot->node;
-    size_t at = part->next.nodes++;
-    double uv[2] = {node->uv[0], node->uv[1]};
-    bool plain = part->plain && uv[0] >= part->lower[0] && uv[0] <= part->upper[0] &&
-                 uv[1] >= part->lower[1] && uv[1] <= part->upper[1];
-    struct vec3 r = plain ? node->r : bring_inside(part, node, uv);
-    nodes->i[at] = spot->i;
-    nodes->j[at] = spot->j;
-    nodes->u[at] = uv[0];
-    nodes->v[at] = uv[1];
-    if (nodes->face)
-        nodes->face[at] = node->face;
-    nodes->x[at] = r.x;
-    nodes->y[at] = r.y;
-    nodes->z[at] = r.z;
-    nodes->shear_deg[at] = shear_deg;
-    nodes->grown[at] = node->grown;
+/* The next of the places `left` and those that follow it without a gap: the first, and how many.
+ */
+static int next_run(uint32_t *left, int *first) {
+    *first = __builtin_ctz(*left);
+    int count = __builtin_ctz(~(*left >> *first));
+    *left &= ~(((1u << count) - 1) << *first);
+    return count;
+}
+
+/* What follows is compiled once more for runs of a tile's whole row, which most are. */
+
+INLINE void copy_run(const double *from, int count, double *to) {
+    for (int n = 0; n < count; n++)
+        to[n] = from[n];
+}
+
+INLINE void index_run(int32_t i, int32_t j, int count, int32_t *to_i, int32_t *to_j) {
+    for (int n = 0; n < count; n++) {
+        to_i[n] = i + n;
+        to_j[n] = j;
+    }
+}
+
+/* Parameters k of nodes of one face as the caller's; false where one of them is not between the
+ * ends of an open axis. */
+INLINE bool outer_run(const struct surface_axis *axis, int k, const struct net_node *nodes,
+                      int count, double *to) {
+    double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+    int between = !axis->closed;
+    for (int n = 0; n < count; n++)
+        between &= (nodes[n].uv[k] > low) & (nodes[n].uv[k] < high);
+    if (!between)
+        return false;
+    for (int n = 0; n < count; n++)
+        to[n] = surface_axis_outer_between(axis, nodes[n].uv[k]);
+    return true;
+}
+
+/* The parameters of nodes from number `at` on and, where they have to be brought inside for that,
+ * their places. */
+static void bring_run_inside(struct report_part *part, const struct net_node *nodes, int count,
+                             size_t at) {
+    struct drape_nodes *to = &part->result->nodes;
+    for (int n = 0; n < count; n++, at++) {
+        double uv[2];
+        struct vec3 r = bring_inside(part, &nodes[n], uv);
+        to->u[at] = uv[0];
+        to->v[at] = uv[1];
+        to->x[at] = r.x;
+        to->y[at] = r.y;
+        to->z[at] = r.z;
+    }
+}
+
+/* `count` nodes of row y of a tile from x on, which are inside. */
+INLINE void add_run(struct report_part *part, const struct net_tile *tile, int x, int y, int count,
+                    const struct shear_block *block, const double *shear_deg) {
+    const struct drape_nodes *to = &part->result->nodes;
+    const struct net_node *nodes = &tile->node[y][x];
+    const struct surface *surface = part->march->mesh ? NULL : march_surface(part->march, nodes);
+    const size_t at = part->next.nodes;
+    const unsigned grown = tile->bits[NET_BIT_GROWN][y] >> x;
+    uint8_t *to_grown = to->grown + at;
+    int32_t *face = to->face ? to->face + at : NULL;
+    bool one = surface;
+    part->next.nodes += (size_t)count;
+    index_run(tile->ti * NET_TILE + x, tile->tj * NET_TILE + y, count, to->i + at, to->j + at);
+    copy_run(shear_places(block, 0, x), count, to->x + at);
+    copy_run(shear_places(block, 1, x), count, to->y + at);
+    copy_run(shear_places(block, 2, x), count, to->z + at);
+    copy_run(shear_deg + x, count, to->shear_deg + at);
+    for (int n = 0; n < count; n++)
+        to_grown[n] = grown >> n & 1;
+    for (int n = 0; n < count && face; n++) {
+        face[n] = nodes[n].face;
+        one = one && face[n] == face[0];
+    }
+    if (!one || !outer_run(&surface->axis[0], 0, nodes, count, to->u + at) ||
+        !outer_run(&surface->axis[1], 1, nodes, count, to->v + at))
+        bring_run_inside(part, nodes, count, at);
 }
 
 /* The nodes of row y of a tile, those that are `inside`. Returns the places, as bits, whose shear
@@ -230,19 +292,35 @@ static uint32_t add_nodes(struct report_part *part, const struct net_window *win
     for (uint32_t left = inside >> 1 & ~usual; left; left &= left - 1)
         shear_node(&yarns, window, __builtin_ctz(left), y, order);
     shear_angles(&yarns, shear_deg);
-    for (uint32_t left = inside >> 1; left; left &= left - 1) {
-        struct spot spot = spot_at(window, __builtin_ctz(left), y);
-        add_node(part, &spot, shear_deg[spot.x]);
+    for (uint32_t left = inside >> 1; left;) {
+        int x, count = next_run(&left, &x);
+        if (count == NET_TILE)
+            add_run(part, window->tile[1][1], 0, y, NET_TILE, block, shear_deg);
+        else
+            add_run(part, window->tile[1][1], x, y, count, block, shear_deg);
     }
     return usual;
+}
+
+/* `count` cells from row y of a tile from x on. */
+INLINE void add_cell_run(struct report_part *part, const struct net_tile *tile, int x, int y,
+                         int count, const struct shear_row *yarns, const double *shear_deg) {
+    const struct drape_cells *to = &part->result->cells;
+    double *warp[] = {to->warp_x, to->warp_y, to->warp_z};
+    double *weft[] = {to->weft_x, to->weft_y, to->weft_z};
+    const size_t at = part->next.cells;
+    part->next.cells += (size_t)count;
+    index_run(tile->ti * NET_TILE + x, tile->tj * NET_TILE + y, count, to->i + at, to->j + at);
+    copy_run(shear_deg + x, count, to->shear_deg + at);
+    for (int k = 0; k < 3; k++) {
+        copy_run(yarns->warp[k] + x, count, warp[k] + at);
+        copy_run(yarns->weft[k] + x, count, weft[k] + at);
+    }
 }
 
 /* The cells from row y of a tile, of which some are rough. */
 static void add_cells(struct report_part *part, const struct net_window *window, int y,
                       const struct shear_block *block, uint32_t cells, uint32_t rough) {
-    struct drape_cells *to = &part->result->cells;
-    double *warp[] = {to->warp_x, to->warp_y, to->warp_z};
-    double *weft[] = {to->weft_x, to->weft_y, to->weft_z};
     struct shear_row yarns;
     double shear_deg[SHEAR_PLACES], area[SHEAR_PLACES];
     uint32_t usual = shear_cells(block, &yarns, area) & ~(rough >> 1);
@@ -252,18 +330,14 @@ static void add_cells(struct report_part *part, const struct net_window *window,
     }
     shear_normalise(&yarns);
     shear_angles(&yarns, shear_deg);
-    for (uint32_t left = cells >> 1; left; left &= left - 1) {
-        int x = __builtin_ctz(left);
-        size_t at = part->next.cells++;
-        to->i[at] = window->tile[1][1]->ti * NET_TILE + x;
-        to->j[at] = window->tile[1][1]->tj * NET_TILE + y;
-        to->shear_deg[at] = shear_deg[x];
-        for (int k = 0; k < 3; k++) {
-            warp[k][at] = yarns.warp[k][x];
-            weft[k][at] = yarns.weft[k][x];
-        }
-        if (!(rough >> (x + 1) & 1))
-            part->covered += area[x];
+    for (uint32_t left = cells >> 1 & ~(rough >> 1); left; left &= left - 1)
+        part->covered += area[__builtin_ctz(left)];
+    for (uint32_t left = cells >> 1; left;) {
+        int x, count = next_run(&left, &x);
+        if (count == NET_TILE)
+            add_cell_run(part, window->tile[1][1], 0, y, NET_TILE, &yarns, shear_deg);
+        else
+            add_cell_run(part, window->tile[1][1], x, y, count, &yarns, shear_deg);
     }
 }
 

@@ -25,8 +25,6 @@ struct report_part {
     struct report_tally next;  /* where in them its next one goes */
     double covered;            /* area of its cells */
     double estimate_max;
-    bool plain; /* the caller's parameters are the surface's own, within these */
-    double lower[2], upper[2];
     size_t reasons[DRAPE_REASON_COUNT];
     struct surface_cursor cursor;
     struct net_view before;

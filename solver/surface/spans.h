@@ -88,6 +88,13 @@ double surface_axis_wrap(const struct surface_axis *axis, double x);
 double surface_axis_inner(const struct surface_axis *axis, double x);
 double surface_axis_outer(const struct surface_axis *axis, double inner);
 
+/* The latter strictly between the ends of an axis that is not closed. */
+static inline double surface_axis_outer_between(const struct surface_axis *axis, double inner) {
+    double length = surface_axis_upper(axis) - surface_axis_lower(axis), c = axis->factor;
+    return c == 1 ? inner + axis->origin
+                  : axis->outer[0] + length * inner / (c * length - (c - 1) * inner);
+}
+
 /* The derivative of the inner parameter by the caller's, at the inner one; and, where `second` is
  * not NULL, the second. */
 double surface_axis_rate(const struct surface_axis *axis, double inner, double *second);
