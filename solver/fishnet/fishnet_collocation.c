@@ -4,7 +4,7 @@
 #include "rough.h"
 #include "solver/path/collocation.h"
 
-enum { TURNS = 12, PULLS = 4, PARTS = 4 };
+enum { TURNS = 12, PULLS = 4 };
 
 /* Rounding of places, as a share of the surface's coordinates. */
 static const double rounding = 4e-15;
@@ -12,6 +12,15 @@ static const double rounding = 4e-15;
 /* No turn moves a place by more than this share of the yarns; after the last there is this share of
  * the tolerance left. */
 static const double farthest = 0.3, left_share = 0.25;
+
+/* Into how many parts pieces between knot lines are cut, and further those with more than this of
+ * the last terms of their bend: with 1e-5 one in five is wrong by 1e-11 of its length, with 3e-7
+ * one in fifty. Where that was not enough it is tried again. */
+static const struct {
+    int parts;
+    double rest;
+} cuts[] = {{1, 1e-5}, {1, 3e-7}, {2, 3e-7}};
+enum { ATTEMPTS = sizeof cuts / sizeof *cuts };
 
 /* Yarns that meet under less than this sine are nearly parallel: D is all but a double root. */
 static const double least_sine = 1e-3;
@@ -61,14 +70,24 @@ static bool begin(const struct fishnet_cell *cell, const struct fishnet_collocat
     return true;
 }
 
-/* A turn, and the angles that let the ends meet; how far apart they were, or a place has moved. */
+/* The first half of a turn; cuts pieces with more than `rest` of the last terms. */
+static bool lay(struct yarns *y, double rest) {
+    for (int k = 0; k < 2; k++) {
+        bool cut = false;
+        if (!collocation_lay(&y->path[k]) ||
+            (rest < HUGE_VAL && !collocation_refine(&y->path[k], rest, &cut)) ||
+            (cut && !collocation_lay(&y->path[k])))
+            return false;
+    }
+    return true;
+}
+
+/* The other, with the angles that let the ends meet; how far apart they were, or a place has moved.
+ */
 static double turn(struct yarns *y) {
     double most;
-    for (int k = 0; k < 2; k++) {
-        if (!collocation_lay(&y->path[k]))
-            return HUGE_VAL;
+    for (int k = 0; k < 2; k++)
         y->by[k] = vec3_scale(y->size[k], vec3_cross(y->normal, y->path[k].arrive));
-    }
     struct vec3 b = y->by[0], c = y->by[1], normal = vec3_cross(b, c);
     struct vec3 gap = vec3_sub(y->path[1].to, y->path[0].to);
     double area2 = vec3_norm2(normal);
@@ -98,15 +117,16 @@ static bool meet(struct surface_cursor *cursor, const struct yarns *y, double en
 
 /* Turns until the ends meet, as long as places move less from turn to turn. */
 static bool meet_in(struct surface_cursor *cursor, const struct fishnet_cell *cell,
-                    const struct fishnet_collocation *wanted, int parts, struct yarns *y,
+                    const struct fishnet_collocation *wanted, int attempt, struct yarns *y,
                     struct fishnet_node *node) {
     struct station d = node->station;
     double least = fmin(wanted->length[0], wanted->length[1]), above, last = farthest;
     double enough = wanted->tolerance * least + rounding * d.surface->magnitude;
-    if (!begin(cell, wanted, parts, &d, y))
+    if (!begin(cell, wanted, cuts[attempt].parts, &d, y))
         return false;
     for (int turns = 1; turns <= TURNS; turns++) {
-        double moved = turn(y) / least;
+        double moved =
+            lay(y, turns == 1 ? cuts[attempt].rest : HUGE_VAL) ? turn(y) / least : HUGE_VAL;
         double change = fmax(collocation_change(&y->path[0]), collocation_change(&y->path[1]));
         if (!(moved < last))
             return false;
@@ -130,10 +150,10 @@ bool fishnet_collocation_solve(struct surface_cursor *cursor, const struct fishn
                                struct fishnet_yarns *yarns, struct fishnet_node *node) {
     struct yarns y;
     struct fishnet_node found = *node;
-    int parts = 1;
-    while (parts <= PARTS && !meet_in(cursor, cell, wanted, parts, &y, &found))
-        parts *= 2;
-    if (parts > PARTS)
+    int attempt = 0;
+    while (attempt < ATTEMPTS && !meet_in(cursor, cell, wanted, attempt, &y, &found))
+        attempt++;
+    if (attempt == ATTEMPTS)
         return false;
     *node = found;
     for (int k = 0; yarns && k < 2; k++) {

@@ -24,6 +24,21 @@ static const double place_of[COLLOCATION_PLACES] = {
     0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751,
     0.591717321247825,    0.7627662049581645,  0.8983332387068134, 0.9801449282487681};
 
+/* What each place counts in the terms of degree 6 and 7 in Legendre's polynomials of what is known
+ * there. */
+static const double last_terms[2][COLLOCATION_PLACES] = {
+    {0.2098921910670315, -0.5591073831433645, 0.6166048635025358, -0.2673896714262035,
+     -0.2673896714262035, 0.6166048635025358, -0.5591073831433645, 0.2098921910670315},
+    {-0.11769245644771255, 0.37789693708459177, -0.6317745531190049, 0.7849065579218132,
+     -0.7849065579218132, 0.6317745531190049, -0.37789693708459177, 0.11769245644771255}};
+
+/* Terms fall by about this factor where eight places tell a bend. */
+static const double last_share = 0.3;
+
+/* Half a piece has this share of the last terms; no piece is cut into more than so many at once. */
+static const double half_rest = 1.0 / 64;
+enum { CUTS_MOST = 8 };
+
 static const struct collocation_kernel *kernel_for(int lanes) {
     int most = lanes ? lanes : COLLOCATION_PLACES;
 #if WIDE_FILES
@@ -38,31 +53,36 @@ static const struct collocation_kernel *kernel_for(int lanes) {
 
 /* ---- the first path ---- */
 
-/* The cubic from one (u, v) to another with these velocities there. */
-struct cubic {
-    double from[2], to[2], leave[2], arrive[2];
-};
-
-static double cubic_at(const struct cubic *c, int k, double t, double *rate) {
-    double way = c->to[k] - c->from[k];
-    double c2 = 3 * way - 2 * c->leave[k] - c->arrive[k], c3 = c->leave[k] + c->arrive[k] - 2 * way;
-    *rate = c->leave[k] + t * (2 * c2 + 3 * t * c3);
-    return c->from[k] + t * (c->leave[k] + t * (c2 + t * c3));
+static double guess_at(const struct collocation_guess *g, int k, double t, double *rate) {
+    double way = g->to[k] - g->from[k];
+    double c2 = 3 * way - 2 * g->leave[k] - g->arrive[k], c3 = g->leave[k] + g->arrive[k] - 2 * way;
+    *rate = g->leave[k] + t * (2 * c2 + 3 * t * c3);
+    return g->from[k] + t * (g->leave[k] + t * (c2 + t * c3));
 }
 
-static bool make_cubic(const struct station *from, const struct station *to,
-                       const struct vec3 tangent[2], double length, struct cubic *c) {
-    memcpy(c->from, from->uv, sizeof c->from);
-    memcpy(c->to, to->uv, sizeof c->to);
-    return station_components(from, vec3_scale(length, tangent[0]), c->leave) &&
-           station_components(to, vec3_scale(length, tangent[1]), c->arrive);
+static struct vec3 guess_tangent(const struct collocation_guess *g, double t) {
+    struct vec3 ends =
+        vec3_axpy(t * (3 * t - 2), g->tangent[1], vec3_scale((1 - t) * (1 - 3 * t), g->tangent[0]));
+    return vec3_axpy(6 * t * (1 - t), g->mean, ends);
 }
 
-/* The share of the way at which the cubic meets the parameter `at`, which lies between its ends. */
-static double cubic_meets(const struct cubic *c, int k, double at) {
+static bool make_guess(const struct station *from, const struct station *to,
+                       const struct vec3 tangent[2], double length, struct collocation_guess *g) {
+    for (int k = 0; k < 2; k++) {
+        g->from[k] = from->uv[k];
+        g->to[k] = to->uv[k];
+        g->tangent[k] = tangent[k];
+    }
+    g->mean = vec3_scale(1 / length, vec3_sub(to->jet.r, from->jet.r));
+    return station_components(from, vec3_scale(length, tangent[0]), g->leave) &&
+           station_components(to, vec3_scale(length, tangent[1]), g->arrive);
+}
+
+/* The share of the way at which the guess meets the parameter `at`, which lies between its ends. */
+static double guess_meets(const struct collocation_guess *c, int k, double at) {
     double low = 0, high = 1, t = (at - c->from[k]) / (c->to[k] - c->from[k]), rate;
     for (int round = 0; round < ROOT_ROUNDS; round++) {
-        double miss = at - cubic_at(c, k, t, &rate);
+        double miss = at - guess_at(c, k, t, &rate);
         *((miss > 0) == (c->to[k] > c->from[k]) ? &low : &high) = t;
         t += miss / rate;
         if (!(t > low && t < high))
@@ -78,13 +98,13 @@ struct meeting {
 };
 
 /* The knot lines of direction k between the ends, sorted in; false when there are too many. */
-static bool find_meetings(const struct surface_axis *axis, const struct cubic *c, int k,
+static bool find_meetings(const struct surface_axis *axis, const struct collocation_guess *c, int k,
                           struct meeting *meeting, int *count) {
     struct surface_walk walk = surface_walk_begin(axis, c->from[k], c->to[k]);
     while (surface_walk_next(&walk)) {
         if (*count == COLLOCATION_PIECES - 1)
             return false;
-        double t = cubic_meets(c, k, walk.at);
+        double t = guess_meets(c, k, walk.at);
         int n = (*count)++;
         for (; n > 0 && meeting[n - 1].t > t; n--)
             meeting[n] = meeting[n - 1];
@@ -93,40 +113,57 @@ static bool find_meetings(const struct surface_axis *axis, const struct cubic *c
     return true;
 }
 
-/* The cubic in space with these ends and the unit tangents there, as its tangent at a share of the
- * way: on arcs right to fourth order in their turn. */
-struct arc {
-    struct vec3 mean, leave, arrive; /* the chord by the length of the way, and the tangents */
-};
-
-static struct vec3 arc_tangent(const struct arc *arc, double t) {
-    struct vec3 ends =
-        vec3_axpy(t * (3 * t - 2), arc->arrive, vec3_scale((1 - t) * (1 - 3 * t), arc->leave));
-    return vec3_axpy(6 * t * (1 - t), arc->mean, ends);
-}
-
-/* The piece from one share of the way to another, in the span where its middle is. */
-static void place_piece(const struct surface *surface, const struct cubic *c, const struct arc *arc,
-                        double length, const double t[2], struct collocation_piece *piece) {
-    double rate;
+/* The piece k, in the span where its middle is, and where it ends. */
+static void place_piece(struct collocation *path, int k) {
+    const struct collocation_guess *guess = &path->guess;
+    const struct surface *surface = path->from->surface;
+    struct collocation_piece *piece = &path->piece[k];
+    double begin = k ? path->share[k - 1] : 0, way = path->share[k] - begin, rate;
     for (int n = 0; n < 2; n++) {
         const struct surface_axis *axis = &surface->axis[n];
-        double middle = cubic_at(c, n, (t[0] + t[1]) / 2, &rate);
+        double middle = guess_at(guess, n, begin + way / 2, &rate);
         double wrapped = surface_axis_wrap(axis, middle);
         piece->span[n] = surface_axis_span(axis, 0, wrapped);
         piece->turn[n] = middle - wrapped;
     }
-    piece->begin = t[0] * length;
-    piece->length = (t[1] - t[0]) * length;
-    for (int k = 0; k < COLLOCATION_PLACES; k++) {
-        double at = t[0] + (t[1] - t[0]) * place_of[k];
-        struct vec3 tangent = arc_tangent(arc, at);
+    piece->begin = begin * path->length;
+    piece->length = way * path->length;
+    for (int p = 0; p < COLLOCATION_PLACES; p++) {
+        double at = begin + way * place_of[p];
+        struct vec3 tangent = guess_tangent(guess, at);
         const double of[3] = {tangent.x, tangent.y, tangent.z};
         for (int x = 0; x < 3; x++)
-            piece->tangent[x][k] = of[x];
+            piece->tangent[x][p] = of[x];
         for (int n = 0; n < 2; n++)
-            piece->uv[n][k] = cubic_at(c, n, at, &rate);
+            piece->uv[n][p] = guess_at(guess, n, at, &rate);
     }
+    int axis = path->axis[k];
+    if (axis == COLLOCATION_ALONG)
+        return;
+    path->uv[k][axis] = path->knot[k];
+    path->uv[k][1 - axis] = guess_at(guess, 1 - axis, path->share[k], &rate);
+}
+
+/* Cuts each piece into as many as `parts` says. False when there are too many. */
+static bool cut_pieces(struct collocation *path, const int *parts) {
+    int most = 0;
+    for (int k = 0; k < path->pieces; k++)
+        most += parts[k];
+    if (most > COLLOCATION_PIECES)
+        return false;
+    int at = most;
+    for (int k = path->pieces - 1; k >= 0; k--) {
+        double end = path->share[k], begin = k ? path->share[k - 1] : 0;
+        for (int part = parts[k]; part > 0; part--) {
+            path->share[--at] = begin + (end - begin) * part / parts[k];
+            path->axis[at] = part < parts[k] ? COLLOCATION_ALONG : path->axis[k];
+            path->knot[at] = path->knot[k];
+        }
+    }
+    path->pieces = most;
+    for (int k = 0; k < most; k++)
+        place_piece(path, k);
+    return true;
 }
 
 /* Whether nothing but knot lines can lie between the ends. */
@@ -175,35 +212,26 @@ bool collocation_begin(struct collocation *path, const struct station *from,
                        const struct station *to, const struct vec3 tangent[2], double length,
                        int parts, int lanes) {
     const struct surface *surface = from->surface;
+    struct collocation_guess *guess = &path->guess;
     struct meeting meeting[COLLOCATION_PIECES];
-    struct cubic c;
-    int count = 0;
-    if (!is_free(from, to, length) || !make_cubic(from, to, tangent, length, &c) ||
-        !find_meetings(&surface->axis[0], &c, 0, meeting, &count) ||
-        !find_meetings(&surface->axis[1], &c, 1, meeting, &count) ||
-        (count + 1) * parts > COLLOCATION_PIECES)
+    int count = 0, each[COLLOCATION_PIECES];
+    if (!is_free(from, to, length) || !make_guess(from, to, tangent, length, guess) ||
+        !find_meetings(&surface->axis[0], guess, 0, meeting, &count) ||
+        !find_meetings(&surface->axis[1], guess, 1, meeting, &count))
         return false;
     path->kernel = kernel_for(lanes);
     path->from = from;
     path->leave = tangent[0];
     path->length = length;
-    path->pieces = (count + 1) * parts;
-    const struct arc arc = {vec3_scale(1 / length, vec3_sub(to->jet.r, from->jet.r)), tangent[0],
-                            tangent[1]};
+    path->pieces = count + 1;
     meeting[count] = (struct meeting){.axis = COLLOCATION_ALONG, .t = 1};
-    for (int k = 0; k < path->pieces; k++) {
-        const struct meeting *next = &meeting[k / parts];
-        double begin = k < parts ? 0 : next[-1].t, way = next->t - begin, rate;
-        const double t[2] = {begin + way * (k % parts) / parts,
-                             begin + way * (k % parts + 1) / parts};
-        place_piece(surface, &c, &arc, length, t, &path->piece[k]);
-        int axis = path->axis[k] = (k + 1) % parts ? COLLOCATION_ALONG : next->axis;
-        if (axis == COLLOCATION_ALONG)
-            continue;
-        path->knot[k] = path->uv[k][axis] = next->knot;
-        path->uv[k][1 - axis] = cubic_at(&c, 1 - axis, next->t, &rate);
+    for (int k = 0; k <= count; k++) {
+        path->share[k] = meeting[k].t;
+        path->axis[k] = meeting[k].axis;
+        path->knot[k] = meeting[k].knot;
+        each[k] = parts;
     }
-    return !surface->has_folds || !crosses_fold(path);
+    return cut_pieces(path, each) && (!surface->has_folds || !crosses_fold(path));
 }
 
 /* ---- from turn to turn ---- */
@@ -220,6 +248,32 @@ bool collocation_lay(struct collocation *path) {
         path->arrive = piece->arrive;
     }
     return isfinite(path->to.x + path->to.y + path->to.z);
+}
+
+/* The size of the last two terms of a piece's bend in Legendre's polynomials, times its length: the
+ * last term's, or about that where it happens to vanish. */
+static double size_of_rest(const struct collocation_piece *piece) {
+    double size2[2] = {0, 0};
+    for (int x = 0; x < 3; x++)
+        for (int n = 0; n < 2; n++) {
+            double sum = 0;
+            for (int p = 0; p < COLLOCATION_PLACES; p++)
+                sum += last_terms[n][p] * piece->bend[x][p];
+            size2[n] += sum * sum;
+        }
+    return piece->length * sqrt(fmax(last_share * last_share * size2[0], size2[1]));
+}
+
+bool collocation_refine(struct collocation *path, double most, bool *cut) {
+    int parts[COLLOCATION_PIECES];
+    *cut = false;
+    for (int k = 0; k < path->pieces; k++) {
+        double rest = size_of_rest(&path->piece[k]);
+        for (parts[k] = 1; parts[k] < CUTS_MOST && rest > most; parts[k] *= 2)
+            rest *= half_rest;
+        *cut = *cut || parts[k] > 1;
+    }
+    return !*cut || cut_pieces(path, parts);
 }
 
 /* Moves uv, where the path meets a knot line at the end of piece k, and says by how much further

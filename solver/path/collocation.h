@@ -51,6 +51,14 @@ struct collocation_kernel {
 extern const struct collocation_kernel collocation_kernel_2, collocation_kernel_4,
     collocation_kernel_8;
 
+/* Where a path begins: the cubic from one (u, v) to another with these velocities there; and its
+ * tangent as that of the cubic in space, on arcs right to fourth order in their turn, by the unit
+ * tangents at both ends and the chord by the length of the way. */
+struct collocation_guess {
+    double from[2], to[2], leave[2], arrive[2];
+    struct vec3 tangent[2], mean;
+};
+
 /* A geodesic of given length from a station. */
 struct collocation {
     const struct collocation_kernel *kernel;
@@ -58,8 +66,10 @@ struct collocation {
     struct vec3 leave; /* unit tangents at both ends, and the end */
     struct vec3 to, arrive;
     double length;
+    struct collocation_guess guess;
     int pieces;
     struct collocation_piece piece[COLLOCATION_PIECES];
+    double share[COLLOCATION_PIECES]; /* of the way at which each piece ends, as guessed */
     int axis[COLLOCATION_PIECES]; /* of the knot line at the end of each piece; COLLOCATION_ALONG:
                                      none, */
     double knot[COLLOCATION_PIECES];  /* its parameter, */
@@ -77,6 +87,11 @@ bool collocation_begin(struct collocation *path, const struct station *from,
 
 /* Half a turn: sets `to` and `arrive` by the surface where the path is. False where it has none. */
 bool collocation_lay(struct collocation *path);
+
+/* After the first of these: cuts pieces of whose bend the last terms in Legendre's polynomials that
+ * eight places tell turn the path by more than `most`, in radians, into two, four or eight, and
+ * begins anew; `cut` says whether there are any. False when that makes too many pieces. */
+bool collocation_refine(struct collocation *path, double most, bool *cut);
 
 /* The other half, with the direction at the start turned by `angle` about the normal: moves the
  * path to where that leads. The farthest that a place has moved; infinite where it gets lost. */
