@@ -110,6 +110,65 @@ static void test_exact_shell_folds_crease(void **state) {
     }
 }
 
+/* At a crease the spheres about B and C may meet on the continuations of both faces, and on neither
+ * of them: there is no node then. The longest chord of a net of `basic`, in spacings. */
+static double longest_chord(struct profile_sheet *sheet, const double start[2], double angle_deg,
+                            uint64_t *seed) {
+    struct drape_run run = {.arena = arena_new((size_t)1 << 30)};
+    struct shell *shell = cut_sheet(sheet, seed, run.arena);
+    double longest = 0, radians = angle_deg * M_PI / 180;
+    struct vec3 along, at = shape_point(&sheet->shape, start);
+    (void)profile_point(sheet, start[0], 0, &along);
+    struct drape_settings settings = {
+        .method = DRAPE_BASIC,
+        .spacing = {1, 1},
+        .start_kind = DRAPE_START_POINT,
+        .start_point = at,
+        .direction_kind = DRAPE_DIRECTION_VECTOR,
+        .direction_vector = vec3_axpy(cos(radians), along, vec3_make(0, sin(radians), 0)),
+        .max_nodes = 10000};
+    assert_int_equal(drape_solve_shell(shell, &settings, NULL, run.arena, &run.result), STATUS_OK);
+    const struct drape_nodes *nodes = &run.result.nodes;
+    grid_make(&run.grid, nodes);
+    for (size_t k = 0; k < 2 * nodes->count; k++) {
+        int n = (int)(k / 2);
+        int next = grid_find(&run.grid, nodes->i[n] + (k % 2 == 0), nodes->j[n] + (k % 2 == 1));
+        if (next >= 0)
+            longest = fmax(longest, vec3_distance(node_point(nodes, n), node_point(nodes, next)));
+    }
+    grid_free(&run.grid);
+    arena_free(run.arena);
+    return longest;
+}
+
+/* Cuts the ends of a sheet off obliquely. */
+static void slant_ends(struct shape *shape, uint64_t *seed) {
+    for (int side = 0; side < 2; side++) {
+        double by_x = random_between(seed, -0.5, 0.5), by_z = random_between(seed, -0.5, 0.5);
+        for (int k = side; k < 2 * shape->size[0]; k += 2)
+            shape->h[k][1] += by_x * shape->h[k][0] + by_z * shape->h[k][2];
+    }
+}
+
+static void test_exact_shell_folds_chords_meet_on_a_face(void **state) {
+    static struct profile_sheet sheet;
+    uint64_t seed = SEED;
+    double longest = 0;
+    int rounds = check_sized(120, 10);
+    (void)state;
+    for (int k = 0; k < rounds; k++) {
+        double fold = random_between(&seed, 40, 150) * (k % 2 ? 1 : -1);
+        struct profile_part roof[] = {{0, 0, 6}, {0, fold, 6}};
+        const double start[2] = {random_between(&seed, 1, 5), random_between(&seed, 1, 9)};
+        profile_make(&sheet, roof, 2, 10);
+        slant_ends(&sheet.shape, &seed);
+        double angle_deg = k % 3 ? random_between(&seed, 0, 180) : 0;
+        longest = fmax(longest, longest_chord(&sheet, start, angle_deg, &seed));
+    }
+    printf("    longest chord %.9f d\n", longest);
+    check_below(longest, 1 + 1e-6);
+}
+
 static void test_exact_shell_folds_joggle(void **state) {
     static const struct profile_part joggle[] = {{0, 0, 15}, {0.5, 60, 0.4}, {0.5, -60, 15}};
     static struct profile_sheet sheet;
@@ -466,6 +525,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_shell_folds_hat),
         cmocka_unit_test(test_exact_shell_folds_crease),
+        cmocka_unit_test(test_exact_shell_folds_chords_meet_on_a_face),
         cmocka_unit_test(test_exact_shell_folds_joggle),
         cmocka_unit_test(test_exact_shell_folds_flaps_of_one_line),
         cmocka_unit_test(test_exact_shell_folds_yarns_that_touch_a_joint),
