@@ -13,6 +13,10 @@ static const double first_step = 2, short_step = 0.3, least_step = 1.0 / 64;
  * a sixteenth of that. */
 static const double cubic_miss = 4 * RIM_TOLERANCE;
 
+/* And by how much it may leave its direction there, over the step: another corner of a cell tells
+ * that a little otherwise. */
+static const double turn_miss = 0.06;
+
 /* By how much the straight line may miss it near rough edges, where a parabola through all three
  * takes its place. */
 static const double parabola_miss = 20 * RIM_TOLERANCE;
@@ -43,7 +47,9 @@ struct stop {
     struct rim_spot spot;
     double pq[2], by_t[2]; /* the net's coordinates and their derivatives */
     double half_tangent;   /* |tan(gamma / 2)|; NaN near rough edges */
+    struct vec3 along[2];  /* what they follow from, as of a place of the cloth */
     bool covered, smooth;
+    bool sloped; /* the derivatives are those of the cloth there: smooth, or seen */
 };
 
 /* The box around the nodes inside of a tile. */
@@ -186,16 +192,24 @@ static double half_tangent_in_surface(const struct rim_place *place, struct vec3
     return rim_place_half_tangent(&flat);
 }
 
-/* Takes in a place of the cloth: with along[0] p' + along[1] q' = r', in the mean of squares. */
-static void take_place(struct tracer *t, const struct rim_place *place, struct stop *stop) {
-    const struct vec3 *x = place->along;
+/* The derivatives of p and q where the cloth's are known: along[0] p' + along[1] q' = r', in the
+ * mean of squares. */
+static void find_slopes(struct stop *stop) {
+    const struct vec3 *x = stop->along;
     double e = vec3_norm2(x[0]), f = vec3_dot(x[0], x[1]), g = vec3_norm2(x[1]);
     double a = vec3_dot(stop->spot.dr, x[0]), b = vec3_dot(stop->spot.dr, x[1]);
     stop->by_t[0] = (g * a - f * b) / (e * g - f * f);
     stop->by_t[1] = (e * b - f * a) / (e * g - f * f);
+}
+
+/* Takes in a place of the cloth. */
+static void take_place(struct tracer *t, const struct rim_place *place, struct stop *stop) {
+    memcpy(stop->along, place->along, sizeof stop->along);
+    find_slopes(stop);
     stop->pq[0] = place->p;
     stop->pq[1] = place->q;
     stop->smooth = place->smooth;
+    stop->sloped = place->smooth || place->seen;
     stop->covered = true;
     stop->half_tangent = NAN;
     if (place->rough) {
@@ -224,7 +238,7 @@ static bool find_place(struct tracer *t, const struct rim_spot *spot, struct rim
 static void find_stop(struct tracer *t, const double expected[2], bool known, struct stop *stop) {
     struct rim_place place = {.p = expected[0], .q = expected[1]};
     double seed[2];
-    stop->covered = stop->smooth = false;
+    stop->covered = stop->smooth = stop->sloped = false;
     stop->pq[0] = expected[0];
     stop->pq[1] = expected[1];
     stop->by_t[0] = stop->by_t[1] = 0;
@@ -246,12 +260,12 @@ static void spot_at(struct tracer *t, double at, struct rim_spot *spot) {
     rim_edges_spot(t->march, t->from, t->to, at, spot);
 }
 
-/* p and q on the cubic between two places, at a share of the way; near rough edges, where
- * derivatives are of one side, on the straight line. */
+/* p and q on the cubic between two places, at a share of the way; where a derivative is not known,
+ * on the straight line. */
 static void cubic(const struct stop *a, const struct stop *b, double share, double pq[2]) {
     double width = b->t - a->t, s = share, r = 1 - share;
     for (int k = 0; k < 2; k++) {
-        if (!a->smooth || !b->smooth) {
+        if (!a->sloped || !b->sloped) {
             pq[k] = r * a->pq[k] + s * b->pq[k];
             continue;
         }
@@ -312,7 +326,7 @@ static int divisions(const struct stop *a, const struct stop *b) {
 
 /* The points of a step but its last. */
 static void emit(struct tracer *t, const struct stop *a, const struct stop *b) {
-    int count = a->smooth && b->smooth ? divisions(a, b) : 1;
+    int count = a->sloped && b->sloped ? divisions(a, b) : 1;
     add_point(t, &a->spot, a->pq, a->covered);
     for (int k = 1; k < count; k++) {
         struct rim_spot spot;
@@ -346,15 +360,30 @@ static bool are_near(const double p[2], const double q[2], double miss) {
     return fabs(p[0] - q[0]) < miss && fabs(p[1] - q[1]) < miss;
 }
 
-/* Whether the cubic from a to c passes the place in the middle or, near rough edges, whether that
- * is where a parabola has `told` (or NULL) that it is. */
-static bool confirms(const struct stop *a, const struct stop *b, const struct stop *c,
-                     const double told[2]) {
-    double pq[2];
-    bool smooth = a->smooth && b->smooth && c->smooth;
+/* Whether the cubic from a to c passes the place in the middle, near rough edges in its direction:
+ * where the flat edge has a corner a quarter of the way along, it may pass by chance. */
+static bool is_cubic(const struct stop *a, const struct stop *b, const struct stop *c) {
+    double pq[2], width = c->t - a->t;
+    if (!a->sloped || !b->sloped || !c->sloped)
+        return false;
     cubic(a, c, 0.5, pq);
-    return are_near(pq, b->pq, smooth ? cubic_miss : parabola_miss) ||
-           (!smooth && told && are_near(told, b->pq, told_miss) && are_near(pq, b->pq, most_bent));
+    bool straight = true;
+    for (int k = 0; k < 2 && !(a->smooth && b->smooth && c->smooth); k++) {
+        double slope = 1.5 * (c->pq[k] - a->pq[k]) - width * (a->by_t[k] + c->by_t[k]) / 4;
+        straight = straight && fabs(slope - width * b->by_t[k]) < turn_miss;
+    }
+    return straight && are_near(pq, b->pq, cubic_miss);
+}
+
+/* Near rough edges: whether the place in the middle is near the straight line, or where a parabola
+ * has `told` (or NULL) that it is. */
+static bool is_parabola(const struct stop *a, const struct stop *b, const struct stop *c,
+                        const double told[2]) {
+    double pq[2];
+    for (int k = 0; k < 2; k++)
+        pq[k] = (a->pq[k] + c->pq[k]) / 2;
+    return are_near(pq, b->pq, parabola_miss) ||
+           (told && are_near(told, b->pq, told_miss) && are_near(pq, b->pq, most_bent));
 }
 
 /* The place a quarter of the way from a to c on the parabola through these and b in their middle.
@@ -390,12 +419,14 @@ static void refine(struct tracer *t, const struct stop *a, const struct stop *c,
     spot_at(t, middle.t, &middle.spot);
     find_stop(t, both ? expected : a->covered ? a->pq : c->pq, a->covered || c->covered, &middle);
     double halves = vec3_distance(a->spot.r, middle.spot.r) / t->spacing;
-    bool settled = both ? middle.covered && confirms(a, &middle, c, told) : none && !middle.covered;
-    if (settled && both && !(a->smooth && middle.smooth && c->smooth)) {
+    bool found = both && middle.covered, cubics = found && is_cubic(a, &middle, c);
+    bool settled = cubics || (none && !middle.covered);
+    if (found && !cubics && !(a->smooth && middle.smooth && c->smooth) &&
+        is_parabola(a, &middle, c, told)) {
         emit_parabola(t, a, &middle, c);
         return;
     }
-    if (settled && both)
+    if (cubics)
         note_top(t, a, &middle, c);
     if (settled || fmax(length, halves) < least_step || c->t - a->t < 1e-9) {
         if (!settled &&
@@ -405,11 +436,10 @@ static void refine(struct tracer *t, const struct stop *a, const struct stop *c,
         emit(t, &middle, c);
         return;
     }
-    bool parabola = both && middle.covered;
     quarter(a, &middle, c, near_a);
     quarter(c, &middle, a, near_c);
-    refine(t, a, &middle, parabola ? near_a : NULL);
-    refine(t, &middle, c, parabola ? near_c : NULL);
+    refine(t, a, &middle, found ? near_a : NULL);
+    refine(t, &middle, c, found ? near_c : NULL);
 }
 
 /* ---- pieces and loops ---- */
@@ -445,6 +475,8 @@ static void follow_piece(struct tracer *t, struct stop *last) {
             rim_patch_place(patch, place.p, place.q, &place);
             take_place(t, &place, last);
         }
+    } else if (last->covered) {
+        find_slopes(last);
     }
     while (last->t < 1) {
         advance(t, last, &next);

@@ -6,8 +6,9 @@
  * derivatives at both ends, where the place in the middle confirms it. Points are as dense as
  * straight lines between them need to be right.
  *
- * Near rough edges a place costs a geodesic. There steps are parabolas through three places as long
- * as they bend by less than 0.02 spacings, which leaves some 2e-3 where the flat edge is curved.
+ * Near rough edges, where a place costs a geodesic, the flat edge may have corners, which no cubic
+ * has. There steps may also be parabolas through three places as long as they bend by less than
+ * 0.02 spacings, which leaves some 2e-3 where the flat edge is curved.
  */
 #ifndef SOLVER_RIM_RIM_H
 #define SOLVER_RIM_RIM_H

@@ -351,16 +351,33 @@ static bool is_near(const struct rim_cloth *cloth, const struct rim_place *place
 
 /* ---- places near rough edges ---- */
 
+/* A yarn that turns by more than this at a node, as a sine, is no arc. */
+static const double most_turned = 0.3;
+
 /* How well a place is known from a corner that is far, by the length between them. */
 static const double seen_accuracy = 1e-4;
 
 /* The yarn k of a corner, by its neighbour on one side. */
-static bool find_yarn(struct march *march, struct rim_corner *corner, int k, int side) {
+static bool find_yarn(struct march *march, struct rim_corner *corner, int k, int side,
+                      struct vec3 *yarn) {
     int di = k ? 0 : side, dj = k ? side : 0;
-    bool found =
-        march_yarn(march, corner->i, corner->j, di, dj, &corner->station, &corner->yarn[k]);
-    corner->yarn[k] = vec3_scale(side, corner->yarn[k]);
+    bool found = march_yarn(march, corner->i, corner->j, di, dj, &corner->station, yarn);
+    *yarn = vec3_scale(side, *yarn);
     return found;
+}
+
+/* The yarn k of a corner by its edge of the cell, on one side, and by how much it turns to the left
+ * at the corner; straight through from the other side where that is missing. */
+static bool find_yarns(struct march *march, struct rim_corner *corner, int k, int side) {
+    struct vec3 own, other;
+    bool here = find_yarn(march, corner, k, side, &own);
+    bool there = find_yarn(march, corner, k, -side, &other);
+    double turn = 0;
+    if (here && there)
+        turn = side * vec3_dot(vec3_cross(other, own), corner->station.normal);
+    corner->turn[k] = fabs(turn) < most_turned ? turn : 0;
+    corner->yarn[k] = here ? own : other;
+    return here || there;
 }
 
 /* Finds corner number n of a patch, its yarns by their edges of the cell or, where these are
@@ -374,19 +391,56 @@ static bool find_corner(struct march *march, struct rim_patch *patch, int n) {
     corner->i = patch->i + (n & 1);
     corner->j = patch->j + n / 2;
     corner->found = march_station(march, corner->i, corner->j, &corner->station);
-    for (int k = 0; k < 2 && corner->found; k++) {
-        int side = (k ? n / 2 : n & 1) ? -1 : 1;
-        corner->found = find_yarn(march, corner, k, side) || find_yarn(march, corner, k, -side);
-    }
+    for (int k = 0; k < 2 && corner->found; k++)
+        corner->found = find_yarns(march, corner, k, (k ? n / 2 : n & 1) ? -1 : 1);
     return corner->found;
 }
 
-/* p and q of the place `to` by its geodesic from the corner: its logarithm or, with `search`, where
- * that is not to be had, what a search finds. */
+/* Edges are geodesics, but the yarn that turns by an angle a at a node is an arc, which bulges by
+ * a x (1 - x) / 2 between it and the next one. Adds that to p and q, with x and y from the corner,
+ * and turns the frame at the corner to how the yarns go there. */
+static void bend_yarns(const struct rim_corner *corner, double pq[2], struct rim_place *frame) {
+    double x[2] = {pq[0] - corner->i, pq[1] - corner->j}, ab[2];
+    struct vec3 off = {0, 0, 0}, left[2];
+    for (int k = 0; k < 2; k++) {
+        double far = fmin(fabs(x[k]), 1);
+        left[k] =
+            vec3_scale(corner->turn[k] / 2, vec3_cross(corner->station.normal, frame->along[k]));
+        off = vec3_axpy(far * (1 - far), left[k], off);
+    }
+    if (!components(frame, off, ab))
+        return;
+    for (int k = 0; k < 2; k++) {
+        double far = fmin(fabs(x[k]), 1);
+        pq[k] += ab[k];
+        frame->along[k] = vec3_axpy((x[k] < 0 ? 1 : -1) * (1 - 2 * far), left[k], frame->along[k]);
+    }
+}
+
+/* What a corner says of a place: p and q, and how they change there. */
+struct view {
+    double pq[2];
+    struct vec3 along[2];
+};
+
+/* The yarns of a corner carried along a geodesic that leaves it and arrives at `to` like this. */
+static void carry_yarns(const struct rim_corner *corner, const struct station *to,
+                        struct vec3 leave, struct vec3 arrive, const struct rim_place *frame,
+                        struct vec3 along[2]) {
+    struct vec3 side = vec3_cross(corner->station.normal, leave);
+    struct vec3 there = vec3_cross(to->normal, arrive);
+    for (int k = 0; k < 2; k++)
+        along[k] = vec3_axpy(vec3_dot(frame->along[k], leave), arrive,
+                             vec3_scale(vec3_dot(frame->along[k], side), there));
+}
+
+/* The place `to` by its geodesic from the corner: its logarithm or, with `search`, where that is
+ * not to be had, what a search finds. */
 static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const struct station *to,
-                     bool search, double pq[2]) {
+                     bool search, struct view *view) {
     const double *d = cloth->march->settings->spacing;
     const struct vec3 *yarn = corner->yarn;
+    double *pq = view->pq;
     struct vec3 guess = vec3_axpy((pq[1] - corner->j) * d[1], yarn[1],
                                   vec3_scale((pq[0] - corner->i) * d[0], yarn[0]));
     struct vec3 start = station_tangent(&corner->station, guess), end;
@@ -394,12 +448,15 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const s
     struct rim_place frame = {.along = {vec3_scale(d[0], yarn[0]), vec3_scale(d[1], yarn[1])}};
     pq[0] = corner->i;
     pq[1] = corner->j;
+    view->along[0] = frame.along[0];
+    view->along[1] = frame.along[1];
     if (vec3_distance(to->jet.r, corner->station.jet.r) < last_step * fmin(d[0], d[1]))
         return true;
     struct logarithm l;
     if (logarithm_find(&cloth->march->cursor, &corner->station, to, seen_accuracy, &l)) {
         length = l.length;
         start = l.leave;
+        end = l.arrive;
     } else if (!search) {
         return false;
     } else {
@@ -414,6 +471,8 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const s
         return false;
     pq[0] += ab[0];
     pq[1] += ab[1];
+    bend_yarns(corner, pq, &frame);
+    carry_yarns(corner, to, start, end, &frame, view->along);
     return true;
 }
 
@@ -424,7 +483,7 @@ static const double weight_change = 0.05;
 struct sight {
     bool search;
     bool asked[4][2], seen[4];
-    double pq[4][2];
+    struct view view[4];
 };
 
 /* Corner number k asked for the place that it is expected at. */
@@ -434,10 +493,10 @@ static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
     bool *asked = &sight->asked[k][sight->search];
     if (!sight->seen[k] && !*asked) {
         *asked = true;
-        sight->pq[k][0] = expected->p;
-        sight->pq[k][1] = expected->q;
+        sight->view[k].pq[0] = expected->p;
+        sight->view[k].pq[1] = expected->q;
         sight->seen[k] = find_corner(cloth->march, patch, k) &&
-                         see_from(cloth, &patch->corner[k], to, sight->search, sight->pq[k]);
+                         see_from(cloth, &patch->corner[k], to, sight->search, &sight->view[k]);
     }
     return sight->seen[k];
 }
@@ -447,25 +506,26 @@ static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
 static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
                              const struct station *to, double least_weight, struct sight *sight,
                              struct rim_place *place) {
-    const double *d = cloth->march->settings->spacing;
     double x = fmin(fmax(place->p - patch->i, 0), 1), y = fmin(fmax(place->q - patch->j, 0), 1);
-    double sum[2] = {0, 0}, weights = 0, most = 0;
+    struct view sum = {.pq = {0, 0}, .along = {{0, 0, 0}, {0, 0, 0}}};
+    double weights = 0;
     for (int k = 0; k < 4; k++) {
         int a = k & 1, b = k / 2;
         double weight = (a ? x : 1 - x) * (b ? y : 1 - y) - least_weight;
         if (weight <= 0 || !ask_corner(cloth, patch, k, to, place, sight))
             continue;
         weights += weight;
-        sum[0] += weight * sight->pq[k][0];
-        sum[1] += weight * sight->pq[k][1];
-        for (int m = 0; m < 2 && weight > most; m++)
-            place->along[m] = vec3_scale(d[m], patch->corner[k].yarn[m]);
-        most = fmax(most, weight);
+        for (int m = 0; m < 2; m++) {
+            sum.pq[m] += weight * sight->view[k].pq[m];
+            sum.along[m] = vec3_axpy(weight, sight->view[k].along[m], sum.along[m]);
+        }
     }
     if (!(weights > 0))
         return false;
-    place->p = sum[0] / weights;
-    place->q = sum[1] / weights;
+    place->p = sum.pq[0] / weights;
+    place->q = sum.pq[1] / weights;
+    for (int m = 0; m < 2; m++)
+        place->along[m] = vec3_scale(1 / weights, sum.along[m]);
     place->r = to->jet.r;
     place->smooth = false;
     place->rough = true;

@@ -5,7 +5,9 @@
  * its neighbours, ghosts among them. Two cells agree on the edge between them. Near rough edges,
  * where differences in space say little, a place is found by its geodesics from the cell's nodes:
  * their directions and lengths between the yarns there, each with the weight that the node has in
- * bilinear interpolation. On developable surfaces that is exact, whatever they fold.
+ * bilinear interpolation. On developable surfaces that is exact, whatever they fold. On others
+ * yarns are no geodesics, but arcs from node to node, by the angle between the edges that meet at a
+ * node.
  *
  * Where the surface has no healthy continuation, and on meshes, the net ends up to a spacing short
  * of the edge. There corners that are missing are extrapolated along the yarns, by parabolas
@@ -25,6 +27,7 @@ struct rim_corner {
     bool blind; /* a search for a geodesic from it failed: they cost as much as twenty logarithms */
     struct station station;
     struct vec3 yarn[2]; /* towards the higher index */
+    double turn[2];      /* by how much they turn to the left there, as sines */
 };
 
 /* The cell (i, j) and its neighbours. */

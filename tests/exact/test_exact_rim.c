@@ -76,6 +76,30 @@ static void test_exact_rim_of_a_saddle(void **state) {
         }
 }
 
+/* With edges so bent that they are rough, where places are seen along geodesics from nodes: the
+ * yarns between these are none, and bulge by a hundredth of a spacing. */
+static void test_exact_rim_of_a_steep_saddle(void **state) {
+    static struct shape shape;
+    (void)state;
+    shape_quadric(&shape, 4, -4, (double[2]){-0.23, 0.27}, (double[2]){-0.25, 0.21});
+    for (int level = 0; level < 2; level++) {
+        struct drape_run run;
+        double d = level ? 0.12 : 0.15, mean = 0;
+        struct drape_settings settings = settings_at(0, 0, 0, d);
+        settings.method = DRAPE_GIB4;
+        drape_begin(&run, &shape, &settings);
+        const struct drape_rim *rim = &run.result.rim;
+        for (size_t k = 0; k < rim->count; k++)
+            mean += hypot(rim->p[k] - parabola(4 * rim->u[k]) / (4 * d),
+                          rim->q[k] - parabola(4 * rim->v[k]) / (4 * d));
+        mean /= (double)rim->count;
+        printf("  d %-5g: %4zu points, %.1e spacings in the mean\n", d, rim->count, mean);
+        check_below(mean, level ? 5e-3 : 2e-2);
+        check_covered(&run.result);
+        drape_end(&run);
+    }
+}
+
 enum { DIVISIONS = 12 };
 
 /* The largest shear of the saddle's places that each middle is the nearest of, on a fine grid. */
@@ -701,6 +725,7 @@ static void test_exact_rim_shear_is_steady_at_a_lip(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_rim_of_a_saddle),
+        cmocka_unit_test(test_exact_rim_of_a_steep_saddle),
         cmocka_unit_test(test_exact_rim_divides_the_shear_of_a_saddle),
         cmocka_unit_test(test_exact_rim_divides_the_shear_of_cells),
         cmocka_unit_test(test_exact_rim_of_an_oblique_cylinder),
