@@ -3,10 +3,21 @@
 
 #include "solver/fishnet/yarn.h"
 
-void node_shear_make(struct march *march, const struct drape_nodes *nodes,
-                     struct node_shear *shear) {
+/* So many places across are kept at the most: those along the rim of a net of a thousand nodes. */
+enum { LEAST_ACROSS = 8, MOST_ACROSS = 32 };
+
+enum status node_shear_make(struct march *march, const struct drape_nodes *nodes,
+                            struct node_shear *shear) {
+    int32_t across = LEAST_ACROSS;
+    while (across < MOST_ACROSS && (size_t)(across * across) < 2 * nodes->count)
+        across *= 2;
     *shear = (struct node_shear){
-        .march = march, .nodes = nodes, .view = net_view(march->net), .ghost = {{{.i = 0}}}};
+        .march = march,
+        .nodes = nodes,
+        .view = net_view(march->net),
+        .places = arena_alloc(march->arena, (size_t)(across * across), sizeof *shear->places),
+        .across = across};
+    return shear->places ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
 /* The row of node (i, j), or nodes->count. */
@@ -39,7 +50,7 @@ static bool is_on_one_face(const struct net_view *view, int x, int y, int face) 
 }
 
 /* The angle between the yarns of a ghost. */
-static bool measure_ghost(struct node_shear *shear, struct node_shear_ghost *ghost) {
+static bool measure_ghost(struct node_shear *shear, struct node_shear_place *ghost) {
     struct march *march = shear->march;
     struct yarn_spot spot = {.filled = true};
     struct yarn_net net = {march->net, march->surface, &march->cursor};
@@ -55,19 +66,19 @@ static bool measure_ghost(struct node_shear *shear, struct node_shear_ghost *gho
 
 /* The shear at the node (i, j); false where no node and no ghost tells it. */
 static bool shear_at(struct node_shear *shear, int32_t i, int32_t j, double *shear_deg) {
-    size_t row = find_row(shear->nodes, i, j);
-    if (row < shear->nodes->count) {
-        *shear_deg = shear->nodes->shear_deg[row];
-        return true;
+    int32_t last = shear->across - 1;
+    struct node_shear_place *place = &shear->places[(j & last) * shear->across + (i & last)];
+    if (!place->sought || place->i != i || place->j != j) {
+        size_t row = find_row(shear->nodes, i, j);
+        *place = (struct node_shear_place){.i = i, .j = j, .sought = true};
+        place->known = row < shear->nodes->count;
+        if (place->known)
+            place->shear_deg = shear->nodes->shear_deg[row];
+        else
+            place->known = measure_ghost(shear, place);
     }
-    struct node_shear_ghost *ghost =
-        &shear->ghost[j & (NODE_SHEAR_KEPT - 1)][i & (NODE_SHEAR_KEPT - 1)];
-    if (!ghost->sought || ghost->i != i || ghost->j != j) {
-        *ghost = (struct node_shear_ghost){.i = i, .j = j, .sought = true};
-        ghost->known = measure_ghost(shear, ghost);
-    }
-    *shear_deg = ghost->shear_deg;
-    return ghost->known;
+    *shear_deg = place->shear_deg;
+    return place->known;
 }
 
 bool node_shear_between(struct node_shear *shear, double p, double q, double *shear_deg) {

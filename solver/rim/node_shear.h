@@ -11,10 +11,7 @@
 
 #include "solver/march/march.h"
 
-/* Ghosts that are kept, across. */
-enum { NODE_SHEAR_KEPT = 8 };
-
-struct node_shear_ghost {
+struct node_shear_place {
     int32_t i, j;
     bool sought, known;
     double shear_deg;
@@ -24,12 +21,13 @@ struct node_shear {
     struct march *march;
     const struct drape_nodes *nodes; /* sorted by j, then i */
     struct net_view view;
-    struct node_shear_ghost ghost[NODE_SHEAR_KEPT][NODE_SHEAR_KEPT]; /* those looked at last */
+    struct node_shear_place *places; /* nodes and ghosts, those looked at last, .. */
+    int32_t across;                  /* .. of a square, a power of two */
 };
 
-/* Of a complete net with its result's nodes. */
-void node_shear_make(struct march *march, const struct drape_nodes *nodes,
-                     struct node_shear *shear);
+/* Of a complete net with its result's nodes, in the march's arena. Errors: STATUS_OUT_OF_MEMORY. */
+enum status node_shear_make(struct march *march, const struct drape_nodes *nodes,
+                            struct node_shear *shear) STATUS_MUST_USE;
 
 /* The shear at (p, q) in degrees, -90..90, between those corners of its cell whose node or ghost
  * tells it; false when none does. */

@@ -225,8 +225,7 @@ static void take_place(struct tracer *t, const struct rim_place *place, struct s
  * space alone, cloth that faces the other way is not the spot's. */
 static bool find_place(struct tracer *t, const struct rim_spot *spot, struct rim_place *place) {
     const struct march_start *start = &t->march->start;
-    const struct surface *surface = rim_edges_surface(t->march, spot->face);
-    if (!rim_cloth_find(&t->rim->cloth, spot->r, surface, spot->uv, place))
+    if (!rim_cloth_find(&t->rim->cloth, spot, place))
         return false;
     double hand = vec3_dot(vec3_cross(start->warp, start->weft), start->station.normal);
     struct vec3 up = vec3_cross(place->along[0], place->along[1]);

@@ -75,6 +75,10 @@ static void add_line(struct passages *c, const struct rim_point *a, const struct
     const double from[2] = {a->p, a->q}, to[2] = {b->p, b->q};
     double at = 0, last[2] = {from[0], from[1]};
     bool loose = !a->covered || !b->covered;
+    if (floor(from[0]) == floor(to[0]) && floor(from[1]) == floor(to[1])) {
+        add_piece(c, from, to, loose);
+        return;
+    }
     while (at < 1 && !c->failed) {
         double next = fmin(next_line(from[0], to[0], at), next_line(from[1], to[1], at)), here[2];
         for (int k = 0; k < 2; k++)

@@ -10,6 +10,9 @@
  * again. */
 enum { PATCHES_ACROSS = 4, PATCHES = PATCHES_ACROSS * PATCHES_ACROSS };
 
+/* And their corners. */
+enum { NODES_ACROSS = 4 };
+
 /* How far beyond the net, in spacings, corners are extrapolated at the most. */
 enum { LAYERS = 6 };
 
@@ -38,8 +41,11 @@ enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) {
     *cloth = (struct rim_cloth){.march = march, .view = net_view(march->net)};
     cloth->beyond = arena_alloc(march->arena, 1, sizeof *cloth->beyond);
     cloth->patch = cloth->patches = arena_alloc(march->arena, PATCHES, sizeof *cloth->patches);
-    return cloth->beyond && cloth->patches ? net_make(cloth->beyond, march->arena, false)
-                                           : STATUS_OUT_OF_MEMORY;
+    cloth->nodes =
+        arena_alloc(march->arena, (size_t)NODES_ACROSS * NODES_ACROSS, sizeof *cloth->nodes);
+    return cloth->beyond && cloth->patches && cloth->nodes
+               ? net_make(cloth->beyond, march->arena, false)
+               : STATUS_OUT_OF_MEMORY;
 }
 
 /* ---- corners beyond the net ---- */
@@ -357,42 +363,46 @@ static const double most_turned = 0.3;
 /* How well a place is known from a corner that is far, by the length between them. */
 static const double seen_accuracy = 1e-4;
 
-/* The yarn k of a corner, by its neighbour on one side. */
-static bool find_yarn(struct march *march, struct rim_corner *corner, int k, int side,
-                      struct vec3 *yarn) {
-    int di = k ? 0 : side, dj = k ? side : 0;
-    bool found = march_yarn(march, corner->i, corner->j, di, dj, &corner->station, yarn);
-    *yarn = vec3_scale(side, *yarn);
-    return found;
-}
-
-/* The yarn k of a corner by its edge of the cell, on one side, and by how much it turns to the left
- * at the corner; straight through from the other side where that is missing. */
-static bool find_yarns(struct march *march, struct rim_corner *corner, int k, int side) {
-    struct vec3 own, other;
-    bool here = find_yarn(march, corner, k, side, &own);
-    bool there = find_yarn(march, corner, k, -side, &other);
-    double turn = 0;
-    if (here && there)
-        turn = side * vec3_dot(vec3_cross(other, own), corner->station.normal);
-    corner->turn[k] = fabs(turn) < most_turned ? turn : 0;
-    corner->yarn[k] = here ? own : other;
-    return here || there;
+/* The node (i, j) with its station and yarns. */
+static const struct rim_node *find_node(struct rim_cloth *cloth, int32_t i, int32_t j) {
+    int at = (j & (NODES_ACROSS - 1)) * NODES_ACROSS + (i & (NODES_ACROSS - 1));
+    struct rim_node *node = &cloth->nodes[at];
+    if (node->sought && node->i == i && node->j == j)
+        return node;
+    node->sought = true;
+    node->i = i;
+    node->j = j;
+    node->found = march_station(cloth->march, i, j, &node->station);
+    for (int k = 0; k < 4 && node->found; k++) {
+        int family = k / 2, side = k % 2 ? 1 : -1;
+        struct vec3 *yarn = &node->yarn[family][k % 2];
+        node->told[family][k % 2] = march_yarn(cloth->march, i, j, family ? 0 : side,
+                                               family ? side : 0, &node->station, yarn);
+        *yarn = vec3_scale(side, *yarn);
+    }
+    return node;
 }
 
 /* Finds corner number n of a patch, its yarns by their edges of the cell or, where these are
  * missing, straight through from the other side; false when the net has none. */
-static bool find_corner(struct march *march, struct rim_patch *patch, int n) {
+static bool find_corner(struct rim_cloth *cloth, struct rim_patch *patch, int n) {
     struct rim_corner *corner = &patch->corner[n];
     if (corner->sought)
         return corner->found;
-    corner->sought = true;
-    corner->blind = false;
-    corner->i = patch->i + (n & 1);
-    corner->j = patch->j + n / 2;
-    corner->found = march_station(march, corner->i, corner->j, &corner->station);
-    for (int k = 0; k < 2 && corner->found; k++)
-        corner->found = find_yarns(march, corner, k, (k ? n / 2 : n & 1) ? -1 : 1);
+    *corner = (struct rim_corner){
+        .i = patch->i + (n & 1), .j = patch->j + n / 2, .sought = true, .blind = false};
+    const struct rim_node *node = find_node(cloth, corner->i, corner->j);
+    corner->station = node->station;
+    corner->found = node->found;
+    for (int k = 0; k < 2 && node->found; k++) {
+        int own = k ? 1 - n / 2 : 1 - (n & 1);
+        const struct vec3 *yarn = node->yarn[k];
+        const bool *told = node->told[k];
+        double turn = vec3_dot(vec3_cross(yarn[0], yarn[1]), node->station.normal);
+        corner->turn[k] = told[0] && told[1] && fabs(turn) < most_turned ? turn : 0;
+        corner->yarn[k] = yarn[told[own] ? own : 1 - own];
+        corner->found = corner->found && (told[0] || told[1]);
+    }
     return corner->found;
 }
 
@@ -495,7 +505,7 @@ static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
         *asked = true;
         sight->view[k].pq[0] = expected->p;
         sight->view[k].pq[1] = expected->q;
-        sight->seen[k] = find_corner(cloth->march, patch, k) &&
+        sight->seen[k] = find_corner(cloth, patch, k) &&
                          see_from(cloth, &patch->corner[k], to, sight->search, &sight->view[k]);
     }
     return sight->seen[k];
@@ -549,12 +559,10 @@ static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct s
 
 /* Once more where the place was not the one expected, because the weights follow from it. */
 static bool descend_rough(struct rim_cloth *cloth, struct rim_patch *patch,
-                          const struct surface *surface, const double uv[2],
-                          struct rim_place *place) {
-    struct march *march = cloth->march;
-    struct station to;
+                          const struct rim_spot *spot, struct rim_place *place) {
+    struct station to = {.uv = {spot->uv[0], spot->uv[1]}, .jet = spot->jet};
     struct sight sight = {.search = false};
-    if (march->mesh || !station_at(surface, &march->cursor, uv, &to))
+    if (cloth->march->mesh || !station_complete(rim_edges_surface(cloth->march, spot->face), &to))
         return false;
     double p = place->p, q = place->q;
     if (!see(cloth, patch, &to, &sight, place))
@@ -573,24 +581,23 @@ static bool may_reach_corners(struct rim_cloth *cloth, const struct rim_patch *p
 
 /* Finds the place in the patch, or where it leads out of it: in space where that tells it, else
  * along the surface from corners that the net has. */
-static bool find_in_patch(struct rim_cloth *cloth, struct rim_patch *patch, struct vec3 r,
-                          const struct surface *surface, const double uv[2],
-                          struct rim_place *place) {
+static bool find_in_patch(struct rim_cloth *cloth, struct rim_patch *patch,
+                          const struct rim_spot *spot, struct rim_place *place) {
     const double *d = cloth->march->settings->spacing;
+    struct vec3 r = spot->r;
     struct rim_place own = *place;
     bool spatial = patch->known && patch->smooth && descend(patch, r, &own);
     bool told =
         spatial && (!patch->extended || vec3_distance(own.r, r) < near_extended * fmin(d[0], d[1]));
     if (!told && (!patch->smooth || patch->extended) && may_reach_corners(cloth, patch) &&
-        descend_rough(cloth, patch, surface, uv, place))
+        descend_rough(cloth, patch, spot, place))
         return true;
     spatial = spatial || (patch->known && !patch->smooth && descend(patch, r, &own));
     *place = own;
     return spatial;
 }
 
-bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface *surface,
-                    const double uv[2], struct rim_place *place) {
+bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_spot *spot, struct rim_place *place) {
     struct rim_place last = *place;
     bool found = false; /* a place a little outside a patch that was */
     for (int hop = 0; hop < HOPS; hop++) {
@@ -598,17 +605,17 @@ bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface
             return false;
         (void)rim_cloth_patch(cloth, (int32_t)floor(place->p), (int32_t)floor(place->q));
         struct rim_patch *patch = cloth->patch;
-        if (!find_in_patch(cloth, patch, r, surface, uv, place))
+        if (!find_in_patch(cloth, patch, spot, place))
             break;
         if (is_within(patch, place, hop < STRICT_HOPS ? strict : lax))
-            return is_near(cloth, place, r);
+            return is_near(cloth, place, spot->r);
         if (is_within(patch, place, at_end)) {
             last = *place;
             found = true;
         }
     }
     *place = last;
-    return found && is_near(cloth, place, r);
+    return found && is_near(cloth, place, spot->r);
 }
 
 /* tan(gamma / 2) = x.y / (|x| |y| + |x cross y|) */

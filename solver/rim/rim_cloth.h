@@ -18,7 +18,16 @@
 #ifndef SOLVER_RIM_RIM_CLOTH_H
 #define SOLVER_RIM_RIM_CLOTH_H
 
-#include "solver/march/march.h"
+#include "rim_edges.h"
+
+/* A node that places near rough edges are seen from. */
+struct rim_node {
+    int32_t i, j;
+    bool sought, found;
+    struct station station;
+    bool told[2][2];        /* by its neighbours of lower and higher index there are, by family, */
+    struct vec3 yarn[2][2]; /* its yarns towards the higher index */
+};
 
 /* A corner of a cell that places near rough edges are seen from. */
 struct rim_corner {
@@ -50,6 +59,7 @@ struct rim_cloth {
     struct net *beyond;        /* corners that were extrapolated, as ghosts */
     struct rim_patch *patches; /* those looked at last, that of a cell at a place of its own */
     struct rim_patch *patch;   /* the last of all */
+    struct rim_node *nodes;    /* corners of patches, as patches are kept */
     bool failed;               /* no memory */
 };
 
@@ -71,11 +81,9 @@ const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int3
 /* The place at (p, q), which may lie a little outside the patch. */
 void rim_patch_place(const struct rim_patch *patch, double p, double q, struct rim_place *place);
 
-/* The place of the cloth nearest to `r`, the point of `surface` (NULL on a mesh) at the inner
- * parameters `uv`, from `place->p` and `q`, near which it is: it minimises |X(p, q) - r| by Gauss
- * and Newton. False when there is no cloth. */
-bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface *surface,
-                    const double uv[2], struct rim_place *place);
+/* The place of the cloth nearest to a spot of an edge, from `place->p` and `q`, near which it is:
+ * it minimises |X(p, q) - r| by Gauss and Newton. False when there is no cloth. */
+bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_spot *spot, struct rim_place *place);
 
 /* tan(gamma / 2) of the shear between the directions at a place. */
 double rim_place_half_tangent(const struct rim_place *place);

@@ -10,7 +10,7 @@ static const double parallel = 1e-6;
 
 void rim_edges_spot(struct march *march, const struct rim_vertex *from, const struct rim_vertex *to,
                     double t, struct rim_spot *spot) {
-    struct surface_jet jet;
+    struct surface_jet *jet = &spot->jet;
     double duv[2];
     spot->face = from->face;
     spot->t = t;
@@ -26,11 +26,11 @@ void rim_edges_spot(struct march *march, const struct rim_vertex *from, const st
         return;
     }
     const struct surface *surface = rim_edges_surface(march, from->face);
-    surface_jet_at(surface, &march->cursor, spot->uv[0], spot->uv[1], &jet);
-    spot->r = jet.r;
-    spot->dr = vec3_axpy(duv[1], jet.v, vec3_scale(duv[0], jet.u));
-    spot->normal = vec3_scale(surface->side, vec3_cross(jet.u, jet.v));
-    double nu = vec3_norm2(jet.u), nv = vec3_norm2(jet.v), area = vec3_norm2(spot->normal);
+    surface_jet_at(surface, &march->cursor, spot->uv[0], spot->uv[1], jet);
+    spot->r = jet->r;
+    spot->dr = vec3_axpy(duv[1], jet->v, vec3_scale(duv[0], jet->u));
+    spot->normal = vec3_scale(surface->side, vec3_cross(jet->u, jet->v));
+    double nu = vec3_norm2(jet->u), nv = vec3_norm2(jet->v), area = vec3_norm2(spot->normal);
     const double *least = surface->least_tangent2;
     if (!(nu > least[0] && nv > least[1] && area > parallel * parallel * nu * nv))
         spot->normal = vec3_make(0, 0, 0);

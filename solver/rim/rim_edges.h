@@ -44,8 +44,9 @@ struct rim_spot {
     double t;     /* 0..1 between its vertices */
     double uv[2]; /* as of a vertex */
     struct vec3 r;
-    struct vec3 dr;     /* its derivative by t */
-    struct vec3 normal; /* on the start's side, of any length; zero where there is none */
+    struct surface_jet jet; /* that of its surface there; of a mesh unset */
+    struct vec3 dr;         /* its derivative by t */
+    struct vec3 normal;     /* on the start's side, of any length; zero where there is none */
 };
 
 /* The surface that parameters on a face belong to; NULL on a mesh. */

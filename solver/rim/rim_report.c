@@ -413,7 +413,8 @@ static enum status measure(struct march *march, struct rim *rim, const struct ri
     struct drape_summary *s = &result->summary;
     const double *d = march->settings->spacing;
     sums.most.r = march->start.station.jet.r;
-    node_shear_make(march, &result->nodes, &g.between);
+    if (node_shear_make(march, &result->nodes, &g.between) != STATUS_OK)
+        return STATUS_OUT_OF_MEMORY;
     find_most(&g);
     if (add_wholes(&g) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
