@@ -360,8 +360,10 @@ static bool is_near(const struct rim_cloth *cloth, const struct rim_place *place
 /* A yarn that turns by more than this at a node, as a sine, is no arc. */
 static const double most_turned = 0.3;
 
-/* How well a place is known from a corner that is far, by the length between them. */
-static const double seen_accuracy = 1e-4;
+/* How well a place is known from a corner that is far, by the length between them: next to nothing
+ * and, where the surface has curvature K of its own, as a share of |K| d^2, by which yarns are
+ * other than the arcs that they are taken for. */
+static const double seen_accuracy = 1e-4, seen_share = 0.03, seen_most = 1e-2;
 
 /* The node (i, j) with its station and yarns. */
 static const struct rim_node *find_node(struct rim_cloth *cloth, int32_t i, int32_t j) {
@@ -444,6 +446,12 @@ static void carry_yarns(const struct rim_corner *corner, const struct station *t
                              vec3_scale(vec3_dot(frame->along[k], side), there));
 }
 
+/* `d2`: the area of an unsheared cell. */
+static double accuracy_between(const struct station *p, const struct station *q, double d2) {
+    double gauss = fmax(fabs(station_gauss_curvature(p)), fabs(station_gauss_curvature(q)));
+    return fmin(seen_accuracy + seen_share * gauss * d2, seen_most);
+}
+
 /* The place `to` by its geodesic from the corner: its logarithm or, with `search`, where that is
  * not to be had, what a search finds. */
 static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const struct station *to,
@@ -463,17 +471,17 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const s
     if (vec3_distance(to->jet.r, corner->station.jet.r) < last_step * fmin(d[0], d[1]))
         return true;
     struct logarithm l;
-    if (logarithm_find(&cloth->march->cursor, &corner->station, to, seen_accuracy, &l)) {
+    double accuracy = accuracy_between(&corner->station, to, d[0] * d[1]);
+    if (logarithm_find(&cloth->march->cursor, &corner->station, to, accuracy, &l)) {
         length = l.length;
         start = l.leave;
         end = l.arrive;
     } else if (!search) {
         return false;
     } else {
-        corner->blind =
-            corner->blind ||
-            !fishnet_geodesic_between(cloth->march->surface, &cloth->march->cursor,
-                                      &corner->station, to, seen_accuracy, &length, &start, &end);
+        corner->blind = corner->blind || !fishnet_geodesic_between(
+                                             cloth->march->surface, &cloth->march->cursor,
+                                             &corner->station, to, accuracy, &length, &start, &end);
         if (corner->blind)
             return false;
     }
