@@ -396,9 +396,20 @@ static void test_exact_pleats_geodesics_just_beyond_creases(void **state) {
     assert_int_equal(wrong_of(78), 0);
 }
 
+/* Where a long edge follows the short one of a narrow fillet near rough edges, places were looked
+ * for by derivatives along the short one: up to 0.7 d aside, and found there, seen from other
+ * nodes, so that the rim cut off cloth that there is. */
+static void test_exact_pleats_rims_past_narrow_fillets(void **state) {
+    const uint64_t seeds[] = {20, 27, 34};
+    (void)state;
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(wrong_of(seeds[k]), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_pleats_unroll),
+        cmocka_unit_test(test_exact_pleats_rims_past_narrow_fillets),
         cmocka_unit_test(test_exact_pleats_geodesics_just_beyond_creases),
         cmocka_unit_test(test_exact_pleats_yarns_beside_vertices),
         cmocka_unit_test(test_exact_pleats_beside_parted_faces),
