@@ -40,9 +40,13 @@ static const double longest_edge = 1.6, shortest_edge = 0.4;
 enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) {
     *cloth = (struct rim_cloth){.march = march, .view = net_view(march->net)};
     cloth->beyond = arena_alloc(march->arena, 1, sizeof *cloth->beyond);
-    cloth->patch = cloth->patches = arena_alloc(march->arena, PATCHES, sizeof *cloth->patches);
+    cloth->patch = cloth->patches = arena_take(march->arena, PATCHES, sizeof *cloth->patches);
     cloth->nodes =
-        arena_alloc(march->arena, (size_t)NODES_ACROSS * NODES_ACROSS, sizeof *cloth->nodes);
+        arena_take(march->arena, (size_t)NODES_ACROSS * NODES_ACROSS, sizeof *cloth->nodes);
+    for (int k = 0; cloth->patches && k < PATCHES; k++)
+        cloth->patches[k].made = cloth->patches[k].known = false;
+    for (int k = 0; cloth->nodes && k < NODES_ACROSS * NODES_ACROSS; k++)
+        cloth->nodes[k].sought = false;
     return cloth->beyond && cloth->patches && cloth->nodes
                ? net_make(cloth->beyond, march->arena, false)
                : STATUS_OUT_OF_MEMORY;

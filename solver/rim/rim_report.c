@@ -9,7 +9,7 @@
 enum { BINS = DRAPE_SHEAR_BINS };
 
 /* Areas by their shear: `change[b]` is by how much the density changes at bin b. From bin `end` on
- * there is none. */
+ * there is none, nor are changes set after that. */
 struct spread {
     double change[BINS + 2];
     int end;
@@ -23,13 +23,19 @@ static int bin_of(double shear_deg) {
     return (int)(in_range / bin_width);
 }
 
+static void spread_to(struct spread *s, int end) {
+    for (int bin = s->end + 1; bin <= end; bin++)
+        s->change[bin] = 0;
+    s->end = end > s->end ? end : s->end;
+}
+
 /* Area whose shear lies evenly between two values, `mean` in the mean. */
 static void spread_area(struct spread *s, double area, double low, double high, double mean) {
     int from = bin_of(low), to = bin_of(high) + 1;
     double each = area / (to - from);
+    spread_to(s, to);
     s->change[from] += each;
     s->change[to] -= each;
-    s->end = to > s->end ? to : s->end;
     s->area += area;
     s->moment += area * mean;
 }
@@ -80,6 +86,14 @@ struct sums {
     double flat;   /* area of the unsheared cloth */
     double turned; /* area times its angle between warp and the direction wanted */
 };
+
+/* No more of the many bins is touched than there is shear. */
+static void begin_sums(struct sums *sums) {
+    sums->spread.change[0] = 0;
+    sums->spread.end = 0;
+    sums->spread.area = sums->spread.moment = sums->flat = sums->turned = 0;
+    sums->most = (struct most){0};
+}
 
 /* The measured cloth. */
 struct gathering {
@@ -172,9 +186,9 @@ static void add_stretch(void *data, int number) {
 
 static void add_sums(struct sums *to, const struct sums *more) {
     int end = more->spread.end;
+    spread_to(&to->spread, end);
     for (int bin = 0; bin <= end; bin++)
         to->spread.change[bin] += more->spread.change[bin];
-    to->spread.end = end > to->spread.end ? end : to->spread.end;
     to->spread.area += more->spread.area;
     to->spread.moment += more->spread.moment;
     to->flat += more->flat;
@@ -189,9 +203,11 @@ static enum status add_wholes(struct gathering *g) {
     count = gauge_divides(g->gauge) ? 1 : count < STRETCHES ? count : STRETCHES;
     struct arena_mark mark = arena_mark(g->march->arena);
     struct stretch stretches[STRETCHES];
-    struct sums *sums = count > 1 ? arena_alloc(g->march->arena, count, sizeof *sums) : g->sums;
+    struct sums *sums = count > 1 ? arena_take(g->march->arena, count, sizeof *sums) : g->sums;
     if (!sums)
         return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < count && count > 1; k++)
+        begin_sums(&sums[k]);
     for (size_t k = 0; k < count; k++)
         stretches[k] = (struct stretch){
             .g = g, .k = k * cells / count, .end = (k + 1) * cells / count, .sums = &sums[k]};
@@ -401,7 +417,7 @@ static void fill_gauge(const struct gathering *g, struct drape_gauge *gauge) {
 
 static enum status measure(struct march *march, struct rim *rim, const struct rim_cells *cells,
                            struct drape_result *result) {
-    struct sums sums = {.flat = 0};
+    struct sums sums;
     const struct spread *spread = &sums.spread;
     struct drape_gauge *gauge = march->settings->gauge;
     struct gathering g = {.march = march,
@@ -412,6 +428,7 @@ static enum status measure(struct march *march, struct rim *rim, const struct ri
                           .sums = &sums};
     struct drape_summary *s = &result->summary;
     const double *d = march->settings->spacing;
+    begin_sums(&sums);
     sums.most.r = march->start.station.jet.r;
     if (node_shear_make(march, &result->nodes, &g.between) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
