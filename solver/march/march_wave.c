@@ -7,6 +7,7 @@
 #include "quadrant.h"
 #include "solver/fishnet/rough.h"
 #include "solver/shell/crossing.h"
+#include "solver/wide.h"
 
 #include <string.h>
 
@@ -147,32 +148,58 @@ static void find_inside(struct wave *wave) {
     }
 }
 
+/* What the net before says of a place, by the nodes beside it, along warp and along weft. */
+INLINE void note_before(struct wave_before *to, int slot, const struct net_node *at,
+                        const struct net_node *const side[4]) {
+    to->even[slot] = -1;
+    to->face[slot] = at->face;
+    for (int k = 0; k < 2; k++) {
+        struct vec3 bend = correction_bend(side[2 * k]->r, at->r, side[2 * k + 1]->r);
+        to->uv[k][slot] = at->uv[k];
+        to->bend[k][0][slot] = bend.x;
+        to->bend[k][1][slot] = bend.y;
+        to->bend[k][2][slot] = bend.z;
+    }
+}
+
+/* The places of row y of a tile that `is_even` says yes of, as bits. */
+static unsigned even_bits(const struct net_tile *tile, int y) {
+    return tile->bits[NET_BIT_PLACE][y] & ~tile->bits[NET_BIT_GROWN][y] &
+           ~(unsigned)tile->bits[NET_BIT_ROUGH][y];
+}
+
+/* The same of one whose neighbours are all of its tile, as most are. */
+static void recall_within(struct wave_before *to, int slot, const struct net_tile *tile, int x,
+                          int y) {
+    const struct net_node *at = &tile->node[y][x];
+    unsigned even = even_bits(tile, y), across = even_bits(tile, y - 1) & even_bits(tile, y + 1);
+    const struct net_node *const side[4] = {at - 1, at + 1, at - NET_TILE, at + NET_TILE};
+    if ((even & even >> 1 & even << 1 & across) >> x & 1)
+        note_before(to, slot, at, side);
+}
+
 /* Of a second march: takes in what the net before says of place i of row j, as that of a slot some
  * steps back. Next to a generator D2 is not the same for both edges that end there. */
 static void recall(struct quadrant *q, unsigned back, int slot, int32_t i, int32_t j) {
+    enum { LAST = NET_TILE - 1 };
     struct wave_before *to = wave_before_at(q->wave, back);
     struct net_view *view = &q->before[slot];
     to->even[slot] = 0;
     if (!q->wave->corrected || i == 0 || j == 0)
         return;
     net_view_move(view, i * q->si, j * q->sj);
+    const struct net_window *window = &view->window;
     int x = i * q->si - view->ti * NET_TILE, y = j * q->sj - view->tj * NET_TILE;
-    const struct net_node *at = net_window_find(&view->window, x, y);
-    const struct net_node *side[2][2] = {
-        {net_window_find(&view->window, x - 1, y), net_window_find(&view->window, x + 1, y)},
-        {net_window_find(&view->window, x, y - 1), net_window_find(&view->window, x, y + 1)}};
-    if (!is_even(at) || !is_even(side[0][0]) || !is_even(side[0][1]) || !is_even(side[1][0]) ||
-        !is_even(side[1][1]))
+    if (window->tile[1][1] && x > 0 && x < LAST && y > 0 && y < LAST) {
+        recall_within(to, slot, window->tile[1][1], x, y);
         return;
-    to->even[slot] = -1;
-    to->face[slot] = at->face;
-    for (int k = 0; k < 2; k++) {
-        struct vec3 bend = correction_bend(side[k][0]->r, at->r, side[k][1]->r);
-        to->uv[k][slot] = at->uv[k];
-        to->bend[k][0][slot] = bend.x;
-        to->bend[k][1][slot] = bend.y;
-        to->bend[k][2][slot] = bend.z;
     }
+    const struct net_node *at = net_window_find(window, x, y);
+    const struct net_node *side[4] = {
+        net_window_find(window, x - 1, y), net_window_find(window, x + 1, y),
+        net_window_find(window, x, y - 1), net_window_find(window, x, y + 1)};
+    if (is_even(at) && is_even(side[0]) && is_even(side[1]) && is_even(side[2]) && is_even(side[3]))
+        note_before(to, slot, at, side);
 }
 
 /* Place i of row j, as that of a slot some steps back. */

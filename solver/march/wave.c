@@ -7,30 +7,31 @@
 
 _Static_assert(WAVE_NUMBERS == 29, "a station is its surface and as many numbers as a wave's");
 
+/* A station's numbers lie in it one behind the other, as in `struct wave_station`. */
+#define SAME_PLACE(member)                                                                         \
+    _Static_assert(offsetof(struct station, member) - offsetof(struct station, uv) ==              \
+                       offsetof(struct wave_station, member),                                      \
+                   "a station's numbers are a wave's")
+SAME_PLACE(jet);
+SAME_PLACE(normal);
+SAME_PLACE(first);
+SAME_PLACE(second);
+_Static_assert(sizeof(struct surface_jet) == 18 * sizeof(double), "a jet has no gaps");
+
+enum { NUMBERS_AT = offsetof(struct station, uv) };
+
 void wave_put(struct wave_places *places, int slot, const struct station *station) {
-    double of[WAVE_NUMBERS];
-    struct wave_station numbers = {.jet = station->jet, .normal = station->normal};
-    memcpy(numbers.uv, station->uv, sizeof numbers.uv);
-    memcpy(numbers.first, station->first, sizeof numbers.first);
-    memcpy(numbers.second, station->second, sizeof numbers.second);
-    memcpy(of, &numbers, sizeof of);
-    for (int n = 0; n < WAVE_NUMBERS; n++)
-        places->of[n][slot] = of[n];
+    const char *from = (const char *)station + NUMBERS_AT;
+    _Pragma("GCC unroll 29") for (int n = 0; n < WAVE_NUMBERS; n++)
+        memcpy(&places->of[n][slot], from + (size_t)n * sizeof(double), sizeof(double));
     places->surface[slot] = station->surface;
 }
 
 void wave_get(const struct wave_places *places, int slot, struct station *station) {
-    double of[WAVE_NUMBERS];
-    struct wave_station numbers;
-    for (int n = 0; n < WAVE_NUMBERS; n++)
-        of[n] = places->of[n][slot];
-    memcpy(&numbers, of, sizeof numbers);
+    char *to = (char *)station + NUMBERS_AT;
+    _Pragma("GCC unroll 29") for (int n = 0; n < WAVE_NUMBERS; n++)
+        memcpy(to + (size_t)n * sizeof(double), &places->of[n][slot], sizeof(double));
     station->surface = places->surface[slot];
-    station->jet = numbers.jet;
-    station->normal = numbers.normal;
-    memcpy(station->uv, numbers.uv, sizeof numbers.uv);
-    memcpy(station->first, numbers.first, sizeof numbers.first);
-    memcpy(station->second, numbers.second, sizeof numbers.second);
 }
 
 void wave_get_forms(const struct wave_places *places, int slot, struct station *station) {
