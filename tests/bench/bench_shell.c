@@ -2,7 +2,8 @@
 /*
  * What a node costs on a shell: a rational bicubic surface as one face, and cut into 4, 16 and 64,
  * as they are and trimmed along their borders. Times are the least CPU times of a few runs of
- * drape_solve_shell, in ns a node; `on edges` is the share of cells that a joint crosses.
+ * drape_solve_shell, in ns a node; `on edges` is the share of cells that a joint crosses. The
+ * process keeps its memory from run to run, as a worker does.
  *
  *     bench_shell [N]      nets of about N x N nodes; default: 100 and 300
  */
@@ -10,6 +11,7 @@
 #include "tests/exact/shapes.h"
 #include "timing.h"
 
+#include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -114,6 +116,8 @@ static bool bench(int side) {
 }
 
 int main(int argc, char **argv) {
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
     if (argc > 1)
         return bench(atoi(argv[1])) ? 0 : 1;
     return bench(100) && bench(300) ? 0 : 1;
