@@ -27,7 +27,7 @@ static const struct {
  * (k d)^2 or (k d)^4, which the errors of a method of that order are a multiple of; and its limits.
  */
 static const double share_of_order[2] = {1e-6, 1e-7}, finest_of_order[2] = {1e-9, 1e-11};
-static const double coarsest = 1e-7;
+static const double coarsest_of_order[2] = {1e-5, 1e-7};
 
 /* Steps shorter than this share of the whole are not tried: the line cannot be followed. Beyond an
  * open boundary, where the continuation may be anything, it is given up sooner. */
@@ -332,7 +332,7 @@ void path_follow_net(struct path *path, double d, int order) {
     double bend = squared_curvature(&path->jet) * d * d;
     bool second = order == 2;
     double share = share_of_order[!second] * (second ? bend : bend * bend);
-    path->accuracy = fmin(fmax(share, finest_of_order[!second]), coarsest);
+    path->accuracy = fmin(fmax(share, finest_of_order[!second]), coarsest_of_order[!second]);
 }
 
 /* Whether an advance makes so many steps that it leads nowhere. Towards a pole many are needed. */
@@ -425,8 +425,12 @@ bool path_advance_both(struct path path[2], const double length[2]) {
  * out of it or round a corner. */
 static bool nudge(struct path *g, double length) {
     struct path_event event;
-    vec4 y = path_state(g);
-    path_short_step(g, length, &y);
+    struct path_footing at = path_footing_of(g);
+    vec4 y = at.state[0];
+    if (path_is_parabola(g, &at, length))
+        y = path_parabola(&at, length);
+    else
+        path_short_step(g, length, &y);
     const double uv[2] = {y[0], y[1]};
     if (g->surface->shell && path_leaves_face(g, uv))
         return false;

@@ -4,6 +4,9 @@
 /* Rounding in the sums of one step, as a share of the surface's coordinates. */
 static const double rounding = 4e-15;
 
+/* A step is next to nothing where it leaves out this share of what its velocity may be wrong by. */
+static const double parabola_share = 1e-2;
+
 /* The first step of a path, as a share of the length over which its velocity changes, by the eighth
  * root of its accuracy. */
 static const double first_pace = 11;
@@ -117,6 +120,16 @@ double path_try_step(const struct path *g, const struct path_footing *at, double
     dormand_step(path_slope, g, h, at->state, out, &error);
     path_redirect(g, out);
     return path_error_of_step(g, at, h, &error);
+}
+
+bool path_is_parabola(const struct path *g, const struct path_footing *at, double h) {
+    double share = h / length_of_change(at);
+    return g->kind == PATH_GEODESIC && share * share < parabola_share * g->accuracy;
+}
+
+vec4 path_parabola(const struct path_footing *at, double h) {
+    const vec4 slope = at->state[1], bend = {slope[2], slope[3], 0, 0};
+    return at->state[0] + h * (slope + h / 2 * bend);
 }
 
 void path_short_step(const struct path *g, double h, vec4 *y) {

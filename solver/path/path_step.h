@@ -80,6 +80,11 @@ double path_allowed_error(const struct path *g, const struct path_footing *at, d
 /* The first step worth trying. */
 double path_first_pace(const struct path *g, const struct path_footing *at);
 
+/* Whether a geodesic's step of h, of either sign, is next to nothing even by the accuracy of its
+ * velocity, so that a parabola in its parameters will do; and the state there. */
+bool path_is_parabola(const struct path *g, const struct path_footing *at, double h);
+vec4 path_parabola(const struct path_footing *at, double h);
+
 /* Moves the state y on by a step so short, of either sign, that the classical Runge-Kutta rule will
  * do. */
 void path_short_step(const struct path *g, double h, vec4 *y);
