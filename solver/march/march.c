@@ -89,7 +89,8 @@ double march_area(const struct march *march) {
 
 /* How often the net has passed the cut to its left on the way to (i, j), less the passages to its
  * right: by a neighbour, those towards the start first. */
-static int count_turns(const struct march *march, int32_t i, int32_t j, struct vec3 r) {
+static int count_turns(struct march *march, int32_t i, int32_t j, const struct station *station) {
+    const struct shell_cut_place to = {station->jet.r, station->normal};
     int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
     const int8_t sides[4][2] = {
         {(int8_t)-si, 0}, {0, (int8_t)-sj}, {(int8_t)si, 0}, {0, (int8_t)sj}};
@@ -97,8 +98,12 @@ static int count_turns(const struct march *march, int32_t i, int32_t j, struct v
         return 0;
     for (int k = 0; k < 4; k++) {
         const struct net_node *node = march_node_at(march, i + sides[k][0], j + sides[k][1]);
-        if (node && (node->state == NET_INSIDE || node->state == NET_GHOST))
-            return node->turn + shell_cut_passes(march->cut, node->r, r);
+        if (!node || (node->state != NET_INSIDE && node->state != NET_GHOST))
+            continue;
+        struct station beside;
+        bool known = march_station_at(march, node, &beside);
+        struct shell_cut_place from = {node->r, known ? beside.normal : vec3_make(0, 0, 0)};
+        return node->turn + shell_cut_passes(march->cut, &from, &to);
     }
     return 0;
 }
@@ -133,7 +138,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
         *zone = STATION_GHOST;
         reason = DRAPE_REASON_BOUNDARY;
     }
-    int turn = count_turns(march, i, j, station->jet.r);
+    int turn = count_turns(march, i, j, station);
     if (turn != 0) {
         bool beyond = *zone == STATION_BEYOND || turn > 1 || turn < -1;
         *zone = beyond ? STATION_BEYOND : STATION_GHOST;

@@ -435,8 +435,11 @@ static bool within_cells(struct fold *fold, const struct target *at,
         return false;
     double x = vec3_dot(vec3_cross(offset, b), across) / area2;
     double y = vec3_dot(vec3_cross(a, offset), across) / area2;
-    return fabs(x) < 1 && fabs(y) < 1 &&
-           !(fold->cut && shell_cut_passes(fold->cut, node->r, station->jet.r) != 0);
+    if (!(fabs(x) < 1 && fabs(y) < 1) || !fold->cut)
+        return fabs(x) < 1 && fabs(y) < 1;
+    const struct shell_cut_place to = {station->jet.r, normal};
+    const struct shell_cut_place from = {node->r, fold->normals.at(fold->normals.context, node)};
+    return shell_cut_passes(fold->cut, &from, &to) == 0;
 }
 
 /* A node (i, j) at `point`; without its station, whether there is a part of the net near it; with

@@ -119,11 +119,11 @@ const struct shell_cut_part *shell_cut_parts(const struct shell_cut *cut, size_t
     return cut->parts;
 }
 
-/* The nearest place of the lines to a point, among the ribbons visited: its distance squared, and
- * how far left of it the point is. */
+/* The nearest place of the lines to a point, among the ribbons visited: its distance squared, how
+ * far left of it the point is, and the normal of the shell there. */
 struct search {
     const struct shell_cut *cut;
-    struct vec3 point;
+    struct vec3 point, normal;
     double distance2, left;
 };
 
@@ -138,8 +138,10 @@ static bool visit(void *context, int32_t number) {
     if (!(distance2 < s->distance2))
         return true;
     struct vec3 turn = vec3_sub(ribbon->left[1], ribbon->left[0]);
+    struct vec3 left = vec3_axpy(share, turn, ribbon->left[0]);
     s->distance2 = distance2;
-    s->left = vec3_dot(off, vec3_axpy(share, turn, ribbon->left[0]));
+    s->left = vec3_dot(off, left);
+    s->normal = vec3_cross(along, left);
     return true;
 }
 
@@ -152,18 +154,22 @@ static struct search seek(const struct shell_cut *cut, struct vec3 point) {
     return s;
 }
 
-int shell_cut_passes(const struct shell_cut *cut, struct vec3 from, struct vec3 to) {
-    struct search begin = seek(cut, from);
-    double margin = nearness * vec3_distance(from, to);
+int shell_cut_passes(const struct shell_cut *cut, const struct shell_cut_place *from,
+                     const struct shell_cut_place *to) {
+    struct search begin = seek(cut, from->r);
+    struct vec3 way = vec3_sub(to->r, from->r);
+    double margin = nearness * vec3_norm(way);
     if (!(begin.distance2 < HUGE_VAL))
         return 0;
-    struct search end = seek(cut, to);
+    struct search end = seek(cut, to->r);
     bool begins_left = begin.left >= 0, ends_left = end.left >= 0;
     if (!(end.distance2 < HUGE_VAL) || begins_left == ends_left)
         return 0;
     double share = begin.left / (begin.left - end.left);
-    struct search middle = seek(cut, vec3_axpy(share, vec3_sub(to, from), from));
-    if (!(middle.distance2 <= margin * margin))
+    struct search middle = seek(cut, vec3_axpy(share, way, from->r));
+    struct vec3 turn = vec3_sub(to->normal, from->normal);
+    bool other_skin = vec3_dot(vec3_axpy(share, turn, from->normal), middle.normal) < 0;
+    if (!(middle.distance2 <= margin * margin) || other_skin)
         return 0;
     return ends_left ? 1 : -1;
 }

@@ -27,9 +27,15 @@ enum status shell_cut_make(const struct shell *shell, const struct shell_cut_par
 
 const struct shell_cut_part *shell_cut_parts(const struct shell_cut *cut, size_t *count);
 
-/* How often the straight way between two places on the shell or beside its boundary, which are as
- * near to each other as neighbours in a net, passes from the right side to the left: 1, 0, or -1
- * for the other way. */
-int shell_cut_passes(const struct shell_cut *cut, struct vec3 from, struct vec3 to);
+/* A place on the shell or beside its boundary, and the unit normal of the shell there, by which the
+ * two skins of a thin part are told apart; zero where it has none. */
+struct shell_cut_place {
+    struct vec3 r, normal;
+};
+
+/* How often the straight way between two places, which are as near to each other as neighbours in a
+ * net, passes from the right side to the left: 1, 0, or -1 for the other way. */
+int shell_cut_passes(const struct shell_cut *cut, const struct shell_cut_place *from,
+                     const struct shell_cut_place *to);
 
 #endif

@@ -302,6 +302,44 @@ static void test_exact_shell_folds_yarns_that_touch_a_joint(void **state) {
     arena_free(arena);
 }
 
+/* A blade: a round nose and two straight skins, which meet at the trailing edge. Its two skins are
+ * nearer to each other than nodes are, and the cut that opens it lies on one of them alone: what
+ * passes beside it on the other skin goes on. */
+static void test_exact_shell_folds_blade_is_cut_open_on_one_skin(void **state) {
+    const double half_deg = 5, half = half_deg * M_PI / 180, nose = 0.12, front = 0.04;
+    const double skin = (front / 2 + nose * cos(half)) / sin(half);
+    const struct profile_part parts[] = {
+        {0, 0, skin}, {nose, 90 + half_deg, front}, {nose, 90 + half_deg, skin}};
+    static const double places[] = {0.15, 0.53, 0.46}, angles[] = {0, 25, 66};
+    static struct profile_sheet sheet;
+    uint64_t seed = SEED;
+    (void)state;
+    profile_make(&sheet, parts, 3, 2.4);
+    for (int k = 0; k < 9; k += check_stride(2)) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct drape_result result;
+        struct vec3 tangent;
+        double s = places[k / 3] * sheet.total, angle = angles[k % 3] * M_PI / 180;
+        struct vec3 start = profile_point(&sheet, s, 0.9, &tangent);
+        struct drape_settings settings = {.method = k % 2 ? DRAPE_GIB : DRAPE_GEODESIC,
+                                          .spacing = {0.17, 0.17},
+                                          .start_kind = DRAPE_START_POINT,
+                                          .start_point = start,
+                                          .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                          .direction_vector =
+                                              vec3_axpy(tan(angle), vec3_make(0, 1, 0), tangent),
+                                          .max_nodes = 100000};
+        struct shell *shell = cut_sheet(&sheet, &seed, arena);
+        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &result), STATUS_OK);
+        printf("  from %.2f at %2.0f deg: %zu nodes, coverage %.4f, cloth %.4f\n", places[k / 3],
+               angles[k % 3], result.nodes.count, result.summary.coverage,
+               result.summary.cloth_coverage);
+        check_below(1 - result.summary.cloth_coverage, 5e-3);
+        check_below(result.summary.flat_area, 1.02 * sheet.total * 2.4);
+        arena_free(arena);
+    }
+}
+
 /* A plate in two faces, each within one polyline. Yarns that have left it pass the joint's line
  * beyond its end, a corner of both, and go straight on. */
 static void test_exact_shell_folds_yarns_pass_a_joint_beyond_the_part(void **state) {
@@ -531,6 +569,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_folds_yarns_that_touch_a_joint),
         cmocka_unit_test(test_exact_shell_folds_yarns_pass_a_joint_beyond_the_part),
         cmocka_unit_test(test_exact_shell_folds_cup_from_its_wall),
+        cmocka_unit_test(test_exact_shell_folds_blade_is_cut_open_on_one_skin),
         cmocka_unit_test(test_exact_shell_folds_curved_creases),
         cmocka_unit_test(test_exact_shell_folds_yarns_along_a_curved_crease),
     };
