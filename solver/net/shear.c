@@ -84,6 +84,22 @@ static struct vec3 bend(const struct net_window *window, int x, int y, int dx, i
     return back && ahead ? vec3_scale(0.5, sum) : sum;
 }
 
+/* The square of the sine of the yarns' angle, at least: flatter cells are turned by less. */
+static const double least_sine2 = 0.1;
+
+/* What to turn a cell's means e and f by, half of it each: e + turn / f^2 f and f + turn / e^2 e.
+ * From the products (e, e), (f, f), (e, f), that of the twist with both bends, and those of the
+ * bend along e, the twist and the bend along f with e x f, whose square is `cross2`. */
+INLINE double cell_turn(const double product[3], double twist_bend, const double across[3],
+                        double cross2) {
+    double ee = product[0], ff = product[1], ef = product[2], whole = ee * ff;
+    double by = 1 / (cross2 > 0 ? cross2 : 1), twist2 = across[1] * across[1] * by;
+    double shorter = (across[0] * across[0] * by / 3 + twist2) / ee +
+                     (across[2] * across[2] * by / 3 + twist2) / ff;
+    double least = least_sine2 * whole, sine2 = cross2 > least ? cross2 : least;
+    return (twist_bend / 3 - ef * shorter / 4) * whole / sine2;
+}
+
 void shear_cell(struct shear_row *row, const struct net_window *window, int x, int y, bool rough) {
     struct vec3 a = net_window_find(window, x, y)->r, b = net_window_find(window, x + 1, y)->r;
     struct vec3 c = net_window_find(window, x + 1, y + 1)->r;
@@ -95,8 +111,11 @@ void shear_cell(struct shear_row *row, const struct net_window *window, int x, i
         return;
     }
     struct vec3 twist = vec3_add(vec3_sub(a, b), vec3_sub(c, d));
-    struct vec3 bends = vec3_add(bend(window, x, y, 1, 0, a, b), bend(window, x, y, 0, 1, a, d));
-    double turn = 2 * vec3_dot(twist, bends) / 6; /* half of it each, by the same angle */
+    struct vec3 p = bend(window, x, y, 1, 0, a, b), q = bend(window, x, y, 0, 1, a, d);
+    struct vec3 cross = vec3_cross(warp, weft);
+    const double product[3] = {vec3_norm2(warp), vec3_norm2(weft), vec3_dot(warp, weft)};
+    const double across[3] = {vec3_dot(p, cross), vec3_dot(twist, cross), vec3_dot(q, cross)};
+    double turn = cell_turn(product, vec3_dot(twist, vec3_add(p, q)), across, vec3_norm2(cross));
     set(row, x, vec3_axpy(turn / vec3_norm2(weft), weft, warp),
         vec3_axpy(turn / vec3_norm2(warp), warp, weft));
 }
@@ -179,7 +198,7 @@ uint32_t shear_nodes(const struct shear_block *block, enum shear_order order,
 /* What shear_cell has of a cell, for a row: its four sides' sums and differences, one coordinate.
  */
 INLINE void cell_sums(const struct shear_block *block, int k, double *warp, double *weft,
-                      double *twist, double *bends) {
+                      double *twist, double *bend_warp, double *bend_weft) {
     const double *a = row_of(block, k, 0, 0), *b = row_of(block, k, 1, 0);
     const double *c = row_of(block, k, 1, 1), *d = row_of(block, k, 0, 1);
     const double *left = row_of(block, k, -1, 0), *right = row_of(block, k, 2, 0);
@@ -189,8 +208,8 @@ INLINE void cell_sums(const struct shear_block *block, int k, double *warp, doub
         warp[x] = ab + (c[x] - d[x]);
         weft[x] = ad + (c[x] - b[x]);
         twist[x] = (a[x] - b[x]) + (c[x] - d[x]);
-        bends[x] = 0.5 * ((ab - (a[x] - left[x])) + ((right[x] - b[x]) - ab)) +
-                   0.5 * ((ad - (a[x] - down[x])) + ((up[x] - d[x]) - ad));
+        bend_warp[x] = 0.5 * ((ab - (a[x] - left[x])) + ((right[x] - b[x]) - ab));
+        bend_weft[x] = 0.5 * ((ad - (a[x] - down[x])) + ((up[x] - d[x]) - ad));
     }
 }
 
@@ -217,12 +236,23 @@ INLINE double dot_at(double (*a)[SHEAR_PLACES], double (*b)[SHEAR_PLACES], int x
 WIDE_CLONES
 uint32_t shear_cells(const struct shear_block *block, struct shear_row *row, double *area) {
     double warp[3][SHEAR_PLACES], weft[3][SHEAR_PLACES];
-    double twist[3][SHEAR_PLACES], bends[3][SHEAR_PLACES];
+    double twist[3][SHEAR_PLACES], p[3][SHEAR_PLACES], q[3][SHEAR_PLACES];
+    double cross[3][SHEAR_PLACES];
     for (int k = 0; k < 3; k++)
-        cell_sums(block, k, warp[k], weft[k], twist[k], bends[k]);
+        cell_sums(block, k, warp[k], weft[k], twist[k], p[k], q[k]);
+    for (int x = 0; x < SHEAR_PLACES; x++)
+        for (int k = 0; k < 3; k++) {
+            int l = (k + 1) % 3, m = (k + 2) % 3;
+            cross[k][x] = warp[l][x] * weft[m][x] - warp[m][x] * weft[l][x];
+        }
     for (int x = 0; x < SHEAR_PLACES; x++) {
-        double turn = 2 * dot_at(twist, bends, x) / 6;
-        double to_warp = turn / dot_at(weft, weft, x), to_weft = turn / dot_at(warp, warp, x);
+        const double product[3] = {dot_at(warp, warp, x), dot_at(weft, weft, x),
+                                   dot_at(warp, weft, x)};
+        const double across[3] = {dot_at(p, cross, x), dot_at(twist, cross, x),
+                                  dot_at(q, cross, x)};
+        double turn = cell_turn(product, dot_at(twist, p, x) + dot_at(twist, q, x), across,
+                                dot_at(cross, cross, x));
+        double to_warp = turn / product[1], to_weft = turn / product[0];
         for (int k = 0; k < 3; k++) {
             row->warp[k][x] = warp[k][x] + to_warp * weft[k][x];
             row->weft[k][x] = weft[k][x] + to_weft * warp[k][x];

@@ -52,7 +52,9 @@ void shear_node(struct shear_row *row, const struct net_window *window, int x, i
 /* The mean directions of the cells with the corners (x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)
  * for the block's row, as they are in the surface. With a, b, c what the second fundamental form
  * takes from e warp and weft f of the cell, (e, e), (e, f) and (f, f), geodesic triangles at its
- * corners have e . f = that of the chords + b (a + c) / 6; a, b and c are second differences of the
+ * corners have e . f = that of the chords + b (a + c) / 6, and the sums of opposite sides' chords
+ * are shorter than they are by shares of (a^2 / 3 + b^2) / 8 e^2 and (c^2 / 3 + b^2) / 8 f^2, these
+ * being the sums; a, b and c are second differences of the
  * nodes. The means are turned against each other by that. Also the area of each: half the cross
  * product of the diagonals, to second order that of a curved quadrilateral. Returns the places
  * whose yarns go on to both sides, as bits; at others only the area is of use. */

@@ -267,6 +267,34 @@ static void test_exact_limits_pre_shear(void **state) {
     scene_free(&scene);
 }
 
+/* On a cylinder the net is sheared alike everywhere: its cells are as its nodes, although their
+ * chords are shorter than their yarns, and by how much depends on the angle between these. */
+static void test_exact_limits_pre_shear_of_cells(void **state) {
+    static const double turn[2] = {0, 4.5}, low[2] = {1, 0}, high[2] = {1, 4};
+    static struct shape cylinder;
+    (void)state;
+    shape_frustum(&cylinder, turn, low, high, M_PI / 2);
+    for (int shear = -60; shear <= 60; shear += 20)
+        for (int angle = 0; angle < 180; angle += 25) {
+            struct drape_settings settings = settings_at(DRAPE_GEODESIC, 0.5, 0.5, 0.2);
+            struct drape_run run;
+            double lower[2], upper[2], worst = 0;
+            shape_domain(&cylinder, lower, upper);
+            for (int k = 0; k < 2; k++)
+                settings.start_uv[k] = (lower[k] + upper[k]) / 2;
+            settings.direction_deg = angle;
+            settings.pre_shear_deg = shear;
+            drape_begin(&run, &cylinder, &settings);
+            const struct drape_cells *cells = &run.result.cells;
+            for (size_t k = 0; k < cells->count; k++)
+                worst = fmax(worst, fabs(cells->shear_deg[k] - shear));
+            printf("  %d deg at %d: cells off by %.4f deg\n", shear, angle, worst);
+            check_above((double)cells->count, 100);
+            check_below(worst, 0.01);
+            drape_end(&run);
+        }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_limits_degree_nine),
@@ -277,6 +305,7 @@ int main(void) {
         cmocka_unit_test(test_exact_limits_one_node),
         cmocka_unit_test(test_exact_limits_far_from_origin),
         cmocka_unit_test(test_exact_limits_pre_shear),
+        cmocka_unit_test(test_exact_limits_pre_shear_of_cells),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
