@@ -197,6 +197,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
     double least = ordered ? cell->bd : cell->cd, longest = 2 * (ordered ? cell->cd : cell->bd);
     const double inverse[2] = {1 / (cell->bd * cell->bd), 1 / (cell->cd * cell->cd)};
     double enough = FISHNET_TOLERANCE + FISHNET_ROUNDING * surface->magnitude / least;
+    double limit = cell->corrects ? FISHNET_CORRECTED_GUESS : FISHNET_GUESS_SHARE * enough;
     int halvings = 0;
     double share2 = 0; /* the last step's size by the edge's, squared; 0 when it was shortened */
     double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
@@ -212,8 +213,8 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
         double error = length_error(cell, inverse, wb, wc, f);
         node->residual = error;
         node->iterations += 1;
-        if (error <= (round == 0 ? FISHNET_GUESS_SHARE * enough : enough) ||
-            may_settle(error, share2) || (error >= previous && error <= FISHNET_STAGNATION))
+        if (error <= limit || may_settle(error, share2) ||
+            (error >= previous && error <= FISHNET_STAGNATION))
             return settle(surface, cell, inverse, wb, wc, f, node);
         if (error < previous) {
             if (!newton_step(&d->jet, wb, wc, f, error, step))
@@ -238,6 +239,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
             d->uv[1] = from[1];
         }
         move(surface, cursor, from_r, step, longest, d->uv);
+        limit = enough;
     }
     return false;
 }

@@ -20,6 +20,7 @@ struct fishnet_cell {
     double curvature[2];    /* of BD and CD, where the chords come from it; else 0 */
     struct vec3 guess;      /* where D is expected, in space */
     const double *guess_uv; /* the same in parameters, if known, and then preferred; or NULL */
+    bool corrects;          /* the net before, as `gib4`: chords are hardly those of curvatures */
     int orientation; /* 1 when A, C, D, B turn counter-clockwise about the normal, -1 when not */
 };
 

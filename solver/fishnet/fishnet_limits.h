@@ -15,6 +15,11 @@ enum { FISHNET_MODEL_ROUNDS = 3 };
  * node to node, those of a Newton step do not. */
 #define FISHNET_GUESS_SHARE 0.01
 
+/* In a march that corrects a net it is enough that the last step, on the paraboloid, leads to
+ * rounding: next chords hardly go by second derivatives, which it leaves as they are. Places of the
+ * net before, moved as their neighbours have, are as near as this on fine nets. */
+#define FISHNET_CORRECTED_GUESS 1e-8
+
 /* Errors of this size are rounding: no step is of use. And this one, where steps do not reduce it,
  * is rounding of parameters in which the surface goes very fast. */
 #define FISHNET_SETTLED 1e-14

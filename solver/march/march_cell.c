@@ -456,7 +456,11 @@ static enum fishnet_end solve_chords(struct march *march, const struct fishnet_c
 static bool solve_on_surface(struct march *march, const struct march_cell *at,
                              struct fishnet_node *node, enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
-    struct fishnet_cell cell = {.a = at->a, .b = at->b, .c = at->c, .orientation = at->si * at->sj};
+    struct fishnet_cell cell = {.a = at->a,
+                                .b = at->b,
+                                .c = at->c,
+                                .corrects = march->before.net,
+                                .orientation = at->si * at->sj};
     double uv[2];
     cell.guess = guess(at);
     cell.guess_uv = at->guess_uv;

@@ -303,8 +303,9 @@ INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct lanes_cell 
     lanes least = lanes_select(ordered, cell->bd, cell->cd);
     lanes longest = 2 * lanes_select(ordered, cell->cd, cell->bd), least2 = least * least;
     lanes enough = FISHNET_TOLERANCE + FISHNET_ROUNDING * wave->surface->magnitude / least;
-    lanes limit = FISHNET_GUESS_SHARE * enough, previous = lanes_of(HUGE_VAL), none = {0};
-    lanes share2 = none;
+    lanes previous = lanes_of(HUGE_VAL), none = {0}, share2 = none;
+    lanes limit =
+        wave->corrected ? lanes_of(FISHNET_CORRECTED_GUESS) : FISHNET_GUESS_SHARE * enough;
     lanes_mask done = none != none;
     cell->iterations = none;
     for (int round = 0; round < WAVE_ROUNDS; round++) {
