@@ -421,12 +421,13 @@ static bool within_cells(struct fold *fold, const struct target *at,
     struct vec3 a = yarn_step(fold->net, at, 1, 0);
     struct vec3 b = yarn_step(fold->net, at, 0, 1);
     bool alone = vec3_norm2(a) == 0 || vec3_norm2(b) == 0;
-    if (alone && !(vec3_dot(fold->normals.at(fold->normals.context, node), normal) > 0))
+    struct vec3 own = alone ? fold->normals.at(fold->normals.context, node) : normal;
+    if (!(vec3_dot(own, normal) > 0))
         return false;
     if (vec3_norm2(a) == 0)
-        a = vec3_scale(fold->spacing[0], vec3_unit(vec3_cross(b, normal)));
+        a = vec3_scale(fold->spacing[0], vec3_unit(vec3_cross(b, own)));
     if (vec3_norm2(b) == 0)
-        b = vec3_scale(fold->spacing[1], vec3_unit(vec3_cross(normal, a)));
+        b = vec3_scale(fold->spacing[1], vec3_unit(vec3_cross(own, a)));
     struct vec3 across = vec3_cross(a, b);
     double area2 = vec3_norm2(across), height = vec3_dot(offset, across);
     if (!(area2 > 0) || height * height > sheet_gap * sheet_gap * area2 * vec3_norm2(a))

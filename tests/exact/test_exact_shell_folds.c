@@ -169,6 +169,50 @@ static void test_exact_shell_folds_chords_meet_on_a_face(void **state) {
     check_below(longest, 1 + 1e-6);
 }
 
+/* The sheet as a cone: its first end is drawn near the point `to`, of that end's plane. */
+static void taper(struct shape *shape, const double to[2], double share) {
+    for (int k = 0; k < 2 * shape->size[0]; k += 2) {
+        double *h = shape->h[k];
+        h[0] = share * h[0] + (1 - share) * to[0] * h[3];
+        h[2] = share * h[2] + (1 - share) * to[1] * h[3];
+    }
+}
+
+/* A rib that is thinner than a spacing: where a yarn comes down on its far side, with nothing that
+ * crosses it yet, that does not lie on the cloth of the near side. */
+static void test_exact_shell_folds_narrow_rib(void **state) {
+    static const struct profile_part rib[] = {{0, 0, 6.2803},
+                                              {0.7648, 90, 3.1223},
+                                              {0.3408, -90, 0.01},
+                                              {0.3408, -90, 3.1223},
+                                              {0.7648, 90, 4.8506}};
+    static const double to[2] = {4.0421, 0.5617}, start[2] = {16.749, 6.342};
+    static struct profile_sheet sheet;
+    (void)state;
+    profile_make(&sheet, rib, 5, 18.184);
+    taper(&sheet.shape, to, 0.5311);
+    for (int m = 0; m < PROFILE_METHODS; m++) {
+        struct drape_run run = {.arena = arena_new((size_t)1 << 30)};
+        uint64_t seed = SEED;
+        double radians = 56.88 * M_PI / 180;
+        struct shell *shell = cut_sheet(&sheet, &seed, run.arena);
+        struct drape_settings settings = {.method = profile_methods[m].id,
+                                          .spacing = {1, 1},
+                                          .start_kind = DRAPE_START_POINT,
+                                          .start_point = shape_point(&sheet.shape, start),
+                                          .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                          .direction_vector =
+                                              vec3_make(cos(radians), sin(radians), 0),
+                                          .max_nodes = 100000};
+        assert_int_equal(drape_solve_shell(shell, &settings, NULL, run.arena, &run.result),
+                         STATUS_OK);
+        printf("    %-8s covered %.4f\n", profile_methods[m].name,
+               run.result.summary.cloth_coverage);
+        check_above(run.result.summary.cloth_coverage, 0.98);
+        arena_free(run.arena);
+    }
+}
+
 static void test_exact_shell_folds_joggle(void **state) {
     static const struct profile_part joggle[] = {{0, 0, 15}, {0.5, 60, 0.4}, {0.5, -60, 15}};
     static struct profile_sheet sheet;
@@ -564,6 +608,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_folds_hat),
         cmocka_unit_test(test_exact_shell_folds_crease),
         cmocka_unit_test(test_exact_shell_folds_chords_meet_on_a_face),
+        cmocka_unit_test(test_exact_shell_folds_narrow_rib),
         cmocka_unit_test(test_exact_shell_folds_joggle),
         cmocka_unit_test(test_exact_shell_folds_flaps_of_one_line),
         cmocka_unit_test(test_exact_shell_folds_yarns_that_touch_a_joint),
