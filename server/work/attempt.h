@@ -9,6 +9,7 @@
 
 #include "child.h"
 #include "counters.h"
+#include "sandbox.h"
 #include "server/hub.h"
 #include "server/store/store.h"
 #include "settings.h"
@@ -30,12 +31,12 @@ struct attempt_shared {
     atomic_int_fast64_t yielded_ms; /* when a job last gave way to another owner's */
 };
 
-/* For how long a job may have its worker to itself. */
+/* For how long a job may have its worker to itself. In the express lane so long of a processor, of
+ * one that sanitizers slow down more, and so long in any case: on a busy machine a small job takes
+ * long, too. Then it goes back to the queue. */
 enum {
-    ATTEMPT_EXPRESS_MS = 60, /* of a processor, in the express lane; then it goes back to the
-                                queue, and after ATTEMPT_EXPRESS_MOST_MS in any case: on a busy
-                                machine a small job takes long, too */
-    ATTEMPT_EXPRESS_MOST_MS = 600,
+    ATTEMPT_EXPRESS_MS = SANDBOX_SANITIZED ? 600 : 60,
+    ATTEMPT_EXPRESS_MOST_MS = 10 * ATTEMPT_EXPRESS_MS,
     ATTEMPT_TURN_MS = 10000, /* else; then it goes back when another owner has waited, with nothing
                                 running, for ATTEMPT_STARVED_MS. Doubled with every attempt, so
                                 that each job ends at last. */
