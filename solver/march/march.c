@@ -100,9 +100,7 @@ static int count_turns(struct march *march, int32_t i, int32_t j, const struct s
         const struct net_node *node = march_node_at(march, i + sides[k][0], j + sides[k][1]);
         if (!node || (node->state != NET_INSIDE && node->state != NET_GHOST))
             continue;
-        struct station beside;
-        bool known = march_station_at(march, node, &beside);
-        struct shell_cut_place from = {node->r, known ? beside.normal : vec3_make(0, 0, 0)};
+        const struct shell_cut_place from = {node->r, march_normal_at(march, node)};
         return node->turn + shell_cut_passes(march->cut, &from, &to);
     }
     return 0;
@@ -199,9 +197,13 @@ bool march_progress(struct march *march) {
     return !atomic_load(&watch->stopped);
 }
 
-static struct vec3 normal_at(void *context, const struct net_node *node) {
+struct vec3 march_normal_at(struct march *march, const struct net_node *node) {
     struct station station;
-    return march_station_at(context, node, &station) ? station.normal : vec3_make(0, 0, 0);
+    return march_station_at(march, node, &station) ? station.normal : vec3_make(0, 0, 0);
+}
+
+static struct vec3 normal_at(void *context, const struct net_node *node) {
+    return march_normal_at(context, node);
 }
 
 /* A hash for so many nodes; there are none yet. */

@@ -210,6 +210,9 @@ const struct net_node *march_node_at(const struct march *march, int32_t i, int32
 /* The station of a node of the net; false where there is no tangent plane. */
 bool march_station_at(struct march *march, const struct net_node *node, struct station *station);
 
+/* The unit normal of the surface at a node of the net; zero where there is none. */
+struct vec3 march_normal_at(struct march *march, const struct net_node *node);
+
 /* The station of a place of the net; false when (i, j) has none. */
 bool march_station(struct march *march, int32_t i, int32_t j, struct station *station);
 

@@ -436,8 +436,9 @@ static bool within_cells(struct fold *fold, const struct target *at,
         return false;
     double x = vec3_dot(vec3_cross(offset, b), across) / area2;
     double y = vec3_dot(vec3_cross(a, offset), across) / area2;
-    if (!(fabs(x) < 1 && fabs(y) < 1) || !fold->cut)
-        return fabs(x) < 1 && fabs(y) < 1;
+    bool within = fabs(x) < 1 && fabs(y) < 1;
+    if (!within || !fold->cut)
+        return within;
     const struct shell_cut_place to = {station->jet.r, normal};
     const struct shell_cut_place from = {node->r, fold->normals.at(fold->normals.context, node)};
     return shell_cut_passes(fold->cut, &from, &to) == 0;

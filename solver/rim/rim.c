@@ -117,9 +117,7 @@ static bool same_turn(const struct tracer *t, const struct net_node *node,
         struct vec3 left = vec3_unit(vec3_cross(spot->normal, spot->dr));
         struct vec3 inward = vec3_axpy(1 - 2 * spot->t, vec3_unit(spot->dr), left);
         struct vec3 covered = vec3_axpy(beside * t->spacing, inward, spot->r);
-        struct station station;
-        bool known = march_station_at(t->march, node, &station);
-        const struct shell_cut_place from = {node->r, known ? station.normal : vec3_make(0, 0, 0)};
+        const struct shell_cut_place from = {node->r, march_normal_at(t->march, node)};
         const struct shell_cut_place to = {covered, spot->normal};
         return shell_cut_passes(t->march->cut, &from, &to) == 0;
     }
