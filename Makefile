@@ -46,8 +46,8 @@ SOLVER_OBJ := $(call objects,$(call sources,solver))
 API_OBJ := $(call objects,$(filter-out api/clients/%,$(call sources,api))) \
            $(patsubst %.cc,$(B)/%.o,$(wildcard api/*/*.cc))
 CLI_OBJ := $(call objects,$(wildcard cli/*.c))
-IMPORT_OBJ := $(call objects,$(wildcard cli/import/*.c) cli/files.c) \
-              $(patsubst %.cc,$(B)/%.o,$(wildcard cli/import/*.cc))
+IMPORT_OBJ := $(call objects,$(wildcard import/*.c) cli/files.c) \
+              $(patsubst %.cc,$(B)/%.o,$(wildcard import/*.cc))
 SERVER_OBJ := $(call objects,$(filter-out server/main.c server/viewer/%,$(call sources,server)))
 LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
 # HDF5 from its archive: the shared library brings 30 others, HTTP clients among them.
@@ -126,7 +126,7 @@ $(B)/drape: $(CLI_OBJ) $(B)/libdrapeapi.a $(B)/libdrape.a
 OCC_LIBS := -lTKXDESTEP -lTKXDEIGES -lTKSTEP -lTKSTEPBase -lTKIGES -lTKXSBase -lTKXCAF -lTKLCAF \
             -lTKCDF -lTKShHealing -lTKTopAlgo -lTKBRep -lTKGeomBase -lTKGeomAlgo -lTKG3d -lTKG2d \
             -lTKMath -lTKernel
-$(B)/cli/import/%.o: CXXFLAGS := $(filter-out -fno-exceptions -fno-rtti $(OPT),$(CXXFLAGS)) -O1 \
+$(B)/import/%.o: CXXFLAGS := $(filter-out -fno-exceptions -fno-rtti $(OPT),$(CXXFLAGS)) -O1 \
                                  -isystem /usr/include/opencascade
 $(B)/drape-import: $(IMPORT_OBJ) $(LIBS)
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(OCC_LIBS) -lseccomp $(API_LIBS)
@@ -154,7 +154,7 @@ lint: all .test-tools ## the checks of the source alone: format, layers, what th
 	@for check in tests/checks/*.sh; do echo $$check; $$check $(B) || exit 1; done
 
 format: tests/browser/node_modules ## clang-format 14, prettier
-	find solver api cli server tests -name node_modules -prune -o \
+	find solver api cli import server tests -name node_modules -prune -o \
 	    \( -name '*.[ch]' -o -name '*.cc' \) -print | xargs $(CLANG_FORMAT) -i
 	node $</prettier/bin/prettier.cjs --log-level warn --write server/viewer/*.js tests/*/*.mjs
 

@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 build=$(realpath "$1") out=$(realpath -m "$1/deb") tree=$1/deb/draped-$2
 rm -rf "$tree" "$out"/*.deb
 mkdir -p "$tree"
-cp -a Makefile LICENSE README.md api cli docs server solver deploy "$tree"
+cp -a Makefile LICENSE README.md api cli docs import server solver deploy "$tree"
 install -D -m 644 -t "$tree/tests" tests/tests.mk
 for lock in tests/*/package-lock.json; do # for the bill of materials
     install -D -m 644 "$lock" "$tree/$lock"

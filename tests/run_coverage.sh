@@ -27,7 +27,7 @@ for file in tests/http/*.bats tests/deploy/service.bats; do
     BUILD=$build LD_PRELOAD=$preload timeout 600 bats --tap "$file" >"$build/test.log" 2>&1 ||
         { grep -A20 '^not ok' "$build/test.log"; fail "$file"; }
 done
-gcovr --root . --object-directory "$build" --filter 'solver/' --filter 'api/' --filter 'cli/' --filter 'server/' \
+gcovr --root . --object-directory "$build" --filter 'solver/' --filter 'api/' --filter 'cli/' --filter 'import/' --filter 'server/' \
     --csv - "$build" | awk -F, 'NR > 1 {
         split($1, part, "/")
         lines[part[1]] += $2; hit[part[1]] += $3; lines["all"] += $2; hit["all"] += $3

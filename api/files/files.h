@@ -2,7 +2,7 @@
 /*
  * Files of CAD and mesh that surfaces come from. Meshes are read here: STL, OBJ and Nastran bulk
  * data become the JSON of a triangle mesh, with equal corners made one. STEP and IGES take Open
- * CASCADE, which the importer alone has (cli/import); here is only what they are called.
+ * CASCADE, which the importer alone has (import); here is only what they are called.
  */
 #ifndef API_FILES_FILES_H
 #define API_FILES_FILES_H
