@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "run.h"
 
-#include "api/json/place.h"
+#include "api/json/value.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
 #include "api/request/shape.h"

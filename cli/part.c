@@ -2,8 +2,8 @@
 #include "part.h"
 
 #include "api/files/files.h"
-#include "api/json/place.h"
 #include "api/json/text.h"
+#include "api/json/value.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
 #include <errno.h>
@@ -184,18 +184,18 @@ static bool read_file(const char *file, const char *unit, const struct api_limit
 
 /* ---- both ---- */
 
-static bool resolve(const struct json_place *place, struct files_bytes *request,
+static bool resolve(const struct json_value *place, struct files_bytes *request,
                     const struct api_limits *limits, struct arena *arena,
                     struct files_bytes *surface, struct api_problem *problem) {
-    struct json_place file = place_member(place, "file"), unit = place_member(place, "unit");
+    struct json_value file = value_member(place, "file"), unit = value_member(place, "unit");
     const char *path, *of = "";
     char id[API_ID_SIZE];
-    if (!place_given(&file))
+    if (!value_given(&file))
         return true;
-    if (!place_string(&file, &path) || (place_given(&unit) && !place_string(&unit, &of)))
+    if (!value_string(&file, &path) || (value_given(&unit) && !value_string(&unit, &of)))
         return false;
     if (*of && !file_unit_known(of)) {
-        place_fault(&unit, "must be one of m, mm, cm, um, in, ft");
+        value_fault(&unit, "must be one of m, mm, cm, um, in, ft");
         return false;
     }
     return read_file(path, of, limits, arena, surface, id, problem) && name_surface(request, id);
@@ -210,8 +210,8 @@ bool part_resolve(struct files_bytes *request, const struct api_limits *limits,
     struct api_problem malformed = {0};
     if (arena && json_tree_parse(&tree, request->data ? request->data : "", request->length, limits,
                                  arena, &malformed) == API_OK) {
-        struct json_place root = place_root(&tree), drape = place_member(&root, "drape");
-        struct json_place place = place_member(place_given(&drape) ? &drape : &root, "surface");
+        struct json_value root = value_root(&tree), drape = value_member(&root, "drape");
+        struct json_value place = value_member(value_given(&drape) ? &drape : &root, "surface");
         tree.problem = problem;
         good = resolve(&place, request, limits, arena, surface, problem);
         json_tree_free(&tree);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* From bytes to a tree: limits, the parser and what it may complain about. */
-#include "place.h"
+#include "value.h"
 
 #include "locate.h"
 #include "prescan.h"

@@ -162,7 +162,7 @@ static void start_near(const struct ground *ground, struct vec3 point, struct ap
     struct drape_settings *settings = &drape->settings;
     double distance;
     if (ground->mesh) {
-        struct mesh_place place;
+        struct mesh_point place;
         if (!mesh_nearest(ground->mesh, point, MESH_ANY, &place, &distance))
             return;
         settings->start_kind = DRAPE_START_POINT;

@@ -4,13 +4,13 @@
 #ifndef API_REQUEST_CONTROL_H
 #define API_REQUEST_CONTROL_H
 
-#include "api/json/place.h"
+#include "api/json/value.h"
 
 /* Where control points and weights are: together in an object, or the bare list of points with the
  * weights beside it. Points to its own members: not to be copied. */
 struct decode_control {
-    struct json_place net, points, weights;
+    struct json_value net, points, weights;
 };
-void decode_control_find(const struct json_place *owner, struct decode_control *control);
+void decode_control_find(const struct json_value *owner, struct decode_control *control);
 
 #endif

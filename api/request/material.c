@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "material.h"
 
-#include "api/json/place.h"
 #include "api/json/text.h"
+#include "api/json/value.h"
 #include "materials.h" /* made from api/materials */
 #include "normalise.h"
 #include "parts.h"
@@ -44,19 +44,19 @@ struct head {
     bool example;
 };
 
-static void read_head(const struct json_place *place, struct head *head) {
-    struct json_place name = place_member(place, "name"), about = place_member(place, "about");
-    struct json_place source = place_member(place, "source");
-    struct json_place example = place_member(place, "example");
+static void read_head(const struct json_value *json, struct head *head) {
+    struct json_value name = value_member(json, "name"), about = value_member(json, "about");
+    struct json_value source = value_member(json, "source");
+    struct json_value example = value_member(json, "example");
     *head = (struct head){0};
-    if (place_given(&name))
-        place_string(&name, &head->name);
-    if (place_given(&about))
-        place_string(&about, &head->about);
-    if (place_given(&source))
-        place_string(&source, &head->source);
-    if (place_given(&example))
-        place_boolean(&example, &head->example);
+    if (value_given(&name))
+        value_string(&name, &head->name);
+    if (value_given(&about))
+        value_string(&about, &head->about);
+    if (value_given(&source))
+        value_string(&source, &head->source);
+    if (value_given(&example))
+        value_boolean(&example, &head->example);
 }
 
 static void write_head(struct api_text *text, const struct head *head, bool listed) {
@@ -88,17 +88,17 @@ static void write_figures(struct api_text *text, const struct api_request *figur
 }
 
 /* Its figures in its own unit. */
-static struct api_request read_figures(const struct json_place *place) {
+static struct api_request read_figures(const struct json_value *json) {
     struct api_request figures = {.length_unit = &api_units[0],
                                   .fabric = {.locking_angle_deg = -1},
                                   .permeability = {.model = API_PERMEABILITY_NONE}};
-    decode_material(place, &figures);
+    decode_material(json, &figures);
     return figures;
 }
 
-static void write(const struct json_place *place, const struct head *head,
+static void write(const struct json_value *json, const struct head *head,
                   const struct api_request *figures, struct api_material *material) {
-    struct api_text text = api_text_growing(place->tree->arena);
+    struct api_text text = api_text_growing(json->tree->arena);
     api_text_raw(&text, "{");
     write_head(&text, head, false);
     write_figures(&text, figures);
@@ -106,16 +106,16 @@ static void write(const struct json_place *place, const struct head *head,
     *material = (struct api_material){.length = text.length};
     material->json = api_text_finish(&text);
     if (!material->json)
-        api_problem_set(place->tree->problem, API_OUT_OF_MEMORY,
+        api_problem_set(json->tree->problem, API_OUT_OF_MEMORY,
                         "the material needs more memory than allowed");
 }
 
-bool material_read(const struct json_place *place, struct api_material *material) {
+bool material_read(const struct json_value *json, struct api_material *material) {
     struct head head;
-    struct api_request figures = read_figures(place);
-    read_head(place, &head);
-    write(place, &head, &figures, material);
-    return place->tree->problem->id == API_OK;
+    struct api_request figures = read_figures(json);
+    read_head(json, &head);
+    write(json, &head, &figures, material);
+    return json->tree->problem->id == API_OK;
 }
 
 /* Names are parts of paths, and stand in requests without escapes. */
@@ -127,47 +127,47 @@ static bool is_name(const char *text, size_t length) {
     return good;
 }
 
-static void check_name(const struct json_place *place, const char *name) {
+static void check_name(const struct json_value *json, const char *name) {
     if (!name || !is_name(name, strlen(name)))
-        place_fault(place, "must have 1 to %d letters, digits, '-', '_' and '.', no '.' first",
+        value_fault(json, "must have 1 to %d letters, digits, '-', '_' and '.', no '.' first",
                     API_MATERIAL_NAME_SIZE - 1);
     else if (api_material_named(name))
-        place_fault(place, "is a name of the library: give it one of its own");
+        value_fault(json, "is a name of the library: give it one of its own");
 }
 
 /* The fibre that the figures speak of: its areal weight fills that share of the thickness. */
-static void check_fibre(const struct json_place *place, const struct api_fabric *fabric) {
-    struct json_place weight = place_member(place, "areal_weight");
+static void check_fibre(const struct json_value *json, const struct api_fabric *fabric) {
+    struct json_value weight = value_member(json, "areal_weight");
     double volume = fabric->thickness * fabric->fiber_volume_fraction;
     if (!(fabric->areal_weight > 0) || !(volume > 0))
         return;
     double density = fabric->areal_weight / volume;
     if (density < density_least || density > density_most)
-        place_fault(&weight,
+        value_fault(&weight,
                     "in that share of the thickness is a fibre of %.3g kg/m3: areal_weight is in "
                     "kg/m2, fabric.thickness in m",
                     density);
 }
 
-static void decode_document(const struct json_place *place, struct api_material *material,
+static void decode_document(const struct json_value *json, struct api_material *material,
                             const char **list) {
     struct head head;
-    struct json_place name = place_member(place, "name");
-    struct api_request figures = read_figures(place);
-    struct api_text text = api_text_growing(place->tree->arena);
-    if (place_type(place) != PLACE_OBJECT)
+    struct json_value name = value_member(json, "name");
+    struct api_request figures = read_figures(json);
+    struct api_text text = api_text_growing(json->tree->arena);
+    if (value_type(json) != VALUE_OBJECT)
         return;
-    read_head(place, &head);
+    read_head(json, &head);
     check_name(&name, head.name);
-    check_fibre(place, &figures.fabric);
-    if (place->tree->problem->id != API_OK)
+    check_fibre(json, &figures.fabric);
+    if (json->tree->problem->id != API_OK)
         return;
-    write(place, &head, &figures, material);
+    write(json, &head, &figures, material);
     api_text_raw(&text, "{");
     write_head(&text, &head, true);
     api_text_raw(&text, ",\"own\":true}");
     *list = api_text_finish(&text);
-    char *copy = json_tree_alloc(place->tree, strlen(head.name) + 1, 1);
+    char *copy = json_tree_alloc(json->tree, strlen(head.name) + 1, 1);
     if (copy)
         material->name = strcpy(copy, head.name);
 }
@@ -179,7 +179,7 @@ enum api_problem_id api_material_decode(const char *bytes, size_t length,
     struct json_tree tree;
     if (json_tree_parse(&tree, bytes, length, limits, arena, problem) != API_OK)
         return problem->id;
-    struct json_place root = place_root(&tree);
+    struct json_value root = value_root(&tree);
     *head = NULL;
     decode_document(&root, material, head);
     json_tree_free(&tree);

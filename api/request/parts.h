@@ -7,73 +7,73 @@
 #define API_REQUEST_PARTS_H
 
 #include "api/input.h"
-#include "api/json/place.h"
+#include "api/json/value.h"
 #include "material.h"
 #include "request.h"
 
 /* Ranges that more than one part uses; see `decode.h`. */
-static const struct place_range decode_coordinates = {-1e12, 1e12, false};
-static const struct place_range decode_lengths = {1e-12, 1e12, false};
-static const struct place_range decode_fractions = {0, 1, true};
-static const struct place_range decode_areal_weights = {1e-6, 1e6, false}; /* kg/m^2 */
+static const struct value_range decode_coordinates = {-1e12, 1e12, false};
+static const struct value_range decode_lengths = {1e-12, 1e12, false};
+static const struct value_range decode_fractions = {0, 1, true};
+static const struct value_range decode_areal_weights = {1e-6, 1e6, false}; /* kg/m^2 */
 
 /* A drape request, alone or within another document: all of `decode.h`. What is wrong is reported
  * to the tree's problem. */
-void decode_drape(const struct json_place *place, const struct api_input *input,
+void decode_drape(const struct json_value *json, const struct api_input *input,
                   const struct api_limits *limits, struct api_request *request);
 
 /* A start on the request's surface, into its settings. */
-void decode_start(const struct json_place *place, struct api_request *request);
+void decode_start(const struct json_value *json, struct api_request *request);
 
 /* What the plies of a laminate have in common: `surface` and `length_unit` of an object, and the
  * defaults of all else; then, of a copy of that, what the object of one ply says of its cloth. Keys
  * are not checked. */
-void decode_common(const struct json_place *place, const struct api_input *input,
+void decode_common(const struct json_value *json, const struct api_input *input,
                    const struct api_limits *limits, struct api_request *request);
-void decode_ply(const struct json_place *place, struct api_request *request);
+void decode_ply(const struct json_value *json, struct api_request *request);
 
 /* In any of the forms of the contract; one named by its id alone becomes API_SURFACE_NAMED. */
-bool decode_surface(const struct json_place *place, struct api_surface *surface);
+bool decode_surface(const struct json_value *json, struct api_surface *surface);
 
 /* geomdl's `trims`: {"count", "data": [...]}, or the list alone. */
-bool decode_trims(const struct json_place *place, struct api_surface *surface);
+bool decode_trims(const struct json_value *json, struct api_surface *surface);
 
 /* {"faces": [S...], "tolerance": t}, with what an importer notes beside it. */
-bool decode_shell(const struct json_place *place, struct api_surface *surface);
+bool decode_shell(const struct json_value *json, struct api_surface *surface);
 
 /* Several surfaces of a list as the faces of a shell. */
-bool decode_faces(const struct json_place *list, struct api_surface *surface);
+bool decode_faces(const struct json_value *list, struct api_surface *surface);
 
 /* `id` with a selection of the faces of the stored shell. */
-bool decode_selection(const struct json_place *place, struct api_surface *surface);
+bool decode_selection(const struct json_value *json, struct api_surface *surface);
 
 /* One NURBS surface with its trims, alone or as a face. */
-bool decode_nurbs(const struct json_place *place, bool of_shell, struct api_surface *surface);
+bool decode_nurbs(const struct json_value *json, bool of_shell, struct api_surface *surface);
 
 /* `length_unit` and `notes` beside a shell or a mesh, as an importer writes them. */
-bool decode_origin(const struct json_place *place, struct api_surface *surface);
+bool decode_origin(const struct json_value *json, struct api_surface *surface);
 
-bool decode_permeability(const struct json_place *place, struct api_permeability *permeability);
+bool decode_permeability(const struct json_value *json, struct api_permeability *permeability);
 
 /* `fabric`, with the figures of the material that it names or has; the unit of lengths is known. */
-void decode_fabric(const struct json_place *place, struct api_request *request);
+void decode_fabric(const struct json_value *json, struct api_request *request);
 
 /* The document of a material: what it says of the fabric and the permeability. */
-void decode_material(const struct json_place *place, struct api_request *request);
+void decode_material(const struct json_value *json, struct api_request *request);
 
 /* The same document written down again, in one line; what lacks a name or anything else has none.
  * False after a fault. */
-bool material_read(const struct json_place *place, struct api_material *material);
+bool material_read(const struct json_value *json, struct api_material *material);
 
 /* {"a", "b"} */
-void decode_compaction(const struct json_place *place, struct api_compaction *law);
+void decode_compaction(const struct json_value *json, struct api_compaction *law);
 
 /* The definition itself: `surface`, or the surface in the file that geomdl's export_json writes.
  * `file` has the way to it: not to be copied. */
 struct decode_definition {
-    struct json_place shape, data, first;
+    struct json_value shape, data, first;
 };
-const struct json_place *decode_definition_find(const struct json_place *surface,
+const struct json_value *decode_definition_find(const struct json_value *surface,
                                                 struct decode_definition *file);
 
 #endif

@@ -15,34 +15,34 @@ static const double SPAN_LEAST = 1e-20;
 /* Where each part of a definition is, by `enum nurbs_part`. */
 struct nurbs_places {
     struct decode_control control;
-    struct json_place part[NURBS_WEIGHTS + 1];
+    struct json_value part[NURBS_WEIGHTS + 1];
 };
 
-static void find_parts(const struct json_place *place, struct nurbs_places *places) {
+static void find_parts(const struct json_value *json, struct nurbs_places *places) {
     static const char *const keys[] = {
         [NURBS_DEGREE_U] = "degree_u",    [NURBS_DEGREE_V] = "degree_v",
         [NURBS_SIZE_U] = "size_u",        [NURBS_SIZE_V] = "size_v",
         [NURBS_KNOTS_U] = "knotvector_u", [NURBS_KNOTS_V] = "knotvector_v",
     };
-    decode_control_find(place, &places->control);
+    decode_control_find(json, &places->control);
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
-        places->part[i] = place_member(place, keys[i]);
+        places->part[i] = value_member(json, keys[i]);
     places->part[NURBS_POINTS] = places->control.points;
     places->part[NURBS_WEIGHTS] = places->control.weights;
 }
 
 /* What `nurbs_validate` does not ask, but finite derivatives need. */
-static bool check_spans(const struct nurbs_axis *axis, const struct json_place *knots) {
+static bool check_spans(const struct nurbs_axis *axis, const struct json_value *knots) {
     double domain = axis->knots[axis->size] - axis->knots[axis->degree];
     if (domain < decode_lengths.low) {
-        place_fault(knots, "the domain must be at least %g long", decode_lengths.low);
+        value_fault(knots, "the domain must be at least %g long", decode_lengths.low);
         return false;
     }
     for (size_t i = 1; i < axis->knot_count; i++) {
         double span = axis->knots[i] - axis->knots[i - 1];
         if (span > 0 && span < SPAN_LEAST * domain) {
-            struct json_place knot = place_element(knots, i);
-            place_fault(&knot, "is too close to the knot before it, but not equal");
+            struct json_value knot = value_element(knots, i);
+            value_fault(&knot, "is too close to the knot before it, but not equal");
             return false;
         }
     }
@@ -50,9 +50,9 @@ static bool check_spans(const struct nurbs_axis *axis, const struct json_place *
 }
 
 static bool fault_part(const struct nurbs_places *places, const struct nurbs_fault *fault) {
-    const struct json_place *place = &places->part[fault->part];
-    struct json_place element = place_element(place, fault->index);
-    place_fault(fault->has_index ? &element : place, "%s", fault->reason);
+    const struct json_value *json = &places->part[fault->part];
+    struct json_value element = value_element(json, fault->index);
+    value_fault(fault->has_index ? &element : json, "%s", fault->reason);
     return false;
 }
 
@@ -84,7 +84,7 @@ static bool check_knot_count(const struct nurbs_places *places, const struct nur
     if (axis->knot_count == wanted ||
         axis->size <= axis->degree) /* the latter is reported as such */
         return true;
-    place_fault(&places->part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V],
+    value_fault(&places->part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V],
                 "the number of knots is %zu; size_%c + degree_%c + 1 is %zu%s", axis->knot_count,
                 letter, letter, wanted, guess_at_knots(nurbs, direction));
     return false;
@@ -104,13 +104,13 @@ static bool check_axis(const struct nurbs_places *places, const struct nurbs_axi
 }
 
 static bool read_axis(const struct nurbs_places *places, int direction, struct nurbs_axis *axis) {
-    const struct json_place *part = places->part;
-    bool ok = place_integer(&part[direction == 0 ? NURBS_DEGREE_U : NURBS_DEGREE_V], 1,
+    const struct json_value *part = places->part;
+    bool ok = value_integer(&part[direction == 0 ? NURBS_DEGREE_U : NURBS_DEGREE_V], 1,
                             NURBS_DEGREE_MAX, &axis->degree);
-    ok = place_integer(&part[direction == 0 ? NURBS_SIZE_U : NURBS_SIZE_V], 2, NURBS_SIZE_MAX,
+    ok = value_integer(&part[direction == 0 ? NURBS_SIZE_U : NURBS_SIZE_V], 2, NURBS_SIZE_MAX,
                        &axis->size) &&
          ok;
-    ok = place_numbers(&part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V], decode_coordinates, 1,
+    ok = value_numbers(&part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V], decode_coordinates, 1,
                        &axis->knots, &axis->knot_count) &&
          ok;
     return ok;
@@ -129,23 +129,23 @@ static bool read_axes(const struct nurbs_places *places, struct nurbs *nurbs) {
 
 static bool read_control(const struct decode_control *control, struct nurbs *nurbs) {
     double *rows;
-    bool ok = place_rows(&control->points, decode_coordinates, 3, 4, &rows, &nurbs->point_count);
+    bool ok = value_rows(&control->points, decode_coordinates, 3, 4, &rows, &nurbs->point_count);
     if (ok)
         nurbs->points = (const void *)rows;
-    if (place_given(&control->weights))
-        ok = place_numbers(&control->weights, decode_lengths, 4, &nurbs->weights,
+    if (value_given(&control->weights))
+        ok = value_numbers(&control->weights, decode_lengths, 4, &nurbs->weights,
                            &nurbs->weight_count) &&
              ok;
     return ok;
 }
 
 /* One of the columns of control points, against the sizes where those are known. */
-static bool check_count(const struct nurbs *nurbs, const struct json_place *column, size_t count,
+static bool check_count(const struct nurbs *nurbs, const struct json_value *column, size_t count,
                         const char *noun) {
     size_t wanted = (size_t)nurbs->u.size * (size_t)nurbs->v.size;
     if (count == 0 || wanted == 0 || count == wanted)
         return true;
-    place_fault(column, "the number of %s is %zu; size_u * size_v is %zu * %zu = %zu", noun, count,
+    value_fault(column, "the number of %s is %zu; size_u * size_v is %zu * %zu = %zu", noun, count,
                 (size_t)nurbs->u.size, (size_t)nurbs->v.size, wanted);
     return false;
 }
@@ -159,7 +159,7 @@ static void drop_unit_weights(struct nurbs *nurbs) {
     nurbs->weight_count = 0;
 }
 
-bool decode_nurbs(const struct json_place *place, bool of_shell, struct api_surface *surface) {
+bool decode_nurbs(const struct json_value *json, bool of_shell, struct api_surface *surface) {
     static const char *const keys[] = {
         "kind", "colour", /* of faces alone */
         "degree_u", "degree_v", "size_u", "size_v", "knotvector_u", "knotvector_v",
@@ -167,12 +167,12 @@ bool decode_nurbs(const struct json_place *place, bool of_shell, struct api_surf
         /* written by geomdl, rw3dm, Sverchok or CurvesWB; they do not matter here */
         "type", "rational", "dimension", "pdimension", "delta", "sample_size", "name", "id", "bbox",
         "reversed", "precision", NULL};
-    if (!place_object(place, of_shell ? keys : keys + 2))
+    if (!value_object(json, of_shell ? keys : keys + 2))
         return false;
     struct nurbs *nurbs = &surface->nurbs;
     struct nurbs_places places;
     struct nurbs_fault fault;
-    find_parts(place, &places);
+    find_parts(json, &places);
     bool ok = read_axes(&places, nurbs);
     ok = read_control(&places.control, nurbs) && ok;
     ok = check_count(nurbs, &places.control.points, nurbs->point_count, "control points") && ok;
@@ -181,70 +181,70 @@ bool decode_nurbs(const struct json_place *place, bool of_shell, struct api_surf
         ok = fault_part(&places, &fault);
     if (ok)
         drop_unit_weights(nurbs);
-    struct json_place trims = place_member(place, "trims");
-    if (place_given(&trims))
+    struct json_value trims = value_member(json, "trims");
+    if (value_given(&trims))
         ok = decode_trims(&trims, surface) && ok;
     return ok;
 }
 
-const struct json_place *decode_definition_find(const struct json_place *surface,
+const struct json_value *decode_definition_find(const struct json_value *surface,
                                                 struct decode_definition *file) {
-    file->shape = place_member(surface, "shape");
-    file->data = place_member(&file->shape, "data");
-    file->first = place_element(&file->data, 0);
-    return place_given(&file->shape) ? &file->first : surface;
+    file->shape = value_member(surface, "shape");
+    file->data = value_member(&file->shape, "data");
+    file->first = value_element(&file->data, 0);
+    return value_given(&file->shape) ? &file->first : surface;
 }
 
 /* The file that geomdl's export_json writes. */
-static bool decode_shape(const struct json_place *place, struct api_surface *surface) {
+static bool decode_shape(const struct json_value *json, struct api_surface *surface) {
     static const char *const file_keys[] = {"shape", NULL};
     static const char *const shape_keys[] = {"type", "count", "data", NULL};
     static const char *const types[] = {"surface"};
     struct decode_definition file;
-    const struct json_place *definition = decode_definition_find(place, &file);
-    if (!place_object(place, file_keys) || !place_object(&file.shape, shape_keys))
+    const struct json_value *definition = decode_definition_find(json, &file);
+    if (!value_object(json, file_keys) || !value_object(&file.shape, shape_keys))
         return false;
-    struct json_place type = place_member(&file.shape, "type");
-    struct json_place count = place_member(&file.shape, "count");
+    struct json_value type = value_member(&file.shape, "type");
+    struct json_value count = value_member(&file.shape, "count");
     int index = 0, surfaces = 1;
-    bool ok = !place_given(&type) || place_choice(&type, types, 1, &index);
-    ok = (!place_given(&count) || place_integer(&count, 1, SHELL_FACES_MAX, &surfaces)) && ok;
-    ok = place_array(&file.data, 1) && ok;
-    if (ok && place_given(&count) && (size_t)surfaces != place_length(&file.data)) {
-        bool fewer = (size_t)surfaces > place_length(&file.data);
-        place_fault(fewer ? &count : &file.data, "there are %zu surfaces, and the count is %d",
-                    place_length(&file.data), surfaces);
+    bool ok = !value_given(&type) || value_choice(&type, types, 1, &index);
+    ok = (!value_given(&count) || value_integer(&count, 1, SHELL_FACES_MAX, &surfaces)) && ok;
+    ok = value_array(&file.data, 1) && ok;
+    if (ok && value_given(&count) && (size_t)surfaces != value_length(&file.data)) {
+        bool fewer = (size_t)surfaces > value_length(&file.data);
+        value_fault(fewer ? &count : &file.data, "there are %zu surfaces, and the count is %d",
+                    value_length(&file.data), surfaces);
         return false;
     }
-    if (ok && place_length(&file.data) > 1)
+    if (ok && value_length(&file.data) > 1)
         return decode_faces(&file.data, surface);
     return ok && decode_nurbs(definition, false, surface);
 }
 
-static bool read_triangle(const struct json_place *place, const double *row, int32_t *triangle) {
+static bool read_triangle(const struct json_value *json, const double *row, int32_t *triangle) {
     for (int k = 0; k < 3; k++) {
         if (row[k] != floor(row[k])) {
-            place_fault(place, "must be three whole numbers");
+            value_fault(json, "must be three whole numbers");
             return false;
         }
         triangle[k] = (int32_t)row[k];
     }
     if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0])
         return true;
-    place_fault(place, "must name three different vertices");
+    value_fault(json, "must name three different vertices");
     return false;
 }
 
-static bool read_triangles(const struct json_place *place, struct api_mesh *mesh) {
-    const struct place_range indices = {0, (double)mesh->vertex_count - 1, false};
+static bool read_triangles(const struct json_value *json, struct api_mesh *mesh) {
+    const struct value_range indices = {0, (double)mesh->vertex_count - 1, false};
     double *rows;
-    if (!place_rows(place, indices, 3, 1, &rows, &mesh->triangle_count))
+    if (!value_rows(json, indices, 3, 1, &rows, &mesh->triangle_count))
         return false;
-    int32_t(*triangles)[3] = json_tree_alloc(place->tree, mesh->triangle_count, sizeof *triangles);
+    int32_t(*triangles)[3] = json_tree_alloc(json->tree, mesh->triangle_count, sizeof *triangles);
     if (!triangles)
         return false;
     for (size_t i = 0; i < mesh->triangle_count; i++) {
-        struct json_place triangle = place_element(place, i);
+        struct json_value triangle = value_element(json, i);
         if (!read_triangle(&triangle, rows + 3 * i, triangles[i]))
             return false;
     }
@@ -252,29 +252,29 @@ static bool read_triangles(const struct json_place *place, struct api_mesh *mesh
     return true;
 }
 
-static bool decode_mesh(const struct json_place *place, struct api_surface *surface) {
+static bool decode_mesh(const struct json_value *json, struct api_surface *surface) {
     static const char *const keys[] = {"vertices", "triangles", "length_unit", "notes", NULL};
     struct api_mesh *mesh = &surface->mesh;
-    struct json_place vertices = place_member(place, "vertices");
-    struct json_place triangles = place_member(place, "triangles");
+    struct json_value vertices = value_member(json, "vertices");
+    struct json_value triangles = value_member(json, "triangles");
     double *rows;
     surface->kind = API_SURFACE_MESH;
-    place_object(place, keys);
-    if (!decode_origin(place, surface) ||
-        !place_rows(&vertices, decode_coordinates, 3, 3, &rows, &mesh->vertex_count))
+    value_object(json, keys);
+    if (!decode_origin(json, surface) ||
+        !value_rows(&vertices, decode_coordinates, 3, 3, &rows, &mesh->vertex_count))
         return false;
     mesh->vertices = (const void *)rows;
     return read_triangles(&triangles, mesh);
 }
 
-static bool decode_name(const struct json_place *place, struct api_surface *surface) {
-    struct json_place id = place_member(place, "id");
+static bool decode_name(const struct json_value *json, struct api_surface *surface) {
+    struct json_value id = value_member(json, "id");
     const char *text;
     surface->kind = API_SURFACE_NAMED;
-    if (!place_string(&id, &text))
+    if (!value_string(&id, &text))
         return false;
     if (strlen(text) != API_ID_LENGTH || strspn(text, "0123456789abcdef") != API_ID_LENGTH) {
-        place_fault(&id, "must be the id of a stored surface: %d lower-case hex digits",
+        value_fault(&id, "must be the id of a stored surface: %d lower-case hex digits",
                     API_ID_LENGTH);
         return false;
     }
@@ -282,20 +282,20 @@ static bool decode_name(const struct json_place *place, struct api_surface *surf
     return true;
 }
 
-static bool has(const struct json_place *place, const char *key) {
-    struct json_place member = place_member(place, key);
-    return place_given(&member);
+static bool has(const struct json_value *json, const char *key) {
+    struct json_value member = value_member(json, key);
+    return value_given(&member);
 }
 
-bool decode_surface(const struct json_place *place, struct api_surface *surface) {
+bool decode_surface(const struct json_value *json, struct api_surface *surface) {
     *surface = (struct api_surface){.kind = API_SURFACE_NURBS};
-    if (has(place, "shape"))
-        return decode_shape(place, surface);
-    if (has(place, "vertices") || has(place, "triangles"))
-        return decode_mesh(place, surface);
-    if (has(place, "id") && !has(place, "degree_u") && !has(place, "control_points"))
-        return decode_name(place, surface) && decode_selection(place, surface);
-    if (has(place, "faces"))
-        return decode_shell(place, surface);
-    return decode_nurbs(place, false, surface);
+    if (has(json, "shape"))
+        return decode_shape(json, surface);
+    if (has(json, "vertices") || has(json, "triangles"))
+        return decode_mesh(json, surface);
+    if (has(json, "id") && !has(json, "degree_u") && !has(json, "control_points"))
+        return decode_name(json, surface) && decode_selection(json, surface);
+    if (has(json, "faces"))
+        return decode_shell(json, surface);
+    return decode_nurbs(json, false, surface);
 }

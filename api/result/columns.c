@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "columns.h"
 
-#include "api/json/place.h"
 #include "api/json/text.h"
+#include "api/json/value.h"
 #include <endian.h>
 #include <math.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "directory.h"
 
-#include "api/json/place.h"
 #include "api/json/text.h"
+#include "api/json/value.h"
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -70,59 +70,59 @@ void directory_write(struct api_text *text, const struct api_columns *header) {
     api_text_raw(text, "]}");
 }
 
-static const struct place_range any = {-1e300, 1e300, false};
+static const struct value_range any = {-1e300, 1e300, false};
 
-static void read_pair(const struct json_place *object, const char *key, int *pair) {
-    struct json_place place = place_member(object, key);
+static void read_pair(const struct json_value *object, const char *key, int *pair) {
+    struct json_value json = value_member(object, key);
     double values[2];
-    if (place_vector(&place, (struct place_range){INT32_MIN, INT32_MAX, false}, 2, values))
+    if (value_vector(&json, (struct value_range){INT32_MIN, INT32_MAX, false}, 2, values))
         for (int k = 0; k < 2; k++)
             pair[k] = (int)values[k];
 }
 
-static struct vec3 read_point(const struct json_place *object, const char *key) {
-    struct json_place place = place_member(object, key);
+static struct vec3 read_point(const struct json_value *object, const char *key) {
+    struct json_value json = value_member(object, key);
     double v[3] = {0, 0, 0};
-    place_vector(&place, any, 3, v);
+    value_vector(&json, any, 3, v);
     return vec3_make(v[0], v[1], v[2]);
 }
 
-static const struct api_unit *read_unit(const struct json_place *place) {
+static const struct api_unit *read_unit(const struct json_value *json) {
     const char *names[API_UNIT_COUNT];
     int index = 0;
     for (int k = 0; k < API_UNIT_COUNT; k++)
         names[k] = api_units[k].name;
-    if (place_given(place))
-        place_choice(place, names, API_UNIT_COUNT, &index);
+    if (value_given(json))
+        value_choice(json, names, API_UNIT_COUNT, &index);
     return &api_units[index];
 }
 
 /* What only the result of a drape has. */
-static void read_drape(const struct json_place *root, struct api_columns *columns) {
-    struct json_place summary = place_member(root, "summary"), grid = place_member(root, "grid");
-    struct json_place start = place_member(root, "start");
-    struct json_place spacing = place_member(&grid, "spacing"), uv = place_member(&start, "uv");
+static void read_drape(const struct json_value *root, struct api_columns *columns) {
+    struct json_value summary = value_member(root, "summary"), grid = value_member(root, "grid");
+    struct json_value start = value_member(root, "start");
+    struct json_value spacing = value_member(&grid, "spacing"), uv = value_member(&start, "uv");
     summary_read(&summary, &columns->summary);
     read_pair(&grid, "warp", columns->grid.warp);
     read_pair(&grid, "weft", columns->grid.weft);
-    place_vector(&spacing, any, 2, columns->grid.spacing);
-    struct json_place face = place_member(&start, "face");
+    value_vector(&spacing, any, 2, columns->grid.spacing);
+    struct json_value face = value_member(&start, "face");
     columns->start.face = -1;
-    if (place_given(&face))
-        place_integer(&face, -1, INT_MAX, &columns->start.face);
-    place_vector(&uv, any, 2, columns->start.uv);
+    if (value_given(&face))
+        value_integer(&face, -1, INT_MAX, &columns->start.face);
+    value_vector(&uv, any, 2, columns->start.uv);
     columns->start.point = read_point(&start, "point");
     columns->start.warp = read_point(&start, "warp");
     columns->start.weft = read_point(&start, "weft");
 }
 
 void directory_read(const struct json_tree *tree, struct api_columns *columns) {
-    struct json_place root = place_root(tree);
-    struct json_place unit = place_member(&root, "length_unit");
-    struct json_place study = place_member(&root, "study");
+    struct json_value root = value_root(tree);
+    struct json_value unit = value_member(&root, "length_unit");
+    struct json_value study = value_member(&root, "study");
     columns->unit = read_unit(&unit);
     columns->start.unit = (int)(columns->unit - api_units);
-    if (place_given(&study)) {
+    if (value_given(&study)) {
         columns->document = API_DOCUMENT_STUDY;
         study_summary_read(&study, &columns->study);
     } else {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "study_summary.h"
 
-#include "api/json/place.h"
 #include "api/json/text.h"
+#include "api/json/value.h"
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
@@ -59,35 +59,35 @@ void study_summary_store(struct api_text *text, const struct api_study_summary *
     api_text_raw(text, "}");
 }
 
-void study_summary_read(const struct json_place *place, struct api_study_summary *study) {
-    static const struct place_range whole = {0, 0x1p53, false}, times = {0, 1e300, false};
-    struct json_place summary = place_member(place, "summary"), best = place_member(place, "best");
-    struct json_place hardest = place_member(&summary, "hardest_limit");
-    struct json_place warnings = place_member(&summary, "warnings");
-    struct json_place timing = place_member(&summary, "timing_ms");
-    struct json_place solve = place_member(&timing, "solve");
-    struct json_place version = place_member(&summary, "solver_version");
+void study_summary_read(const struct json_value *json, struct api_study_summary *study) {
+    static const struct value_range whole = {0, 0x1p53, false}, times = {0, 1e300, false};
+    struct json_value summary = value_member(json, "summary"), best = value_member(json, "best");
+    struct json_value hardest = value_member(&summary, "hardest_limit");
+    struct json_value warnings = value_member(&summary, "warnings");
+    struct json_value timing = value_member(&summary, "timing_ms");
+    struct json_value solve = value_member(&timing, "solve");
+    struct json_value version = value_member(&summary, "solver_version");
     const char *names[QUANTITY_COUNT], *text;
     for (int k = 0; k < COUNTS; k++) {
-        struct json_place own = place_member(&summary, counts[k].key);
+        struct json_value own = value_member(&summary, counts[k].key);
         double value = 0;
-        place_number(&own, whole, &value);
+        value_number(&own, whole, &value);
         *(size_t *)(void *)((char *)study + counts[k].offset) = (size_t)value;
     }
     for (int k = 0; k < QUANTITY_COUNT; k++) {
-        struct json_place own = place_member(&best, quantities[k].name);
+        struct json_value own = value_member(&best, quantities[k].name);
         names[k] = quantities[k].name;
-        study->objective[k] = place_given(&own);
+        study->objective[k] = value_given(&own);
         study->best[k] = -1;
-        if (place_type(&own) == PLACE_NUMBER)
-            place_integer(&own, 0, INT_MAX, &study->best[k]);
+        if (value_type(&own) == VALUE_NUMBER)
+            value_integer(&own, 0, INT_MAX, &study->best[k]);
     }
     study->hardest = -1;
-    if (place_type(&hardest) == PLACE_STRING)
-        place_choice(&hardest, names, QUANTITY_COUNT, &study->hardest);
+    if (value_type(&hardest) == VALUE_STRING)
+        value_choice(&hardest, names, QUANTITY_COUNT, &study->hardest);
     summary_read_warnings(&warnings, &study->warnings);
-    place_number(&solve, times, &study->solve_ms);
-    if (place_string(&version, &text))
+    value_number(&solve, times, &study->solve_ms);
+    if (value_string(&version, &text))
         strncpy(study->solver_version, text, API_VERSION_SIZE - 1);
 }
 

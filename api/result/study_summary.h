@@ -22,7 +22,7 @@ struct api_study_summary {
 };
 
 struct api_text;
-struct json_place;
+struct json_value;
 
 /* The object `summary` of a study's document, with `queue_ms` of waiting unless that is negative.
  */
@@ -35,7 +35,7 @@ void study_summary_write_best(struct api_text *text, const struct api_study_summ
 /* Both in one object, as a stored result has them, and back; what is wrong is reported to the
  * place's problem. */
 void study_summary_store(struct api_text *text, const struct api_study_summary *summary);
-void study_summary_read(const struct json_place *place, struct api_study_summary *summary);
+void study_summary_read(const struct json_value *json, struct api_study_summary *summary);
 
 /* The object `summary` as a malloc'ed string that the caller frees; NULL without memory. */
 char *api_study_summary_json(const struct api_study_summary *summary, double queue_ms);

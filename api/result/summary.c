@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "summary.h"
 
-#include "api/json/place.h"
 #include "api/json/text.h"
+#include "api/json/value.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,8 +19,8 @@ const size_t summary_member_count = sizeof summary_members / sizeof *summary_mem
 static const char *const outcome_names[] = {
     [DRAPE_COMPLETE] = "complete", [DRAPE_PARTIAL] = "partial"};
 
-static const struct place_range any = {-1e300, 1e300, false};
-static const struct place_range counts = {0, 0x1p53, false};
+static const struct value_range any = {-1e300, 1e300, false};
+static const struct value_range counts = {0, 0x1p53, false};
 
 bool summary_finite(const struct api_summary *summary) {
     bool finite = true;
@@ -49,10 +49,10 @@ static void write_reasons(struct api_text *text, const size_t *reasons) {
 
 static const char *const place_names[SUMMARY_PLACE_SIZE] = {"p", "q", "x", "y", "z"};
 
-static void write_place(struct api_text *text, const double *place) {
+static void write_place(struct api_text *text, const double *json) {
     api_text_raw(text, "{");
     for (int k = 0; k < SUMMARY_PLACE_SIZE; k++)
-        api_text_key_number(text, place_names[k], place[k]);
+        api_text_key_number(text, place_names[k], json[k]);
     api_text_raw(text, "}");
 }
 
@@ -136,36 +136,36 @@ char *api_summary_json(const struct api_summary *summary, double queue_ms) {
 
 /* ---- reading ---- */
 
-static size_t read_count(const struct json_place *place) {
+static size_t read_count(const struct json_value *json) {
     double value = 0;
-    place_number(place, counts, &value);
+    value_number(json, counts, &value);
     return (size_t)value;
 }
 
-static void read_number(const struct json_place *place, double *value) {
+static void read_number(const struct json_value *json, double *value) {
     *value = 0;
-    place_number(place, any, value);
+    value_number(json, any, value);
 }
 
-static void read_place(const struct json_place *place, double *values) {
+static void read_place(const struct json_value *json, double *values) {
     for (int k = 0; k < SUMMARY_PLACE_SIZE; k++) {
-        struct json_place own = place_member(place, place_names[k]);
+        struct json_value own = value_member(json, place_names[k]);
         read_number(&own, &values[k]);
     }
 }
 
-static void read_text(const struct json_place *object, const char *key, char *to, size_t size) {
-    struct json_place place = place_member(object, key);
+static void read_text(const struct json_value *object, const char *key, char *to, size_t size) {
+    struct json_value json = value_member(object, key);
     const char *text;
-    if (place_given(&place) && place_string(&place, &text))
+    if (value_given(&json) && value_string(&json, &text))
         snprintf(to, size, "%s", text);
 }
 
-void summary_read_warnings(const struct json_place *place, struct api_warnings *warnings) {
-    size_t count = place_length(place);
+void summary_read_warnings(const struct json_value *json, struct api_warnings *warnings) {
+    size_t count = value_length(json);
     warnings->count = count < API_WARNINGS_MAX ? count : API_WARNINGS_MAX;
     for (size_t k = 0; k < warnings->count; k++) {
-        struct json_place own = place_element(place, k);
+        struct json_value own = value_element(json, k);
         struct api_warning *warning = &warnings->list[k];
         read_text(&own, "code", warning->code, sizeof warning->code);
         read_text(&own, "detail", warning->detail, sizeof warning->detail);
@@ -173,52 +173,52 @@ void summary_read_warnings(const struct json_place *place, struct api_warnings *
     }
 }
 
-static void read_member(const struct json_place *place, enum summary_kind kind, void *value) {
-    struct json_place solve = place_member(place, "solve");
+static void read_member(const struct json_value *json, enum summary_kind kind, void *value) {
+    struct json_value solve = value_member(json, "solve");
     int outcome = DRAPE_COMPLETE;
     const char *text;
     switch (kind) {
     case SUMMARY_OUTCOME:
-        place_choice(place, outcome_names, 2, &outcome);
+        value_choice(json, outcome_names, 2, &outcome);
         *(enum drape_outcome *)value = (enum drape_outcome)outcome;
         break;
     case SUMMARY_COUNT:
-        *(size_t *)value = read_count(place);
+        *(size_t *)value = read_count(json);
         break;
     case SUMMARY_NUMBER:
-        read_number(place, value);
+        read_number(json, value);
         break;
     case SUMMARY_POSITIVE:
         *(double *)value = -1;
-        if (place_type(place) == PLACE_NUMBER)
-            place_number(place, any, value);
+        if (value_type(json) == VALUE_NUMBER)
+            value_number(json, any, value);
         break;
     case SUMMARY_PLACE:
-        read_place(place, value);
+        read_place(json, value);
         break;
     case SUMMARY_REASONS:
         for (int i = 0; i < DRAPE_REASON_COUNT; i++) {
-            struct json_place count = place_member(place, drape_reason_name((enum drape_reason)i));
+            struct json_value count = value_member(json, drape_reason_name((enum drape_reason)i));
             ((size_t *)value)[i] = read_count(&count);
         }
         break;
     case SUMMARY_WARNINGS:
-        summary_read_warnings(place, value);
+        summary_read_warnings(json, value);
         break;
     case SUMMARY_TIMING:
         read_number(&solve, value);
         break;
     case SUMMARY_VERSION:
-        if (place_string(place, &text))
+        if (value_string(json, &text))
             strncpy(value, text, API_VERSION_SIZE - 1);
         break;
     }
 }
 
-void summary_read(const struct json_place *place, struct api_summary *summary) {
+void summary_read(const struct json_value *json, struct api_summary *summary) {
     for (size_t k = 0; k < summary_member_count; k++) {
         const struct summary_member *member = &summary_members[k];
-        struct json_place own = place_member(place, member->key);
+        struct json_value own = value_member(json, member->key);
         read_member(&own, member->kind, (char *)summary + member->offset);
     }
 }

@@ -84,7 +84,7 @@ struct api_summary {
 };
 
 struct api_text;
-struct json_place;
+struct json_value;
 
 /* The list as data. */
 struct summary_member {
@@ -103,11 +103,11 @@ bool summary_finite(const struct api_summary *summary);
 void summary_write(struct api_text *text, const struct api_summary *summary, double queue_ms);
 
 /* Reads it; what is wrong is reported to the place's problem. */
-void summary_read(const struct json_place *place, struct api_summary *summary);
+void summary_read(const struct json_value *json, struct api_summary *summary);
 
 /* Members that other summaries share. */
 void summary_write_warnings(struct api_text *text, const struct api_warnings *warnings);
-void summary_read_warnings(const struct json_place *place, struct api_warnings *warnings);
+void summary_read_warnings(const struct json_value *json, struct api_warnings *warnings);
 void summary_write_timing(struct api_text *text, double solve_ms, double queue_ms);
 
 /* The contract's object as a malloc'ed string that the caller frees; NULL without memory. */

@@ -11,10 +11,10 @@
 const char *const study_search_names[STUDY_SEARCH_COUNT] = {"grid", "optimise"};
 
 enum { STARTS_MAX = 1000000000, BUDGET = 500, BUDGET_MIN = 20, BUDGET_MAX = 1000000 };
-static const struct place_range angles = {-1e6, 1e6, false};
-static const struct place_range pre_shears = {-80, 80, false};
-static const struct place_range steps = {1e-9, 1e6, false};
-static const struct place_range deviations = {1e-9, 90, false};
+static const struct value_range angles = {-1e6, 1e6, false};
+static const struct value_range pre_shears = {-80, 80, false};
+static const struct value_range steps = {1e-9, 1e6, false};
+static const struct value_range deviations = {1e-9, 90, false};
 
 /* A step that ends within this share of itself of the last value reaches it. */
 static const double last_step = 1e-9;
@@ -51,13 +51,13 @@ size_t study_variants(const struct study_request *request) {
 }
 
 /* {"from", "to", "step"}, a list, or {"normal": s}. */
-static void decode_angles(const struct json_place *place, struct place_range range,
+static void decode_angles(const struct json_value *json, struct value_range range,
                           struct study_angles *a) {
     static const char *const keys[] = {"from", "to", "step", "normal", NULL};
-    struct json_place from = place_member(place, "from"), to = place_member(place, "to");
-    struct json_place step = place_member(place, "step"), normal = place_member(place, "normal");
-    if (place_type(place) == PLACE_ARRAY) {
-        if (!place_numbers(place, range, 1, &a->values, &a->count))
+    struct json_value from = value_member(json, "from"), to = value_member(json, "to");
+    struct json_value step = value_member(json, "step"), normal = value_member(json, "normal");
+    if (value_type(json) == VALUE_ARRAY) {
+        if (!value_numbers(json, range, 1, &a->values, &a->count))
             return;
         a->from = a->to = a->values[0];
         for (size_t k = 1; k < a->count; k++) {
@@ -66,198 +66,197 @@ static void decode_angles(const struct json_place *place, struct place_range ran
         }
         return;
     }
-    if (place_type(place) != PLACE_OBJECT) {
-        place_fault(place, "must be an array of angles, or an object with \"from\", \"to\" and "
-                           "\"step\" or with \"normal\"");
+    if (value_type(json) != VALUE_OBJECT) {
+        value_fault(json, "must be an array of angles, or an object with \"from\", \"to\" and "
+                          "\"step\" or with \"normal\"");
         return;
     }
-    if (!place_object(place, keys))
+    if (!value_object(json, keys))
         return;
-    if (place_given(&normal)) {
-        if (place_given(&from) || place_given(&to) || place_given(&step))
-            place_fault(place, "must have either \"normal\" or \"from\", \"to\" and \"step\"");
-        place_number(&normal, deviations, &a->deviation);
+    if (value_given(&normal)) {
+        if (value_given(&from) || value_given(&to) || value_given(&step))
+            value_fault(json, "must have either \"normal\" or \"from\", \"to\" and \"step\"");
+        value_number(&normal, deviations, &a->deviation);
         return;
     }
-    if (!place_number(&from, range, &a->from) || !place_number(&to, range, &a->to) ||
-        !place_number(&step, steps, &a->step))
+    if (!value_number(&from, range, &a->from) || !value_number(&to, range, &a->to) ||
+        !value_number(&step, steps, &a->step))
         return;
     if (a->to < a->from)
-        place_fault(&to, "must not be less than \"from\"");
+        value_fault(&to, "must not be less than \"from\"");
     else
         a->count = (size_t)floor((a->to - a->from) / a->step + last_step) + 1;
 }
 
 /* A start as in a drape request, or a point alone. */
-static bool decode_point(const struct json_place *place, const struct api_request *drape,
+static bool decode_point(const struct json_value *json, const struct api_request *drape,
                          struct study_point *point) {
     struct api_request with = *drape;
     const struct drape_settings *s = &with.settings;
     double at[3];
-    if (place_type(place) == PLACE_ARRAY) {
-        bool ok = place_vector(place, decode_coordinates, 3, at);
+    if (value_type(json) == VALUE_ARRAY) {
+        bool ok = value_vector(json, decode_coordinates, 3, at);
         *point = (struct study_point){.kind = DRAPE_START_POINT};
         point->point = ok ? vec3_make(at[0], at[1], at[2]) : point->point;
         return ok;
     }
-    decode_start(place, &with);
+    decode_start(json, &with);
     *point = (struct study_point){.kind = s->start_kind,
                                   .on_face = with.start_on_face,
                                   .face = s->start_face,
                                   .uv = {s->start_uv[0], s->start_uv[1]},
                                   .point = s->start_point};
-    return place->tree->problem->id == API_OK;
+    return json->tree->problem->id == API_OK;
 }
 
-static void decode_points(const struct json_place *place, struct study_request *r) {
-    if (!place_array(place, 1))
+static void decode_points(const struct json_value *json, struct study_request *r) {
+    if (!value_array(json, 1))
         return;
-    size_t count = place_length(place);
-    struct study_point *points = json_tree_alloc(place->tree, count, sizeof *points);
+    size_t count = value_length(json);
+    struct study_point *points = json_tree_alloc(json->tree, count, sizeof *points);
     r->starts = STUDY_STARTS_POINTS;
     r->start_count = count;
     r->points = points;
     for (size_t k = 0; points && k < count; k++) {
-        struct json_place point = place_element(place, k);
+        struct json_value point = value_element(json, k);
         if (!decode_point(&point, &r->drape, &points[k]))
             return;
     }
 }
 
 /* {"grid": n}, {"points": [...]} or {"radius": r, "count": n}. */
-static void decode_starts(const struct json_place *place, struct study_request *r) {
+static void decode_starts(const struct json_value *json, struct study_request *r) {
     static const char *const keys[] = {"grid", "points", "radius", "count", NULL};
-    struct json_place grid = place_member(place, "grid"), points = place_member(place, "points");
-    struct json_place radius = place_member(place, "radius"), count = place_member(place, "count");
+    struct json_value grid = value_member(json, "grid"), points = value_member(json, "points");
+    struct json_value radius = value_member(json, "radius"), count = value_member(json, "count");
     int number = 0;
-    if (!place_object(place, keys))
+    if (!value_object(json, keys))
         return;
-    if (place_given(&grid) + place_given(&points) + place_given(&radius) != 1) {
-        place_fault(place, "must have one of \"grid\", \"points\" and \"radius\"");
-    } else if (place_given(&grid)) {
+    if (value_given(&grid) + value_given(&points) + value_given(&radius) != 1) {
+        value_fault(json, "must have one of \"grid\", \"points\" and \"radius\"");
+    } else if (value_given(&grid)) {
         r->starts = STUDY_STARTS_GRID;
-        if (place_integer(&grid, 1, STARTS_MAX, &number))
+        if (value_integer(&grid, 1, STARTS_MAX, &number))
             r->start_count = (size_t)number;
-    } else if (place_given(&points)) {
+    } else if (value_given(&points)) {
         decode_points(&points, r);
     } else {
         r->starts = STUDY_STARTS_DISC;
-        place_number(&radius, decode_lengths, &r->radius);
+        value_number(&radius, decode_lengths, &r->radius);
     }
-    if (place_given(&count) && !place_given(&radius))
-        place_fault(&count, "goes with \"radius\"");
-    else if (place_given(&count) && place_integer(&count, 1, STARTS_MAX, &number))
+    if (value_given(&count) && !value_given(&radius))
+        value_fault(&count, "goes with \"radius\"");
+    else if (value_given(&count) && value_integer(&count, 1, STARTS_MAX, &number))
         r->start_count = (size_t)number;
 }
 
 /* Generators that fix what is to be varied. */
-static void check_generators(const struct json_place *root, const struct study_request *r) {
+static void check_generators(const struct json_value *root, const struct study_request *r) {
     static const char *const names[] = {"warp", "weft"};
-    struct json_place drape = place_member(root, "drape");
-    struct json_place generators = place_member(&drape, "generators");
+    struct json_value drape = value_member(root, "drape");
+    struct json_value generators = value_member(&drape, "generators");
     bool turned = r->angle.count > 0 || r->angle.deviation > 0;
     bool sheared = r->pre_shear.count > 0 || r->pre_shear.deviation > 0;
     for (int k = 0; k < 2; k++) {
         enum drape_generator_kind kind = r->drape.settings.generator[k].kind;
-        struct json_place place = place_member(&generators, names[k]);
+        struct json_value json = value_member(&generators, names[k]);
         bool fixed = kind != DRAPE_GENERATOR_GEODESIC;
         if (kind == DRAPE_GENERATOR_CURVE && r->starts != STUDY_STARTS_KEPT)
-            place_fault(&place, "must not be a curve, which passes one start, when starts vary");
+            value_fault(&json, "must not be a curve, which passes one start, when starts vary");
         else if (fixed && (k == 0 ? turned : sheared))
-            place_fault(&place,
-                        "must be \"geodesic\" when %s varies: it fixes the yarn's direction",
+            value_fault(&json, "must be \"geodesic\" when %s varies: it fixes the yarn's direction",
                         k == 0 ? "angle_deg" : "pre_shear_deg");
     }
 }
 
-static void decode_vary(const struct json_place *root, struct study_request *r) {
+static void decode_vary(const struct json_value *root, struct study_request *r) {
     static const char *const keys[] = {"start", "angle_deg", "pre_shear_deg", NULL};
-    struct json_place vary = place_member(root, "vary");
-    struct json_place start = place_member(&vary, "start");
-    struct json_place angle = place_member(&vary, "angle_deg");
-    struct json_place pre_shear = place_member(&vary, "pre_shear_deg");
-    if (!place_object(&vary, keys))
+    struct json_value vary = value_member(root, "vary");
+    struct json_value start = value_member(&vary, "start");
+    struct json_value angle = value_member(&vary, "angle_deg");
+    struct json_value pre_shear = value_member(&vary, "pre_shear_deg");
+    if (!value_object(&vary, keys))
         return;
-    if (!place_given(&start) && !place_given(&angle) && !place_given(&pre_shear))
-        place_fault(&vary, "has nothing to vary: give start, angle_deg or pre_shear_deg");
-    if (place_given(&start))
+    if (!value_given(&start) && !value_given(&angle) && !value_given(&pre_shear))
+        value_fault(&vary, "has nothing to vary: give start, angle_deg or pre_shear_deg");
+    if (value_given(&start))
         decode_starts(&start, r);
-    if (place_given(&angle))
+    if (value_given(&angle))
         decode_angles(&angle, angles, &r->angle);
-    if (place_given(&pre_shear))
+    if (value_given(&pre_shear))
         decode_angles(&pre_shear, pre_shears, &r->pre_shear);
     check_generators(root, r);
 }
 
 /* ---- what is wanted ---- */
 
-static void decode_objectives(const struct json_place *root, struct study_request *r) {
-    struct json_place list = place_member(root, "objectives");
+static void decode_objectives(const struct json_value *root, struct study_request *r) {
+    struct json_value list = value_member(root, "objectives");
     const char *names[QUANTITY_COUNT];
     size_t count = 0;
     int index;
     for (int k = 0; k < QUANTITY_COUNT; k++)
         if (quantities[k].role == QUANTITY_OBJECTIVE)
             names[count++] = quantities[k].name;
-    if (!place_array(&list, 1))
+    if (!value_array(&list, 1))
         return;
-    for (size_t k = 0; k < place_length(&list); k++) {
-        struct json_place name = place_element(&list, k);
-        if (!place_choice(&name, names, count, &index))
+    for (size_t k = 0; k < value_length(&list); k++) {
+        struct json_value name = value_element(&list, k);
+        if (!value_choice(&name, names, count, &index))
             continue;
         if (r->objective[index])
-            place_fault(&name, "is there twice");
+            value_fault(&name, "is there twice");
         r->objective[index] = true;
     }
 }
 
-static void decode_limit(const struct json_place *place, const struct quantity *quantity,
+static void decode_limit(const struct json_value *json, const struct quantity *quantity,
                          struct study_limit *limit) {
     static const char *const keys[] = {"min", "max", NULL};
-    const struct place_range range = {quantity->least, quantity->most, false};
-    struct json_place min = place_member(place, "min"), max = place_member(place, "max");
-    if (!place_object(place, keys))
+    const struct value_range range = {quantity->least, quantity->most, false};
+    struct json_value min = value_member(json, "min"), max = value_member(json, "max");
+    if (!value_object(json, keys))
         return;
-    if (!place_given(&min) && !place_given(&max))
-        place_fault(place, "must have \"min\" or \"max\"");
-    limit->has_min = place_given(&min) && place_number(&min, range, &limit->min);
-    limit->has_max = place_given(&max) && place_number(&max, range, &limit->max);
+    if (!value_given(&min) && !value_given(&max))
+        value_fault(json, "must have \"min\" or \"max\"");
+    limit->has_min = value_given(&min) && value_number(&min, range, &limit->min);
+    limit->has_max = value_given(&max) && value_number(&max, range, &limit->max);
     if (limit->has_min && limit->has_max && limit->min > limit->max)
-        place_fault(&min, "must not be greater than \"max\": no variant could keep both");
+        value_fault(&min, "must not be greater than \"max\": no variant could keep both");
 }
 
-static void decode_limits(const struct json_place *root, struct study_request *r) {
+static void decode_limits(const struct json_value *root, struct study_request *r) {
     const char *keys[QUANTITY_COUNT + 1] = {NULL};
-    struct json_place limits = place_member(root, "limits");
+    struct json_value limits = value_member(root, "limits");
     for (int k = 0; k < QUANTITY_COUNT; k++)
         keys[k] = quantities[k].name;
-    if (!place_given(&limits) || !place_object(&limits, keys))
+    if (!value_given(&limits) || !value_object(&limits, keys))
         return;
     for (int k = 0; k < QUANTITY_COUNT; k++) {
-        struct json_place own = place_member(&limits, keys[k]);
-        if (place_given(&own))
+        struct json_value own = value_member(&limits, keys[k]);
+        if (value_given(&own))
             decode_limit(&own, &quantities[k], &r->limit[k]);
     }
 }
 
 /* What a quantity asks of the drape, at the place where it is missing. */
-static void check_needs(const struct json_place *root, const struct study_request *r) {
-    struct json_place drape = place_member(root, "drape"), fabric = place_member(&drape, "fabric");
-    struct json_place locking = place_member(&fabric, "locking_angle_deg");
-    struct json_place fraction = place_member(&fabric, "fiber_volume_fraction");
-    struct json_place thickness = place_member(&fabric, "thickness");
-    struct json_place cavity = place_member(&drape, "cavity");
-    struct json_place permeability = place_member(&drape, "permeability");
-    struct json_place wanted = place_member(root, "wanted_direction");
+static void check_needs(const struct json_value *root, const struct study_request *r) {
+    struct json_value drape = value_member(root, "drape"), fabric = value_member(&drape, "fabric");
+    struct json_value locking = value_member(&fabric, "locking_angle_deg");
+    struct json_value fraction = value_member(&fabric, "fiber_volume_fraction");
+    struct json_value thickness = value_member(&fabric, "thickness");
+    struct json_value cavity = value_member(&drape, "cavity");
+    struct json_value permeability = value_member(&drape, "permeability");
+    struct json_value wanted = value_member(root, "wanted_direction");
     bool range = study_judges(r, QUANTITY_FRACTION_RANGE);
     const struct {
         bool missing;
-        const struct json_place *place;
+        const struct json_value *json;
         enum quantity_id id;
     } needs[] = {
         {study_judges(r, QUANTITY_LOCKED_AREA) && r->drape.fabric.locking_angle_deg < 0, &locking,
          QUANTITY_LOCKED_AREA},
-        {study_judges(r, QUANTITY_ANGLE_DEVIATION) && !place_given(&wanted), &wanted,
+        {study_judges(r, QUANTITY_ANGLE_DEVIATION) && !value_given(&wanted), &wanted,
          QUANTITY_ANGLE_DEVIATION},
         {range && !(r->drape.fabric.fiber_volume_fraction > 0), &fraction, QUANTITY_FRACTION_RANGE},
         {range && !(r->drape.fabric.thickness > 0), &thickness, QUANTITY_FRACTION_RANGE},
@@ -265,87 +264,87 @@ static void check_needs(const struct json_place *root, const struct study_reques
          &permeability, QUANTITY_K1_RATIO}};
     for (size_t k = 0; k < sizeof needs / sizeof *needs; k++)
         if (needs[k].missing)
-            place_fault(needs[k].place, "is required for %s", quantities[needs[k].id].name);
+            value_fault(needs[k].json, "is required for %s", quantities[needs[k].id].name);
     if (range && !r->drape.cavity.rigid)
-        place_fault(&cavity,
+        value_fault(&cavity,
                     "must have a \"height\" for %s: in a flexible cavity the fraction is the same "
                     "everywhere",
                     quantities[QUANTITY_FRACTION_RANGE].name);
 }
 
-static void decode_wanted(const struct json_place *root, struct study_request *r) {
-    struct json_place place = place_member(root, "wanted_direction");
+static void decode_wanted(const struct json_value *root, struct study_request *r) {
+    struct json_value json = value_member(root, "wanted_direction");
     double v[3];
-    if (!place_given(&place) || !place_vector(&place, decode_coordinates, 3, v))
+    if (!value_given(&json) || !value_vector(&json, decode_coordinates, 3, v))
         return;
     r->wanted = vec3_make(v[0], v[1], v[2]);
     if (vec3_norm(r->wanted) < decode_lengths.low)
-        place_fault(&place, "must be longer than %g", decode_lengths.low);
+        value_fault(&json, "must be longer than %g", decode_lengths.low);
 }
 
 /* ---- how ---- */
 
-static void decode_sample(const struct json_place *root, struct study_request *r) {
-    struct json_place sample = place_member(root, "sample"), seed = place_member(root, "seed");
-    struct json_place vary = place_member(root, "vary"), search = place_member(root, "search");
+static void decode_sample(const struct json_value *root, struct study_request *r) {
+    struct json_value sample = value_member(root, "sample"), seed = value_member(root, "seed");
+    struct json_value vary = value_member(root, "vary"), search = value_member(root, "search");
     int number = 0;
     bool listed = r->angle.count > 0 || r->pre_shear.count > 0 || r->starts == STUDY_STARTS_GRID ||
                   r->starts == STUDY_STARTS_POINTS;
-    if (place_given(&seed) && !place_given(&sample))
-        place_fault(&seed, "goes with \"sample\"");
-    if (place_given(&seed) && place_integer(&seed, 0, STARTS_MAX, &number))
+    if (value_given(&seed) && !value_given(&sample))
+        value_fault(&seed, "goes with \"sample\"");
+    if (value_given(&seed) && value_integer(&seed, 0, STARTS_MAX, &number))
         r->seed = (uint32_t)number;
-    if (place_given(&sample) && place_integer(&sample, 2, STARTS_MAX, &number))
+    if (value_given(&sample) && value_integer(&sample, 2, STARTS_MAX, &number))
         r->sample = (size_t)number;
-    if (is_drawn(r) && !place_given(&sample))
-        place_fault(&sample, "is required where \"radius\" or \"normal\" vary: how many to draw");
-    if (is_drawn(r) ? listed : place_given(&sample) && place_given(&vary))
-        place_fault(&vary, "must have \"radius\" and \"normal\" alone with \"sample\"");
+    if (is_drawn(r) && !value_given(&sample))
+        value_fault(&sample, "is required where \"radius\" or \"normal\" vary: how many to draw");
+    if (is_drawn(r) ? listed : value_given(&sample) && value_given(&vary))
+        value_fault(&vary, "must have \"radius\" and \"normal\" alone with \"sample\"");
     if (r->sample > 0 && r->search == STUDY_SEARCH_OPTIMISE)
-        place_fault(&search, "must not be \"optimise\" with \"sample\"");
+        value_fault(&search, "must not be \"optimise\" with \"sample\"");
 }
 
-static void decode_search(const struct json_place *root, struct study_request *r) {
-    struct json_place search = place_member(root, "search"), budget = place_member(root, "budget");
+static void decode_search(const struct json_value *root, struct study_request *r) {
+    struct json_value search = value_member(root, "search"), budget = value_member(root, "budget");
     int index = 0, number = BUDGET;
-    if (place_given(&search))
-        place_choice(&search, study_search_names, STUDY_SEARCH_COUNT, &index);
-    if (place_given(&budget))
-        place_integer(&budget, BUDGET_MIN, BUDGET_MAX, &number);
+    if (value_given(&search))
+        value_choice(&search, study_search_names, STUDY_SEARCH_COUNT, &index);
+    if (value_given(&budget))
+        value_integer(&budget, BUDGET_MIN, BUDGET_MAX, &number);
     r->search = (enum study_search)index;
     r->budget = (size_t)number;
 }
 
 /* Before any memory is taken for them. A budget holds for whatever makes the variants. */
-static void check_count(const struct json_place *root, const struct api_limits *limits,
+static void check_count(const struct json_value *root, const struct api_limits *limits,
                         const struct study_request *r) {
     double variants = count_variants(r);
     bool optimise = r->search == STUDY_SEARCH_OPTIMISE;
-    struct json_place budget = place_member(root, "budget");
-    struct json_place place = place_member(root, optimise        ? "budget"
-                                                 : r->sample > 0 ? "sample"
-                                                                 : "vary");
-    if (place_given(&budget) && variants > (double)r->budget)
-        place_fault(&budget,
+    struct json_value budget = value_member(root, "budget");
+    struct json_value json = value_member(root, optimise        ? "budget"
+                                                : r->sample > 0 ? "sample"
+                                                                : "vary");
+    if (value_given(&budget) && variants > (double)r->budget)
+        value_fault(&budget,
                     "must be at least the %.6g variants that \"%s\" makes, or go with "
                     "\"search\": \"optimise\", which chooses",
                     variants, r->sample > 0 ? "sample" : "vary");
     if (variants > (double)limits->max_variants)
-        place_fault(&place, "makes %.6g variants, and %zu are allowed%s", variants,
+        value_fault(&json, "makes %.6g variants, and %zu are allowed%s", variants,
                     limits->max_variants,
                     optimise || r->sample ? "" : ": take fewer starts or longer steps");
 }
 
-static void decode_study(const struct json_place *root, const struct api_input *input,
+static void decode_study(const struct json_value *root, const struct api_input *input,
                          const struct api_limits *limits, struct study_request *r) {
     static const char *const keys[] = {"drape",  "vary",   "objectives",       "limits", "search",
                                        "budget", "sample", "wanted_direction", "seed",   NULL};
-    struct json_place drape = place_member(root, "drape"), sample = place_member(root, "sample");
-    struct json_place objectives = place_member(root, "objectives");
-    if (!place_object(root, keys))
+    struct json_value drape = value_member(root, "drape"), sample = value_member(root, "sample");
+    struct json_value objectives = value_member(root, "objectives");
+    if (!value_object(root, keys))
         return;
     decode_drape(&drape, input, limits, &r->drape);
-    if (place_given(&sample) && !place_given(&objectives))
+    if (value_given(&sample) && !value_given(&objectives))
         r->objective[QUANTITY_MAX_SHEAR] = true;
     else
         decode_objectives(root, r);
@@ -366,7 +365,7 @@ enum api_problem_id study_decode(const struct api_input *input, const struct api
     if (json_tree_parse(&tree, input->request, input->request_length, limits, arena, problem) !=
         API_OK)
         return problem->id;
-    struct json_place root = place_root(&tree);
+    struct json_value root = value_root(&tree);
     decode_study(&root, input, limits, request);
     json_tree_free(&tree);
     return problem->id;

@@ -117,7 +117,7 @@ void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
                          struct spread_place *place, double *distance) {
     *place = (struct spread_place){0};
     if (shape->mesh) {
-        struct mesh_place nearest = {0};
+        struct mesh_point nearest = {0};
         if (!mesh_nearest(shape->mesh, point, shape->component, &nearest, distance))
             *distance = HUGE_VAL;
         *place = (struct spread_place){nearest.triangle, {nearest.triangle, 0}, nearest.r};

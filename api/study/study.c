@@ -3,7 +3,7 @@
 
 #include "sample.h"
 
-#include "api/json/place.h"
+#include "api/json/value.h"
 #include "api/request/shape.h"
 #include <endian.h>
 #include <math.h>
@@ -20,8 +20,8 @@ bool api_is_study(const char *bytes, size_t length, const struct api_limits *lim
     bool found = false;
     struct arena *arena = arena_new(limits->max_memory);
     if (arena && json_tree_parse(&tree, bytes, length, limits, arena, &problem) == API_OK) {
-        struct json_place root = place_root(&tree), drape = place_member(&root, "drape");
-        found = place_given(&drape);
+        struct json_value root = value_root(&tree), drape = value_member(&root, "drape");
+        found = value_given(&drape);
         json_tree_free(&tree);
     }
     arena_free(arena);

@@ -204,15 +204,15 @@ struct checkers *checkers_start(struct hub *hub, const struct checkers_settings 
         return NULL;
     pool->hub = hub;
     pool->settings = *settings;
-    pool->place_count = settings->express + settings->slow;
-    pool->places = calloc((size_t)pool->place_count, sizeof *pool->places);
-    pool->threads = calloc((size_t)pool->place_count, sizeof *pool->threads);
+    pool->value_count = settings->express + settings->slow;
+    pool->places = calloc((size_t)pool->value_count, sizeof *pool->places);
+    pool->threads = calloc((size_t)pool->value_count, sizeof *pool->threads);
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->changed, NULL);
-    while (pool->places && pool->threads && pool->thread_count < pool->place_count &&
+    while (pool->places && pool->threads && pool->thread_count < pool->value_count &&
            pthread_create(&pool->threads[pool->thread_count], NULL, work, pool) == 0)
         pool->thread_count++;
-    if (pool->thread_count == pool->place_count)
+    if (pool->thread_count == pool->value_count)
         return pool;
     checkers_stop(pool);
     return NULL;
@@ -227,7 +227,7 @@ void checkers_stop(struct checkers *pool) {
     pthread_mutex_unlock(&pool->lock);
     for (int k = 0; k < pool->thread_count; k++)
         pthread_join(pool->threads[k], NULL);
-    for (int k = 0; pool->places && k < pool->place_count; k++)
+    for (int k = 0; pool->places && k < pool->value_count; k++)
         child_kill(&pool->places[k].child);
     pthread_cond_destroy(&pool->changed);
     pthread_mutex_destroy(&pool->lock);

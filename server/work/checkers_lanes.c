@@ -79,7 +79,7 @@ struct check *lane_choose(const struct checkers *pool) {
             continue;
         int rank = count(pool->running, check->owner, LANES);
         if (check->lane == LANE_EXPRESS && check->last)
-            rank += pool->place_count;
+            rank += pool->value_count;
         if (best && rank >= least)
             continue;
         best = check;

@@ -58,7 +58,7 @@ struct check {
 struct checkers {
     struct hub *hub;
     struct checkers_settings settings;
-    int place_count;
+    int value_count;
     struct check_place *places;
     pthread_t *threads; /* one a place */
     int thread_count;

@@ -89,8 +89,8 @@ bool correction_chord(const struct correction *correction, double *chord) {
     return share > CORRECTION_SHORTEST;
 }
 
-double correction_sideways(const struct correction *correction, const struct station *from,
-                           const struct station *to, double arc_chord) {
+double correction_sideways(const struct correction *correction, const struct surface_point *from,
+                           const struct surface_point *to, double arc_chord) {
     struct vec3 along = correction->along;
     double sideways = vec3_dot(correction->bend[0], vec3_cross(from->normal, along)) +
                       vec3_dot(correction->bend[1], vec3_cross(to->normal, along));

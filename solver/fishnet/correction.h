@@ -20,7 +20,7 @@
 #define SOLVER_FISHNET_CORRECTION_H
 
 #include "solver/net/net.h"
-#include "solver/shell/station.h"
+#include "solver/shell/surface_point.h"
 
 struct correction {
     struct vec3 bend[2]; /* D2 at the ends; zero where only rough edges lie round it */
@@ -52,8 +52,8 @@ static inline struct vec3 correction_bend(struct vec3 p, struct vec3 q, struct v
 bool correction_chord(const struct correction *correction, double *chord);
 
 /* A chord in the normal plane less what the yarn curves sideways, seen from its ends. */
-double correction_sideways(const struct correction *correction, const struct station *from,
-                           const struct station *to, double arc_chord);
+double correction_sideways(const struct correction *correction, const struct surface_point *from,
+                           const struct surface_point *to, double arc_chord);
 
 /* D2 may miss the curvature by this share of it, and of d; and by no more than makes the chord
  * wrong by so much of d, and of |K| d^3: it is by |k| d / 24 of what both ends miss in the mean.
@@ -68,13 +68,13 @@ double correction_sideways(const struct correction *correction, const struct sta
 /* Whether D2 at the near end (0) or the far one agrees with the normal curvature there, where there
  * is one: not at a pole. */
 static inline bool correction_agrees(const struct correction *correction, int end,
-                                     const struct station *station, double curvature) {
+                                     const struct surface_point *point, double curvature) {
     double d = correction->d, expected = fabs(curvature) * d * d;
-    double net = fabs(station_gauss_curvature(station)) * d * d;
-    double miss = fabs(vec3_dot(correction->bend[end], station->normal) - curvature * d * d);
+    double net = fabs(surface_point_gauss_curvature(point)) * d * d;
+    double miss = fabs(vec3_dot(correction->bend[end], point->normal) - curvature * d * d);
     return (miss <= CORRECTION_SHARE * expected + CORRECTION_LEAST * d &&
             miss * expected <= CORRECTION_PRODUCT * correction_apart(net) * d * d) ||
-           station_at_pole(station->surface, station);
+           surface_point_at_pole(point->surface, point);
 }
 
 #endif

@@ -19,23 +19,23 @@ double fishnet_arc_chord(double length, double curvature) {
 
 void fishnet_chords(struct surface_cursor *cursor, enum drape_method method,
                     enum drape_yarn_path path, const double length[2], struct fishnet_cell *cell) {
-    const struct station *a = cell->a, *b = cell->b, *c = cell->c;
+    const struct surface_point *a = cell->a, *b = cell->b, *c = cell->c;
     double found;
     cell->bd = length[0];
     cell->cd = length[1];
     cell->curvature[0] = cell->curvature[1] = 0;
     if (method == DRAPE_BASIC)
         return;
-    struct vec3 r1 = station_projection(a, vec3_sub(b->jet.r, a->jet.r));
-    struct vec3 r2 = station_projection(a, vec3_sub(c->jet.r, a->jet.r));
+    struct vec3 r1 = surface_point_projection(a, vec3_sub(b->jet.r, a->jet.r));
+    struct vec3 r2 = surface_point_projection(a, vec3_sub(c->jet.r, a->jet.r));
     if (path == DRAPE_PATH_RELAXATION) {
         if (a->surface == b->surface)
             (void)relaxation_tangents(a->surface, cursor, a, b, &r1, &found, NULL);
         if (a->surface == c->surface)
             (void)relaxation_tangents(a->surface, cursor, a, c, &r2, &found, NULL);
     }
-    cell->curvature[1] = station_normal_curvature(c, r1);
-    cell->curvature[0] = station_normal_curvature(b, r2);
+    cell->curvature[1] = surface_point_normal_curvature(c, r1);
+    cell->curvature[0] = surface_point_normal_curvature(b, r2);
     cell->cd = fishnet_arc_chord(length[1], cell->curvature[1]);
     cell->bd = fishnet_arc_chord(length[0], cell->curvature[0]);
 }
@@ -52,7 +52,7 @@ static bool is_convex(struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 d
            turn(b, a, c, normal) > 0;
 }
 
-bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d) {
+bool fishnet_right_root(const struct fishnet_cell *cell, const struct surface_point *d) {
     struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
     int sign = cell->orientation;
     double at_d = sign * turn(c, d->jet.r, b, d->normal);
@@ -134,13 +134,14 @@ static double spatial_size2(const struct surface_jet *jet, const double step[2])
 static void move(const struct surface *surface, struct surface_cursor *cursor, struct vec3 r,
                  const double step[2], double longest, double uv[2]) {
     struct vec3 pole;
-    struct station from;
+    struct surface_point from;
     double reach = FISHNET_POLE_STEPS * longest;
-    if (station_near_pole(surface, r, reach * reach) && station_at(surface, cursor, uv, &from)) {
+    if (surface_point_near_pole(surface, r, reach * reach) &&
+        surface_point_at(surface, cursor, uv, &from)) {
         struct vec3 spatial = vec3_axpy(step[1], from.jet.v, vec3_scale(step[0], from.jet.u));
-        if (station_pole_distance(surface, from.jet.r, &pole) <
+        if (surface_point_pole_distance(surface, from.jet.r, &pole) <
                 FISHNET_POLE_STEPS * vec3_norm(spatial) &&
-            station_pull(surface, cursor, &from, spatial, uv))
+            surface_point_pull(surface, cursor, &from, spatial, uv))
             return;
     }
     uv[0] += step[0];
@@ -166,7 +167,7 @@ static bool settle(const struct surface *surface, const struct fishnet_cell *cel
                    const double inverse[2], struct vec3 wb, struct vec3 wc, double f[2],
                    struct fishnet_node *node) {
     struct linear linear;
-    struct station *d = &node->station;
+    struct surface_point *d = &node->point;
     double step[2];
     if (node->residual > FISHNET_SETTLED && linear_make(&d->jet, wb, wc, &linear)) {
         struct surface_jet there;
@@ -179,7 +180,7 @@ static bool settle(const struct surface *surface, const struct fishnet_cell *cel
         d->jet.v = there.v;
         node->residual = length_error(cell, inverse, vec3_add(wb, e), vec3_add(wc, e), f);
     }
-    return station_complete(surface, d);
+    return surface_point_complete(surface, d);
 }
 
 /* Whether `settle` leaves no more than rounding where a step of the size s (squared, by that of the
@@ -201,7 +202,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
     int halvings = 0;
     double share2 = 0; /* the last step's size by the edge's, squared; 0 when it was shortened */
     double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
-    struct station *d = &node->station;
+    struct surface_point *d = &node->point;
     struct vec3 from_r = cell->c->jet.r;
     d->uv[0] = uv[0];
     d->uv[1] = uv[1];
@@ -263,7 +264,7 @@ static const double same_place = 1e-6;
  * seen from C and from B. False when it cannot be had, or is the same as another. */
 static bool predict(const struct surface *surface, struct surface_cursor *cursor,
                     const struct fishnet_cell *cell, int k, double uv[2]) {
-    const struct station *from = k % 2 ? cell->b : cell->c;
+    const struct surface_point *from = k % 2 ? cell->b : cell->c;
     if (k == 0 && cell->guess_uv) {
         uv[0] = cell->guess_uv[0];
         uv[1] = cell->guess_uv[1];
@@ -273,7 +274,7 @@ static bool predict(const struct surface *surface, struct surface_cursor *cursor
     struct vec3 target = k == 0 ? cell->guess : k < 3 ? opposite : planar_corner(cell);
     if (k >= 3 && vec3_distance(target, opposite) < same_place * cell->bd)
         return false;
-    return station_pull(surface, cursor, from, vec3_sub(target, from->jet.r), uv);
+    return surface_point_pull(surface, cursor, from, vec3_sub(target, from->jet.r), uv);
 }
 
 /* ---- from face to face of a shell ---- */
@@ -288,7 +289,7 @@ struct begin {
  * to where it belongs; after those, what is nearest to the last ones. */
 static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell, int k,
                              struct begin *begin) {
-    struct station place;
+    struct surface_point place;
     if (k >= PREDICTORS) {
         const struct shell *shell = cell->c->surface->shell;
         struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
@@ -306,7 +307,8 @@ static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet
         return false;
     if (crossing_within(begin->surface, begin->uv))
         return true;
-    if (!station_at(begin->surface, cursor, begin->uv, &place) || !crossing_settle(cursor, &place))
+    if (!surface_point_at(begin->surface, cursor, begin->uv, &place) ||
+        !crossing_settle(cursor, &place))
         return false;
     *begin = (struct begin){place.surface, {place.uv[0], place.uv[1]}};
     return true;
@@ -317,13 +319,14 @@ static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet
 static const double landing = 0.05;
 
 /* Whether a corner of a cell lies in the region of another face than that of a place. */
-static bool is_on_other_face(const struct station *corner, const struct station *place) {
+static bool is_on_other_face(const struct surface_point *corner,
+                             const struct surface_point *place) {
     return corner->surface != place->surface && crossing_within(corner->surface, corner->uv);
 }
 
 /* Whether a place beyond a free edge lies over a face on the other side of a hole, or of a notch
  * when the net is there already, and where on it. */
-static bool lands(const struct fishnet_cell *cell, const struct station *place,
+static bool lands(const struct fishnet_cell *cell, const struct surface_point *place,
                   struct begin *begin) {
     const struct shell *shell = place->surface->shell;
     struct shell_place over;
@@ -356,9 +359,9 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
     for (int hop = 0; hop < HOPS_MAX; hop++) {
         if (!newton(begin->surface, cursor, cell, begin->uv, node))
             return false;
-        crossing_find(&node->station, last, crossing);
+        crossing_find(&node->point, last, crossing);
         node->looked = !last;
-        if (crossing->kind == CROSSING_FREE && !landed && lands(cell, &node->station, begin)) {
+        if (crossing->kind == CROSSING_FREE && !landed && lands(cell, &node->point, begin)) {
             landed = true;
             continue;
         }
@@ -367,7 +370,7 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
         if (crossing->beyond == last)
             return is_at_joint(cell, crossing);
         last = begin->surface;
-        if (!crossing_carry(crossing, cursor, &node->station, 0, begin->uv))
+        if (!crossing_carry(crossing, cursor, &node->point, 0, begin->uv))
             return false;
         begin->surface = crossing->beyond;
     }
@@ -379,7 +382,7 @@ static bool solve_on_shell(struct surface_cursor *cursor, const struct fishnet_c
     for (int k = 0; k < PREDICTORS + 2; k++) {
         struct begin begin;
         if (predict_on_shell(cursor, cell, k, &begin) &&
-            newton_on_shell(cursor, cell, &begin, node) && fishnet_right_root(cell, &node->station))
+            newton_on_shell(cursor, cell, &begin, node) && fishnet_right_root(cell, &node->point))
             return true;
     }
     return false;
@@ -407,7 +410,7 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
     for (int k = 0; k < PREDICTORS && !surface->shell; k++) {
         double uv[2];
         if (predict(surface, cursor, cell, k, uv) && newton(surface, cursor, cell, uv, node) &&
-            fishnet_right_root(cell, &node->station))
+            fishnet_right_root(cell, &node->point))
             return FISHNET_FOUND;
     }
     if (fishnet_has_collapsed(cell))

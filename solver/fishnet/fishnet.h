@@ -15,7 +15,7 @@
 #include "solver/shell/crossing.h"
 
 struct fishnet_cell {
-    const struct station *a, *b, *c;
+    const struct surface_point *a, *b, *c;
     double bd, cd;          /* chord lengths wanted, > 0 */
     double curvature[2];    /* of BD and CD, where the chords come from it; else 0 */
     struct vec3 guess;      /* where D is expected, in space */
@@ -32,7 +32,7 @@ enum fishnet_end {
 };
 
 struct fishnet_node {
-    struct station station;
+    struct surface_point point;
     int iterations;  /* Newton steps */
     int outside;     /* steps of geodesics beyond open boundaries, where there are any */
     double residual; /* the larger | |D - B| / bd - 1 |, | |D - C| / cd - 1 | */
@@ -52,7 +52,7 @@ void fishnet_chords(struct surface_cursor *cursor, enum drape_method method,
 double fishnet_arc_chord(double length, double curvature);
 
 /* Whether D is the root away from A, and the cell A, C, D, B convex. */
-bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d);
+bool fishnet_right_root(const struct fishnet_cell *cell, const struct surface_point *d);
 
 /* Whether a cell without a D has none because it collapsed: its yarns at A are nearly parallel, or
  * B and C are as far apart as the two chords together reach. */

@@ -26,21 +26,22 @@ enum { ATTEMPTS = sizeof cuts / sizeof *cuts };
 static const double least_sine = 1e-3;
 
 /* How far the end moves to the left for each radian of the direction: the Jacobi field. */
-static double end_moves(const struct station *from, const struct station *to, double d) {
-    double k = (station_gauss_curvature(from) + station_gauss_curvature(to)) / 2;
+static double end_moves(const struct surface_point *from, const struct surface_point *to,
+                        double d) {
+    double k = (surface_point_gauss_curvature(from) + surface_point_gauss_curvature(to)) / 2;
     return d * (1 - fmin(k * d * d / 6, 0.5));
 }
 
-/* The station nearest to the point `target`, from the one that is there. */
+/* The point nearest to the point `target`, from the one that is there. */
 static bool pull_to(struct surface_cursor *cursor, struct vec3 target, double enough,
-                    struct station *station) {
+                    struct surface_point *point) {
     for (int pull = 0; pull < PULLS; pull++) {
         double uv[2];
-        struct vec3 step = vec3_sub(target, station->jet.r);
-        if (vec3_norm2(station_projection(station, step)) <= enough * enough)
+        struct vec3 step = vec3_sub(target, point->jet.r);
+        if (vec3_norm2(surface_point_projection(point, step)) <= enough * enough)
             return true;
-        if (!station_pull(station->surface, cursor, station, step, uv) ||
-            !station_at(station->surface, cursor, uv, station))
+        if (!surface_point_pull(point->surface, cursor, point, step, uv) ||
+            !surface_point_at(point->surface, cursor, uv, point))
             return false;
     }
     return false;
@@ -55,10 +56,10 @@ struct yarns {
 };
 
 static bool begin(const struct fishnet_cell *cell, const struct fishnet_collocation *wanted,
-                  int parts, const struct station *d, struct yarns *y) {
+                  int parts, const struct surface_point *d, struct yarns *y) {
     y->normal = d->normal;
     for (int k = 0; k < 2; k++) {
-        const struct station *from = k ? cell->c : cell->b;
+        const struct surface_point *from = k ? cell->c : cell->b;
         struct rough_geodesic about;
         (void)rough_tell(from, d, &about);
         const struct vec3 tangent[2] = {about.leave, about.arrive};
@@ -103,7 +104,7 @@ static double turn(struct yarns *y) {
 
 /* Where the ends meet after the last turn: D, and how far both ends are above the surface there. */
 static bool meet(struct surface_cursor *cursor, const struct yarns *y, double enough,
-                 struct station *d, double *above) {
+                 struct surface_point *d, double *above) {
     struct vec3 end[2];
     for (int k = 0; k < 2; k++)
         end[k] = vec3_axpy(y->angle[k], y->by[k], y->path[k].to);
@@ -119,7 +120,7 @@ static bool meet(struct surface_cursor *cursor, const struct yarns *y, double en
 static bool meet_in(struct surface_cursor *cursor, const struct fishnet_cell *cell,
                     const struct fishnet_collocation *wanted, int attempt, struct yarns *y,
                     struct fishnet_node *node) {
-    struct station d = node->station;
+    struct surface_point d = node->point;
     double least = fmin(wanted->length[0], wanted->length[1]), above, last = farthest;
     double enough = wanted->tolerance * least + rounding * d.surface->magnitude;
     if (!begin(cell, wanted, cuts[attempt].parts, &d, y))
@@ -136,7 +137,7 @@ static bool meet_in(struct surface_cursor *cursor, const struct fishnet_cell *ce
         if (!meet(cursor, y, enough, &d, &above))
             return false;
         if (above < enough) {
-            node->station = d;
+            node->point = d;
             node->iterations += turns;
             node->residual = wanted->tolerance;
             return collocation_is_whole(&y->path[0], &d) && collocation_is_whole(&y->path[1], &d);
@@ -158,7 +159,7 @@ bool fishnet_collocation_solve(struct surface_cursor *cursor, const struct fishn
     *node = found;
     for (int k = 0; yarns && k < 2; k++) {
         yarns->start[k] = y.path[k].leave;
-        yarns->end[k] = station_tangent(&node->station, y.path[k].arrive);
+        yarns->end[k] = surface_point_tangent(&node->point, y.path[k].arrive);
     }
     return true;
 }

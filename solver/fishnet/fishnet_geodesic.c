@@ -24,19 +24,20 @@ static const double rounding = 4e-15;
 
 /* A geodesic of fixed length from a corner of the cell. */
 struct ray {
-    const struct station *from;
+    const struct surface_point *from;
     double length, accuracy; /* of each step's share of it */
     bool stays;              /* on its face's continuation */
     double error;            /* estimated, by its length */
     struct vec3 direction;   /* at its start: unit, tangential */
-    struct station end;
+    struct surface_point end;
     struct vec3 end_tangent; /* in the tangent plane there */
 };
 
 /* How the end moves for each radian of the direction about the normal. */
 static struct vec3 jacobi_field(const struct ray *ray) {
     double d = ray->length;
-    double k = (station_gauss_curvature(ray->from) + station_gauss_curvature(&ray->end)) / 2;
+    double k =
+        (surface_point_gauss_curvature(ray->from) + surface_point_gauss_curvature(&ray->end)) / 2;
     double size = d * (1 - fmin(k * d * d / 6, 0.5));
     return vec3_scale(size, vec3_cross(ray->end.normal, ray->end_tangent));
 }
@@ -57,12 +58,12 @@ static bool solve_angles(struct vec3 b, struct vec3 c, struct vec3 gap, double *
     return true;
 }
 
-struct vec3 fishnet_path_tangent(const struct path *path, const struct station *station,
+struct vec3 fishnet_path_tangent(const struct path *path, const struct surface_point *point,
                                  struct vec3 tangent) {
-    struct unfolding_side here = unfolding_station(station);
-    struct unfolding_side last = unfolding_path(path, station->jet.r);
+    struct unfolding_side here = unfolding_point(point);
+    struct unfolding_side last = unfolding_path(path, point->jet.r);
     struct unfolding unfolding = unfolding_between(&here, &last);
-    return station_tangent(station, unfolding_back(&unfolding, tangent));
+    return surface_point_tangent(point, unfolding_back(&unfolding, tangent));
 }
 
 static bool aim_path(const struct ray *ray, struct path *path) {
@@ -74,7 +75,7 @@ static bool aim_path(const struct ray *ray, struct path *path) {
 
 static bool end_ray(struct surface_cursor *cursor, const struct path *path, struct ray *ray) {
     struct vec3 tangent;
-    if (!path_station(path, cursor, &ray->end, &tangent))
+    if (!path_surface_point(path, cursor, &ray->end, &tangent))
         return false;
     ray->error = path->error / ray->length;
     ray->end_tangent = fishnet_path_tangent(path, &ray->end, tangent);
@@ -125,8 +126,8 @@ static bool shoot_both(struct surface_cursor *cursor, struct meeting *m, int *ou
     *outside += path[0].outside + path[1].outside;
     if (!gone || !end_ray(cursor, &path[0], &m->ray[0]) || !end_ray(cursor, &path[1], &m->ray[1]))
         return false;
-    struct unfolding_side from = unfolding_station(&m->ray[0].end);
-    struct unfolding_side to = unfolding_station(&m->ray[1].end);
+    struct unfolding_side from = unfolding_point(&m->ray[0].end);
+    struct unfolding_side to = unfolding_point(&m->ray[1].end);
     struct unfolding unfolding = unfolding_between(&from, &to);
     m->gap = unfolding_gap(&from, &to, &unfolding);
     m->by[0] = vec3_add(jacobi_field(&m->ray[0]), m->learnt[0]);
@@ -144,8 +145,8 @@ static bool crosses_rightly(const struct fishnet_cell *cell, const struct meetin
 /* What a Newton step is wrong by, as a share of it: by the step itself, and by what the Jacobi
  * field leaves out, where curvature changes and where there is much of it. */
 static double step_error(const struct ray *ray, double step) {
-    double d2 = ray->length * ray->length, k = station_gauss_curvature(ray->from) * d2;
-    double end = station_gauss_curvature(&ray->end) * d2, mean = (k + end) / 2;
+    double d2 = ray->length * ray->length, k = surface_point_gauss_curvature(ray->from) * d2;
+    double end = surface_point_gauss_curvature(&ray->end) * d2, mean = (k + end) / 2;
     return 4 * step + fabs(end - k) / 20 + mean * mean / 60;
 }
 
@@ -166,12 +167,13 @@ static bool settle(struct surface_cursor *cursor, struct meeting *m, const struc
     double wrong = fmax(step_error(&ray[0], step), step_error(&ray[1], step));
     if (!(fmax(step, to->gap) * wrong < settled_share * to->enough) ||
         ray[0].end.surface->has_poles ||
-        !station_pull(ray[0].end.surface, cursor, &ray[0].end, vec3_scale(to->x, m->by[0]), uv))
+        !surface_point_pull(ray[0].end.surface, cursor, &ray[0].end, vec3_scale(to->x, m->by[0]),
+                            uv))
         return false;
-    struct station end;
-    if (!station_at(ray[0].end.surface, cursor, uv, &end))
+    struct surface_point end;
+    if (!surface_point_at(ray[0].end.surface, cursor, uv, &end))
         return false;
-    struct unfolding_side from = unfolding_station(&ray[0].end), here = unfolding_station(&end);
+    struct unfolding_side from = unfolding_point(&ray[0].end), here = unfolding_point(&end);
     if (end.surface->shell && !crossing_within(end.surface, end.uv))
         return false;
     if (from.span[0] != here.span[0] || from.span[1] != here.span[1])
@@ -180,7 +182,7 @@ static bool settle(struct surface_cursor *cursor, struct meeting *m, const struc
     const double angle[2] = {to->x, to->y};
     for (int k = 0; k < 2; k++) {
         turn(&ray[k], angle[k]);
-        *tangent[k] = station_tangent(
+        *tangent[k] = surface_point_tangent(
             &end, vec3_axpy(angle[k], vec3_cross(normal, *tangent[k]), *tangent[k]));
     }
     ray[0].end = end;
@@ -287,16 +289,15 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
             fine = m->ray[0].error + m->ray[1].error <= 2 * rays[1];
         }
         if (to.gap <= to.enough) {
-            node->station = m->ray[0].end;
+            node->point = m->ray[0].end;
             return chords || crosses_rightly(cell, m) ? FISHNET_FOUND : FISHNET_COLLAPSED;
         }
         if (to.halvings == 0 && !solve_angles(m->by[0], m->by[1], m->gap, &to.x, &to.y))
             break;
         if (to.halvings == 0 && fine && settle(cursor, m, &to)) {
             node->residual = settled_share * to.enough;
-            node->station = m->ray[0].end;
-            bool right =
-                chords ? fishnet_right_root(cell, &node->station) : crosses_rightly(cell, m);
+            node->point = m->ray[0].end;
+            bool right = chords ? fishnet_right_root(cell, &node->point) : crosses_rightly(cell, m);
             return right ? FISHNET_FOUND : FISHNET_COLLAPSED;
         }
         struct meeting next = *m;
@@ -324,7 +325,7 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
                              const struct fishnet_cell *cell, double accuracy, double last,
                              bool chords, struct meeting *m, struct fishnet_node *node) {
     struct meeting begun = *m;
-    struct station start = node->station;
+    struct surface_point start = node->point;
     int before = node->iterations;
     const double roughly[2] = {fmax(first_accuracy, last), last};
     const double finest = fmax(finest_accuracy, last / 100), strictly[2] = {finest, finest};
@@ -332,13 +333,13 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
     if (end != FISHNET_NO_CONVERGENCE || node->iterations == before || m->stalled)
         return end;
     *m = begun;
-    node->station = start;
+    node->point = start;
     end = meet_by(surface, cursor, cell, accuracy, strictly, chords, m, node);
     double jump = jump_at_joints(surface) / fmin(m->ray[0].length, m->ray[1].length);
     if (end != FISHNET_NO_CONVERGENCE || !(node->residual <= accuracy + jump))
         return end;
     *m = begun;
-    node->station = start;
+    node->point = start;
     return meet_by(surface, cursor, cell, accuracy + jump, strictly, chords, m, node);
 }
 
@@ -348,13 +349,13 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
                                         int lanes, struct fishnet_node *node) {
     const struct fishnet_collocation wanted = {{length[0], length[1]}, tolerance, lanes};
     if (fishnet_collocation_solve(cursor, cell, &wanted, NULL, node))
-        return fishnet_right_root(cell, &node->station) ? FISHNET_FOUND : FISHNET_COLLAPSED;
+        return fishnet_right_root(cell, &node->point) ? FISHNET_FOUND : FISHNET_COLLAPSED;
     node->outside = 0;
     struct meeting m = {
         .ray = {{.from = cell->b, .length = length[0]}, {.from = cell->c, .length = length[1]}}};
     for (int k = 0; k < 2; k++)
         m.ray[k].direction =
-            station_tangent(m.ray[k].from, vec3_sub(node->station.jet.r, m.ray[k].from->jet.r));
+            surface_point_tangent(m.ray[k].from, vec3_sub(node->point.jet.r, m.ray[k].from->jet.r));
     return meet(surface, cursor, cell, tolerance, ray_share * tolerance, true, &m, node);
 }
 
@@ -376,16 +377,17 @@ enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct sur
 }
 
 bool fishnet_geodesic_between(const struct surface *surface, struct surface_cursor *cursor,
-                              const struct station *p, const struct station *q, double accuracy,
-                              double *length, struct vec3 *start, struct vec3 *end) {
+                              const struct surface_point *p, const struct surface_point *q,
+                              double accuracy, double *length, struct vec3 *start,
+                              struct vec3 *end) {
     struct ray ray = {
         .from = p, .length = *length, .accuracy = ray_share * accuracy, .direction = *start};
-    struct unfolding_side to = unfolding_station(q);
+    struct unfolding_side to = unfolding_point(q);
     double enough = accuracy * *length + rounding * surface->magnitude, last = HUGE_VAL;
     for (int round = 0; round < ROUNDS; round++) {
         if (!shoot(cursor, &ray))
             return false;
-        struct unfolding_side from = unfolding_station(&ray.end);
+        struct unfolding_side from = unfolding_point(&ray.end);
         struct unfolding unfolding = unfolding_between(&from, &to);
         struct vec3 gap = unfolding_gap(&from, &to, &unfolding);
         double miss = vec3_norm(gap);
@@ -407,7 +409,7 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
             *length = ray.length;
             *start = ray.direction;
             struct unfolding back = unfolding_between(&to, &from);
-            *end = station_tangent(q, unfolding_back(&back, ray.end_tangent));
+            *end = surface_point_tangent(q, unfolding_back(&back, ray.end_tangent));
             return true;
         }
         if (!(miss < last))

@@ -46,12 +46,13 @@ enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct sur
  * which is in the tangent plane at p. False, with the outputs unset, when Newton's method does not
  * find it. */
 bool fishnet_geodesic_between(const struct surface *surface, struct surface_cursor *cursor,
-                              const struct station *p, const struct station *q, double accuracy,
-                              double *length, struct vec3 *start, struct vec3 *end);
+                              const struct surface_point *p, const struct surface_point *q,
+                              double accuracy, double *length, struct vec3 *start,
+                              struct vec3 *end);
 
-/* The unit tangent `tangent` of a path where it is now, which is at `station`, in the tangent plane
+/* The unit tangent `tangent` of a path where it is now, which is at `point`, in the tangent plane
  * there: a path that has come up to a crease may still be on the side it came from. */
-struct vec3 fishnet_path_tangent(const struct path *path, const struct station *station,
+struct vec3 fishnet_path_tangent(const struct path *path, const struct surface_point *point,
                                  struct vec3 tangent);
 
 #endif

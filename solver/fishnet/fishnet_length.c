@@ -15,11 +15,11 @@ static const double longest_step = 0.3, least_sine = 0.05;
 /* The step for which both lengths are right: a step beside a yarn, y, lengthens it by
  * y^2 (1 / L - K L / 3) / 2, K being the Gaussian curvature. False where the yarns are nearly
  * parallel. */
-static bool find_step(const struct logarithm l[2], const struct station *d, const double miss[2],
-                      struct vec3 *step) {
+static bool find_step(const struct logarithm l[2], const struct surface_point *d,
+                      const double miss[2], struct vec3 *step) {
     struct vec3 b = l[0].arrive, c = l[1].arrive;
     double sine = vec3_dot(vec3_cross(b, c), d->normal), left[2] = {miss[0], miss[1]};
-    double gauss = station_gauss_curvature(d);
+    double gauss = surface_point_gauss_curvature(d);
     struct vec3 across_b = vec3_cross(d->normal, b), across_c = vec3_cross(d->normal, c);
     if (!(fabs(sine) > least_sine))
         return false;
@@ -35,13 +35,14 @@ static bool find_step(const struct logarithm l[2], const struct station *d, cons
 /* What the step to D, `size` by the edge's length, leaves: its cube and, as K is not the same all
  * along the edge, its square by a third of K L^2; over a crease, by which the normal turns, as much
  * as its chord is shorter. */
-static double left_by(const struct station *d, double size, double length, struct vec3 normal) {
-    double k = fabs(station_gauss_curvature(d)) * length * length;
+static double left_by(const struct surface_point *d, double size, double length,
+                      struct vec3 normal) {
+    double k = fabs(surface_point_gauss_curvature(d)) * length * length;
     return size * size * (size + k / 3) + size * (1 - vec3_dot(normal, d->normal));
 }
 
 /* Whether the first step will be the last, as far as the ends of the edges tell their lengths. */
-static bool is_near(const struct station *const from[2], const struct station *d,
+static bool is_near(const struct surface_point *const from[2], const struct surface_point *d,
                     const double length[2]) {
     double least = fmin(length[0], length[1]);
     bool near = true;
@@ -55,25 +56,26 @@ static bool is_near(const struct station *const from[2], const struct station *d
 }
 
 /* Turns a yarn whose end moves by `step`. */
-static void turn_yarn(const struct station *from, const struct station *d, struct vec3 step,
-                      struct logarithm *l) {
+static void turn_yarn(const struct surface_point *from, const struct surface_point *d,
+                      struct vec3 step, struct logarithm *l) {
     double angle = vec3_dot(step, vec3_cross(d->normal, l->arrive)) / l->length;
     l->leave = vec3_unit(vec3_axpy(angle, vec3_cross(from->normal, l->leave), l->leave));
-    l->arrive = station_tangent(d, vec3_axpy(angle, vec3_cross(d->normal, l->arrive), l->arrive));
+    l->arrive =
+        surface_point_tangent(d, vec3_axpy(angle, vec3_cross(d->normal, l->arrive), l->arrive));
 }
 
 bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cell *cell, double bd,
                          double cd, double accuracy, struct fishnet_yarns *yarns,
                          struct fishnet_node *node) {
-    const struct station *from[2] = {cell->b, cell->c};
+    const struct surface_point *from[2] = {cell->b, cell->c};
     const double length[2] = {bd, cd};
     double least = fmin(bd, cd);
     struct logarithm l[2];
     struct vec3 step = {0, 0, 0};
-    bool last = false, near = is_near(from, &node->station, length);
+    bool last = false, near = is_near(from, &node->point, length);
     for (int round = 0; round < ROUNDS && !last; round++) {
         double miss[2], uv[2], asked = near ? accuracy : fmax(first_accuracy, accuracy);
-        struct station *d = &node->station;
+        struct surface_point *d = &node->point;
         for (int k = 0; k < 2; k++) {
             if (!logarithm_find(cursor, from[k], d, asked, &l[k]))
                 return false;
@@ -84,18 +86,18 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
             return false;
         double size = vec3_norm(step) / least;
         struct vec3 normal = d->normal;
-        if (!(size < longest_step) || !station_pull(d->surface, cursor, d, step, uv) ||
-            !station_at(d->surface, cursor, uv, d))
+        if (!(size < longest_step) || !surface_point_pull(d->surface, cursor, d, step, uv) ||
+            !surface_point_at(d->surface, cursor, uv, d))
             return false;
         node->residual = left_by(d, size, least, normal);
         last = asked <= accuracy && node->residual < settled;
         near = true;
     }
     struct vec3 cross = vec3_cross(l[0].arrive, l[1].arrive);
-    if (!last || !(cell->orientation * vec3_dot(cross, node->station.normal) > 0))
+    if (!last || !(cell->orientation * vec3_dot(cross, node->point.normal) > 0))
         return false;
     for (int k = 0; k < 2; k++) {
-        turn_yarn(from[k], &node->station, step, &l[k]);
+        turn_yarn(from[k], &node->point, step, &l[k]);
         yarns->start[k] = l[k].leave;
         yarns->end[k] = l[k].arrive;
     }

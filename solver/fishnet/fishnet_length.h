@@ -15,7 +15,7 @@
 #include "fishnet.h"
 #include "fishnet_geodesic.h"
 
-/* Moves D, at node->station, until BD and CD, measured to `accuracy` of their lengths, are `bd` and
+/* Moves D, at node->point, until BD and CD, measured to `accuracy` of their lengths, are `bd` and
  * `cd` long, and says how they leave and arrive (as fishnet_geodesic_meet does). False, with the
  * node as it may be, where logarithms cannot be had or D is not found. */
 bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cell *cell, double bd,

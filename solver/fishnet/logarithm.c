@@ -31,17 +31,17 @@ static const double at_end = 1e-9;
 /* A place this share of a way on from a knot line is surely on that side of it. */
 static const double beside = 1e-6;
 
-/* The places from p to q and the pieces between them. A place within is a station, or one for
+/* The places from p to q and the pieces between them. A place within is a point, or one for
  * either side of a knot line of direction `axis`. */
 struct chain {
     struct surface_cursor *cursor;
     double accuracy, whole;
     int pieces, used;
-    struct station *from[PIECES], *to[PIECES];
+    struct surface_point *from[PIECES], *to[PIECES];
     int axis[PIECES + 1]; /* of the place at the beginning of each piece; ALONG: none */
     struct rough_geodesic piece[PIECES];
     bool told[PIECES];
-    struct station stations[2 * (PIECES + JOINTS)];
+    struct surface_point points[2 * (PIECES + JOINTS)];
 };
 
 static void measure(struct chain *c, int k) {
@@ -61,7 +61,7 @@ struct joint {
 
 /* The knot lines of direction k between p and q at which curvature may jump. False when there are
  * too many, or more than once round a closed direction. */
-static bool find_joints(const struct station *p, const struct station *q, int k,
+static bool find_joints(const struct surface_point *p, const struct surface_point *q, int k,
                         struct joint joint[], int *count) {
     const struct surface_axis *axis = &p->surface->axis[k];
     struct surface_walk walk = surface_walk_begin(axis, p->uv[k], q->uv[k]);
@@ -80,10 +80,10 @@ static bool find_joints(const struct station *p, const struct station *q, int k,
     return true;
 }
 
-/* The station at uv as the span has it in which the way to `towards` begins. A span further on,
+/* The point at uv as the span has it in which the way to `towards` begins. A span further on,
  * over a knot line on which parameters alone change, has another place at uv. */
-static bool station_beside(const struct surface *surface, const double uv[2],
-                           const double towards[2], struct station *station) {
+static bool surface_point_beside(const struct surface *surface, const double uv[2],
+                                 const double towards[2], struct surface_point *point) {
     int span[2];
     double at[2];
     for (int k = 0; k < 2; k++) {
@@ -92,10 +92,10 @@ static bool station_beside(const struct surface *surface, const double uv[2],
         double wrapped = surface_axis_wrap(axis, on);
         span[k] = surface_axis_span(axis, 0, wrapped);
         at[k] = uv[k] - (on - wrapped);
-        station->uv[k] = uv[k];
+        point->uv[k] = uv[k];
     }
-    surface_evaluate_span(surface, span[0], span[1], at[0], at[1], &station->jet);
-    return station_complete(surface, station);
+    surface_evaluate_span(surface, span[0], span[1], at[0], at[1], &point->jet);
+    return surface_point_complete(surface, point);
 }
 
 /* Evaluates both ends of piece k in the span that it runs through. */
@@ -103,13 +103,13 @@ static bool place_ends(const struct surface *surface, struct chain *c, int k) {
     double middle[2];
     for (int n = 0; n < 2; n++)
         middle[n] = (c->from[k]->uv[n] + c->to[k]->uv[n]) / 2;
-    return station_beside(surface, c->from[k]->uv, middle, c->from[k]) &&
-           station_beside(surface, c->to[k]->uv, middle, c->to[k]);
+    return surface_point_beside(surface, c->from[k]->uv, middle, c->from[k]) &&
+           surface_point_beside(surface, c->to[k]->uv, middle, c->to[k]);
 }
 
 /* Whether the surface bends otherwise on the other side of a knot line: a knot that was inserted is
  * no joint. */
-static bool bends_otherwise(const struct station *a, const struct station *b) {
+static bool bends_otherwise(const struct surface_point *a, const struct surface_point *b) {
     double differ = 0, size = 0;
     for (int n = 0; n < 3; n++) {
         differ += fabs(a->first[n] - b->first[n]) + fabs(a->second[n] - b->second[n]);
@@ -119,10 +119,10 @@ static bool bends_otherwise(const struct station *a, const struct station *b) {
 }
 
 /* Ends the last piece at a knot line, and begins the next one there. */
-static bool cut_at(struct chain *c, const struct station *p, const struct station *q,
+static bool cut_at(struct chain *c, const struct surface_point *p, const struct surface_point *q,
                    const struct joint *joint, double next_share) {
-    struct station *to = &c->stations[c->used], *from = &c->stations[c->used + 1];
-    const struct station *last = c->from[c->pieces - 1];
+    struct surface_point *to = &c->points[c->used], *from = &c->points[c->used + 1];
+    const struct surface_point *last = c->from[c->pieces - 1];
     double uv[2], before[2], after[2];
     for (int n = 0; n < 2; n++) {
         double way = q->uv[n] - p->uv[n];
@@ -130,7 +130,8 @@ static bool cut_at(struct chain *c, const struct station *p, const struct statio
         before[n] = (last->uv[n] + uv[n]) / 2;
         after[n] = (uv[n] + p->uv[n] + next_share * way) / 2;
     }
-    if (!station_beside(p->surface, uv, before, to) || !station_beside(p->surface, uv, after, from))
+    if (!surface_point_beside(p->surface, uv, before, to) ||
+        !surface_point_beside(p->surface, uv, after, from))
         return false;
     if (!bends_otherwise(to, from))
         return true;
@@ -142,20 +143,20 @@ static bool cut_at(struct chain *c, const struct station *p, const struct statio
 }
 
 /* Cuts the way from p to q at the knot lines that are joints. */
-static bool cut(struct chain *c, const struct station *p, const struct station *q) {
+static bool cut(struct chain *c, const struct surface_point *p, const struct surface_point *q) {
     struct joint joint[JOINTS];
     int count = 0;
     if (!find_joints(p, q, 0, joint, &count) || !find_joints(p, q, 1, joint, &count))
         return false;
     c->pieces = 1;
     c->used = 2;
-    c->from[0] = &c->stations[0];
+    c->from[0] = &c->points[0];
     *c->from[0] = *p;
     c->axis[0] = ALONG;
     for (int k = 0; k < count; k++)
         if (!cut_at(c, p, q, &joint[k], k + 1 < count ? joint[k + 1].share : 1))
             return false;
-    struct station *end = c->to[c->pieces - 1] = &c->stations[1];
+    struct surface_point *end = c->to[c->pieces - 1] = &c->points[1];
     *end = *q;
     if (c->pieces == 1)
         return true;
@@ -166,17 +167,17 @@ static bool cut(struct chain *c, const struct station *p, const struct station *
 
 /* ---- places within spans ---- */
 
-/* The station next to the point `target`, of which `from` is the place to begin at. */
-static bool pull_to(struct chain *c, const struct station *from, struct vec3 target, double enough,
-                    struct station *to) {
-    struct station begin = *from;
+/* The point next to the point `target`, of which `from` is the place to begin at. */
+static bool pull_to(struct chain *c, const struct surface_point *from, struct vec3 target,
+                    double enough, struct surface_point *to) {
+    struct surface_point begin = *from;
     for (int pull = 0; pull < PULLS; pull++) {
         double uv[2];
         struct vec3 step = vec3_sub(target, begin.jet.r);
-        if (!station_pull(begin.surface, c->cursor, &begin, step, uv) ||
-            !station_at(begin.surface, c->cursor, uv, to))
+        if (!surface_point_pull(begin.surface, c->cursor, &begin, step, uv) ||
+            !surface_point_at(begin.surface, c->cursor, uv, to))
             return false;
-        struct vec3 left = station_projection(to, vec3_sub(target, to->jet.r));
+        struct vec3 left = surface_point_projection(to, vec3_sub(target, to->jet.r));
         if (vec3_norm2(left) < enough * enough)
             return true;
         begin = *to;
@@ -186,14 +187,14 @@ static bool pull_to(struct chain *c, const struct station *from, struct vec3 tar
 
 /* Puts a place in the middle of piece k, on the cubic that leaves its ends as the yarn does. */
 static bool split(struct chain *c, int k) {
-    struct station *p = c->from[k], *q = c->to[k];
+    struct surface_point *p = c->from[k], *q = c->to[k];
     double length = vec3_distance(p->jet.r, q->jet.r);
     if (c->pieces == PIECES)
         return false;
     struct vec3 bulge = vec3_sub(c->piece[k].leave, c->piece[k].arrive);
     struct vec3 middle = vec3_scale(0.5, vec3_add(p->jet.r, q->jet.r));
     struct vec3 target = vec3_axpy(length / 8, bulge, middle);
-    struct station *to = &c->stations[c->used++];
+    struct surface_point *to = &c->points[c->used++];
     if ((!pull_to(c, p, target, pull_share * length, to) &&
          !pull_to(c, q, target, pull_share * length, to)) ||
         !(vec3_norm2(vec3_sub(to->jet.r, middle)) < length * length / 9))
@@ -212,14 +213,14 @@ static bool split(struct chain *c, int k) {
 
 /* ---- a straight line of pieces ---- */
 
-static struct vec3 knot_line(const struct station *at, int axis) {
+static struct vec3 knot_line(const struct surface_point *at, int axis) {
     return vec3_unit(axis == 0 ? at->jet.v : at->jet.u);
 }
 
 /* The sine of the angle to the left by which piece k goes on from the one before; measured against
  * the knot line that they meet on, on both sides of it. False where they turn back. */
 static bool turn_at(const struct chain *c, int k, double *sine) {
-    const struct station *before = c->to[k - 1], *after = c->from[k];
+    const struct surface_point *before = c->to[k - 1], *after = c->from[k];
     struct vec3 back = vec3_scale(-1, c->piece[k - 1].arrive), onward = c->piece[k].leave;
     if (c->axis[k] == ALONG) {
         *sine = vec3_dot(vec3_cross(onward, back), after->normal);
@@ -258,19 +259,19 @@ static double straighten(const struct chain *c, double angle[], double move[]) {
 
 /* Whether the last moves need not be made, `most` being the largest angle. */
 static bool is_straight(const struct chain *c, double most) {
-    double gauss = fmax(fabs(station_gauss_curvature(c->from[0])),
-                        fabs(station_gauss_curvature(c->to[c->pieces - 1])));
+    double gauss = fmax(fabs(surface_point_gauss_curvature(c->from[0])),
+                        fabs(surface_point_gauss_curvature(c->to[c->pieces - 1])));
     return most * (most + gauss * c->whole * c->whole) <= angle_share * sqrt(c->accuracy) &&
            most * most * most <= c->accuracy;
 }
 
 /* Moves place k to the left of the path by x, on a knot line along that. */
 static bool move_place(struct chain *c, int k, double x) {
-    struct station *here = c->from[k];
-    struct vec3 along = station_tangent(here, vec3_sub(c->to[k]->jet.r, here->jet.r));
+    struct surface_point *here = c->from[k];
+    struct vec3 along = surface_point_tangent(here, vec3_sub(c->to[k]->jet.r, here->jet.r));
     struct vec3 left = vec3_cross(here->normal, along);
     if (c->axis[k] == ALONG) {
-        struct station begin = *here;
+        struct surface_point begin = *here;
         return pull_to(c, &begin, vec3_axpy(x, left, here->jet.r), pull_share * c->piece[k].length,
                        here);
     }
@@ -302,19 +303,19 @@ static bool move_places(struct chain *c, const double move[]) {
 /* Whether the way of piece k in parameters crosses a crease of direction n: places have moved past
  * where it meets another, and the piece was taken for one in the span of its middle. */
 static bool crosses_crease(const struct chain *c, int k, int n) {
-    const struct station *from = c->from[k], *to = c->to[k];
+    const struct surface_point *from = c->from[k], *to = c->to[k];
     const struct surface *surface = from->surface;
     struct surface_walk walk = surface_walk_begin(&surface->axis[n], from->uv[n], to->uv[n]);
     while (surface_walk_next(&walk)) {
-        struct station before, after;
+        struct surface_point before, after;
         double uv[2];
         if (!surface->axis[n].joints[walk.number] || !(walk.share > at_end) ||
             !(walk.share < 1 - at_end))
             continue;
         for (int x = 0; x < 2; x++)
             uv[x] = x == n ? walk.at : from->uv[x] + walk.share * (to->uv[x] - from->uv[x]);
-        if (!station_beside(surface, uv, from->uv, &before) ||
-            !station_beside(surface, uv, to->uv, &after) ||
+        if (!surface_point_beside(surface, uv, from->uv, &before) ||
+            !surface_point_beside(surface, uv, to->uv, &after) ||
             vec3_norm(vec3_cross(before.normal, after.normal)) > creased)
             return true;
     }
@@ -342,14 +343,14 @@ static void conclude(const struct chain *c, const double angle[], const double m
     l->arrive = vec3_unit(vec3_axpy(end, vec3_cross(c->to[last]->normal, arrive), arrive));
 }
 
-bool logarithm_find(struct surface_cursor *cursor, const struct station *p, const struct station *q,
-                    double accuracy, struct logarithm *logarithm) {
+bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p,
+                    const struct surface_point *q, double accuracy, struct logarithm *logarithm) {
     struct chain c;
     double angle[PIECES], move[PIECES + 1];
     c.cursor = cursor;
     c.accuracy = accuracy;
     c.whole = vec3_distance(p->jet.r, q->jet.r);
-    if (p->surface != q->surface || !station_is_regular(p) || !station_is_regular(q) ||
+    if (p->surface != q->surface || !surface_point_is_regular(p) || !surface_point_is_regular(q) ||
         !(c.whole > 0) || !cut(&c, p, q))
         return false;
     for (int k = 0; k < c.pieces; k++)
@@ -380,15 +381,15 @@ bool logarithm_find(struct surface_cursor *cursor, const struct station *p, cons
 /* Directions that are asked for alone are right to the square root of this. */
 static const double leave_accuracy = 1e-8;
 
-struct vec3 logarithm_leave(struct surface_cursor *cursor, const struct station *p,
+struct vec3 logarithm_leave(struct surface_cursor *cursor, const struct surface_point *p,
                             const struct rough_end *end) {
     bool sure;
-    struct station made;
+    struct surface_point made;
     struct logarithm l;
     struct vec3 leave = rough_leave(cursor, p, end, &sure);
     if (sure || !end->surface || end->surface != p->surface)
         return leave;
-    const struct station *q = rough_end_station(cursor, end, &made);
+    const struct surface_point *q = rough_end_point(cursor, end, &made);
     if (!q || rough_leaves_surely(q, p->jet.r) || !logarithm_find(cursor, p, q, leave_accuracy, &l))
         return leave;
     return l.leave;

@@ -15,7 +15,7 @@
 #define SOLVER_FISHNET_LOGARITHM_H
 
 #include "rough.h"
-#include "solver/shell/station.h"
+#include "solver/shell/surface_point.h"
 
 struct logarithm {
     double length;
@@ -25,12 +25,12 @@ struct logarithm {
 /* Finds the logarithm of q at p to `accuracy`, as a share of the length, its directions to about
  * the square root of that. False where the surface folds or bends too unevenly between them for a
  * few pieces, at poles, and from face to face of a shell. */
-bool logarithm_find(struct surface_cursor *cursor, const struct station *p, const struct station *q,
-                    double accuracy, struct logarithm *logarithm);
+bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p,
+                    const struct surface_point *q, double accuracy, struct logarithm *logarithm);
 
 /* The unit tangent at p of the geodesic to an end, as `rough_leave`; where the ends of the edge do
  * not tell it surely, by its logarithm. */
-struct vec3 logarithm_leave(struct surface_cursor *cursor, const struct station *p,
+struct vec3 logarithm_leave(struct surface_cursor *cursor, const struct surface_point *p,
                             const struct rough_end *end);
 
 #endif

@@ -27,19 +27,19 @@ struct bend {
 /* Along the unit tangent t. With t = a r_u + b r_v and D = sqrt(E G - F^2), n x t has the
  * components
  * -(a F + b G) / D and (a E + b F) / D, where n is along r_u x r_v. */
-static struct bend bend_along(const struct station *p, struct vec3 t) {
+static struct bend bend_along(const struct surface_point *p, struct vec3 t) {
     double ab[2];
     const double *i = p->first, *ii = p->second;
-    if (!station_components(p, t, ab))
+    if (!surface_point_components(p, t, ab))
         return (struct bend){0, 0, 0};
     double side = p->surface ? p->surface->side : 1;
-    double scale = side / sqrt(station_determinant(p));
+    double scale = side / sqrt(surface_point_determinant(p));
     const double n[2] = {-(ab[0] * i[1] + ab[1] * i[2]) * scale,
                          (ab[0] * i[0] + ab[1] * i[1]) * scale};
-    return (struct bend){station_form(ii, ab),
+    return (struct bend){surface_point_form(ii, ab),
                          ab[0] * n[0] * ii[0] + (ab[0] * n[1] + ab[1] * n[0]) * ii[1] +
                              ab[1] * n[1] * ii[2],
-                         station_form(ii, n)};
+                         surface_point_form(ii, n)};
 }
 
 /* A direction in the tangent plane at `from` in that at `to`, unfolded about the line in which they
@@ -84,9 +84,9 @@ struct departure {
     bool over_joint;
 };
 
-static struct departure departure(const struct station *p, struct vec3 to) {
+static struct departure departure(const struct surface_point *p, struct vec3 to) {
     struct departure d = {.chord = vec3_sub(to, p->jet.r)};
-    d.along = station_tangent(p, d.chord);
+    d.along = surface_point_tangent(p, d.chord);
     d.c2 = vec3_norm2(d.chord);
     d.rise = vec3_dot(d.chord, p->normal);
     d.near = bend_along(p, d.along);
@@ -95,7 +95,7 @@ static struct departure departure(const struct station *p, struct vec3 to) {
     return d;
 }
 
-static struct vec3 leave_as_helix(const struct station *p, const struct departure *d) {
+static struct vec3 leave_as_helix(const struct surface_point *p, const struct departure *d) {
     struct vec3 beside = vec3_cross(p->normal, d->along);
     return vec3_unit(vec3_axpy(helix_angle(&d->near, d->c2), beside, d->along));
 }
@@ -105,26 +105,27 @@ static double normal_turn2(const struct bend *bend) {
     return bend->curvature * bend->curvature + bend->torsion * bend->torsion;
 }
 
-static struct vec3 leave_over_joint(const struct station *p, const struct departure *d,
-                                    const struct station *q) {
-    struct vec3 t = d->along, along = station_tangent(q, d->chord);
+static struct vec3 leave_over_joint(const struct surface_point *p, const struct departure *d,
+                                    const struct surface_point *q) {
+    struct vec3 t = d->along, along = surface_point_tangent(q, d->chord);
     struct bend far = bend_along(q, along);
     double angle = joint_angle(&d->near, &far, d->c2, d->rise);
     double turn2 = fmax(normal_turn2(&d->near), normal_turn2(&far)) * d->c2;
     if (vec3_norm(vec3_sub(q->normal, p->normal)) > 2 * sqrt(turn2) + least_fold) {
-        t = station_tangent(p, unfolded(along, q->normal, p->normal));
+        t = surface_point_tangent(p, unfolded(along, q->normal, p->normal));
         angle = far.curvature * far.torsion * d->c2 / 6;
     }
     return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, t), t));
 }
 
-const struct station *rough_end_station(struct surface_cursor *cursor, const struct rough_end *end,
-                                        struct station *made) {
+const struct surface_point *rough_end_point(struct surface_cursor *cursor,
+                                            const struct rough_end *end,
+                                            struct surface_point *made) {
     if (!end->surface)
         return NULL;
-    if (end->station)
-        return end->station;
-    return station_at(end->surface, cursor, end->uv, made) ? made : NULL;
+    if (end->point)
+        return end->point;
+    return surface_point_at(end->surface, cursor, end->uv, made) ? made : NULL;
 }
 
 /* A rise e beyond the arc's leads aside by at most e times the angle by which the normal turns to
@@ -139,18 +140,18 @@ static bool is_sure(const struct departure *d) {
            fabs(gauss) * d->c2 > own_curvature;
 }
 
-bool rough_leaves_surely(const struct station *p, struct vec3 to) {
+bool rough_leaves_surely(const struct surface_point *p, struct vec3 to) {
     struct departure d = departure(p, to);
     return is_sure(&d);
 }
 
-struct vec3 rough_leave(struct surface_cursor *cursor, const struct station *p,
+struct vec3 rough_leave(struct surface_cursor *cursor, const struct surface_point *p,
                         const struct rough_end *end, bool *sure) {
-    struct station made;
+    struct surface_point made;
     struct departure d = departure(p, end->r);
     if (sure)
         *sure = is_sure(&d);
-    const struct station *q = d.over_joint ? rough_end_station(cursor, end, &made) : NULL;
+    const struct surface_point *q = d.over_joint ? rough_end_point(cursor, end, &made) : NULL;
     return q ? leave_over_joint(p, &d, q) : leave_as_helix(p, &d);
 }
 
@@ -239,14 +240,16 @@ struct departures {
 };
 
 /* As in `bend_along`. */
-INLINE void bend_both(const struct station *p, const struct station *q, struct departures *d) {
+INLINE void bend_both(const struct surface_point *p, const struct surface_point *q,
+                      struct departures *d) {
     lanes i[3], ii[3];
     for (int k = 0; k < 3; k++) {
         i[k] = both(p->first[k], q->first[k]);
         ii[k] = both(p->second[k], q->second[k]);
     }
     lanes determinant = i[0] * i[2] - i[1] * i[1];
-    lanes_mask regular = determinant > STATION_PARALLEL * STATION_PARALLEL * i[0] * i[2];
+    lanes_mask regular =
+        determinant > SURFACE_POINT_PARALLEL * SURFACE_POINT_PARALLEL * i[0] * i[2];
     lanes side = both(p->surface ? p->surface->side : 1, q->surface ? q->surface->side : 1);
     lanes inverse = 1 / determinant, scale = side / lanes_sqrt(determinant);
     lanes by_u = lanes3_dot(d->along, both_vectors(p->jet.u, q->jet.u));
@@ -263,7 +266,7 @@ INLINE void bend_both(const struct station *p, const struct station *q, struct d
     d->across = lanes_select(regular, form_of(ii, n), zero);
 }
 
-INLINE struct departures depart(const struct station *p, const struct station *q) {
+INLINE struct departures depart(const struct surface_point *p, const struct surface_point *q) {
     struct lanes3 from = both_vectors(p->jet.r, q->jet.r), to = both_vectors(q->jet.r, p->jet.r);
     struct lanes3 chord = lanes3_sub(to, from);
     struct departures d = {.normal = both_vectors(p->normal, q->normal), .c2 = lanes3_norm2(chord)};
@@ -299,7 +302,8 @@ INLINE struct departure departure_of(const struct departures *d, int end) {
                               .near = {d->curvature[end], d->torsion[end], d->across[end]}};
 }
 
-bool rough_tell(const struct station *p, const struct station *q, struct rough_geodesic *geodesic) {
+bool rough_tell(const struct surface_point *p, const struct surface_point *q,
+                struct rough_geodesic *geodesic) {
     struct departures d = depart(p, q);
     const struct departure from_p = departure_of(&d, 0), from_q = departure_of(&d, 1);
     struct turn turn = turn_between(&from_p, &from_q, 0);
@@ -315,11 +319,11 @@ bool rough_tell(const struct station *p, const struct station *q, struct rough_g
 }
 
 /* |K| d^2, the larger of both ends. */
-static double turn_of_net(const struct station *p, const struct station *q, double d) {
-    const struct station *end[2] = {p, q};
+static double turn_of_net(const struct surface_point *p, const struct surface_point *q, double d) {
+    const struct surface_point *end[2] = {p, q};
     double most = 0;
     for (int k = 0; k < 2; k++)
-        most = fmax(most, fabs(station_gauss_curvature(end[k])) * d * d);
+        most = fmax(most, fabs(surface_point_gauss_curvature(end[k])) * d * d);
     return most;
 }
 
@@ -327,8 +331,8 @@ static double turn_of_net(const struct station *p, const struct station *q, doub
  * Curvature that changes evenly, by c / d over the edge, has it rise by c d / 6 more than an arc at
  * p and by twice that at q, and its chord is wrong by c (k + c / 4) / 24; what else q rises by is
  * five times the third term of the turn. */
-static bool rises_as_arc(const struct station *p, const struct station *q, double curvature,
-                         double d, double net) {
+static bool rises_as_arc(const struct surface_point *p, const struct surface_point *q,
+                         double curvature, double d, double net) {
     struct vec3 along = vec3_sub(q->jet.r, p->jet.r);
     double rise = curvature * vec3_norm2(along) / 2, k = fabs(curvature) * d;
     double at_p = (vec3_dot(along, p->normal) - rise) / d;
@@ -339,10 +343,10 @@ static bool rises_as_arc(const struct station *p, const struct station *q, doubl
            change * (k + change / 4) < 12 * (ROUGH_ARC_ERROR + ROUGH_ARC_SHARE * net);
 }
 
-enum rough_kind rough_edge(const struct station *p, const struct station *q, double curvature,
-                           double d, double *chord) {
+enum rough_kind rough_edge(const struct surface_point *p, const struct surface_point *q,
+                           double curvature, double d, double *chord) {
     double misfit = rough_misfit(p, q, curvature, d);
-    if (station_at_pole(p->surface, p) || station_at_pole(q->surface, q)) {
+    if (surface_point_at_pole(p->surface, p) || surface_point_at_pole(q->surface, q)) {
         struct vec3 along = vec3_sub(q->jet.r, p->jet.r);
         bool alike = fabs(vec3_dot(along, vec3_add(p->normal, q->normal))) < pole_misfit * d;
         return alike ? ROUGH_NOT : ROUGH_EDGE;

@@ -14,7 +14,7 @@
 #define SOLVER_FISHNET_ROUGH_H
 
 #include "rough_limits.h"
-#include "solver/shell/station.h"
+#include "solver/shell/surface_point.h"
 
 enum rough_kind {
     ROUGH_NOT,  /* an arc of the curvature at one end */
@@ -24,7 +24,7 @@ enum rough_kind {
 };
 
 /* The misfit, as a share of d, of the edge from p to q with this normal curvature at p. */
-static inline double rough_misfit(const struct station *p, const struct station *q,
+static inline double rough_misfit(const struct surface_point *p, const struct surface_point *q,
                                   double curvature, double d) {
     struct vec3 along = vec3_sub(q->jet.r, p->jet.r);
     double rise = curvature * d * d / 2;
@@ -33,21 +33,22 @@ static inline double rough_misfit(const struct station *p, const struct station 
 
 /* Whether the surface faces away from one end at the other: it is folded back between them, so that
  * its two sides are nearly parallel and nothing rises above either. */
-static inline bool rough_is_folded_back(const struct station *p, const struct station *q) {
+static inline bool rough_is_folded_back(const struct surface_point *p,
+                                        const struct surface_point *q) {
     return vec3_dot(p->normal, q->normal) < 0;
 }
 
 /* Whether misfit and turn alone tell that an edge is an arc. */
-static inline bool rough_is_arc(const struct station *p, const struct station *q, double curvature,
-                                double d) {
+static inline bool rough_is_arc(const struct surface_point *p, const struct surface_point *q,
+                                double curvature, double d) {
     return rough_misfit(p, q, curvature, d) < ROUGH_MISFIT_SMOOTH &&
            fabs(curvature) * d < ROUGH_TURN_SMOOTH && !rough_is_folded_back(p, q);
 }
 
 /* What the edge from p to q is, d long, with this normal curvature at p and the *chord of an arc;
  * sets *chord to that of a bent one. */
-enum rough_kind rough_edge(const struct station *p, const struct station *q, double curvature,
-                           double d, double *chord);
+enum rough_kind rough_edge(const struct surface_point *p, const struct surface_point *q,
+                           double curvature, double d, double *chord);
 
 /* The angle, in radians, with the sine x, |x| <= 1. */
 double rough_arcsine(double x);
@@ -57,24 +58,25 @@ struct rough_end {
     const struct surface *surface; /* that uv are parameters of; NULL on a mesh */
     const double *uv;
     struct vec3 r;
-    const struct station *station; /* NULL: not known yet */
+    const struct surface_point *point; /* NULL: not known yet */
 };
 
 /* The unit tangent at p of the geodesic to the end of a smooth edge: the chord's projection, turned
  * by d^2 k t / 6, k the normal curvature and t the geodesic torsion, of p or, where p lies on a
  * joint, of the other end. `sure` (may be NULL): it is right to 1e-4, because the edge rises from p
  * as an arc does, or what it rises else leads it aside by less, wherever that is along the edge. */
-struct vec3 rough_leave(struct surface_cursor *cursor, const struct station *p,
+struct vec3 rough_leave(struct surface_cursor *cursor, const struct surface_point *p,
                         const struct rough_end *end, bool *sure);
 
 /* Whether the edge from p to the place `to` is sure in that way. */
-bool rough_leaves_surely(const struct station *p, struct vec3 to);
+bool rough_leaves_surely(const struct surface_point *p, struct vec3 to);
 
-/* The station of an end: that which is known, or else in `made`; NULL where there is none. */
-const struct station *rough_end_station(struct surface_cursor *cursor, const struct rough_end *end,
-                                        struct station *made);
+/* The point of an end: that which is known, or else in `made`; NULL where there is none. */
+const struct surface_point *rough_end_point(struct surface_cursor *cursor,
+                                            const struct rough_end *end,
+                                            struct surface_point *made);
 
-/* The geodesic between two stations as they tell it, by chord, normals and curvatures. */
+/* The geodesic between two points as they tell it, by chord, normals and curvatures. */
 struct rough_geodesic {
     double length;
     double error;              /* what that may be wrong by, as a share of it, */
@@ -83,6 +85,7 @@ struct rough_geodesic {
 };
 
 /* False where p and q tell nothing of the length. */
-bool rough_tell(const struct station *p, const struct station *q, struct rough_geodesic *geodesic);
+bool rough_tell(const struct surface_point *p, const struct surface_point *q,
+                struct rough_geodesic *geodesic);
 
 #endif

@@ -10,7 +10,7 @@
 #include "rough.h"
 #include "solver/lanes.h"
 
-/* An end of an edge: of a station what edges ask for. */
+/* An end of an edge: of a point what edges ask for. */
 struct lanes_end {
     struct lanes3 r, u, v, normal;
     lanes first[3], second[3];

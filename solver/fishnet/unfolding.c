@@ -18,7 +18,7 @@ static void frame_at(const struct surface *surface, const struct unfolding_side 
 static struct unfolding unfold_joint(const struct unfolding_side *from,
                                      const struct unfolding_side *to) {
     struct crossing c;
-    if (!from->station || !to->station || !crossing_between(from->station, to->surface, &c))
+    if (!from->point || !to->point || !crossing_between(from->point, to->surface, &c))
         return (struct unfolding){.flat = true};
     return (struct unfolding){.at = c.from.at,
                               .from = {c.from.along, c.from.across, c.from.normal},
@@ -74,15 +74,13 @@ struct unfolding_side unfolding_path(const struct path *path, struct vec3 r) {
                                    .r = r};
 }
 
-struct unfolding_side unfolding_station(const struct station *station) {
-    const struct surface *surface = station->surface;
-    struct unfolding_side side = {.surface = surface,
-                                  .uv = {station->uv[0], station->uv[1]},
-                                  .r = station->jet.r,
-                                  .station = station};
+struct unfolding_side unfolding_point(const struct surface_point *point) {
+    const struct surface *surface = point->surface;
+    struct unfolding_side side = {
+        .surface = surface, .uv = {point->uv[0], point->uv[1]}, .r = point->jet.r, .point = point};
     for (int k = 0; k < 2; k++) {
-        double wrapped = surface_axis_wrap(&surface->axis[k], station->uv[k]);
-        side.turn[k] = station->uv[k] - wrapped;
+        double wrapped = surface_axis_wrap(&surface->axis[k], point->uv[k]);
+        side.turn[k] = point->uv[k] - wrapped;
         side.span[k] = surface_axis_span(&surface->axis[k], 0, wrapped);
     }
     return side;

@@ -15,7 +15,7 @@ struct unfolding_side {
     double turn[2]; /* what to take off uv to be in its domain */
     double uv[2];
     struct vec3 r;
-    const struct station *station; /* NULL of a path */
+    const struct surface_point *point; /* NULL of a path */
 };
 
 /* An edge of two spans unfolded: orthonormal frames of both sides (along the edge, across it within
@@ -25,9 +25,9 @@ struct unfolding {
     struct vec3 at, from[3], to[3];
 };
 
-/* A path where it is, which is at `r`; and a station. */
+/* A path where it is, which is at `r`; and a point. */
 struct unfolding_side unfolding_path(const struct path *path, struct vec3 r);
-struct unfolding_side unfolding_station(const struct station *station);
+struct unfolding_side unfolding_point(const struct surface_point *point);
 
 /* Where the line in (u, v) from one place to the other crosses the one knot between them. More than
  * one are taken as none: Newton's method comes nearer, or has to do without. */

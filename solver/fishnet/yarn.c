@@ -28,18 +28,18 @@ static const struct surface *surface_of(const struct yarn_net *yarns,
 }
 
 static struct rough_end end_at(const struct yarn_net *yarns, const struct yarn_place *there,
-                               const struct station *station) {
-    return (struct rough_end){surface_of(yarns, there), there->node->uv, there->node->r, station};
+                               const struct surface_point *point) {
+    return (struct rough_end){surface_of(yarns, there), there->node->uv, there->node->r, point};
 }
 
 struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *here,
                        const struct yarn_place *there, int family, int side,
-                       const struct station *station) {
+                       const struct surface_point *point) {
     struct vec3 leave;
     if (laid_edge(yarns, here, there, family, side, &leave))
         return leave;
     const struct rough_end end = end_at(yarns, there, NULL);
-    return rough_leave(yarns->cursor, station, &end, NULL);
+    return rough_leave(yarns->cursor, point, &end, NULL);
 }
 
 static struct yarn_place place_at(const struct net_window *window, int x, int y) {
@@ -66,8 +66,8 @@ static struct vec3 onward(const struct yarn_net *yarns, const struct net_window 
         return *direction;
     struct vec3 leave;
     if (!laid_edge(yarns, &here, &there, family, side, &leave)) {
-        const struct rough_end end = end_at(yarns, &there, next ? &next->station : NULL);
-        leave = logarithm_leave(yarns->cursor, &spot->station, &end);
+        const struct rough_end end = end_at(yarns, &there, next ? &next->point : NULL);
+        leave = logarithm_leave(yarns->cursor, &spot->point, &end);
     }
     *direction = vec3_scale(step, leave);
     return *direction;
@@ -85,7 +85,7 @@ double yarn_node_angle(const struct yarn_net *yarns, const struct net_window *wi
         mean[k] = vec3_add(onward(yarns, window, x, y, k, 0, NULL, spot),
                            onward(yarns, window, x, y, k, 1, NULL, spot));
     bool both = vec3_norm2(mean[0]) > 0 && vec3_norm2(mean[1]) > 0;
-    return both ? fabs(angle_between(mean[0], mean[1], spot->station.normal)) : 90;
+    return both ? fabs(angle_between(mean[0], mean[1], spot->point.normal)) : 90;
 }
 
 bool yarn_cell_is_rough(const struct net_window *window, int x, int y) {
@@ -107,7 +107,7 @@ static void corner_angles(const struct yarn_net *yarns, const struct net_window 
         int cx = x + at[k][0], cy = y + at[k][1];
         struct vec3 warp = onward(yarns, window, cx, cy, 0, 1 - at[k][0], corner[k ^ 1], corner[k]);
         struct vec3 weft = onward(yarns, window, cx, cy, 1, 1 - at[k][1], corner[3 - k], corner[k]);
-        angle[k] = angle_between(warp, weft, corner[k]->station.normal);
+        angle[k] = angle_between(warp, weft, corner[k]->point.normal);
     }
 }
 

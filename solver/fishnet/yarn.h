@@ -3,13 +3,13 @@
  * The directions in which yarns leave the nodes of a net, in the surface: the logarithms of a
  * node's neighbours at it. Near rough edges (`rough.h`) shear is measured between them; differences
  * of positions in space see there how the surface turns. Directions on either side of a crease are
- * those of the surface unfolded about it, in the tangent plane of the node's station.
+ * those of the surface unfolded about it, in the tangent plane of the node's point.
  */
 #ifndef SOLVER_FISHNET_YARN_H
 #define SOLVER_FISHNET_YARN_H
 
 #include "solver/net/net.h"
-#include "solver/shell/station.h"
+#include "solver/shell/surface_point.h"
 
 /* A net and the surface that it lies on. */
 struct yarn_net {
@@ -24,23 +24,23 @@ struct yarn_place {
     const struct net_node *node;
 };
 
-/* A node with its station, and the directions of its yarns as far as they have been looked for:
+/* A node with its point, and the directions of its yarns as far as they have been looked for:
  * towards the higher index, by family and by the side, lower (0) or higher (1), of the neighbour
  * that tells; zero where there is none. */
 struct yarn_spot {
     int32_t i, j;
-    struct station station;
+    struct surface_point point;
     uint8_t known; /* NET_EDGE_BIT of those that have been */
     bool filled;   /* it is that of (i, j) */
     struct vec3 onward[2][2];
 };
 
-/* The unit tangent of the yarn of a family, 0 warp and 1 weft, at `here`, which is at `station`,
+/* The unit tangent of the yarn of a family, 0 warp and 1 weft, at `here`, which is at `point`,
  * towards its neighbour `there` on the side of the lower (0) or higher (1) index: of a rough edge
  * as it was laid, else the chord's, turned by the geodesic torsion. */
 struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *here,
                        const struct yarn_place *there, int family, int side,
-                       const struct station *station);
+                       const struct surface_point *point);
 
 /* The angle between warp and weft at a node with places on both yarns, each taken as the mean of
  * its two directions, or as the one it has: 0..180 degrees, and 90 where only one yarn passes. The

@@ -20,16 +20,16 @@ enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_rea
     return net_put(march->net, i, j, &node);
 }
 
-bool march_parameters(const struct march *march, const struct station *station, double uv[2]) {
+bool march_parameters(const struct march *march, const struct surface_point *point, double uv[2]) {
     bool inside = true;
     if (march->mesh) {
-        struct mesh_place place = march_mesh_place(station);
+        struct mesh_point place = march_mesh_point_of(point);
         mesh_parameters(march->mesh, &place, uv);
         return true;
     }
     for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &station->surface->axis[k];
-        double at = surface_axis_wrap(axis, station->uv[k]);
+        const struct surface_axis *axis = &point->surface->axis[k];
+        double at = surface_axis_wrap(axis, point->uv[k]);
         inside = inside && at >= surface_axis_lower(axis) && at <= surface_axis_upper(axis);
         uv[k] = surface_axis_outer(axis, at);
     }
@@ -38,18 +38,18 @@ bool march_parameters(const struct march *march, const struct station *station, 
 
 /* Whether a place is outside of the trimmed region; what is next to its edge is on it, as at the
  * domain's own. */
-static bool trimmed_away(const struct march *march, const struct station *station) {
+static bool trimmed_away(const struct march *march, const struct surface_point *point) {
     const struct trim *trim = march->settings->trim;
     double uv[2];
     if (!trim)
         return false;
-    (void)march_parameters(march, station, uv);
+    (void)march_parameters(march, point, uv);
     bool away = !trim_contains(trim, uv);
     for (int k = 0; k < 4 && away && !march->mesh; k++) {
         double beside[2];
         for (int axis = 0; axis < 2; axis++) {
             const double *outer = march->surface->axis[axis].outer;
-            double by = STATION_BOUNDARY_WIDTH * (outer[1] - outer[0]);
+            double by = SURFACE_POINT_BOUNDARY_WIDTH * (outer[1] - outer[0]);
             beside[axis] = fmin(fmax(uv[axis] + (k >> axis & 1 ? by : -by), outer[0]), outer[1]);
         }
         away = !trim_contains(trim, beside);
@@ -65,12 +65,12 @@ static bool outside_shell(const struct shell *shell, struct vec3 r) {
            r.z > high.z;
 }
 
-bool march_has_left(const struct march *march, const struct station *station) {
+bool march_has_left(const struct march *march, const struct surface_point *point) {
     double uv[2];
     if (!march->mesh && march->surface->shell)
-        return outside_shell(march->surface->shell, station->jet.r);
+        return outside_shell(march->surface->shell, point->jet.r);
     const struct trim *trim = march->settings->trim;
-    return !trim || !march_parameters(march, station, uv) || !trim_near(trim, uv);
+    return !trim || !march_parameters(march, point, uv) || !trim_near(trim, uv);
 }
 
 double march_area(const struct march *march) {
@@ -83,14 +83,15 @@ double march_area(const struct march *march) {
                           shell_component(march->surface->shell, march->surface->face), NULL);
     if (march->surface)
         return surface_area(march->surface, NULL);
-    int32_t start = march_mesh_place(&march->start.station).triangle;
+    int32_t start = march_mesh_point_of(&march->start.point).triangle;
     return march->mesh->components[march->mesh->component[start]].area;
 }
 
 /* How often the net has passed the cut to its left on the way to (i, j), less the passages to its
  * right: by a neighbour, those towards the start first. */
-static int count_turns(struct march *march, int32_t i, int32_t j, const struct station *station) {
-    const struct shell_cut_place to = {station->jet.r, station->normal};
+static int count_turns(struct march *march, int32_t i, int32_t j,
+                       const struct surface_point *point) {
+    const struct shell_cut_place to = {point->jet.r, point->normal};
     int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
     const int8_t sides[4][2] = {
         {(int8_t)-si, 0}, {0, (int8_t)-sj}, {(int8_t)si, 0}, {0, (int8_t)sj}};
@@ -106,73 +107,75 @@ static int count_turns(struct march *march, int32_t i, int32_t j, const struct s
     return 0;
 }
 
-const struct crossing *march_look_over(struct march *march, const struct station *station) {
+const struct crossing *march_look_over(struct march *march, const struct surface_point *point) {
     struct march_look *look = &march->look;
-    if (look->surface != station->surface || look->uv[0] != station->uv[0] ||
-        look->uv[1] != station->uv[1]) {
-        look->surface = station->surface;
-        memcpy(look->uv, station->uv, sizeof look->uv);
-        crossing_find(station, NULL, &look->crossing);
+    if (look->surface != point->surface || look->uv[0] != point->uv[0] ||
+        look->uv[1] != point->uv[1]) {
+        look->surface = point->surface;
+        memcpy(look->uv, point->uv, sizeof look->uv);
+        crossing_find(point, NULL, &look->crossing);
     }
     return &look->crossing;
 }
 
-static enum station_zone zone_of(struct march *march, const struct station *station,
-                                 enum drape_reason *reason) {
-    const double *cut_from = march->past_cut ? station->uv : march->cut_centre;
+static enum surface_point_zone zone_of(struct march *march, const struct surface_point *point,
+                                       enum drape_reason *reason) {
+    const double *cut_from = march->past_cut ? point->uv : march->cut_centre;
     if (march->mesh)
-        return STATION_INSIDE;
-    if (station->surface->shell)
-        return station_zone_on_face(&march->cursor, station, march_look_over(march, station));
-    return station_zone(march->surface, &march->cursor, cut_from, station, reason);
+        return SURFACE_POINT_INSIDE;
+    if (point->surface->shell)
+        return surface_point_zone_on_face(&march->cursor, point, march_look_over(march, point));
+    return surface_point_zone(march->surface, &march->cursor, cut_from, point, reason);
 }
 
-enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
-                        enum station_zone *zone) {
+enum status march_place(struct march *march, int32_t i, int32_t j,
+                        const struct surface_point *point, enum surface_point_zone *zone) {
     enum drape_reason reason = DRAPE_REASON_BOUNDARY;
-    *zone = zone_of(march, station, &reason);
+    *zone = zone_of(march, point, &reason);
     bool start = i == 0 && j == 0; /* may lie on a trim */
-    if (*zone == STATION_INSIDE && !start && trimmed_away(march, station)) {
-        *zone = STATION_GHOST;
+    if (*zone == SURFACE_POINT_INSIDE && !start && trimmed_away(march, point)) {
+        *zone = SURFACE_POINT_GHOST;
         reason = DRAPE_REASON_BOUNDARY;
     }
-    int turn = count_turns(march, i, j, station);
+    int turn = count_turns(march, i, j, point);
     if (turn != 0) {
-        bool beyond = *zone == STATION_BEYOND || turn > 1 || turn < -1;
-        *zone = beyond ? STATION_BEYOND : STATION_GHOST;
+        bool beyond = *zone == SURFACE_POINT_BEYOND || turn > 1 || turn < -1;
+        *zone = beyond ? SURFACE_POINT_BEYOND : SURFACE_POINT_GHOST;
         reason = DRAPE_REASON_FOLD;
     }
     bool watched = march->fold && !march->unsettled;
-    if (*zone == STATION_INSIDE && watched && fold_meets(march->fold, i, j, station)) {
-        *zone = STATION_BEYOND;
+    if (*zone == SURFACE_POINT_INSIDE && watched && fold_meets(march->fold, i, j, point)) {
+        *zone = SURFACE_POINT_BEYOND;
         reason = DRAPE_REASON_FOLD;
     }
-    if (march->growing && *zone != STATION_BEYOND && !march_joins(march, i, j, station, *zone)) {
-        march->torn += *zone == STATION_INSIDE;
-        reason = *zone == STATION_INSIDE ? DRAPE_REASON_FOLD : reason;
-        *zone = STATION_BEYOND;
+    if (march->growing && *zone != SURFACE_POINT_BEYOND &&
+        !march_joins(march, i, j, point, *zone)) {
+        march->torn += *zone == SURFACE_POINT_INSIDE;
+        reason = *zone == SURFACE_POINT_INSIDE ? DRAPE_REASON_FOLD : reason;
+        *zone = SURFACE_POINT_BEYOND;
     }
-    if (*zone == STATION_BEYOND)
+    if (*zone == SURFACE_POINT_BEYOND)
         return march_fail(march, i, j, reason);
-    struct net_node node = {.r = station->jet.r,
-                            .uv = {station->uv[0], station->uv[1]},
-                            .state = *zone == STATION_INSIDE ? NET_INSIDE : NET_GHOST,
+    struct net_node node = {.r = point->jet.r,
+                            .uv = {point->uv[0], point->uv[1]},
+                            .state = *zone == SURFACE_POINT_INSIDE ? NET_INSIDE : NET_GHOST,
                             .reason = reason & NET_REASON_BITS,
                             .turn = turn > 0   ? 1
                                     : turn < 0 ? -1
                                                : 0,
-                            .face = (uint16_t)march_face(march, station)};
+                            .face = (uint16_t)march_face(march, point)};
     node.rough = march->edges.rough;
     march->edges.rough = 0;
     enum status put = node.rough ? net_put_rough(march->net, i, j, &node, &march->edges.yarns)
                                  : net_put(march->net, i, j, &node);
     if (put != STATUS_OK)
         return put;
-    *(*zone == STATION_INSIDE ? &march->inside : &march->ghosts) += 1;
+    *(*zone == SURFACE_POINT_INSIDE ? &march->inside : &march->ghosts) += 1;
     size_t most = march->settings->max_nodes;
     if (march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least)
         return STATUS_TOO_MANY_NODES;
-    return watched && *zone == STATION_INSIDE ? fold_add(march->fold, i, j, node.r) : STATUS_OK;
+    return watched && *zone == SURFACE_POINT_INSIDE ? fold_add(march->fold, i, j, node.r)
+                                                    : STATUS_OK;
 }
 
 /* An estimate of the share that is done: the area of the nodes so far. */
@@ -198,8 +201,8 @@ bool march_progress(struct march *march) {
 }
 
 struct vec3 march_normal_at(struct march *march, const struct net_node *node) {
-    struct station station;
-    return march_station_at(march, node, &station) ? station.normal : vec3_make(0, 0, 0);
+    struct surface_point point;
+    return march_point_at(march, node, &point) ? point.normal : vec3_make(0, 0, 0);
 }
 
 static struct vec3 normal_at(void *context, const struct net_node *node) {
@@ -210,8 +213,8 @@ static struct vec3 normal_at(void *context, const struct net_node *node) {
 static enum status make_fold(struct march *march, size_t count) {
     double turn[2];
     for (int k = 0; k < 2; k++)
-        turn[k] =
-            march->mesh || march->surface->shell ? HUGE_VAL : station_cut_turn(march->surface, k);
+        turn[k] = march->mesh || march->surface->shell ? HUGE_VAL
+                                                       : surface_point_cut_turn(march->surface, k);
     march->fold = fold_make(march->net, count, march->settings->spacing, turn, march->cut,
                             (struct fold_normals){normal_at, march});
     return march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
@@ -244,10 +247,10 @@ static bool tile_folds(struct march *march, const struct net_tile *tile, unsigne
         int x = k % NET_TILE, y = k / NET_TILE;
         int32_t i = tile->ti * NET_TILE + x, j = tile->tj * NET_TILE + y;
         const struct net_node *node = &tile->node[y][x];
-        struct station station;
+        struct surface_point point;
         if (patches >> fold_patch_of(x, y) & 1 && node->state == NET_INSIDE &&
-            fold_is_near(march->fold, i, j, node->r) && march_station_at(march, node, &station) &&
-            fold_meets(march->fold, i, j, &station))
+            fold_is_near(march->fold, i, j, node->r) && march_point_at(march, node, &point) &&
+            fold_meets(march->fold, i, j, &point))
             return true;
     }
     return false;
@@ -301,10 +304,10 @@ static enum status part_tile(struct march *march, const struct net_tile *tile, u
     for (int k = 0; k < NET_TILE * NET_TILE && patches && status == STATUS_OK; k++) {
         int x = k % NET_TILE, y = k / NET_TILE;
         int32_t i = tile->ti * NET_TILE + x, j = tile->tj * NET_TILE + y, cell[2];
-        struct station station;
+        struct surface_point point;
         if (patches >> fold_patch_of(x, y) & 1 && tile->node[y][x].state == NET_INSIDE &&
-            march_station_at(march, &tile->node[y][x], &station) &&
-            fold_lies_on(march->fold, i, j, station.normal, cell))
+            march_point_at(march, &tile->node[y][x], &point) &&
+            fold_lies_on(march->fold, i, j, point.normal, cell))
             status = part_at(march, i, j, cell);
     }
     return status;
@@ -332,7 +335,8 @@ enum status march_part_layers(struct march *march) {
 }
 
 /* Whether the net may come back to itself from any side: on a surface that closes over a pole, or
- * both ways. Others are cut open opposite the start (`station_zone`). A mesh may do so anywhere. */
+ * both ways. Others are cut open opposite the start (`surface_point_zone`). A mesh may do so
+ * anywhere. */
 static bool closes_all_round(const struct surface *surface) {
     const struct surface_axis *u = &surface->axis[0], *v = &surface->axis[1];
     if (surface->shell)

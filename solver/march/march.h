@@ -20,22 +20,24 @@
 #include "solver/net/fold.h"
 #include "solver/net/net.h"
 #include "solver/shell/shell_cut.h"
-#include "solver/shell/station.h"
+#include "solver/shell/surface_point.h"
 #include <stdatomic.h>
 
 /* How a generator that is a polyline passes the start. */
 struct march_curve {
-    struct station from; /* the start; at a pole with the parameters that the polyline has there */
-    int sense;           /* of its points along the positive arm: 1 or -1 */
+    struct surface_point
+        from;       /* the start; at a pole with the parameters that the polyline has there */
+    int sense;      /* of its points along the positive arm: 1 or -1 */
     size_t next[2]; /* its first point off the start in the sense of its points, and against it */
     bool ends[2];   /* there is none */
 };
 
 /* The start and its two yarn directions. */
 struct march_start {
-    struct station station;
+    struct surface_point point;
     struct vec3 warp, weft; /* unit, in the tangent plane */
-    struct station smooth;  /* on a mesh made of a surface: the start there, and the directions */
+    struct surface_point
+        smooth; /* on a mesh made of a surface: the start there, and the directions */
     struct vec3 smooth_direction[2];
     struct march_curve curve[2];
 };
@@ -142,15 +144,15 @@ enum status march_watch_folds(struct march *march) STATUS_MUST_USE;
  * STATUS_OUT_OF_MEMORY. */
 enum status march_find_fold(struct march *march, bool *folded) STATUS_MUST_USE;
 
-/* The caller's parameters (u, v) of a station inside, in the domain of closed directions; on a mesh
+/* The caller's parameters (u, v) of a point inside, in the domain of closed directions; on a mesh
  * without any (triangle, 0). Whether they lie in the domain. */
-bool march_parameters(const struct march *march, const struct station *station, double uv[2]);
+bool march_parameters(const struct march *march, const struct surface_point *point, double uv[2]);
 
-/* The face of a shell that a station is on, 0 where there is no shell. */
-static inline int32_t march_face(const struct march *march, const struct station *station) {
+/* The face of a shell that a point is on, 0 where there is no shell. */
+static inline int32_t march_face(const struct march *march, const struct surface_point *point) {
     if (march->mesh && march->mesh->faces)
-        return march->mesh->faces[(int32_t)station->uv[0]];
-    return station->surface ? station->surface->face : 0;
+        return march->mesh->faces[(int32_t)point->uv[0]];
+    return point->surface ? point->surface->face : 0;
 }
 
 /* The surface that a node's parameters belong to; NULL on a mesh of the caller's. */
@@ -163,16 +165,17 @@ static inline const struct surface *march_surface(const struct march *march,
 /* Area to be covered. */
 double march_area(const struct march *march);
 
-/* Whether the net has left what is to be covered for good at a station that is not inside, as far
+/* Whether the net has left what is to be covered for good at a point that is not inside, as far
  * as is known: it is beyond the domain, or the box of the trimmed region. */
-bool march_has_left(const struct march *march, const struct station *station);
+bool march_has_left(const struct march *march, const struct surface_point *point);
 
-/* Puts a station at (i, j), inside or as a ghost; beyond healthy continuation, or
+/* Puts a point at (i, j), inside or as a ghost; beyond healthy continuation, or
  * where the net is already, a failure with its reason. `zone` gets which. */
-enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
-                        enum station_zone *zone) STATUS_MUST_USE;
+enum status march_place(struct march *march, int32_t i, int32_t j,
+                        const struct surface_point *point,
+                        enum surface_point_zone *zone) STATUS_MUST_USE;
 
-/* The same for a station that is known to be inside, of a face, at column x and row y of a tile. */
+/* The same for a point that is known to be inside, of a face, at column x and row y of a tile. */
 static inline enum status march_place_inside(struct march *march, struct net_tile *tile, int x,
                                              int y, const struct vec3 *r, double u, double v,
                                              int32_t face) {
@@ -191,13 +194,13 @@ static inline enum status march_place_inside(struct march *march, struct net_til
     return ++march->inside > march->settings->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
 
-/* What lies between a station and its face of a shell; until the next call. */
-const struct crossing *march_look_over(struct march *march, const struct station *station);
+/* What lies between a point and its face of a shell; until the next call. */
+const struct crossing *march_look_over(struct march *march, const struct surface_point *point);
 
-/* Whether a station fits in at (i, j): all places known beside it are a spacing away along the
+/* Whether a point fits in at (i, j): all places known beside it are a spacing away along the
  * surface. Ghosts beside a node inside need not be. */
-bool march_joins(struct march *march, int32_t i, int32_t j, const struct station *station,
-                 enum station_zone zone);
+bool march_joins(struct march *march, int32_t i, int32_t j, const struct surface_point *point,
+                 enum surface_point_zone zone);
 
 /* Notes that there can be no node at (i, j). */
 enum status march_fail(struct march *march, int32_t i, int32_t j,
@@ -207,14 +210,14 @@ enum status march_fail(struct march *march, int32_t i, int32_t j,
  * others may be filling, from the quadrant's copy, which at the arm's end is no place. */
 const struct net_node *march_node_at(const struct march *march, int32_t i, int32_t j);
 
-/* The station of a node of the net; false where there is no tangent plane. */
-bool march_station_at(struct march *march, const struct net_node *node, struct station *station);
+/* The point of a node of the net; false where there is no tangent plane. */
+bool march_point_at(struct march *march, const struct net_node *node, struct surface_point *point);
 
 /* The unit normal of the surface at a node of the net; zero where there is none. */
 struct vec3 march_normal_at(struct march *march, const struct net_node *node);
 
-/* The station of a place of the net; false when (i, j) has none. */
-bool march_station(struct march *march, int32_t i, int32_t j, struct station *station);
+/* The point of a place of the net; false when (i, j) has none. */
+bool march_point(struct march *march, int32_t i, int32_t j, struct surface_point *point);
 
 /* The square of the distance from a pole, so many spacings, in which parameters turn too fast to be
  * extrapolated from cell to cell. */
@@ -229,15 +232,15 @@ static inline double march_pole_reach2(const struct march *march) {
 struct march_cell {
     int32_t i, j;
     int si, sj;
-    const struct station *a, *b, *c;
+    const struct surface_point *a, *b, *c;
     struct vec3 trend;      /* by which CD is expected to differ from AB */
     const double *guess_uv; /* the parameters expected of D, away from poles; or NULL */
 };
 
-/* The unit tangent of the yarn from the node (i, j), which is at `station`, to the one at
+/* The unit tangent of the yarn from the node (i, j), which is at `point`, to the one at
  * (i + di, j + dj), at that end of it, in the tangent plane there. False when the net lacks one. */
 bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
-                const struct station *station, struct vec3 *direction);
+                const struct surface_point *point, struct vec3 *direction);
 
 /* The directions in which the yarns through A leave B and C towards A, and those in which BD and CD
  * leave if the cell is a parallelogram on the unfolded surface: they turn from the former by the
@@ -265,15 +268,15 @@ void march_find_corrections(const struct march *march, const struct march_cell *
 
 /* The chord of edge k, from `from`, where the surface's curvature along it is known, as its arc's;
  * of a correction that does not agree with that nothing but the sideways part is used. */
-double march_corrected_chord(struct march_corrections *c, int k, const struct station *from,
+double march_corrected_chord(struct march_corrections *c, int k, const struct surface_point *from,
                              double curvature, double arc_chord);
 
 /* What the edge to D from B (k = 0) or C is, with the curvature of its arc, and its *chord, which
  * was found before D was known: as far as that is to be kept, *chord does not change. Of a rough
  * edge it tells nothing. */
 enum rough_kind march_edge_chord(const struct march *march, const struct march_corrections *c,
-                                 int k, const struct station *from, const struct station *to,
-                                 double curvature, double *chord);
+                                 int k, const struct surface_point *from,
+                                 const struct surface_point *to, double curvature, double *chord);
 
 /* Solves a cell. Notes the cost; on failure gives the reason. */
 bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
@@ -288,20 +291,20 @@ enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int 
 /* The place one spacing straight on from `from` along the projection of `direction`, as the
  * method measures spacings along a generator; false when there is none. It is to be the neighbour
  * on the side (di, dj). */
-bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
-                       int di, int dj, struct station *station);
+bool march_straight_on(struct march *march, const struct surface_point *from, struct vec3 direction,
+                       int di, int dj, struct surface_point *point);
 
 /*
- * The same on a mesh (march_mesh.c). A station there has its triangle as uv[0]; on flat triangles
+ * The same on a mesh (march_mesh.c). A point there has its triangle as uv[0]; on flat triangles
  * neither derivatives nor curvature, on the smooth surface two orthonormal tangents as r_u and r_v
  * and the second fundamental form in them.
  */
-struct station march_mesh_station(const struct march *march, const struct mesh_place *place);
-struct mesh_place march_mesh_place(const struct station *station);
+struct surface_point march_mesh_point(const struct march *march, const struct mesh_point *place);
+struct mesh_point march_mesh_point_of(const struct surface_point *point);
 bool march_mesh_corner(struct march *march, const struct march_cell *at, struct vec3 guess,
                        struct fishnet_node *node, enum drape_reason *reason);
-bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
-                            int di, int dj, struct station *station);
+bool march_mesh_straight_on(struct march *march, const struct surface_point *from,
+                            struct vec3 direction, int di, int dj, struct surface_point *point);
 
 /* Sets off along a generator on a mesh of the caller's to the side of `direction`, and on along it
  * to the next place, as the method measures spacings; `lost`: it failed otherwise than at the edge.
@@ -314,17 +317,17 @@ struct march_mesh_yarn {
 bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
                     struct vec3 direction, struct march_mesh_yarn *yarn);
 bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn, double d,
-                        struct station *station, bool *lost);
+                        struct surface_point *point, bool *lost);
 
 /* The same to the neighbour on the side (di, dj), and notes for march_place whether that edge is
  * rough. */
 bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
-                    struct station *station, bool *lost);
+                    struct surface_point *point, bool *lost);
 
 /* From `from` to the place one chord away towards `target`, the next place of a generator on the
  * surface the mesh was made of: triangles turn a straight walk aside, the surface does not. */
-bool march_mesh_towards(struct march *march, const struct station *from, struct vec3 target,
-                        double chord, struct station *station, bool *lost);
+bool march_mesh_towards(struct march *march, const struct surface_point *from, struct vec3 target,
+                        double chord, struct surface_point *point, bool *lost);
 
 /* Of a net that is done: where it ends inside the part, what has gone on beside that may have come
  * to lie on other cells. Takes out the further of two that do, for the reason `fold`. Errors:

@@ -13,17 +13,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-bool march_station_at(struct march *march, const struct net_node *node, struct station *station) {
+bool march_point_at(struct march *march, const struct net_node *node, struct surface_point *point) {
     if (!march->mesh)
-        return station_at(march_surface(march, node), &march->cursor, node->uv, station);
-    struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
-    *station = march_mesh_station(march, &place);
+        return surface_point_at(march_surface(march, node), &march->cursor, node->uv, point);
+    struct mesh_point place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+    *point = march_mesh_point(march, &place);
     return true;
 }
 
-bool march_station(struct march *march, int32_t i, int32_t j, struct station *station) {
+bool march_point(struct march *march, int32_t i, int32_t j, struct surface_point *point) {
     const struct net_node *node = net_place(march->net, i, j);
-    return node && march_station_at(march, node, station);
+    return node && march_point_at(march, node, point);
 }
 
 /* C + AB, and the change from AB to CD. */
@@ -58,7 +58,7 @@ void march_find_corrections(const struct march *march, const struct march_cell *
     c->has[1] = correction_find(before, i, j - at->sj, 0, at->sj, d[1], &c->of[1]);
 }
 
-double march_corrected_chord(struct march_corrections *c, int k, const struct station *from,
+double march_corrected_chord(struct march_corrections *c, int k, const struct surface_point *from,
                              double curvature, double arc_chord) {
     double chord;
     struct correction *of = &c->of[k];
@@ -80,14 +80,14 @@ static void find_chords(struct march *march, struct fishnet_cell *cell,
 }
 
 /* Gives up corrections that do not agree with the surface at D. Whether there was one. */
-static bool drop_corrections(const struct fishnet_cell *cell, const struct station *d,
+static bool drop_corrections(const struct fishnet_cell *cell, const struct surface_point *d,
                              struct march_corrections *c) {
     bool dropped = false;
     for (int k = 0; k < 2; k++) {
         struct vec3 chord = vec3_sub(d->jet.r, (k ? cell->c : cell->b)->jet.r);
         struct correction *of = &c->of[k];
         bool drop = c->has[k] && of->whole &&
-                    !correction_agrees(of, 1, d, station_normal_curvature(d, chord));
+                    !correction_agrees(of, 1, d, surface_point_normal_curvature(d, chord));
         of->whole = of->whole && !drop;
         dropped = dropped || drop;
     }
@@ -106,8 +106,8 @@ static bool is_outside(const struct surface *surface, const double uv[2]) {
 }
 
 /* Whether a place lies beyond a free edge of the shell, or beyond the end of a joint. */
-static bool is_off_shell(struct march *march, const struct station *place) {
-    struct station settled = *place;
+static bool is_off_shell(struct march *march, const struct surface_point *place) {
+    struct surface_point settled = *place;
     struct crossing crossing;
     if (!crossing_settle(&march->cursor, &settled))
         return false;
@@ -120,9 +120,10 @@ static bool is_off_shell(struct march *march, const struct station *place) {
 static bool expected_off_shell(struct march *march, const struct fishnet_cell *cell,
                                struct vec3 step) {
     double uv[2];
-    struct station place;
-    return station_pull(cell->c->surface, &march->cursor, cell->c, step, uv) &&
-           station_at(cell->c->surface, &march->cursor, uv, &place) && is_off_shell(march, &place);
+    struct surface_point place;
+    return surface_point_pull(cell->c->surface, &march->cursor, cell->c, step, uv) &&
+           surface_point_at(cell->c->surface, &march->cursor, uv, &place) &&
+           is_off_shell(march, &place);
 }
 
 /* Whether the place expected of D lies beyond the boundary by its parameters, and by what of the
@@ -131,7 +132,7 @@ static bool expected_off_shell(struct march *march, const struct fishnet_cell *c
 static bool pulled_outside(struct march *march, const struct fishnet_cell *cell) {
     double uv[2];
     struct vec3 step = vec3_sub(cell->guess, cell->c->jet.r);
-    return station_pull(march->surface, &march->cursor, cell->c, step, uv) &&
+    return surface_point_pull(march->surface, &march->cursor, cell->c, step, uv) &&
            is_outside(march->surface, uv);
 }
 
@@ -171,13 +172,13 @@ const struct net_node *march_node_at(const struct march *march, int32_t i, int32
 }
 
 bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
-                const struct station *station, struct vec3 *direction) {
+                const struct surface_point *point, struct vec3 *direction) {
     struct yarn_place here = {i, j, march_node_at(march, i, j)};
     struct yarn_place there = {i + di, j + dj, march_node_at(march, i + di, j + dj)};
     if (!here.node || !there.node)
         return false;
     struct yarn_net yarns = {march->net, march->surface, &march->cursor};
-    *direction = yarn_leave(&yarns, &here, &there, di ? 0 : 1, di + dj > 0, station);
+    *direction = yarn_leave(&yarns, &here, &there, di ? 0 : 1, di + dj > 0, point);
     return true;
 }
 
@@ -215,10 +216,10 @@ void march_note_edges(struct march *march, const struct march_cell *at, const st
 }
 
 /* The same of those edges to D that their ends tell. */
-static void note_told(struct march *march, const struct march_cell *at, const struct station *d,
-                      const bool told[2]) {
+static void note_told(struct march *march, const struct march_cell *at,
+                      const struct surface_point *d, const bool told[2]) {
     for (int k = 0; k < 2; k++) {
-        const struct station *from = k ? at->c : at->b;
+        const struct surface_point *from = k ? at->c : at->b;
         const struct rough_end at_d = {d->surface, d->uv, d->jet.r, NULL};
         const struct rough_end at_from = {from->surface, from->uv, from->jet.r, NULL};
         if (told[k])
@@ -236,7 +237,7 @@ static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e
 /* Whether D lies beyond the boundary, where a continuation that bends so unevenly without a crease
  * is not worth following. */
 static bool is_wild(const struct march *march, const struct fishnet_cell *cell,
-                    const struct station *d) {
+                    const struct surface_point *d) {
     bool outside = !march->surface->shell && is_outside(march->surface, d->uv);
     bool over_fold = march->surface->has_folds && (vec3_dot(cell->b->normal, d->normal) < creased ||
                                                    vec3_dot(cell->c->normal, d->normal) < creased);
@@ -245,7 +246,7 @@ static bool is_wild(const struct march *march, const struct fishnet_cell *cell,
 
 /* Whether yarns cross at D as they do at A. */
 static bool cross_rightly(const struct fishnet_cell *cell, const struct fishnet_yarns *yarns,
-                          const struct station *d) {
+                          const struct surface_point *d) {
     return cell->orientation * vec3_dot(vec3_cross(yarns->end[0], yarns->end[1]), d->normal) > 0;
 }
 
@@ -255,14 +256,14 @@ static const double grazing = 3e-3;
 
 /* Whether a yarn all but keeps to the face on which its ends are, along a joint that bends away
  * from it: geodesics over the joint do not come back. */
-static bool grazes_joint(struct march *march, const struct station *from, struct vec3 start,
-                         const struct station *to, double d) {
-    struct station middle;
+static bool grazes_joint(struct march *march, const struct surface_point *from, struct vec3 start,
+                         const struct surface_point *to, double d) {
+    struct surface_point middle;
     struct crossing joint;
     double uv[2];
     if (from->surface != to->surface ||
-        !station_pull(from->surface, &march->cursor, from, vec3_scale(d / 2, start), uv) ||
-        !station_at(from->surface, &march->cursor, uv, &middle))
+        !surface_point_pull(from->surface, &march->cursor, from, vec3_scale(d / 2, start), uv) ||
+        !surface_point_at(from->surface, &march->cursor, uv, &middle))
         return false;
     crossing_find(&middle, NULL, &joint);
     return joint.kind == CROSSING_NONE || joint.distance <= grazing * d;
@@ -280,7 +281,7 @@ static enum fishnet_end meet(struct march *march, const struct fishnet_cell *cel
     enum fishnet_end end = fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
                                                  accuracy, yarns, node);
     for (int k = 0; k < 2 && end == FISHNET_FOUND; k++)
-        if (vec3_distance(node->station.jet.r, (k ? cell->c : cell->b)->jet.r) >
+        if (vec3_distance(node->point.jet.r, (k ? cell->c : cell->b)->jet.r) >
             (1 + MARCH_STRETCH) * d[k] + gap)
             end = FISHNET_NO_CONVERGENCE;
     return end;
@@ -299,19 +300,19 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         {d[0], d[1]}, geodesic_accuracy[0], march->settings->lanes};
     if (found && geodesic &&
         fishnet_collocation_solve(&march->cursor, cell, &wanted, &yarns, node) &&
-        cross_rightly(cell, &yarns, &node->station)) {
+        cross_rightly(cell, &yarns, &node->point)) {
         march_note_edges(march, at, yarns.start, yarns.end);
         return FISHNET_FOUND;
     }
     if (found && !geodesic) {
-        double turn = fabs(station_gauss_curvature(&node->station)) * d[0] * d[1];
+        double turn = fabs(surface_point_gauss_curvature(&node->point)) * d[0] * d[1];
         double accuracy = length_accuracy + length_share * fmin(turn, 1);
         if (fishnet_length_meet(&march->cursor, cell, d[0], d[1], accuracy, &yarns, node)) {
             march_note_edges(march, at, yarns.start, yarns.end);
             return FISHNET_FOUND;
         }
     }
-    if (found && is_wild(march, cell, &node->station) && expected_outside(march, cell))
+    if (found && is_wild(march, cell, &node->point) && expected_outside(march, cell))
         return FISHNET_NO_CONVERGENCE;
     if (!march_turn_as_at_a(march, at, back, yarns.start))
         return FISHNET_NO_CONVERGENCE;
@@ -329,7 +330,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         yarns.stays[k] = true;
         end = meet(march, cell, accuracy, &yarns, node);
         if (end == FISHNET_FOUND &&
-            !grazes_joint(march, k ? cell->c : cell->b, yarns.start[k], &node->station, d[k]))
+            !grazes_joint(march, k ? cell->c : cell->b, yarns.start[k], &node->point, d[k]))
             end = FISHNET_NO_CONVERGENCE;
     }
     if (end == FISHNET_FOUND)
@@ -338,8 +339,8 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
 }
 
 /* How the edge from p to q is laid, its chord aside. */
-static bool is_rough_edge(const struct station *p, const struct station *q, double d) {
-    double chord = d, curvature = station_normal_curvature(p, vec3_sub(q->jet.r, p->jet.r));
+static bool is_rough_edge(const struct surface_point *p, const struct surface_point *q, double d) {
+    double chord = d, curvature = surface_point_normal_curvature(p, vec3_sub(q->jet.r, p->jet.r));
     return !rough_is_arc(p, q, curvature, d) &&
            rough_edge(p, q, curvature, d, &chord) == ROUGH_EDGE;
 }
@@ -353,7 +354,7 @@ static const double bent_most = 0.5;
 static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
                            enum fishnet_end end) {
     const double *d = march->settings->spacing;
-    const struct station *a = cell->a, *b = cell->b, *c = cell->c;
+    const struct surface_point *a = cell->a, *b = cell->b, *c = cell->c;
     if (vec3_dot(a->normal, b->normal) < creased || vec3_dot(a->normal, c->normal) < creased)
         return true;
     if (end == FISHNET_NO_CONVERGENCE) {
@@ -369,8 +370,8 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
 }
 
 enum rough_kind march_edge_chord(const struct march *march, const struct march_corrections *c,
-                                 int k, const struct station *from, const struct station *to,
-                                 double curvature, double *chord) {
+                                 int k, const struct surface_point *from,
+                                 const struct surface_point *to, double curvature, double *chord) {
     double d = march->settings->spacing[k], right = fishnet_arc_chord(d, curvature);
     enum rough_kind kind = rough_edge(from, to, curvature, d, &right);
     if (kind == ROUGH_EDGE || fabs(right - *chord) > ROUGH_FAR_OFF * d)
@@ -386,8 +387,9 @@ enum rough_kind march_edge_chord(const struct march *march, const struct march_c
 
 /* Looks at the edges of a cell that has its D: whether one is rough. Those that are bent get their
  * chords: `bent` and `told` say whether there are any. */
-static bool has_rough(const struct march *march, struct fishnet_cell *cell, const struct station *d,
-                      const struct march_corrections *c, bool *bent, bool told[2]) {
+static bool has_rough(const struct march *march, struct fishnet_cell *cell,
+                      const struct surface_point *d, const struct march_corrections *c, bool *bent,
+                      bool told[2]) {
     const double *spacing = march->settings->spacing;
     if (rough_is_arc(cell->b, d, cell->curvature[0], spacing[0]) &&
         rough_is_arc(cell->c, d, cell->curvature[1], spacing[1]))
@@ -410,8 +412,8 @@ static const double over_crease = 0.9999;
 
 /* Carries a D that was found on the continuation of a face to where it lies, over a crease of the
  * shell: chords lead back and forth over it just beyond. Whether its edges have to be laid anew. */
-static bool lies_over_crease(struct march *march, struct station *d) {
-    struct station beyond = *d;
+static bool lies_over_crease(struct march *march, struct surface_point *d) {
+    struct surface_point beyond = *d;
     const struct crossing *joint = d->surface->shell ? march_look_over(march, d) : NULL;
     if (!joint || joint->kind != CROSSING_JOINT ||
         joint->distance <= shell_joint_width(d->surface->shell) ||
@@ -428,18 +430,18 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
                                      struct fishnet_cell *cell, const struct march_corrections *c,
                                      enum fishnet_end end, struct fishnet_node *node, bool *laid) {
     bool bent = false, told[2] = {false, false};
-    bool rough = end == FISHNET_FOUND ? lies_over_crease(march, &node->station) ||
-                                            has_rough(march, cell, &node->station, c, &bent, told)
+    bool rough = end == FISHNET_FOUND ? lies_over_crease(march, &node->point) ||
+                                            has_rough(march, cell, &node->point, c, &bent, told)
                                       : hangs_on_rough(march, cell, end);
     *laid = rough;
     if (rough)
         return solve_rough(march, at, cell, end == FISHNET_FOUND, node);
-    double uv[2] = {node->station.uv[0], node->station.uv[1]};
+    double uv[2] = {node->point.uv[0], node->point.uv[1]};
     cell->guess_uv = uv;
     if (bent)
         end = fishnet_solve(march->surface, &march->cursor, cell, node);
     if (end == FISHNET_FOUND && (told[0] || told[1]))
-        note_told(march, at, &node->station, told);
+        note_told(march, at, &node->point, told);
     cell->guess_uv = NULL;
     return end;
 }
@@ -449,7 +451,7 @@ static enum fishnet_end solve_chords(struct march *march, const struct fishnet_c
     enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, cell, node);
     if (end == FISHNET_FOUND && node->looked)
         march->look = (struct march_look){
-            node->station.surface, {node->station.uv[0], node->station.uv[1]}, node->crossing};
+            node->point.surface, {node->point.uv[0], node->point.uv[1]}, node->crossing};
     return end;
 }
 
@@ -475,7 +477,7 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     find_chords(march, &cell, &corrections);
     enum fishnet_end end = solve_chords(march, &cell, node);
     if (end == FISHNET_FOUND && march->before.net &&
-        drop_corrections(&cell, &node->station, &corrections)) {
+        drop_corrections(&cell, &node->point, &corrections)) {
         find_chords(march, &cell, &corrections);
         end = solve_chords(march, &cell, node);
     }
@@ -483,11 +485,11 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     if (s->method != DRAPE_BASIC)
         end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
     if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid) {
-        const struct surface *face = node->station.surface;
+        const struct surface *face = node->point.surface;
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,
                                      node);
         /* Beyond a joint of which chords did not know: its yarns leave otherwise than chords do. */
-        if (end == FISHNET_FOUND && node->station.surface != face)
+        if (end == FISHNET_FOUND && node->point.surface != face)
             end = solve_rough(march, at, &cell, true, node);
     }
     if (end != FISHNET_FOUND)
@@ -511,13 +513,13 @@ bool march_solve_corner(struct march *march, const struct march_cell *at, struct
 
 enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int sj, bool *placed,
                          enum drape_reason *reason) {
-    struct station a, b, c;
+    struct surface_point a, b, c;
     struct march_cell cell = {i, j, si, sj, &a, &b, &c, {0, 0, 0}, NULL};
     struct fishnet_node node;
-    enum station_zone zone;
+    enum surface_point_zone zone;
     *placed = false;
-    if (!march_station(march, i - si, j - sj, &a) || !march_station(march, i - si, j, &b) ||
-        !march_station(march, i, j - sj, &c)) {
+    if (!march_point(march, i - si, j - sj, &a) || !march_point(march, i - si, j, &b) ||
+        !march_point(march, i, j - sj, &c)) {
         *reason = DRAPE_REASON_DEGENERATE;
         return STATUS_OK;
     }
@@ -527,8 +529,8 @@ enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int 
         cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2->r, a2->r));
     if (!march_solve_corner(march, &cell, &node, reason))
         return STATUS_OK;
-    enum status status = march_place(march, i, j, &node.station, &zone);
-    *placed = zone != STATION_BEYOND;
+    enum status status = march_place(march, i, j, &node.point, &zone);
+    *placed = zone != SURFACE_POINT_BEYOND;
     *reason = DRAPE_REASON_BOUNDARY;
     return status;
 }

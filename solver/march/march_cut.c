@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * A shell that is a tube is cut open opposite the start, as a surface that is closed one way is
- * (`station_zone`): the cloth that has gone round it from both sides meets there. Where that is, is
- * found on a coarse mesh of it (`mesh/opening.h`).
+ * (`surface_point_zone`): the cloth that has gone round it from both sides meets there. Where that
+ * is, is found on a coarse mesh of it (`mesh/opening.h`).
  */
 #include "march.h"
 
@@ -170,7 +170,7 @@ static enum status place_cuts(struct march *march) {
     const struct surface *surface = march->surface;
     const struct trim *trim = march->settings->trim;
     for (int k = 0; k < 2; k++) {
-        double half = station_cut_turn(surface, k), start = march->start.station.uv[k], bare;
+        double half = surface_point_cut_turn(surface, k), start = march->start.point.uv[k], bare;
         bool found = false;
         march->cut_centre[k] = start;
         if (trim && half < HUGE_VAL &&
@@ -187,7 +187,7 @@ static enum status place_cuts(struct march *march) {
 static enum status open_tube(struct march *march) {
     const struct surface *surface = march->surface;
     struct mesh *mesh;
-    struct mesh_place place;
+    struct mesh_point place;
     struct mesh_opening opening;
     if (!shell_may_be_tube(surface->shell, surface->face))
         return STATUS_OK;
@@ -197,7 +197,7 @@ static enum status open_tube(struct march *march) {
     if (status == STATUS_OUT_OF_MEMORY)
         return status;
     if (status != STATUS_OK ||
-        !mesh_nearest(mesh, march->start.station.jet.r, MESH_ANY, &place, NULL))
+        !mesh_nearest(mesh, march->start.point.jet.r, MESH_ANY, &place, NULL))
         return STATUS_OK;
     status = mesh_open(mesh, &place, march->arena, &opening);
     return status == STATUS_OK && opening.count > 0 ? make_cut(march, mesh, size, &opening)

@@ -15,16 +15,16 @@ static bool advance(const struct march *march, struct path *path, struct surface
     return method == DRAPE_BASIC ? path_advance_chord(path, cursor, d) : path_advance(path, d);
 }
 
-/* A path at a node, the station there and its tangent. */
+/* A path at a node, the point there and its tangent. */
 struct stop {
     struct path path;
-    struct station station;
+    struct surface_point point;
     struct vec3 tangent;
-    bool known; /* there is such a station */
+    bool known; /* there is such a point */
 };
 
-static bool find_station(struct march *march, struct stop *stop) {
-    stop->known = path_station(&stop->path, &march->cursor, &stop->station, &stop->tangent);
+static bool find_point(struct march *march, struct stop *stop) {
+    stop->known = path_surface_point(&stop->path, &march->cursor, &stop->point, &stop->tangent);
     return stop->known;
 }
 
@@ -32,12 +32,12 @@ static bool find_station(struct march *march, struct stop *stop) {
  * went, is rough. */
 static void note_edge(struct march *march, const struct stop *from, const struct stop *to, int di,
                       int dj) {
-    const struct station *start = &from->station, *end = &to->station;
+    const struct surface_point *start = &from->point, *end = &to->point;
     double d = march->settings->spacing[dj != 0], chord = d, curvature;
     march->edges.rough = 0;
     if (march->settings->method == DRAPE_BASIC || !from->known)
         return;
-    curvature = station_normal_curvature(start, from->tangent);
+    curvature = surface_point_normal_curvature(start, from->tangent);
     if (rough_is_arc(start, end, curvature, d) ||
         rough_edge(start, end, curvature, d, &chord) < ROUGH_TOLD)
         return;
@@ -73,11 +73,11 @@ static struct vec3 border_ahead(const struct path *path) {
 /* Why a path could not be followed: the surface folds back on itself, or has no tangent plane there
  * or ahead, as at a cusp, well within the part; else its boundary. */
 static enum drape_reason reason_of(struct march *march, const struct path *path, double d) {
-    struct station at;
+    struct surface_point at;
     double uv[2];
     if (path->ended)
         return DRAPE_REASON_NO_CONVERGENCE;
-    if (path->surface->shell || !path_station(path, &march->cursor, &at, NULL) ||
+    if (path->surface->shell || !path_surface_point(path, &march->cursor, &at, NULL) ||
         !march_parameters(march, &at, uv))
         return DRAPE_REASON_BOUNDARY;
     const struct trim *trim = march->settings->trim;
@@ -86,24 +86,24 @@ static enum drape_reason reason_of(struct march *march, const struct path *path,
     return within ? DRAPE_REASON_DEGENERATE : DRAPE_REASON_BOUNDARY;
 }
 
-bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
-                       int di, int dj, struct station *station) {
+bool march_straight_on(struct march *march, const struct surface_point *from, struct vec3 direction,
+                       int di, int dj, struct surface_point *point) {
     struct stop start, end;
     double d = march->settings->spacing[dj != 0];
     march->astray = DRAPE_REASON_BOUNDARY;
     if (march->mesh)
-        return march_mesh_straight_on(march, from, direction, di, dj, station);
+        return march_mesh_straight_on(march, from, direction, di, dj, point);
     if (!path_geodesic(&start.path, from->surface, from, direction))
         return false;
-    (void)find_station(march, &start);
+    (void)find_point(march, &start);
     end.path = start.path;
-    bool gone = advance(march, &end.path, &march->cursor, d) && find_station(march, &end);
+    bool gone = advance(march, &end.path, &march->cursor, d) && find_point(march, &end);
     if (!gone) {
         march->astray = reason_of(march, &end.path, d);
         return false;
     }
     note_edge(march, &start, &end, di, dj);
-    *station = end.station;
+    *point = end.point;
     return true;
 }
 
@@ -111,7 +111,7 @@ bool march_straight_on(struct march *march, const struct station *from, struct v
 struct arm {
     struct stop at;
     struct march_mesh_yarn yarn; /* on a mesh of the caller's, instead of the path */
-    struct station last;         /* on a mesh made of a surface: where the arm is on the mesh */
+    struct surface_point last;   /* on a mesh made of a surface: where the arm is on the mesh */
     int di, dj;
     int32_t outside;  /* nodes since the last one inside */
     struct vec3 left; /* where it went there; not on a mesh */
@@ -119,10 +119,10 @@ struct arm {
 };
 
 /* Whether a place is beyond the domain, not in a hole that trims leave. */
-static bool is_beyond_domain(const struct station *station) {
+static bool is_beyond_domain(const struct surface_point *point) {
     for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &station->surface->axis[k];
-        double x = station->uv[k];
+        const struct surface_axis *axis = &point->surface->axis[k];
+        double x = point->uv[k];
         if (!axis->closed && (x < surface_axis_lower(axis) || x > surface_axis_upper(axis)))
             return true;
     }
@@ -139,7 +139,7 @@ static bool goes_round(const struct march *march, const struct arm *arm, double 
     if (march->mesh || arm->outside == 0)
         return false;
     double part = surface->shell ? shell_size(surface->shell) : surface->size;
-    bool turned = vec3_dot(arm->left, arm->at.tangent) < 0 && is_beyond_domain(&arm->at.station);
+    bool turned = vec3_dot(arm->left, arm->at.tangent) < 0 && is_beyond_domain(&arm->at.point);
     return arm->outside * d > (turned ? turns_after : 1) * part;
 }
 
@@ -159,9 +159,9 @@ static struct arm make_arm(struct march *march, int number) {
     int sign = number % 2 ? -1 : 1, k = number / 2;
     const struct drape_generator *generator = &march->settings->generator[k];
     const struct march_start *start = &march->start;
-    const struct station *from = march->mesh ? &start->smooth : &start->station;
+    const struct surface_point *from = march->mesh ? &start->smooth : &start->point;
     struct vec3 direction = vec3_scale(sign, k == 0 ? start->warp : start->weft);
-    struct arm arm = {.di = k == 0 ? sign : 0, .dj = k == 0 ? 0 : sign, .last = start->station};
+    struct arm arm = {.di = k == 0 ? sign : 0, .dj = k == 0 ? 0 : sign, .last = start->point};
     if (march->mesh && march->surface)
         direction = vec3_scale(sign, start->smooth_direction[k]);
     if (!march->surface)
@@ -174,23 +174,23 @@ static struct arm make_arm(struct march *march, int number) {
     else
         arm.started = path_geodesic(&arm.at.path, march->surface, from, direction);
     if (arm.started && march->surface)
-        (void)find_station(march, &arm.at);
+        (void)find_point(march, &arm.at);
     return arm;
 }
 
 /* To the next node on a mesh: along the generator of the surface it was made of, if there is one.
  */
-static bool advance_on_mesh(struct march *march, struct arm *arm, double d, struct station *station,
-                            bool *lost) {
-    struct station ahead;
+static bool advance_on_mesh(struct march *march, struct arm *arm, double d,
+                            struct surface_point *point, bool *lost) {
+    struct surface_point ahead;
     if (!march->surface)
-        return march_mesh_lay(march, &arm->yarn, arm->di, arm->dj, station, lost);
+        return march_mesh_lay(march, &arm->yarn, arm->di, arm->dj, point, lost);
     *lost = false;
     if (!path_advance_chord(&arm->at.path, &march->cursor, d) ||
-        !path_station(&arm->at.path, &march->cursor, &ahead, NULL) ||
-        !march_mesh_towards(march, &arm->last, ahead.jet.r, d, station, lost))
+        !path_surface_point(&arm->at.path, &march->cursor, &ahead, NULL) ||
+        !march_mesh_towards(march, &arm->last, ahead.jet.r, d, point, lost))
         return false;
-    arm->last = *station;
+    arm->last = *point;
     return true;
 }
 
@@ -206,12 +206,12 @@ static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, d
     path_follow_net(&to.path, d, 4);
     if (!correction_find(&march->before, i, j, arm->di, arm->dj, d, &correction) ||
         !correction.whole || !correction_chord(&correction, &chord) || !from->known ||
-        !path_advance_chord(&to.path, &march->cursor, chord) || !find_station(march, &to))
+        !path_advance_chord(&to.path, &march->cursor, chord) || !find_point(march, &to))
         return false;
-    double leaving = station_normal_curvature(&from->station, from->tangent);
-    double arriving = station_normal_curvature(&to.station, to.tangent);
-    if (!correction_agrees(&correction, 0, &from->station, leaving) ||
-        !correction_agrees(&correction, 1, &to.station, arriving))
+    double leaving = surface_point_normal_curvature(&from->point, from->tangent);
+    double arriving = surface_point_normal_curvature(&to.point, to.tangent);
+    if (!correction_agrees(&correction, 0, &from->point, leaving) ||
+        !correction_agrees(&correction, 1, &to.point, arriving))
         return false;
     arm->at = to;
     return true;
@@ -221,12 +221,12 @@ static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, d
 static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double d) {
     if (march->before.net && advance_corrected(march, arm, k, d))
         return true;
-    return advance(march, &arm->at.path, &march->cursor, d) && find_station(march, &arm->at);
+    return advance(march, &arm->at.path, &march->cursor, d) && find_point(march, &arm->at);
 }
 
 static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
-    struct station on_mesh;
-    enum station_zone zone;
+    struct surface_point on_mesh;
+    enum surface_point_zone zone;
     int32_t i = k * arm->di, j = k * arm->dj;
     double d = march->settings->spacing[arm->dj != 0];
     arm->ended = true;
@@ -243,19 +243,19 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
                                                          : DRAPE_REASON_BOUNDARY);
     if (!march->mesh)
         note_edge(march, &before, &arm->at, arm->di, arm->dj);
-    enum status status = march_place(march, i, j, march->mesh ? &on_mesh : &arm->at.station, &zone);
+    enum status status = march_place(march, i, j, march->mesh ? &on_mesh : &arm->at.point, &zone);
     if (arm->outside == 0 && !march->mesh)
         arm->left = before.tangent;
-    arm->outside = zone == STATION_GHOST ? arm->outside + 1 : 0;
-    arm->ended = zone == STATION_BEYOND || goes_round(march, arm, d);
+    arm->outside = zone == SURFACE_POINT_GHOST ? arm->outside + 1 : 0;
+    arm->ended = zone == SURFACE_POINT_BEYOND || goes_round(march, arm, d);
     return status;
 }
 
 /* All four side by side, so that on a closed surface they meet half way. */
 enum status march_generators(struct march *march) {
     struct arm arms[4];
-    enum station_zone zone;
-    enum status status = march_place(march, 0, 0, &march->start.station, &zone);
+    enum surface_point_zone zone;
+    enum status status = march_place(march, 0, 0, &march->start.point, &zone);
     for (int a = 0; a < 4; a++)
         arms[a] = make_arm(march, a);
     bool going = true;

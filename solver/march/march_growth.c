@@ -166,12 +166,13 @@ static enum status note_step(struct march *march, int32_t i, int32_t j, int di, 
 }
 
 /* Puts a yarn's next node, one spacing from the end. */
-static enum status place_end(struct growth *g, const struct free_end *e, const struct station *to) {
+static enum status place_end(struct growth *g, const struct free_end *e,
+                             const struct surface_point *to) {
     struct march *march = g->march;
-    enum station_zone zone;
+    enum surface_point_zone zone;
     int32_t i = e->i + e->di, j = e->j + e->dj;
     enum status status = march_place(march, i, j, to, &zone);
-    if (status != STATUS_OK || zone == STATION_BEYOND)
+    if (status != STATUS_OK || zone == SURFACE_POINT_BEYOND)
         return status;
     net_mark_grown(march->net, i, j);
     status = note_step(march, i, j, e->di, e->dj, e->begins ? MARCH_ACROSS : MARCH_STRAIGHT);
@@ -292,8 +293,8 @@ static bool is_flat(struct vec3 across, struct vec3 along) {
 /* Whether the yarn crosses another at its end under an angle at which cells have all but collapsed:
  * it would only wind on beside it. Over a fold chords say little: there it is asked how the other
  * yarn leaves. */
-static bool crosses_flat(struct march *march, const struct free_end *e, const struct station *from,
-                         struct vec3 along) {
+static bool crosses_flat(struct march *march, const struct free_end *e,
+                         const struct surface_point *from, struct vec3 along) {
     for (int side = -1; side <= 1; side += 2) {
         int di = side * e->dj, dj = side * e->di;
         const struct net_node *node = net_place(march->net, e->i + di, e->j + dj);
@@ -320,8 +321,8 @@ static struct vec3 yarn_end_on_mesh(struct march *march, const struct free_end *
 /* The unit tangents of the yarn at (i, j), which is at `from`, towards its neighbour at (i + di, j
  * + dj), which is at `to`, and at that on from there: by its logarithm where it can be had. */
 static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int dj,
-                         const struct station *from, const struct station *to, struct vec3 *leave,
-                         struct vec3 *arrive) {
+                         const struct surface_point *from, const struct surface_point *to,
+                         struct vec3 *leave, struct vec3 *arrive) {
     double length = march->settings->spacing[dj != 0];
     struct vec3 back;
     if (!march_yarn(march, i, j, di, dj, from, leave) ||
@@ -345,20 +346,20 @@ static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int 
  * turned by half the angle by which it turns sideways at the node before. Zero when it is not
  * known. */
 static struct vec3 yarn_end(struct march *march, const struct free_end *e,
-                            const struct station *from) {
+                            const struct surface_point *from) {
     int di = e->di, dj = e->dj;
     int32_t i = e->i - di, j = e->j - dj;
-    struct station last, first;
+    struct surface_point last, first;
     struct vec3 before, onward, end, arrive;
     const struct net_node *node = net_place(march->net, i, j);
     if (!node)
         return vec3_make(0, 0, 0);
     if (march->mesh)
         return yarn_end_on_mesh(march, e, from->jet.r, node->r);
-    if (!march_station(march, i, j, &last) ||
+    if (!march_point(march, i, j, &last) ||
         !yarn_between(march, i, j, di, dj, &last, from, &onward, &end))
         return vec3_make(0, 0, 0);
-    if (!march_station(march, i - di, j - dj, &first) ||
+    if (!march_point(march, i - di, j - dj, &first) ||
         !yarn_between(march, i, j, -di, -dj, &last, &first, &before, &arrive))
         return end;
     double turn = -vec3_dot(vec3_cross(before, onward), last.normal) / 2;
@@ -368,7 +369,7 @@ static struct vec3 yarn_end(struct march *march, const struct free_end *e,
 /* The direction of the yarn at (i, j) of which (i + di, j + dj) is the next place: of both chords
  * where there are two; zero where there is no neighbour. */
 static struct vec3 yarn_tangent(struct march *march, int32_t i, int32_t j, int di, int dj,
-                                const struct station *from) {
+                                const struct surface_point *from) {
     const struct net_node *ahead = net_place(march->net, i + di, j + dj);
     const struct net_node *behind = net_place(march->net, i - di, j - dj);
     struct free_end forward = {i, j, (int8_t)-di, (int8_t)-dj, false, 0};
@@ -383,7 +384,7 @@ static struct vec3 yarn_tangent(struct march *march, int32_t i, int32_t j, int d
 /* The direction of a yarn that begins at `from`: weft is as much to the left of warp as it is at
  * the start. */
 static struct vec3 direction_across(struct march *march, const struct free_end *e,
-                                    const struct station *from) {
+                                    const struct surface_point *from) {
     double sine, cosine, sign = e->di + e->dj;
     struct vec3 along = yarn_tangent(march, e->i, e->j, e->dj != 0, e->di != 0, from);
     struct vec3 normal = from->normal;
@@ -397,8 +398,8 @@ static struct vec3 direction_across(struct march *march, const struct free_end *
  * place may still be reached otherwise. */
 static enum status begin_yarn(struct growth *g, const struct free_end *e) {
     struct march *march = g->march;
-    struct station from, to;
-    if (!march_station(march, e->i, e->j, &from) ||
+    struct surface_point from, to;
+    if (!march_point(march, e->i, e->j, &from) ||
         !march_straight_on(march, &from, direction_across(march, e, &from), e->di, e->dj, &to))
         return STATUS_OK;
     return place_end(g, e, &to);
@@ -407,9 +408,9 @@ static enum status begin_yarn(struct growth *g, const struct free_end *e) {
 /* One spacing straight on. */
 static enum status go_straight(struct growth *g, const struct free_end *e) {
     struct march *march = g->march;
-    struct station from, to;
+    struct surface_point from, to;
     int32_t i = e->i + e->di, j = e->j + e->dj;
-    if (!march_station(march, e->i, e->j, &from))
+    if (!march_point(march, e->i, e->j, &from))
         return march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
     struct vec3 direction = yarn_end(march, e, &from);
     if (crosses_flat(march, e, &from, direction))
@@ -470,7 +471,7 @@ static bool is_edgeless(const struct march *march) {
         return shell_is_closed(march->surface->shell, march->surface->face);
     if (!march->mesh)
         return march->surface->axis[0].closed && march->surface->axis[1].closed;
-    int32_t start = march_mesh_place(&march->start.station).triangle;
+    int32_t start = march_mesh_point_of(&march->start.point).triangle;
     return march->mesh->components[march->mesh->component[start]].rim_count == 0;
 }
 

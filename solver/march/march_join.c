@@ -22,23 +22,23 @@ static const double least_chord = 0.5;
 
 /* By how much the yarn between two nodes differs from its spacing d, as a share of that. An arc of
  * curvature k has the chord d (1 - (k d)^2 / 24), and no yarn is shorter than its chord. */
-static double misfit(struct march *march, const struct station *from, const struct net_node *node,
-                     double d) {
+static double misfit(struct march *march, const struct surface_point *from,
+                     const struct net_node *node, double d) {
     struct vec3 chord = vec3_sub(node->r, from->jet.r), onward, end;
-    double length = vec3_norm(chord), turn = station_normal_curvature(from, chord) * d;
+    double length = vec3_norm(chord), turn = surface_point_normal_curvature(from, chord) * d;
     double as_arc = fabs(length / d - (1 - turn * turn / 24));
     if (length > (1 + MARCH_STRETCH) * d)
         return HUGE_VAL;
-    struct station to;
+    struct surface_point to;
     struct logarithm l;
     if (as_arc < join_gap || march->settings->method == DRAPE_BASIC ||
         (march->mesh && !march->smooth))
         return as_arc;
-    if (march->mesh || !march_station_at(march, node, &to))
+    if (march->mesh || !march_point_at(march, node, &to))
         return length > least_chord * d ? 0 : as_arc;
     if (logarithm_find(&march->cursor, from, &to, measured, &l))
         return fabs(l.length / d - 1);
-    onward = station_tangent(from, chord);
+    onward = surface_point_tangent(from, chord);
     length = d;
     if (fishnet_geodesic_between(march->surface, &march->cursor, from, &to, measured, &length,
                                  &onward, &end))
@@ -46,15 +46,15 @@ static double misfit(struct march *march, const struct station *from, const stru
     return vec3_norm(chord) > least_chord * d ? 0 : as_arc;
 }
 
-bool march_joins(struct march *march, int32_t i, int32_t j, const struct station *station,
-                 enum station_zone zone) {
+bool march_joins(struct march *march, int32_t i, int32_t j, const struct surface_point *point,
+                 enum surface_point_zone zone) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     const double *d = march->settings->spacing;
     for (int k = 0; k < 4; k++) {
         const struct net_node *node = net_place(march->net, i + sides[k][0], j + sides[k][1]);
         bool laid = march->edges.rough & NET_EDGE_BIT(k / 2, k % 2 == 0);
-        bool gives_way = node && node->state == NET_GHOST && zone == STATION_INSIDE;
-        if (node && !laid && !gives_way && !(misfit(march, station, node, d[k / 2]) < join_gap))
+        bool gives_way = node && node->state == NET_GHOST && zone == SURFACE_POINT_INSIDE;
+        if (node && !laid && !gives_way && !(misfit(march, point, node, d[k / 2]) < join_gap))
             return false;
     }
     return true;

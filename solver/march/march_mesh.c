@@ -17,39 +17,40 @@ static const double bend_most = 0.5, change_most = 0.05;
 /* Over folds of less than 72 degrees chords still find the right corner, if not to the last. */
 static const double gentle_cosine = 0.3;
 
-struct station march_mesh_station(const struct march *march, const struct mesh_place *place) {
-    struct station station = {.uv = {place->triangle, 0},
-                              .jet.r = place->r,
-                              .normal = march->mesh->normals[place->triangle]};
+struct surface_point march_mesh_point(const struct march *march, const struct mesh_point *place) {
+    struct surface_point point = {.uv = {place->triangle, 0},
+                                  .jet.r = place->r,
+                                  .normal = march->mesh->normals[place->triangle]};
     if (!march->smooth)
-        return station;
+        return point;
     struct mesh_jet jet;
     mesh_smooth_jet(march->smooth, place, &jet);
     const struct mesh_fit *fit =
         &march->smooth->fits.fit[march->smooth->fits.of[place->triangle][0]];
-    station.normal = vec3_unit(jet.gradient);
-    station.jet.u = vec3_unit(vec3_cross(fit->y, station.normal));
-    station.jet.v = vec3_cross(station.normal, station.jet.u);
-    station.first[0] = station.first[2] = 1;
-    station.second[0] = mesh_jet_form(&jet, station.jet.u, station.jet.u);
-    station.second[1] = mesh_jet_form(&jet, station.jet.u, station.jet.v);
-    station.second[2] = mesh_jet_form(&jet, station.jet.v, station.jet.v);
-    return station;
+    point.normal = vec3_unit(jet.gradient);
+    point.jet.u = vec3_unit(vec3_cross(fit->y, point.normal));
+    point.jet.v = vec3_cross(point.normal, point.jet.u);
+    point.first[0] = point.first[2] = 1;
+    point.second[0] = mesh_jet_form(&jet, point.jet.u, point.jet.u);
+    point.second[1] = mesh_jet_form(&jet, point.jet.u, point.jet.v);
+    point.second[2] = mesh_jet_form(&jet, point.jet.v, point.jet.v);
+    return point;
 }
 
-struct mesh_place march_mesh_place(const struct station *station) {
-    return (struct mesh_place){.triangle = (int32_t)station->uv[0], .r = station->jet.r};
+struct mesh_point march_mesh_point_of(const struct surface_point *point) {
+    return (struct mesh_point){.triangle = (int32_t)point->uv[0], .r = point->jet.r};
 }
 
-static bool is_over_fold(const struct march *march, const struct mesh_place *a,
-                         const struct mesh_place *b) {
+static bool is_over_fold(const struct march *march, const struct mesh_point *a,
+                         const struct mesh_point *b) {
     return march->smooth->patch[a->triangle] != march->smooth->patch[b->triangle];
 }
 
 /* Whether the curvature along an edge is so large, or changes so much, that it is no arc. */
-static bool is_rough(const struct station *from, const struct station *to, double d) {
+static bool is_rough(const struct surface_point *from, const struct surface_point *to, double d) {
     struct vec3 edge = vec3_sub(to->jet.r, from->jet.r);
-    double k1 = station_normal_curvature(from, edge), k2 = station_normal_curvature(to, edge);
+    double k1 = surface_point_normal_curvature(from, edge),
+           k2 = surface_point_normal_curvature(to, edge);
     return fabs(k1) * d > bend_most || fabs(k1 - k2) * d > change_most;
 }
 
@@ -70,7 +71,7 @@ static enum mesh_corner_end solve_smooth(struct march *march, const struct march
     bool folded = is_over_fold(march, &cell->b, &cell->c);
     bool gentle = vec3_dot(at->b->normal, at->c->normal) > gentle_cosine;
     if (found) {
-        struct station to = march_mesh_station(march, &corner->place);
+        struct surface_point to = march_mesh_point(march, &corner->place);
         by_geodesics.guess = corner->place.r;
         folded = folded || is_over_fold(march, &cell->b, &corner->place);
         gentle = gentle && vec3_dot(at->b->normal, to.normal) > gentle_cosine &&
@@ -102,9 +103,9 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
         [MESH_CORNER_BOUNDARY] = DRAPE_REASON_BOUNDARY,
         [MESH_CORNER_NO_CONVERGENCE] = DRAPE_REASON_NO_CONVERGENCE,
     };
-    struct mesh_cell cell = {.a = march_mesh_place(at->a),
-                             .b = march_mesh_place(at->b),
-                             .c = march_mesh_place(at->c),
+    struct mesh_cell cell = {.a = march_mesh_point_of(at->a),
+                             .b = march_mesh_point_of(at->b),
+                             .c = march_mesh_point_of(at->c),
                              .bd = march->settings->spacing[0],
                              .cd = march->settings->spacing[1],
                              .guess = guess,
@@ -116,7 +117,7 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
         *reason = reasons[end];
         return false;
     }
-    *node = (struct fishnet_node){.station = march_mesh_station(march, &corner.place),
+    *node = (struct fishnet_node){.point = march_mesh_point(march, &corner.place),
                                   .iterations = corner.steps,
                                   .residual = corner.residual};
     return true;
@@ -124,7 +125,7 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
 
 bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
                     struct vec3 direction, struct march_mesh_yarn *yarn) {
-    struct mesh_place from = march_mesh_place(&march->start.station);
+    struct mesh_point from = march_mesh_point_of(&march->start.point);
     bool section = generator->kind == DRAPE_GENERATOR_PLANE;
     struct vec3 plane = section ? vec3_unit(generator->plane_normal) : vec3_make(0, 0, 0);
     if (march->smooth)
@@ -135,28 +136,28 @@ bool march_mesh_arm(const struct march *march, const struct drape_generator *gen
 }
 
 bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn, double d,
-                        struct station *station, bool *lost) {
+                        struct surface_point *point, bool *lost) {
     enum mesh_walk_end end = !march->smooth ? mesh_walk_chord(&yarn->walk, d)
                              : march->settings->method == DRAPE_BASIC
                                  ? mesh_smooth_chord(&yarn->path, d)
                                  : mesh_smooth_length(&yarn->path, d);
     *lost = end == MESH_WALK_LOST;
     if (end == MESH_WALK_DONE)
-        *station = march_mesh_station(march, march->smooth ? &yarn->path.place : &yarn->walk.place);
+        *point = march_mesh_point(march, march->smooth ? &yarn->path.place : &yarn->walk.place);
     return end == MESH_WALK_DONE;
 }
 
 bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
-                    struct station *station, bool *lost) {
+                    struct surface_point *point, bool *lost) {
     double d = march->settings->spacing[dj != 0];
     struct mesh_smooth_path from = yarn->path;
     march->edges.rough = 0;
-    if (!march_mesh_advance(march, yarn, d, station, lost))
+    if (!march_mesh_advance(march, yarn, d, point, lost))
         return false;
     if (!march->smooth || march->settings->method == DRAPE_BASIC)
         return true;
-    struct station start = march_mesh_station(march, &from.place);
-    if (!is_over_fold(march, &from.place, &yarn->path.place) && !is_rough(&start, station, d))
+    struct surface_point start = march_mesh_point(march, &from.place);
+    if (!is_over_fold(march, &from.place, &yarn->path.place) && !is_rough(&start, point, d))
         return true;
     int family = di ? 0 : 1, side = di + dj < 0, sign = side ? -1 : 1;
     struct vec3 a = vec3_scale(sign, from.direction);
@@ -166,32 +167,32 @@ bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, i
     return true;
 }
 
-bool march_mesh_towards(struct march *march, const struct station *from, struct vec3 target,
-                        double chord, struct station *station, bool *lost) {
+bool march_mesh_towards(struct march *march, const struct surface_point *from, struct vec3 target,
+                        double chord, struct surface_point *point, bool *lost) {
     struct march_mesh_yarn yarn;
-    struct mesh_place place = march_mesh_place(from);
+    struct mesh_point place = march_mesh_point_of(from);
     if (mesh_walk_towards(&yarn.walk, march->mesh, &place, target) &&
-        march_mesh_advance(march, &yarn, chord, station, lost))
+        march_mesh_advance(march, &yarn, chord, point, lost))
         return true;
     /* Along a curved edge of the surface the way lies beside the mesh by the height of a patch:
      * there the nearest place is as good. */
     double distance;
     int32_t component = march->mesh->component[place.triangle];
     *lost = !mesh_nearest(march->mesh, target, component, &place, &distance);
-    *station = march_mesh_station(march, &place);
+    *point = march_mesh_point(march, &place);
     if (*lost || distance > beside_mesh * chord)
         return false;
     *lost = fabs(vec3_distance(place.r, from->jet.r) - chord) > chord_gap * chord;
     return !*lost;
 }
 
-bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
-                            int di, int dj, struct station *station) {
+bool march_mesh_straight_on(struct march *march, const struct surface_point *from,
+                            struct vec3 direction, int di, int dj, struct surface_point *point) {
     struct march_mesh_yarn yarn;
     bool lost;
-    struct mesh_place place = march_mesh_place(from);
+    struct mesh_point place = march_mesh_point_of(from);
     bool started = march->smooth ? mesh_smooth_path(&yarn.path, march->smooth, &place, direction,
                                                     vec3_make(0, 0, 0))
                                  : mesh_walk_straight(&yarn.walk, march->mesh, &place, direction);
-    return started && march_mesh_lay(march, &yarn, di, dj, station, &lost);
+    return started && march_mesh_lay(march, &yarn, di, dj, point, &lost);
 }

@@ -30,47 +30,47 @@ static enum net_state state_at(struct quadrant *q, int32_t i, int32_t j) {
     return node ? (enum net_state)node->state : NET_UNKNOWN;
 }
 
-static bool station_of(struct quadrant *q, int32_t i, int32_t j, struct station *station) {
+static bool point_of(struct quadrant *q, int32_t i, int32_t j, struct surface_point *point) {
     const struct net_node *node = find_place(q, i, j);
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) &&
-           march_station_at(q->march, node, station);
+           march_point_at(q->march, node, point);
 }
 
 /* Brings (i, j) and the places below it into being, the row having ended before: `found` says
- * whether, `station` is then there. */
-static enum status climb_column(struct quadrant *q, int32_t i, int32_t j, struct station *station,
-                                bool *found) {
+ * whether, `point` is then there. */
+static enum status climb_column(struct quadrant *q, int32_t i, int32_t j,
+                                struct surface_point *point, bool *found) {
     struct march *march = q->march;
-    struct station a, b;
+    struct surface_point a, b;
     int32_t r = j;
     while (r > 0 && state_at(q, i, r) == NET_UNKNOWN)
         r--;
-    *found = station_of(q, i, r, station);
-    if (!*found || r == j || !station_of(q, i - 1, r, &a))
+    *found = point_of(q, i, r, point);
+    if (!*found || r == j || !point_of(q, i - 1, r, &a))
         return STATUS_OK;
     for (r++; *found && r <= j; r++) {
         struct fishnet_node node;
         enum drape_reason reason;
-        enum station_zone zone;
-        *found = station_of(q, i - 1, r, &b);
+        enum surface_point_zone zone;
+        *found = point_of(q, i - 1, r, &b);
         if (!*found)
             return STATUS_OK;
         struct march_cell cell = {i * q->si, r * q->sj, q->si,     q->sj, &a,
-                                  &b,        station,   {0, 0, 0}, NULL};
+                                  &b,        point,     {0, 0, 0}, NULL};
         *found = march_solve_corner(march, &cell, &node, &reason);
         if (!*found)
             return march_fail(march, i * q->si, r * q->sj, reason);
-        enum status status = march_place(march, i * q->si, r * q->sj, &node.station, &zone);
+        enum status status = march_place(march, i * q->si, r * q->sj, &node.point, &zone);
         if (status != STATUS_OK)
             return status;
         if (march->fold)
             fold_forget(march->fold, i * q->si, r * q->sj);
-        if (zone == STATION_INSIDE && march->unsettled && r < q->settled)
+        if (zone == SURFACE_POINT_INSIDE && march->unsettled && r < q->settled)
             status = quadrant_note_climbed(q, i, r);
         if (status != STATUS_OK)
             return status;
-        *found = zone != STATION_BEYOND;
-        *station = node.station;
+        *found = zone != SURFACE_POINT_BEYOND;
+        *point = node.point;
         a = b;
     }
     return STATUS_OK;
@@ -86,22 +86,23 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
     return status;
 }
 
-static bool has_left(struct quadrant *q, int32_t i, int32_t j, const struct station *station) {
+static bool has_left(struct quadrant *q, int32_t i, int32_t j, const struct surface_point *point) {
     const struct net_node *node = find_place(q, i, j);
     return !(node && node->state == NET_INSIDE) &&
-           ((node && node->turn != 0) || march_has_left(q->march, station));
+           ((node && node->turn != 0) || march_has_left(q->march, point));
 }
 
 /* By how much the edge from the row below to this one at i differs from that at i - 1. */
-static struct vec3 edge_trend(const struct station *below, const struct station *row, int32_t i) {
+static struct vec3 edge_trend(const struct surface_point *below, const struct surface_point *row,
+                              int32_t i) {
     if (i < 2)
         return vec3_make(0, 0, 0);
     struct vec3 last = vec3_sub(row[i - 1].jet.r, below[i - 1].jet.r);
     return vec3_sub(last, vec3_sub(row[i - 2].jet.r, below[i - 2].jet.r));
 }
 
-void quadrant_take_edge(struct differences *edge, const struct station *below,
-                        const struct station *at, const struct station *last) {
+void quadrant_take_edge(struct differences *edge, const struct surface_point *below,
+                        const struct surface_point *at, const struct surface_point *last) {
     if (at->surface != below->surface || (last && at->surface != last->surface))
         edge->count = 0;
     if (at->surface != below->surface)
@@ -119,13 +120,14 @@ void quadrant_take_edge(struct differences *edge, const struct station *below,
 
 /* The size of a difference on the surface, squared, but for the angle between its parameter lines.
  */
-static double size2(const struct station *station, const double of[2]) {
-    return of[0] * of[0] * station->first[0] + of[1] * of[1] * station->first[2];
+static double size2(const struct surface_point *point, const double of[2]) {
+    return of[0] * of[0] * point->first[0] + of[1] * of[1] * point->first[2];
 }
 
 /* The parameters of D: those below it, and the edge between the rows extrapolated by its
  * differences, as long as they become smaller with their order. */
-static void extrapolate(const struct differences *edge, const struct station *below, double uv[2]) {
+static void extrapolate(const struct differences *edge, const struct surface_point *below,
+                        double uv[2]) {
     double last = HUGE_VAL;
     uv[0] = below->uv[0];
     uv[1] = below->uv[1];
@@ -140,12 +142,12 @@ static void extrapolate(const struct differences *edge, const struct station *be
 }
 
 enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,
-                           const struct station *station) {
-    enum station_zone zone;
+                           const struct surface_point *point) {
+    enum surface_point_zone zone;
     int32_t i = row->count++;
-    enum status status = march_place(q->march, i * q->si, j * q->sj, station, &zone);
-    row->ended = zone == STATION_BEYOND;
-    if (zone == STATION_INSIDE || (zone == STATION_GHOST && !has_left(q, i, j, station)))
+    enum status status = march_place(q->march, i * q->si, j * q->sj, point, &zone);
+    row->ended = zone == SURFACE_POINT_BEYOND;
+    if (zone == SURFACE_POINT_INSIDE || (zone == SURFACE_POINT_GHOST && !has_left(q, i, j, point)))
         row->last = i;
     return status;
 }
@@ -163,7 +165,7 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
     cell.trend = edge_trend(below->at, row->at, i);
     double uv[2];
     if (i >= 2 && !march->mesh && row->edge.count > 0 && cell.c->surface == cell.b->surface &&
-        !station_near_pole(cell.c->surface, cell.c->jet.r, march_pole_reach2(march))) {
+        !surface_point_near_pole(cell.c->surface, cell.c->jet.r, march_pole_reach2(march))) {
         extrapolate(&row->edge, &below->at[i], uv);
         cell.guess_uv = uv;
     }
@@ -171,14 +173,14 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
         row->ended = true;
         return march_fail(march, i * q->si, j * q->sj, reason);
     }
-    row->at[i] = node.station;
+    row->at[i] = node.point;
     quadrant_take_edge(&row->edge, &below->at[i], &row->at[i], &row->at[i - 1]);
-    return quadrant_place(q, row, j, &node.station);
+    return quadrant_place(q, row, j, &node.point);
 }
 
 void quadrant_begin_row(struct quadrant *q, const struct quadrant_row *below,
                         struct quadrant_row *row, int32_t j) {
-    row->planted = station_of(q, 0, j, &row->at[0]);
+    row->planted = point_of(q, 0, j, &row->at[0]);
     row->ended = !row->planted;
     row->last = row->planted && !has_left(q, 0, j, &row->at[0]) ? 0 : -1;
     row->count = row->planted;
@@ -303,7 +305,7 @@ static enum status make_rows(struct march *march, struct arena *arena, struct qu
             status = wave_make(march, arena, in_few ? FEW : WAVE_LANES, q);
         int rows = 1 + (q->wave ? q->kernel->lanes : 1);
         for (int r = 0; r < rows && status == STATUS_OK; r++) {
-            q->row[r].at = arena_take(arena, (size_t)longest, sizeof(struct station));
+            q->row[r].at = arena_take(arena, (size_t)longest, sizeof(struct surface_point));
             status = q->row[r].at ? STATUS_OK : STATUS_OUT_OF_MEMORY;
         }
         if (status != STATUS_OK)
@@ -316,7 +318,7 @@ static void grow_quadrant(void *data, int number) {
     struct quadrant *q = &((struct quadrant *)data)[number];
     struct quadrant_row *below = &q->row[0];
     below->count = 0;
-    while (below->count < q->length && station_of(q, below->count, 0, &below->at[below->count]))
+    while (below->count < q->length && point_of(q, below->count, 0, &below->at[below->count]))
         below->count++;
     for (int32_t i = 0; i < below->count; i++)
         q->reach[0] = has_left(q, i, 0, &below->at[i]) ? q->reach[0] : i;

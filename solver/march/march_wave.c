@@ -29,7 +29,7 @@ static void find_bounds(const struct march *march, struct wave *wave) {
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &wave->surface->axis[k];
         double centre = march->cut_centre[k];
-        double turn = shell ? HUGE_VAL : station_cut_turn(wave->surface, k);
+        double turn = shell ? HUGE_VAL : surface_point_cut_turn(wave->surface, k);
         wave->lower[k] = axis->closed ? centre - not_quite * turn : surface_axis_lower(axis);
         wave->upper[k] = axis->closed ? centre + not_quite * turn : surface_axis_upper(axis);
         if (trimmed)
@@ -203,9 +203,9 @@ static void recall(struct quadrant *q, unsigned back, int slot, int32_t i, int32
 }
 
 /* Place i of row j, as that of a slot some steps back. */
-static void put_place(struct quadrant *q, unsigned back, int slot, const struct station *station,
-                      int32_t i, int32_t j) {
-    wave_put(wave_at(q->wave, back), slot, station);
+static void put_place(struct quadrant *q, unsigned back, int slot,
+                      const struct surface_point *point, int32_t i, int32_t j) {
+    wave_put(wave_at(q->wave, back), slot, point);
     recall(q, back, slot, i, j);
 }
 
@@ -265,7 +265,7 @@ static void hand_over(struct quadrant *q, int from, int first, int lanes, int32_
             wave_get(wave_at(wave, 1 + (unsigned)n), k + 1, &row->at[at - n]);
         if (k < first)
             continue;
-        struct station below;
+        struct surface_point below;
         wave_get_forms(wave_at(wave, 2), k, &below);
         for (row->edge.count = 0; row->edge.count < WAVE_ORDERS; row->edge.count++) {
             double(*of)[WAVE_LANES] = wave->difference[row->edge.count];
@@ -285,7 +285,7 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     struct march *march = q->march;
     struct fishnet_node node;
     enum drape_reason reason;
-    struct station a, b, c, a2, b2;
+    struct surface_point a, b, c, a2, b2;
     double uv[2] = {wave->expected[0][k], wave->expected[1][k]};
     q->alone++;
     wave_get(wave_at(wave, 2), k, &a);
@@ -295,15 +295,15 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     wave_get(wave_at(wave, 2), k + 1, &b2);
     struct march_cell cell = {row->count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c,
                               .guess_uv = uv};
-    if (!face_of(wave, k) || station_near_pole(c.surface, c.jet.r, wave->pole_reach2))
+    if (!face_of(wave, k) || surface_point_near_pole(c.surface, c.jet.r, wave->pole_reach2))
         cell.guess_uv = NULL;
     cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2.jet.r, a2.jet.r));
     if (!march_solve_corner(march, &cell, &node, &reason)) {
         row->ended = true;
         return march_fail(march, cell.i, cell.j, reason);
     }
-    wave_put(wave_at(wave, 0), k + 1, &node.station);
-    return quadrant_place(q, row, j + k, &node.station);
+    wave_put(wave_at(wave, 0), k + 1, &node.point);
+    return quadrant_place(q, row, j + k, &node.point);
 }
 
 /* Whether an edge of lane k's cell to its D is no arc, or has another chord than it was found by.
@@ -311,7 +311,7 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
 static bool has_uneven_edge(struct quadrant *q, int32_t j, int k) {
     struct wave *wave = q->wave;
     struct march *march = q->march;
-    struct station from[2], d;
+    struct surface_point from[2], d;
     struct march_cell cell = {
         .i = q->row[k + 1].count * q->si, .j = (j + k) * q->sj, .si = q->si, .sj = q->sj};
     struct march_corrections corrections = {.has = {false, false}};
@@ -337,19 +337,19 @@ static bool has_uneven_edge(struct quadrant *q, int32_t j, int k) {
 static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     struct wave *wave = q->wave;
     struct march *march = q->march;
-    struct station station;
+    struct surface_point point;
     unsigned bit = 1u << k;
     bool uneven =
         wave->arcs && !(wave->smooth & bit) && (!wave->corrected || has_uneven_edge(q, j, k));
     if (!(wave->found & bit) || uneven)
         return grow_alone(q, j, k);
     q->kept++;
-    wave_get(wave_at(wave, 0), k + 1, &station);
+    wave_get(wave_at(wave, 0), k + 1, &point);
     march->solved++;
     march->iterations += (size_t)wave->iterations[k];
     march->residual_max = fmax(march->residual_max, wave->residual[k]);
     march->edges.rough = 0;
-    return quadrant_place(q, &q->row[k + 1], j + k, &station);
+    return quadrant_place(q, &q->row[k + 1], j + k, &point);
 }
 
 /* The same where the kernel has found it, on smooth edges and inside, in short. */
@@ -380,7 +380,7 @@ static void correct(struct quadrant *q, int32_t j, int k) {
     struct wave *wave = q->wave;
     struct march *march = q->march;
     const struct wave_places *back1 = wave_at(wave, 1), *back2 = wave_at(wave, 2);
-    struct station a = {.surface = back2->surface[k]}, b, c;
+    struct surface_point a = {.surface = back2->surface[k]}, b, c;
     struct march_cell cell = {
         q->row[k + 1].count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c, {0, 0, 0}, NULL};
     struct march_corrections corrections;

@@ -15,7 +15,8 @@ struct differences {
 
 /* A row of a quadrant, places counted from the generator. */
 struct quadrant_row {
-    struct station *at; /* i = 0 .. count - 1; of rows of a wave only the ends of it are kept */
+    struct surface_point
+        *at; /* i = 0 .. count - 1; of rows of a wave only the ends of it are kept */
     int32_t count;
     int32_t last;            /* place that has not left the surface; -1: none */
     bool begun;              /* by a wave, which has left the rest of it */
@@ -66,12 +67,12 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
 
 /* Puts D of a cell as the next place of a row. */
 enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,
-                           const struct station *station) STATUS_MUST_USE;
+                           const struct surface_point *point) STATUS_MUST_USE;
 
 /* Takes in the edge from `below` to the place `at` of a row, of which `last` is the one before;
  * NULL: none. On another face of a shell parameters are others: differences begin anew. */
-void quadrant_take_edge(struct differences *edge, const struct station *below,
-                        const struct station *at, const struct station *last);
+void quadrant_take_edge(struct differences *edge, const struct surface_point *below,
+                        const struct surface_point *at, const struct surface_point *last);
 
 /* Rows that are marched before they are looked at for folds (settle.c): those of a row of tiles.
  * The first row of those after j. */

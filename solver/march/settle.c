@@ -28,12 +28,12 @@ static int compare_places(const void *a, const void *b) {
 /* Whether the node at (i, j) lies on what comes before it. */
 static bool lies_on_net(struct quadrant *q, int32_t i, int32_t j) {
     struct march *march = q->march;
-    struct station station;
+    struct surface_point point;
     const struct net_node *node = net_find(march->net, i * q->si, j * q->sj);
     return node && node->state == NET_INSIDE &&
            fold_is_near(march->fold, i * q->si, j * q->sj, node->r) &&
-           march_station_at(march, node, &station) &&
-           fold_meets_before(march->fold, i * q->si, j * q->sj, &station);
+           march_point_at(march, node, &point) &&
+           fold_meets_before(march->fold, i * q->si, j * q->sj, &point);
 }
 
 /* Takes out (i, j) and what lies beyond its column in its row and those above, up to the one before

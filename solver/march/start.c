@@ -126,37 +126,37 @@ static struct vec3 turned(struct vec3 direction, struct vec3 normal, double degr
 /* The direction that the settings give, without regard to generators. */
 static enum status find_direction(const struct surface *surface,
                                   const struct drape_settings *settings,
-                                  const struct station *station, struct vec3 *warp) {
+                                  const struct surface_point *point, struct vec3 *warp) {
     if (settings->direction_kind == DRAPE_DIRECTION_VECTOR) {
         struct vec3 wanted = vec3_unit(settings->direction_vector);
-        *warp = station_tangent(station, wanted);
-        return vec3_norm(vec3_cross(station->normal, wanted)) > along_normal ? STATUS_OK
-                                                                             : STATUS_INVALID;
+        *warp = surface_point_tangent(point, wanted);
+        return vec3_norm(vec3_cross(point->normal, wanted)) > along_normal ? STATUS_OK
+                                                                           : STATUS_INVALID;
     }
-    bool along_v = station_at_pole(surface, station) && station->first[0] < station->first[2];
-    struct vec3 from = station_tangent(station, along_v ? station->jet.v : station->jet.u);
-    *warp = turned(from, station->normal, settings->direction_deg);
+    bool along_v = surface_point_at_pole(surface, point) && point->first[0] < point->first[2];
+    struct vec3 from = surface_point_tangent(point, along_v ? point->jet.v : point->jet.u);
+    *warp = turned(from, point->normal, settings->direction_deg);
     return STATUS_OK;
 }
 
-/* The station with the caller's parameters and the derivatives by them. */
-static struct station in_outer_parameters(const struct surface *surface,
-                                          const struct station *station) {
-    struct station outer = *station;
+/* The point with the caller's parameters and the derivatives by them. */
+static struct surface_point in_outer_parameters(const struct surface *surface,
+                                                const struct surface_point *point) {
+    struct surface_point outer = *point;
     struct surface_cursor cursor = {0};
-    surface_outer(surface, station->uv, outer.uv);
+    surface_outer(surface, point->uv, outer.uv);
     surface_evaluate(surface, &cursor, outer.uv[0], outer.uv[1], &outer.jet);
     return outer;
 }
 
-/* The share of the segment p q at which it is nearest to `at`, 0..1, by the metric of the station,
+/* The share of the segment p q at which it is nearest to `at`, 0..1, by the metric of the point,
  * and how far that is in space. */
-static double nearest_share(const struct station *station, const double p[2], const double q[2],
+static double nearest_share(const struct surface_point *point, const double p[2], const double q[2],
                             double *distance) {
-    const struct surface_jet *jet = &station->jet;
+    const struct surface_jet *jet = &point->jet;
     struct vec3 along = vec3_axpy(q[1] - p[1], jet->v, vec3_scale(q[0] - p[0], jet->u));
     struct vec3 to =
-        vec3_axpy(station->uv[1] - p[1], jet->v, vec3_scale(station->uv[0] - p[0], jet->u));
+        vec3_axpy(point->uv[1] - p[1], jet->v, vec3_scale(point->uv[0] - p[0], jet->u));
     double length2 = vec3_norm2(along);
     double share = length2 > 0 ? fmin(fmax(vec3_dot(to, along) / length2, 0), 1) : 0;
     *distance = vec3_norm(vec3_axpy(-share, along, to));
@@ -165,24 +165,25 @@ static double nearest_share(const struct station *station, const double p[2], co
 
 /* The start as the polyline's segment p q sees it: at a pole all its parameters are one place, but
  * the surface's lines leave it in different directions. */
-static bool on_segment(const struct surface *surface, const struct station *start,
-                       const double p[2], const double q[2], double share, struct station *from) {
+static bool on_segment(const struct surface *surface, const struct surface_point *start,
+                       const double p[2], const double q[2], double share,
+                       struct surface_point *from) {
     struct surface_cursor cursor = {0};
     double uv[2] = {p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])};
     surface_inner(surface, uv, uv);
     *from = *start;
-    return !station_at_pole(surface, start) || station_at(surface, &cursor, uv, from);
+    return !surface_point_at_pole(surface, start) || surface_point_at(surface, &cursor, uv, from);
 }
 
-/* From the station to (u, v), to first order. */
-static struct vec3 offset_to(const struct station *station, const double uv[2]) {
-    return vec3_axpy(uv[1] - station->uv[1], station->jet.v,
-                     vec3_scale(uv[0] - station->uv[0], station->jet.u));
+/* From the point to (u, v), to first order. */
+static struct vec3 offset_to(const struct surface_point *point, const double uv[2]) {
+    return vec3_axpy(uv[1] - point->uv[1], point->jet.v,
+                     vec3_scale(uv[0] - point->uv[0], point->jet.u));
 }
 
 /* The first points on both sides of the segment from point `before` on that are further than
  * `reach` from the start. */
-static void find_next(const struct drape_generator *generator, const struct station *from,
+static void find_next(const struct drape_generator *generator, const struct surface_point *from,
                       double reach, size_t before, struct march_curve *curve) {
     size_t ahead = before + 1, behind = before + 1; /* behind: one more than the index */
     while (ahead < generator->curve_count &&
@@ -199,9 +200,9 @@ static void find_next(const struct drape_generator *generator, const struct stat
 /* Where the polyline passes the start, and its direction there. */
 static enum status find_on_curve(const struct surface *surface,
                                  const struct drape_generator *generator, double spacing,
-                                 const struct station *start, struct march_curve *curve,
+                                 const struct surface_point *start, struct march_curve *curve,
                                  struct vec3 *direction) {
-    struct station outer = in_outer_parameters(surface, start);
+    struct surface_point outer = in_outer_parameters(surface, start);
     double least = HUGE_VAL, share = 0;
     size_t before = 0;
     for (size_t k = 0; k + 1 < generator->curve_count; k++) {
@@ -223,7 +224,7 @@ static enum status find_on_curve(const struct surface *surface,
     if (curve->ends[0] && curve->ends[1])
         return STATUS_GENERATOR_OFF_START;
     struct vec3 offset = offset_to(&outer, generator->curve[to]);
-    *direction = station_tangent(start, curve->ends[0] ? vec3_scale(-1, offset) : offset);
+    *direction = surface_point_tangent(start, curve->ends[0] ? vec3_scale(-1, offset) : offset);
     return vec3_norm2(*direction) > 0 ? STATUS_OK : STATUS_GENERATOR_OFF_START;
 }
 
@@ -232,13 +233,13 @@ static enum status find_generator(const struct surface *surface,
                                   const struct drape_settings *settings, int k,
                                   struct march_start *start, struct vec3 *direction) {
     const struct drape_generator *generator = &settings->generator[k];
-    const struct station *station = &start->station;
+    const struct surface_point *point = &start->point;
     if (generator->kind == DRAPE_GENERATOR_GEODESIC)
         return STATUS_OK;
     if (generator->kind == DRAPE_GENERATOR_CURVE)
-        return find_on_curve(surface, generator, settings->spacing[k], station, &start->curve[k],
+        return find_on_curve(surface, generator, settings->spacing[k], point, &start->curve[k],
                              direction);
-    struct vec3 along = vec3_cross(vec3_unit(generator->plane_normal), station->normal);
+    struct vec3 along = vec3_cross(vec3_unit(generator->plane_normal), point->normal);
     if (!(vec3_norm(along) > nearly_parallel))
         return STATUS_GENERATOR_PARALLEL;
     *direction = vec3_unit(vec3_dot(along, *direction) < 0 ? vec3_scale(-1, along) : along);
@@ -254,9 +255,9 @@ static enum status find_generators(const struct surface *surface,
     if (status != STATUS_OK)
         return status;
     *faulty = 1;
-    start->weft = turned(start->warp, start->station.normal, 90 - settings->pre_shear_deg);
+    start->weft = turned(start->warp, start->point.normal, 90 - settings->pre_shear_deg);
     status = find_generator(surface, settings, 1, start, &start->weft);
-    double left = vec3_dot(vec3_cross(start->warp, start->weft), start->station.normal);
+    double left = vec3_dot(vec3_cross(start->warp, start->weft), start->point.normal);
     if (left < 0) {
         start->weft = vec3_scale(-1, start->weft);
         start->curve[1].sense = -1;
@@ -298,9 +299,9 @@ enum status start_find_at(const struct surface *surface, const struct drape_sett
     struct surface_cursor cursor = {0};
     double uv[2] = {inner[0], inner[1]};
     leave_singular_corner(surface, &cursor, uv);
-    if (!station_at(surface, &cursor, uv, &start->station))
+    if (!surface_point_at(surface, &cursor, uv, &start->point))
         return STATUS_DEGENERATE_SURFACE;
-    enum status status = find_direction(surface, settings, &start->station, &start->warp);
+    enum status status = find_direction(surface, settings, &start->point, &start->warp);
     return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
 }
 
@@ -314,13 +315,13 @@ enum status start_find(const struct surface *surface, const struct drape_setting
 enum status start_move_to_mesh(struct march *march) {
     const struct mesh *mesh = march->mesh;
     struct march_start *start = &march->start;
-    struct mesh_place place;
-    if (!mesh_nearest(mesh, start->station.jet.r, MESH_ANY, &place, NULL))
+    struct mesh_point place;
+    if (!mesh_nearest(mesh, start->point.jet.r, MESH_ANY, &place, NULL))
         return STATUS_START_OFF_SURFACE;
-    start->smooth = start->station;
+    start->smooth = start->point;
     start->smooth_direction[0] = start->warp;
     start->smooth_direction[1] = start->weft;
-    start->station = march_mesh_station(march, &place);
+    start->point = march_mesh_point(march, &place);
     start->warp = mesh_tangent(mesh, place.triangle, start->warp);
     start->weft = mesh_tangent(mesh, place.triangle, start->weft);
     return STATUS_OK;
@@ -335,7 +336,7 @@ static int32_t largest_component(const struct mesh *mesh) {
 }
 
 static enum status find_on_mesh(const struct mesh *mesh, const struct drape_settings *settings,
-                                struct mesh_place *place) {
+                                struct mesh_point *place) {
     double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
     if (settings->start_kind == DRAPE_START_UV)
         return STATUS_INVALID;
@@ -348,8 +349,8 @@ static enum status find_on_mesh(const struct mesh *mesh, const struct drape_sett
 
 /* Onto the smooth surface: from the point asked for, so that it stays if it lies there; else, or
  * where that is beyond the rim, from the place on the triangles. */
-static void move_to_smooth(const struct march *march, struct mesh_place *place) {
-    struct mesh_place nearest = {place->triangle, march->settings->start_point};
+static void move_to_smooth(const struct march *march, struct mesh_point *place) {
+    struct mesh_point nearest = {place->triangle, march->settings->start_point};
     mesh_smooth_project(march->smooth, &nearest);
     bool by_point = march->settings->start_kind == DRAPE_START_POINT;
     if (by_point && mesh_smooth_follow(march->smooth, &nearest, true, 0) == MESH_NONE)
@@ -372,7 +373,7 @@ static enum status mesh_direction(const struct drape_settings *settings, struct 
 enum status start_find_on_mesh(struct march *march, int *faulty) {
     const struct drape_settings *settings = march->settings;
     struct march_start *start = &march->start;
-    struct mesh_place place;
+    struct mesh_point place;
     enum status status = find_on_mesh(march->mesh, settings, &place);
     for (int k = 0; k < 2; k++)
         if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
@@ -381,7 +382,7 @@ enum status start_find_on_mesh(struct march *march, int *faulty) {
         return status;
     if (march->smooth)
         move_to_smooth(march, &place);
-    start->station = march_mesh_station(march, &place);
-    status = mesh_direction(settings, start->station.normal, &start->warp);
+    start->point = march_mesh_point(march, &place);
+    status = mesh_direction(settings, start->point.normal, &start->warp);
     return status == STATUS_OK ? find_generators(NULL, settings, start, faulty) : status;
 }

@@ -5,50 +5,50 @@
 #include <stddef.h>
 #include <string.h>
 
-_Static_assert(WAVE_NUMBERS == 29, "a station is its surface and as many numbers as a wave's");
+_Static_assert(WAVE_NUMBERS == 29, "a point is its surface and as many numbers as a wave's");
 
-/* A station's numbers lie in it one behind the other, as in `struct wave_station`. */
+/* A point's numbers lie in it one behind the other, as in `struct wave_point`. */
 #define SAME_PLACE(member)                                                                         \
-    _Static_assert(offsetof(struct station, member) - offsetof(struct station, uv) ==              \
-                       offsetof(struct wave_station, member),                                      \
-                   "a station's numbers are a wave's")
+    _Static_assert(offsetof(struct surface_point, member) - offsetof(struct surface_point, uv) ==  \
+                       offsetof(struct wave_point, member),                                        \
+                   "a point's numbers are a wave's")
 SAME_PLACE(jet);
 SAME_PLACE(normal);
 SAME_PLACE(first);
 SAME_PLACE(second);
 _Static_assert(sizeof(struct surface_jet) == 18 * sizeof(double), "a jet has no gaps");
 
-enum { NUMBERS_AT = offsetof(struct station, uv) };
+enum { NUMBERS_AT = offsetof(struct surface_point, uv) };
 
-void wave_put(struct wave_places *places, int slot, const struct station *station) {
-    const char *from = (const char *)station + NUMBERS_AT;
+void wave_put(struct wave_places *places, int slot, const struct surface_point *point) {
+    const char *from = (const char *)point + NUMBERS_AT;
     _Pragma("GCC unroll 29") for (int n = 0; n < WAVE_NUMBERS; n++)
         memcpy(&places->of[n][slot], from + (size_t)n * sizeof(double), sizeof(double));
-    places->surface[slot] = station->surface;
+    places->surface[slot] = point->surface;
 }
 
-void wave_get(const struct wave_places *places, int slot, struct station *station) {
-    char *to = (char *)station + NUMBERS_AT;
+void wave_get(const struct wave_places *places, int slot, struct surface_point *point) {
+    char *to = (char *)point + NUMBERS_AT;
     _Pragma("GCC unroll 29") for (int n = 0; n < WAVE_NUMBERS; n++)
         memcpy(to + (size_t)n * sizeof(double), &places->of[n][slot], sizeof(double));
-    station->surface = places->surface[slot];
+    point->surface = places->surface[slot];
 }
 
-void wave_get_forms(const struct wave_places *places, int slot, struct station *station) {
+void wave_get_forms(const struct wave_places *places, int slot, struct surface_point *point) {
     enum {
-        NORMAL = offsetof(struct wave_station, normal) / sizeof(double),
-        FIRST = offsetof(struct wave_station, first) / sizeof(double),
-        SECOND = offsetof(struct wave_station, second) / sizeof(double)
+        NORMAL = offsetof(struct wave_point, normal) / sizeof(double),
+        FIRST = offsetof(struct wave_point, first) / sizeof(double),
+        SECOND = offsetof(struct wave_point, second) / sizeof(double)
     };
     const double(*of)[WAVE_STRIDE] = places->of;
-    station->surface = places->surface[slot];
-    station->normal = vec3_make(of[NORMAL][slot], of[NORMAL + 1][slot], of[NORMAL + 2][slot]);
+    point->surface = places->surface[slot];
+    point->normal = vec3_make(of[NORMAL][slot], of[NORMAL + 1][slot], of[NORMAL + 2][slot]);
     for (int n = 0; n < 3; n++) {
-        station->first[n] = of[FIRST + n][slot];
-        station->second[n] = of[SECOND + n][slot];
+        point->first[n] = of[FIRST + n][slot];
+        point->second[n] = of[SECOND + n][slot];
     }
     for (int n = 0; n < 2; n++)
-        station->uv[n] = of[n][slot];
+        point->uv[n] = of[n][slot];
 }
 
 const struct wave_kernel *wave_kernel_for(int lanes) {

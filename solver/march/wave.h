@@ -15,7 +15,7 @@
 #ifndef SOLVER_MARCH_WAVE_H
 #define SOLVER_MARCH_WAVE_H
 
-#include "solver/shell/station.h"
+#include "solver/shell/surface_point.h"
 
 enum {
     WAVE_LANES = 8,   /* at the most */
@@ -24,17 +24,17 @@ enum {
     WAVE_ORDERS = 6   /* of differences */
 };
 
-/* A station but for its surface, number by number. */
-struct wave_station {
+/* A point but for its surface, number by number. */
+struct wave_point {
     double uv[2];
     struct surface_jet jet;
     struct vec3 normal;
     double first[3], second[3];
 };
 
-enum { WAVE_NUMBERS = sizeof(struct wave_station) / sizeof(double) };
+enum { WAVE_NUMBERS = sizeof(struct wave_point) / sizeof(double) };
 
-/* The stations of a step: [0] of the row below the wave, [k + 1] of row k. */
+/* The points of a step: [0] of the row below the wave, [k + 1] of row k. */
 struct wave_places {
     _Alignas(64) double of[WAVE_NUMBERS][WAVE_STRIDE];
     const struct surface *surface[WAVE_STRIDE];
@@ -104,10 +104,10 @@ static inline struct wave_before *wave_before_at(struct wave *wave, unsigned bac
     return &wave->before[(wave->step - back) % WAVE_STEPS];
 }
 
-void wave_put(struct wave_places *places, int slot, const struct station *station);
-void wave_get(const struct wave_places *places, int slot, struct station *station);
+void wave_put(struct wave_places *places, int slot, const struct surface_point *point);
+void wave_get(const struct wave_places *places, int slot, struct surface_point *point);
 
 /* The same without its derivatives: uv, normal and both fundamental forms. */
-void wave_get_forms(const struct wave_places *places, int slot, struct station *station);
+void wave_get_forms(const struct wave_places *places, int slot, struct surface_point *point);
 
 #endif

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The body of a wave's kernel, for files that say LANES and the kernel's name WAVE_KERNEL: chords,
- * Newton's method and its checks, as fishnet.c and station.h have them, for as many cells as there
- * are lanes. Cells that need more than that (a step shortened or halved, another root, no tangent
- * plane) are left to the scalar code.
+ * Newton's method and its checks, as fishnet.c and surface_point.h have them, for as many cells as
+ * there are lanes. Cells that need more than that (a step shortened or halved, another root, no
+ * tangent plane) are left to the scalar code.
  */
 #ifndef SOLVER_MARCH_WAVE_CELLS_H
 #define SOLVER_MARCH_WAVE_CELLS_H
@@ -15,8 +15,8 @@
 #include "solver/surface/evaluate_lanes.h"
 #include "wave.h"
 
-/* Where the numbers of a station begin. */
-#define NUMBER(member) (offsetof(struct wave_station, member) / sizeof(double))
+/* Where the numbers of a point begin. */
+#define NUMBER(member) (offsetof(struct wave_point, member) / sizeof(double))
 enum {
     AT_U = NUMBER(uv),
     AT_R = NUMBER(jet.r),
@@ -85,12 +85,12 @@ INLINE lanes normal_curvature(const struct wave_places *at, int slot, struct lan
     lanes q = lanes3_dot(direction, vector(at, slot, AT_R + 6));
     lanes a = g * p - f * q, b = e * q - f * p;
     lanes length2 = form(at, slot, AT_FIRST, a, b);
-    lanes_mask regular = e * g - f * f > STATION_PARALLEL * STATION_PARALLEL * e * g;
+    lanes_mask regular = e * g - f * f > SURFACE_POINT_PARALLEL * SURFACE_POINT_PARALLEL * e * g;
     lanes curvature = form(at, slot, AT_SECOND, a, b) / length2;
     return lanes_select(regular & (length2 > 0), curvature, lanes_of(0));
 }
 
-/* As station_gauss_curvature. */
+/* As surface_point_gauss_curvature. */
 INLINE lanes gauss_curvature(const struct wave_places *at, int slot) {
     lanes form[2];
     for (int k = 0; k < 2; k++) {
@@ -205,7 +205,7 @@ static void prepare(struct wave *wave) {
 
 /* ---- Newton's method ---- */
 
-/* As station_near_pole; of surfaces that have poles. */
+/* As surface_point_near_pole; of surfaces that have poles. */
 static __attribute__((noinline)) lanes_mask
 near_pole(const struct surface *surface, const struct lanes3 *point, const lanes *distance2) {
     lanes_mask near = lanes_of(0) > lanes_of(0);
@@ -366,7 +366,7 @@ struct lanes_forms {
     lanes first[3], second[3];
 };
 
-/* As station_complete; which lanes have a regular tangent plane. */
+/* As surface_point_complete; which lanes have a regular tangent plane. */
 INLINE lanes_mask complete(const struct surface *surface, const struct lanes_jet *jet,
                            struct lanes_forms *forms) {
     struct lanes3 cross = lanes3_cross(jet->u, jet->v);
@@ -380,7 +380,7 @@ INLINE lanes_mask complete(const struct surface *surface, const struct lanes_jet
     forms->second[1] = lanes3_dot(jet->uv, forms->normal);
     forms->second[2] = lanes3_dot(jet->vv, forms->normal);
     return (nu > least[0]) & (nv > least[1]) &
-           (area > STATION_PARALLEL * STATION_PARALLEL * nu * nv) &
+           (area > SURFACE_POINT_PARALLEL * SURFACE_POINT_PARALLEL * nu * nv) &
            (lanes3_norm2(forms->normal) > 0);
 }
 
@@ -415,8 +415,8 @@ INLINE void put_vector(struct wave_places *places, size_t n, struct lanes3 a) {
     lanes_store(a.z, &places->of[n + 2][1]);
 }
 
-INLINE void put_station(struct wave_places *places, const struct lanes_cell *cell,
-                        const struct lanes_forms *forms) {
+INLINE void put_point(struct wave_places *places, const struct lanes_cell *cell,
+                      const struct lanes_forms *forms) {
     lanes_store(cell->u, &places->of[AT_U][1]);
     lanes_store(cell->v, &places->of[AT_U + 1][1]);
     put_vector(places, NUMBER(jet.r), cell->jet.r);
@@ -582,7 +582,7 @@ static void solve(struct wave *wave) {
     }
     lanes_store(cell.iterations, wave->iterations);
     lanes_store(cell.error, wave->residual);
-    put_station(wave->into, &cell, &forms);
+    put_point(wave->into, &cell, &forms);
     if (wave->corrected) {
         struct lanes3 bd = lanes3_sub(cell.jet.r, cell.b), cd = lanes3_sub(cell.jet.r, cell.c);
         found &= agrees_at_end(wave, 0, wave->into, bd) & agrees_at_end(wave, 1, wave->into, cd);

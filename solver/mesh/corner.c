@@ -75,7 +75,7 @@ static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 norm
     return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
 }
 
-static struct vec3 normal_at(const struct mesh *mesh, const struct mesh_place *place) {
+static struct vec3 normal_at(const struct mesh *mesh, const struct mesh_point *place) {
     return mesh->normals[place->triangle];
 }
 
@@ -129,14 +129,14 @@ static enum mesh_corner_end accept(const struct circle *circle, int32_t t, struc
     const struct mesh_cell *cell = circle->cell;
     double b = fabs(vec3_distance(d, cell->b.r) / cell->bd - 1);
     double c = fabs(vec3_distance(d, cell->c.r) / cell->cd - 1);
-    corner->place = (struct mesh_place){t, d};
+    corner->place = (struct mesh_point){t, d};
     corner->residual = fmax(b, c);
     return MESH_CORNER_FOUND;
 }
 
 /* Heads for D from B or C. It ends at the mesh's edge with MESH_CORNER_BOUNDARY when the mesh,
  * going on flat, would lead to D, with MESH_CORNER_COLLAPSED when even so it would not. */
-static enum mesh_corner_end walk_from(const struct circle *circle, const struct mesh_place *from,
+static enum mesh_corner_end walk_from(const struct circle *circle, const struct mesh_point *from,
                                       struct mesh_corner *corner) {
     const struct mesh *mesh = circle->mesh;
     struct vec3 p = from->r, d;
@@ -169,13 +169,13 @@ static enum mesh_corner_end walk_from(const struct circle *circle, const struct 
 struct search {
     const struct circle *circle;
     struct mesh_corner *corner;
-    struct mesh_place best;
+    struct mesh_point best;
     double distance2; /* of the best to the guess */
     bool unreached;   /* a root was left out because it does not hang together with B and C */
 };
 
 /* Whether the sheet leads from D to B or C without detour. */
-static bool connected(const struct circle *circle, const struct mesh_place *d) {
+static bool connected(const struct circle *circle, const struct mesh_point *d) {
     const struct mesh_cell *cell = circle->cell;
     return mesh_walk_connects(circle->mesh, d, &cell->c, reach * cell->cd) ||
            mesh_walk_connects(circle->mesh, d, &cell->b, reach * cell->bd);
@@ -184,7 +184,7 @@ static bool connected(const struct circle *circle, const struct mesh_place *d) {
 static void try_triangle(void *context, int32_t t) {
     struct search *search = context;
     const struct circle *circle = search->circle;
-    struct mesh_place d = {t, {0, 0, 0}};
+    struct mesh_point d = {t, {0, 0, 0}};
     search->corner->steps++;
     if (!solve_in_plane(circle, t, &d.r))
         return;

@@ -17,7 +17,7 @@
 #include "mesh.h"
 
 struct mesh_cell {
-    struct mesh_place a, b, c;
+    struct mesh_point a, b, c;
     double bd, cd;     /* chord lengths wanted, > 0 */
     struct vec3 guess; /* where D is expected: of several it is the nearest to it */
     int orientation;   /* 1 when A, C, D, B turn counter-clockwise about the normals, -1 when not */
@@ -31,7 +31,7 @@ enum mesh_corner_end {
 };
 
 struct mesh_corner {
-    struct mesh_place place; /* D */
+    struct mesh_point place; /* D */
     int steps;               /* triangles in which D was looked for */
     double residual;         /* the larger of | |D - B| / bd - 1 |, | |D - C| / cd - 1 | */
 };

@@ -169,7 +169,7 @@ enum status mesh_make(const struct mesh_source *source, struct arena *arena, str
 
 /* With edges a, b at corner 0 and d = r - p_0 in the plane: the areas of the triangles that r makes
  * with two corners, over the whole. */
-void mesh_weights(const struct mesh *mesh, const struct mesh_place *place, double weight[3]) {
+void mesh_weights(const struct mesh *mesh, const struct mesh_point *place, double weight[3]) {
     struct vec3 p[3], normal = mesh->normals[place->triangle];
     mesh_corner_points(mesh, place->triangle, p);
     struct vec3 a = vec3_sub(p[1], p[0]), b = vec3_sub(p[2], p[0]), d = vec3_sub(place->r, p[0]);
@@ -179,7 +179,7 @@ void mesh_weights(const struct mesh *mesh, const struct mesh_place *place, doubl
     weight[0] = 1 - weight[1] - weight[2];
 }
 
-void mesh_parameters(const struct mesh *mesh, const struct mesh_place *place, double uv[2]) {
+void mesh_parameters(const struct mesh *mesh, const struct mesh_point *place, double uv[2]) {
     double weight[3];
     uv[0] = place->triangle;
     uv[1] = 0;

@@ -101,7 +101,7 @@ struct mesh {
 };
 
 /* A place on a mesh. */
-struct mesh_place {
+struct mesh_point {
     int32_t triangle;
     struct vec3 r; /* in the triangle, to rounding */
 };
@@ -123,14 +123,14 @@ enum status mesh_make(const struct mesh_source *source, struct arena *arena, str
  * NULL); of places equally near, that in the first triangle. False when there is no such component
  * or `point` is not finite. */
 bool mesh_nearest(const struct mesh *mesh, struct vec3 point, int32_t component,
-                  struct mesh_place *place, double *distance);
+                  struct mesh_point *place, double *distance);
 
 /* Barycentric coordinates of a place in its triangle: r = sum of weight[k] times corner k; they add
  * up to 1 and are negative only by rounding. */
-void mesh_weights(const struct mesh *mesh, const struct mesh_place *place, double weight[3]);
+void mesh_weights(const struct mesh *mesh, const struct mesh_point *place, double weight[3]);
 
 /* The vertices' parameters, interpolated at a place; (triangle, 0) for a mesh without. */
-void mesh_parameters(const struct mesh *mesh, const struct mesh_place *place, double uv[2]);
+void mesh_parameters(const struct mesh *mesh, const struct mesh_point *place, double uv[2]);
 
 static inline struct vec3 mesh_corner_point(const struct mesh *mesh, int32_t triangle, int corner) {
     return mesh->vertices[mesh->corners[triangle][corner]];

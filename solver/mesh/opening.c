@@ -308,7 +308,7 @@ static bool spread_over(struct opener *o, struct heap *heap, int32_t half, int l
     return true;
 }
 
-static bool find_distances(struct opener *o, const struct mesh_place *start) {
+static bool find_distances(struct opener *o, const struct mesh_point *start) {
     struct heap heap = {.arena = o->arena};
     size_t count = LAYERS * o->vertex_count;
     for (size_t k = 0; k < count; k++)
@@ -411,7 +411,7 @@ static bool find_lines(struct opener *o, struct mesh_opening *opening) {
     return true;
 }
 
-enum status mesh_open(const struct mesh *mesh, const struct mesh_place *start, struct arena *arena,
+enum status mesh_open(const struct mesh *mesh, const struct mesh_point *start, struct arena *arena,
                       struct mesh_opening *opening) {
     size_t halves = 3 * mesh->triangle_count;
     struct opener o = {.mesh = mesh, .arena = arena, .component = mesh->component[start->triangle]};

@@ -37,7 +37,7 @@ struct mesh_opening {
  *
  * Errors: STATUS_OUT_OF_MEMORY.
  */
-enum status mesh_open(const struct mesh *mesh, const struct mesh_place *start, struct arena *arena,
+enum status mesh_open(const struct mesh *mesh, const struct mesh_point *start, struct arena *arena,
                       struct mesh_opening *opening) STATUS_MUST_USE;
 
 #endif

@@ -86,7 +86,7 @@ static void add_fit(struct mesh_jet *jet, const struct mesh_fit *fit, double wei
     jet->zz += u.z * fit->x.z + v.z * fit->y.z;
 }
 
-void mesh_smooth_jet(const struct mesh_smooth *smooth, const struct mesh_place *place,
+void mesh_smooth_jet(const struct mesh_smooth *smooth, const struct mesh_point *place,
                      struct mesh_jet *jet) {
     double weight[3], sum = 0;
     mesh_weights(smooth->mesh, place, weight);
@@ -115,7 +115,7 @@ static double reach_beyond_rim(const struct mesh_smooth *smooth, int32_t t) {
     return rim + rim_bend * (1 - cosine);
 }
 
-int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_place *place, bool folds,
+int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_point *place, bool folds,
                            double slack) {
     const struct mesh *mesh = smooth->mesh;
     int32_t before = MESH_NONE;
@@ -144,7 +144,7 @@ int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_place *
     return MESH_NONE;
 }
 
-bool mesh_smooth_is_sound(const struct mesh_smooth *smooth, const struct mesh_place *place) {
+bool mesh_smooth_is_sound(const struct mesh_smooth *smooth, const struct mesh_point *place) {
     struct vec3 p[3];
     mesh_corner_points(smooth->mesh, place->triangle, p);
     double height = vec3_dot(vec3_sub(place->r, p[0]), smooth->mesh->normals[place->triangle]);
@@ -157,7 +157,7 @@ bool mesh_smooth_is_sound(const struct mesh_smooth *smooth, const struct mesh_pl
     return height * height <= bulge_most * bulge_most * longest2;
 }
 
-void mesh_smooth_project(const struct mesh_smooth *smooth, struct mesh_place *place) {
+void mesh_smooth_project(const struct mesh_smooth *smooth, struct mesh_point *place) {
     for (int k = 0; k < PROJECT_MAX; k++) {
         struct mesh_jet jet;
         mesh_smooth_jet(smooth, place, &jet);

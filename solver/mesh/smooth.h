@@ -9,7 +9,7 @@
  * mean. Neighbouring triangles have the same surface on their common edge but for O(h^6), for their
  * feet are taken along their own normals.
  *
- * A place on it is a `struct mesh_place`: a triangle and a point, whose foot on the triangle's
+ * A place on it is a `struct mesh_point`: a triangle and a point, whose foot on the triangle's
  * plane lies in it. Its rim is that of the triangles.
  */
 #ifndef SOLVER_MESH_SMOOTH_H
@@ -34,7 +34,7 @@ struct mesh_jet {
 enum status mesh_smooth_make(const struct mesh *mesh, struct arena *arena,
                              struct mesh_smooth **smooth) STATUS_MUST_USE;
 
-void mesh_smooth_jet(const struct mesh_smooth *smooth, const struct mesh_place *place,
+void mesh_smooth_jet(const struct mesh_smooth *smooth, const struct mesh_point *place,
                      struct mesh_jet *jet);
 
 /* a^T (-F'') b / |F'|: for unit tangents a = b the normal curvature along them, positive where the
@@ -46,14 +46,14 @@ double mesh_jet_form(const struct mesh_jet *jet, struct vec3 a, struct vec3 b);
  * point lies, else MESH_NONE; a little beyond, as the sagitta of a curved edge is, counts as
  * within. With `slack`, a share of a triangle's height, a point that is less outside stays in its
  * triangle: so an iteration cannot go to and fro over an edge. */
-int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_place *place, bool folds,
+int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_point *place, bool folds,
                            double slack);
 
 /* Whether a place on the surface is as near to its triangle as a surface that bends by less than a
  * fold from edge to edge can be: rough vertices make fits that lead astray. */
-bool mesh_smooth_is_sound(const struct mesh_smooth *smooth, const struct mesh_place *place);
+bool mesh_smooth_is_sound(const struct mesh_smooth *smooth, const struct mesh_point *place);
 
 /* Moves the point of a place onto the surface, along the normal, within its triangle's fits. */
-void mesh_smooth_project(const struct mesh_smooth *smooth, struct mesh_place *place);
+void mesh_smooth_project(const struct mesh_smooth *smooth, struct mesh_point *place);
 
 #endif

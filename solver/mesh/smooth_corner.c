@@ -32,9 +32,9 @@ static bool solve(const struct vec3 rows[3], const double f[3], struct vec3 *ste
 
 /* Newton's method from `place` on one side of all folds; `edge` is what D lies beyond. */
 static enum newton_end newton(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                              struct mesh_place *place, int *steps, int32_t *edge) {
+                              struct mesh_point *place, int *steps, int32_t *edge) {
     double longest = (cell->bd + cell->cd) / 2, best = HUGE_VAL;
-    struct mesh_place found = *place;
+    struct mesh_point found = *place;
     for (int k = 0; k < NEWTON_MAX; k++) {
         struct mesh_jet jet;
         struct vec3 step, wb = vec3_sub(place->r, cell->b.r), wc = vec3_sub(place->r, cell->c.r);
@@ -68,7 +68,7 @@ static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 norm
     return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
 }
 
-static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_place *place) {
+static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *place) {
     struct mesh_jet jet;
     mesh_smooth_jet(smooth, place, &jet);
     return vec3_unit(jet.gradient);
@@ -76,7 +76,7 @@ static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh
 
 /* Whether D is the root away from A, on the sheet of B and C. */
 static bool right_root(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                       const struct mesh_place *d) {
+                       const struct mesh_point *d) {
     struct vec3 nb = normal_at(smooth, &cell->b), nc = normal_at(smooth, &cell->c);
     struct vec3 nd = normal_at(smooth, d), sum = vec3_add(nd, vec3_add(nb, nc));
     return vec3_dot(nd, nb) > sheet_cosine && vec3_dot(nd, nc) > sheet_cosine &&
@@ -85,7 +85,7 @@ static bool right_root(const struct mesh_smooth *smooth, const struct mesh_cell 
 
 /* From a place on: over as many folds as D turns out to lie beyond. */
 static enum newton_end search(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                              struct mesh_place *place, int *steps) {
+                              struct mesh_point *place, int *steps) {
     for (int side = 0; side < SIDES_MAX; side++) {
         int32_t edge;
         enum newton_end end = newton(smooth, cell, place, steps, &edge);
@@ -99,14 +99,14 @@ static enum newton_end search(const struct mesh_smooth *smooth, const struct mes
 }
 
 /* The foot of a place in the plane of its triangle. */
-static struct mesh_place foot(const struct mesh *mesh, const struct mesh_place *place) {
+static struct mesh_point foot(const struct mesh *mesh, const struct mesh_point *place) {
     struct vec3 normal = mesh->normals[place->triangle];
     struct vec3 offset = vec3_sub(place->r, mesh_corner_point(mesh, place->triangle, 0));
-    return (struct mesh_place){place->triangle,
+    return (struct mesh_point){place->triangle,
                                vec3_axpy(-vec3_dot(offset, normal), normal, place->r)};
 }
 
-static enum mesh_corner_end accept(const struct mesh_cell *cell, const struct mesh_place *d,
+static enum mesh_corner_end accept(const struct mesh_cell *cell, const struct mesh_point *d,
                                    struct mesh_corner *corner) {
     corner->place = *d;
     corner->residual = residual(cell, d->r);
@@ -115,7 +115,7 @@ static enum mesh_corner_end accept(const struct mesh_cell *cell, const struct me
 
 enum mesh_corner_end mesh_smooth_corner(const struct mesh_smooth *smooth,
                                         const struct mesh_cell *cell, struct mesh_corner *corner) {
-    struct mesh_place d = {cell->c.triangle, cell->guess};
+    struct mesh_point d = {cell->c.triangle, cell->guess};
     int steps = 0;
     struct vec3 sum = vec3_add(normal_at(smooth, &cell->b), normal_at(smooth, &cell->c));
     sum = vec3_add(sum, normal_at(smooth, &cell->a));

@@ -12,28 +12,28 @@ static const double wanted = 1e-11, settled = 1e-5, taken = 1e-4, turn_most = 0.
 
 /* A geodesic of a given length in a direction that Newton's method turns. */
 struct shot {
-    struct mesh_place from;
+    struct mesh_point from;
     struct vec3 normal, direction; /* there; unit */
     double length;
     struct mesh_smooth_path end;
     struct vec3 rate; /* of the end, as the direction turns about the normal: as on a developable */
 };
 
-static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_place *place) {
+static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *place) {
     struct mesh_jet jet;
     mesh_smooth_jet(smooth, place, &jet);
     return vec3_unit(jet.gradient);
 }
 
-static struct shot aim(const struct mesh_smooth *smooth, const struct mesh_place *from,
+static struct shot aim(const struct mesh_smooth *smooth, const struct mesh_point *from,
                        struct vec3 way, double length) {
     struct shot shot = {.from = *from, .normal = normal_at(smooth, from), .length = length};
     shot.direction = vec3_unit(vec3_axpy(-vec3_dot(way, shot.normal), shot.normal, way));
     return shot;
 }
 
-static bool same_patch(const struct mesh_smooth *smooth, const struct mesh_place *a,
-                       const struct mesh_place *b) {
+static bool same_patch(const struct mesh_smooth *smooth, const struct mesh_point *a,
+                       const struct mesh_point *b) {
     return smooth->patch[a->triangle] == smooth->patch[b->triangle];
 }
 

@@ -25,7 +25,7 @@ static struct vec3 across(struct vec3 t, struct vec3 n) {
     return vec3_unit(vec3_axpy(-vec3_dot(t, n), n, t));
 }
 
-static struct rate rate_at(const struct mesh_smooth_path *path, struct mesh_place place,
+static struct rate rate_at(const struct mesh_smooth_path *path, struct mesh_point place,
                            struct vec3 t) {
     struct mesh_jet jet;
     (void)mesh_smooth_follow(path->smooth, &place, false, 0);
@@ -38,7 +38,7 @@ static struct rate rate_at(const struct mesh_smooth_path *path, struct mesh_plac
 
 static struct rate rate_ahead(const struct mesh_smooth_path *path, double h,
                               const struct rate *by) {
-    struct mesh_place place = {path->place.triangle, vec3_axpy(h, by->first, path->place.r)};
+    struct mesh_point place = {path->place.triangle, vec3_axpy(h, by->first, path->place.r)};
     return rate_at(path, place, vec3_axpy(h, by->second, path->direction));
 }
 
@@ -66,7 +66,7 @@ static int32_t step_on(struct mesh_smooth_path *path, double h, double turn[2]) 
 }
 
 /* The unit normal at a place, as its triangle has it. */
-static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_place *place) {
+static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *place) {
     struct mesh_jet jet;
     mesh_smooth_jet(smooth, place, &jet);
     return vec3_unit(jet.gradient);
@@ -116,7 +116,7 @@ static double side_of(const struct mesh *mesh, int32_t t) {
 }
 
 bool mesh_smooth_path(struct mesh_smooth_path *path, const struct mesh_smooth *smooth,
-                      const struct mesh_place *from, struct vec3 direction, struct vec3 plane) {
+                      const struct mesh_point *from, struct vec3 direction, struct vec3 plane) {
     struct vec3 n = normal_at(smooth, from), along = vec3_cross(vec3_unit(plane), n);
     bool section = vec3_norm2(plane) > 0, back = vec3_dot(along, direction) < 0;
     *path = (struct mesh_smooth_path){.smooth = smooth, .place = *from};

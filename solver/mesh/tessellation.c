@@ -167,7 +167,7 @@ static void choose_direction(struct tessellation *g) {
 }
 
 /* Counts the rows, or with g->rows sets their parameters. */
-static enum status place_rows(struct tessellation *g) {
+static enum status value_rows(struct tessellation *g) {
     const struct surface_axis *axis = axis_of(g, 1 - g->along);
     size_t least = least_pieces(g, 1 - g->along);
     g->row_count = 0;
@@ -331,7 +331,7 @@ static void join_rows(struct tessellation *g, const struct row *p, const struct 
 
 static enum status make_rows(struct tessellation *g) {
     choose_direction(g);
-    enum status status = place_rows(g);
+    enum status status = value_rows(g);
     if (status != STATUS_OK)
         return status;
     size_t spans = (size_t)axis_of(g, g->along)->span_count;
@@ -339,7 +339,7 @@ static enum status make_rows(struct tessellation *g) {
     g->pieces = arena_alloc(g->arena, g->row_count * spans, sizeof *g->pieces);
     if (!g->rows || !g->pieces)
         return STATUS_OUT_OF_MEMORY;
-    status = place_rows(g);
+    status = value_rows(g);
     return status == STATUS_OK ? cut_rows(g) : status;
 }
 

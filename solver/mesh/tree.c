@@ -236,7 +236,7 @@ struct search {
     const struct mesh *mesh;
     struct vec3 point;
     int32_t component;
-    struct mesh_place best;
+    struct mesh_point best;
     double distance2;
 };
 
@@ -251,7 +251,7 @@ static void search_leaf(struct search *search, size_t leaf) {
         double distance2 = vec3_norm2(vec3_sub(r, search->point));
         if (distance2 < search->distance2 ||
             (distance2 == search->distance2 && t < search->best.triangle)) {
-            search->best = (struct mesh_place){t, r};
+            search->best = (struct mesh_point){t, r};
             search->distance2 = distance2;
         }
     }
@@ -285,7 +285,7 @@ static void search_tree(struct search *search) {
 }
 
 bool mesh_nearest(const struct mesh *mesh, struct vec3 point, int32_t component,
-                  struct mesh_place *place, double *distance) {
+                  struct mesh_point *place, double *distance) {
     struct search search = {mesh, point, component, {MESH_NONE, point}, HUGE_VAL};
     search_tree(&search);
     *place = search.best;

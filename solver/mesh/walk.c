@@ -22,7 +22,7 @@ static const double winding_max = 8;
 struct goal {
     double length, chord2;
     struct vec3 origin;
-    const struct mesh_place *target;
+    const struct mesh_point *target;
     double near; /* it counts as passed within this distance */
     bool passed;
 };
@@ -220,7 +220,7 @@ static enum mesh_walk_end run(struct mesh_walk *walk, struct goal *goal) {
 }
 
 /* The corner of its triangle that a place is on, or MESH_NONE. */
-static int corner_at(const struct mesh *mesh, const struct mesh_place *place) {
+static int corner_at(const struct mesh *mesh, const struct mesh_point *place) {
     struct vec3 p[3];
     mesh_corner_points(mesh, place->triangle, p);
     for (int k = 0; k < 3; k++) {
@@ -254,7 +254,7 @@ static bool set_off_from_corner(struct mesh_walk *walk, int corner) {
 }
 
 bool mesh_walk_straight(struct mesh_walk *walk, const struct mesh *mesh,
-                        const struct mesh_place *from, struct vec3 direction) {
+                        const struct mesh_point *from, struct vec3 direction) {
     *walk =
         (struct mesh_walk){.mesh = mesh, .place = *from, .entry = MESH_NONE, .corner = MESH_NONE};
     walk->direction = mesh_tangent(mesh, from->triangle, direction);
@@ -265,7 +265,7 @@ bool mesh_walk_straight(struct mesh_walk *walk, const struct mesh *mesh,
 }
 
 bool mesh_walk_section(struct mesh_walk *walk, const struct mesh *mesh,
-                       const struct mesh_place *from, struct vec3 plane, struct vec3 direction) {
+                       const struct mesh_point *from, struct vec3 plane, struct vec3 direction) {
     *walk =
         (struct mesh_walk){.mesh = mesh, .place = *from, .entry = MESH_NONE, .corner = MESH_NONE};
     struct vec3 along = vec3_cross(vec3_unit(plane), mesh->normals[from->triangle]);
@@ -279,7 +279,7 @@ bool mesh_walk_section(struct mesh_walk *walk, const struct mesh *mesh,
 }
 
 bool mesh_walk_towards(struct mesh_walk *walk, const struct mesh *mesh,
-                       const struct mesh_place *from, struct vec3 target) {
+                       const struct mesh_point *from, struct vec3 target) {
     struct vec3 between = vec3_sub(target, from->r);
     struct vec3 plane = vec3_cross(between, mesh->normals[from->triangle]);
     return vec3_norm2(plane) > 0 && mesh_walk_section(walk, mesh, from, plane, between);
@@ -296,8 +296,8 @@ enum mesh_walk_end mesh_walk_chord(struct mesh_walk *walk, double chord) {
     return run(walk, &goal);
 }
 
-bool mesh_walk_connects(const struct mesh *mesh, const struct mesh_place *from,
-                        const struct mesh_place *to, double reach) {
+bool mesh_walk_connects(const struct mesh *mesh, const struct mesh_point *from,
+                        const struct mesh_point *to, double reach) {
     struct mesh_walk walk;
     struct goal goal = {.length = reach, .chord2 = HUGE_VAL, .target = to};
     if (from->triangle == to->triangle)

@@ -18,7 +18,7 @@
 
 struct mesh_walk {
     const struct mesh *mesh;
-    struct mesh_place place; /* where it is */
+    struct mesh_point place; /* where it is */
     struct vec3 direction;   /* the way it is going there: unit, in the triangle's plane */
     struct vec3 plane;       /* a section's unit normal, signed as it goes; zero: straight */
     int entry;               /* edge of the triangle by which it has just come in, or MESH_NONE */
@@ -37,19 +37,19 @@ enum mesh_walk_end {
  * angles become quarters of it. False when there is no such direction: it is normal to the
  * triangle, or at a vertex leads off the mesh. */
 bool mesh_walk_straight(struct mesh_walk *walk, const struct mesh *mesh,
-                        const struct mesh_place *from, struct vec3 direction);
+                        const struct mesh_point *from, struct vec3 direction);
 
 /* Sets off along the section by the plane through `from` with the normal `plane`, to that side to
  * which `direction` points. False when the plane is that of the triangle, or at a vertex when the
  * section leads off the mesh. */
 bool mesh_walk_section(struct mesh_walk *walk, const struct mesh *mesh,
-                       const struct mesh_place *from, struct vec3 plane, struct vec3 direction);
+                       const struct mesh_point *from, struct vec3 plane, struct vec3 direction);
 
 /* Sets off along the section by the plane through `from` and the point `target` that is upright on
  * the triangle of `from`, towards `target`, which need not be on the mesh. False when `target` is
  * straight above `from`, or the way to it leads off the mesh from a vertex. */
 bool mesh_walk_towards(struct mesh_walk *walk, const struct mesh *mesh,
-                       const struct mesh_place *from, struct vec3 target);
+                       const struct mesh_point *from, struct vec3 target);
 
 /* Moves on by `length` >= 0. */
 enum mesh_walk_end mesh_walk_length(struct mesh_walk *walk, double length);
@@ -60,7 +60,7 @@ enum mesh_walk_end mesh_walk_chord(struct mesh_walk *walk, double chord);
 
 /* Whether the section by the plane through two places, upright on the mesh at the first, leads from
  * it straight to the second within the length `reach`. */
-bool mesh_walk_connects(const struct mesh *mesh, const struct mesh_place *from,
-                        const struct mesh_place *to, double reach);
+bool mesh_walk_connects(const struct mesh *mesh, const struct mesh_point *from,
+                        const struct mesh_point *to, double reach);
 
 #endif

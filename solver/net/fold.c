@@ -412,12 +412,12 @@ static struct vec3 yarn_step(struct net *net, const struct target *at, int dx, i
  * oblique coordinates, and on the same sheet. A yarn alone is taken as crossed at right angles, and
  * has its side of a thin part from the surface. */
 static bool within_cells(struct fold *fold, const struct target *at,
-                         const struct station *station) {
+                         const struct surface_point *surface_point) {
     const struct net_node *node = &at->tile->node[at->y][at->x];
-    if (fabs(node->uv[0] - station->uv[0]) > fold->turn[0] ||
-        fabs(node->uv[1] - station->uv[1]) > fold->turn[1])
+    if (fabs(node->uv[0] - surface_point->uv[0]) > fold->turn[0] ||
+        fabs(node->uv[1] - surface_point->uv[1]) > fold->turn[1])
         return false;
-    struct vec3 normal = station->normal, offset = vec3_sub(station->jet.r, node->r);
+    struct vec3 normal = surface_point->normal, offset = vec3_sub(surface_point->jet.r, node->r);
     struct vec3 a = yarn_step(fold->net, at, 1, 0);
     struct vec3 b = yarn_step(fold->net, at, 0, 1);
     bool alone = vec3_norm2(a) == 0 || vec3_norm2(b) == 0;
@@ -439,18 +439,18 @@ static bool within_cells(struct fold *fold, const struct target *at,
     bool within = fabs(x) < 1 && fabs(y) < 1;
     if (!within || !fold->cut)
         return within;
-    const struct shell_cut_place to = {station->jet.r, normal};
+    const struct shell_cut_place to = {surface_point->jet.r, normal};
     const struct shell_cut_place from = {node->r, fold->normals.at(fold->normals.context, node)};
     return shell_cut_passes(fold->cut, &from, &to) == 0;
 }
 
-/* A node (i, j) at `point`; without its station, whether there is a part of the net near it; with
+/* A node (i, j) at `point`; without its point, whether there is a part of the net near it; with
  * `cell`, whether one of the cells there, which it gets, has the point inside. */
 struct visitor {
     struct fold *fold;
     int32_t i, j;
     struct vec3 point;
-    const struct station *station;
+    const struct surface_point *surface_point;
     bool before; /* on what comes before it alone */
     bool framed; /* the net hardly changes between one node that is asked for and the next */
     int32_t *cell;
@@ -520,7 +520,7 @@ static bool meets_patch(const struct visitor *v, const struct fold_patch *patch)
                 continue;
             if (v->cell ? lies_on(v, &at, i + at.x - first.x, j)
                         : !(v->before && comes_after(v, i + at.x - first.x, j)) &&
-                              (!v->station || within_cells(v->fold, &at, v->station)))
+                              (!v->surface_point || within_cells(v->fold, &at, v->surface_point)))
                 return true;
         }
     }
@@ -549,17 +549,22 @@ bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
     return meets(&(struct visitor){.fold = fold, .i = i, .j = j, .point = r});
 }
 
-bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station) {
-    return meets(&(struct visitor){
-        .fold = fold, .i = i, .j = j, .point = station->jet.r, .station = station});
-}
-
-bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct station *station) {
+bool fold_meets(struct fold *fold, int32_t i, int32_t j,
+                const struct surface_point *surface_point) {
     return meets(&(struct visitor){.fold = fold,
                                    .i = i,
                                    .j = j,
-                                   .point = station->jet.r,
-                                   .station = station,
+                                   .point = surface_point->jet.r,
+                                   .surface_point = surface_point});
+}
+
+bool fold_meets_before(struct fold *fold, int32_t i, int32_t j,
+                       const struct surface_point *surface_point) {
+    return meets(&(struct visitor){.fold = fold,
+                                   .i = i,
+                                   .j = j,
+                                   .point = surface_point->jet.r,
+                                   .surface_point = surface_point,
                                    .before = true,
                                    .framed = true});
 }

@@ -11,7 +11,7 @@
 
 #include "net.h"
 #include "solver/shell/shell_cut.h"
-#include "solver/shell/station.h"
+#include "solver/shell/surface_point.h"
 
 struct fold;
 
@@ -62,11 +62,11 @@ static inline int fold_patch_of(int x, int y) {
 /* Whether some other part of the net is near enough to a node (i, j) at r for that to be asked. */
 bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r);
 
-/* Whether a node (i, j) at the station would lie on another part of the net; and on one that comes
+/* Whether a node (i, j) at the point would lie on another part of the net; and on one that comes
  * before it: not on nodes of its own quadrant in rows further from the generator, or further along
  * its own. */
-bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station);
-bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct station *station);
+bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct surface_point *point);
+bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct surface_point *point);
 
 /* Whether a cell from a node of the tile on is whole and turned over, by the normals of the
  * surface. */

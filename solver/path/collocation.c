@@ -66,7 +66,7 @@ static struct vec3 guess_tangent(const struct collocation_guess *g, double t) {
     return vec3_axpy(6 * t * (1 - t), g->mean, ends);
 }
 
-static bool make_guess(const struct station *from, const struct station *to,
+static bool make_guess(const struct surface_point *from, const struct surface_point *to,
                        const struct vec3 tangent[2], double length, struct collocation_guess *g) {
     for (int k = 0; k < 2; k++) {
         g->from[k] = from->uv[k];
@@ -74,8 +74,8 @@ static bool make_guess(const struct station *from, const struct station *to,
         g->tangent[k] = tangent[k];
     }
     g->mean = vec3_scale(1 / length, vec3_sub(to->jet.r, from->jet.r));
-    return station_components(from, vec3_scale(length, tangent[0]), g->leave) &&
-           station_components(to, vec3_scale(length, tangent[1]), g->arrive);
+    return surface_point_components(from, vec3_scale(length, tangent[0]), g->leave) &&
+           surface_point_components(to, vec3_scale(length, tangent[1]), g->arrive);
 }
 
 /* The share of the way at which the guess meets the parameter `at`, which lies between its ends. */
@@ -167,11 +167,12 @@ static bool cut_pieces(struct collocation *path, const int *parts) {
 }
 
 /* Whether nothing but knot lines can lie between the ends. */
-static bool is_free(const struct station *from, const struct station *to, double length) {
+static bool is_free(const struct surface_point *from, const struct surface_point *to,
+                    double length) {
     const struct surface *surface = from->surface;
     struct vec3 pole;
     if (to->surface != surface ||
-        !(station_pole_distance(surface, from->jet.r, &pole) > pole_distance * length))
+        !(surface_point_pole_distance(surface, from->jet.r, &pole) > pole_distance * length))
         return false;
     if (!surface->shell)
         return true;
@@ -208,8 +209,8 @@ static bool crosses_fold(const struct collocation *path) {
     return false;
 }
 
-bool collocation_begin(struct collocation *path, const struct station *from,
-                       const struct station *to, const struct vec3 tangent[2], double length,
+bool collocation_begin(struct collocation *path, const struct surface_point *from,
+                       const struct surface_point *to, const struct vec3 tangent[2], double length,
                        int parts, int lanes) {
     const struct surface *surface = from->surface;
     struct collocation_guess *guess = &path->guess;
@@ -281,7 +282,7 @@ bool collocation_refine(struct collocation *path, double most, bool *cut) {
 static bool move_meeting(struct collocation *path, int k, struct vec3 turn, double *shift) {
     const struct surface *surface = path->from->surface;
     const struct collocation_piece *piece = &path->piece[k];
-    struct station at;
+    struct surface_point at;
     double *uv = path->uv[k], ab[2], rate[2], end = piece->begin + piece->length;
     surface_evaluate_span(surface, piece->span[0], piece->span[1], uv[0] - piece->turn[0],
                           uv[1] - piece->turn[1], &at.jet);
@@ -289,8 +290,8 @@ static bool move_meeting(struct collocation *path, int k, struct vec3 turn, doub
     at.first[0] = vec3_norm2(at.jet.u);
     at.first[1] = vec3_dot(at.jet.u, at.jet.v);
     at.first[2] = vec3_norm2(at.jet.v);
-    if (!station_components(&at, step, ab) ||
-        !station_components(&at, vec3_add(piece->arrive, turn), rate))
+    if (!surface_point_components(&at, step, ab) ||
+        !surface_point_components(&at, vec3_add(piece->arrive, turn), rate))
         return false;
     int axis = path->axis[k];
     for (int n = 0; n < 2; n++)
@@ -377,7 +378,7 @@ static bool in_spans(const struct collocation *path) {
     return within;
 }
 
-bool collocation_is_whole(const struct collocation *path, const struct station *end) {
+bool collocation_is_whole(const struct collocation *path, const struct surface_point *end) {
     const struct surface *surface = path->from->surface;
     const struct collocation_piece *last = &path->piece[path->pieces - 1];
     if (!in_spans(path))

@@ -14,7 +14,7 @@
 #ifndef SOLVER_PATH_COLLOCATION_H
 #define SOLVER_PATH_COLLOCATION_H
 
-#include "solver/shell/station.h"
+#include "solver/shell/surface_point.h"
 
 enum {
     COLLOCATION_PLACES = 8,
@@ -59,10 +59,10 @@ struct collocation_guess {
     struct vec3 tangent[2], mean;
 };
 
-/* A geodesic of given length from a station. */
+/* A geodesic of given length from a point. */
 struct collocation {
     const struct collocation_kernel *kernel;
-    const struct station *from;
+    const struct surface_point *from;
     struct vec3 leave; /* unit tangents at both ends, and the end */
     struct vec3 to, arrive;
     double length;
@@ -76,13 +76,13 @@ struct collocation {
     double uv[COLLOCATION_PIECES][2]; /* and where the path meets it */
 };
 
-/* Begins near the cubic in (u, v) from `from` to the station `to` with these unit tangents there,
+/* Begins near the cubic in (u, v) from `from` to the point `to` with these unit tangents there,
  * in as many pieces between two knot lines as `parts` says, of at most `lanes` places at once (0:
  * any). False where there may be folds, poles or joints of a shell on the way, or it has too many
  * pieces.
  */
-bool collocation_begin(struct collocation *path, const struct station *from,
-                       const struct station *to, const struct vec3 tangent[2], double length,
+bool collocation_begin(struct collocation *path, const struct surface_point *from,
+                       const struct surface_point *to, const struct vec3 tangent[2], double length,
                        int parts, int lanes);
 
 /* Half a turn: sets `to` and `arrive` by the surface where the path is. False where it has none. */
@@ -102,7 +102,7 @@ double collocation_move(struct collocation *path, double angle);
 double collocation_change(const struct collocation *path);
 
 /* Whether every place lies in the span of its piece, and the surface at `end`, where the path ends,
- * and at its start is not folded between the stations and the path. */
-bool collocation_is_whole(const struct collocation *path, const struct station *end);
+ * and at its start is not folded between the points and the path. */
+bool collocation_is_whole(const struct collocation *path, const struct surface_point *end);
 
 #endif

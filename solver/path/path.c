@@ -62,8 +62,8 @@ static bool is_in_own_span(const struct path *g) {
     return own;
 }
 
-bool path_station(const struct path *path, struct surface_cursor *cursor, struct station *station,
-                  struct vec3 *tangent) {
+bool path_surface_point(const struct path *path, struct surface_cursor *cursor,
+                        struct surface_point *point, struct vec3 *tangent) {
     struct surface_jet jet;
     double uv[2] = {path->uv[0], path->uv[1]};
     if (path->has_jet)
@@ -76,40 +76,41 @@ bool path_station(const struct path *path, struct surface_cursor *cursor, struct
         *tangent = t;
     bool regular;
     if (is_in_own_span(path)) {
-        *station = (struct station){.uv = {uv[0], uv[1]}, .jet = jet};
-        regular = station_complete(path->surface, station);
+        *point = (struct surface_point){.uv = {uv[0], uv[1]}, .jet = jet};
+        regular = surface_point_complete(path->surface, point);
     } else {
-        regular = station_at(path->surface, cursor, uv, station);
+        regular = surface_point_at(path->surface, cursor, uv, point);
     }
     if (!regular || !(path->ahead > 0))
         return regular;
-    return station_pull(path->surface, cursor, station, vec3_scale(-path->ahead, t), uv) &&
-           station_at(path->surface, cursor, uv, station);
+    return surface_point_pull(path->surface, cursor, point, vec3_scale(-path->ahead, t), uv) &&
+           surface_point_at(path->surface, cursor, uv, point);
 }
 
 /* Leaps straight on by `length`, which is next to nothing, through a pole. */
-static bool leap(struct path *g, const struct station *from, struct vec3 direction, double length) {
+static bool leap(struct path *g, const struct surface_point *from, struct vec3 direction,
+                 double length) {
     struct surface_cursor cursor = {0, 0};
     double uv[2];
     g->ahead += length;
-    return station_pull(g->surface, &cursor, from, vec3_scale(length, direction), uv) &&
+    return surface_point_pull(g->surface, &cursor, from, vec3_scale(length, direction), uv) &&
            path_place(g, uv, direction);
 }
 
-bool path_geodesic(struct path *path, const struct surface *surface, const struct station *from,
-                   struct vec3 direction) {
-    struct vec3 pole, tangent = station_tangent(from, direction);
+bool path_geodesic(struct path *path, const struct surface *surface,
+                   const struct surface_point *from, struct vec3 direction) {
+    struct vec3 pole, tangent = surface_point_tangent(from, direction);
     *path = (struct path){.surface = surface, .accuracy = accuracy};
     if (!(vec3_norm2(tangent) > 0))
         return false;
     double radius = pole_radius * surface->size;
-    if (station_pole_distance(surface, from->jet.r, &pole) < radius)
+    if (surface_point_pole_distance(surface, from->jet.r, &pole) < radius)
         return leap(path, from, tangent, radius);
     return path_place(path, from->uv, tangent) && (!surface->shell || path_set_off(path));
 }
 
-bool path_section(struct path *path, const struct surface *surface, const struct station *from,
-                  struct vec3 plane, struct vec3 direction) {
+bool path_section(struct path *path, const struct surface *surface,
+                  const struct surface_point *from, struct vec3 plane, struct vec3 direction) {
     struct vec3 along = vec3_cross(plane, from->normal);
     if (!path_geodesic(path, surface, from,
                        vec3_dot(along, direction) < 0 ? vec3_scale(-1, along) : along))
@@ -119,7 +120,7 @@ bool path_section(struct path *path, const struct surface *surface, const struct
     return true;
 }
 
-bool path_curve(struct path *path, const struct surface *surface, const struct station *from,
+bool path_curve(struct path *path, const struct surface *surface, const struct surface_point *from,
                 const double (*curve)[2], size_t count, size_t next, int sense) {
     *path = (struct path){.surface = surface,
                           .accuracy = accuracy,
@@ -143,14 +144,14 @@ bool path_curve(struct path *path, const struct surface *surface, const struct s
  * mirrored place on the other side. */
 static bool pass_pole(struct path *g, struct vec3 pole) {
     struct surface_cursor cursor = {0, 0};
-    struct station here;
+    struct surface_point here;
     struct vec3 t, r = path_point(g, &t);
     double before = vec3_dot(vec3_sub(pole, r), t);
     if (before <= 0)
         return true;
     if (g->kind == PATH_CURVE)
         return false;
-    return station_at(g->surface, &cursor, g->uv, &here) && leap(g, &here, t, 2 * before);
+    return surface_point_at(g->surface, &cursor, g->uv, &here) && leap(g, &here, t, 2 * before);
 }
 
 /* The longest step worth trying: half way to a pole that is near. */
@@ -159,7 +160,7 @@ static double cap_step(const struct path *g, double h, struct vec3 *pole, bool *
     *at_pole = false;
     if (!g->surface->has_poles)
         return h;
-    double distance = station_pole_distance(g->surface, path_point(g, &t), pole);
+    double distance = surface_point_pole_distance(g->surface, path_point(g, &t), pole);
     *at_pole = distance <= pole_radius * g->surface->size;
     return h > distance / 2 ? distance / 2 : h;
 }
@@ -222,7 +223,7 @@ struct effort {
 static bool worth_trying(const struct path *g, struct effort *effort, double h) {
     struct vec3 pole, tangent;
     bool near_pole =
-        station_pole_distance(g->surface, path_point(g, &tangent), &pole) < effort->whole;
+        surface_point_pole_distance(g->surface, path_point(g, &tangent), &pole) < effort->whole;
     bool outside = is_outside(g) && !near_pole;
     return ++effort->failures <= (outside ? FAILURES_OUTSIDE : FAILURES_MAX) &&
            h > (outside ? shortest_outside : shortest) * effort->whole;
@@ -456,10 +457,10 @@ static double length_of_chord(const struct path *g, double d) {
 }
 
 bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double d) {
-    struct station from, to;
+    struct surface_point from, to;
     struct vec3 tangent;
     struct path ahead = *path;
-    if (!path_station(path, cursor, &from, NULL))
+    if (!path_surface_point(path, cursor, &from, NULL))
         return false;
     double length = length_of_chord(path, d), correction = HUGE_VAL;
     double enough = chord_tolerance * d + chord_rounding * path->surface->magnitude;
@@ -473,7 +474,7 @@ bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double
                 return false;
             }
         }
-        if (!path_station(&ahead, cursor, &to, &tangent))
+        if (!path_surface_point(&ahead, cursor, &to, &tangent))
             return false;
         struct vec3 chord = vec3_sub(to.jet.r, from.jet.r);
         double size = vec3_norm(chord), rate = vec3_dot(chord, tangent) / size;

@@ -19,7 +19,7 @@
 #ifndef SOLVER_PATH_PATH_H
 #define SOLVER_PATH_PATH_H
 
-#include "solver/shell/station.h"
+#include "solver/shell/surface_point.h"
 
 enum path_kind { PATH_GEODESIC, PATH_SECTION, PATH_CURVE };
 
@@ -50,17 +50,17 @@ struct path {
 
 /* Sets off from `from` along the projection of `direction`. False when there is no such direction:
  * it is normal to the surface, or leads out of it at a pole. */
-bool path_geodesic(struct path *path, const struct surface *surface, const struct station *from,
-                   struct vec3 direction);
+bool path_geodesic(struct path *path, const struct surface *surface,
+                   const struct surface_point *from, struct vec3 direction);
 
 /* Sets off along the section by the plane through `from` with the normal `plane`, to that side to
  * which `direction` points. False when the plane is the tangent plane. */
-bool path_section(struct path *path, const struct surface *surface, const struct station *from,
-                  struct vec3 plane, struct vec3 direction);
+bool path_section(struct path *path, const struct surface *surface,
+                  const struct surface_point *from, struct vec3 plane, struct vec3 direction);
 
 /* Sets off from `from`, a place on the polyline `curve` of `count` points, for its point `next` and
  * on from there by `sense`, 1 or -1. The points are borrowed. False when it has no direction. */
-bool path_curve(struct path *path, const struct surface *surface, const struct station *from,
+bool path_curve(struct path *path, const struct surface *surface, const struct surface_point *from,
                 const double (*curve)[2], size_t count, size_t next, int sense);
 
 /* From here on no more accurate than a net with the spacing d is itself, by a method of the order 2
@@ -83,7 +83,7 @@ bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double
 
 /* The place where it is now, and which way it is going there (unit; may be NULL). False when the
  * surface has no tangent plane there. */
-bool path_station(const struct path *path, struct surface_cursor *cursor, struct station *station,
-                  struct vec3 *tangent);
+bool path_surface_point(const struct path *path, struct surface_cursor *cursor,
+                        struct surface_point *point, struct vec3 *tangent);
 
 #endif

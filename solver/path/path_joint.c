@@ -95,16 +95,16 @@ bool path_set_off(struct path *g) {
     const struct shell *shell = g->surface->shell;
     struct surface_cursor cursor = {0, 0};
     struct crossing joint;
-    struct station here, there;
+    struct surface_point here, there;
     struct vec3 t;
     double uv[2], near = shell_joint_width(shell);
-    if (crossing_within(g->surface, g->uv) || !station_at(g->surface, &cursor, g->uv, &here))
+    if (crossing_within(g->surface, g->uv) || !surface_point_at(g->surface, &cursor, g->uv, &here))
         return true;
     crossing_find(&here, NULL, &joint);
     (void)path_point(g, &t);
     if (joint.kind != CROSSING_JOINT || !(vec3_dot(t, joint.from.across) > 0) ||
         !crossing_carry(&joint, &cursor, &here, SETTLE_ROUNDS, uv) ||
-        !station_at(joint.beyond, &cursor, uv, &there) ||
+        !surface_point_at(joint.beyond, &cursor, uv, &there) ||
         !(vec3_distance(here.jet.r, there.jet.r) <= near))
         return true;
     memcpy(joint.entry, uv, sizeof uv);
@@ -114,14 +114,14 @@ bool path_set_off(struct path *g) {
 bool path_settle(struct path *g) {
     struct surface_cursor cursor = {0, 0};
     struct crossing joint, next;
-    struct station here, there;
+    struct surface_point here, there;
     double uv[2];
-    if (crossing_within(g->surface, g->uv) || !station_at(g->surface, &cursor, g->uv, &here))
+    if (crossing_within(g->surface, g->uv) || !surface_point_at(g->surface, &cursor, g->uv, &here))
         return true;
     crossing_find(&here, NULL, &joint);
     if (joint.kind != CROSSING_JOINT ||
         !crossing_carry(&joint, &cursor, &here, SETTLE_ROUNDS, uv) ||
-        !station_at(joint.beyond, &cursor, uv, &there))
+        !surface_point_at(joint.beyond, &cursor, uv, &there))
         return true;
     crossing_find(&there, g->surface, &next);
     if (next.kind == CROSSING_JOINT ||

@@ -12,9 +12,9 @@ static const double parabola_share = 1e-2;
 static const double first_pace = 11;
 
 bool path_head_for(const struct surface_jet *jet, struct vec3 t, double velocity[2]) {
-    struct station station = {
+    struct surface_point point = {
         .jet = *jet, .first = {vec3_norm2(jet->u), vec3_dot(jet->u, jet->v), vec3_norm2(jet->v)}};
-    if (!station_components(&station, t, velocity))
+    if (!surface_point_components(&point, t, velocity))
         return false;
     double speed = vec3_norm(vec3_axpy(velocity[1], jet->v, vec3_scale(velocity[0], jet->u)));
     velocity[0] /= speed;

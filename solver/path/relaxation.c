@@ -347,10 +347,10 @@ static void find_spans(struct problem *problem, const struct relaxation *path) {
     }
 }
 
-/* The problem on a mesh for the straight line in (u, v), and that line. False when the two stations
+/* The problem on a mesh for the straight line in (u, v), and that line. False when the two points
  * have no chord to scale by. */
-static bool start_straight(const struct surface *surface, const struct station *a,
-                           const struct station *b, int points, struct problem *problem,
+static bool start_straight(const struct surface *surface, const struct surface_point *a,
+                           const struct surface_point *b, int points, struct problem *problem,
                            struct relaxation *path) {
     double chord = vec3_distance(a->jet.r, b->jet.r);
     problem->surface = surface;
@@ -437,8 +437,8 @@ static bool relax(struct problem *problem, struct relaxation *path) {
     return false;
 }
 
-bool relaxation_solve(const struct surface *surface, const struct station *a,
-                      const struct station *b, int points, struct relaxation *path) {
+bool relaxation_solve(const struct surface *surface, const struct surface_point *a,
+                      const struct surface_point *b, int points, struct relaxation *path) {
     struct problem problem;
     return start_straight(surface, a, b, points, &problem, path) && relax(&problem, path);
 }
@@ -460,13 +460,13 @@ static bool resolved(const struct problem *problem, const struct relaxation *pat
 }
 
 bool relaxation_tangents(const struct surface *surface, struct surface_cursor *cursor,
-                         const struct station *a, const struct station *b,
+                         const struct surface_point *a, const struct surface_point *b,
                          struct vec3 *tangent_at_a, double *length, int *iterations) {
     struct problem problem;
     struct relaxation coarse, fine;
     struct vec3 pole;
     double chord = vec3_distance(a->jet.r, b->jet.r), velocity[2];
-    if (station_pole_distance(surface, a->jet.r, &pole) < pole_distance * chord ||
+    if (surface_point_pole_distance(surface, a->jet.r, &pole) < pole_distance * chord ||
         !start_straight(surface, a, b, COARSE, &problem, &coarse) || !relax(&problem, &coarse))
         return false;
     start_refined(&problem, &coarse, &fine);

@@ -24,7 +24,7 @@
 #ifndef SOLVER_PATH_RELAXATION_H
 #define SOLVER_PATH_RELAXATION_H
 
-#include "solver/shell/station.h"
+#include "solver/shell/surface_point.h"
 
 enum { RELAXATION_POINTS_MAX = 33 };
 
@@ -40,8 +40,8 @@ struct relaxation {
  * Its error is of second order in h. (u, v) of both must be on the same turn of a closed direction.
  * False when Newton fails, or the line does not cross the knots in the order in which the straight
  * one does. */
-bool relaxation_solve(const struct surface *surface, const struct station *a,
-                      const struct station *b, int points, struct relaxation *path);
+bool relaxation_solve(const struct surface *surface, const struct surface_point *a,
+                      const struct surface_point *b, int points, struct relaxation *path);
 
 /* The unit tangent at A of the geodesic to B, and its length, from meshes of 5 and 9 points
  * extrapolated to h = 0: fourth order in h. With d the distance and R the least radius of
@@ -52,7 +52,7 @@ bool relaxation_solve(const struct surface *surface, const struct station *a,
  * four distances, no tangent plane), where relaxation_solve fails, and where the mesh does not
  * resolve what it found; the projected chord will then have to do. */
 bool relaxation_tangents(const struct surface *surface, struct surface_cursor *cursor,
-                         const struct station *a, const struct station *b,
+                         const struct surface_point *a, const struct surface_point *b,
                          struct vec3 *tangent_at_a, double *length, int *iterations);
 
 #endif

@@ -108,7 +108,7 @@ static double turn_at(struct defect_net *net, int32_t i, int32_t j, int di, int 
     int family = di ? 0 : 1, ahead = di + dj > 0;
     struct yarn_net yarns = {net->net.net, net->march->surface, &net->cursor};
     struct yarn_place place[3];
-    struct station station;
+    struct surface_point point;
     for (int k = 0; k < 3; k++) {
         int32_t at[2] = {i + (k - 1) * di, j + (k - 1) * dj};
         place[k] = (struct yarn_place){at[0], at[1], net_view_place(&net->net, at[0], at[1])};
@@ -116,11 +116,11 @@ static double turn_at(struct defect_net *net, int32_t i, int32_t j, int di, int 
             return -1;
     }
     const struct net_node *node = place[1].node;
-    if (!station_at(march_surface(net->march, node), &net->cursor, node->uv, &station))
+    if (!surface_point_at(march_surface(net->march, node), &net->cursor, node->uv, &point))
         return -1;
-    struct vec3 out = yarn_leave(&yarns, &place[1], &place[2], family, ahead, &station);
-    struct vec3 back = yarn_leave(&yarns, &place[1], &place[0], family, 1 - ahead, &station);
-    return fabs(vec3_dot(vec3_cross(out, back), station.normal));
+    struct vec3 out = yarn_leave(&yarns, &place[1], &place[2], family, ahead, &point);
+    struct vec3 back = yarn_leave(&yarns, &place[1], &place[0], family, 1 - ahead, &point);
+    return fabs(vec3_dot(vec3_cross(out, back), point.normal));
 }
 
 /* Of what both ends say, or the one that does. */
@@ -138,13 +138,14 @@ bool defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, d
  * false where only the geodesic between them tells. */
 static bool excess_of(struct defect_net *net, const struct net_node *from,
                       const struct net_node *to, double d, struct defect *excess) {
-    struct station p, q;
+    struct surface_point p, q;
     struct rough_geodesic told;
     struct vec3 edge = vec3_sub(to->r, from->r);
-    if (!station_at(march_surface(net->march, from), &net->cursor, from->uv, &p) ||
-        !station_at(march_surface(net->march, to), &net->cursor, to->uv, &q))
+    if (!surface_point_at(march_surface(net->march, from), &net->cursor, from->uv, &p) ||
+        !surface_point_at(march_surface(net->march, to), &net->cursor, to->uv, &q))
         return false;
-    double curvature = station_normal_curvature(&p, edge), chord = fishnet_arc_chord(d, curvature);
+    double curvature = surface_point_normal_curvature(&p, edge),
+           chord = fishnet_arc_chord(d, curvature);
     if (rough_edge(&p, &q, curvature, d, &chord) == ROUGH_EDGE || !rough_tell(&p, &q, &told))
         return false;
     *excess = (struct defect){told.length - d, told.error * d};

@@ -159,10 +159,10 @@ static void step_error(struct estimate *e, const struct march_step *s, struct er
         return;
     struct vec3 chord = vec3_unit(vec3_sub(node->r, q->r));
     struct vec3 other = fabs(chord.x) < 0.6 ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0);
-    struct station station;
+    struct surface_point point;
     struct vec3 normal =
-        station_at(march_surface(e->net.march, node), &e->net.cursor, node->uv, &station)
-            ? station.normal
+        surface_point_at(march_surface(e->net.march, node), &e->net.cursor, node->uv, &point)
+            ? point.normal
             : other;
     struct vec3 across = vec3_unit(vec3_cross(normal, chord));
     bool straight = s->way == MARCH_STRAIGHT && error_at(e, i - 2 * s->di, j - 2 * s->dj, &last);

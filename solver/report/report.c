@@ -175,12 +175,12 @@ static enum status take_estimates(struct march *march, struct report_part *parts
 
 enum status report_make(struct march *march, struct drape_result *result) {
     int count;
-    *result = (struct drape_result){.start_point = march->start.station.jet.r,
+    *result = (struct drape_result){.start_point = march->start.point.jet.r,
                                     .start_warp = march->start.warp,
                                     .start_weft = march->start.weft,
                                     .summary.error_estimate_max = -1};
-    (void)march_parameters(march, &march->start.station, result->start_uv);
-    result->start_face = march_face(march, &march->start.station);
+    (void)march_parameters(march, &march->start.point, result->start_uv);
+    result->start_face = march_face(march, &march->start.point);
     struct report_part *parts = make_parts(march, result, &count);
     struct tasks tasks = {rim_report_begin(march), parts};
     if (!parts || !tasks.rim)

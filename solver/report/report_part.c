@@ -45,14 +45,15 @@ static bool is_convex(const struct net_window *window, int x, int y) {
     return true;
 }
 
-static bool station_of(struct report_part *part, const struct net_node *node,
-                       struct station *station) {
+static bool point_of(struct report_part *part, const struct net_node *node,
+                     struct surface_point *point) {
     if (node && part->march->mesh) {
-        struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
-        *station = march_mesh_station(part->march, &place);
+        struct mesh_point place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+        *point = march_mesh_point(part->march, &place);
         return true;
     }
-    return node && station_at(march_surface(part->march, node), &part->cursor, node->uv, station);
+    return node &&
+           surface_point_at(march_surface(part->march, node), &part->cursor, node->uv, point);
 }
 
 static struct yarn_net yarn_net(struct report_part *part) {
@@ -67,7 +68,7 @@ static struct yarn_spot *spot_of(struct report_part *part, const struct net_wind
     struct yarn_spot *spot = &part->spots[(j & 1) * REPORT_SPOTS + (i & (REPORT_SPOTS - 1))];
     if (spot->filled && spot->i == i && spot->j == j)
         return spot;
-    spot->filled = station_of(part, net_window_find(window, x, y), &spot->station);
+    spot->filled = point_of(part, net_window_find(window, x, y), &spot->point);
     spot->i = i;
     spot->j = j;
     spot->known = 0;
@@ -92,7 +93,7 @@ static bool is_bent(struct report_part *part, const struct net_window *window, i
     if (!yarn_cell_is_rough(window, x, y) || !find_corners(part, window, x, y, corner))
         return false;
     for (int k = 1; k < 4; k++)
-        least = fmin(least, vec3_dot(corner[0]->station.normal, corner[k]->station.normal));
+        least = fmin(least, vec3_dot(corner[0]->point.normal, corner[k]->point.normal));
     struct yarn_net net = yarn_net(part);
     return least < folded_cosine && yarn_cell_is_open(&net, window, x, y, corner);
 }
@@ -180,7 +181,7 @@ static struct vec3 bring_inside(struct report_part *part, const struct net_node 
     struct surface_jet jet;
     bool moved = false;
     if (part->march->mesh) {
-        struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+        struct mesh_point place = {.triangle = (int32_t)node->uv[0], .r = node->r};
         mesh_parameters(part->march->mesh, &place, uv);
         return node->r;
     }
@@ -355,7 +356,7 @@ static void measure_node(struct report_part *part, const struct spot *spot, size
 static bool is_developable(struct report_part *part, const struct spot *spot) {
     struct yarn_spot *own = spot_of(part, spot->window, spot->x, spot->y);
     const double *d = part->march->settings->spacing;
-    return own && fabs(station_gauss_curvature(&own->station)) * d[0] * d[1] < developable;
+    return own && fabs(surface_point_gauss_curvature(&own->point)) * d[0] * d[1] < developable;
 }
 
 /* The same of a cell, and its area, that of the fabric. */

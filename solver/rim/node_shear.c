@@ -54,11 +54,11 @@ static bool measure_ghost(struct node_shear *shear, struct node_shear_place *gho
     struct march *march = shear->march;
     struct yarn_spot spot = {.filled = true};
     struct yarn_net net = {march->net, march->surface, &march->cursor};
-    if (march->mesh || !march_station(march, ghost->i, ghost->j, &spot.station))
+    if (march->mesh || !march_point(march, ghost->i, ghost->j, &spot.point))
         return false;
     net_view_move(&shear->view, ghost->i, ghost->j);
     int x = ghost->i - shear->view.ti * NET_TILE, y = ghost->j - shear->view.tj * NET_TILE;
-    if (march->surface->shell && !is_on_one_face(&shear->view, x, y, spot.station.surface->face))
+    if (march->surface->shell && !is_on_one_face(&shear->view, x, y, spot.point.surface->face))
         return false;
     ghost->shear_deg = 90 - yarn_node_angle(&net, &shear->view.window, x, y, &spot);
     return has_yarn(&spot, 0) && has_yarn(&spot, 1);

@@ -65,7 +65,7 @@ struct tracer {
     int32_t loop;
     const struct rim_vertex *from, *to; /* the piece that is followed */
     double spacing;                     /* the smaller one */
-    double half_turn[2];                /* see station_cut_turn */
+    double half_turn[2];                /* see surface_point_cut_turn */
     struct tile_box *boxes;
     size_t box_count;
     bool failed; /* no memory */
@@ -130,9 +130,8 @@ static bool same_turn(const struct tracer *t, const struct net_node *node,
  * trailing edge, are near each other in space alone. */
 static bool faces_alike(const struct tracer *t, const struct net_node *node,
                         const struct rim_spot *spot) {
-    struct station station;
-    return march_station_at(t->march, node, &station) &&
-           vec3_dot(station.normal, spot->normal) >= 0;
+    struct surface_point point;
+    return march_point_at(t->march, node, &point) && vec3_dot(point.normal, spot->normal) >= 0;
 }
 
 /* The node inside that is nearest to the spot among those that face as it does, or of all, as a
@@ -229,7 +228,7 @@ static bool find_place(struct tracer *t, const struct rim_spot *spot, struct rim
     const struct march_start *start = &t->march->start;
     if (!rim_cloth_find(&t->rim->cloth, spot, place))
         return false;
-    double hand = vec3_dot(vec3_cross(start->warp, start->weft), start->station.normal);
+    double hand = vec3_dot(vec3_cross(start->warp, start->weft), start->point.normal);
     struct vec3 up = vec3_cross(place->along[0], place->along[1]);
     return place->seen || hand * vec3_dot(up, spot->normal) >= 0;
 }
@@ -524,7 +523,7 @@ enum status rim_make(struct march *march, struct rim *rim) {
     if (march->settings->gauge)
         gauge_begin(march->settings->gauge);
     for (int k = 0; k < 2; k++)
-        t.half_turn[k] = march->surface ? station_cut_turn(march->surface, k) : HUGE_VAL;
+        t.half_turn[k] = march->surface ? surface_point_cut_turn(march->surface, k) : HUGE_VAL;
     enum status status = rim_edges_make(march, RIM_TOLERANCE / 3 * t.spacing, &t.edges);
     if (status == STATUS_OK)
         status = rim_cloth_make(march, &rim->cloth);

@@ -369,7 +369,7 @@ static const double most_turned = 0.3;
  * other than the arcs that they are taken for. */
 static const double seen_accuracy = 1e-4, seen_share = 0.03, seen_most = 1e-2;
 
-/* The node (i, j) with its station and yarns. */
+/* The node (i, j) with its point and yarns. */
 static const struct rim_node *find_node(struct rim_cloth *cloth, int32_t i, int32_t j) {
     int at = (j & (NODES_ACROSS - 1)) * NODES_ACROSS + (i & (NODES_ACROSS - 1));
     struct rim_node *node = &cloth->nodes[at];
@@ -378,12 +378,12 @@ static const struct rim_node *find_node(struct rim_cloth *cloth, int32_t i, int3
     node->sought = true;
     node->i = i;
     node->j = j;
-    node->found = march_station(cloth->march, i, j, &node->station);
+    node->found = march_point(cloth->march, i, j, &node->point);
     for (int k = 0; k < 4 && node->found; k++) {
         int family = k / 2, side = k % 2 ? 1 : -1;
         struct vec3 *yarn = &node->yarn[family][k % 2];
         node->told[family][k % 2] = march_yarn(cloth->march, i, j, family ? 0 : side,
-                                               family ? side : 0, &node->station, yarn);
+                                               family ? side : 0, &node->point, yarn);
         *yarn = vec3_scale(side, *yarn);
     }
     return node;
@@ -398,13 +398,13 @@ static bool find_corner(struct rim_cloth *cloth, struct rim_patch *patch, int n)
     *corner = (struct rim_corner){
         .i = patch->i + (n & 1), .j = patch->j + n / 2, .sought = true, .blind = false};
     const struct rim_node *node = find_node(cloth, corner->i, corner->j);
-    corner->station = node->station;
+    corner->point = node->point;
     corner->found = node->found;
     for (int k = 0; k < 2 && node->found; k++) {
         int own = k ? 1 - n / 2 : 1 - (n & 1);
         const struct vec3 *yarn = node->yarn[k];
         const bool *told = node->told[k];
-        double turn = vec3_dot(vec3_cross(yarn[0], yarn[1]), node->station.normal);
+        double turn = vec3_dot(vec3_cross(yarn[0], yarn[1]), node->point.normal);
         corner->turn[k] = told[0] && told[1] && fabs(turn) < most_turned ? turn : 0;
         corner->yarn[k] = yarn[told[own] ? own : 1 - own];
         corner->found = corner->found && (told[0] || told[1]);
@@ -421,7 +421,7 @@ static void bend_yarns(const struct rim_corner *corner, double pq[2], struct rim
     for (int k = 0; k < 2; k++) {
         double far = fmin(fabs(x[k]), 1);
         left[k] =
-            vec3_scale(corner->turn[k] / 2, vec3_cross(corner->station.normal, frame->along[k]));
+            vec3_scale(corner->turn[k] / 2, vec3_cross(corner->point.normal, frame->along[k]));
         off = vec3_axpy(far * (1 - far), left[k], off);
     }
     if (!components(frame, off, ab))
@@ -440,10 +440,10 @@ struct view {
 };
 
 /* The yarns of a corner carried along a geodesic that leaves it and arrives at `to` like this. */
-static void carry_yarns(const struct rim_corner *corner, const struct station *to,
+static void carry_yarns(const struct rim_corner *corner, const struct surface_point *to,
                         struct vec3 leave, struct vec3 arrive, const struct rim_place *frame,
                         struct vec3 along[2]) {
-    struct vec3 side = vec3_cross(corner->station.normal, leave);
+    struct vec3 side = vec3_cross(corner->point.normal, leave);
     struct vec3 there = vec3_cross(to->normal, arrive);
     for (int k = 0; k < 2; k++)
         along[k] = vec3_axpy(vec3_dot(frame->along[k], leave), arrive,
@@ -451,32 +451,34 @@ static void carry_yarns(const struct rim_corner *corner, const struct station *t
 }
 
 /* `d2`: the area of an unsheared cell. */
-static double accuracy_between(const struct station *p, const struct station *q, double d2) {
-    double gauss = fmax(fabs(station_gauss_curvature(p)), fabs(station_gauss_curvature(q)));
+static double accuracy_between(const struct surface_point *p, const struct surface_point *q,
+                               double d2) {
+    double gauss =
+        fmax(fabs(surface_point_gauss_curvature(p)), fabs(surface_point_gauss_curvature(q)));
     return fmin(seen_accuracy + seen_share * gauss * d2, seen_most);
 }
 
 /* The place `to` by its geodesic from the corner: its logarithm or, with `search`, where that is
  * not to be had, what a search finds. */
-static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const struct station *to,
-                     bool search, struct view *view) {
+static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner,
+                     const struct surface_point *to, bool search, struct view *view) {
     const double *d = cloth->march->settings->spacing;
     const struct vec3 *yarn = corner->yarn;
     double *pq = view->pq;
     struct vec3 guess = vec3_axpy((pq[1] - corner->j) * d[1], yarn[1],
                                   vec3_scale((pq[0] - corner->i) * d[0], yarn[0]));
-    struct vec3 start = station_tangent(&corner->station, guess), end;
+    struct vec3 start = surface_point_tangent(&corner->point, guess), end;
     double length = vec3_norm(guess), ab[2];
     struct rim_place frame = {.along = {vec3_scale(d[0], yarn[0]), vec3_scale(d[1], yarn[1])}};
     pq[0] = corner->i;
     pq[1] = corner->j;
     view->along[0] = frame.along[0];
     view->along[1] = frame.along[1];
-    if (vec3_distance(to->jet.r, corner->station.jet.r) < last_step * fmin(d[0], d[1]))
+    if (vec3_distance(to->jet.r, corner->point.jet.r) < last_step * fmin(d[0], d[1]))
         return true;
     struct logarithm l;
-    double accuracy = accuracy_between(&corner->station, to, d[0] * d[1]);
-    if (logarithm_find(&cloth->march->cursor, &corner->station, to, accuracy, &l)) {
+    double accuracy = accuracy_between(&corner->point, to, d[0] * d[1]);
+    if (logarithm_find(&cloth->march->cursor, &corner->point, to, accuracy, &l)) {
         length = l.length;
         start = l.leave;
         end = l.arrive;
@@ -485,7 +487,7 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const s
     } else {
         corner->blind = corner->blind || !fishnet_geodesic_between(
                                              cloth->march->surface, &cloth->march->cursor,
-                                             &corner->station, to, accuracy, &length, &start, &end);
+                                             &corner->point, to, accuracy, &length, &start, &end);
         if (corner->blind)
             return false;
     }
@@ -510,7 +512,7 @@ struct sight {
 
 /* Corner number k asked for the place that it is expected at. */
 static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
-                       const struct station *to, const struct rim_place *expected,
+                       const struct surface_point *to, const struct rim_place *expected,
                        struct sight *sight) {
     bool *asked = &sight->asked[k][sight->search];
     if (!sight->seen[k] && !*asked) {
@@ -526,8 +528,8 @@ static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
 /* p and q of a place in the patch, from those of its corners whose bilinear weight is more than
  * `least_weight`, by which it is the less. */
 static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
-                             const struct station *to, double least_weight, struct sight *sight,
-                             struct rim_place *place) {
+                             const struct surface_point *to, double least_weight,
+                             struct sight *sight, struct rim_place *place) {
     double x = fmin(fmax(place->p - patch->i, 0), 1), y = fmin(fmax(place->q - patch->j, 0), 1);
     struct view sum = {.pq = {0, 0}, .along = {{0, 0, 0}, {0, 0, 0}}};
     double weights = 0;
@@ -558,7 +560,7 @@ static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
 /* Geodesics cost: mostly one is enough, from the nearest corner; from the others where that cannot
  * be had. Searches, which cost as much as fifty logarithms, come last; but on a shell, where the
  * nearest corner may lie on another face, and a further one on this one beyond a notch. */
-static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct station *to,
+static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct surface_point *to,
                 struct sight *sight, struct rim_place *place) {
     static const double near = 0.24, any = 1e-3;
     bool seen = false;
@@ -572,9 +574,10 @@ static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct s
 /* Once more where the place was not the one expected, because the weights follow from it. */
 static bool descend_rough(struct rim_cloth *cloth, struct rim_patch *patch,
                           const struct rim_spot *spot, struct rim_place *place) {
-    struct station to = {.uv = {spot->uv[0], spot->uv[1]}, .jet = spot->jet};
+    struct surface_point to = {.uv = {spot->uv[0], spot->uv[1]}, .jet = spot->jet};
     struct sight sight = {.search = false};
-    if (cloth->march->mesh || !station_complete(rim_edges_surface(cloth->march, spot->face), &to))
+    if (cloth->march->mesh ||
+        !surface_point_complete(rim_edges_surface(cloth->march, spot->face), &to))
         return false;
     double p = place->p, q = place->q;
     if (!see(cloth, patch, &to, &sight, place))

@@ -24,7 +24,7 @@
 struct rim_node {
     int32_t i, j;
     bool sought, found;
-    struct station station;
+    struct surface_point point;
     bool told[2][2];        /* by its neighbours of lower and higher index there are, by family, */
     struct vec3 yarn[2][2]; /* its yarns towards the higher index */
 };
@@ -34,7 +34,7 @@ struct rim_corner {
     int32_t i, j;
     bool sought, found;
     bool blind; /* a search for a geodesic from it failed: they cost as much as twenty logarithms */
-    struct station station;
+    struct surface_point point;
     struct vec3 yarn[2]; /* towards the higher index */
     double turn[2];      /* by how much they turn to the left there, as sines */
 };

@@ -42,7 +42,7 @@ static struct rim_window find_window(const struct march *march) {
     struct rim_window window;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &march->surface->axis[k];
-        double turn = march->mesh ? HUGE_VAL : station_cut_turn(march->surface, k);
+        double turn = march->mesh ? HUGE_VAL : surface_point_cut_turn(march->surface, k);
         bool cut = axis->closed && turn < HUGE_VAL && !march->past_cut;
         window.low[k] = surface_axis_lower(axis);
         window.length[k] = surface_axis_upper(axis) - window.low[k];
@@ -87,14 +87,14 @@ static void add_border(struct rim_builder *b, const struct rim_window *w) {
 static void add_mesh_borders(struct rim_builder *b) {
     const struct mesh *mesh = b->march->mesh;
     int32_t halves = (int32_t)(3 * mesh->triangle_count);
-    int32_t own = mesh->component[march_mesh_place(&b->march->start.station).triangle];
+    int32_t own = mesh->component[march_mesh_point_of(&b->march->start.point).triangle];
     uint8_t *seen = arena_alloc(b->march->arena, (size_t)halves, sizeof *seen);
     b->failed = !seen;
     for (int32_t first = 0; !b->failed && first < halves; first++) {
         if (mesh->twins[first] != MESH_NONE || seen[first] || mesh->component[first / 3] != own)
             continue;
         for (int32_t half = first; !seen[half]; half = mesh_next_on_border(mesh, half)) {
-            struct mesh_place place = {half / 3, mesh_corner_point(mesh, half / 3, half % 3)};
+            struct mesh_point place = {half / 3, mesh_corner_point(mesh, half / 3, half % 3)};
             struct rim_vertex vertex = {.face = half / 3, .r = place.r};
             seen[half] = 1;
             mesh_parameters(mesh, &place, vertex.uv);

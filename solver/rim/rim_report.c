@@ -429,7 +429,7 @@ static enum status measure(struct march *march, struct rim *rim, const struct ri
     struct drape_summary *s = &result->summary;
     const double *d = march->settings->spacing;
     begin_sums(&sums);
-    sums.most.r = march->start.station.jet.r;
+    sums.most.r = march->start.point.jet.r;
     if (node_shear_make(march, &result->nodes, &g.between) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
     find_most(&g);

@@ -70,12 +70,12 @@ static void try_segment(const struct edge_search *search, const struct face_segm
         p[k] = face_way(&search->surface->axis[k], search->at[k], segment->a[k]);
         e[k] = (p[k] + segment->b[k] - segment->a[k]) - p[k];
     }
-    double ee = station_form(metric, e);
+    double ee = surface_point_form(metric, e);
     double pe =
         metric[0] * p[0] * e[0] + metric[1] * (p[0] * e[1] + p[1] * e[0]) + metric[2] * p[1] * e[1];
     double share = ee > 0 ? fmin(fmax(-pe / ee, 0), 1) : 0;
     const double offset[2] = {p[0] + share * e[0], p[1] + share * e[1]};
-    double distance2 = station_form(metric, offset);
+    double distance2 = surface_point_form(metric, offset);
     if (distance2 < best->distance2 || (distance2 == best->distance2 && segment < best->segment))
         *best = (struct hit){segment, share, distance2, {offset[0], offset[1]}};
 }
@@ -115,12 +115,12 @@ static void try_run(struct edge_search *search, const struct face_run *run, int 
         try_segment(search, &segments[s], &search->hit[beyond]);
 }
 
-static void begin_search(const struct station *station, struct edge_search *search) {
-    const double *metric = search->metric = station->first;
+static void begin_search(const struct surface_point *point, struct edge_search *search) {
+    const double *metric = search->metric = point->first;
     double determinant = metric[0] * metric[2] - metric[1] * metric[1];
-    search->surface = station->surface;
+    search->surface = point->surface;
     for (int k = 0; k < 2; k++) {
-        search->at[k] = surface_axis_wrap(&station->surface->axis[k], station->uv[k]);
+        search->at[k] = surface_axis_wrap(&point->surface->axis[k], point->uv[k]);
         search->least[k] = determinant > 0 ? (1 - as_near) * determinant / metric[2 - 2 * k] : 0;
     }
     for (int b = 0; b < BEYONDS; b++)
@@ -158,14 +158,14 @@ static void try_likely_runs(struct edge_search *search) {
     }
 }
 
-/* The nearest places on joints and on free edges of the station's face; on joints to the face
+/* The nearest places on joints and on free edges of the point's face; on joints to the face
  * `beyond` alone unless that is NULL, and preferably to others than `before`. Of what is further
  * than what decides, the one or the other, nothing is told. */
-static void nearest_edges(const struct station *station, const struct surface *beyond,
+static void nearest_edges(const struct surface_point *point, const struct surface *beyond,
                           const struct surface *before, struct hit *joint, struct hit *free) {
-    const struct face *face = face_of(station->surface);
+    const struct face *face = face_of(point->surface);
     struct edge_search search = {.beyond = beyond, .before = before};
-    begin_search(station, &search);
+    begin_search(point, &search);
     try_likely_runs(&search);
     for (uint32_t r = 0; r < face->run_count; r++) {
         const struct face_run *run = &face->runs[r];
@@ -195,21 +195,21 @@ static bool frame_at(const struct shell *shell, const struct face_edge *edge, do
     const struct face_curve *curve = &shell->curves[edge->curve];
     const struct surface *surface = &shell->faces[curve->face].surface;
     struct curve_place place;
-    struct station station;
+    struct surface_point point;
     edge_at(shell, edge, t, &place);
-    station.uv[0] = place.uv[0];
-    station.uv[1] = place.uv[1];
-    station.jet = place.jet;
-    if (!station_complete(surface, &station))
+    point.uv[0] = place.uv[0];
+    point.uv[1] = place.uv[1];
+    point.jet = place.jet;
+    if (!surface_point_complete(surface, &point))
         return false;
-    struct vec3 tangent = station_tangent(&station, place.tangent);
+    struct vec3 tangent = surface_point_tangent(&point, place.tangent);
     struct vec3 inward =
-        vec3_scale(edge->inside * surface->side, vec3_cross(station.normal, tangent));
+        vec3_scale(edge->inside * surface->side, vec3_cross(point.normal, tangent));
     frame->at = place.r;
     frame->along =
         vec3_norm2(along) > 0 && vec3_dot(along, tangent) < 0 ? vec3_scale(-1, tangent) : tangent;
     frame->across = vec3_scale(out ? -1 : 1, inward);
-    frame->normal = station.normal;
+    frame->normal = point.normal;
     uv[0] = place.uv[0];
     uv[1] = place.uv[1];
     return vec3_norm2(tangent) > 0;
@@ -271,19 +271,19 @@ static bool go_straight(const struct surface *surface, double t, struct crossing
     const struct face_edge *edge = &surface->shell->edges[crossing->number];
     struct surface_cursor cursor = {0, 0};
     struct curve_place end;
-    struct station place;
+    struct surface_point place;
     double on_edge = fmin(fmax(t, edge->t[0]), edge->t[1]), uv[2];
     edge_at(surface->shell, edge, on_edge, &end);
     for (int k = 0; k < 2; k++)
         crossing->edge[k] += (t - on_edge) * end.rate[k];
-    if (!station_at(surface, &cursor, crossing->edge, &place) ||
+    if (!surface_point_at(surface, &cursor, crossing->edge, &place) ||
         !crossing_carry(crossing, &cursor, &place, END_ROUNDS, uv) ||
-        !station_at(crossing->beyond, &cursor, uv, &place))
+        !surface_point_at(crossing->beyond, &cursor, uv, &place))
         return false;
     for (int k = 0; k < 2; k++)
         crossing->entry[k] = uv[k];
     crossing->to.at = place.jet.r;
-    return station_at(surface, &cursor, crossing->edge, &place) &&
+    return surface_point_at(surface, &cursor, crossing->edge, &place) &&
            (crossing->from.at = place.jet.r, true);
 }
 
@@ -318,16 +318,16 @@ static bool at_open_end(const struct shell *shell, const struct hit *hit) {
 }
 
 /* The joint at a hit or, from an open end, at the place of its continuation that is nearest to the
- * station. */
-static bool joint_near(const struct station *station, const struct hit *hit,
+ * point. */
+static bool joint_near(const struct surface_point *point, const struct hit *hit,
                        struct crossing *crossing) {
-    const struct surface *surface = station->surface;
+    const struct surface *surface = point->surface;
     const struct face_segment *segment = hit->segment;
     const struct face_edge *edge = &surface->shell->edges[segment->edge];
     double t = segment->t[0] + hit->share * (segment->t[1] - segment->t[0]);
     if (at_open_end(surface->shell, hit)) {
         struct crossing continued = {.kind = CROSSING_NONE};
-        double on = go_near(surface->shell, edge, station->jet.r, t);
+        double on = go_near(surface->shell, edge, point->jet.r, t);
         if ((hit->share > 0 ? on > t : on < t) &&
             joint_at(surface, segment->edge, on, &continued) && continued.continued) {
             continued.at_corner = crossing->at_corner;
@@ -340,24 +340,24 @@ static bool joint_near(const struct station *station, const struct hit *hit,
 }
 
 /* Whether a place lies beyond an end of a joint, and past the line in which the joint goes on. */
-static bool is_past_end(const struct station *station, int32_t number, int end,
+static bool is_past_end(const struct surface_point *point, int32_t number, int end,
                         struct crossing *crossing) {
-    const struct surface *surface = station->surface;
+    const struct surface *surface = point->surface;
     const struct face_edge *edge = &surface->shell->edges[number];
-    double t = go_near(surface->shell, edge, station->jet.r, edge->t[end]), uv[2];
+    double t = go_near(surface->shell, edge, point->jet.r, edge->t[end]), uv[2];
     struct crossing_frame line;
     return (end ? t > edge->t[1] : t < edge->t[0]) &&
            frame_at(surface->shell, edge, t, vec3_make(0, 0, 0), true, uv, &line) &&
-           vec3_dot(vec3_sub(station->jet.r, line.at), line.across) > 0 &&
+           vec3_dot(vec3_sub(point->jet.r, line.at), line.across) > 0 &&
            joint_at(surface, number, t, crossing) && crossing->continued;
 }
 
 /* The joint that a place beyond a free edge, so far away, is past by that: of those with an open
  * end not much further. */
-static bool past_open_end(const struct station *station, double distance,
+static bool past_open_end(const struct surface_point *point, double distance,
                           struct crossing *crossing) {
-    const struct shell *shell = station->surface->shell;
-    const struct face *face = face_of(station->surface);
+    const struct shell *shell = point->surface->shell;
+    const struct face *face = face_of(point->surface);
     double nearest = end_reach * distance;
     for (uint32_t r = 0; r < face->run_count; r++) {
         int32_t number = face->runs[r].edge;
@@ -365,8 +365,8 @@ static bool past_open_end(const struct station *station, double distance,
         bool first = r == 0 || face->runs[r - 1].edge != number;
         for (int k = 0; k < 2 && first && edge->mate != EDGE_FREE; k++) {
             struct crossing past = *crossing;
-            double far = vec3_distance(edge->end[k], station->jet.r);
-            if (!edge->open[k] || !(far < nearest) || !is_past_end(station, number, k, &past))
+            double far = vec3_distance(edge->end[k], point->jet.r);
+            if (!edge->open[k] || !(far < nearest) || !is_past_end(point, number, k, &past))
                 continue;
             *crossing = past;
             nearest = far;
@@ -375,29 +375,29 @@ static bool past_open_end(const struct station *station, double distance,
     return nearest < end_reach * distance;
 }
 
-void crossing_find(const struct station *station, const struct surface *before,
+void crossing_find(const struct surface_point *point, const struct surface *before,
                    struct crossing *crossing) {
-    const struct surface *surface = station->surface;
+    const struct surface *surface = point->surface;
     struct hit joint, free;
     crossing->kind = CROSSING_NONE;
     crossing->distance = 0;
-    if (crossing_within(surface, station->uv))
+    if (crossing_within(surface, point->uv))
         return;
-    nearest_edges(station, NULL, before, &joint, &free);
+    nearest_edges(point, NULL, before, &joint, &free);
     bool over = joint.segment && !(free.distance2 < joint.distance2 * (1 - as_near));
     const struct hit *hit = over ? &joint : &free;
     bool open = over && at_open_end(surface->shell, hit);
     crossing->kind = CROSSING_FREE;
     crossing->distance = sqrt(hit->distance2);
     crossing->at_corner = open || (over && !(free.distance2 > joint.distance2 * (1 + as_near)));
-    const double near[2] = {station->uv[0] + (hit->segment ? hit->offset[0] : 0),
-                            station->uv[1] + (hit->segment ? hit->offset[1] : 0)};
-    if (over && joint_near(station, hit, crossing)) {
-        struct vec3 off = vec3_sub(station->jet.r, crossing->from.at);
+    const double near[2] = {point->uv[0] + (hit->segment ? hit->offset[0] : 0),
+                            point->uv[1] + (hit->segment ? hit->offset[1] : 0)};
+    if (over && joint_near(point, hit, crossing)) {
+        struct vec3 off = vec3_sub(point->jet.r, crossing->from.at);
         put_near(surface, near, crossing->edge);
         if (!crossing->continued || vec3_dot(off, crossing->from.across) > 0)
             return;
-    } else if (!over && past_open_end(station, crossing->distance, crossing)) {
+    } else if (!over && past_open_end(point, crossing->distance, crossing)) {
         crossing->at_corner = true;
         put_near(surface, near, crossing->edge);
         return;
@@ -421,15 +421,15 @@ void crossing_rate(const struct surface *surface, const struct crossing *crossin
     rate_at(surface, crossing, rate);
 }
 
-bool crossing_between(const struct station *station, const struct surface *beyond,
+bool crossing_between(const struct surface_point *point, const struct surface *beyond,
                       struct crossing *crossing) {
     struct hit joint, free;
-    nearest_edges(station, beyond, NULL, &joint, &free);
+    nearest_edges(point, beyond, NULL, &joint, &free);
     if (!joint.segment)
         return false;
     crossing->distance = sqrt(joint.distance2);
-    crossing->at_corner = at_open_end(station->surface->shell, &joint);
-    return joint_near(station, &joint, crossing);
+    crossing->at_corner = at_open_end(point->surface->shell, &joint);
+    return joint_near(point, &joint, crossing);
 }
 
 static struct vec3 change_frame(const struct crossing_frame *from, const struct crossing_frame *to,
@@ -448,18 +448,19 @@ struct vec3 crossing_turn_back(const struct crossing *crossing, struct vec3 v) {
 }
 
 bool crossing_carry(const struct crossing *crossing, struct surface_cursor *cursor,
-                    const struct station *station, int rounds, double uv[2]) {
-    struct station place;
-    if (!station_at(crossing->beyond, cursor, crossing->entry, &place))
+                    const struct surface_point *point, int rounds, double uv[2]) {
+    struct surface_point place;
+    if (!surface_point_at(crossing->beyond, cursor, crossing->entry, &place))
         return false;
-    struct vec3 offset = crossing_turn(crossing, vec3_sub(station->jet.r, crossing->from.at));
-    if (!station_pull(crossing->beyond, cursor, &place, offset, uv))
+    struct vec3 offset = crossing_turn(crossing, vec3_sub(point->jet.r, crossing->from.at));
+    if (!surface_point_pull(crossing->beyond, cursor, &place, offset, uv))
         return false;
     struct vec3 target = vec3_add(place.jet.r, offset);
     for (int round = 0; round < rounds; round++) {
         double closer[2];
-        if (!station_at(crossing->beyond, cursor, uv, &place) ||
-            !station_pull(crossing->beyond, cursor, &place, vec3_sub(target, place.jet.r), closer))
+        if (!surface_point_at(crossing->beyond, cursor, uv, &place) ||
+            !surface_point_pull(crossing->beyond, cursor, &place, vec3_sub(target, place.jet.r),
+                                closer))
             return false;
         uv[0] = closer[0];
         uv[1] = closer[1];
@@ -467,17 +468,17 @@ bool crossing_carry(const struct crossing *crossing, struct surface_cursor *curs
     return true;
 }
 
-bool crossing_settle(struct surface_cursor *cursor, struct station *station) {
+bool crossing_settle(struct surface_cursor *cursor, struct surface_point *point) {
     const struct surface *last = NULL;
     for (int hop = 0; hop < HOPS_MAX; hop++) {
         struct crossing crossing;
         double uv[2];
-        crossing_find(station, last, &crossing);
+        crossing_find(point, last, &crossing);
         if (crossing.kind != CROSSING_JOINT || crossing.beyond == last)
             return true;
-        last = station->surface;
-        if (!crossing_carry(&crossing, cursor, station, 0, uv) ||
-            !station_at(crossing.beyond, cursor, uv, station))
+        last = point->surface;
+        if (!crossing_carry(&crossing, cursor, point, 0, uv) ||
+            !surface_point_at(crossing.beyond, cursor, uv, point))
             return false;
     }
     return false;

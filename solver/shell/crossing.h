@@ -9,7 +9,7 @@
 #ifndef SOLVER_SHELL_CROSSING_H
 #define SOLVER_SHELL_CROSSING_H
 
-#include "station.h"
+#include "surface_point.h"
 
 /* What a place outside a face's region has between itself and the face. */
 enum crossing_kind {
@@ -38,29 +38,29 @@ struct crossing {
     double t;
 };
 
-/* Looks from a station of a shell's face over the edge that is nearest to it, or over the line in
- * which a joint goes on beyond its end, where the station lies past that. At a vertex that is
+/* Looks from a point of a shell's face over the edge that is nearest to it, or over the line in
+ * which a joint goes on beyond its end, where the point lies past that. At a vertex that is
  * not the joint to the face `before`, which it was carried from; NULL: it was not. */
-void crossing_find(const struct station *station, const struct surface *before,
+void crossing_find(const struct surface_point *point, const struct surface *before,
                    struct crossing *crossing);
 
-/* The joint to the face `beyond` that is nearest to a station, on either side of it. False where
- * the station's face has none. */
-bool crossing_between(const struct station *station, const struct surface *beyond,
+/* The joint to the face `beyond` that is nearest to a point, on either side of it. False where
+ * the point's face has none. */
+bool crossing_between(const struct surface_point *point, const struct surface *beyond,
                       struct crossing *crossing);
 
 /* A vector at the place as it is beyond the edge. */
 struct vec3 crossing_turn(const struct crossing *crossing, struct vec3 v);
 struct vec3 crossing_turn_back(const struct crossing *crossing, struct vec3 v);
 
-/* The parameters, beyond a joint, of the place that the station is carried to: to second order in
+/* The parameters, beyond a joint, of the place that the point is carried to: to second order in
  * its distance, and after some rounds exactly what is nearest to it. False where there are none. */
 bool crossing_carry(const struct crossing *crossing, struct surface_cursor *cursor,
-                    const struct station *station, int rounds, double uv[2]);
+                    const struct surface_point *point, int rounds, double uv[2]);
 
-/* Carries a station over joints until it lies in its face's region or beyond a free edge; a few
+/* Carries a point over joints until it lies in its face's region or beyond a free edge; a few
  * at the most. False when it got lost. */
-bool crossing_settle(struct surface_cursor *cursor, struct station *station);
+bool crossing_settle(struct surface_cursor *cursor, struct surface_point *point);
 
 /* Whether a place is in the region of its face of a shell. */
 bool crossing_within(const struct surface *surface, const double uv[2]);

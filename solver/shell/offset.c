@@ -2,7 +2,7 @@
 #include "offset.h"
 
 #include "solver/angle.h"
-#include "station.h"
+#include "surface_point.h"
 #include <string.h>
 
 #define OFFSET_NUMBER double
@@ -253,16 +253,16 @@ static double share_at(struct look *look, const double uv[2]) {
     const struct surface_axis *axis = look->base.axis;
     const int span[2] = {surface_axis_span(&axis[0], 0, uv[0]),
                          surface_axis_span(&axis[1], 0, uv[1])};
-    struct station s;
+    struct surface_point s;
     double outer[2];
     int k, end;
     surface_outer(&look->base, uv, outer);
     if (find_pinch(&look->base, span, uv, &k, &end) ||
         (look->trim && !trim_contains(look->trim, outer)) ||
-        !station_at(&look->base, &look->cursor, uv, &s))
+        !surface_point_at(&look->base, &look->cursor, uv, &s))
         return -1;
     const double *a = s.first, *b = s.second;
-    double determinant = station_determinant(&s), h = look->height;
+    double determinant = surface_point_determinant(&s), h = look->height;
     if (!(determinant > regular_share * a[0] * a[2]))
         return -1;
     double mean = (a[0] * b[2] - 2 * a[1] * b[1] + a[2] * b[0]) / (2 * determinant);

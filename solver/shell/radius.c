@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/surface/trim.h"
-#include "station.h"
+#include "surface_point.h"
 
 /* Samples of all spans together, and of one in each direction, at the most. */
 enum { SAMPLES = 1024, SAMPLES_PER_SPAN = 25 };
@@ -9,9 +9,9 @@ enum { SAMPLES = 1024, SAMPLES_PER_SPAN = 25 };
 static const double regular_share = 1e-3;
 
 /* The larger principal curvature by its absolute value: of k^2 - 2 H k + K = 0. */
-static double largest_curvature(const struct station *s) {
+static double largest_curvature(const struct surface_point *s) {
     const double *a = s->first, *b = s->second;
-    double determinant = station_determinant(s);
+    double determinant = surface_point_determinant(s);
     double mean = (a[0] * b[2] - 2 * a[1] * b[1] + a[2] * b[0]) / (2 * determinant);
     double gauss = (b[0] * b[2] - b[1] * b[1]) / determinant;
     return fabs(mean) + sqrt(fmax(mean * mean - gauss, 0));
@@ -28,16 +28,16 @@ double surface_least_radius(const struct surface *surface, const struct trim *tr
             const double *low[2] = {&u->breaks[span / v->span_count],
                                     &v->breaks[span % v->span_count]};
             double share[2] = {(k / n + 0.5) / n, (k % n + 0.5) / n}, uv[2], outer[2];
-            struct station station;
+            struct surface_point point;
             for (int m = 0; m < 2; m++)
                 uv[m] = low[m][0] + share[m] * (low[m][1] - low[m][0]);
             surface_outer(surface, uv, outer);
             bool inside = !trim || trim_contains(trim, outer);
-            if (!inside || !station_at(surface, &cursor, uv, &station))
+            if (!inside || !surface_point_at(surface, &cursor, uv, &point))
                 continue;
-            double area2 = station.first[0] * station.first[2];
-            if (station_determinant(&station) > regular_share * area2)
-                most = fmax(most, largest_curvature(&station));
+            double area2 = point.first[0] * point.first[2];
+            if (surface_point_determinant(&point) > regular_share * area2)
+                most = fmax(most, largest_curvature(&point));
         }
     return 1 / most;
 }

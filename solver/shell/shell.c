@@ -2,7 +2,7 @@
 #include "faces.h"
 
 #include "solver/surface/bounds.h"
-#include "station.h"
+#include "surface_point.h"
 #include <string.h>
 
 static enum status fail(struct shell_fault *fault, enum shell_fault_kind kind, int32_t face) {
@@ -485,7 +485,7 @@ double shell_size(const struct shell *shell) {
 }
 
 double shell_joint_width(const struct shell *shell) {
-    return STATION_BOUNDARY_WIDTH * shell->size + 2 * shell->found.largest_gap;
+    return SURFACE_POINT_BOUNDARY_WIDTH * shell->size + 2 * shell->found.largest_gap;
 }
 
 double shell_area(const struct shell *shell, int32_t component, struct vec3 *centroid) {

@@ -24,11 +24,11 @@ static const size_t plenty = 4000000;
 
 /* Nodes (i, j), -CELLS..CELLS. */
 struct net {
-    struct mesh_place node[SIDE][SIDE];
+    struct mesh_point node[SIDE][SIDE];
     double residual;
 };
 
-static struct mesh_place *node_at(struct net *net, int i, int j) {
+static struct mesh_point *node_at(struct net *net, int i, int j) {
     return &net->node[j + CELLS][i + CELLS];
 }
 

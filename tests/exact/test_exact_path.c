@@ -46,14 +46,14 @@ static double error_past_corner(const struct surface *surface, struct vec3 corne
     struct vec3 ahead = vec3_axpy(sin(half), corner, vec3_scale(cos(half), t));
     struct vec3 turned = circle(ahead, vec3_cross(r, ahead), miss / sin(half));
     struct surface_cursor cursor = {0, 0};
-    struct station from, to;
+    struct surface_point from, to;
     struct path path;
     double uv[2];
     chart(r, uv);
-    assert_true(station_at(surface, &cursor, uv, &from));
+    assert_true(surface_point_at(surface, &cursor, uv, &from));
     assert_true(path_geodesic(&path, surface, &from, turned));
     assert_true(path_advance(&path, 2 * half));
-    assert_true(path_station(&path, &cursor, &to, NULL));
+    assert_true(path_surface_point(&path, &cursor, &to, NULL));
     end = circle(r, turned, 2 * half);
     return vec3_distance(end, to.jet.r);
 }
@@ -106,7 +106,7 @@ static size_t largest_errors(const struct surface *surface, exact_logarithm *exa
     surface_domain(surface, lower, upper);
     errors[0] = errors[1] = 0;
     for (int k = 0; k < PAIRS; k++) {
-        struct station from, to;
+        struct surface_point from, to;
         struct logarithm l;
         struct vec3 leave;
         double uv[2][2], length;
@@ -116,8 +116,8 @@ static size_t largest_errors(const struct surface *surface, exact_logarithm *exa
             x += 0.3 * fmod(0.7548776662 * (k + 1) * (2 * n + 1), 1) - 0.15;
             uv[1][n] = lower[n] + fmin(fmax(x, 0), 1) * (upper[n] - lower[n]);
         }
-        assert_true(station_at(surface, &cursor, uv[0], &from));
-        assert_true(station_at(surface, &cursor, uv[1], &to));
+        assert_true(surface_point_at(surface, &cursor, uv[0], &from));
+        assert_true(surface_point_at(surface, &cursor, uv[1], &to));
         exact(from.jet.r, to.jet.r, &length, &leave);
         if (length > 1 || !logarithm_find(&cursor, &from, &to, accuracy, &l))
             continue;
@@ -158,7 +158,7 @@ static void test_exact_path_logarithms(void **state) {
 
 /* A geodesic of a random surface, by integration. */
 struct integrated {
-    struct station from, to;
+    struct surface_point from, to;
     struct vec3 tangent[2];
     double length;
 };
@@ -170,13 +170,14 @@ static bool integrate(const struct surface *surface, uint64_t *seed, struct inte
     surface_domain(surface, lower, upper);
     for (int k = 0; k < 2; k++)
         uv[k] = lower[k] + random_between(seed, 0.2, 0.8) * (upper[k] - lower[k]);
-    if (!station_at(surface, &cursor, uv, &g->from))
+    if (!surface_point_at(surface, &cursor, uv, &g->from))
         return false;
     struct vec3 u = vec3_unit(g->from.jet.u), across = vec3_cross(g->from.normal, u);
     g->tangent[0] = vec3_axpy(sin(angle), across, vec3_scale(cos(angle), u));
     g->length = random_between(seed, 0.02, 0.8);
     return path_geodesic(&path, surface, &g->from, g->tangent[0]) &&
-           path_advance(&path, g->length) && path_station(&path, &cursor, &g->to, &g->tangent[1]);
+           path_advance(&path, g->length) &&
+           path_surface_point(&path, &cursor, &g->to, &g->tangent[1]);
 }
 
 /* The same by collocation, from a place beside its end; how far that is from it, as a share of the
@@ -184,11 +185,11 @@ static bool integrate(const struct surface *surface, uint64_t *seed, struct inte
 static double collocate(const struct integrated *g, int parts, int lanes,
                         struct collocation *path) {
     struct surface_cursor cursor = {0, 0};
-    struct station beside;
+    struct surface_point beside;
     const double uv[2] = {g->to.uv[0] + 0.01 * (g->to.uv[0] - g->from.uv[0]),
                           g->to.uv[1] - 0.01 * (g->to.uv[1] - g->from.uv[1])};
     double moved = g->length / 2;
-    assert_true(station_at(g->from.surface, &cursor, uv, &beside));
+    assert_true(surface_point_at(g->from.surface, &cursor, uv, &beside));
     if (!collocation_begin(path, &g->from, &beside, g->tangent, g->length, parts, lanes))
         return -1;
     for (int turn = 0; turn < 20 && moved > 1e-14 && moved < g->length; turn++) {

@@ -332,14 +332,14 @@ static void test_exact_shell_folds_yarns_that_touch_a_joint(void **state) {
     for (int k = 1; k <= 40; k++) {
         double x = 10 * cos(0.0025 * k), uv[2], outer[2] = {x, -6};
         struct surface_cursor cursor = {0, 0};
-        struct station from, to;
+        struct surface_point from, to;
         struct path path;
         struct vec3 along;
         surface_inner(flange, outer, uv);
-        assert_true(station_at(flange, &cursor, uv, &from));
+        assert_true(surface_point_at(flange, &cursor, uv, &from));
         assert_true(path_geodesic(&path, flange, &from, vec3_make(0, 1, 0)));
         assert_true(path_advance(&path, 12));
-        assert_true(path_station(&path, &cursor, &to, &along));
+        assert_true(path_surface_point(&path, &cursor, &to, &along));
         assert_ptr_equal(to.surface, flange);
         check_below(fabs(vec3_cross(to.jet.r, along).z - x), 1e-9);
     }

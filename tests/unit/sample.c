@@ -118,11 +118,11 @@ struct mesh *sample_mesh(const struct sample *sample, struct arena *arena) {
     return mesh;
 }
 
-struct mesh_place sample_place(const struct mesh *mesh, double x, double y) {
+struct mesh_point sample_place(const struct mesh *mesh, double x, double y) {
     for (int32_t t = 0; t < (int32_t)mesh->triangle_count; t++) {
         struct vec3 n = mesh->normals[t], p = mesh_corner_point(mesh, t, 0);
         double z = p.z - (n.x * (x - p.x) + n.y * (y - p.y)) / n.z, weight[3];
-        struct mesh_place place = {t, {x, y, z}};
+        struct mesh_point place = {t, {x, y, z}};
         if (!isfinite(z))
             continue;
         mesh_weights(mesh, &place, weight);
@@ -130,10 +130,10 @@ struct mesh_place sample_place(const struct mesh *mesh, double x, double y) {
             return place;
     }
     fail_msg("no place at %g %g", x, y);
-    return (struct mesh_place){0};
+    return (struct mesh_point){0};
 }
 
-double sample_gap(const struct mesh *mesh, const struct mesh_place *place) {
+double sample_gap(const struct mesh *mesh, const struct mesh_point *place) {
     double weight[3], outside = 0;
     struct vec3 offset = vec3_sub(place->r, mesh_corner_point(mesh, place->triangle, 0));
     mesh_weights(mesh, place, weight);

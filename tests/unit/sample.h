@@ -36,10 +36,10 @@ struct mesh *sample_mesh(const struct sample *sample, struct arena *arena);
 
 /* The first place of a mesh under or over (x, y), by looking at all triangles; the test fails when
  * there is none. */
-struct mesh_place sample_place(const struct mesh *mesh, double x, double y);
+struct mesh_point sample_place(const struct mesh *mesh, double x, double y);
 
 /* How far a place is from its own triangle. */
-double sample_gap(const struct mesh *mesh, const struct mesh_place *place);
+double sample_gap(const struct mesh *mesh, const struct mesh_point *place);
 
 struct vec3 random_direction(struct random *random);
 

@@ -5,7 +5,7 @@
 #include "support.h"
 #include "tests/check.h"
 
-#include "api/json/place.h"
+#include "api/json/value.h"
 #include "api/map/cavity.h"
 #include "api/map/map.h"
 #include "api/request/decode.h"

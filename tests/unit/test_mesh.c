@@ -176,7 +176,7 @@ static void test_mesh_of_several_components(void **state) {
     sample_map(&other, lifted);
     sample_add(&s, &other);
     const struct mesh *mesh = sample_mesh(&s, arena);
-    struct mesh_place place;
+    struct mesh_point place;
     double distance;
     assert_int_equal(mesh->component_count, 2);
     for (int k = 0; k < 2; k++) {
@@ -336,7 +336,7 @@ static double scan_nearest(const struct mesh *mesh, struct vec3 at, int32_t comp
     for (int32_t t = 0; t < (int32_t)mesh->triangle_count; t++) {
         struct vec3 p[3], n = mesh->normals[t];
         mesh_corner_points(mesh, t, p);
-        struct mesh_place foot = {t, vec3_axpy(-vec3_dot(vec3_sub(at, p[0]), n), n, at)};
+        struct mesh_point foot = {t, vec3_axpy(-vec3_dot(vec3_sub(at, p[0]), n), n, at)};
         double weight[3];
         if (component != MESH_ANY && mesh->component[t] != component)
             continue;
@@ -354,7 +354,7 @@ static double scan_nearest(const struct mesh *mesh, struct vec3 at, int32_t comp
 }
 
 static void check_nearest(const struct mesh *mesh, struct vec3 at, int32_t component) {
-    struct mesh_place place;
+    struct mesh_point place;
     double distance, scanned = scan_nearest(mesh, at, component);
     assert_true(mesh_nearest(mesh, at, component, &place, &distance));
     check_at_most(fabs(distance - scanned), 1e-13 * (1 + scanned));
@@ -394,7 +394,7 @@ static void test_mesh_nearest_takes_the_first_of_equal_triangles(void **state) {
     sample_shuffle(&s, &random);
     const struct mesh *mesh = sample_mesh(&s, arena);
     for (size_t v = 0; v < mesh->vertex_count; v++) {
-        struct mesh_place place;
+        struct mesh_point place;
         int32_t first = 0;
         while (mesh->corners[first][0] != (int32_t)v && mesh->corners[first][1] != (int32_t)v &&
                mesh->corners[first][2] != (int32_t)v)
@@ -402,7 +402,7 @@ static void test_mesh_nearest_takes_the_first_of_equal_triangles(void **state) {
         assert_true(mesh_nearest(mesh, mesh->vertices[v], MESH_ANY, &place, NULL));
         assert_int_equal(place.triangle, first);
     }
-    struct mesh_place place;
+    struct mesh_point place;
     assert_false(mesh_nearest(mesh, vec3_make(NAN, 0, 0), MESH_ANY, &place, NULL));
     sample_free(&s);
     arena_free(arena);
@@ -426,7 +426,7 @@ static void test_mesh_parameters_are_interpolated(void **state) {
     assert_int_equal(mesh_make(&source, arena, &mesh, NULL), STATUS_OK);
     for (int k = 0; k < 100; k++) {
         double x = random_between(&random, 0, 1), y = random_between(&random, 0, 1);
-        struct mesh_place place = sample_place(mesh, x, y);
+        struct mesh_point place = sample_place(mesh, x, y);
         mesh_parameters(mesh, &place, uv);
         check_below(fabs(uv[0] - 3 * x + y), 1e-13);
         check_below(fabs(uv[1] - 5 + 2 * y), 1e-13);
@@ -445,7 +445,7 @@ static double seconds(void) {
 
 static void time_nearest(const struct mesh *mesh, double height, struct random *random) {
     enum { QUERIES = 3000 };
-    struct mesh_place place;
+    struct mesh_point place;
     double begin = seconds(), sum = 0, distance;
     for (int k = 0; k < QUERIES; k++) {
         struct vec3 at = {random_between(random, 0, 1), random_between(random, 0, 1), 0};

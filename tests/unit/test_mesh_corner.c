@@ -24,7 +24,7 @@ static struct vec3 turn_about_z(struct vec3 a, double angle) {
 
 /* A cell at A with yarns along two directions, chords bd and cd; false when a yarn leaves the
  * mesh. */
-static bool make_cell(const struct mesh *mesh, const struct mesh_place *a, struct vec3 warp,
+static bool make_cell(const struct mesh *mesh, const struct mesh_point *a, struct vec3 warp,
                       struct vec3 weft, const double chord[2], struct mesh_cell *cell) {
     struct mesh_walk b, c;
     *cell = (struct mesh_cell){.a = *a, .bd = chord[0], .cd = chord[1]};
@@ -61,7 +61,7 @@ static void test_mesh_corner_is_exact_on_a_plane(void **state) {
     const struct mesh *mesh = sample_mesh(&s, arena);
     int found = 0;
     for (int k = 0; k < 3000; k++) {
-        struct mesh_place a =
+        struct mesh_point a =
             sample_place(mesh, random_between(&random, 0, 1), random_between(&random, 0, 1));
         double angle = random_between(&random, 0.2, 2.9) * (k % 2 ? 1 : -1);
         double chord[2] = {random_between(&random, 0.001, 0.3), 0};
@@ -131,7 +131,7 @@ static int scan_roots(const struct mesh *mesh, const struct mesh_cell *cell, str
     for (int k = 0; k <= STEPS; k++) {
         double angle = 2 * M_PI * k / STEPS;
         struct vec3 r = vec3_axpy(radius * cos(angle), p, middle);
-        struct mesh_place place;
+        struct mesh_point place;
         r = vec3_axpy(radius * sin(angle), q, r);
         mesh_nearest(mesh, r, MESH_ANY, &place, NULL);
         struct vec3 n = mesh->normals[place.triangle];
@@ -157,7 +157,7 @@ static void test_mesh_corner_finds_the_root_of_a_scan(void **state) {
     const struct mesh *mesh = sample_mesh(&s, arena);
     int ends[4] = {0};
     for (int k = 0; k < 60; k++) {
-        struct mesh_place a = sample_place(mesh, random_between(&random, 0.35, 0.65),
+        struct mesh_point a = sample_place(mesh, random_between(&random, 0.35, 0.65),
                                            random_between(&random, 0.35, 0.65));
         double chord = random_between(&random, 0.05, 0.3), chords[2] = {chord, chord}, nearest;
         double angle = random_between(&random, 0.3, 2.8) * (k % 2 ? 1 : -1);
@@ -201,7 +201,7 @@ static void test_mesh_corner_over_a_square_edge(void **state) {
     for (int k = 0; k < 200; k++) {
         double chord = random_between(&random, 0.02, 0.12), y = random_between(&random, 0.2, 0.6);
         double before = random_between(&random, 0, chord), chords[2] = {chord, chord};
-        struct mesh_place a = sample_place(mesh, 0.5 - before, y);
+        struct mesh_point a = sample_place(mesh, 0.5 - before, y);
         struct mesh_cell cell;
         struct mesh_corner d;
         struct vec3 warp = {1, 0, 0}, weft = {0, k % 2 ? 1 : -1, 0};
@@ -251,7 +251,7 @@ static void test_mesh_corner_stays_on_its_sheet(void **state) {
     int past = 0;
     for (int k = 0; k < 3000; k++) {
         double x = random_between(&random, 0.06, 0.14), y = random_between(&random, 0.3, 0.7);
-        struct mesh_place a;
+        struct mesh_point a;
         struct mesh_cell cell;
         struct mesh_corner d;
         double chords[2] = {0.11, 0.11}, angle = random_between(&random, 0.5, 1.07);
@@ -311,7 +311,7 @@ static void test_mesh_corner_never_on_the_back(void **state) {
     assert_int_equal(mesh->component_count, 1);
     int ends[4] = {0};
     for (int k = 0; k < 2000; k++) {
-        struct mesh_place a;
+        struct mesh_point a;
         struct mesh_cell cell;
         struct mesh_corner d;
         double chords[2] = {0.1, 0.1};
@@ -402,7 +402,7 @@ static void test_mesh_corner_far_from_the_origin(void **state) {
     sample_map(&s, far_off);
     const struct mesh *mesh = sample_mesh(&s, arena);
     for (int k = 0; k < 300; k++) {
-        struct mesh_place a;
+        struct mesh_point a;
         struct mesh_cell cell;
         struct mesh_corner d;
         double chords[2] = {1e-4, 0.7e-4};
@@ -438,7 +438,7 @@ static void test_mesh_corner_on_meshes_of_every_size(void **state) {
         for (int k = 0; k < CELLS; k++) {
             struct vec3 p = {random_between(&random, 0, 1), random_between(&random, 0, 1), 0};
             struct vec3 warp = turn_about_z(vec3_make(1, 0, 0), random_between(&random, 0, 7));
-            struct mesh_place a;
+            struct mesh_point a;
             struct mesh_cell cell;
             struct mesh_corner d;
             mesh_nearest(mesh, hilly(p), MESH_ANY, &a, NULL);

@@ -46,7 +46,7 @@ static void cap_errors(int n, struct random *random, double error[3]) {
         struct vec3 p[3], centre = {0, 0, -2};
         struct mesh_jet jet;
         mesh_corner_points(mesh, t, p);
-        struct mesh_place place = {t, vec3_scale(1 / 3.0, vec3_add(p[0], vec3_add(p[1], p[2])))};
+        struct mesh_point place = {t, vec3_scale(1 / 3.0, vec3_add(p[0], vec3_add(p[1], p[2])))};
         mesh_smooth_project(smooth, &place);
         mesh_smooth_jet(smooth, &place, &jet);
         struct vec3 out = vec3_sub(place.r, centre), normal = vec3_unit(jet.gradient);
@@ -83,8 +83,8 @@ static void test_mesh_smooth_follows_to_the_nearest_triangle(void **state) {
     struct mesh_smooth *smooth = smooth_of(&sample, &mesh);
     for (int k = 0; k < 1000; k++) {
         double x = random_between(&random, -0.99, 0.99), y = random_between(&random, -0.99, 0.99);
-        struct mesh_place aim = sample_place(mesh, x, y);
-        struct mesh_place place = {random_index(&random, (int)mesh->triangle_count), aim.r};
+        struct mesh_point aim = sample_place(mesh, x, y);
+        struct mesh_point place = {random_index(&random, (int)mesh->triangle_count), aim.r};
         assert_int_equal(mesh_smooth_follow(smooth, &place, true, 0), MESH_NONE);
         assert_true(sample_gap(mesh, &place) < 1e-9);
     }
@@ -99,7 +99,7 @@ static void test_mesh_smooth_geodesics_of_a_sphere_are_great_circles(void **stat
     sample_map(&sample, cap);
     struct mesh_smooth *smooth = smooth_of(&sample, &mesh);
     for (int k = 0; k < 50; k++) {
-        struct mesh_place from = sample_place(mesh, 0, 0);
+        struct mesh_point from = sample_place(mesh, 0, 0);
         struct mesh_smooth_path path;
         double angle = random_between(&random, 0, 2 * M_PI), length = 0.8;
         struct vec3 direction = {cos(angle), sin(angle), 0}, none = {0, 0, 0};
@@ -127,7 +127,7 @@ static void drape_rough(struct sample *sample, enum drape_method method) {
     assert_true(result.nodes.count >= 1 && result.summary.residual_max < 1e-4);
     for (size_t k = 0; k < result.nodes.count; k++) {
         struct vec3 r = {result.nodes.x[k], result.nodes.y[k], result.nodes.z[k]};
-        struct mesh_place place;
+        struct mesh_point place;
         double distance;
         assert_true(mesh_nearest(mesh, r, MESH_ANY, &place, &distance));
         assert_true(distance < 0.2);

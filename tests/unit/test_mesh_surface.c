@@ -35,7 +35,7 @@ static double check_on_surface(const struct surface *surface, const struct mesh 
         double uv[2];
         mesh_corner_points(mesh, t, p);
         struct vec3 sum = vec3_add(p[0], vec3_add(p[1], p[2]));
-        struct mesh_place middle = {t, vec3_scale(1.0 / 3, sum)};
+        struct mesh_point middle = {t, vec3_scale(1.0 / 3, sum)};
         mesh_parameters(mesh, &middle, uv);
         surface_evaluate(surface, &cursor, uv[0], uv[1], &jet);
         check_above(vec3_dot(mesh->normals[t], vec3_cross(jet.u, jet.v)), 0);
@@ -125,7 +125,7 @@ static void test_mesh_surface_with_a_pole(void **state) {
         check_below(fabs(mesh->area - 0.5), 1e-13);
         check_below(mesh->triangle_count, 5000);
         check_below(check_on_surface(surface, mesh), 0.05);
-        struct mesh_place place;
+        struct mesh_point place;
         double uv[2];
         assert_true(mesh_nearest(mesh, vec3_make(0, 0, 0), MESH_ANY, &place, NULL));
         mesh_parameters(mesh, &place, uv);

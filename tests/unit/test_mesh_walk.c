@@ -43,9 +43,9 @@ static struct vec3 straight_on(struct vec3 from, double angle, double length) {
 }
 
 /* The place of the mesh at (x, y) of the plane before `map`, and a direction there. */
-static struct mesh_place mapped_place(const struct mesh *flat, const struct mesh *mesh, double x,
+static struct mesh_point mapped_place(const struct mesh *flat, const struct mesh *mesh, double x,
                                       double y) {
-    struct mesh_place place = sample_place(flat, x, y);
+    struct mesh_point place = sample_place(flat, x, y);
     double weight[3];
     mesh_weights(flat, &place, weight);
     place.r = vec3_make(0, 0, 0);
@@ -83,13 +83,13 @@ static void check_unfolding(struct sample *flat_sample, struct vec3 (*map)(struc
         struct vec3 to = straight_on(from, angle, length);
         if (to.x < 0 || to.x > 1 || to.y < 0 || to.y > 1)
             continue;
-        struct mesh_place place = mapped_place(flat, mesh, from.x, from.y);
+        struct mesh_point place = mapped_place(flat, mesh, from.x, from.y);
         struct vec3 direction =
             mapped_direction(flat, mesh, place.triangle, straight_on(vec3_make(0, 0, 0), angle, 1));
         struct mesh_walk walk;
         assert_true(mesh_walk_straight(&walk, mesh, &place, direction));
         assert_int_equal(mesh_walk_length(&walk, length), MESH_WALK_DONE);
-        struct mesh_place end = mapped_place(flat, mesh, to.x, to.y);
+        struct mesh_point end = mapped_place(flat, mesh, to.x, to.y);
         check_below(vec3_distance(walk.place.r, end.r), 1e-12);
         check_below(sample_gap(mesh, &walk.place), 1e-12);
         check_below(fabs(vec3_dot(walk.direction, mesh->normals[walk.place.triangle])), 1e-14);
@@ -128,7 +128,7 @@ static void test_mesh_walk_ends_at_the_boundary(void **state) {
     const struct mesh *mesh = sample_mesh(&s, arena);
     for (int k = 0; k < 300; k++) {
         double x = random_between(&random, 0, 1), y = random_between(&random, 0, 1);
-        struct mesh_place from = sample_place(mesh, x, y);
+        struct mesh_point from = sample_place(mesh, x, y);
         struct vec3 e = straight_on(vec3_make(0, 0, 0), random_between(&random, -4, 4), 1);
         double to_x = (e.x > 0 ? 1 - x : -x) / e.x, to_y = (e.y > 0 ? 1 - y : -y) / e.y;
         struct mesh_walk walk;
@@ -151,7 +151,7 @@ static void test_mesh_walk_runs_along_the_boundary(void **state) {
     sample_shuffle(&s, &random);
     const struct mesh *mesh = sample_mesh(&s, arena);
     for (int k = 0; k < 20; k++) {
-        struct mesh_place from;
+        struct mesh_point from;
         struct mesh_walk walk;
         double begin = k % 2 ? 0 : 0.013;
         struct vec3 a = tilted(vec3_make(begin, k & 4 ? 0 : 1, 0));
@@ -181,7 +181,7 @@ static void test_mesh_walk_chords_are_as_long_as_asked(void **state) {
     const struct mesh *mesh = sample_mesh(&s, arena);
     int steps = 0;
     for (int k = 0; k < 200; k++) {
-        struct mesh_place from = sample_place(mesh, random_between(&random, 0.3, 0.7),
+        struct mesh_point from = sample_place(mesh, random_between(&random, 0.3, 0.7),
                                               random_between(&random, 0.3, 0.7));
         struct mesh_walk walk;
         double chord = random_between(&random, 0.001, 0.1);
@@ -217,7 +217,7 @@ static void test_mesh_walk_halves_the_angle_at_a_vertex(void **state) {
     struct arena *arena = new_arena();
     struct sample s = cube();
     const struct mesh *mesh = sample_mesh(&s, arena);
-    struct mesh_place from;
+    struct mesh_point from;
     struct mesh_walk walk;
     assert_true(mesh_nearest(mesh, vec3_make(0.5, 0.5, 1.01), MESH_ANY, &from, NULL));
     assert_true(mesh_walk_straight(&walk, mesh, &from, vec3_make(1, 1, 0)));
@@ -236,7 +236,7 @@ static void test_mesh_walk_shares_the_angle_out_at_its_start(void **state) {
     struct sample s = sample_of(p, 5, t, 4);
     const struct mesh *mesh = sample_mesh(&s, arena);
     for (int32_t first = 0; first < 4; first++) {
-        struct mesh_place tip = {first, p[0]};
+        struct mesh_point tip = {first, p[0]};
         struct vec3 n = mesh->normals[first];
         struct vec3 along = mesh_tangent(mesh, first, vec3_make(0.3, 0.8, -1)), end[4];
         for (int k = 0; k < 4; k++) {
@@ -283,7 +283,7 @@ static void test_mesh_walk_follows_a_rim_that_hardly_bends(void **state) {
         double step = rims[k].step_deg * M_PI / 180;
         struct sample s = fan(40, step);
         const struct mesh *mesh = sample_mesh(&s, arena);
-        struct mesh_place from = {0, mesh->vertices[1]};
+        struct mesh_point from = {0, mesh->vertices[1]};
         struct mesh_walk walk;
         assert_true(mesh_walk_straight(&walk, mesh, &from, vec3_make(0, 1, 0)));
         assert_int_equal(mesh_walk_length(&walk, rims[k].length * 2 * sin(step / 2)), rims[k].end);
@@ -308,7 +308,7 @@ static void test_mesh_walk_stays_in_the_plane_of_a_section(void **state) {
         double x = grid ? random_index(&random, 17) / 16.0 : random_between(&random, 0, 1);
         double y = grid ? random_index(&random, 17) / 16.0 : random_between(&random, 0, 1);
         struct vec3 plane = grid ? vec3_make(k % 4 == 1, k % 4 == 3, 0) : random_direction(&random);
-        struct mesh_place from = sample_place(mesh, x, y);
+        struct mesh_point from = sample_place(mesh, x, y);
         struct mesh_walk walk;
         if (vec3_norm(vec3_cross(plane, mesh->normals[from.triangle])) < 0.1)
             continue;
@@ -333,7 +333,7 @@ static void test_mesh_walk_without_a_way(void **state) {
     struct arena *arena = new_arena();
     struct sample s = cube();
     const struct mesh *mesh = sample_mesh(&s, arena);
-    struct mesh_place from = {0, {0, 0, 1}};
+    struct mesh_point from = {0, {0, 0, 1}};
     struct mesh_walk walk;
     assert_false(mesh_walk_straight(&walk, mesh, &from, vec3_make(0, 0, 1)));
     assert_false(mesh_walk_section(&walk, mesh, &from, vec3_make(0, 0, 1), vec3_make(1, 0, 0)));
@@ -364,7 +364,7 @@ static void test_mesh_walk_connects_only_without_a_gap(void **state) {
     sample_map(&above, lifted);
     sample_add(&s, &above);
     const struct mesh *mesh = sample_mesh(&s, arena);
-    struct mesh_place left, right, low, over;
+    struct mesh_point left, right, low, over;
     mesh_nearest(mesh, vec3_make(0.33, 0.52, 0), 0, &left, NULL);
     mesh_nearest(mesh, vec3_make(0.71, 0.57, 0), 0, &right, NULL);
     mesh_nearest(mesh, vec3_make(0.31, 0.1, 0), 0, &low, NULL);

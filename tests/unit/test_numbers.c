@@ -2,7 +2,7 @@
 /* Arrays of numbers that are taken out of a document: whatever is in it, reading it and what is
  * said of its faults are the same as without. */
 #include "api/json/numbers.h"
-#include "api/json/place.h"
+#include "api/json/value.h"
 #include "api/limits.h"
 #include "api/run.h"
 #include "tests/check.h"
@@ -99,44 +99,44 @@ static void put_value(struct text *text, unsigned depth) {
 
 /* ------------------------------------------------------------------ the same document twice */
 
-static void assert_same(const struct json_place *place, const json_t *value) {
+static void assert_same(const struct json_value *place, const json_t *value) {
     switch (json_typeof(value)) {
     case JSON_OBJECT: {
         const char *key;
         json_t *member;
         json_object_foreach((json_t *)(uintptr_t)value, key, member) {
-            struct json_place inner = place_member(place, key);
+            struct json_value inner = value_member(place, key);
             assert_same(&inner, member);
         }
-        assert_int_equal(place_type(place), PLACE_OBJECT);
+        assert_int_equal(value_type(place), VALUE_OBJECT);
         break;
     }
     case JSON_ARRAY:
-        assert_int_equal(place_type(place), PLACE_ARRAY);
-        assert_int_equal(place_length(place), json_array_size(value));
+        assert_int_equal(value_type(place), VALUE_ARRAY);
+        assert_int_equal(value_length(place), json_array_size(value));
         for (size_t k = 0; k < json_array_size(value); k++) {
-            struct json_place inner = place_element(place, k);
+            struct json_value inner = value_element(place, k);
             assert_same(&inner, json_array_get(value, k));
         }
-        assert_false(place_given(
-            &(struct json_place){place_element(place, json_array_size(value)).tree, NULL, NULL, 0,
-                                 place_element(place, json_array_size(value)).value,
-                                 place_element(place, json_array_size(value)).packed}));
+        assert_false(value_given(
+            &(struct json_value){value_element(place, json_array_size(value)).tree, NULL, NULL, 0,
+                                 value_element(place, json_array_size(value)).value,
+                                 value_element(place, json_array_size(value)).packed}));
         break;
     case JSON_STRING: {
         const char *string;
-        assert_true(place_string(place, &string));
+        assert_true(value_string(place, &string));
         assert_string_equal(string, json_string_value(value));
         break;
     }
     case JSON_REAL: {
         double number;
-        assert_true(place_number(place, (struct place_range){-1e308, 1e308, false}, &number));
+        assert_true(value_number(place, (struct value_range){-1e308, 1e308, false}, &number));
         assert_true(number == json_real_value(value));
         break;
     }
     default:
-        assert_int_equal(place_type(place), json_is_null(value) ? PLACE_NULL : PLACE_BOOLEAN);
+        assert_int_equal(value_type(place), json_is_null(value) ? VALUE_NULL : VALUE_BOOLEAN);
     }
 }
 
@@ -152,7 +152,7 @@ static bool compare(const char *bytes, size_t length, size_t *packed) {
     enum api_problem_id id = json_tree_parse(&tree, bytes, length, &limits, arena, &problem);
     assert_true(!value == (id != API_OK));
     if (value) {
-        struct json_place root = place_root(&tree);
+        struct json_value root = value_root(&tree);
         assert_same(&root, value);
         *packed += tree.numbers.count;
     } else if (id == API_MALFORMED_JSON) {

@@ -107,7 +107,7 @@ static void make_random(struct subject *s, int degree, struct random *random) {
 /* ---- geodesics with known ends ---- */
 
 struct shot {
-    struct station a, b;
+    struct surface_point a, b;
     struct vec3 tangent;
     double length;
 };
@@ -118,14 +118,14 @@ static bool shoot(struct subject *s, const double uv[2], double angle, double le
     struct path path;
     double sine, cosine, inner[2];
     surface_inner(s->surface, uv, inner);
-    if (!station_at(s->surface, &s->cursor, inner, &shot->a))
+    if (!surface_point_at(s->surface, &s->cursor, inner, &shot->a))
         return false;
     angle_sincos_deg(angle, &sine, &cosine);
     struct vec3 along = vec3_unit(shot->a.jet.u), across = vec3_cross(shot->a.normal, along);
     shot->tangent = vec3_axpy(sine, across, vec3_scale(cosine, along));
     shot->length = length;
     return path_geodesic(&path, s->surface, &shot->a, shot->tangent) &&
-           path_advance(&path, length) && path_station(&path, &s->cursor, &shot->b, NULL);
+           path_advance(&path, length) && path_surface_point(&path, &s->cursor, &shot->b, NULL);
 }
 
 static void must_shoot(struct subject *s, double u, double v, double angle, double length,
@@ -235,7 +235,7 @@ static bool measure(struct subject *s, const struct shot *shot, struct errors *e
     if (!relaxation_tangents(s->surface, &s->cursor, &shot->a, &shot->b, &tangent, &length,
                              &e->iterations))
         return false;
-    chord = station_tangent(&shot->a, vec3_sub(shot->b.jet.r, shot->a.jet.r));
+    chord = surface_point_tangent(&shot->a, vec3_sub(shot->b.jet.r, shot->a.jet.r));
     e->angle = vec3_angle(tangent, shot->tangent);
     e->chord = vec3_angle(chord, shot->tangent);
     e->length = fabs(length / shot->length - 1);
@@ -353,7 +353,7 @@ static void test_relaxation_refuses_near_poles(void **state) {
             if (!shoot(&s, uv, angle, 0.05, &shot))
                 continue;
             bool found = measure(&s, &shot, &e);
-            if (station_pole_distance(s.surface, shot.a.jet.r, &(struct vec3){0}) < 0.2)
+            if (surface_point_pole_distance(s.surface, shot.a.jet.r, &(struct vec3){0}) < 0.2)
                 assert_false(found);
             tried++;
             refused += !found;
@@ -391,12 +391,12 @@ static void test_relaxation_is_the_same_from_both_ends(void **state) {
  * length. */
 static double arrival(struct subject *s, const struct shot *shot, const struct relaxation *path) {
     struct path line;
-    struct station end;
+    struct surface_point end;
     const double *y = path->y[0];
     struct vec3 v = vec3_axpy(y[3], shot->a.jet.v, vec3_scale(y[2], shot->a.jet.u));
     assert_true(path_geodesic(&line, s->surface, &shot->a, v));
     assert_true(path_advance(&line, vec3_norm(v)));
-    assert_true(path_station(&line, &s->cursor, &end, NULL));
+    assert_true(path_surface_point(&line, &s->cursor, &end, NULL));
     return vec3_distance(end.jet.r, shot->b.jet.r) / vec3_norm(v);
 }
 
@@ -414,8 +414,8 @@ static void make_wild(struct subject *s, struct random *random) {
     subject_make(s, "wild", &nurbs);
 }
 
-static bool inside(const struct station *station) {
-    return fabs(station->uv[0] - 0.5) <= 0.5 && fabs(station->uv[1] - 0.5) <= 0.5;
+static bool inside(const struct surface_point *point) {
+    return fabs(point->uv[0] - 0.5) <= 0.5 && fabs(point->uv[1] - 0.5) <= 0.5;
 }
 
 /* Lines across steep hills, where the straight line in (u, v) is a poor start and undamped Newton

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "station.h"
+#include "surface_point.h"
 
 #include "crossing.h"
 #include "shell.h"
@@ -27,59 +27,60 @@ static double axis_length(const struct surface_axis *axis) {
 }
 
 /* Which tangent has vanished: 0 r_u, 1 r_v, -1 neither, 2 both. */
-static int vanished_tangent(const struct surface *surface, const struct station *station) {
-    bool u = !(station->first[0] > surface->least_tangent2[0]);
-    bool v = !(station->first[2] > surface->least_tangent2[1]);
+static int vanished_tangent(const struct surface *surface, const struct surface_point *point) {
+    bool u = !(point->first[0] > surface->least_tangent2[0]);
+    bool v = !(point->first[2] > surface->least_tangent2[1]);
     return u && v ? 2 : u ? 0 : v ? 1 : -1;
 }
 
 /* The limit of r_u x r_v / |..| at a place where one tangent vanishes: with r_u = 0 at an end of
  * v, r_u = r_uv dv a little inside, so the normal is that of (r_uv dv) x r_v; alike for u. Zero
  * where there is no limit: both vanish, or they are parallel. */
-static struct vec3 limit_normal(const struct surface *surface, const struct station *station) {
-    const struct surface_jet *jet = &station->jet;
-    int vanished = vanished_tangent(surface, station);
+static struct vec3 limit_normal(const struct surface *surface, const struct surface_point *point) {
+    const struct surface_jet *jet = &point->jet;
+    int vanished = vanished_tangent(surface, point);
     if (vanished != 0 && vanished != 1)
         return vec3_make(0, 0, 0);
     const struct surface_axis *axis = &surface->axis[1 - vanished];
     double middle = (surface_axis_lower(axis) + surface_axis_upper(axis)) / 2;
-    double inward = station->uv[1 - vanished] < middle ? 1 : -1;
+    double inward = point->uv[1 - vanished] < middle ? 1 : -1;
     struct vec3 normal = vanished == 0 ? vec3_cross(jet->uv, jet->v) : vec3_cross(jet->u, jet->uv);
     double scale = vec3_norm(jet->uv) * vec3_norm(vanished == 0 ? jet->v : jet->u);
-    if (!(vec3_norm(normal) > STATION_PARALLEL * scale))
+    if (!(vec3_norm(normal) > SURFACE_POINT_PARALLEL * scale))
         return vec3_make(0, 0, 0);
     return vec3_scale(surface->side * inward, vec3_unit(normal));
 }
 
-bool station_complete(const struct surface *surface, struct station *station) {
-    const struct surface_jet *jet = &station->jet;
+bool surface_point_complete(const struct surface *surface, struct surface_point *point) {
+    const struct surface_jet *jet = &point->jet;
     struct vec3 cross = vec3_cross(jet->u, jet->v);
     double nu = vec3_norm2(jet->u), nv = vec3_norm2(jet->v), area = vec3_norm2(cross);
     const double *least = surface->least_tangent2;
-    station->surface = surface;
-    station->first[0] = nu;
-    station->first[1] = vec3_dot(jet->u, jet->v);
-    station->first[2] = nv;
-    if (nu > least[0] && nv > least[1] && area > STATION_PARALLEL * STATION_PARALLEL * nu * nv)
-        station->normal = vec3_scale(surface->side / sqrt(area), cross);
+    point->surface = surface;
+    point->first[0] = nu;
+    point->first[1] = vec3_dot(jet->u, jet->v);
+    point->first[2] = nv;
+    if (nu > least[0] && nv > least[1] &&
+        area > SURFACE_POINT_PARALLEL * SURFACE_POINT_PARALLEL * nu * nv)
+        point->normal = vec3_scale(surface->side / sqrt(area), cross);
     else
-        station->normal = limit_normal(surface, station);
-    station->second[0] = vec3_dot(jet->uu, station->normal);
-    station->second[1] = vec3_dot(jet->uv, station->normal);
-    station->second[2] = vec3_dot(jet->vv, station->normal);
-    return vec3_norm2(station->normal) > 0;
+        point->normal = limit_normal(surface, point);
+    point->second[0] = vec3_dot(jet->uu, point->normal);
+    point->second[1] = vec3_dot(jet->uv, point->normal);
+    point->second[2] = vec3_dot(jet->vv, point->normal);
+    return vec3_norm2(point->normal) > 0;
 }
 
-bool station_at_pole(const struct surface *surface, const struct station *station) {
-    return vanished_tangent(surface, station) >= 0;
+bool surface_point_at_pole(const struct surface *surface, const struct surface_point *point) {
+    return vanished_tangent(surface, point) >= 0;
 }
 
-bool station_at(const struct surface *surface, struct surface_cursor *cursor, const double uv[2],
-                struct station *station) {
-    station->uv[0] = uv[0];
-    station->uv[1] = uv[1];
-    surface_jet_at(surface, cursor, uv[0], uv[1], &station->jet);
-    return station_complete(surface, station);
+bool surface_point_at(const struct surface *surface, struct surface_cursor *cursor,
+                      const double uv[2], struct surface_point *point) {
+    point->uv[0] = uv[0];
+    point->uv[1] = uv[1];
+    surface_jet_at(surface, cursor, uv[0], uv[1], &point->jet);
+    return surface_point_complete(surface, point);
 }
 
 /* r_uu a^2 + 2 r_uv a b + r_vv b^2 */
@@ -115,7 +116,8 @@ static bool nearest_pole(const struct surface *surface, struct vec3 point, struc
     return least < HUGE_VAL;
 }
 
-double station_pole_distance(const struct surface *surface, struct vec3 point, struct vec3 *pole) {
+double surface_point_pole_distance(const struct surface *surface, struct vec3 point,
+                                   struct vec3 *pole) {
     struct pole nearest;
     if (!nearest_pole(surface, point, &nearest))
         return HUGE_VAL;
@@ -238,8 +240,8 @@ static bool pull_through_pole(const struct surface *surface, struct surface_curs
     return true;
 }
 
-bool station_pull(const struct surface *surface, struct surface_cursor *cursor,
-                  const struct station *from, struct vec3 step, double uv[2]) {
+bool surface_point_pull(const struct surface *surface, struct surface_cursor *cursor,
+                        const struct surface_point *from, struct vec3 step, double uv[2]) {
     struct pole pole;
     uv[0] = from->uv[0];
     uv[1] = from->uv[1];
@@ -247,10 +249,10 @@ bool station_pull(const struct surface *surface, struct surface_cursor *cursor,
         pole_share * vec3_distance(from->jet.r, pole.point) < vec3_norm(step))
         return pull_through_pole(surface, cursor, &pole, vec3_add(from->jet.r, step), uv);
     double ab[2];
-    if (!station_components(from, step, ab))
+    if (!surface_point_components(from, step, ab))
         return false;
     struct vec3 bend = second_derivative(&from->jet, ab);
-    if (!station_components(from, vec3_axpy(-0.5, bend, step), ab))
+    if (!surface_point_components(from, vec3_axpy(-0.5, bend, step), ab))
         return false;
     uv[0] = from->uv[0] + ab[0];
     uv[1] = from->uv[1] + ab[1];
@@ -263,42 +265,44 @@ static bool within(double ratio) {
 
 /* Compares the continuation with the boundary at the nearest parameters of the domain. */
 static bool healthy(const struct surface *surface, struct surface_cursor *cursor,
-                    const struct station *station, const double edge_uv[2]) {
-    struct station edge;
-    if (!station_at(surface, cursor, edge_uv, &edge))
+                    const struct surface_point *point, const double edge_uv[2]) {
+    struct surface_point edge;
+    if (!surface_point_at(surface, cursor, edge_uv, &edge))
         return false;
-    return within(vec3_norm2(station->jet.u) / vec3_norm2(edge.jet.u)) &&
-           within(vec3_norm2(station->jet.v) / vec3_norm2(edge.jet.v)) &&
-           vec3_dot(station->normal, edge.normal) > normal_cosine &&
-           vec3_distance(station->jet.r, edge.jet.r) <
+    return within(vec3_norm2(point->jet.u) / vec3_norm2(edge.jet.u)) &&
+           within(vec3_norm2(point->jet.v) / vec3_norm2(edge.jet.v)) &&
+           vec3_dot(point->normal, edge.normal) > normal_cosine &&
+           vec3_distance(point->jet.r, edge.jet.r) <
                reach * (surface->shell ? shell_size(surface->shell) : surface->size);
 }
 
-double station_cut_turn(const struct surface *surface, int k) {
+double surface_point_cut_turn(const struct surface *surface, int k) {
     const struct surface_axis *axis = &surface->axis[k], *other = &surface->axis[1 - k];
     bool cut = axis->closed && !other->pole[0] && !other->pole[1];
     return cut ? axis_length(axis) / 2 : HUGE_VAL;
 }
 
 /* Beyond the cut its ghosts end a full turn from there. */
-static enum station_zone zone_round(const struct surface *surface, int k, double from, double to) {
+static enum surface_point_zone zone_round(const struct surface *surface, int k, double from,
+                                          double to) {
     if (!surface->axis[k].closed)
-        return STATION_INSIDE;
-    double turns = fabs(to - from) / station_cut_turn(surface, k);
-    return turns <= 1 + STATION_BOUNDARY_WIDTH ? STATION_INSIDE
-           : turns <= 2                        ? STATION_GHOST
-                                               : STATION_BEYOND;
+        return SURFACE_POINT_INSIDE;
+    double turns = fabs(to - from) / surface_point_cut_turn(surface, k);
+    return turns <= 1 + SURFACE_POINT_BOUNDARY_WIDTH ? SURFACE_POINT_INSIDE
+           : turns <= 2                              ? SURFACE_POINT_GHOST
+                                                     : SURFACE_POINT_BEYOND;
 }
 
-enum station_zone station_zone_on_face(struct surface_cursor *cursor, const struct station *station,
-                                       const struct crossing *crossing) {
-    const struct surface *surface = station->surface;
-    double edge[2] = {station->uv[0], station->uv[1]};
+enum surface_point_zone surface_point_zone_on_face(struct surface_cursor *cursor,
+                                                   const struct surface_point *point,
+                                                   const struct crossing *crossing) {
+    const struct surface *surface = point->surface;
+    double edge[2] = {point->uv[0], point->uv[1]};
     bool outside = false;
     if (crossing->kind == CROSSING_NONE ||
         (crossing->kind == CROSSING_JOINT && !crossing->at_corner) ||
         crossing->distance <= shell_joint_width(surface->shell))
-        return STATION_INSIDE;
+        return SURFACE_POINT_INSIDE;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
         double x = edge[k], low = surface_axis_lower(axis), high = surface_axis_upper(axis);
@@ -306,30 +310,32 @@ enum station_zone station_zone_on_face(struct surface_cursor *cursor, const stru
             edge[k] = fmin(fmax(x, low), high);
         outside = outside || edge[k] != x;
     }
-    return !outside || healthy(surface, cursor, station, edge) ? STATION_GHOST : STATION_BEYOND;
+    return !outside || healthy(surface, cursor, point, edge) ? SURFACE_POINT_GHOST
+                                                             : SURFACE_POINT_BEYOND;
 }
 
-enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
-                               const double centre[2], const struct station *station,
-                               enum drape_reason *reason) {
-    double edge[2] = {station->uv[0], station->uv[1]};
+enum surface_point_zone surface_point_zone(const struct surface *surface,
+                                           struct surface_cursor *cursor, const double centre[2],
+                                           const struct surface_point *point,
+                                           enum drape_reason *reason) {
+    double edge[2] = {point->uv[0], point->uv[1]};
     bool outside = false;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
-        double x = station->uv[k], low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        double x = point->uv[k], low = surface_axis_lower(axis), high = surface_axis_upper(axis);
         if (axis->closed || (x >= low && x <= high))
             continue;
         edge[k] = x < low ? low : high;
-        double by = fabs(edge[k] - x), speed2 = station->first[2 * k];
-        outside = outside || by > STATION_BOUNDARY_WIDTH * (high - low) ||
-                  by * by * speed2 > STATION_BOUNDARY_WIDTH * STATION_BOUNDARY_WIDTH *
+        double by = fabs(edge[k] - x), speed2 = point->first[2 * k];
+        outside = outside || by > SURFACE_POINT_BOUNDARY_WIDTH * (high - low) ||
+                  by * by * speed2 > SURFACE_POINT_BOUNDARY_WIDTH * SURFACE_POINT_BOUNDARY_WIDTH *
                                          surface->size * surface->size;
     }
     *reason = DRAPE_REASON_BOUNDARY;
     if (outside)
-        return healthy(surface, cursor, station, edge) ? STATION_GHOST : STATION_BEYOND;
-    enum station_zone zone_u = zone_round(surface, 0, centre[0], station->uv[0]);
-    enum station_zone zone_v = zone_round(surface, 1, centre[1], station->uv[1]);
+        return healthy(surface, cursor, point, edge) ? SURFACE_POINT_GHOST : SURFACE_POINT_BEYOND;
+    enum surface_point_zone zone_u = zone_round(surface, 0, centre[0], point->uv[0]);
+    enum surface_point_zone zone_v = zone_round(surface, 1, centre[1], point->uv[1]);
     *reason = DRAPE_REASON_FOLD;
     return zone_u > zone_v ? zone_u : zone_v;
 }

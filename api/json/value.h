@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A parsed JSON document whose values know where they are. A `json_place` is a value
+ * A parsed JSON document whose values know where they are. A `json_value` is a value
  * together with the way that leads to it, so that whatever is wrong with it can be reported under
  * its JSON pointer (RFC 6901); it lives on the stack of the function that looks at it, and points
  * to its parent's. A place may be missing: then reading it reports that it is required.
  *
  * Every read function checks type and range, reports what is wrong to the document's problem and
  * returns false; so a decoder goes on after an error and finds the independent ones too.
- * `place.c` and `parse.c` are the only files that include jansson.h.
+ * `value.c` and `parse.c` are the only files that include jansson.h.
  */
-#ifndef API_JSON_PLACE_H
-#define API_JSON_PLACE_H
+#ifndef API_JSON_VALUE_H
+#define API_JSON_VALUE_H
 
 #include "api/limits.h"
 #include "api/problem.h"
@@ -32,32 +32,32 @@ struct json_tree {
 
 /* An array of `rows` numbers (`width` 0) or of `rows` arrays of `width` numbers, or with no rows
  * one number; without values none of these. */
-struct place_packed {
+struct value_packed {
     const double *values;
     size_t rows, width;
 };
 
-struct json_place {
+struct json_value {
     const struct json_tree *tree;
-    const struct json_place *parent; /* NULL at the root */
+    const struct json_value *parent; /* NULL at the root */
     const char *key;                 /* of an object's member; NULL: element `index` */
     size_t index;
     const struct json_t *value; /* NULL: missing, unless it is packed */
-    struct place_packed packed;
+    struct value_packed packed;
 };
 
-enum place_type {
-    PLACE_MISSING,
-    PLACE_OBJECT,
-    PLACE_ARRAY,
-    PLACE_STRING,
-    PLACE_NUMBER,
-    PLACE_BOOLEAN,
-    PLACE_NULL
+enum value_type {
+    VALUE_MISSING,
+    VALUE_OBJECT,
+    VALUE_ARRAY,
+    VALUE_STRING,
+    VALUE_NUMBER,
+    VALUE_BOOLEAN,
+    VALUE_NULL
 };
 
 /* The numbers that are allowed: low..high, or with `open` those strictly between. */
-struct place_range {
+struct value_range {
     double low, high;
     bool open;
 };
@@ -77,58 +77,58 @@ enum api_problem_id json_tree_parse(struct json_tree *tree, const char *bytes, s
                                     struct api_problem *problem) STATUS_MUST_USE;
 void json_tree_free(struct json_tree *tree);
 
-struct json_place place_root(const struct json_tree *tree);
+struct json_value value_root(const struct json_tree *tree);
 
 /* A member of an object, or an element of an array; missing when there is none, also when `parent`
  * is of another type. */
-struct json_place place_member(const struct json_place *parent, const char *key);
-struct json_place place_element(const struct json_place *parent, size_t index);
+struct json_value value_member(const struct json_value *parent, const char *key);
+struct json_value value_element(const struct json_value *parent, size_t index);
 
-enum place_type place_type(const struct json_place *place);
-static inline bool place_given(const struct json_place *place) {
-    return place->value || place->packed.values;
+enum value_type value_type(const struct json_value *json);
+static inline bool value_given(const struct json_value *json) {
+    return json->value || json->packed.values;
 }
 
 /* Elements of an array or members of an object; else 0. */
-size_t place_length(const struct json_place *place);
+size_t value_length(const struct json_value *json);
 
-/* Reports that something is wrong at `place`. */
-void place_fault(const struct json_place *place, const char *detail, ...)
+/* Reports that something is wrong at `json`. */
+void value_fault(const struct json_value *json, const char *detail, ...)
     __attribute__((format(printf, 2, 3)));
 
 /* The place is an object; each member whose key is not in the NULL-terminated `keys` is reported,
  * and does not make the answer false. */
-bool place_object(const struct json_place *place, const char *const keys[]);
+bool value_object(const struct json_value *json, const char *const keys[]);
 
 /* The place is an array of `least` elements or more. */
-bool place_array(const struct json_place *place, size_t least);
+bool value_array(const struct json_value *json, size_t least);
 
 /* The value of a string, in the tree. */
-bool place_string(const struct json_place *place, const char **value);
+bool value_string(const struct json_value *json, const char **value);
 
 /* The index in `names` (`count` of them) of the string there. */
-bool place_choice(const struct json_place *place, const char *const names[], size_t count,
+bool value_choice(const struct json_value *json, const char *const names[], size_t count,
                   int *value);
 
-bool place_number(const struct json_place *place, struct place_range range, double *value);
-bool place_integer(const struct json_place *place, int low, int high, int *value);
+bool value_number(const struct json_value *json, struct value_range range, double *value);
+bool value_integer(const struct json_value *json, int low, int high, int *value);
 
 /* true and false, or 1 and 0 as geomdl writes them. */
-bool place_boolean(const struct json_place *place, bool *value);
+bool value_boolean(const struct json_value *json, bool *value);
 
 /* Exactly `count` numbers, in an array. */
-bool place_vector(const struct json_place *place, struct place_range range, size_t count,
+bool value_vector(const struct json_value *json, struct value_range range, size_t count,
                   double *values);
 
 /* An array of at least `least` numbers, copied into the arena. Only the first bad one is
  * reported. */
-bool place_numbers(const struct json_place *place, struct place_range range, size_t least,
+bool value_numbers(const struct json_value *json, struct value_range range, size_t least,
                    const double **values, size_t *count);
 
 /* An array of at least `least` arrays of `width` numbers each, copied into the arena row by row.
  * Only the first bad row is reported. */
-bool place_rows(const struct json_place *place, struct place_range range, size_t width,
-                size_t least, double **values, size_t *count);
+bool value_rows(const struct json_value *json, struct value_range range, size_t width, size_t least,
+                double **values, size_t *count);
 
 /* `count` elements in the arena; NULL with the problem set to API_OUT_OF_MEMORY. */
 void *json_tree_alloc(const struct json_tree *tree, size_t count, size_t size);
