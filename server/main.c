@@ -15,9 +15,9 @@
 #include "server/http/tokens.h"
 #include "server/resources/routes.h"
 #include "server/store/store.h"
-#include "server/work/checkers.h"
 #include "server/work/dispatcher.h"
-#include "server/work/nursery.h"
+#include "server/work/document_pool.h"
+#include "server/work/fork_server.h"
 #include "server/work/worker.h"
 #include "status.h"
 #include "systemd.h"
@@ -46,7 +46,7 @@ struct service {
     struct hub *hub;
     struct store *store;
     struct dispatcher *dispatcher;
-    struct checkers *checkers;
+    struct document_pool *document_pool;
     struct tokens *tokens;
     struct services services; /* the above, for the handlers */
     struct http *http;
@@ -214,30 +214,32 @@ static bool start_dispatcher(struct service *service) {
 
 /* As many places in each lane as there are cores, and two at least: a slow one is then never alone.
  */
-static bool start_checkers(struct service *service) {
+static bool start_document_pool(struct service *service) {
     const struct config *config = service->config;
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    int places = cores < 2 ? 2 : cores > CHECKERS_PLACES_MAX ? CHECKERS_PLACES_MAX : (int)cores;
-    const struct checkers_settings settings = {
+    int places = cores < 2                          ? 2
+                 : cores > DOCUMENT_POOL_PLACES_MAX ? DOCUMENT_POOL_PLACES_MAX
+                                                    : (int)cores;
+    const struct document_pool_settings settings = {
         .express = places,
         .slow = places,
         .memory = config->check_memory,
         .timeout_ms = config->check_timeout * 1000,
         .map_timeout_ms = config->job_timeout * 1000,
         .import_timeout_ms = config->import_timeout * 1000,
-        .turn_ms = CHECKERS_TURN_MS,
+        .turn_ms = DOCUMENT_POOL_TURN_MS,
         .max_output = config->max_result,
         .folder = access(config->data, W_OK | X_OK) == 0 ? config->data : "",
         .memory_flag = "check-memory",
     };
-    service->checkers = checkers_start(service->hub, &settings);
-    return service->checkers != NULL;
+    service->document_pool = document_pool_start(service->hub, &settings);
+    return service->document_pool != NULL;
 }
 
 static bool start_front(struct service *service) {
     const struct config *config = service->config;
-    if (config->role != CONFIG_ROLE_WORKER && !start_checkers(service))
-        return refuse("checkers", "their threads cannot be started");
+    if (config->role != CONFIG_ROLE_WORKER && !start_document_pool(service))
+        return refuse("document checkers", "their threads cannot be started");
     char why[TOKENS_WHY_SIZE];
     service->tokens = config->tokens[0] ? tokens_open(config->tokens, why) : NULL;
     if (config->tokens[0] && !service->tokens)
@@ -246,7 +248,7 @@ static bool start_front(struct service *service) {
         .config = config,
         .store = service->store,
         .tokens = service->tokens,
-        .checkers = service->checkers,
+        .document_pool = service->document_pool,
         .dispatcher = config->role == CONFIG_ROLE_API ? NULL : service->dispatcher,
     };
     const struct http_settings settings = {config, service->hub,
@@ -260,7 +262,7 @@ static bool start(struct service *service) {
     service->hub = hub_new();
     if (!service->hub)
         return refuse("memory", strerror(errno));
-    return open_store(service) && nursery_open() && start_dispatcher(service) &&
+    return open_store(service) && fork_server_open() && start_dispatcher(service) &&
            start_front(service);
 }
 
@@ -283,8 +285,8 @@ static void stop(struct service *service) {
         http_drain(service->http);
     dispatcher_stop(service->dispatcher, service->config->drain_timeout * 1000);
     http_stop(service->http);
-    checkers_stop(service->checkers);
-    nursery_close();
+    document_pool_stop(service->document_pool);
+    fork_server_close();
     tokens_free(service->tokens);
     dispatcher_free(service->dispatcher);
     store_close(service->store);
@@ -313,11 +315,11 @@ static int serve(const struct config *config) {
 }
 
 int main(int argc, char **argv) {
-    static const struct nursery_role roles[] = {{WORKER_ARGUMENT, worker_main},
-                                                {CHECKER_ARGUMENT, checker_main}};
+    static const struct fork_server_role roles[] = {{WORKER_ARGUMENT, worker_main},
+                                                    {CHECKER_ARGUMENT, checker_main}};
     struct config config;
-    if (argc == 2 && !strcmp(argv[1], NURSERY_ARGUMENT))
-        return nursery_serve(argv, roles, sizeof roles / sizeof *roles);
+    if (argc == 2 && !strcmp(argv[1], FORK_SERVER_ARGUMENT))
+        return fork_server_serve(argv, roles, sizeof roles / sizeof *roles);
     if (argc == 2 && !strcmp(argv[1], WORKER_ARGUMENT))
         return worker_main();
     if (argc == 2 && !strcmp(argv[1], CHECKER_ARGUMENT))

@@ -7,7 +7,7 @@
  * so that whoever comes then finds a place. Nothing is taken back: who has more when others come
  * gets no more until it has less than is left.
  *
- * Queued jobs (`server/store/`), connections, streams and bodies (`server/http/shares.h`).
+ * Queued jobs (`server/store/`), connections, streams and bodies (`server/http/quotas.h`).
  */
 #ifndef SERVER_SHARE_H
 #define SERVER_SHARE_H

@@ -15,7 +15,7 @@ enum { GRACE_US = 100 * 1000, OWNERS = 64 };
  * them can have become idle: else whoever has busy ones alone, and goes on connecting, would keep
  * all threads waiting for the lock. */
 struct admissions {
-    struct shares *shares;
+    struct quotas *quotas;
     pthread_mutex_t lock;
     int64_t owner_most;
     int64_t reserved, closing;
@@ -29,11 +29,11 @@ struct admissions {
     } findings[OWNERS];
 };
 
-struct admissions *admissions_new(struct shares *shares, int64_t owner_most) {
+struct admissions *admissions_new(struct quotas *quotas, int64_t owner_most) {
     struct admissions *admissions = calloc(1, sizeof *admissions);
     if (!admissions)
         return NULL;
-    admissions->shares = shares;
+    admissions->quotas = quotas;
     admissions->owner_most = owner_most;
     pthread_mutex_init(&admissions->lock, NULL);
     return admissions;
@@ -50,7 +50,7 @@ void admissions_free(struct admissions *admissions) {
 
 /* How many connections of the owner are served. */
 static int64_t count(const struct admissions *admissions, const char *owner) {
-    return shares_of(admissions->shares, owner, SHARES_CONNECTIONS);
+    return quotas_of(admissions->quotas, owner, QUOTAS_CONNECTIONS);
 }
 
 /* False without memory. */
@@ -58,7 +58,7 @@ static bool take_place(struct admissions *admissions, const struct admission_cli
     if (client->how != ADMISSION_SERVED)
         admissions->reserved++;
     else
-        return shares_add(admissions->shares, client->owner, SHARES_CONNECTIONS, 1);
+        return quotas_add(admissions->quotas, client->owner, QUOTAS_CONNECTIONS, 1);
     return true;
 }
 
@@ -66,7 +66,7 @@ static void leave_place(struct admissions *admissions, const struct admission_cl
     if (client->closing) {
         admissions->closing--;
     } else if (client->how == ADMISSION_SERVED) {
-        shares_give(admissions->shares, client->owner, SHARES_CONNECTIONS, 1);
+        quotas_give(admissions->quotas, client->owner, QUOTAS_CONNECTIONS, 1);
     } else {
         admissions->reserved--;
     }
@@ -231,8 +231,8 @@ static bool be_second(struct admissions *admissions, const char *owner, int64_t 
 static enum admission place(struct admissions *admissions, const struct admission_client *client) {
     const char *owner = client->owner;
     int64_t held = count(admissions, owner);
-    bool left = shares_left(admissions->shares, SHARES_CONNECTIONS) > 0;
-    bool fits = client->shared || shares_fit(admissions->shares, owner, SHARES_CONNECTIONS, 1,
+    bool left = quotas_left(admissions->quotas, QUOTAS_CONNECTIONS) > 0;
+    bool fits = client->shared || quotas_fit(admissions->quotas, owner, QUOTAS_CONNECTIONS, 1,
                                              admissions->owner_most);
     bool good = left && fits;
     if (!good && !left && held < admissions->owner_most)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Which connections are served. Of those that the configuration allows an owner (by the peer's
- * address: whose requests come over it is not known yet) may have as many as are left (`shares.h`),
+ * address: whose requests come over it is not known yet) may have as many as are left (`quotas.h`),
  * or as another has, and no more than `owner_most`. One more takes the place of an idle one of the
  * same owner; when no place is left at all, of the owner who has most, if that has more. Idle is a
  * connection on which for a moment no request has been under way and nothing has arrived, read or
@@ -19,8 +19,8 @@
 #ifndef SERVER_HTTP_ADMISSION_H
 #define SERVER_HTTP_ADMISSION_H
 
+#include "quotas.h"
 #include "request.h"
-#include "shares.h"
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -52,7 +52,7 @@ struct admission_client {
 };
 
 /* Counts connections in `shares`, which is borrowed. NULL without memory. */
-struct admissions *admissions_new(struct shares *shares, int64_t owner_most);
+struct admissions *admissions_new(struct quotas *quotas, int64_t owner_most);
 /* Nobody may be in. NULL is allowed. */
 void admissions_free(struct admissions *admissions);
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "client.h"
 #include "interpose.h"
-#include "linger.h"
+#include "lingering_close.h"
 #include "owner.h"
 #include "server/config.h"
 #include "server/id.h"
@@ -93,7 +93,7 @@ void client_refuse(struct client *client, enum api_problem_id problem, const cha
     id_make(made);
     client->refused = true;
     int status = reply_on_socket(client->deadline.socket, id, problem, detail);
-    linger_add(client->http->linger, client->deadline.socket);
+    lingering_close_add(client->http->linger, client->deadline.socket);
     shutdown(client->deadline.socket, SHUT_WR);
     if (exchange)
         exchange->reply.status = status;

@@ -7,17 +7,17 @@
  *     client.c      a connection: its beginning, its end, refusals past the library
  *     exchange.c    a request from its first line to the last byte of the reply
  *     suspension.c  requests that wait, and the timer that resumes them
- *     desk.c        threads for calls of the handler that take long
+ *     slow_calls.c        threads for calls of the handler that take long
  */
 #ifndef SERVER_HTTP_CLIENT_H
 #define SERVER_HTTP_CLIENT_H
 
 #include "admission.h"
 #include "deadlines.h"
-#include "desk.h"
 #include "http.h"
+#include "quotas.h"
 #include "server/hub.h"
-#include "shares.h"
+#include "slow_calls.h"
 #include "wire.h"
 #include <pthread.h>
 #include <stdatomic.h>
@@ -34,11 +34,11 @@ struct http {
     struct http_settings settings;
     struct MHD_Daemon *daemon;
     int socket;
-    struct linger_pool *linger;
+    struct lingering_close *linger;
     struct deadlines *deadlines;
-    struct shares *shares;
+    struct quotas *quotas;
     struct admissions *admissions;
-    struct desk *desk;
+    struct slow_calls *slow_calls;
     atomic_bool draining;
     atomic_long exchanges; /* requests that have begun and are not over */
 
@@ -73,7 +73,7 @@ struct exchange {
     int64_t held;     /* bytes of body in `http->shares` */
     int64_t received; /* bytes of body, kept or not */
     int64_t sent;     /* bytes of a stream */
-    struct {          /* the next piece of a stream, when the desk has fetched it */
+    struct {          /* the next piece of a stream, when a thread of `slow_calls` has fetched it */
         char *bytes;  /* malloc'ed; NULL: none */
         size_t used;
         ssize_t length; /* or what `next` gave in place of it */
@@ -89,7 +89,7 @@ struct exchange {
     bool notified;    /* since the handler was called last */
     int64_t woken_us; /* of `request` */
     bool suspended;
-    bool away; /* suspended as well, and a thread of the desk has it */
+    bool away; /* suspended as well, and a thread of `slow_calls` has it */
     bool gone; /* the client is: the answer has no reader any more */
     struct exchange *next, *previous;
 };
@@ -131,8 +131,8 @@ struct exchange *exchange_new(struct client *client, struct MHD_Connection *conn
 bool exchange_step(struct exchange *exchange, const char *method, const char *version,
                    const char *data, size_t *size);
 
-/* For `desk_start`: calls the handler, or the stream of its reply for the next piece, until there
- * is an answer or a reason to wait. */
+/* For `slow_calls_start`: calls the handler, or the stream of its reply for the next piece, until
+ * there is an answer or a reason to wait. */
 void exchange_attend(struct exchange *exchange);
 
 /* Logs, counts and frees it. */
@@ -152,9 +152,9 @@ bool suspension_refresh(struct exchange *exchange);
  * need to wait: the subject has changed since `suspension_refresh`, or the front is stopping. */
 bool suspension_begin(struct exchange *exchange);
 
-/* Suspends the connection and hands the exchange over to the desk, whose thread ends that by
+/* Suspends the connection and hands the exchange over to `slow_calls`, whose thread ends that by
  * `suspension_begin` or `suspension_return`. False when the front is stopping. */
-bool suspension_hand_over(struct exchange *exchange, enum desk_kind kind);
+bool suspension_hand_over(struct exchange *exchange, enum slow_calls_kind kind);
 
 /* Resumes the connection. */
 void suspension_return(struct exchange *exchange);

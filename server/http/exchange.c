@@ -22,25 +22,25 @@ static ssize_t ask_stream(struct exchange *exchange, char *buffer, size_t size) 
     const struct reply_stream *stream = &exchange->reply.stream;
     int64_t begun = clock_us();
     ssize_t got = stream->next(stream->context, buffer, size);
-    desk_note(exchange->http->desk, DESK_READS, clock_us() - begun);
+    slow_calls_note(exchange->http->slow_calls, SLOW_CALLS_READS, clock_us() - begun);
     return got;
 }
 
-/* Has the desk fetch the next piece, when looking for it has become slow. True: the exchange is not
- * this thread's any more. */
+/* Has `slow_calls` fetch the next piece, when looking for it has become slow. True: the exchange is
+ * not this thread's any more. */
 static bool fetch_elsewhere(struct exchange *exchange, size_t size) {
-    if (!desk_needed(exchange->http->desk, DESK_READS))
+    if (!slow_calls_are_slow(exchange->http->slow_calls, SLOW_CALLS_READS))
         return false;
     exchange->ahead.bytes = malloc(size);
     exchange->ahead.used = size;
-    if (exchange->ahead.bytes && suspension_hand_over(exchange, DESK_READS))
+    if (exchange->ahead.bytes && suspension_hand_over(exchange, SLOW_CALLS_READS))
         return true;
     free(exchange->ahead.bytes);
     exchange->ahead.bytes = NULL;
     return false;
 }
 
-/* On a thread of the desk. */
+/* On a thread of `slow_calls`. */
 static void fetch(struct exchange *exchange) {
     char *bytes = exchange->ahead.bytes;
     size_t size = exchange->ahead.used;
@@ -59,7 +59,7 @@ static void fetch(struct exchange *exchange) {
     suspension_return(exchange);
 }
 
-/* What `next` would have given, of what the desk has fetched. */
+/* What `next` would have given, of what `slow_calls` has fetched. */
 static ssize_t take_fetched(struct exchange *exchange, char *buffer, size_t size) {
     ssize_t left = exchange->ahead.length;
     if (left > 0) {
@@ -139,9 +139,9 @@ static bool send_reply(struct exchange *exchange) {
     return queued;
 }
 
-static enum desk_kind kind_of(const struct request *request) {
+static enum slow_calls_kind kind_of(const struct request *request) {
     bool reads = !strcmp(request->method, "GET") || !strcmp(request->method, "HEAD");
-    return reads ? DESK_READS : DESK_CHANGES;
+    return reads ? SLOW_CALLS_READS : SLOW_CALLS_CHANGES;
 }
 
 /* Asks the handler. True when it has to wait: the exchange is not this thread's any more. */
@@ -150,7 +150,7 @@ static bool ask(struct exchange *exchange) {
     struct request *request = exchange->request;
     int64_t begun = clock_us();
     enum http_next next = handler->handle(handler->context, request, &exchange->reply);
-    desk_note(exchange->http->desk, kind_of(request), clock_us() - begun);
+    slow_calls_note(exchange->http->slow_calls, kind_of(request), clock_us() - begun);
     return next == HTTP_WAIT && suspension_begin(exchange);
 }
 
@@ -166,15 +166,16 @@ void exchange_attend(struct exchange *exchange) {
 }
 
 /* With the whole request: asks the handler until there is an answer or a reason to wait, or has the
- * desk do so. Probes are answered here, whatever the desk has to do. */
+ * `slow_calls` do so. Probes are answered here, whatever those threads have to do. */
 static bool answer(struct exchange *exchange) {
     if (!deadlines_suspend(exchange->http->deadlines, &exchange->client->deadline))
         return false;
-    enum desk_kind kind = kind_of(exchange->request);
+    enum slow_calls_kind kind = kind_of(exchange->request);
     while (!exchange->reply.status) {
         if (!suspension_refresh(exchange))
             return false;
-        bool slow = !exchange->request->quiet && desk_needed(exchange->http->desk, kind);
+        bool slow =
+            !exchange->request->quiet && slow_calls_are_slow(exchange->http->slow_calls, kind);
         if ((slow && suspension_hand_over(exchange, kind)) || ask(exchange))
             return true;
     }
@@ -191,7 +192,7 @@ static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const
 }
 
 static bool bodies_fit(struct http *http, int64_t more) {
-    return more <= shares_left(http->shares, SHARES_BODIES);
+    return more <= quotas_left(http->quotas, QUOTAS_BODIES);
 }
 
 static void refuse_bodies(struct exchange *exchange) {
@@ -214,7 +215,7 @@ static void refuse_share(struct reply *reply, const char *what, int64_t wants, c
 
 /* Of the body that did not fit. */
 static void refuse_room(struct exchange *exchange, int64_t more) {
-    int64_t held = shares_of(exchange->http->shares, exchange->request->owner, SHARES_BODIES);
+    int64_t held = quotas_of(exchange->http->quotas, exchange->request->owner, QUOTAS_BODIES);
     if (held == exchange->held || !bodies_fit(exchange->http, more))
         refuse_bodies(exchange);
     else
@@ -225,11 +226,11 @@ static void refuse_room(struct exchange *exchange, int64_t more) {
 /* Takes room for more of the body: of the owner's share, of which the only body may be more, and of
  * all. False: the reply says why not. */
 static bool take_room(struct exchange *exchange, int64_t more) {
-    struct shares *shares = exchange->http->shares;
+    struct quotas *quotas = exchange->http->quotas;
     const char *owner = exchange->request->owner;
     int64_t most = exchange->http->settings.config->owner_bodies;
-    bool taken = shares_take(shares, owner, SHARES_BODIES, more, most) ||
-                 shares_grow(shares, owner, SHARES_BODIES, more, exchange->held);
+    bool taken = quotas_take(quotas, owner, QUOTAS_BODIES, more, most) ||
+                 quotas_grow(quotas, owner, QUOTAS_BODIES, more, exchange->held);
     if (taken)
         exchange->held += more;
     else
@@ -239,13 +240,13 @@ static bool take_room(struct exchange *exchange, int64_t more) {
 
 bool http_take_stream(struct request *request, struct reply *reply) {
     struct exchange *exchange = request->transport;
-    struct shares *shares = exchange->http->shares;
+    struct quotas *quotas = exchange->http->quotas;
     int64_t most = exchange->http->settings.config->owner_streams;
     if (!exchange->streams)
-        exchange->streams = shares_take(shares, request->owner, SHARES_STREAMS, 1, most);
+        exchange->streams = quotas_take(quotas, request->owner, QUOTAS_STREAMS, 1, most);
     if (!exchange->streams)
         refuse_share(reply, "event streams and waiting calls",
-                     shares_of(shares, request->owner, SHARES_STREAMS) + 1, "owner-streams", most,
+                     quotas_of(quotas, request->owner, QUOTAS_STREAMS) + 1, "owner-streams", most,
                      "max-connections");
     return exchange->streams;
 }
@@ -254,9 +255,9 @@ static void leave_shares(struct exchange *exchange) {
     struct http *http = exchange->http;
     const char *owner = exchange->request->owner;
     if (exchange->held)
-        shares_give(http->shares, owner, SHARES_BODIES, exchange->held);
+        quotas_give(http->quotas, owner, QUOTAS_BODIES, exchange->held);
     if (exchange->streams)
-        shares_give(http->shares, owner, SHARES_STREAMS, 1);
+        quotas_give(http->quotas, owner, QUOTAS_STREAMS, 1);
 }
 
 /* On a connection in reserve only probes are answered. */
@@ -265,8 +266,8 @@ static void refuse_connection(struct exchange *exchange) {
     struct reply *reply = &exchange->reply;
     if (exchange->client->admission.how == ADMISSION_OWNER_FULL) {
         refuse_share(reply, "connections from your address",
-                     shares_of(exchange->http->shares, exchange->client->admission.owner,
-                               SHARES_CONNECTIONS) +
+                     quotas_of(exchange->http->quotas, exchange->client->admission.owner,
+                               QUOTAS_CONNECTIONS) +
                          1,
                      "owner-connections", config->owner_connections, "max-connections");
     } else {
@@ -288,14 +289,14 @@ static void refuse_coding(struct reply *reply) {
 
 /* Sets the reply if it is clear from the head. True when it cannot wait for the rest of the
  * message: its end is unknown, or the client had better not send it. */
-static bool screen(struct exchange *exchange) {
+static bool check_request_head(struct exchange *exchange) {
     const struct http_handler *handler = &exchange->http->settings.handler;
     struct request *request = exchange->request;
     struct reply *reply = &exchange->reply;
     int64_t length;
     bool has_body = request_has_body(request, &length);
     bool good = suspension_refresh(exchange) && !request->fault[0] &&
-                !handler->screen(handler->context, request, reply);
+                !handler->check_head(handler->context, request, reply);
     bool large = length > request->limit.bytes;
     bool reserved = exchange->client->admission.how != ADMISSION_SERVED && !request->quiet;
     if (request->fault[0])
@@ -328,7 +329,7 @@ static bool begin(struct exchange *exchange, const char *method, const char *ver
     admission_busy(exchange->http->admissions, &exchange->client->admission, true);
     if (!deadlines_body(exchange->http->deadlines, &exchange->client->deadline))
         return false;
-    if (!screen(exchange))
+    if (!check_request_head(exchange))
         return true;
     exchange->unread = true;
     return send_reply(exchange);

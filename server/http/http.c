@@ -2,7 +2,7 @@
 #include "http.h"
 #include "client.h"
 #include "interpose.h"
-#include "linger.h"
+#include "lingering_close.h"
 #include "listener.h"
 #include "server/clock.h"
 #include "server/config.h"
@@ -80,7 +80,7 @@ static void request_ends(void *context, struct MHD_Connection *connection, void 
     if (!exchange)
         return;
     if (exchange->unread && code == MHD_REQUEST_TERMINATED_COMPLETED_OK)
-        linger_add(http->linger, exchange->client->deadline.socket);
+        lingering_close_add(http->linger, exchange->client->deadline.socket);
     struct client *client = exchange->client;
     deadlines_idle(http->deadlines, &client->deadline);
     exchange_end(exchange);
@@ -124,23 +124,23 @@ static bool start_daemon(struct http *http) {
 
 bool http_start(const struct http_settings *settings, struct http **out) {
     const struct config *config = settings->config;
-    const int64_t limits[] = {[SHARES_CONNECTIONS] = config->max_connections,
-                              [SHARES_STREAMS] = config->max_connections,
-                              [SHARES_BODIES] = config->max_bodies};
+    const int64_t limits[] = {[QUOTAS_CONNECTIONS] = config->max_connections,
+                              [QUOTAS_STREAMS] = config->max_connections,
+                              [QUOTAS_BODIES] = config->max_bodies};
     struct http *http = calloc(1, sizeof *http);
     if (!http)
         return false;
     http->settings = *settings;
     http->socket = listener_open(config);
-    http->linger = linger_start();
+    http->linger = lingering_close_start();
     http->deadlines = deadlines_new(client_refuse_late, http);
-    http->shares = shares_new(limits);
-    http->desk = desk_start(exchange_attend);
+    http->quotas = quotas_new(limits);
+    http->slow_calls = slow_calls_start(exchange_attend);
     http->admissions =
-        http->shares ? admissions_new(http->shares, config->owner_connections) : NULL;
+        http->quotas ? admissions_new(http->quotas, config->owner_connections) : NULL;
     const struct interpose_hooks hooks = {replace_page, client_received};
     bool listening = http->socket >= 0;
-    if (listening && http->desk && http->linger && http->deadlines && http->admissions &&
+    if (listening && http->slow_calls && http->linger && http->deadlines && http->admissions &&
         suspension_start(http) && interpose_init(&hooks, listener_descriptors()) &&
         start_daemon(http)) {
         *out = http;
@@ -179,14 +179,14 @@ void http_stop(struct http *http) {
     if (!http)
         return;
     suspension_stop(http);
-    desk_stop(http->desk); /* nothing is handed over any more */
+    slow_calls_stop(http->slow_calls); /* nothing is handed over any more */
     if (http->daemon)
         stop_daemon(http);
-    linger_stop(http->linger);
+    lingering_close_stop(http->linger);
     deadlines_free(http->deadlines);
     admissions_free(http->admissions);
-    shares_free(http->shares);
-    desk_free(http->desk);
+    quotas_free(http->quotas);
+    slow_calls_free(http->slow_calls);
     if (http->socket >= 0)
         close(http->socket);
     pthread_cond_destroy(&http->changed);

@@ -34,10 +34,10 @@ struct http_handler {
 
     /* Called with the head, before the body: checks all that can be checked without the body. May
      * set the request's `limit` and `quiet`. True: the reply is complete, the body is not needed.*/
-    bool (*screen)(void *context, struct request *request, struct reply *reply);
+    bool (*check_head)(void *context, struct request *request, struct reply *reply);
 
-    /* Called with the whole request if `screen` was false. After HTTP_WAIT it is called again from
-     * its beginning; with `request->stopping` it must be done. */
+    /* Called with the whole request if `check_head` was false. After HTTP_WAIT it is called again
+     * from its beginning; with `request->stopping` it must be done. */
     enum http_next (*handle)(void *context, struct request *request, struct reply *reply);
 
     /* Called once for every request that is over, `us` microseconds after it began; `request` NULL

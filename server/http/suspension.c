@@ -68,14 +68,14 @@ bool suspension_begin(struct exchange *exchange) {
     return wait;
 }
 
-bool suspension_hand_over(struct exchange *exchange, enum desk_kind kind) {
+bool suspension_hand_over(struct exchange *exchange, enum slow_calls_kind kind) {
     struct http *http = exchange->http;
     pthread_mutex_lock(&http->lock);
     bool open = !http->stopping;
     if (open) {
         exchange->away = true;
         MHD_suspend_connection(exchange->connection);
-        desk_hand_over(http->desk, kind, exchange);
+        slow_calls_hand_over(http->slow_calls, kind, exchange);
     }
     pthread_mutex_unlock(&http->lock);
     return open;

@@ -17,16 +17,16 @@
 
 struct config;
 struct dispatcher;
-struct checkers;
+struct document_pool;
 struct tokens;
 
 /* What handlers work with. All of it is borrowed and outlives the front. */
 struct services {
     const struct config *config;
     struct store *store;
-    struct tokens *tokens;         /* who may call; NULL: everybody */
-    struct checkers *checkers;     /* NULL in the role `worker` */
-    struct dispatcher *dispatcher; /* NULL in the role `api`: other machines do the work */
+    struct tokens *tokens;               /* who may call; NULL: everybody */
+    struct document_pool *document_pool; /* NULL in the role `worker` */
+    struct dispatcher *dispatcher;       /* NULL in the role `api`: other machines do the work */
 };
 
 struct call {

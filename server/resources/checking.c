@@ -3,9 +3,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-struct checkers_order checking_order(const struct call *call, enum checker_kind kind) {
+struct document_pool_order checking_order(const struct call *call, enum checker_kind kind) {
     const struct request *request = call->request;
-    struct checkers_order order = {
+    struct document_pool_order order = {
         .kind = kind,
         .owner = request->owner,
         .limits = call_limits(call),
@@ -16,12 +16,13 @@ struct checkers_order checking_order(const struct call *call, enum checker_kind 
     return order;
 }
 
-struct check *checking_begin(struct call *call, const struct checkers_order *order) {
+struct check *checking_begin(struct call *call, const struct document_pool_order *order) {
     struct api_problem problem = {0};
     char subject[ID_SIZE];
     id_make(subject);
     http_watch(call->request, subject, HUB_CHANGE);
-    struct check *check = checkers_begin(call->services->checkers, order, subject, &problem);
+    struct check *check =
+        document_pool_begin(call->services->document_pool, order, subject, &problem);
     if (!check) {
         reply_header(call->reply, "Retry-After", "1");
         reply_problem(call->reply, &problem);
@@ -33,7 +34,7 @@ static void drop(void *state) {
     check_drop(state);
 }
 
-bool checking_keep(struct call *call, const struct checkers_order *order) {
+bool checking_keep(struct call *call, const struct document_pool_order *order) {
     call->request->state = checking_begin(call, order);
     call->request->state_free = drop;
     return call->request->state != NULL;

@@ -5,24 +5,24 @@
 #define SERVER_RESOURCES_CHECKING_H
 
 #include "call.h"
-#include "server/work/checkers.h"
+#include "server/work/document_pool.h"
 
 /* The order to check the call's body; the caller may add to it. */
-struct checkers_order checking_order(const struct call *call, enum checker_kind kind);
+struct document_pool_order checking_order(const struct call *call, enum checker_kind kind);
 
 /* Has the order take the result of the call's job along, which then belongs to the check; without a
  * check its `columns.context` has to be freed. With `request` also the job's own, as the second
  * document, to be freed when the check has begun. False: the reply says why there is none. (maps.c)
  */
-bool maps_take_columns(struct call *call, struct checkers_order *order, char **request);
+bool maps_take_columns(struct call *call, struct document_pool_order *order, char **request);
 
 /* Begins the check of an order that has its columns, with the call's query for options, and frees
  * `record` and, without a check, the columns' context. False: the reply says why there is none.
  * (maps.c) */
-bool maps_begin(struct call *call, struct checkers_order *order, char *record);
+bool maps_begin(struct call *call, struct document_pool_order *order, char *record);
 
 /* Likewise of an order about a variant of the call's study, which is taken along. (studies.c) */
-bool studies_begin(struct call *call, struct checkers_order *order, size_t variant);
+bool studies_begin(struct call *call, struct document_pool_order *order, size_t variant);
 
 /* The number of the variant of `?sample=`. False: the reply says what is wrong with it.
  * (studies.c) */
@@ -33,10 +33,10 @@ bool studies_read_sample(struct call *call, size_t *sample);
 enum http_next maps_answer(struct call *call, const struct format *format, const char *etag);
 
 /* Begins the check and watches for its end. NULL: the reply says why not. */
-struct check *checking_begin(struct call *call, const struct checkers_order *order);
+struct check *checking_begin(struct call *call, const struct document_pool_order *order);
 
 /* The same, and keeps it as the `state` of the request, which ends it. */
-bool checking_keep(struct call *call, const struct checkers_order *order);
+bool checking_keep(struct call *call, const struct document_pool_order *order);
 
 /* How far a check is. */
 enum checking_state {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* GET /v1/drapes/{id}/events: server-sent events, `progress` at every change, then `end`. */
-#include "board.h"
 #include "documents.h"
+#include "event_cache.h"
 #include "handlers.h"
 #include "server/clock.h"
 #include "server/http/access.h"
@@ -94,7 +94,7 @@ static bool look(struct events *events) {
         return false;
     }
     enum store_answer answer =
-        board_look(events->store, events->id, events->request->woken_us, &job, &document);
+        event_cache_look(events->store, events->id, events->request->woken_us, &job, &document);
     bool news = answer == STORE_OK && changed(events, &job);
     if (news) {
         take_status(events, &job, document);

@@ -21,7 +21,7 @@ call_handler maps_create;
 call_handler surfaces_create, surfaces_list, surfaces_get, surfaces_preview, surfaces_delete;
 /* Whether the body of `POST /v1/surfaces` is said to be a file of CAD or mesh, by `?format=` or its
  * type; the reply then says why it is not taken, if so. */
-bool surfaces_screen_file(struct call *call);
+bool surfaces_check_file(struct call *call);
 /* materials.c */
 call_handler materials_create, materials_list, materials_get, materials_delete;
 /* meta.c */

@@ -98,7 +98,7 @@ static bool begin_check(struct call *call) {
     static const enum checker_kind checks[STORE_KIND_COUNT] = {[STORE_DRAPE] = CHECKER_DRAPE,
                                                                [STORE_STUDY] = CHECKER_STUDY,
                                                                [STORE_LAMINATE] = CHECKER_LAMINATE};
-    struct checkers_order order = checking_order(call, checks[call->kind]);
+    struct document_pool_order order = checking_order(call, checks[call->kind]);
     order.document[CHECKER_SECOND] = waiting->surface.definition;
     order.length[CHECKER_SECOND] = waiting->surface.definition_length;
     order.document[CHECKER_MATERIALS] = waiting->materials;
@@ -409,7 +409,7 @@ static bool begin_normalising(struct call *call) {
     enum store_answer answer = store_request(call->services->store, job.id, &bytes, &length);
     if (answer == STORE_OK) {
         bool drape = call->kind == STORE_DRAPE;
-        struct checkers_order order =
+        struct document_pool_order order =
             checking_order(call, drape ? CHECKER_NORMALISE : CHECKER_UNDERSTOOD);
         order.document[CHECKER_BODY] = bytes;
         order.length[CHECKER_BODY] = length;

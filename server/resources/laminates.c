@@ -255,7 +255,7 @@ static struct results *find_results(struct store *store, const struct stack *sta
     return NULL;
 }
 
-bool laminates_take_columns(struct call *call, struct checkers_order *order, char **record) {
+bool laminates_take_columns(struct call *call, struct document_pool_order *order, char **record) {
     struct store *store = call->services->store;
     struct store_job job = {0};
     struct stack stack = {0};
@@ -274,7 +274,7 @@ bool laminates_take_columns(struct call *call, struct checkers_order *order, cha
     if (results) {
         order->kind = CHECKER_STACK;
         order->variant = plies;
-        order->columns = (struct checkers_columns){write_results, free, results, length};
+        order->columns = (struct document_pool_columns){write_results, free, results, length};
         order->document[CHECKER_SECOND] = *record = stack.record;
         order->length[CHECKER_SECOND] = stack.length;
         stack.record = NULL;
@@ -288,7 +288,7 @@ bool laminates_take_columns(struct call *call, struct checkers_order *order, cha
 
 /* False: the reply says why nothing is begun. `ply` from 1, or 0 for all of them. */
 static bool begin_patterns(struct call *call, uint64_t ply, const struct format *format) {
-    struct checkers_order order = checking_order(call, CHECKER_PATTERNS);
+    struct document_pool_order order = checking_order(call, CHECKER_PATTERNS);
     char *record;
     if (!laminates_take_columns(call, &order, &record))
         return false;

@@ -16,6 +16,6 @@ enum store_answer laminates_submit(struct call *call, struct check *check,
 char *laminates_status(struct store *store, const struct store_job *job);
 
 /* As `maps_take_columns`, of a laminate: `*record` has to be freed when the check has begun. */
-bool laminates_take_columns(struct call *call, struct checkers_order *order, char **record);
+bool laminates_take_columns(struct call *call, struct document_pool_order *order, char **record);
 
 #endif

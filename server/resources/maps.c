@@ -100,7 +100,7 @@ static struct stored_result *find_result(struct call *call, const struct store_j
 }
 
 /* False: the reply says why there is none. */
-static bool take_request(struct call *call, const char *id, struct checkers_order *order,
+static bool take_request(struct call *call, const char *id, struct document_pool_order *order,
                          char **request) {
     enum store_answer answer =
         store_request(call->services->store, id, request, &order->length[CHECKER_SECOND]);
@@ -110,7 +110,7 @@ static bool take_request(struct call *call, const char *id, struct checkers_orde
     return answer == STORE_OK;
 }
 
-bool maps_take_columns(struct call *call, struct checkers_order *order, char **request) {
+bool maps_take_columns(struct call *call, struct document_pool_order *order, char **request) {
     struct store_job job = {0};
     struct stored_result *stored = call_find_job(call, &job) ? find_result(call, &job) : NULL;
     if (stored && request && !take_request(call, job.id, order, request)) {
@@ -118,8 +118,8 @@ bool maps_take_columns(struct call *call, struct checkers_order *order, char **r
         stored = NULL;
     }
     if (stored)
-        order->columns =
-            (struct checkers_columns){write_columns, free, stored, (size_t)stored->result.length};
+        order->columns = (struct document_pool_columns){write_columns, free, stored,
+                                                        (size_t)stored->result.length};
     store_job_clear(&job);
     return stored != NULL;
 }
@@ -138,7 +138,7 @@ static char *copy_options(const struct request *request, size_t *length) {
     return fclose(stream) == 0 ? options : NULL;
 }
 
-bool maps_begin(struct call *call, struct checkers_order *order, char *record) {
+bool maps_begin(struct call *call, struct document_pool_order *order, char *record) {
     struct request *request = call->request;
     char *options = copy_options(request, &order->length[CHECKER_OPTIONS]);
     order->document[CHECKER_OPTIONS] = options;
@@ -163,7 +163,7 @@ enum http_next maps_answer(struct call *call, const struct format *format, const
 /* False: the reply says why no map is begun. */
 static bool begin_map(struct call *call, const struct call_choice *choice) {
     const char *type = request_header(call->request, "Content-Type");
-    struct checkers_order order = checking_order(call, CHECKER_MAP);
+    struct document_pool_order order = checking_order(call, CHECKER_MAP);
     char *record = NULL;
     bool stack = call->kind == STORE_LAMINATE;
     size_t sample;

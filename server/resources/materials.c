@@ -65,7 +65,7 @@ static void store_material(struct call *call, struct check *check) {
 
 enum http_next materials_create(struct call *call) {
     struct request *request = call->request;
-    struct checkers_order order = checking_order(call, CHECKER_MATERIAL);
+    struct document_pool_order order = checking_order(call, CHECKER_MATERIAL);
     if (!request->state && !checking_keep(call, &order))
         return HTTP_DONE;
     enum checking_state state = checking_look(call, request->state);

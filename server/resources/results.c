@@ -260,7 +260,7 @@ enum http_next results_pattern(struct call *call) {
 /* False: the reply says why none is begun. */
 static bool begin_report(struct call *call, const struct store_job *job,
                          const struct call_choice *choice) {
-    struct checkers_order order = checking_order(call, CHECKER_REPORT);
+    struct document_pool_order order = checking_order(call, CHECKER_REPORT);
     char record[STORE_DIGEST_SIZE + DOCUMENTS_TIME_SIZE] = "", *bytes = NULL;
     enum store_answer answer =
         store_request(call->services->store, job->id, &bytes, &order.length[CHECKER_BODY]);

@@ -175,7 +175,7 @@ static enum store_kind kind_of(const struct route *route) {
                                            : STORE_DRAPE;
 }
 
-/* ------------------------------------------------------------------ screening */
+/* ------------------------------------------------------------------ before the body */
 
 /* For a path without the method: 404, 405, or the answer to OPTIONS. */
 static void refuse_route(struct call *call, const char *allow) {
@@ -222,7 +222,7 @@ static bool check_media_type(struct call *call) {
     const struct route *route = call->request->route;
     const char *type = request_header(call->request, "Content-Type");
     bool mesh = route->flags & ROUTE_MESH, page = request_header(call->request, "Origin");
-    if (route->flags & ROUTE_FILE && surfaces_screen_file(call))
+    if (route->flags & ROUTE_FILE && surfaces_check_file(call))
         return !call->reply->status;
     if (!(route->flags & (ROUTE_BODY | ROUTE_MESH)) || (!type && !page) ||
         (type && negotiate_is_json(type)) ||
@@ -250,7 +250,7 @@ static void mark_private(struct call *call) {
         access_mark(call->reply);
 }
 
-static bool screen(void *context, struct request *request, struct reply *reply) {
+static bool check_head(void *context, struct request *request, struct reply *reply) {
     struct call call = {.services = context, .request = request, .reply = reply};
     const struct config *config = call.services->config;
     char allow[64];
@@ -301,5 +301,5 @@ bool routes_describe(size_t route, const char **method, const char **pattern) {
 }
 
 struct http_handler routes_handler(const struct services *services) {
-    return (struct http_handler){(void *)(uintptr_t)services, screen, handle, count};
+    return (struct http_handler){(void *)(uintptr_t)services, check_head, handle, count};
 }

@@ -27,7 +27,7 @@ static bool fetch_documents(struct call *call, const struct store_job *job, char
     return answer == STORE_OK;
 }
 
-bool studies_begin(struct call *call, struct checkers_order *order, size_t variant) {
+bool studies_begin(struct call *call, struct document_pool_order *order, size_t variant) {
     struct store_job job = {0};
     struct store_item surface = {0};
     char *request = NULL;
@@ -52,7 +52,7 @@ enum http_next studies_variant(struct call *call) {
     int64_t variant = 0;
     if (!request_parse_int(call->request->segments[VARIANT_SEGMENT], 0, INT32_MAX, &variant))
         return call_not_found(call, "variant");
-    struct checkers_order order = checking_order(call, CHECKER_VARIANT);
+    struct document_pool_order order = checking_order(call, CHECKER_VARIANT);
     if (!call->request->state && !studies_begin(call, &order, (size_t)variant))
         return HTTP_DONE;
     struct check *check = call->request->state;
@@ -82,7 +82,7 @@ enum http_next studies_sample(struct call *call) {
     size_t sample;
     if (!call_choose(call, FORMAT_RESULT, &choice) || !studies_read_sample(call, &sample))
         return HTTP_DONE;
-    struct checkers_order order = checking_order(call, CHECKER_SAMPLE);
+    struct document_pool_order order = checking_order(call, CHECKER_SAMPLE);
     order.id = call->request->parameter;
     order.format = choice.format->name;
     if (!call->request->state && !studies_begin(call, &order, sample))

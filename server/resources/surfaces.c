@@ -59,7 +59,7 @@ static bool is_form(const char *type) {
            negotiate_is_type(type, "application/x-www-form-urlencoded");
 }
 
-bool surfaces_screen_file(struct call *call) {
+bool surfaces_check_file(struct call *call) {
     const struct request *request = call->request;
     const struct file_format *source = source_of(request);
     const char *format = request_query(request, "format"), *unit = request_query(request, "unit");
@@ -77,7 +77,7 @@ bool surfaces_screen_file(struct call *call) {
     else if (source && request_header(request, "Origin") && (!type || is_form(type)))
         reply_refuse(call->reply, API_UNSUPPORTED_MEDIA_TYPE,
                      "from a page the Content-Type must be '%s'", source->media_type);
-    else if (source && source->cad && !checkers_can_import())
+    else if (source && source->cad && !document_pool_can_import())
         reply_refuse(call->reply, API_UNSUPPORTED_MEDIA_TYPE,
                      "STEP and IGES files need the importer, which is not installed: "
                      "apt install draped-import");
@@ -87,7 +87,7 @@ bool surfaces_screen_file(struct call *call) {
 enum http_next surfaces_create(struct call *call) {
     struct request *request = call->request;
     const struct file_format *source = source_of(request);
-    struct checkers_order order = checking_order(call, CHECKER_SURFACE);
+    struct document_pool_order order = checking_order(call, CHECKER_SURFACE);
     order.source = source ? source->name : NULL;
     order.unit = request_query(request, "unit");
     if (!request->state && !checking_keep(call, &order))
@@ -138,7 +138,7 @@ static bool begin_preview(struct call *call) {
     } else if (answer != STORE_OK) {
         call_store_failed(call, answer);
     } else {
-        struct checkers_order order = checking_order(call, CHECKER_PREVIEW);
+        struct document_pool_order order = checking_order(call, CHECKER_PREVIEW);
         order.document[CHECKER_BODY] = surface.definition;
         order.length[CHECKER_BODY] = surface.definition_length;
         order.body_file = -1;

@@ -2,7 +2,7 @@
 /*
  * The checker process: reads what callers sent (requests, surfaces, meshes), so that no thread of
  * the daemon does. It is the same binary (`child.h`), with CHECKER_ARGUMENT, locked in
- * (`sandbox.h`), and talks to its pool (`checkers.h`) over a socket of packets: one order, one
+ * (`sandbox.h`), and talks to its pool (`document_pool.h`) over a socket of packets: one order, one
  * answer. Short documents lie in the packet, long ones in sealed memory files that come with it;
  * what it writes goes to a file that came with the order, too. Both ends are the same binary on the
  * same machine, so a packet is the struct itself; but the checker is where hostile input is read,

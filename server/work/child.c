@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "child.h"
-#include "nursery.h"
+#include "fork_server.h"
 #include "server/log.h"
 #include "worker.h"
 #include <errno.h>
@@ -89,7 +89,7 @@ bool child_start(struct child *child, const char *program, const char *argument,
         log_error(log_event("worker_start_failed"), log_text("detail", strerror(errno)));
         return false;
     }
-    bool copied = !program && nursery_fork(argument, pair[1], &child->pid);
+    bool copied = !program && fork_server_fork(argument, pair[1], &child->pid);
     int code = copied ? 0 : spawn(program, pair[1], argument, &child->pid);
     close(pair[1]);
     if (code != 0) {
@@ -156,5 +156,5 @@ void child_reap(struct child *child, char why[CHILD_WHY_SIZE]) {
     describe(status, why);
     forget(child);
     if (WIFSIGNALED(status) && WTERMSIG(status) != SIGKILL)
-        nursery_renew();
+        fork_server_renew();
 }

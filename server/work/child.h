@@ -4,9 +4,9 @@
  * `frame.h` for a worker and of `checker.h` for a checker. The child
  * is the running binary itself, with a socket on WORKER_FD, nothing on its other descriptors, no
  * environment, default signals and a process group of its own (so that Ctrl-C is the daemon's to
- * handle). It is a copy of the nursery's process (`nursery.h`) and lives as long as that is open at
- * the most; without it, it is started as a program and dies with the thread that did, which must
- * live as long as it.
+ * handle). It is a copy of the fork server's process (`fork server.h`) and lives as long as that is
+ * open at the most; without it, it is started as a program and dies with the thread that did, which
+ * must live as long as it.
  */
 #ifndef SERVER_WORK_CHILD_H
 #define SERVER_WORK_CHILD_H

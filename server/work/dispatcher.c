@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "dispatcher.h"
-#include "attempt.h"
 #include "child.h"
+#include "job_run.h"
 #include "server/clock.h"
 #include "server/config.h"
 #include "server/log.h"
@@ -34,7 +34,7 @@ struct lane {
 };
 
 struct dispatcher {
-    struct attempt_shared shared;
+    struct job_run_shared shared;
     struct lane *lanes;
     int lane_count; /* threads that run */
     pthread_t sweeper;
@@ -95,7 +95,7 @@ static bool ready_worker(struct lane *lane) {
         return true;
     if (!child_start(&lane->child, NULL, WORKER_ARGUMENT, SOCK_STREAM))
         return false;
-    if (!attempt_bound(&lane->dispatcher->shared, &lane->child)) {
+    if (!job_run_bound(&lane->dispatcher->shared, &lane->child)) {
         child_kill(&lane->child);
         return false;
     }
@@ -136,7 +136,7 @@ static void count_busy(struct lane *lane, int more) {
 /* Works on the claimed job: how long to wait then. Where there is one task there are more: whoever
  * claims one has the next lane look. */
 static int64_t work(struct lane *lane, const struct store_claim *claim) {
-    struct attempt_shared *shared = &lane->dispatcher->shared;
+    struct job_run_shared *shared = &lane->dispatcher->shared;
     if (claim->kind == STORE_TASK)
         hint(lane->dispatcher);
     if (claim->reused) {
@@ -149,9 +149,9 @@ static int64_t work(struct lane *lane, const struct store_claim *claim) {
         return START_RETRY_MS;
     }
     count_busy(lane, 1);
-    bool good = attempt_run(shared, claim, &lane->child, lane->wake, lane->express);
+    bool good = job_run(shared, claim, &lane->child, lane->wake, lane->express);
     count_busy(lane, -1);
-    return good ? 0 : ATTEMPT_RETRY_MS;
+    return good ? 0 : JOB_RUN_RETRY_MS;
 }
 
 /* One turn: how long to wait for the next (0: not at all), and whether a hint ends the wait. The
@@ -171,7 +171,7 @@ static int64_t take_turn(struct lane *lane, bool *hints) {
         *hints = true;
         return WORK_POLL_MS;
     }
-    return answer == STORE_OK ? work(lane, &claim) : ATTEMPT_RETRY_MS;
+    return answer == STORE_OK ? work(lane, &claim) : JOB_RUN_RETRY_MS;
 }
 
 static void *serve(void *context) {
@@ -239,7 +239,7 @@ static void sweep_once(struct dispatcher *dispatcher) {
             log_info(log_event("store_swept"), log_int("requeued", sweep.requeued),
                      log_int("failed", sweep.failed), log_int("expired", sweep.expired),
                      log_int("removed", sweep.removed));
-    } while (sweep.more && !attempt_out_of_time(&dispatcher->shared));
+    } while (sweep.more && !job_run_out_of_time(&dispatcher->shared));
 }
 
 /* While it fails the store takes nothing, so that it is tried again soon. */
@@ -318,7 +318,7 @@ struct dispatcher *dispatcher_start(struct store *store, struct hub *hub,
     dispatcher->shared.hub = hub;
     dispatcher->shared.settings = *settings;
     dispatcher->lanes = lanes;
-    atomic_init(&dispatcher->shared.stop_at_ms, ATTEMPT_NO_STOP);
+    atomic_init(&dispatcher->shared.stop_at_ms, JOB_RUN_NO_STOP);
     init_locks(dispatcher);
     hub_subscribe(hub, &dispatcher->watch, hub_queue, HUB_CHANGE, hint, dispatcher);
     dispatcher->sweeping = pthread_create(&dispatcher->sweeper, NULL, sweep, dispatcher) == 0;
@@ -343,7 +343,7 @@ void dispatcher_stop(struct dispatcher *dispatcher, int64_t grace_ms) {
     pthread_mutex_unlock(&dispatcher->lock);
     atomic_store(&dispatcher->shared.stop_at_ms, clock_ms() + grace_ms);
     for (int k = 0; k < dispatcher->lane_count; k++) {
-        attempt_wake(dispatcher->lanes[k].wake);
+        job_run_wake(dispatcher->lanes[k].wake);
         pthread_join(dispatcher->lanes[k].thread, NULL);
         close(dispatcher->lanes[k].wake);
     }

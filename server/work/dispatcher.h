@@ -12,10 +12,10 @@
  * express lane, with a worker of its own that is started when it is needed first: while all others
  * are busy, and none has ended a job for some milliseconds, it takes jobs of owners who have
  * nothing running and whose jobs were not too long for it lately (`store_yield`), each for
- * ATTEMPT_EXPRESS_MS of a processor at the most. What is not done by then goes back to the queue,
+ * JOB_RUN_EXPRESS_MS of a processor at the most. What is not done by then goes back to the queue,
  * and waits for one of the others. There a job that has had its turn gives way to an owner who has
  * nothing running
- * (`attempt.h`). Work that gave way is begun anew; that costs a job half of its time again at the
+ * (`job_run.h`). Work that gave way is begun anew; that costs a job half of its time again at the
  * most, since each turn is twice as long as the one before.
  */
 #ifndef SERVER_WORK_DISPATCHER_H

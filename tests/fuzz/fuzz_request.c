@@ -179,12 +179,12 @@ static bool serve(struct request *request, const char *body, size_t length) {
     const struct http_handler handler = routes_handler(service());
     struct reply reply = {.request_id = request->id};
     request->limit = (struct request_limit){service()->config->max_body, "max-body"};
-    bool screened = handler.screen(handler.context, request, &reply);
-    FUZZ_PROMISE(screened == (reply.status != 0));
-    FUZZ_PROMISE(screened || request->route);
-    if (!screened && (int64_t)length > request->limit.bytes)
+    bool refused = handler.check_head(handler.context, request, &reply);
+    FUZZ_PROMISE(refused == (reply.status != 0));
+    FUZZ_PROMISE(refused || request->route);
+    if (!refused && (int64_t)length > request->limit.bytes)
         length = 0;
-    if (!screened) {
+    if (!refused) {
         FUZZ_PROMISE(!length || request_append_body(request, body, length));
         handle(request, &reply);
     }

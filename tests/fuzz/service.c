@@ -7,7 +7,7 @@
 #include "server/hub.h"
 #include "server/log.h"
 #include "server/store/store.h"
-#include "server/work/checkers.h"
+#include "server/work/document_pool.h"
 #include <string.h>
 #include <unistd.h>
 
@@ -77,9 +77,9 @@ static void fill(void) {
 }
 
 void service_spoil(void) {
-    checkers_stop(services.checkers);
+    document_pool_stop(services.document_pool);
     store_close(services.store);
-    services.checkers = NULL;
+    services.document_pool = NULL;
     services.store = NULL;
     unlink(path); /* closed, it is one file */
 }
@@ -103,15 +103,15 @@ static void prepare(void) {
 }
 
 const struct services *service(void) {
-    const struct checkers_settings checkers = {.express = 1,
-                                               .slow = 1,
-                                               .memory = 8 * (int64_t)BUDGET,
-                                               .timeout_ms = 10000,
-                                               .map_timeout_ms = 10000,
-                                               .import_timeout_ms = 10000,
-                                               .max_output = BUDGET,
-                                               .folder = "",
-                                               .memory_flag = "check-memory"};
+    const struct document_pool_settings document_pool = {.express = 1,
+                                                         .slow = 1,
+                                                         .memory = 8 * (int64_t)BUDGET,
+                                                         .timeout_ms = 10000,
+                                                         .map_timeout_ms = 10000,
+                                                         .import_timeout_ms = 10000,
+                                                         .max_output = BUDGET,
+                                                         .folder = "",
+                                                         .memory_flag = "check-memory"};
     char why[STORE_WHY_SIZE];
     if (!hub)
         prepare();
@@ -119,8 +119,8 @@ const struct services *service(void) {
         return &services;
     services.store = store_open(path, &store_options_default, hub, why);
     FUZZ_PROMISE(services.store != NULL);
-    services.checkers = checkers_start(hub, &checkers);
-    FUZZ_PROMISE(services.checkers != NULL);
+    services.document_pool = document_pool_start(hub, &document_pool);
+    FUZZ_PROMISE(services.document_pool != NULL);
     fill();
     return &services;
 }

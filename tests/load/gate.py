@@ -32,7 +32,7 @@ def memory(daemon):
     for pid in daemon.children():
         try:
             with open(f"/proc/{pid}/cmdline", "rb") as line:
-                if line.read().split(b"\0")[1] in (b"checker", b"nursery"):
+                if line.read().split(b"\0")[1] in (b"checker", b"fork-server"):
                     total += proportional_memory(pid)
         except (OSError, IndexError):
             continue  # it has ended

@@ -14,7 +14,7 @@ enum { PLACES = 3, SECOND_US = 1000000 };
 /* PLACES connections, of one owner who may have no more or of several when there are no more, the
  * first idle for longest; and a place for one that comes then. */
 struct house {
-    struct shares *shares;
+    struct quotas *quotas;
     struct admissions *admissions;
     struct admission_client clients[PLACES + 1];
     int peers[PLACES + 1], sockets[PLACES + 1];
@@ -32,9 +32,9 @@ static bool enter(struct house *house, int k, const char *owner) {
 
 static void fill(struct house *house, int64_t most, int64_t owner_most,
                  const char *const owners[PLACES]) {
-    const int64_t limits[SHARES_KINDS] = {[SHARES_CONNECTIONS] = most};
-    house->shares = shares_new(limits);
-    house->admissions = admissions_new(house->shares, owner_most);
+    const int64_t limits[QUOTAS_KINDS] = {[QUOTAS_CONNECTIONS] = most};
+    house->quotas = quotas_new(limits);
+    house->admissions = admissions_new(house->quotas, owner_most);
     for (int k = 0; k <= PLACES; k++) {
         int ends[2];
         assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
@@ -58,8 +58,8 @@ static int set_up(void **state) {
 /* No place is left. */
 static void fill_up(struct house *house, const char *const owners[PLACES]) {
     fill(house, 100, 100, owners);
-    while (shares_left(house->shares, SHARES_CONNECTIONS) > 0)
-        assert_true(shares_add(house->shares, "others", SHARES_CONNECTIONS, 1));
+    while (quotas_left(house->quotas, QUOTAS_CONNECTIONS) > 0)
+        assert_true(quotas_add(house->quotas, "others", QUOTAS_CONNECTIONS, 1));
 }
 
 static int set_up_full(void **state) {
@@ -77,11 +77,11 @@ static int tear_down(void **state) {
         close(house->peers[k]);
         close(house->sockets[k]);
     }
-    int64_t others = shares_of(house->shares, "others", SHARES_CONNECTIONS);
+    int64_t others = quotas_of(house->quotas, "others", QUOTAS_CONNECTIONS);
     if (others > 0)
-        shares_give(house->shares, "others", SHARES_CONNECTIONS, others);
+        quotas_give(house->quotas, "others", QUOTAS_CONNECTIONS, others);
     admissions_free(house->admissions);
-    shares_free(house->shares);
+    quotas_free(house->quotas);
     return 0;
 }
 
@@ -135,13 +135,13 @@ static void test_admission_goes_on_to_who_has_fewer(void **state) {
 
 /* ------------------------------------------------------------------ shares */
 
-static void give_back(struct shares *shares, int owners, enum shares_kind kind) {
+static void give_back(struct quotas *quotas, int owners, enum quotas_kind kind) {
     for (int k = 0; k < owners; k++) {
         char name[16];
         name_owner(name, k);
-        int64_t held = shares_of(shares, name, kind);
+        int64_t held = quotas_of(quotas, name, kind);
         if (held > 0)
-            shares_give(shares, name, kind, held);
+            quotas_give(quotas, name, kind, held);
     }
 }
 
@@ -153,27 +153,27 @@ static void test_shares_leave_a_place_for_who_comes(void **state) {
     for (int round = 0; round < 200; round++) {
         int owners = 1 + rand_r(&seed) % OWNERS_MOST;
         int64_t limit = owners + 1 + rand_r(&seed) % 1000;
-        struct shares *shares = shares_new((int64_t[SHARES_KINDS]){limit, limit, limit});
+        struct quotas *quotas = quotas_new((int64_t[QUOTAS_KINDS]){limit, limit, limit});
         char name[16];
         int first = rand_r(&seed) % owners, refused = 0;
         for (int k = first; refused < owners; k++) {
             name_owner(name, k % owners);
-            refused = shares_take(shares, name, SHARES_STREAMS, 1, INT64_MAX) ? 0 : refused + 1;
+            refused = quotas_take(quotas, name, QUOTAS_STREAMS, 1, INT64_MAX) ? 0 : refused + 1;
         }
-        int64_t left = shares_left(shares, SHARES_STREAMS), sum = 0;
+        int64_t left = quotas_left(quotas, QUOTAS_STREAMS), sum = 0;
         for (int k = 0; k < owners; k++) {
             name_owner(name, k);
-            int64_t held = shares_of(shares, name, SHARES_STREAMS);
+            int64_t held = quotas_of(quotas, name, QUOTAS_STREAMS);
             assert_in_range(held, left, left + 1);
             sum += held;
         }
         assert_int_equal(sum + left, limit);
         assert_int_not_equal(left, 0);
-        assert_true(shares_take(shares, "new", SHARES_STREAMS, 1, INT64_MAX));
-        give_back(shares, owners, SHARES_STREAMS);
-        assert_int_equal(shares_left(shares, SHARES_STREAMS), limit - 1);
-        shares_give(shares, "new", SHARES_STREAMS, 1);
-        shares_free(shares);
+        assert_true(quotas_take(quotas, "new", QUOTAS_STREAMS, 1, INT64_MAX));
+        give_back(quotas, owners, QUOTAS_STREAMS);
+        assert_int_equal(quotas_left(quotas, QUOTAS_STREAMS), limit - 1);
+        quotas_give(quotas, "new", QUOTAS_STREAMS, 1);
+        quotas_free(quotas);
     }
 }
 
@@ -181,32 +181,32 @@ static void test_shares_leave_a_place_for_who_comes(void **state) {
  * owner alone may have any size. */
 static void test_shares_let_the_only_body_grow(void **state) {
     (void)state;
-    const int64_t limits[SHARES_KINDS] = {[SHARES_BODIES] = 1600000};
-    struct shares *shares = shares_new(limits);
+    const int64_t limits[QUOTAS_KINDS] = {[QUOTAS_BODIES] = 1600000};
+    struct quotas *quotas = quotas_new(limits);
     for (int k = 0; k < OWNERS_MOST; k++) {
         int64_t held = 0;
         char name[16];
         name_owner(name, k);
-        while (held < 300000 && shares_grow(shares, name, SHARES_BODIES, 1000, held))
+        while (held < 300000 && quotas_grow(quotas, name, QUOTAS_BODIES, 1000, held))
             held += 1000;
         assert_int_equal(held, k < 5 ? 300000 : 0);
     }
-    assert_int_equal(shares_left(shares, SHARES_BODIES), 100000);
-    assert_false(shares_take(shares, "owner0", SHARES_BODIES, 1000, INT64_MAX));
+    assert_int_equal(quotas_left(quotas, QUOTAS_BODIES), 100000);
+    assert_false(quotas_take(quotas, "owner0", QUOTAS_BODIES, 1000, INT64_MAX));
     for (int k = 5; k < OWNERS_MOST; k++) {
         char name[16];
         name_owner(name, k);
-        assert_true(shares_take(shares, name, SHARES_BODIES, 1000, INT64_MAX));
-        assert_false(shares_grow(shares, name, SHARES_BODIES, 1000, 0));
+        assert_true(quotas_take(quotas, name, QUOTAS_BODIES, 1000, INT64_MAX));
+        assert_false(quotas_grow(quotas, name, QUOTAS_BODIES, 1000, 0));
     }
-    give_back(shares, OWNERS_MOST, SHARES_BODIES);
-    shares_free(shares);
+    give_back(quotas, OWNERS_MOST, QUOTAS_BODIES);
+    quotas_free(quotas);
 
-    shares = shares_new(limits);
-    assert_true(shares_grow(shares, "alone", SHARES_BODIES, 1600000, 0));
-    assert_false(shares_grow(shares, "alone", SHARES_BODIES, 1, 1600000));
-    shares_give(shares, "alone", SHARES_BODIES, 1600000);
-    shares_free(shares);
+    quotas = quotas_new(limits);
+    assert_true(quotas_grow(quotas, "alone", QUOTAS_BODIES, 1600000, 0));
+    assert_false(quotas_grow(quotas, "alone", QUOTAS_BODIES, 1, 1600000));
+    quotas_give(quotas, "alone", QUOTAS_BODIES, 1600000);
+    quotas_free(quotas);
 }
 
 /* Owners whose connections are all busy take what they can get. */
@@ -216,8 +216,8 @@ static void test_admission_leaves_a_place_for_who_comes(void **state) {
     static struct admission_client clients[TRIES], last;
     unsigned seed = 2;
     for (int owners = 1; owners <= OWNERS_MOST; owners++) {
-        struct shares *shares = shares_new((int64_t[SHARES_KINDS]){MOST, MOST, MOST});
-        struct admissions *admissions = admissions_new(shares, MOST);
+        struct quotas *quotas = quotas_new((int64_t[QUOTAS_KINDS]){MOST, MOST, MOST});
+        struct admissions *admissions = admissions_new(quotas, MOST);
         bool in[TRIES];
         for (int k = 0; k < TRIES; k++) {
             char name[16];
@@ -234,9 +234,9 @@ static void test_admission_leaves_a_place_for_who_comes(void **state) {
         for (int k = 0; k < TRIES; k++)
             if (in[k])
                 admission_leave(admissions, &clients[k]);
-        assert_int_equal(shares_left(shares, SHARES_CONNECTIONS), MOST);
+        assert_int_equal(quotas_left(quotas, QUOTAS_CONNECTIONS), MOST);
         admissions_free(admissions);
-        shares_free(shares);
+        quotas_free(quotas);
     }
 }
 
@@ -293,8 +293,8 @@ static void test_admission_shares_busy_ones_alike(void **state) {
     (void)state;
     enum { MOST = 60, TRIES = 1000, EACH = MOST / OWNERS_ALIKE };
     static struct admission_client clients[TRIES];
-    struct shares *shares = shares_new((int64_t[SHARES_KINDS]){MOST, MOST, MOST});
-    struct admissions *admissions = admissions_new(shares, MOST);
+    struct quotas *quotas = quotas_new((int64_t[QUOTAS_KINDS]){MOST, MOST, MOST});
+    struct admissions *admissions = admissions_new(quotas, MOST);
     bool in[TRIES] = {false};
     char name[16];
     for (int k = 0; k < TRIES; k++) {
@@ -310,13 +310,13 @@ static void test_admission_shares_busy_ones_alike(void **state) {
     }
     for (int k = 0; k < OWNERS_ALIKE; k++) {
         name_owner(name, k);
-        assert_in_range(shares_of(shares, name, SHARES_CONNECTIONS), EACH - 1, EACH + 1);
+        assert_in_range(quotas_of(quotas, name, QUOTAS_CONNECTIONS), EACH - 1, EACH + 1);
     }
     for (int k = 0; k < TRIES; k++)
         if (in[k])
             admission_leave(admissions, &clients[k]);
     admissions_free(admissions);
-    shares_free(shares);
+    quotas_free(quotas);
 }
 
 int main(void) {

@@ -2,14 +2,14 @@
 /* What event streams share: a look serves those who need no later one, and nobody else. */
 #include "scratch.h"
 #include "server/clock.h"
-#include "server/resources/board.h"
+#include "server/resources/event_cache.h"
 #include <stdlib.h>
 #include <string.h>
 
 static enum store_status status_since(struct scratch *scratch, const char *id, int64_t since) {
     struct store_job job;
     char *document = NULL;
-    assert_int_equal(board_look(scratch->store, id, since, &job, &document), STORE_OK);
+    assert_int_equal(event_cache_look(scratch->store, id, since, &job, &document), STORE_OK);
     assert_non_null(document);
     assert_non_null(strstr(document, store_status_name(job.status)));
     assert_non_null(strstr(document, id));
@@ -36,7 +36,7 @@ static void test_board_shares_a_look(void **state) {
     assert_int_equal(status_since(&scratch, id, before), STORE_CANCELLED);
     assert_int_equal(store_delete(scratch.store, id), STORE_OK);
     scratch_sleep(2);
-    assert_int_equal(board_look(scratch.store, id, clock_us(), &job, &document), STORE_EMPTY);
+    assert_int_equal(event_cache_look(scratch.store, id, clock_us(), &job, &document), STORE_EMPTY);
     scratch_remove(&scratch);
 }
 

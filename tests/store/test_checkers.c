@@ -7,7 +7,7 @@
 #include "server/clock.h"
 #include "server/hub.h"
 #include "server/spool.h"
-#include "server/work/checkers.h"
+#include "server/work/document_pool.h"
 #include "server/work/worker.h"
 #include <setjmp.h>
 #include <signal.h>
@@ -28,7 +28,7 @@ enum { WAIT_MS = 300000, CHECKS = 40 }; /* with ThreadSanitizer, on a busy machi
 #define DRAPE "{\"surface\":" SURFACE ",\"fabric\":{\"spacing\":0.1}}"
 
 static struct hub *hub;
-static struct checkers *pool;
+static struct document_pool *pool;
 
 /* In the process. Not through a bad pointer: sanitizers would report it as a bug of ours. */
 static void misbehave(const char *body, size_t length) {
@@ -43,45 +43,45 @@ static void misbehave(const char *body, size_t length) {
     }
 }
 
-static struct checkers_settings settings(void) {
-    return (struct checkers_settings){.express = 2,
-                                      .slow = 2,
-                                      .memory = INT64_C(256) << 20,
-                                      .timeout_ms = 20000,
-                                      .map_timeout_ms = 20000,
-                                      .import_timeout_ms = 20000,
-                                      .turn_ms = CHECKERS_TURN_MS,
-                                      .max_output = INT64_C(64) << 20,
-                                      .folder = "",
-                                      .memory_flag = "check-memory"};
+static struct document_pool_settings settings(void) {
+    return (struct document_pool_settings){.express = 2,
+                                           .slow = 2,
+                                           .memory = INT64_C(256) << 20,
+                                           .timeout_ms = 20000,
+                                           .map_timeout_ms = 20000,
+                                           .import_timeout_ms = 20000,
+                                           .turn_ms = DOCUMENT_POOL_TURN_MS,
+                                           .max_output = INT64_C(64) << 20,
+                                           .folder = "",
+                                           .memory_flag = "check-memory"};
 }
 
-static void start(const struct checkers_settings *wanted) {
+static void start(const struct document_pool_settings *wanted) {
     hub = hub_new();
-    pool = checkers_start(hub, wanted);
+    pool = document_pool_start(hub, wanted);
     assert_non_null(pool);
 }
 
 static int stop(void **state) {
     (void)state;
-    checkers_stop(pool);
+    document_pool_stop(pool);
     hub_free(hub);
     pool = NULL;
     hub = NULL;
     return 0;
 }
 
-static struct checkers_order order_of(enum checker_kind kind, const char *body) {
-    struct checkers_order order = {
+static struct document_pool_order order_of(enum checker_kind kind, const char *body) {
+    struct document_pool_order order = {
         .kind = kind, .owner = "a", .limits = api_limits_default, .body_file = -1};
     order.document[CHECKER_BODY] = body;
     order.length[CHECKER_BODY] = strlen(body);
     return order;
 }
 
-static struct check *begin(const struct checkers_order *order) {
+static struct check *begin(const struct document_pool_order *order) {
     struct api_problem problem = {0};
-    struct check *check = checkers_begin(pool, order, "subject", &problem);
+    struct check *check = document_pool_begin(pool, order, "subject", &problem);
     assert_int_equal(problem.id, API_OK);
     assert_non_null(check);
     return check;
@@ -105,13 +105,13 @@ static enum api_problem_id end_of(struct check *check) {
 
 static void test_checkers_drape(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     struct api_check direct;
     struct api_problem problem = {0};
     struct api_input input = {DRAPE, strlen(DRAPE), NULL, 0};
     start(&wanted);
     assert_int_equal(api_check_drape(&input, &api_limits_default, &direct, &problem), API_OK);
-    struct checkers_order order = order_of(CHECKER_DRAPE, DRAPE);
+    struct document_pool_order order = order_of(CHECKER_DRAPE, DRAPE);
     struct check *check = begin(&order);
     wait_for(check);
     const struct checker_answer *answer = check_answer(check);
@@ -124,9 +124,9 @@ static void test_checkers_drape(void **state) {
 
 static void test_checkers_places_of_problem(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     start(&wanted);
-    struct checkers_order order =
+    struct document_pool_order order =
         order_of(CHECKER_DRAPE, "{\"surface\":" SURFACE ",\"fabric\":{\"spacing\":-1},\"x\":1}");
     struct check *check = begin(&order);
     wait_for(check);
@@ -138,9 +138,9 @@ static void test_checkers_places_of_problem(void **state) {
 
 static void test_checkers_named_surface(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     start(&wanted);
-    struct checkers_order order = order_of(
+    struct document_pool_order order = order_of(
         CHECKER_DRAPE,
         "{\"surface\":{\"id\":\"0123456789abcdef0123456789abcdef\"},\"fabric\":{\"spacing\":0.1}}");
     struct check *check = begin(&order);
@@ -160,14 +160,14 @@ static void test_checkers_named_surface(void **state) {
 /* A surface in a sealed file, since it is longer than a packet. */
 static void test_checkers_long_surface(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     size_t blanks = 100000;
     char *body = malloc(blanks + sizeof SURFACE), *text = malloc(4096);
     assert_true(body && text);
     memset(body, ' ', blanks);
     memcpy(body + blanks, SURFACE, sizeof SURFACE);
     start(&wanted);
-    struct checkers_order order = order_of(CHECKER_SURFACE, body);
+    struct document_pool_order order = order_of(CHECKER_SURFACE, body);
     order.body_file = spool_of_bytes(body, strlen(body));
     assert_true(order.body_file >= 0);
     struct check *check = begin(&order);
@@ -191,13 +191,13 @@ static void test_checkers_long_surface(void **state) {
 /* Orders of every kind of length at once: all are answered, in whatever order. */
 static void test_checkers_many(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     struct check *checks[CHECKS];
     char bodies[CHECKS][32];
     start(&wanted);
     for (int k = 0; k < CHECKS; k++) {
         snprintf(bodies[k], sizeof bodies[k], "sleep %d", k % 7);
-        struct checkers_order order = order_of(CHECKER_DRAPE, bodies[k]);
+        struct document_pool_order order = order_of(CHECKER_DRAPE, bodies[k]);
         order.owner = k % 2 ? "a" : "b";
         checks[k] = begin(&order);
     }
@@ -209,23 +209,23 @@ static void test_checkers_many(void **state) {
  * answered before any of them. */
 static void test_checkers_quick_passes_slow(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     struct check *slow[6];
-    struct checkers_stats stats;
+    struct document_pool_stats stats;
     start(&wanted);
     for (int k = 0; k < 6; k++) {
-        struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 3000");
+        struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 3000");
         order.owner = k % 2 ? "slow" : "slower";
         slow[k] = begin(&order);
     }
-    struct checkers_order order = order_of(CHECKER_DRAPE, DRAPE);
+    struct document_pool_order order = order_of(CHECKER_DRAPE, DRAPE);
     order.owner = "quick";
     assert_int_equal(end_of(begin(&order)), API_OK);
     for (int k = 0; k < 6; k++)
         assert_false(check_done(slow[k]));
     for (int k = 0; k < 6; k++)
         assert_int_equal(end_of(slow[k]), API_MALFORMED_JSON);
-    checkers_stats(pool, &stats);
+    document_pool_stats(pool, &stats);
     assert_true(stats.restarts > 0);
     assert_int_equal(stats.under_way[0] + stats.under_way[1] + stats.waiting, 0);
     assert_int_equal(stats.reserved, 0);
@@ -234,12 +234,12 @@ static void test_checkers_quick_passes_slow(void **state) {
 /* One owner alone has at most one of the two slow places. */
 static void test_checkers_share_of_slow_lane(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     struct check *slow[4];
-    struct checkers_stats stats;
+    struct document_pool_stats stats;
     start(&wanted);
     for (int k = 0; k < 4; k++) {
-        struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 1000");
+        struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 1000");
         slow[k] = begin(&order);
     }
     int64_t most = 0;
@@ -247,7 +247,7 @@ static void test_checkers_share_of_slow_lane(void **state) {
         done = true;
         for (int k = 0; k < 4; k++)
             done = done && check_done(slow[k]);
-        checkers_stats(pool, &stats);
+        document_pool_stats(pool, &stats);
         most = stats.under_way[1] > most ? stats.under_way[1] : most;
         usleep(5000);
     }
@@ -258,13 +258,13 @@ static void test_checkers_share_of_slow_lane(void **state) {
 
 /* One that has left the express lane, and stays for long. */
 static struct check *begin_slow(void) {
-    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 15000");
+    struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 15000");
     struct check *slow = begin(&order);
-    struct checkers_stats stats;
-    checkers_stats(pool, &stats);
+    struct document_pool_stats stats;
+    document_pool_stats(pool, &stats);
     for (int64_t until = clock_ms() + WAIT_MS; stats.under_way[1] == 0; usleep(1000)) {
         assert_true(clock_ms() < until);
-        checkers_stats(pool, &stats);
+        document_pool_stats(pool, &stats);
     }
     return slow;
 }
@@ -274,12 +274,12 @@ static struct check *begin_slow(void) {
 static void test_checkers_next_is_of_the_owner_with_fewest(void **state) {
     (void)state;
     enum { WAITING = 20 };
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     struct check *slow, *waiting[WAITING];
     wanted.express = 1;
     start(&wanted);
     slow = begin_slow();
-    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 100");
+    struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 100");
     for (int k = 0; k < WAITING; k++)
         waiting[k] = begin(&order);
     order.owner = "other";
@@ -291,7 +291,7 @@ static void test_checkers_next_is_of_the_owner_with_fewest(void **state) {
 }
 
 static struct check *begin_of(const char *owner, const char *body) {
-    struct checkers_order order = order_of(CHECKER_DRAPE, body);
+    struct document_pool_order order = order_of(CHECKER_DRAPE, body);
     order.owner = owner;
     return begin(&order);
 }
@@ -301,16 +301,16 @@ static struct check *begin_of(const char *owner, const char *body) {
 static void test_checkers_slow_lane_has_turns(void **state) {
     (void)state;
     enum { HELD = 4 };
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     struct check *held[HELD];
-    struct checkers_stats stats;
+    struct document_pool_stats stats;
     wanted.turn_ms = 500;
     start(&wanted);
     for (int k = 0; k < HELD; k++)
         held[k] = begin_of(k % 2 ? "slow" : "slower", "sleep 6000");
     int64_t begun = clock_ms();
     assert_int_equal(end_of(begin_of("other", "sleep 400")), API_MALFORMED_JSON);
-    checkers_stats(pool, &stats);
+    document_pool_stats(pool, &stats);
     print_message("# waited %lld ms, %lld restarts\n", (long long)(clock_ms() - begun),
                   (long long)stats.restarts);
     assert_in_range(stats.restarts, 1, 5); /* three left the express lane, one gave way */
@@ -324,17 +324,17 @@ static void test_checkers_slow_lane_has_turns(void **state) {
 static void test_checkers_long_ones_leave_a_place(void **state) {
     (void)state;
     enum { ORDERS = 8 };
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     struct check *slow, *checks[ORDERS];
-    struct checkers_stats stats;
+    struct document_pool_stats stats;
     start(&wanted);
     slow = begin_slow();
-    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 10");
+    struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 10");
     for (int k = 0; k < ORDERS; k++)
         checks[k] = begin(&order);
     for (int64_t until = clock_ms() + WAIT_MS; !check_done(checks[ORDERS - 1]); usleep(500)) {
         assert_true(clock_ms() < until);
-        checkers_stats(pool, &stats);
+        document_pool_stats(pool, &stats);
         assert_in_range(stats.under_way[0], 0, 1);
     }
     for (int k = 0; k < ORDERS; k++)
@@ -346,20 +346,20 @@ static void test_checkers_long_ones_leave_a_place(void **state) {
 static void test_checkers_share_a_budget(void **state) {
     (void)state;
     enum { ORDERS = 8 };
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     struct check *checks[ORDERS];
-    struct checkers_stats stats;
+    struct document_pool_stats stats;
     wanted.express = 4;
     wanted.memory = INT64_C(32) << 20; /* of which one may take half */
     start(&wanted);
     for (int k = 0; k < ORDERS; k++) {
-        struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 50");
+        struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 50");
         checks[k] = begin(&order);
-        checkers_stats(pool, &stats);
+        document_pool_stats(pool, &stats);
         assert_true(stats.reserved <= wanted.memory);
     }
     for (int64_t until = clock_ms() + WAIT_MS; !check_done(checks[ORDERS - 1]); usleep(1000)) {
-        checkers_stats(pool, &stats);
+        document_pool_stats(pool, &stats);
         assert_true(stats.reserved <= wanted.memory);
         assert_true(clock_ms() < until);
     }
@@ -370,26 +370,26 @@ static void test_checkers_share_a_budget(void **state) {
 /* The slow lane's queue has an end for one owner, and none of it is the other's affair. */
 static void test_checkers_quota_of_waiting(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
-    struct check *checks[CHECKERS_SLOW_MAX + 8];
+    struct document_pool_settings wanted = settings();
+    struct check *checks[DOCUMENT_POOL_SLOW_MAX + 8];
     int refused = 0;
     wanted.timeout_ms = 60000;
     start(&wanted);
-    for (int k = 0; k < CHECKERS_SLOW_MAX + 8; k++) {
-        struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 50000");
+    for (int k = 0; k < DOCUMENT_POOL_SLOW_MAX + 8; k++) {
+        struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 50000");
         checks[k] = begin(&order);
     }
     /* one has a place, and so many wait */
     for (int64_t until = clock_ms() + WAIT_MS; refused < 7 && clock_ms() < until; usleep(10000)) {
         refused = 0;
-        for (int k = 0; k < CHECKERS_SLOW_MAX + 8; k++)
+        for (int k = 0; k < DOCUMENT_POOL_SLOW_MAX + 8; k++)
             refused += check_done(checks[k]) && check_answer(checks[k])->problem.id == API_QUOTA;
     }
     assert_int_equal(refused, 7);
-    struct checkers_order order = order_of(CHECKER_DRAPE, DRAPE);
+    struct document_pool_order order = order_of(CHECKER_DRAPE, DRAPE);
     order.owner = "other";
     assert_int_equal(end_of(begin(&order)), API_OK);
-    for (int k = 0; k < CHECKERS_SLOW_MAX + 8; k++)
+    for (int k = 0; k < DOCUMENT_POOL_SLOW_MAX + 8; k++)
         check_drop(checks[k]);
 }
 
@@ -397,41 +397,41 @@ static void test_checkers_quota_of_waiting(void **state) {
 
 static void test_checkers_crash(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
-    struct checkers_stats stats;
+    struct document_pool_settings wanted = settings();
+    struct document_pool_stats stats;
     start(&wanted);
     for (int k = 0; k < 5; k++) {
-        struct checkers_order order = order_of(CHECKER_DRAPE, "crash");
+        struct document_pool_order order = order_of(CHECKER_DRAPE, "crash");
         assert_int_equal(end_of(begin(&order)), API_INTERNAL);
         order = order_of(CHECKER_DRAPE, DRAPE);
         assert_int_equal(end_of(begin(&order)), API_OK);
     }
-    checkers_stats(pool, &stats);
+    document_pool_stats(pool, &stats);
     assert_int_equal(stats.crashes, 5);
 }
 
 static void test_checkers_timeout(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
-    struct checkers_stats stats;
+    struct document_pool_settings wanted = settings();
+    struct document_pool_stats stats;
     wanted.timeout_ms = 300;
     start(&wanted);
-    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 20000");
+    struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 20000");
     assert_int_equal(end_of(begin(&order)), API_TOO_LARGE);
-    checkers_stats(pool, &stats);
+    document_pool_stats(pool, &stats);
     assert_int_equal(stats.timeouts, 1);
 }
 
 static void test_checkers_drop(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
-    struct checkers_stats stats;
+    struct document_pool_settings wanted = settings();
+    struct document_pool_stats stats;
     start(&wanted);
-    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 20000");
+    struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 20000");
     for (int k = 0; k < 6; k++)
         check_drop(begin(&order));
     for (int64_t until = clock_ms() + WAIT_MS;;) {
-        checkers_stats(pool, &stats);
+        document_pool_stats(pool, &stats);
         if (!stats.under_way[0] && !stats.under_way[1])
             break;
         assert_true(clock_ms() < until);
@@ -445,7 +445,7 @@ static void test_checkers_drop(void **state) {
 /* A tree of half a megabyte of empty arrays takes more than is left in a budget that is small. */
 static void test_checkers_memory(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
+    struct document_pool_settings wanted = settings();
     size_t count = 200000;
     char *body = malloc(3 * count + 3), *to = body;
     assert_non_null(body);
@@ -455,7 +455,7 @@ static void test_checkers_memory(void **state) {
     memcpy(to, "]", 2);
     wanted.memory = INT64_C(8) << 20;
     start(&wanted);
-    struct checkers_order order = order_of(CHECKER_DRAPE, body);
+    struct document_pool_order order = order_of(CHECKER_DRAPE, body);
     enum api_problem_id id = end_of(begin(&order));
     free(body);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -491,17 +491,17 @@ static char *trimmed_surface(int size) {
 /* More memory than such a body usually takes: it is begun anew with all that there is. */
 static void test_checkers_more_memory_than_usual(void **state) {
     (void)state;
-    struct checkers_settings wanted = settings();
-    struct checkers_stats stats;
+    struct document_pool_settings wanted = settings();
+    struct document_pool_stats stats;
     char *body = trimmed_surface(260);
     wanted.memory = INT64_C(640) << 20;
     wanted.timeout_ms = WAIT_MS;
     start(&wanted);
-    struct checkers_order order = order_of(CHECKER_SURFACE, body);
+    struct document_pool_order order = order_of(CHECKER_SURFACE, body);
     order.body_file = spool_of_bytes(body, strlen(body));
     assert_true(order.body_file >= 0);
     assert_int_equal(end_of(begin(&order)), API_OK);
-    checkers_stats(pool, &stats);
+    document_pool_stats(pool, &stats);
     assert_int_equal(stats.restarts, 1);
     assert_int_equal(stats.reserved, 0);
     close(order.body_file);

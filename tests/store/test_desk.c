@@ -3,7 +3,7 @@
  * needed. */
 #include "scratch.h"
 #include "server/http/client.h"
-#include "server/http/desk.h"
+#include "server/http/slow_calls.h"
 #include <semaphore.h>
 #include <stdatomic.h>
 #include <unistd.h>
@@ -34,20 +34,21 @@ static void attend(struct exchange *exchange) {
 static void test_desk_attends_to_each_once(void **state) {
     (void)state;
     for (int round = 1; round <= 3; round++) {
-        struct desk *desk = desk_start(attend);
-        assert_non_null(desk);
+        struct slow_calls *slow_calls = slow_calls_start(attend);
+        assert_non_null(slow_calls);
         for (int k = 0; k < EXCHANGES; k++) {
             exchanges[k] = (struct exchange){.request = &anybody};
-            desk_hand_over(desk, reads(k) ? DESK_READS : DESK_CHANGES, &exchanges[k]);
+            slow_calls_hand_over(slow_calls, reads(k) ? SLOW_CALLS_READS : SLOW_CALLS_CHANGES,
+                                 &exchanges[k]);
         }
-        desk_stop(desk);
-        desk_free(desk);
+        slow_calls_stop(slow_calls);
+        slow_calls_free(slow_calls);
         for (int k = 0; k < EXCHANGES; k++)
             assert_int_equal(atomic_load(&attended[k]), round);
     }
-    assert_in_range(atomic_load(&most_reading), 1, DESK_READERS);
-    desk_stop(NULL);
-    desk_free(NULL);
+    assert_in_range(atomic_load(&most_reading), 1, SLOW_CALLS_READERS);
+    slow_calls_stop(NULL);
+    slow_calls_free(NULL);
 }
 
 static _Atomic(struct exchange *) begun[EXCHANGES];
@@ -71,23 +72,23 @@ static void test_desk_takes_the_owner_with_the_fewest(void **state) {
     static struct request one = {.owner = "one"}, other = {.owner = "other"};
     (void)state;
     assert_int_equal(sem_init(&gate, 0, 0), 0);
-    struct desk *desk = desk_start(attend_at_gate);
-    assert_non_null(desk);
-    for (int k = 0; k < 3 * DESK_THREADS; k++) {
+    struct slow_calls *slow_calls = slow_calls_start(attend_at_gate);
+    assert_non_null(slow_calls);
+    for (int k = 0; k < 3 * SLOW_CALLS_THREADS; k++) {
         exchanges[k] = (struct exchange){.request = &one};
-        desk_hand_over(desk, DESK_CHANGES, &exchanges[k]);
+        slow_calls_hand_over(slow_calls, SLOW_CALLS_CHANGES, &exchanges[k]);
     }
-    wait_for_begun(DESK_THREADS);
+    wait_for_begun(SLOW_CALLS_THREADS);
     struct exchange last = {.request = &other};
-    desk_hand_over(desk, DESK_CHANGES, &last);
+    slow_calls_hand_over(slow_calls, SLOW_CALLS_CHANGES, &last);
     sem_post(&gate);
-    wait_for_begun(DESK_THREADS + 1);
-    assert_ptr_equal(atomic_load(&begun[DESK_THREADS]), &last);
-    for (int k = 0; k < 3 * DESK_THREADS; k++)
+    wait_for_begun(SLOW_CALLS_THREADS + 1);
+    assert_ptr_equal(atomic_load(&begun[SLOW_CALLS_THREADS]), &last);
+    for (int k = 0; k < 3 * SLOW_CALLS_THREADS; k++)
         sem_post(&gate);
-    desk_stop(desk);
-    desk_free(desk);
-    assert_int_equal(atomic_load(&begun_count), 3 * DESK_THREADS + 1);
+    slow_calls_stop(slow_calls);
+    slow_calls_free(slow_calls);
+    assert_int_equal(atomic_load(&begun_count), 3 * SLOW_CALLS_THREADS + 1);
     sem_destroy(&gate);
 }
 
@@ -95,20 +96,20 @@ static void test_desk_takes_the_owner_with_the_fewest(void **state) {
  */
 static void test_desk_is_needed_while_calls_are_slow(void **state) {
     (void)state;
-    struct desk *desk = desk_start(attend);
-    assert_non_null(desk);
-    assert_false(desk_needed(desk, DESK_CHANGES));
-    desk_note(desk, DESK_CHANGES, DESK_SLOW_US);
-    assert_false(desk_needed(desk, DESK_CHANGES));
-    desk_note(desk, DESK_CHANGES, 10 * DESK_SLOW_US);
-    assert_true(desk_needed(desk, DESK_CHANGES));
-    assert_false(desk_needed(desk, DESK_READS));
+    struct slow_calls *slow_calls = slow_calls_start(attend);
+    assert_non_null(slow_calls);
+    assert_false(slow_calls_are_slow(slow_calls, SLOW_CALLS_CHANGES));
+    slow_calls_note(slow_calls, SLOW_CALLS_CHANGES, SLOW_CALLS_SLOW_US);
+    assert_false(slow_calls_are_slow(slow_calls, SLOW_CALLS_CHANGES));
+    slow_calls_note(slow_calls, SLOW_CALLS_CHANGES, 10 * SLOW_CALLS_SLOW_US);
+    assert_true(slow_calls_are_slow(slow_calls, SLOW_CALLS_CHANGES));
+    assert_false(slow_calls_are_slow(slow_calls, SLOW_CALLS_READS));
     int quick = 0;
-    for (; quick < 100 && desk_needed(desk, DESK_CHANGES); quick++)
-        desk_note(desk, DESK_CHANGES, 100);
+    for (; quick < 100 && slow_calls_are_slow(slow_calls, SLOW_CALLS_CHANGES); quick++)
+        slow_calls_note(slow_calls, SLOW_CALLS_CHANGES, 100);
     assert_in_range(quick, 10, 30);
-    desk_stop(desk);
-    desk_free(desk);
+    slow_calls_stop(slow_calls);
+    slow_calls_free(slow_calls);
 }
 
 int main(void) {

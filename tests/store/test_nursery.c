@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* The nursery: its copies are children like programs, one that crashed is the last of its
- * addresses, and when the nursery has gone children are had all the same. */
+/* The fork server: its copies are children like programs, one that crashed is the last of its
+ * addresses, and when the fork server has gone children are had all the same. */
 #include "scratch.h"
 #include "server/work/child.h"
-#include "server/work/nursery.h"
+#include "server/work/fork_server.h"
 #include "server/work/sandbox.h"
 #include "server/work/worker.h"
 #include <signal.h>
@@ -36,7 +36,7 @@ static int say(void) {
     return 7;
 }
 
-static const struct nursery_role roles[] = {{"say", say}};
+static const struct fork_server_role roles[] = {{"say", say}};
 
 static struct word begin(struct child *child) {
     struct word word = {0};
@@ -57,7 +57,7 @@ static void test_nursery_copies_are_children(void **state) {
     static struct child child[2];
     struct word word[2];
     (void)state;
-    assert_true(nursery_open());
+    assert_true(fork_server_open());
     for (int k = 0; k < 2; k++) {
         word[k] = begin(&child[k]);
         assert_int_equal(word[k].pid, child[k].pid);
@@ -70,7 +70,7 @@ static void test_nursery_copies_are_children(void **state) {
         assert_int_equal(word[0].address, word[1].address); /* so they are copies */
     child_kill(&child[0]);
     end(&child[1]);
-    nursery_close();
+    fork_server_close();
 }
 
 /* Whether addresses are chosen at random here. */
@@ -86,7 +86,7 @@ static void test_nursery_is_another_after_a_crash(void **state) {
     static struct child child;
     char why[CHILD_WHY_SIZE];
     (void)state;
-    assert_true(nursery_open());
+    assert_true(fork_server_open());
     struct word before = begin(&child);
     assert_int_equal(send(child.socket, "c", 1, 0), 1);
     child_reap(&child, why);
@@ -96,13 +96,13 @@ static void test_nursery_is_another_after_a_crash(void **state) {
     if (random_addresses() && !SANDBOX_SANITIZED)
         assert_int_not_equal(before.address, after.address);
     end(&child);
-    nursery_close();
+    fork_server_close();
 }
 
-/* The process of this one's children that is the nursery; 0: none. */
+/* The process of this one's children that is the fork server; 0: none. */
 static pid_t find_nursery(void) {
     char command[64], line[16] = "";
-    snprintf(command, sizeof command, "pgrep -P %d -f '^draped nursery'", (int)getpid());
+    snprintf(command, sizeof command, "pgrep -P %d -f '^draped fork-server'", (int)getpid());
     FILE *found = popen(command, "re");
     assert_non_null(found);
     bool any = fgets(line, sizeof line, found) != NULL;
@@ -113,11 +113,11 @@ static pid_t find_nursery(void) {
 static void test_nursery_that_has_gone_is_replaced(void **state) {
     static struct child child;
     (void)state;
-    assert_true(nursery_open());
-    pid_t nursery = find_nursery();
-    assert_int_equal(nursery != 0, !SANDBOX_SANITIZED);
-    if (nursery)
-        assert_int_equal(kill(nursery, SIGKILL), 0);
+    assert_true(fork_server_open());
+    pid_t fork_server = find_nursery();
+    assert_int_equal(fork_server != 0, !SANDBOX_SANITIZED);
+    if (fork_server)
+        assert_int_equal(kill(fork_server, SIGKILL), 0);
     for (int k = 0; k < 3; k++) {
         assert_int_equal(begin(&child).parent, getpid());
         end(&child);
@@ -126,15 +126,15 @@ static void test_nursery_that_has_gone_is_replaced(void **state) {
         assert_true(k < 1000); /* some 10 s: it is being started */
         usleep(10000);
     }
-    nursery_close();
+    fork_server_close();
     assert_int_equal(find_nursery(), 0);
     begin(&child); /* without one */
     end(&child);
 }
 
 int main(int argc, char **argv) {
-    if (argc == 2 && !strcmp(argv[1], NURSERY_ARGUMENT))
-        return nursery_serve(argv, roles, sizeof roles / sizeof *roles);
+    if (argc == 2 && !strcmp(argv[1], FORK_SERVER_ARGUMENT))
+        return fork_server_serve(argv, roles, sizeof roles / sizeof *roles);
     if (argc == 2 && !strcmp(argv[1], "say"))
         return say();
     const struct CMUnitTest tests[] = {
@@ -142,5 +142,5 @@ int main(int argc, char **argv) {
         cmocka_unit_test(test_nursery_is_another_after_a_crash),
         cmocka_unit_test(test_nursery_that_has_gone_is_replaced),
     };
-    return cmocka_run_group_tests_name("nursery", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("fork server", tests, NULL, NULL);
 }

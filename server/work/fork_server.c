@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "nursery.h"
+#include "fork_server.h"
 #include "child.h"
 #include "sandbox.h"
 #include "server/log.h"
@@ -15,11 +15,11 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-enum { ANSWER_SECONDS = 5 }; /* a nursery that takes longer is stopped, or gone */
+enum { ANSWER_SECONDS = 5 }; /* a fork server that takes longer is stopped, or gone */
 
 /* An order; the socket comes with it. The answer is the process's id, or -1. */
 struct order {
-    char argument[sizeof NURSERY_ARGUMENT];
+    char argument[sizeof FORK_SERVER_ARGUMENT];
 };
 
 union control {
@@ -35,67 +35,67 @@ static struct {
     pthread_t thread;
     struct child child;
     bool open, stale, closing;
-} nursery = {.lock = PTHREAD_MUTEX_INITIALIZER, .changed = PTHREAD_COND_INITIALIZER};
+} fork_server = {.lock = PTHREAD_MUTEX_INITIALIZER, .changed = PTHREAD_COND_INITIALIZER};
 
 /* With the lock: who wants a copy waits for it. */
 static void start(void) {
     const struct timeval patience = {.tv_sec = ANSWER_SECONDS};
-    child_kill(&nursery.child);
-    nursery.stale = false;
-    if (child_start(&nursery.child, "/proc/self/exe", NURSERY_ARGUMENT, SOCK_SEQPACKET))
-        setsockopt(nursery.child.socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    pthread_cond_broadcast(&nursery.changed);
+    child_kill(&fork_server.child);
+    fork_server.stale = false;
+    if (child_start(&fork_server.child, "/proc/self/exe", FORK_SERVER_ARGUMENT, SOCK_SEQPACKET))
+        setsockopt(fork_server.child.socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    pthread_cond_broadcast(&fork_server.changed);
 }
 
 /* A process dies with the thread that started it, so one thread starts them all. */
 static void *keep(void *context) {
     (void)context;
-    pthread_mutex_lock(&nursery.lock);
-    while (!nursery.closing) {
-        if (nursery.stale)
+    pthread_mutex_lock(&fork_server.lock);
+    while (!fork_server.closing) {
+        if (fork_server.stale)
             start();
         else
-            pthread_cond_wait(&nursery.changed, &nursery.lock);
+            pthread_cond_wait(&fork_server.changed, &fork_server.lock);
     }
-    child_kill(&nursery.child);
-    pthread_mutex_unlock(&nursery.lock);
+    child_kill(&fork_server.child);
+    pthread_mutex_unlock(&fork_server.lock);
     return NULL;
 }
 
-bool nursery_open(void) {
+bool fork_server_open(void) {
     if (SANDBOX_SANITIZED)
         return true;
-    pthread_mutex_lock(&nursery.lock);
-    nursery.stale = true;
-    nursery.open = pthread_create(&nursery.thread, NULL, keep, NULL) == 0;
-    while (nursery.open && nursery.stale)
-        pthread_cond_wait(&nursery.changed, &nursery.lock);
-    bool good = nursery.open;
-    pthread_mutex_unlock(&nursery.lock);
+    pthread_mutex_lock(&fork_server.lock);
+    fork_server.stale = true;
+    fork_server.open = pthread_create(&fork_server.thread, NULL, keep, NULL) == 0;
+    while (fork_server.open && fork_server.stale)
+        pthread_cond_wait(&fork_server.changed, &fork_server.lock);
+    bool good = fork_server.open;
+    pthread_mutex_unlock(&fork_server.lock);
     if (!good)
-        log_error(log_event("nursery_start_failed"));
+        log_error(log_event("fork_server_start_failed"));
     return good;
 }
 
-void nursery_close(void) {
-    if (!nursery.open)
+void fork_server_close(void) {
+    if (!fork_server.open)
         return;
-    pthread_mutex_lock(&nursery.lock);
-    nursery.closing = true;
-    pthread_cond_broadcast(&nursery.changed);
-    pthread_mutex_unlock(&nursery.lock);
-    pthread_join(nursery.thread, NULL);
-    nursery.open = nursery.closing = false;
+    pthread_mutex_lock(&fork_server.lock);
+    fork_server.closing = true;
+    pthread_cond_broadcast(&fork_server.changed);
+    pthread_mutex_unlock(&fork_server.lock);
+    pthread_join(fork_server.thread, NULL);
+    fork_server.open = fork_server.closing = false;
 }
 
-void nursery_renew(void) {
-    pthread_mutex_lock(&nursery.lock);
-    nursery.stale = nursery.open;
-    pthread_cond_broadcast(&nursery.changed);
-    pthread_mutex_unlock(&nursery.lock);
+void fork_server_renew(void) {
+    pthread_mutex_lock(&fork_server.lock);
+    fork_server.stale = fork_server.open;
+    pthread_cond_broadcast(&fork_server.changed);
+    pthread_mutex_unlock(&fork_server.lock);
 }
 
-static bool send_order(int nursery_socket, const char *argument, int socket) {
+static bool send_order(int fork_server_socket, const char *argument, int socket) {
     struct order order = {0};
     union control control = {0};
     struct iovec part = {&order, sizeof order};
@@ -108,21 +108,21 @@ static bool send_order(int nursery_socket, const char *argument, int socket) {
     control.head.cmsg_type = SCM_RIGHTS;
     control.head.cmsg_len = CMSG_LEN(sizeof socket);
     memcpy(CMSG_DATA(&control.head), &socket, sizeof socket);
-    return sendmsg(nursery_socket, &message, MSG_NOSIGNAL) == (ssize_t)sizeof order;
+    return sendmsg(fork_server_socket, &message, MSG_NOSIGNAL) == (ssize_t)sizeof order;
 }
 
-bool nursery_fork(const char *argument, int socket, pid_t *pid) {
-    pthread_mutex_lock(&nursery.lock);
-    bool there = nursery.open && child_running(&nursery.child) && !nursery.stale;
-    int to = nursery.child.socket;
+bool fork_server_fork(const char *argument, int socket, pid_t *pid) {
+    pthread_mutex_lock(&fork_server.lock);
+    bool there = fork_server.open && child_running(&fork_server.child) && !fork_server.stale;
+    int to = fork_server.child.socket;
     bool good = there && send_order(to, argument, socket) &&
                 recv(to, pid, sizeof *pid, 0) == (ssize_t)sizeof *pid && *pid > 0;
     if (there && !good) {
-        log_warning(log_event("nursery_failed"));
-        nursery.stale = true;
-        pthread_cond_broadcast(&nursery.changed);
+        log_warning(log_event("fork_server_failed"));
+        fork_server.stale = true;
+        pthread_cond_broadcast(&fork_server.changed);
     }
-    pthread_mutex_unlock(&nursery.lock);
+    pthread_mutex_unlock(&fork_server.lock);
     return good;
 }
 
@@ -150,9 +150,9 @@ static struct order receive(int *socket) {
 
 /* In the copy: what `child_start` would have given a program. What ps shows is where the arguments
  * were. */
-static int be(const struct nursery_role *role, int socket, char *argument) {
-    memset(argument, 0, sizeof NURSERY_ARGUMENT);
-    memcpy(argument, role->argument, strnlen(role->argument, sizeof NURSERY_ARGUMENT - 1));
+static int be(const struct fork_server_role *role, int socket, char *argument) {
+    memset(argument, 0, sizeof FORK_SERVER_ARGUMENT);
+    memcpy(argument, role->argument, strnlen(role->argument, sizeof FORK_SERVER_ARGUMENT - 1));
     if (setpgid(0, 0) != 0 || dup2(socket, WORKER_FD) != WORKER_FD || close(socket) != 0)
         return 1;
     return role->main();
@@ -165,13 +165,13 @@ static pid_t copy(void) {
     return (pid_t)syscall(SYS_clone, CLONE_PARENT | SIGCHLD, 0, 0, 0, 0);
 }
 
-int nursery_serve(char **argv, const struct nursery_role *roles, size_t count) {
+int fork_server_serve(char **argv, const struct fork_server_role *roles, size_t count) {
     int socket = -1;
     if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0)
         return 1;
     for (;;) {
         const struct order order = receive(&socket);
-        const struct nursery_role *role = NULL;
+        const struct fork_server_role *role = NULL;
         for (size_t k = 0; k < count && !role; k++)
             role = strncmp(order.argument, roles[k].argument, sizeof order.argument) ? NULL
                                                                                      : &roles[k];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "checkers_pool.h"
+#include "document_pool_parts.h"
 
 #include "server/clock.h"
 #include <string.h>
@@ -26,29 +26,29 @@ static int count(const struct check *list, const char *owner, enum check_lane la
     return found;
 }
 
-bool lane_full(const struct checkers *pool, const char *owner, enum check_lane lane) {
+bool lane_full(const struct document_pool *pool, const char *owner, enum check_lane lane) {
     return count(pool->waiting, owner, lane) >=
-           (lane == LANE_SLOW ? CHECKERS_SLOW_MAX : CHECKERS_WAITING_MAX);
+           (lane == LANE_SLOW ? DOCUMENT_POOL_SLOW_MAX : DOCUMENT_POOL_WAITING_MAX);
 }
 
 /* Whether the slow lane has a place for the owner. */
-static bool slow_place(const struct checkers *pool, const char *owner) {
+static bool slow_place(const struct document_pool *pool, const char *owner) {
     int most = pool->settings.slow;
     int share = most > 1 ? most - 1 : 1;
     return pool->stats.under_way[LANE_SLOW] < most &&
            count(pool->running, owner, LANE_SLOW) < share;
 }
 
-bool lane_takes_long(const struct checkers *pool, const char *owner, int64_t now) {
-    for (int k = 0; k < CHECKERS_LONG_OWNERS; k++)
+bool lane_takes_long(const struct document_pool *pool, const char *owner, int64_t now) {
+    for (int k = 0; k < DOCUMENT_POOL_LONG_OWNERS; k++)
         if (pool->long_owners[k].until_ms > now && !strcmp(pool->long_owners[k].owner, owner))
             return true;
     return false;
 }
 
-void lane_note_long(struct checkers *pool, const char *owner, int64_t now) {
+void lane_note_long(struct document_pool *pool, const char *owner, int64_t now) {
     int at = 0;
-    for (int k = 0; k < CHECKERS_LONG_OWNERS; k++) {
+    for (int k = 0; k < DOCUMENT_POOL_LONG_OWNERS; k++) {
         if (!strcmp(pool->long_owners[k].owner, owner)) {
             at = k;
             break;
@@ -56,13 +56,13 @@ void lane_note_long(struct checkers *pool, const char *owner, int64_t now) {
         if (pool->long_owners[k].until_ms < pool->long_owners[at].until_ms)
             at = k;
     }
-    memcpy(pool->long_owners[at].owner, owner, CHECKERS_OWNER_SIZE);
-    pool->long_owners[at].until_ms = now + CHECKERS_LONG_MS;
+    memcpy(pool->long_owners[at].owner, owner, DOCUMENT_POOL_OWNER_SIZE);
+    pool->long_owners[at].until_ms = now + DOCUMENT_POOL_LONG_MS;
     for (struct check *check = pool->waiting; check; check = check->next)
         check->last = check->last || !strcmp(check->owner, owner);
 }
 
-bool lane_may_begin(const struct checkers *pool, const struct check *check) {
+bool lane_may_begin(const struct document_pool *pool, const struct check *check) {
     int kept = check->last && pool->settings.express > 1; /* for the others */
     if (!pool->idle || pool->stats.reserved + check->reserve > pool->settings.memory)
         return false;
@@ -71,7 +71,7 @@ bool lane_may_begin(const struct checkers *pool, const struct check *check) {
                : pool->stats.under_way[LANE_EXPRESS] < pool->settings.express - kept;
 }
 
-struct check *lane_choose(const struct checkers *pool) {
+struct check *lane_choose(const struct document_pool *pool) {
     struct check *best = NULL;
     int least = 0;
     for (struct check *check = pool->waiting; check; check = check->next) {
@@ -88,7 +88,7 @@ struct check *lane_choose(const struct checkers *pool) {
     return best;
 }
 
-void lane_begin(struct checkers *pool, struct check *check) {
+void lane_begin(struct document_pool *pool, struct check *check) {
     check->place = pool->idle;
     pool->idle = check->place->next;
     check->state = STATE_RUNNING;
@@ -99,13 +99,13 @@ void lane_begin(struct checkers *pool, struct check *check) {
 }
 
 /* A place, or bytes of the budget, have become free: most of the time nobody waits for them. */
-static void wake_for_waiting(struct checkers *pool) {
+static void wake_for_waiting(struct document_pool *pool) {
     if (pool->waiting)
         pthread_cond_broadcast(&pool->changed);
 }
 
 /* What waits of the owner comes behind all else that waits. */
-static void put_last(struct checkers *pool, const char *owner) {
+static void put_last(struct document_pool *pool, const char *owner) {
     struct check *own = NULL, **end = &own, **at = &pool->waiting;
     while (*at) {
         struct check *check = *at;
@@ -121,7 +121,7 @@ static void put_last(struct checkers *pool, const char *owner) {
     *at = own;
 }
 
-void lane_leave(struct checkers *pool, struct check *check) {
+void lane_leave(struct document_pool *pool, struct check *check) {
     lane_withdraw(&pool->running, check);
     put_last(pool, check->owner);
     check->place->next = pool->idle;
@@ -133,7 +133,7 @@ void lane_leave(struct checkers *pool, struct check *check) {
 }
 
 /* Whether another owner waits for the slow lane, with nothing in it. */
-static bool is_awaited(const struct checkers *pool, const char *owner) {
+static bool is_awaited(const struct document_pool *pool, const char *owner) {
     for (const struct check *check = pool->waiting; check; check = check->next)
         if (check->lane == LANE_SLOW && strcmp(check->owner, owner) != 0 &&
             count(pool->running, check->owner, LANE_SLOW) == 0)
@@ -141,9 +141,9 @@ static bool is_awaited(const struct checkers *pool, const char *owner) {
     return false;
 }
 
-bool lane_must_yield(struct checkers *pool, struct check *check, int64_t now) {
+bool lane_must_yield(struct document_pool *pool, struct check *check, int64_t now) {
     int64_t turn = pool->settings.turn_ms << (check->turns < 16 ? check->turns : 16);
-    if (now < check->begun_ms + turn || now < pool->yielded_ms + CHECKERS_YIELD_MS ||
+    if (now < check->begun_ms + turn || now < pool->yielded_ms + DOCUMENT_POOL_YIELD_MS ||
         !is_awaited(pool, check->owner))
         return false;
     pool->yielded_ms = now;
@@ -151,7 +151,7 @@ bool lane_must_yield(struct checkers *pool, struct check *check, int64_t now) {
     return true;
 }
 
-enum check_outcome lane_move_to_slow(struct checkers *pool, struct check *check) {
+enum check_outcome lane_move_to_slow(struct document_pool *pool, struct check *check) {
     pthread_mutex_lock(&pool->lock);
     bool room = slow_place(pool, check->owner);
     bool full = lane_full(pool, check->owner, LANE_SLOW);

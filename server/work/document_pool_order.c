@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "checkers_pool.h"
+#include "document_pool_parts.h"
 
 #include "api/files/files.h"
 #include "server/spool.h"
@@ -34,17 +34,17 @@
 
 /* What of the budget is kept for the express lane: enough for short documents in all its places,
  * but not more than half. */
-static int64_t express_share(const struct checkers *pool) {
+static int64_t express_share(const struct document_pool *pool) {
     int64_t share =
         pool->settings.express * (CHECK_BYTES + CHECK_BYTES_PER_BYTE * CHECKER_INLINE_MAX);
     return share < pool->settings.memory / 2 ? share : pool->settings.memory / 2;
 }
 
-int64_t check_most(const struct checkers *pool) {
+int64_t check_most(const struct document_pool *pool) {
     return pool->settings.memory - express_share(pool);
 }
 
-static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
+static int64_t reserve_of(const struct document_pool_order *order, int64_t most) {
     int64_t body = (int64_t)order->length[CHECKER_BODY];
     int64_t second = (int64_t)(order->length[CHECKER_SECOND] + order->length[CHECKER_MATERIALS]);
     int64_t columns = (int64_t)order->columns.length;
@@ -78,14 +78,14 @@ static const char *const works[CHECKER_KINDS] = {
     [CHECKER_REPORT] = "the report", [CHECKER_PATTERNS] = "the patterns"};
 
 int64_t check_timeout(const struct check *check) {
-    const struct checkers_settings *settings = &check->pool->settings;
+    const struct document_pool_settings *settings = &check->pool->settings;
     if (check->packet.source[0])
         return settings->import_timeout_ms;
     return works[check->packet.kind] ? settings->map_timeout_ms : settings->timeout_ms;
 }
 
 /* Keeps the documents: short ones in memory, long ones as files. False without room for them. */
-static bool keep_documents(struct check *check, const struct checkers_order *order) {
+static bool keep_documents(struct check *check, const struct document_pool_order *order) {
     size_t total = 0;
     for (int k = 0; k < CHECKER_DOCUMENTS; k++)
         total += order->length[k];
@@ -108,7 +108,7 @@ static bool keep_documents(struct check *check, const struct checkers_order *ord
     return !inlined || to;
 }
 
-static void fill_packet(struct check *check, const struct checkers_order *order) {
+static void fill_packet(struct check *check, const struct document_pool_order *order) {
     struct checker_order *packet = &check->packet;
     packet->kind = order->kind;
     packet->limits = order->limits;
@@ -196,10 +196,10 @@ void check_explain_quota(struct api_problem *problem, enum check_lane lane) {
     if (lane == LANE_SLOW)
         api_problem_set(problem, API_QUOTA,
                         "%d bodies of yours that take long are waiting to be read already",
-                        CHECKERS_SLOW_MAX);
+                        DOCUMENT_POOL_SLOW_MAX);
     else
         api_problem_set(problem, API_QUOTA, "%d bodies of yours are waiting to be read already",
-                        CHECKERS_WAITING_MAX);
+                        DOCUMENT_POOL_WAITING_MAX);
 }
 
 /* Why the importer gave no surface. */
@@ -262,7 +262,7 @@ void check_free(struct check *check) {
     free(check);
 }
 
-struct check *check_new(struct checkers *pool, const struct checkers_order *order,
+struct check *check_new(struct document_pool *pool, const struct document_pool_order *order,
                         const char *subject) {
     struct check *check = calloc(1, sizeof *check);
     if (!check)

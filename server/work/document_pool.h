@@ -5,55 +5,56 @@
  * only move bytes and no document can do more than fail.
  *
  * Two lanes. Every order begins in the express lane, whose places are for those that take
- * CHECKERS_EXPRESS_MS at the most. One that takes longer moves to the slow lane with its process,
- * at a lower priority, and another process takes its place; when the slow lane has no place left,
- * it is stopped and begins anew there later. So a small drape never waits behind a large one. Among
- * those that wait the owner with the fewest orders under way comes first, of these the one whose
- * latest ended first, and no owner has all places of the slow lane. An order that has had a turn
- * there (CHECKERS_TURN_MS, and twice as long each time) gives way when another owner waits with
- * nothing in that lane: it is stopped and begins anew behind the others, one at a time in
- * CHECKERS_YIELD_MS. An owner whose order has left the express lane, or has taken more than
- * CHECKERS_QUICK_MS of a processor there, comes last for CHECKERS_LONG_MS, and such owners together
- * leave one of its places to all others.
+ * DOCUMENT_POOL_EXPRESS_MS at the most. One that takes longer moves to the slow lane with its
+ * process, at a lower priority, and another process takes its place; when the slow lane has no
+ * place left, it is stopped and begins anew there later. So a small drape never waits behind a
+ * large one. Among those that wait the owner with the fewest orders under way comes first, of these
+ * the one whose latest ended first, and no owner has all places of the slow lane. An order that has
+ * had a turn there (DOCUMENT_POOL_TURN_MS, and twice as long each time) gives way when another
+ * owner waits with nothing in that lane: it is stopped and begins anew behind the others, one at a
+ * time in DOCUMENT_POOL_YIELD_MS. An owner whose order has left the express lane, or has taken more
+ * than DOCUMENT_POOL_QUICK_MS of a processor there, comes last for DOCUMENT_POOL_LONG_MS, and such
+ * owners together leave one of its places to all others.
  *
  * What an order may take of the budget goes by its length. One that turns out to need more is begun
  * anew in the slow lane with all that this may have.
  *
  * An order that a free process answers at once is answered on the caller's own thread, within
- * CHECKERS_AT_ONCE_MS; the threads of the pool take over the others.
+ * DOCUMENT_POOL_AT_ONCE_MS; the threads of the pool take over the others.
  */
-#ifndef SERVER_WORK_CHECKERS_H
-#define SERVER_WORK_CHECKERS_H
+#ifndef SERVER_WORK_DOCUMENT_POOL_H
+#define SERVER_WORK_DOCUMENT_POOL_H
 
 #include "checker.h"
 #include "server/hub.h"
 #include <sys/types.h>
 
 enum {
-    CHECKERS_AT_ONCE_MS = 4,
-    CHECKERS_EXPRESS_MS = 200,
-    CHECKERS_QUICK_MS = 30,
-    CHECKERS_LONG_MS = 10000,
-    CHECKERS_TURN_MS = 10000,
-    CHECKERS_YIELD_MS = 1000,
-    CHECKERS_PLACES_MAX = 8, /* of a lane; more than that waits for the store anyway */
-    CHECKERS_OWNER_SIZE = 65,
-    CHECKERS_WAITING_MAX = 1024, /* orders of one owner that may wait; beyond it they are refused */
-    CHECKERS_SLOW_MAX = 32       /* of them, in the slow lane */
+    DOCUMENT_POOL_AT_ONCE_MS = 4,
+    DOCUMENT_POOL_EXPRESS_MS = 200,
+    DOCUMENT_POOL_QUICK_MS = 30,
+    DOCUMENT_POOL_LONG_MS = 10000,
+    DOCUMENT_POOL_TURN_MS = 10000,
+    DOCUMENT_POOL_YIELD_MS = 1000,
+    DOCUMENT_POOL_PLACES_MAX = 8, /* of a lane; more than that waits for the store anyway */
+    DOCUMENT_POOL_OWNER_SIZE = 65,
+    DOCUMENT_POOL_WAITING_MAX =
+        1024,                   /* orders of one owner that may wait; beyond it they are refused */
+    DOCUMENT_POOL_SLOW_MAX = 32 /* of them, in the slow lane */
 };
 
 /* The importer of CAD files, beside the daemon's own program. */
-#define CHECKERS_IMPORTER "drape-import"
+#define DOCUMENT_POOL_IMPORTER "drape-import"
 
-struct checkers;
+struct document_pool;
 struct check;
 
-struct checkers_settings {
+struct document_pool_settings {
     int express, slow;  /* places in the lanes, >= 1 each */
     int64_t memory;     /* bytes for all orders under way together: the budget */
     int64_t timeout_ms; /* of an order, waiting not counted */
     int64_t map_timeout_ms, import_timeout_ms; /* the same of maps and of CAD files */
-    int64_t turn_ms;                           /* CHECKERS_TURN_MS, but in tests */
+    int64_t turn_ms;                           /* DOCUMENT_POOL_TURN_MS, but in tests */
     int64_t max_output;                        /* bytes */
     const char *folder;      /* where long outputs are kept while they are sent; "": in memory */
     const char *memory_flag; /* the one that sets `memory`, for messages */
@@ -61,7 +62,7 @@ struct checkers_settings {
 
 /* The container of a job's result, written to a file by a thread of the
  * pool. The context belongs to the check as soon as that is begun. */
-struct checkers_columns {
+struct document_pool_columns {
     bool (*write)(void *context, int file); /* NULL: none are needed */
     void (*free)(void *context);
     void *context;
@@ -69,17 +70,17 @@ struct checkers_columns {
 };
 
 /* What is to be checked. The documents are copied, the body's file is not. */
-struct checkers_order {
+struct document_pool_order {
     enum checker_kind kind;
     const char *owner; /* of whose places it takes one */
     struct api_limits limits;
     const char *document[CHECKER_DOCUMENTS]; /* NULL: none */
     size_t length[CHECKER_DOCUMENTS];
-    int body_file;                   /* the sealed memory file with the body; -1: none */
-    const struct api_start *start;   /* or NULL */
-    const char *source, *unit;       /* of a surface that is a file: its format, and the unit of one
-                                        that says none; NULL: neither */
-    struct checkers_columns columns; /* of a map, a variant or a report */
+    int body_file;                 /* the sealed memory file with the body; -1: none */
+    const struct api_start *start; /* or NULL */
+    const char *source, *unit;     /* of a surface that is a file: its format, and the unit of one
+                                      that says none; NULL: neither */
+    struct document_pool_columns columns; /* of a map, a variant or a report */
     size_t variant;
     /* of a map, sample or report */
     bool nastran;
@@ -87,7 +88,7 @@ struct checkers_order {
 };
 
 /* For /metrics. */
-struct checkers_stats {
+struct document_pool_stats {
     int64_t under_way[2]; /* in the express and the slow lane */
     int64_t waiting;
     int64_t reserved; /* bytes of the budget */
@@ -97,21 +98,23 @@ struct checkers_stats {
 };
 
 /* Starts processes and threads. NULL when they cannot be had. */
-struct checkers *checkers_start(struct hub *hub, const struct checkers_settings *settings);
+struct document_pool *document_pool_start(struct hub *hub,
+                                          const struct document_pool_settings *settings);
 
 /* Whether the importer is there. */
-bool checkers_can_import(void);
+bool document_pool_can_import(void);
 
 /* Ends what is under way. No check may be left. NULL is allowed. */
-void checkers_stop(struct checkers *checkers);
+void document_pool_stop(struct document_pool *document_pool);
 
-void checkers_stats(struct checkers *checkers, struct checkers_stats *stats);
+void document_pool_stats(struct document_pool *document_pool, struct document_pool_stats *stats);
 
 /* Begins a check, and ends it when it is quick. The hub is notified of `subject` when a check that
  * was not done yet is. NULL with the problem set: API_TOO_LARGE (more than the whole budget),
  * API_QUOTA (too many of this owner wait), API_UNAVAILABLE. */
-struct check *checkers_begin(struct checkers *checkers, const struct checkers_order *order,
-                             const char *subject, struct api_problem *problem);
+struct check *document_pool_begin(struct document_pool *document_pool,
+                                  const struct document_pool_order *order, const char *subject,
+                                  struct api_problem *problem);
 
 bool check_done(struct check *check);
 

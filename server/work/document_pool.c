@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include "checkers.h"
+#include "document_pool.h"
 
-#include "checkers_pool.h"
+#include "document_pool_parts.h"
 #include "server/clock.h"
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +32,7 @@ static enum check_outcome look(struct check *check) {
         return OUTCOME_TIMEOUT;
     if (check->lane == LANE_SLOW)
         return must_yield(check, now) ? OUTCOME_AGAIN : OUTCOME_LATER;
-    if (now < check->begun_ms + CHECKERS_EXPRESS_MS)
+    if (now < check->begun_ms + DOCUMENT_POOL_EXPRESS_MS)
         return OUTCOME_LATER;
     enum check_outcome outcome = lane_move_to_slow(check->pool, check);
     if (outcome == OUTCOME_LATER)
@@ -44,7 +44,7 @@ static enum check_outcome look(struct check *check) {
 static enum check_outcome follow(struct check *check) {
     enum check_outcome outcome = OUTCOME_LATER;
     while (outcome == OUTCOME_LATER) {
-        int64_t until = check->lane == LANE_EXPRESS ? check->begun_ms + CHECKERS_EXPRESS_MS
+        int64_t until = check->lane == LANE_EXPRESS ? check->begun_ms + DOCUMENT_POOL_EXPRESS_MS
                                                     : check->packet.deadline_ms;
         int64_t wait = until - clock_ms();
         outcome = check_receive(check, wait < LOOK_MS ? wait : LOOK_MS);
@@ -58,7 +58,7 @@ static enum check_outcome follow(struct check *check) {
  * caller, or frees the check if that has gone. A process of the slow lane keeps its low priority,
  * so it is not used again. */
 static void finish(struct check *check, enum check_outcome outcome, bool notify) {
-    struct checkers *pool = check->pool;
+    struct document_pool *pool = check->pool;
     char subject[ID_SIZE];
     if (outcome != OUTCOME_ANSWER || check->place->slow)
         place_end(check->place, outcome == OUTCOME_CRASHED);
@@ -66,7 +66,7 @@ static void finish(struct check *check, enum check_outcome outcome, bool notify)
     check_close(check, CHECKER_DOCUMENTS);
     memcpy(subject, check->subject, sizeof subject);
     pthread_mutex_lock(&pool->lock);
-    if (check->lane == LANE_EXPRESS && check->answer.processor_us > CHECKERS_QUICK_MS * 1000)
+    if (check->lane == LANE_EXPRESS && check->answer.processor_us > DOCUMENT_POOL_QUICK_MS * 1000)
         lane_note_long(pool, check->owner, clock_ms());
     lane_leave(pool, check);
     pool->stats.done++;
@@ -84,7 +84,7 @@ static void finish(struct check *check, enum check_outcome outcome, bool notify)
 /* Stops the process; the check waits for that lane and so many bytes, unless nobody wants it any
  * more. */
 static void begin_anew(struct check *check, enum check_lane lane, int64_t reserve) {
-    struct checkers *pool = check->pool;
+    struct document_pool *pool = check->pool;
     int *output = &check->files[CHECKER_DOCUMENTS];
     place_end(check->place, false);
     if (*output >= 0)
@@ -146,7 +146,7 @@ static void run(struct check *check, bool sent) {
 
 /* ------------------------------------------------------------------ the threads */
 
-static struct check *find_adopted(const struct checkers *pool) {
+static struct check *find_adopted(const struct document_pool *pool) {
     struct check *check = pool->running;
     while (check && check->state != STATE_ADOPTED)
         check = check->next;
@@ -154,7 +154,7 @@ static struct check *find_adopted(const struct checkers *pool) {
 }
 
 /* With the lock: the next check, under way; NULL at the end. `sent` says whether its order is. */
-static struct check *wait_for_check(struct checkers *pool, bool *sent) {
+static struct check *wait_for_check(struct document_pool *pool, bool *sent) {
     for (;;) {
         struct check *check = find_adopted(pool);
         *sent = check != NULL;
@@ -178,7 +178,7 @@ static struct check *wait_for_check(struct checkers *pool, bool *sent) {
  * process of one place, and lives as long as the pool, since a process ends with the thread that
  * started it. */
 static void *work(void *context) {
-    struct checkers *pool = context;
+    struct document_pool *pool = context;
     struct check *check;
     bool sent;
     pthread_mutex_lock(&pool->lock);
@@ -198,8 +198,9 @@ static void *work(void *context) {
     return NULL;
 }
 
-struct checkers *checkers_start(struct hub *hub, const struct checkers_settings *settings) {
-    struct checkers *pool = calloc(1, sizeof *pool);
+struct document_pool *document_pool_start(struct hub *hub,
+                                          const struct document_pool_settings *settings) {
+    struct document_pool *pool = calloc(1, sizeof *pool);
     if (!pool)
         return NULL;
     pool->hub = hub;
@@ -214,11 +215,11 @@ struct checkers *checkers_start(struct hub *hub, const struct checkers_settings 
         pool->thread_count++;
     if (pool->thread_count == pool->value_count)
         return pool;
-    checkers_stop(pool);
+    document_pool_stop(pool);
     return NULL;
 }
 
-void checkers_stop(struct checkers *pool) {
+void document_pool_stop(struct document_pool *pool) {
     if (!pool)
         return;
     pthread_mutex_lock(&pool->lock);
@@ -236,7 +237,7 @@ void checkers_stop(struct checkers *pool) {
     free(pool);
 }
 
-void checkers_stats(struct checkers *pool, struct checkers_stats *stats) {
+void document_pool_stats(struct document_pool *pool, struct document_pool_stats *stats) {
     pthread_mutex_lock(&pool->lock);
     *stats = pool->stats;
     for (const struct check *check = pool->waiting; check; check = check->next)
@@ -248,7 +249,7 @@ void checkers_stats(struct checkers *pool, struct checkers_stats *stats) {
 
 /* With the lock: whether the check can begin with a process that runs already, and nobody else
  * would be the next. It has begun then. */
-static bool begin_at_once(struct checkers *pool, struct check *check) {
+static bool begin_at_once(struct document_pool *pool, struct check *check) {
     if (check->columns.write || check_imports(check) || !lane_may_begin(pool, check) ||
         lane_choose(pool))
         return false;
@@ -269,13 +270,13 @@ static bool begin_at_once(struct checkers *pool, struct check *check) {
  * soon.
  */
 static void run_at_once(struct check *check) {
-    struct checkers *pool = check->pool;
+    struct document_pool *pool = check->pool;
     bool sent = check_files(check);
     if (sent) {
         place_bound(check);
         sent = check_send(check);
     }
-    if (sent && check_receive(check, CHECKERS_AT_ONCE_MS) == OUTCOME_ANSWER) {
+    if (sent && check_receive(check, DOCUMENT_POOL_AT_ONCE_MS) == OUTCOME_ANSWER) {
         if (is_cramped(check, OUTCOME_ANSWER))
             begin_anew(check, LANE_SLOW, check_most(pool));
         else
@@ -294,8 +295,9 @@ static void run_at_once(struct check *check) {
     pthread_mutex_unlock(&pool->lock);
 }
 
-struct check *checkers_begin(struct checkers *pool, const struct checkers_order *order,
-                             const char *subject, struct api_problem *problem) {
+struct check *document_pool_begin(struct document_pool *pool,
+                                  const struct document_pool_order *order, const char *subject,
+                                  struct api_problem *problem) {
     struct check *check = check_new(pool, order, subject);
     if (!check) {
         api_problem_set(problem, API_UNAVAILABLE, "there is no memory for this now");
@@ -315,7 +317,7 @@ struct check *checkers_begin(struct checkers *pool, const struct checkers_order 
     if (!full)
         return check;
     enum check_lane lane = check->lane;
-    check->columns = (struct checkers_columns){0}; /* still the caller's */
+    check->columns = (struct document_pool_columns){0}; /* still the caller's */
     check_free(check);
     check_explain_quota(problem, lane);
     return NULL;
@@ -344,7 +346,7 @@ ssize_t check_read(struct check *check, uint64_t offset, char *buffer, size_t si
 void check_drop(struct check *check) {
     if (!check)
         return;
-    struct checkers *pool = check->pool;
+    struct document_pool *pool = check->pool;
     pthread_mutex_lock(&pool->lock);
     bool free_here = check->state == STATE_DONE || check->state == STATE_WAITING;
     if (check->state == STATE_WAITING)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "checkers_pool.h"
+#include "document_pool_parts.h"
 
 #include "sandbox.h"
 #include "server/log.h"
@@ -16,19 +16,19 @@ static void bound(const struct check_place *place, int resource, uint64_t value)
         log_warning(log_event("checker_not_bounded"), log_text("detail", strerror(errno)));
 }
 
-bool checkers_can_import(void) {
+bool document_pool_can_import(void) {
     char importer[CHILD_PATH_SIZE];
-    child_beside(CHECKERS_IMPORTER, importer);
+    child_beside(DOCUMENT_POOL_IMPORTER, importer);
     return access(importer, X_OK) == 0;
 }
 
-bool place_start(struct checkers *pool, struct check_place *place, bool imports) {
+bool place_start(struct document_pool *pool, struct check_place *place, bool imports) {
     struct checker_hello hello;
     char importer[CHILD_PATH_SIZE];
     if (child_running(&place->child) && place->imports == imports)
         return true;
     child_kill(&place->child);
-    child_beside(CHECKERS_IMPORTER, importer);
+    child_beside(DOCUMENT_POOL_IMPORTER, importer);
     if (!child_start(&place->child, imports ? importer : NULL, CHECKER_ARGUMENT, SOCK_SEQPACKET))
         return false;
     place->imports = imports;
@@ -60,7 +60,7 @@ void place_end(struct check_place *place, bool crashed) {
     if (crashed) {
         child_reap(&place->child, why);
         log_warning(log_event("checker_crashed"), log_text("why", why),
-                    log_text("program", place->imports ? CHECKERS_IMPORTER : "draped"));
+                    log_text("program", place->imports ? DOCUMENT_POOL_IMPORTER : "draped"));
     } else {
         child_kill(&place->child);
     }

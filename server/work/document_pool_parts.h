@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The parts of the pool of checker processes, for its own files: a check, which is one order on its
- * way (checkers_order.c); the place of a process (checkers_place.c); and the lanes in which checks
- * wait and run (checkers_lanes.c). What threads do with them is checkers.c.
+ * way (document_pool_order.c); the place of a process (document_pool_place.c); and the lanes in
+ * which checks wait and run (document_pool_lanes.c). What threads do with them is document_pool.c.
  */
-#ifndef SERVER_WORK_CHECKERS_POOL_H
-#define SERVER_WORK_CHECKERS_POOL_H
+#ifndef SERVER_WORK_DOCUMENT_POOL_PARTS_H
+#define SERVER_WORK_DOCUMENT_POOL_PARTS_H
 
-#include "checkers.h"
 #include "child.h"
+#include "document_pool.h"
 #include <pthread.h>
 
-enum { CHECKERS_LONG_OWNERS = 32 }; /* of whom it is known that their orders take long */
+enum { DOCUMENT_POOL_LONG_OWNERS = 32 }; /* of whom it is known that their orders take long */
 
 enum check_state {
     STATE_WAITING,
@@ -33,9 +33,9 @@ struct check_place {
 };
 
 struct check {
-    struct checkers *pool;
-    struct checkers_columns columns;
-    char subject[ID_SIZE], owner[CHECKERS_OWNER_SIZE];
+    struct document_pool *pool;
+    struct document_pool_columns columns;
+    char subject[ID_SIZE], owner[DOCUMENT_POOL_OWNER_SIZE];
     struct checker_order packet;
     char *inlined; /* the documents in the packet */
     size_t inlined_length;
@@ -55,9 +55,9 @@ struct check {
     bool dropped;
 };
 
-struct checkers {
+struct document_pool {
     struct hub *hub;
-    struct checkers_settings settings;
+    struct document_pool_settings settings;
     int value_count;
     struct check_place *places;
     pthread_t *threads; /* one a place */
@@ -70,10 +70,10 @@ struct checkers {
     struct check *waiting, *running; /* lists; of `waiting` the first comes next, all else equal */
     int64_t yielded_ms;              /* when an order gave way last */
     struct {
-        char owner[CHECKERS_OWNER_SIZE];
+        char owner[DOCUMENT_POOL_OWNER_SIZE];
         int64_t until_ms;
-    } long_owners[CHECKERS_LONG_OWNERS];
-    struct checkers_stats stats;
+    } long_owners[DOCUMENT_POOL_LONG_OWNERS];
+    struct document_pool_stats stats;
     bool stopping;
 };
 
@@ -93,7 +93,7 @@ enum check_outcome {
 
 /* A check of the order, whose columns are then its own; not yet in any list. NULL, with the columns
  * still the caller's, without memory or room for the documents. */
-struct check *check_new(struct checkers *pool, const struct checkers_order *order,
+struct check *check_new(struct document_pool *pool, const struct document_pool_order *order,
                         const char *subject);
 
 void check_free(struct check *check);
@@ -102,7 +102,7 @@ void check_free(struct check *check);
 void check_close(struct check *check, int end);
 
 /* The most that one order may take: the budget without what is kept for the express lane. */
-int64_t check_most(const struct checkers *pool);
+int64_t check_most(const struct document_pool *pool);
 
 /* How long it may take, ms. */
 int64_t check_timeout(const struct check *check);
@@ -129,7 +129,7 @@ void check_explain_quota(struct api_problem *problem, enum check_lane lane);
 /* ---- a place ---- */
 
 /* Starts the place's process if it has none, and waits for its word that it is locked in. */
-bool place_start(struct checkers *pool, struct check_place *place, bool imports);
+bool place_start(struct document_pool *pool, struct check_place *place, bool imports);
 
 /* Bounds its memory for the order, whose documents are mapped beside it; most orders have the same.
  */
@@ -148,34 +148,34 @@ void lane_append(struct check **list, struct check *check);
 void lane_withdraw(struct check **list, const struct check *check);
 
 /* Whether as many of the owner's wait as may, in the lane. */
-bool lane_full(const struct checkers *pool, const char *owner, enum check_lane lane);
+bool lane_full(const struct document_pool *pool, const char *owner, enum check_lane lane);
 
 /* Whether orders of the owner took long lately. */
-bool lane_takes_long(const struct checkers *pool, const char *owner, int64_t now);
+bool lane_takes_long(const struct document_pool *pool, const char *owner, int64_t now);
 
 /* An order of the owner has taken long in the express lane: its next ones come last there. */
-void lane_note_long(struct checkers *pool, const char *owner, int64_t now);
+void lane_note_long(struct document_pool *pool, const char *owner, int64_t now);
 
 /* Whether the check may begin now, in the lane it is in. */
-bool lane_may_begin(const struct checkers *pool, const struct check *check);
+bool lane_may_begin(const struct document_pool *pool, const struct check *check);
 
 /* The check that begins next: of those that may, the first of the owner with the fewest under way,
  * of whom nothing took long lately. NULL: none may. */
-struct check *lane_choose(const struct checkers *pool);
+struct check *lane_choose(const struct document_pool *pool);
 
 /* Gives the check, which is in no list, the first idle place. */
-void lane_begin(struct checkers *pool, struct check *check);
+void lane_begin(struct document_pool *pool, struct check *check);
 
 /* Gives back the place and its share of the budget; what else of its owner waits comes behind what
  * others wait with. */
-void lane_leave(struct checkers *pool, struct check *check);
+void lane_leave(struct document_pool *pool, struct check *check);
 
 /* Whether the check, in the slow lane, has had its turn there and another owner waits for one. */
-bool lane_must_yield(struct checkers *pool, struct check *check, int64_t now);
+bool lane_must_yield(struct document_pool *pool, struct check *check, int64_t now);
 
 /* Without the lock. Moves the check, which takes too long for the express lane, to the slow one
  * with its process, if that has a place; if not, it has to begin anew there, unless too many of the
  * owner's wait. */
-enum check_outcome lane_move_to_slow(struct checkers *pool, struct check *check);
+enum check_outcome lane_move_to_slow(struct document_pool *pool, struct check *check);
 
 #endif

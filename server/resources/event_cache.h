@@ -2,11 +2,11 @@
 /*
  * What the event streams of a process know of jobs, together: hundreds of streams may follow one
  * job, and are all woken by one change of it. The first to look reads the job from the store and
- * pins the document to the board; the others take it from there, unless they have been woken since
+ * keeps the document in the cache; the others take it from there, unless they have been woken since
  * that read began.
  */
-#ifndef SERVER_RESOURCES_BOARD_H
-#define SERVER_RESOURCES_BOARD_H
+#ifndef SERVER_RESOURCES_EVENT_CACHE_H
+#define SERVER_RESOURCES_EVENT_CACHE_H
 
 #include "server/store/store.h"
 
@@ -14,7 +14,7 @@
  * status and progress are set, nothing else and nothing to be cleared; `document` is its status
  * document, malloc'ed, NULL without memory. Both mean something with STORE_OK only. Otherwise the
  * answer of the store. */
-enum store_answer board_look(struct store *store, const char *id, int64_t since,
-                             struct store_job *job, char **document);
+enum store_answer event_cache_look(struct store *store, const char *id, int64_t since,
+                                   struct store_job *job, char **document);
 
 #endif

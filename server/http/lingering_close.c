@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "linger.h"
+#include "lingering_close.h"
 #include "server/clock.h"
 #include <fcntl.h>
 #include <poll.h>
@@ -23,7 +23,7 @@ struct lingering {
     int64_t until;
 };
 
-struct linger_pool {
+struct lingering_close {
     pthread_t thread;
     pthread_mutex_t lock;
     int event;
@@ -32,13 +32,13 @@ struct linger_pool {
     struct lingering entries[LINGER_MAX];
 };
 
-static void drop(struct linger_pool *pool, size_t k) {
+static void drop(struct lingering_close *pool, size_t k) {
     close(pool->entries[k].socket);
     pool->entries[k] = pool->entries[--pool->count];
 }
 
 /* Reads once from those that have something; drops those that have ended or had their time. */
-static void read_away(struct linger_pool *pool, int64_t now) {
+static void read_away(struct lingering_close *pool, int64_t now) {
     static char away[LINGER_READ]; /* never looked at; one thread */
     for (size_t k = pool->count; k-- > 0;) {
         struct lingering *entry = &pool->entries[k];
@@ -50,7 +50,7 @@ static void read_away(struct linger_pool *pool, int64_t now) {
 }
 
 /* Fills the poll set; returns how many, and the milliseconds to wait. */
-static nfds_t watch(struct linger_pool *pool, struct pollfd *set, int *wait) {
+static nfds_t watch(struct lingering_close *pool, struct pollfd *set, int *wait) {
     int64_t now = clock_ms(), first = INT64_MAX;
     set[0] = (struct pollfd){pool->event, POLLIN, 0};
     for (size_t k = 0; k < pool->count; k++) {
@@ -63,7 +63,7 @@ static nfds_t watch(struct linger_pool *pool, struct pollfd *set, int *wait) {
 }
 
 static void *run(void *context) {
-    struct linger_pool *pool = context;
+    struct lingering_close *pool = context;
     struct pollfd set[LINGER_MAX + 1];
     pthread_mutex_lock(&pool->lock);
     while (!pool->stop) {
@@ -83,8 +83,8 @@ static void *run(void *context) {
     return NULL;
 }
 
-struct linger_pool *linger_start(void) {
-    struct linger_pool *pool = calloc(1, sizeof *pool);
+struct lingering_close *lingering_close_start(void) {
+    struct lingering_close *pool = calloc(1, sizeof *pool);
     if (!pool)
         return NULL;
     pool->event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -98,13 +98,13 @@ struct linger_pool *linger_start(void) {
     return NULL;
 }
 
-static void poke(struct linger_pool *pool) {
+static void poke(struct lingering_close *pool) {
     uint64_t one = 1;
     if (write(pool->event, &one, sizeof one) < 0)
         return; /* the counter is full: it is awake anyway */
 }
 
-void linger_add(struct linger_pool *pool, int socket) {
+void lingering_close_add(struct lingering_close *pool, int socket) {
     pthread_mutex_lock(&pool->lock);
     int copy = pool->count < LINGER_MAX ? fcntl(socket, F_DUPFD_CLOEXEC, 0) : -1;
     if (copy >= 0) {
@@ -116,7 +116,7 @@ void linger_add(struct linger_pool *pool, int socket) {
         poke(pool);
 }
 
-void linger_stop(struct linger_pool *pool) {
+void lingering_close_stop(struct lingering_close *pool) {
     if (!pool)
         return;
     pthread_mutex_lock(&pool->lock);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "board.h"
+#include "event_cache.h"
 #include "documents.h"
 #include "server/clock.h"
 #include <pthread.h>
@@ -56,8 +56,8 @@ static void pin(const struct store *store, const char *id, int64_t begun,
     free(copy);
 }
 
-enum store_answer board_look(struct store *store, const char *id, int64_t since,
-                             struct store_job *job, char **document) {
+enum store_answer event_cache_look(struct store *store, const char *id, int64_t since,
+                                   struct store_job *job, char **document) {
     struct store_job whole;
     if (find(store, id, since, job, document))
         return STORE_OK;

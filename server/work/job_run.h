@@ -4,8 +4,8 @@
  * result to the store, watches for cancellation, deadline and shutdown, and at the end reports
  * the outcome to the store. Ending a job early is always a kill of its worker.
  */
-#ifndef SERVER_WORK_ATTEMPT_H
-#define SERVER_WORK_ATTEMPT_H
+#ifndef SERVER_WORK_JOB_RUN_H
+#define SERVER_WORK_JOB_RUN_H
 
 #include "child.h"
 #include "counters.h"
@@ -16,16 +16,16 @@
 #include <stdatomic.h>
 
 enum {
-    ATTEMPT_RETRY_MS = 500, /* between two tries when the store is busy or down */
-    ATTEMPT_NO_STOP = -1
+    JOB_RUN_RETRY_MS = 500, /* between two tries when the store is busy or down */
+    JOB_RUN_NO_STOP = -1
 };
 
 /* What the attempts of one dispatcher have in common. */
-struct attempt_shared {
+struct job_run_shared {
     struct store *store;
     struct hub *hub;
     struct dispatcher_settings settings;
-    /* By `clock_ms`: from when jobs that run go back to the queue; ATTEMPT_NO_STOP: go on. */
+    /* By `clock_ms`: from when jobs that run go back to the queue; JOB_RUN_NO_STOP: go on. */
     atomic_int_fast64_t stop_at_ms;
     struct work_counters counters;
     atomic_int_fast64_t yielded_ms; /* when a job last gave way to another owner's */
@@ -35,20 +35,20 @@ struct attempt_shared {
  * one that sanitizers slow down more, and so long in any case: on a busy machine a small job takes
  * long, too. Then it goes back to the queue. */
 enum {
-    ATTEMPT_EXPRESS_MS = SANDBOX_SANITIZED ? 600 : 60,
-    ATTEMPT_EXPRESS_MOST_MS = 10 * ATTEMPT_EXPRESS_MS,
-    ATTEMPT_TURN_MS = 10000, /* else; then it goes back when another owner has waited, with nothing
-                                running, for ATTEMPT_STARVED_MS. Doubled with every attempt, so
+    JOB_RUN_EXPRESS_MS = SANDBOX_SANITIZED ? 600 : 60,
+    JOB_RUN_EXPRESS_MOST_MS = 10 * JOB_RUN_EXPRESS_MS,
+    JOB_RUN_TURN_MS = 10000, /* else; then it goes back when another owner has waited, with nothing
+                                running, for JOB_RUN_STARVED_MS. Doubled with every attempt, so
                                 that each job ends at last. */
-    ATTEMPT_STARVED_MS = 2000
+    JOB_RUN_STARVED_MS = 2000
 };
 
 /* Whether running jobs have had their time after the daemon was asked to stop. */
-bool attempt_out_of_time(struct attempt_shared *shared);
+bool job_run_out_of_time(struct job_run_shared *shared);
 
 /* Bounds the memory of a worker that has just been started, for all its jobs. False: it must not
  * get any. */
-bool attempt_bound(const struct attempt_shared *shared, const struct child *child);
+bool job_run_bound(const struct job_run_shared *shared, const struct child *child);
 
 /* Works on the claimed job until it is off the worker and the store knows. `child` is running; when
  * it is not afterwards, it had to be killed or died. `wake` is an eventfd, non-blocking: what is
@@ -56,10 +56,10 @@ bool attempt_bound(const struct attempt_shared *shared, const struct child *chil
  * back to the queue because it could not be worked on now (not because it gave way); to take it
  * again at once would not help.
  */
-bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
-                 struct child *child, int wake, bool express);
+bool job_run(struct job_run_shared *shared, const struct store_claim *claim, struct child *child,
+             int wake, bool express);
 
 /* Writes to such an eventfd. Any thread; never blocks. */
-void attempt_wake(int wake);
+void job_run_wake(int wake);
 
 #endif

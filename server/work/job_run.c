@@ -1,0 +1,576 @@
+/* SPDX-License-Identifier: MIT */
+#include "job_run.h"
+#include "api/json/text.h"
+#include "api/study/study.h"
+#include "frame.h"
+#include "sandbox.h"
+#include "server/clock.h"
+#include "server/log.h"
+#include "server/metrics.h"
+#include <errno.h>
+#include <math.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+enum {
+    CPU_MARGIN_SECONDS = 30,
+    TASK_ATTEMPTS = 16, /* of a task, of which any number are not held against it */
+    KEPT_MOST = 64 << 20,
+    BEST_SIZE = 64 * QUANTITY_COUNT /* of each its name and a number */
+};
+#define MEMORY_BESIDE_BYTES (UINT64_C(1) << 30)
+#define DOCUMENTS_BYTES (UINT64_C(4) << 30) /* more than any request and surface together */
+
+_Static_assert((int)FRAME_TASK_BYTES <= (int)STORE_TASK_BYTES, "a task fits");
+
+/* How a job on a worker ended. */
+enum outcome {
+    OUTCOME_NONE,    /* not yet */
+    OUTCOME_DONE,    /* the result is whole, `text` is its summary */
+    OUTCOME_ROUND,   /* a step of a study began a round: its tasks are in `kept` */
+    OUTCOME_PROBLEM, /* `text` is the problem document */
+    OUTCOME_CRASHED, /* the worker died */
+    OUTCOME_BROKEN,  /* the worker said what it must not */
+    OUTCOME_TIMEOUT, /* over its time */
+    OUTCOME_TOO_LARGE,
+    OUTCOME_LOST,     /* cancelled, deleted or given to another */
+    OUTCOME_RELEASED, /* the daemon stops, or the store cannot take the result now */
+    OUTCOME_YIELDED   /* it gave way to other owners' jobs */
+};
+
+struct job_run {
+    struct job_run_shared *shared;
+    const struct store_claim *claim;
+    struct child *child;
+    int wake;
+    struct store_writer *writer;
+    enum outcome outcome;
+    char *text; /* malloc'ed */
+    double progress;
+    int64_t written; /* bytes of the result */
+    int64_t deadline_ms, renew_at_ms, progress_at_ms, look_at_ms;
+    bool express;
+    int64_t processor_us;     /* of the worker, when it began */
+    int64_t yield_at_ms;      /* from when it gives way */
+    int64_t starved_since_ms; /* as far as this attempt has seen; 0: nobody waits with nothing */
+    /* of studies */
+    unsigned char *kept; /* malloc'ed: the tasks of a round, or the numbers of a task */
+    size_t kept_length;
+    struct frame_round round;
+    double variant;    /* of a task, that was under way last; -1: not known */
+    int64_t solved_us; /* how long the worker took */
+};
+
+bool job_run_out_of_time(struct job_run_shared *shared) {
+    int64_t stop_at = atomic_load(&shared->stop_at_ms);
+    return stop_at != JOB_RUN_NO_STOP && clock_ms() >= stop_at;
+}
+
+void job_run_wake(int wake) {
+    uint64_t one = 1;
+    ssize_t written = write(wake, &one, sizeof one);
+    (void)written; /* it only fails when it is awake already */
+}
+
+/* Called by the hub. */
+static void wake_up(void *context) {
+    job_run_wake(*(const int *)context);
+}
+
+/* The job whose request it is, and whose end would end it: of a task its study. */
+static const char *subject(const struct job_run *run) {
+    const struct store_claim *claim = run->claim;
+    return claim->kind == STORE_TASK ? claim->parent : claim->id;
+}
+
+/* ------------------------------------------------------------------ under way */
+
+static void conclude(struct job_run *run, enum outcome outcome) {
+    if (run->outcome == OUTCOME_NONE)
+        run->outcome = outcome;
+}
+
+/* Renewal that fails because the store is down is tried again; if it stays down, the claim will
+ * turn out to be lost. */
+static void renew(struct job_run *run, int64_t now) {
+    const struct dispatcher_settings *settings = &run->shared->settings;
+    enum store_answer answer = store_renew(run->shared->store, run->claim, run->progress);
+    if (answer == STORE_CONFLICT)
+        conclude(run, OUTCOME_LOST);
+    run->renew_at_ms = now + (answer == STORE_OK ? settings->renew_ms : JOB_RUN_RETRY_MS);
+    run->progress_at_ms = now + settings->progress_ms;
+}
+
+/* Of the processor, for a job in the express lane. */
+static int64_t express_left_ms(const struct job_run *run) {
+    int64_t used = sandbox_processor_us(run->child->pid) - run->processor_us;
+    return JOB_RUN_EXPRESS_MS - used / 1000;
+}
+
+/* Whether the job has had its turn and another owner has waited long enough. Of the jobs of this
+ * process one at a time gives way: that may be all that is needed. */
+static bool must_yield(struct job_run *run, int64_t now) {
+    if (run->express)
+        return now >= run->yield_at_ms || express_left_ms(run) <= 0;
+    if (now < run->yield_at_ms)
+        return false;
+    if (store_starving(run->shared->store, false) != STORE_OK)
+        run->starved_since_ms = 0;
+    else if (!run->starved_since_ms)
+        run->starved_since_ms = now;
+    int_fast64_t last = atomic_load(&run->shared->yielded_ms);
+    return run->starved_since_ms && now - run->starved_since_ms >= JOB_RUN_STARVED_MS &&
+           now - last >= JOB_RUN_STARVED_MS &&
+           atomic_compare_exchange_strong(&run->shared->yielded_ms, &last, now);
+}
+
+static void look_at_claim(struct job_run *run, int64_t now) {
+    if (store_check(run->shared->store, run->claim) == STORE_CONFLICT)
+        conclude(run, OUTCOME_LOST);
+    else if (must_yield(run, now))
+        conclude(run, OUTCOME_YIELDED);
+    run->look_at_ms = now + (run->express ? express_left_ms(run) + 1 : WORK_POLL_MS);
+}
+
+/* The duties that do not depend on the worker. */
+static void attend(struct job_run *run) {
+    int64_t now = clock_ms();
+    if (now >= run->deadline_ms)
+        conclude(run, OUTCOME_TIMEOUT);
+    if (job_run_out_of_time(run->shared))
+        conclude(run, OUTCOME_RELEASED);
+    if (now >= run->look_at_ms)
+        look_at_claim(run, now);
+    if (now >= run->renew_at_ms)
+        renew(run, now);
+}
+
+static int64_t least(int64_t a, int64_t b) {
+    return a < b ? a : b;
+}
+
+/* Sleeps until the worker's socket is ready, a duty is due, or the lane is woken. */
+static void wait_for_worker(struct job_run *run, short events) {
+    struct pollfd files[2] = {{.fd = run->child->socket, .events = events},
+                              {.fd = run->wake, .events = POLLIN}};
+    int64_t stop_at = atomic_load(&run->shared->stop_at_ms);
+    int64_t due = least(least(run->deadline_ms, run->look_at_ms), run->renew_at_ms);
+    if (stop_at != JOB_RUN_NO_STOP)
+        due = least(due, stop_at);
+    int64_t wait = due - clock_ms();
+    if (poll(files, 2, wait < 0 ? 0 : (int)least(wait, 60000)) <= 0)
+        return;
+    if (files[1].revents) {
+        uint64_t count = 0;
+        ssize_t got = read(run->wake, &count, sizeof count);
+        (void)got;
+        run->look_at_ms = 0;
+    }
+}
+
+static void take_progress(struct job_run *run) {
+    double fraction = 0;
+    if (run->child->inbox.head.length != sizeof fraction) {
+        conclude(run, OUTCOME_BROKEN);
+        return;
+    }
+    memcpy(&fraction, run->child->inbox.bytes, sizeof fraction);
+    if (run->claim->kind == STORE_TASK) {
+        run->variant = fraction;
+        return;
+    }
+    if (fraction > run->progress && fraction <= 1.0)
+        run->progress = fraction;
+    int64_t now = clock_ms();
+    if (now >= run->progress_at_ms)
+        renew(run, now);
+}
+
+/* Keeps what goes to the store at the end alone. */
+static void keep(struct job_run *run) {
+    size_t length = run->child->inbox.head.length;
+    unsigned char *kept = NULL;
+    if (run->kept_length + length <= KEPT_MOST)
+        kept = realloc(run->kept, run->kept_length + length + 1);
+    if (!kept) {
+        conclude(run, OUTCOME_TOO_LARGE);
+        return;
+    }
+    memcpy(kept + run->kept_length, run->child->inbox.bytes, length);
+    run->kept = kept;
+    run->kept_length += length;
+}
+
+static void take_round(struct job_run *run) {
+    bool good = run->claim->kind == STORE_STUDY && run->kept_length > 0 &&
+                run->kept_length % sizeof(struct frame_task) == 0 &&
+                run->child->inbox.head.length == sizeof run->round;
+    if (good)
+        memcpy(&run->round, run->child->inbox.bytes, sizeof run->round);
+    conclude(run, good ? OUTCOME_ROUND : OUTCOME_BROKEN);
+}
+
+static void take_result(struct job_run *run) {
+    size_t length = run->child->inbox.head.length;
+    run->written += (int64_t)length;
+    if (run->written > run->shared->settings.max_result) {
+        conclude(run, OUTCOME_TOO_LARGE);
+        return;
+    }
+    enum store_answer answer = store_writer_append(run->writer, run->child->inbox.bytes, length);
+    if (answer == STORE_CONFLICT)
+        conclude(run, OUTCOME_LOST);
+    else if (answer != STORE_OK)
+        conclude(run, OUTCOME_RELEASED);
+}
+
+static void take_text(struct job_run *run, enum outcome outcome) {
+    run->text = strndup((const char *)run->child->inbox.bytes, run->child->inbox.head.length);
+    conclude(run, run->text ? outcome : OUTCOME_RELEASED);
+}
+
+static void take_frame(struct job_run *run) {
+    switch (run->child->inbox.head.type) {
+    case FRAME_PROGRESS:
+        take_progress(run);
+        break;
+    case FRAME_RESULT:
+        (run->claim->kind == STORE_TASK ? keep : take_result)(run);
+        break;
+    case FRAME_TASKS:
+        if (run->claim->kind == STORE_STUDY)
+            keep(run);
+        else
+            conclude(run, OUTCOME_BROKEN);
+        break;
+    case FRAME_ROUND:
+        take_round(run);
+        break;
+    case FRAME_DONE:
+        take_text(run, OUTCOME_DONE);
+        break;
+    case FRAME_PROBLEM:
+        take_text(run, OUTCOME_PROBLEM);
+        break;
+    default:
+        conclude(run, OUTCOME_BROKEN);
+    }
+}
+
+bool job_run_bound(const struct job_run_shared *shared, const struct child *child) {
+    uint64_t memory = (uint64_t)shared->settings.limits.max_memory + MEMORY_BESIDE_BYTES;
+    if (sandbox_bound_for_good(child->pid, RLIMIT_AS, memory + DOCUMENTS_BYTES))
+        return true;
+    log_error(log_event("worker_not_bounded"), log_text("detail", strerror(errno)));
+    return false;
+}
+
+/* Of memory, the job's own budget, and beside it the program itself, the documents, and the JSON
+ * tree of a body at its limits. The processor's is for the case that nothing watches the deadline.
+ */
+static bool bound_worker(const struct job_run *run, const struct api_input *input) {
+    const struct dispatcher_settings *settings = &run->shared->settings;
+    uint64_t budgets =
+        run->claim->kind == STORE_DRAPE ? 1 : 2; /* a study is kept beside its task */
+    uint64_t memory = budgets * (uint64_t)settings->limits.max_memory + MEMORY_BESIDE_BYTES +
+                      budgets * (input->request_length + input->surface_length);
+    uint64_t threads = settings->limits.threads > 1 ? (uint64_t)settings->limits.threads : 1;
+    uint64_t seconds = (uint64_t)(settings->job_timeout_ms / 1000 + CPU_MARGIN_SECONDS) * threads;
+    if (sandbox_bound(run->child->pid, RLIMIT_AS, memory) &&
+        sandbox_bound_processor(run->child->pid, seconds))
+        return true;
+    log_error(log_event("worker_not_bounded"), log_text("detail", strerror(errno)));
+    return false;
+}
+
+/* Sends the job; a worker that dies while it is sent is noticed by receiving. */
+static void send_job(struct job_run *run, const struct frame_work *order,
+                     const struct api_input *input) {
+    struct frame_outbox outbox;
+    frame_outbox_fill(&outbox, order, input, &run->shared->settings.limits);
+    if (!bound_worker(run, input))
+        conclude(run, OUTCOME_RELEASED);
+    while (run->outcome == OUTCOME_NONE && frame_push(run->child->socket, &outbox) == FRAME_LATER) {
+        wait_for_worker(run, POLLOUT);
+        attend(run);
+    }
+}
+
+static void receive_result(struct job_run *run) {
+    while (run->outcome == OUTCOME_NONE) {
+        switch (frame_poll(run->child->socket, &run->child->inbox)) {
+        case FRAME_READY:
+            take_frame(run);
+            break;
+        case FRAME_LATER:
+            wait_for_worker(run, POLLIN);
+            break;
+        case FRAME_CLOSED:
+            conclude(run, OUTCOME_CRASHED);
+            break;
+        case FRAME_BROKEN:
+            conclude(run, OUTCOME_BROKEN);
+            break;
+        }
+        attend(run);
+    }
+}
+
+/* ------------------------------------------------------------------ its end */
+
+/* A problem document in `attempt->text`; without memory the job goes back to the queue. */
+static void set_problem(struct job_run *run, enum api_problem_id id, const char *detail,
+                        long long number) {
+    struct api_problem problem = {0};
+    char text[API_DETAIL_MAX];
+    snprintf(text, sizeof text, "%s %lld.", detail, number);
+    api_problem_set(&problem, id, "%s", text);
+    free(run->text);
+    run->text = api_problem_json(&problem, NULL);
+    run->outcome = run->text ? OUTCOME_PROBLEM : OUTCOME_RELEASED;
+}
+
+/* Ends the worker unless it can go on with the next job, and turns what was the worker's fault into
+ * what is to be reported to the store. `why` is set for OUTCOME_CRASHED. */
+static void settle_worker(struct job_run *run, char why[CHILD_WHY_SIZE]) {
+    struct job_run_shared *shared = run->shared;
+    const struct dispatcher_settings *settings = &shared->settings;
+    if (run->outcome == OUTCOME_DONE || run->outcome == OUTCOME_ROUND ||
+        run->outcome == OUTCOME_PROBLEM)
+        return;
+    if (run->outcome == OUTCOME_CRASHED)
+        child_reap(run->child, why);
+    child_kill(run->child);
+    if (run->outcome == OUTCOME_CRASHED || run->outcome == OUTCOME_BROKEN)
+        atomic_fetch_add(&shared->counters.crashes, 1);
+    if (run->outcome == OUTCOME_BROKEN) {
+        snprintf(why, CHILD_WHY_SIZE, "it sent an invalid frame");
+        run->outcome = OUTCOME_CRASHED;
+    } else if (run->outcome == OUTCOME_TIMEOUT) {
+        atomic_fetch_add(&shared->counters.timeouts, 1);
+        if (run->claim->kind == STORE_TASK) { /* one of its drapes is to blame */
+            snprintf(why, CHILD_WHY_SIZE, "it took longer than a job may");
+            run->outcome = OUTCOME_CRASHED;
+            return;
+        }
+        set_problem(run, API_JOB_TIMEOUT, "The longest a drape may take, in seconds:",
+                    (long long)settings->job_timeout_ms / 1000);
+    } else if (run->outcome == OUTCOME_TOO_LARGE) {
+        set_problem(run, API_TOO_LARGE,
+                    "The most a result may hold, in bytes:", (long long)settings->max_result);
+    }
+}
+
+/* What a study has found so far, as it is reported: an object of its objectives. */
+static const char *tell_best(const struct frame_round *round, struct api_text *text) {
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        if (!isfinite(round->best[k]))
+            continue;
+        if (text->length == 0)
+            api_text_raw(text, "{");
+        api_text_key_number(text, quantities[k].name, round->best[k]);
+    }
+    if (text->length == 0)
+        return NULL;
+    api_text_raw(text, "}");
+    return api_text_finish(text);
+}
+
+static enum store_answer begin_round(struct job_run *run) {
+    char best[BEST_SIZE];
+    struct api_text text = api_text_over(best, sizeof best);
+    const struct frame_task *tasks = (const void *)run->kept; /* malloc'ed */
+    size_t count = run->kept_length / sizeof *tasks;
+    size_t length = tasks->length < STORE_TASK_BYTES ? tasks->length : STORE_TASK_BYTES;
+    unsigned char *bytes = calloc(count, STORE_TASK_BYTES);
+    int64_t *variants = calloc(count, sizeof *variants);
+    struct store_round round = {.tasks = bytes,
+                                .variants = variants,
+                                .length = length,
+                                .count = count,
+                                .done = (int64_t)run->round.done,
+                                .total = (int64_t)run->round.total,
+                                .best = tell_best(&run->round, &text)};
+    for (size_t k = 0; bytes && variants && k < count; k++) {
+        memcpy(bytes + k * length, tasks[k].bytes, length);
+        variants[k] = (int64_t)tasks[k].variants;
+    }
+    enum store_answer answer = bytes && variants
+                                   ? store_begin_round(run->shared->store, run->claim, &round)
+                                   : store_release(run->shared->store, run->claim);
+    free(bytes);
+    free(variants);
+    return answer;
+}
+
+/* A task whose worker died before, and again now, while it looked at a variant that is known: that
+ * one is to blame and marked, and costs the task no attempt. There is an end to that (study.h). */
+static enum store_answer tell_crash(struct job_run *run, const char *why) {
+    const struct store_claim *claim = run->claim;
+    struct api_study_task task;
+    bool known = claim->kind == STORE_TASK && claim->attempts > 1 && run->variant >= 0 &&
+                 claim->attempts < TASK_ATTEMPTS && claim->task_length == sizeof task;
+    if (!known)
+        return store_crashed(run->shared->store, claim, why);
+    memcpy(&task, claim->task, sizeof task);
+    api_study_task_blame(&task, (size_t)run->variant);
+    return store_change_task(run->shared->store, claim, &task);
+}
+
+static enum store_answer tell_store(struct job_run *run, const char *why) {
+    struct store *store = run->shared->store;
+    switch (run->outcome) {
+    case OUTCOME_DONE:
+        return run->claim->kind == STORE_TASK
+                   ? store_end_task(store, run->claim, run->kept, run->kept_length, run->solved_us)
+                   : store_writer_commit(run->writer, run->text);
+    case OUTCOME_ROUND:
+        return begin_round(run);
+    case OUTCOME_PROBLEM:
+        return store_fail(store, run->claim, run->text);
+    case OUTCOME_CRASHED:
+        return tell_crash(run, why);
+    case OUTCOME_RELEASED:
+        return store_release(store, run->claim);
+    case OUTCOME_YIELDED:
+        return store_yield(store, run->claim);
+    default:
+        return STORE_CONFLICT;
+    }
+}
+
+static void count_outcome(struct job_run *run, enum store_answer answer) {
+    struct work_counters *counters = &run->shared->counters;
+    if (run->claim->kind == STORE_TASK)
+        atomic_fetch_add(&counters->tasks, answer == STORE_OK && run->outcome == OUTCOME_DONE);
+    else if (answer == STORE_CONFLICT)
+        atomic_fetch_add(&counters->stopped, 1);
+    else if (run->outcome == OUTCOME_DONE)
+        atomic_fetch_add(&counters->succeeded, 1);
+    else if (run->outcome == OUTCOME_PROBLEM)
+        atomic_fetch_add(&counters->failed, 1);
+}
+
+/* Reports to the store, again and again while it is down: the work is done and must not be lost.
+ * When the daemon stops meanwhile, the lease will end by itself. */
+static void settle(struct job_run *run) {
+    static const char *const names[] = {"none",    "done",     "round",   "problem",
+                                        "crashed", "broken",   "timeout", "too large",
+                                        "lost",    "released", "yielded"};
+    char why[CHILD_WHY_SIZE] = "";
+    enum outcome seen = run->outcome;
+    settle_worker(run, why);
+    enum store_answer answer = tell_store(run, why);
+    while (store_failed(answer)) {
+        const struct timespec pause = {.tv_nsec = JOB_RUN_RETRY_MS * 1000000L};
+        if (job_run_out_of_time(run->shared))
+            break;
+        nanosleep(&pause, NULL);
+        answer = tell_store(run, why);
+    }
+    count_outcome(run, answer);
+    bool harmed = seen == OUTCOME_CRASHED || seen == OUTCOME_BROKEN || seen == OUTCOME_TIMEOUT;
+    if (run->claim->kind == STORE_TASK && !harmed && !store_failed(answer))
+        return; /* there are many */
+    log_write(
+        harmed || store_failed(answer) ? LOG_LEVEL_WARNING : LOG_LEVEL_INFO,
+        LOG_FIELDS(log_event("job_left_worker"),
+                   log_text(run->claim->kind == STORE_DRAPE ? "drape" : "study", subject(run)),
+                   log_word("request_id", run->claim->origin), log_text("outcome", names[seen]),
+                   log_text("worker", why), log_int("attempt", run->claim->attempts),
+                   log_text("store", store_answer_name(answer))));
+}
+
+/* ------------------------------------------------------------------ from claim to end */
+
+/* The documents of the job, and the `numbers` of a study; false when it cannot be worked on, with
+ * the outcome set. */
+static bool load(struct job_run *run, struct api_input *input, char **request,
+                 struct store_item *surface, void **numbers, size_t *length) {
+    struct store *store = run->shared->store;
+    enum store_answer answer = store_request(store, subject(run), request, &input->request_length);
+    if (answer == STORE_OK && run->claim->kind == STORE_STUDY)
+        answer = store_numbers(store, run->claim, numbers, length);
+    if (answer == STORE_OK && run->claim->surface[0])
+        answer = store_item_get(store, STORE_SURFACES, NULL, run->claim->surface, surface);
+    input->request = *request;
+    input->surface = surface->definition;
+    input->surface_length = surface->definition_length;
+    /* Neither can be missing while the job is running: it was deleted. */
+    if (answer == STORE_EMPTY)
+        conclude(run, OUTCOME_LOST);
+    else if (answer != STORE_OK)
+        conclude(run, OUTCOME_RELEASED);
+    return answer == STORE_OK;
+}
+
+static void work(struct job_run *run) {
+    struct api_input input = {0};
+    struct store_item surface = {0};
+    char *request = NULL;
+    void *numbers = NULL;
+    size_t length = 0;
+    const struct store_claim *claim = run->claim;
+    bool drape = claim->kind == STORE_DRAPE;
+    if (drape && claim->attempts == 1 && claim->waited_us >= 0)
+        metrics_time(METRICS_QUEUE, claim->waited_us);
+    if (load(run, &input, &request, &surface, &numbers, &length)) {
+        bool task = claim->kind == STORE_TASK;
+        const struct frame_work order = {.kind = drape  ? FRAME_DRAPE
+                                                 : task ? FRAME_TASK
+                                                        : FRAME_STEP,
+                                         .careful = task && claim->attempts > 1,
+                                         .spent_ms = (double)claim->spent / 1000,
+                                         .bytes = task ? claim->task : numbers,
+                                         .length = task ? claim->task_length : length};
+        int64_t begun = clock_us();
+        send_job(run, &order, &input);
+        receive_result(run);
+        run->solved_us = clock_us() - begun;
+        if (drape && run->outcome == OUTCOME_DONE)
+            metrics_time(METRICS_SOLVE, run->solved_us);
+    }
+    free(numbers);
+    free(request);
+    store_item_clear(&surface);
+}
+
+bool job_run(struct job_run_shared *shared, const struct store_claim *claim, struct child *child,
+             int wake, bool express) {
+    int doublings = claim->attempts < 16 ? claim->attempts - 1 : 15;
+    int64_t now = clock_ms();
+    struct hub_watch watch;
+    struct job_run run = {
+        .shared = shared,
+        .claim = claim,
+        .child = child,
+        .wake = wake,
+        .writer = store_writer_new(shared->store, claim),
+        .deadline_ms = now + shared->settings.job_timeout_ms,
+        .renew_at_ms = now + shared->settings.renew_ms,
+        .progress_at_ms = now + shared->settings.progress_ms,
+        .look_at_ms = now + (express ? JOB_RUN_EXPRESS_MS : WORK_POLL_MS),
+        .express = express,
+        .variant = -1,
+        .processor_us = sandbox_processor_us(child->pid),
+        .yield_at_ms =
+            now + (express ? JOB_RUN_EXPRESS_MOST_MS : (int64_t)JOB_RUN_TURN_MS << doublings),
+    };
+    atomic_fetch_add(&shared->counters.busy, 1);
+    hub_subscribe(shared->hub, &watch, subject(&run), HUB_CHANGE, wake_up, &run.wake);
+    if (run.writer)
+        work(&run);
+    else
+        conclude(&run, OUTCOME_RELEASED);
+    hub_unsubscribe(shared->hub, &watch);
+    settle(&run);
+    store_writer_free(run.writer);
+    free(run.text);
+    free(run.kept);
+    atomic_fetch_sub(&shared->counters.busy, 1);
+    return run.outcome != OUTCOME_RELEASED;
+}
