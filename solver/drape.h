@@ -70,7 +70,7 @@ struct drape_team {
  * drapes. Like these they do not jump when the start moves a little. */
 enum { DRAPE_SHEAR_BINS = 8192, DRAPE_DIVISIONS = 32 };
 #define DRAPE_SHEAR_BIN (90.0 / (DRAPE_SHEAR_BINS - 1)) /* degrees */
-struct drape_gauge {
+struct drape_statistics {
     struct vec3 wanted; /* asked for: where the warp should run, of any length; zero: not asked */
     double wanted_deg;  /* mean angle by area, 0..90, between warp and `wanted` projected on the
                            surface; of places where it has no projection 45 */
@@ -104,14 +104,14 @@ struct drape_settings {
     struct drape_generator generator[2];
     bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */
     int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */
-    const struct trim *trim;           /* the usable region; NULL: the whole surface */
-    size_t max_nodes;                  /* STATUS_TOO_MANY_NODES beyond */
-    struct drape_gauge *gauge;         /* NULL, or the caller's, to be filled */
-    const struct mesh_smooth *smooth;  /* of the mesh, made for many drapes of it by
-                                          `drape_prepare_mesh`; NULL: each makes its own */
-    const struct drape_facets *facets; /* likewise of a surface or shell for the method mosaic, by
-                                          `drape_prepare_facets` */
-    const struct drape_team *team;     /* NULL: the calling thread alone */
+    const struct trim *trim;             /* the usable region; NULL: the whole surface */
+    size_t max_nodes;                    /* STATUS_TOO_MANY_NODES beyond */
+    struct drape_statistics *statistics; /* NULL, or the caller's, to be filled */
+    const struct mesh_smooth *smooth;    /* of the mesh, made for many drapes of it by
+                                            `drape_prepare_mesh`; NULL: each makes its own */
+    const struct drape_facets *facets;   /* likewise of a surface or shell for the method mosaic, by
+                                            `drape_prepare_facets` */
+    const struct drape_team *team;       /* NULL: the calling thread alone */
     int lanes; /* nodes to be found at once at the most, 0: as many as the processor can; the result
                   has the same bits with any */
 };

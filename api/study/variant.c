@@ -78,12 +78,12 @@ enum status study_bench_make(const struct study_request *request, const struct s
 /* ---- from a drape to numbers ---- */
 
 /* The ratio of k1 that 95 % of the area has less than, straight between the bins. */
-static double k1_quantile(const struct study_k1 *k1, const struct drape_gauge *gauge) {
+static double k1_quantile(const struct study_k1 *k1, const struct drape_statistics *statistics) {
     double all = 0, sum = 0;
     for (int bin = 0; bin < DRAPE_SHEAR_BINS; bin++)
-        all += gauge->area[bin];
+        all += statistics->area[bin];
     for (int k = 0; k < DRAPE_SHEAR_BINS; k++) {
-        double own = gauge->area[k1[k].bin], wanted = 0.95 * all - sum;
+        double own = statistics->area[k1[k].bin], wanted = 0.95 * all - sum;
         if (own > 0 && own >= wanted) {
             double next = k1[k + 1 < DRAPE_SHEAR_BINS ? k + 1 : k].ratio;
             return k1[k].ratio + fmax(wanted / own, 0) * (next - k1[k].ratio);
@@ -94,33 +94,34 @@ static double k1_quantile(const struct study_k1 *k1, const struct drape_gauge *g
 }
 
 /* The area beyond a shear, its bin shared out evenly. */
-static double area_beyond(const struct drape_gauge *gauge, double shear_deg) {
+static double area_beyond(const struct drape_statistics *statistics, double shear_deg) {
     double at = shear_deg / DRAPE_SHEAR_BIN, sum = 0;
     int first = (int)at;
     if (first >= DRAPE_SHEAR_BINS)
         return 0;
     for (int bin = DRAPE_SHEAR_BINS - 1; bin > first; bin--)
-        sum += gauge->area[bin];
-    return sum + gauge->area[first] * (first + 1 - at);
+        sum += statistics->area[bin];
+    return sum + statistics->area[first] * (first + 1 - at);
 }
 
-static double least_shear(const struct drape_gauge *gauge) {
+static double least_shear(const struct drape_statistics *statistics) {
     int bin = 0;
-    while (bin < DRAPE_SHEAR_BINS - 1 && !(gauge->area[bin] > 0))
+    while (bin < DRAPE_SHEAR_BINS - 1 && !(statistics->area[bin] > 0))
         bin++;
     return bin * DRAPE_SHEAR_BIN;
 }
 
 /* Rectangle round the flat pattern, along the yarns, less the pattern. */
-static double waste(const struct drape_gauge *gauge, const double spacing[2], double flat_area) {
-    double width = (gauge->upper[0] - gauge->lower[0]) * spacing[0];
-    return fmax(width * (gauge->upper[1] - gauge->lower[1]) * spacing[1] - flat_area, 0);
+static double waste(const struct drape_statistics *statistics, const double spacing[2],
+                    double flat_area) {
+    double width = (statistics->upper[0] - statistics->lower[0]) * spacing[0];
+    return fmax(width * (statistics->upper[1] - statistics->lower[1]) * spacing[1] - flat_area, 0);
 }
 
 /* Vf of the greatest less that of the least shear: in a rigid cavity it grows with the shear. */
-static double fraction_range(const struct api_request *request, const struct drape_gauge *gauge,
-                             double most) {
-    double least = fmin(least_shear(gauge), most);
+static double fraction_range(const struct api_request *request,
+                             const struct drape_statistics *statistics, double most) {
+    double least = fmin(least_shear(statistics), most);
     double range = api_fields_fiber_volume_fraction(request, most) -
                    api_fields_fiber_volume_fraction(request, least);
     return fmin(fmax(range, 0), quantities[QUANTITY_FRACTION_RANGE].most);
@@ -130,23 +131,23 @@ static void judge(const struct study_bench *bench, const struct drape_settings *
                   const struct drape_result *result, struct study_row *row) {
     const struct api_request *request = &bench->request->drape;
     const struct drape_summary *s = &result->summary;
-    const struct drape_gauge *gauge = settings->gauge;
+    const struct drape_statistics *statistics = settings->statistics;
     double *q = row->quantity;
-    memcpy(row->most, gauge->most, sizeof row->most);
+    memcpy(row->most, statistics->most, sizeof row->most);
     q[QUANTITY_MAX_SHEAR] = s->max_shear_deg;
     q[QUANTITY_P95_SHEAR] = s->p95_shear_deg;
     q[QUANTITY_MEAN_SHEAR] = s->mean_shear_deg;
     q[QUANTITY_CLOTH_COVERAGE] = s->cloth_coverage;
     q[QUANTITY_UNCOVERED_AREA] = fmax(s->part_area * (1 - s->cloth_coverage), 0);
-    q[QUANTITY_WASTE_AREA] = waste(gauge, settings->spacing, s->flat_area);
+    q[QUANTITY_WASTE_AREA] = waste(statistics, settings->spacing, s->flat_area);
     if (study_judges(bench->request, QUANTITY_LOCKED_AREA))
-        q[QUANTITY_LOCKED_AREA] = area_beyond(gauge, request->fabric.locking_angle_deg);
+        q[QUANTITY_LOCKED_AREA] = area_beyond(statistics, request->fabric.locking_angle_deg);
     if (study_judges(bench->request, QUANTITY_ANGLE_DEVIATION))
-        q[QUANTITY_ANGLE_DEVIATION] = gauge->wanted_deg;
+        q[QUANTITY_ANGLE_DEVIATION] = statistics->wanted_deg;
     if (study_judges(bench->request, QUANTITY_FRACTION_RANGE))
-        q[QUANTITY_FRACTION_RANGE] = fraction_range(request, gauge, s->max_shear_deg);
+        q[QUANTITY_FRACTION_RANGE] = fraction_range(request, statistics, s->max_shear_deg);
     if (bench->k1)
-        q[QUANTITY_K1_RATIO] = k1_quantile(bench->k1, gauge);
+        q[QUANTITY_K1_RATIO] = k1_quantile(bench->k1, statistics);
 }
 
 /* ---- one drape ---- */
@@ -223,7 +224,7 @@ enum status study_variant_drape(const struct study_bench *bench,
                                 const struct study_variant *variant,
                                 const struct drape_monitor *monitor, struct arena *arena,
                                 struct study_row *row) {
-    struct drape_gauge gauge = {
+    struct drape_statistics statistics = {
         .wanted = bench->request->wanted, .middle = bench->middle, .divisions = bench->divisions};
     struct drape_settings settings = study_variant_settings(bench, variant);
     struct drape_result result = {0};
@@ -231,7 +232,7 @@ enum status study_variant_drape(const struct study_bench *bench,
     if (variant->hopeless != FAILURE_NONE)
         return STATUS_OK;
     struct arena_mark mark = arena_mark(arena);
-    settings.gauge = &gauge;
+    settings.statistics = &statistics;
     enum status status = study_solve(bench->shape, &settings, monitor, arena, &result);
     bool bare = status == STATUS_OK && result.cells.count == 0;
     row->failure = bare ? FAILURE_NO_CLOTH : failures[status];

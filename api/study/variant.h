@@ -37,7 +37,7 @@ struct study_bench {
         double ratio;          /* between k1 of this shear and unsheared, at least 1 */
         int bin;               /* of the shear */
     } * k1;                    /* all bins, by rising ratio; NULL: not judged */
-    const struct vec3 *middle; /* of the divisions of the part (`struct drape_gauge`) */
+    const struct vec3 *middle; /* of the divisions of the part (`struct drape_statistics`) */
     size_t divisions;          /* 0: the rows say nothing of them */
 };
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "rim.h"
 
-#include "gauge.h"
 #include "solver/angle.h"
+#include "statistics.h"
 #include <string.h>
 
 /* Steps along an edge, in spacings: of first places; below which two smooth places need none in
@@ -165,10 +165,10 @@ static bool find_seed(const struct tracer *t, const struct rim_spot *spot, bool 
 /* ---- places on an edge ---- */
 
 static void note_shear(struct tracer *t, double half_tangent, const double pq[2], struct vec3 r) {
-    struct drape_gauge *gauge = t->march->settings->gauge;
+    struct drape_statistics *statistics = t->march->settings->statistics;
     struct rim_shear *most = &t->rim->shear;
-    if (gauge_divides(gauge))
-        gauge_note(gauge, 2 * angle_atan_deg(half_tangent), r);
+    if (statistics_divides(statistics))
+        statistics_note_shear(statistics, 2 * angle_atan_deg(half_tangent), r);
     if (half_tangent > most->half_tangent)
         *most = (struct rim_shear){half_tangent, pq[0], pq[1], r};
 }
@@ -281,7 +281,8 @@ static void note_top(struct tracer *t, const struct stop *a, const struct stop *
     double slope = (c->half_tangent - a->half_tangent) / 2, pq[2];
     double bend = a->half_tangent - 2 * b->half_tangent + c->half_tangent;
     double at = -slope / bend, top = b->half_tangent + at * slope / 2;
-    bool wanted = top > t->rim->shear.half_tangent || gauge_divides(t->march->settings->gauge);
+    bool wanted =
+        top > t->rim->shear.half_tangent || statistics_divides(t->march->settings->statistics);
     struct rim_spot spot;
     if (!(bend < 0) || !(fabs(at) < 1) || !wanted)
         return;
@@ -520,8 +521,8 @@ enum status rim_make(struct march *march, struct rim *rim) {
     const double *d = march->settings->spacing;
     struct tracer t = {.march = march, .rim = rim, .spacing = fmin(d[0], d[1])};
     *rim = (struct rim){.covered = true};
-    if (march->settings->gauge)
-        gauge_begin(march->settings->gauge);
+    if (march->settings->statistics)
+        statistics_begin(march->settings->statistics);
     for (int k = 0; k < 2; k++)
         t.half_turn[k] = march->surface ? surface_point_cut_turn(march->surface, k) : HUGE_VAL;
     enum status status = rim_edges_make(march, RIM_TOLERANCE / 3 * t.spacing, &t.edges);

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "rim_report.h"
 
-#include "gauge.h"
 #include "node_shear.h"
 #include "solver/angle.h"
+#include "statistics.h"
 
 /* Bins of the absolute shear: a hundredth of a degree or so. */
 enum { BINS = DRAPE_SHEAR_BINS };
@@ -102,7 +102,7 @@ struct gathering {
     const struct rim_cells *cells; /* that the rim cuts */
     struct drape_result *result;
     struct node_shear between;
-    struct drape_gauge *gauge;
+    struct drape_statistics *statistics;
     struct sums *sums;
 };
 
@@ -116,8 +116,8 @@ static double angle_from(struct vec3 wanted, struct vec3 warp, struct vec3 weft)
 
 static void add_turned(const struct gathering *g, struct sums *sums, double area, struct vec3 warp,
                        struct vec3 weft) {
-    if (g->gauge && vec3_norm2(g->gauge->wanted) > 0)
-        sums->turned += area * angle_from(g->gauge->wanted, warp, weft);
+    if (g->statistics && vec3_norm2(g->statistics->wanted) > 0)
+        sums->turned += area * angle_from(g->statistics->wanted, warp, weft);
 }
 
 /* ---- whole cells ---- */
@@ -162,12 +162,12 @@ static void add_whole(struct stretch *s, size_t k, double share) {
     add_turned(g, sums, area, vec3_make(c->warp_x[k], c->warp_y[k], c->warp_z[k]),
                vec3_make(c->weft_x[k], c->weft_y[k], c->weft_z[k]));
     sums->flat += share;
-    if (own > sums->most.shear_deg || gauge_divides(g->gauge)) {
+    if (own > sums->most.shear_deg || statistics_divides(g->statistics)) {
         struct vec3 sum = {0, 0, 0};
         for (int m = 0; m < 4; m++)
             sum = vec3_add(sum, node_point(n, corner[m]));
         raise_most(&sums->most, own, i + 0.5, j + 0.5, vec3_scale(0.25, sum));
-        gauge_note(g->gauge, own, vec3_scale(0.25, sum));
+        statistics_note_shear(g->statistics, own, vec3_scale(0.25, sum));
     }
 }
 
@@ -196,11 +196,11 @@ static void add_sums(struct sums *to, const struct sums *more) {
     raise_most(&to->most, more->most.shear_deg, more->most.p, more->most.q, more->most.r);
 }
 
-/* All of them; the divisions of a gauge are noted by one alone. */
+/* All of them; the divisions of the statistics are noted by one alone. */
 static enum status add_wholes(struct gathering *g) {
     size_t cells = g->result->cells.count, count = 1 + cells / WORTH;
     const struct drape_team *team = g->march->settings->team;
-    count = gauge_divides(g->gauge) ? 1 : count < STRETCHES ? count : STRETCHES;
+    count = statistics_divides(g->statistics) ? 1 : count < STRETCHES ? count : STRETCHES;
     struct arena_mark mark = arena_mark(g->march->arena);
     struct stretch stretches[STRETCHES];
     struct sums *sums = count > 1 ? arena_take(g->march->arena, count, sizeof *sums) : g->sums;
@@ -330,8 +330,8 @@ static void find_most(struct gathering *g) {
     size_t at = 0;
     for (size_t k = 0; k < n->count; k++)
         at = fabs(n->shear_deg[k]) > fabs(n->shear_deg[at]) ? k : at;
-    for (size_t k = 0; k < n->count && gauge_divides(g->gauge); k++)
-        gauge_note(g->gauge, n->shear_deg[k], node_point(n, k));
+    for (size_t k = 0; k < n->count && statistics_divides(g->statistics); k++)
+        statistics_note_shear(g->statistics, n->shear_deg[k], node_point(n, k));
     if (n->count)
         raise_most(&g->sums->most, n->shear_deg[at], n->i[at], n->j[at], node_point(n, at));
     raise_most(&g->sums->most, 2 * angle_atan_deg(rim->half_tangent), rim->p, rim->q, rim->r);
@@ -340,7 +340,7 @@ static void find_most(struct gathering *g) {
         double shear_deg;
         if (!node_shear_between(&g->between, place->p, place->q, &shear_deg))
             continue;
-        gauge_note(g->gauge, shear_deg, place->r);
+        statistics_note_shear(g->statistics, shear_deg, place->r);
         raise_most(&g->sums->most, shear_deg, place->p, place->q, place->r);
     }
 }
@@ -387,44 +387,46 @@ static double cloth_coverage(const struct gathering *g) {
 
 /* The box round the pattern. A surface without a rim is cut where the net meets itself. */
 static void find_box(const struct rim *rim, const struct drape_result *result,
-                     struct drape_gauge *gauge) {
+                     struct drape_statistics *statistics) {
     const int32_t *range[2] = {result->warp_range, result->weft_range};
     for (int k = 0; k < 2; k++) {
-        gauge->lower[k] = range[k][0];
-        gauge->upper[k] = range[k][1];
+        statistics->lower[k] = range[k][0];
+        statistics->upper[k] = range[k][1];
     }
     for (size_t i = 0; i < rim->count; i++) {
         const double at[2] = {rim->points[i].p, rim->points[i].q};
         for (int k = 0; k < 2; k++) {
-            gauge->lower[k] = i == 0 || at[k] < gauge->lower[k] ? at[k] : gauge->lower[k];
-            gauge->upper[k] = i == 0 || at[k] > gauge->upper[k] ? at[k] : gauge->upper[k];
+            statistics->lower[k] =
+                i == 0 || at[k] < statistics->lower[k] ? at[k] : statistics->lower[k];
+            statistics->upper[k] =
+                i == 0 || at[k] > statistics->upper[k] ? at[k] : statistics->upper[k];
         }
     }
 }
 
-static void fill_gauge(const struct gathering *g, struct drape_gauge *gauge) {
+static void fill_statistics(const struct gathering *g, struct drape_statistics *statistics) {
     const double *d = g->march->settings->spacing;
     double density = 0;
     for (int bin = 0; bin < BINS; bin++)
-        gauge->area[bin] = 0;
+        statistics->area[bin] = 0;
     for (int bin = 0; bin < g->sums->spread.end; bin++) {
         density += g->sums->spread.change[bin];
-        gauge->area[bin] = density > 0 ? density * d[0] * d[1] : 0;
+        statistics->area[bin] = density > 0 ? density * d[0] * d[1] : 0;
     }
-    gauge->wanted_deg = g->sums->spread.area > 0 ? g->sums->turned / g->sums->spread.area : 0;
-    find_box(g->rim, g->result, gauge);
+    statistics->wanted_deg = g->sums->spread.area > 0 ? g->sums->turned / g->sums->spread.area : 0;
+    find_box(g->rim, g->result, statistics);
 }
 
 static enum status measure(struct march *march, struct rim *rim, const struct rim_cells *cells,
                            struct drape_result *result) {
     struct sums sums;
     const struct spread *spread = &sums.spread;
-    struct drape_gauge *gauge = march->settings->gauge;
+    struct drape_statistics *statistics = march->settings->statistics;
     struct gathering g = {.march = march,
                           .rim = rim,
                           .cells = cells,
                           .result = result,
-                          .gauge = gauge,
+                          .statistics = statistics,
                           .sums = &sums};
     struct drape_summary *s = &result->summary;
     const double *d = march->settings->spacing;
@@ -452,8 +454,8 @@ static enum status measure(struct march *march, struct rim *rim, const struct ri
     s->outcome = s->cloth_coverage >= DRAPE_COMPLETE_COVERAGE && result->cells.count
                      ? DRAPE_COMPLETE
                      : DRAPE_PARTIAL;
-    if (gauge)
-        fill_gauge(&g, gauge);
+    if (statistics)
+        fill_statistics(&g, statistics);
     return STATUS_OK;
 }
 

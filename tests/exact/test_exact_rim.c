@@ -136,14 +136,15 @@ static void test_exact_rim_divides_the_shear_of_a_saddle(void **state) {
     divided_shear(middle, exact);
     for (int level = 0; level < 2; level++) {
         struct drape_run run;
-        struct drape_gauge gauge = {.middle = middle, .divisions = DIVISIONS, .most = {90}};
+        struct drape_statistics statistics = {
+            .middle = middle, .divisions = DIVISIONS, .most = {90}};
         struct drape_settings settings = settings_at(0, 0, 0, level ? 0.025 : 0.1);
         double largest = 0;
-        settings.gauge = &gauge;
+        settings.statistics = &statistics;
         drape_begin(&run, &shape, &settings);
         for (int k = 0; k < DIVISIONS; k++) {
-            error[level] = fmax(error[level], fabs(gauge.most[k] - exact[k]));
-            largest = fmax(largest, gauge.most[k]);
+            error[level] = fmax(error[level], fabs(statistics.most[k] - exact[k]));
+            largest = fmax(largest, statistics.most[k]);
         }
         assert_true(largest == run.result.summary.max_shear_deg);
         drape_end(&run);
@@ -166,7 +167,7 @@ static size_t node_of(const struct drape_nodes *n, int32_t i, int32_t j) {
 static void test_exact_rim_divides_the_shear_of_cells(void **state) {
     static struct shape shape;
     struct vec3 middle[5] = {{0, 0, 0}};
-    struct drape_gauge gauge = {.middle = middle, .divisions = 5};
+    struct drape_statistics statistics = {.middle = middle, .divisions = 5};
     struct drape_settings settings = settings_at(0, 0, 0, 0.1);
     struct drape_run run;
     (void)state;
@@ -182,9 +183,9 @@ static void test_exact_rim_divides_the_shear_of_cells(void **state) {
         middle[0] = vec3_axpy(0.25, middle[1 + k], middle[0]);
     }
     drape_end(&run);
-    settings.gauge = &gauge;
+    settings.statistics = &statistics;
     drape_begin(&run, &shape, &settings);
-    check_below(fabs(gauge.most[0] - shear), 1e-12);
+    check_below(fabs(statistics.most[0] - shear), 1e-12);
     drape_end(&run);
 }
 
