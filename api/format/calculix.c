@@ -8,7 +8,7 @@
  * eight-node shell elements (www.openaircraft.com/ccx-doc/ccx/node40.html, node41.html); *SHELL
  * SECTION as ccx 2.20 reads it, which a test runs.
  */
-#include "cards.h"
+#include "deck.h"
 #include <stdlib.h>
 
 enum { DIGITS = 20, EDGES = 4 };
@@ -39,7 +39,7 @@ static size_t list_edges(const struct map_fields *fields, struct edge *edges) {
     for (size_t e = 0; e < fields->element_count; e++) {
         const int32_t *corners = fields->elements[e];
         int sides = corners[3] < 0 ? 3 : 4;
-        for (int k = 0; k < sides && !cards_is_bare(fields, e); k++) {
+        for (int k = 0; k < sides && !deck_is_bare(fields, e); k++) {
             int32_t p = corners[k], q = corners[(k + 1) % sides];
             edges[count++] = (struct edge){p < q ? p : q, p < q ? q : p, (int32_t)e, k};
         }
@@ -67,14 +67,14 @@ static bool make_middles(struct state *state, const struct map_fields *fields) {
         return false;
     number_middles(state, list_edges(fields, state->edge));
     for (size_t k = 0; k < fields->vertex_count; k++)
-        if (cards_vertex_id(fields, k) >= state->first)
-            state->first = cards_vertex_id(fields, k) + 1;
+        if (deck_vertex_id(fields, k) >= state->first)
+            state->first = deck_vertex_id(fields, k) + 1;
     return true;
 }
 
 static bool begin(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
-    if (!cards_check(encoder, INT32_MAX / 2, problem))
+    if (!deck_check(encoder, INT32_MAX / 2, problem))
         return false;
     if (!make_middles(state, &encoder->fields))
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the middles of edges");
@@ -101,27 +101,27 @@ static void write_head(struct encoder *encoder, size_t item) {
         "For *INCLUDE. The shear between warp and weft is not here.",
         NULL};
     (void)item;
-    cards_head(encoder, mark, about);
-    cards_line(encoder, "*NODE, NSET=DRAPED\n");
+    deck_head(encoder, mark, about);
+    deck_line(encoder, "*NODE, NSET=DRAPED\n");
 }
 
 static void write_point(struct encoder *encoder, const char *before, struct vec3 v) {
-    cards_line(encoder, "%s", before);
-    cards_real(encoder, v.x, DIGITS);
-    cards_line(encoder, ",");
-    cards_real(encoder, v.y, DIGITS);
-    cards_line(encoder, ",");
-    cards_real(encoder, v.z, DIGITS);
+    deck_line(encoder, "%s", before);
+    deck_real(encoder, v.x, DIGITS);
+    deck_line(encoder, ",");
+    deck_real(encoder, v.y, DIGITS);
+    deck_line(encoder, ",");
+    deck_real(encoder, v.z, DIGITS);
 }
 
 static void write_node(struct encoder *encoder, int32_t id, struct vec3 v) {
-    cards_line(encoder, "%d", id);
+    deck_line(encoder, "%d", id);
     write_point(encoder, ",", v);
-    cards_line(encoder, "\n");
+    deck_line(encoder, "\n");
 }
 
 static void write_vertex(struct encoder *encoder, size_t item) {
-    write_node(encoder, cards_vertex_id(&encoder->fields, item), encoder->fields.vertices[item]);
+    write_node(encoder, deck_vertex_id(&encoder->fields, item), encoder->fields.vertices[item]);
 }
 
 static void write_middle(struct encoder *encoder, size_t item) {
@@ -137,46 +137,46 @@ static void write_element(struct encoder *encoder, size_t item) {
     const struct state *state = encoder->state;
     const int32_t *corners = fields->elements[item];
     int sides = corners[3] < 0 ? 3 : 4;
-    int32_t id = cards_element_id(fields, item);
-    if (cards_is_bare(fields, item))
+    int32_t id = deck_element_id(fields, item);
+    if (deck_is_bare(fields, item))
         return;
-    cards_line(encoder, "*ELEMENT, TYPE=%s, ELSET=E%d\n%d", sides == 3 ? "S6" : "S8R", id, id);
+    deck_line(encoder, "*ELEMENT, TYPE=%s, ELSET=E%d\n%d", sides == 3 ? "S6" : "S8R", id, id);
     for (int k = 0; k < sides; k++)
-        cards_line(encoder, ",%d", cards_vertex_id(fields, (size_t)corners[k]));
+        deck_line(encoder, ",%d", deck_vertex_id(fields, (size_t)corners[k]));
     for (int k = 0; k < sides; k++)
-        cards_line(encoder, ",%d", state->first + state->middle[item][k]);
-    cards_line(encoder, "\n");
+        deck_line(encoder, ",%d", state->first + state->middle[item][k]);
+    deck_line(encoder, "\n");
 }
 
 static void write_section(struct encoder *encoder, size_t item) {
     const struct map_fields *fields = &encoder->fields;
-    int32_t id = cards_element_id(fields, item);
-    size_t layers = cards_layers(fields, item);
+    int32_t id = deck_element_id(fields, item);
+    size_t layers = deck_layers(fields, item);
     if (layers == 0)
         return;
-    struct element_frame frame = cards_frame(fields, item);
+    struct element_frame frame = deck_frame(fields, item);
     for (size_t k = 0; k < layers; k++) {
-        const struct map_ply_row *row = cards_layer(fields, item, k);
+        const struct map_ply_row *row = deck_layer(fields, item, k);
         struct vec3 a = element_direction(&frame, row->angle_deg);
-        cards_line(encoder, "*ORIENTATION, NAME=E%d_%d\n", id, row->ply + 1);
+        deck_line(encoder, "*ORIENTATION, NAME=E%d_%d\n", id, row->ply + 1);
         write_point(encoder, "", a);
         write_point(encoder, ",", vec3_cross(frame.normal, a));
-        cards_line(encoder, "\n");
+        deck_line(encoder, "\n");
     }
-    cards_line(encoder, "*SHELL SECTION, COMPOSITE, ELSET=E%d\n", id);
+    deck_line(encoder, "*SHELL SECTION, COMPOSITE, ELSET=E%d\n", id);
     for (size_t k = 0; k < layers; k++) {
-        const struct map_ply_row *row = cards_layer(fields, item, k);
-        cards_real(encoder, row->thickness, DIGITS);
-        cards_line(encoder, ",,MATERIAL_%d,E%d_%d\n", row->ply + 1, id, row->ply + 1);
+        const struct map_ply_row *row = deck_layer(fields, item, k);
+        deck_real(encoder, row->thickness, DIGITS);
+        deck_line(encoder, ",,MATERIAL_%d,E%d_%d\n", row->ply + 1, id, row->ply + 1);
     }
 }
 
-static const struct cards_part parts[] = {{NULL, write_head},
-                                          {cards_vertices, write_vertex},
-                                          {middles, write_middle},
-                                          {cards_elements, write_element},
-                                          {cards_elements, write_section},
-                                          {0}};
+static const struct deck_section sections[] = {{NULL, write_head},
+                                               {deck_vertices, write_vertex},
+                                               {middles, write_middle},
+                                               {deck_elements, write_element},
+                                               {deck_elements, write_section},
+                                               {0}};
 
 const struct format format_calculix = {
     .name = "calculix",
@@ -185,8 +185,8 @@ const struct format format_calculix = {
     .exact = "15 digits",
     .uses = FORMAT_MAP,
     .elements = true,
-    .own = parts,
+    .own = sections,
     .state_size = sizeof(struct state),
     .begin = begin,
-    .next = cards_next,
+    .next = deck_next,
     .end = end};

@@ -85,14 +85,14 @@ enum { MAP_WARNINGS_MAX = 8, MAP_RELIEFS = 2 };
 
 /* What an element is to the flow beside fabric: where resin comes in and goes out, and the gap
  * along the rim of the cloth in which it runs ahead (race-tracking). */
-enum map_gate { MAP_NO_GATE, MAP_INLET, MAP_OUTLET, MAP_CHANNEL, MAP_GATES };
+enum map_role { MAP_FABRIC, MAP_INLET, MAP_OUTLET, MAP_CHANNEL, MAP_ROLES };
 
 /* A ply at an element. */
 struct map_ply_row {
     int32_t element;  /* from 0 */
     int16_t ply;      /* from 0, the first on the tool */
     bool mirrored;    /* the element's normal and the cloth's look to different sides */
-    double angle_deg; /* from the element's reference direction to the warp (`element.h`) */
+    double angle_deg; /* from the element's reference direction to the warp (`element_frame.h`) */
     double shear_deg; /* positive where the quadrant between warp and weft closes */
     double thickness; /* 0: not known */
     double fiber_volume_fraction; /* 0: not known */
@@ -127,7 +127,7 @@ struct map_fields {
                                                 a result; and of the table plies */
     size_t column_count;
     const struct map_plies *plies; /* NULL: points */
-    const uint8_t *gates;          /* of each element, enum map_gate; NULL: there are none */
+    const uint8_t *roles;          /* of each element, enum map_role; NULL: there are none */
     double channel_permeability;   /* m^2, of the elements that are MAP_CHANNEL */
     /* Of a stack that is pressed with a pressure and gives way: its porosity at each element where
      * the resin carries so many Pa of that; NULL: its porosity does not depend on the resin. */

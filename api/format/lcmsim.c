@@ -268,14 +268,14 @@ static bool write_parts(struct api_text *text, const struct encoder *encoder) {
     api_text_raw(text, part_names_2);
     api_text_raw(text, version == 2 ? "" : part_names_3);
     api_text_raw(text, "\n");
-    if (bins->gate_count[MAP_INLET])
-        write_part(text, encoder, "inlet", LCMSIM_INLET_PART, &bins->gate[MAP_INLET]);
+    if (bins->role_count[MAP_INLET])
+        write_part(text, encoder, "inlet", LCMSIM_INLET_PART, &bins->role[MAP_INLET]);
     for (size_t k = 0; k < bins->count; k++)
         write_part(text, encoder, "base", LCMSIM_FIRST_PART + (int)k, &bins->bin[k]);
-    if (bins->gate_count[MAP_CHANNEL])
-        write_part(text, encoder, "patch", LCMSIM_CHANNEL_PART, &bins->gate[MAP_CHANNEL]);
-    if (bins->gate_count[MAP_OUTLET])
-        write_part(text, encoder, "outlet", LCMSIM_OUTLET_PART, &bins->gate[MAP_OUTLET]);
+    if (bins->role_count[MAP_CHANNEL])
+        write_part(text, encoder, "patch", LCMSIM_CHANNEL_PART, &bins->role[MAP_CHANNEL]);
+    if (bins->role_count[MAP_OUTLET])
+        write_part(text, encoder, "outlet", LCMSIM_OUTLET_PART, &bins->role[MAP_OUTLET]);
     return true;
 }
 
@@ -368,7 +368,7 @@ static void write_density(struct api_text *text, const struct state *state) {
 
 static void write_channel(struct api_text *text, const struct encoder *encoder) {
     const struct state *state = encoder->state;
-    size_t count = state->bins.gate_count[MAP_CHANNEL];
+    size_t count = state->bins.role_count[MAP_CHANNEL];
     if (count > 0)
         put_formatted(
             text,
@@ -380,7 +380,7 @@ static void write_channel(struct api_text *text, const struct encoder *encoder) 
 static void write_readme(struct api_text *text, const struct encoder *encoder) {
     const struct state *state = encoder->state;
     const struct lcmsim_bins *bins = &state->bins;
-    bool inlet = bins->gate_count[MAP_INLET] > 0;
+    bool inlet = bins->role_count[MAP_INLET] > 0;
     put_formatted(text,
                   "A case for LCMsim v%d, made from drape %s. SI units.\n\n"
                   "mesh.bdf               %zu nodes, %u triangles (quadrilaterals are split)\n"
@@ -388,7 +388,7 @@ static void write_readme(struct api_text *text, const struct encoder *encoder) {
                   version_of(encoder), encoder->id, encoder->fields.vertex_count,
                   (unsigned)state->number, bins->count, LCMSIM_FIRST_PART);
     put_formatted(text, inlet ? "part %d is the inlet" : "no inlet is given", LCMSIM_INLET_PART);
-    if (bins->gate_count[MAP_OUTLET])
+    if (bins->role_count[MAP_OUTLET])
         put_formatted(text, ",\n                       part %d the outlet", LCMSIM_OUTLET_PART);
     api_text_raw(
         text, "\n"

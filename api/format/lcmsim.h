@@ -60,8 +60,8 @@ enum lcmsim_difference {
 struct lcmsim_bins {
     size_t count;
     struct lcmsim_inputs bin[LCMSIM_BINS_MAX];
-    size_t gate_count[MAP_GATES]; /* elements of the inlet, the outlet, the channel */
-    struct lcmsim_inputs gate[MAP_GATES];
+    size_t role_count[MAP_ROLES]; /* elements of the inlet, the outlet, the channel */
+    struct lcmsim_inputs role[MAP_ROLES];
     uint8_t *part;           /* of each element, 0 when left out; malloc'ed */
     size_t left_out, capped; /* elements */
     /* How much elements differ from their bins: the largest, and the bound that holds for 95 % of

@@ -247,14 +247,14 @@ static bool allocate(struct builder *b) {
     return b->feature && b->area && b->order && b->bins->part;
 }
 
-static bool is_gate(const struct builder *b, size_t element) {
-    const uint8_t *gates = b->source->fields->gates;
-    return gates && gates[element] != MAP_NO_GATE;
+static bool has_own_part(const struct builder *b, size_t element) {
+    const uint8_t *roles = b->source->fields->roles;
+    return roles && roles[element] != MAP_FABRIC;
 }
 
-/* Features and areas; elements of gates go to the end of the order, those left out into none. How
- * many are neither. */
-static size_t prepare(struct builder *b, size_t *gate_elements) {
+/* Features and areas; elements with a role beside fabric go to the end of the order, those left out
+ * into none. How many are neither. */
+static size_t prepare(struct builder *b, size_t *role_elements) {
     const struct map_fields *fields = b->source->fields;
     size_t count = fields->element_count, low = 0, high = count;
     double total = 0;
@@ -270,12 +270,12 @@ static size_t prepare(struct builder *b, size_t *gate_elements) {
         make_features(&in, b->feature[e]);
         b->area[e] = (float)(vec3_norm(element_normal(fields, e)) / 2);
         total += (double)b->area[e];
-        b->order[is_gate(b, e) ? --high : low++] = (uint32_t)e;
+        b->order[has_own_part(b, e) ? --high : low++] = (uint32_t)e;
     }
     float least = (float)(total > 0 ? 1e-9 * total / (double)count : 1); /* flat ones count, too */
     for (size_t e = 0; e < count; e++)
         b->area[e] = b->area[e] > least ? b->area[e] : least;
-    *gate_elements = count - high;
+    *role_elements = count - high;
     return low;
 }
 
@@ -292,43 +292,43 @@ static void finish_part(const struct builder *b, const struct heap_part *part, s
 
 /* The parts of elements that are no plain fabric: the last `count` of the order, each kind moved to
  * the front of what is left. */
-static void make_gates(const struct builder *b, size_t count) {
-    static const uint8_t parts[MAP_GATES] = {0, LCMSIM_INLET_PART, LCMSIM_OUTLET_PART,
+static void make_roles(const struct builder *b, size_t count) {
+    static const uint8_t parts[MAP_ROLES] = {0, LCMSIM_INLET_PART, LCMSIM_OUTLET_PART,
                                              LCMSIM_CHANNEL_PART};
-    const uint8_t *gates = b->source->fields->gates;
+    const uint8_t *roles = b->source->fields->roles;
     size_t end = b->source->fields->element_count, next = end - count;
-    for (int gate = MAP_INLET; gate < MAP_GATES; gate++) {
+    for (int role = MAP_INLET; role < MAP_ROLES; role++) {
         size_t first = next;
         for (size_t n = first; n < end; n++) {
             uint32_t element = b->order[n];
-            if (gates[element] != gate)
+            if (roles[element] != role)
                 continue;
-            b->bins->part[element] = parts[gate];
+            b->bins->part[element] = parts[role];
             b->order[n] = b->order[next];
             b->order[next++] = element;
         }
-        b->bins->gate_count[gate] = next - first;
+        b->bins->role_count[role] = next - first;
         if (next > first)
-            b->bins->gate[gate] = mean_of(b, first, next - first);
+            b->bins->role[role] = mean_of(b, first, next - first);
     }
-    struct lcmsim_inputs *channel = &b->bins->gate[MAP_CHANNEL];
+    struct lcmsim_inputs *channel = &b->bins->role[MAP_CHANNEL];
     channel->k1 = channel->k2 = channel->k3 = b->source->fields->channel_permeability;
 }
 
 bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct lcmsim_source *source) {
     struct builder builder = {.source = source, .bins = bins};
     struct heap_part parts[LCMSIM_BINS_MAX];
-    size_t gates;
+    size_t roles;
     *bins = (struct lcmsim_bins){0};
     bool room = allocate(&builder);
     if (room) {
-        size_t inner = prepare(&builder, &gates);
+        size_t inner = prepare(&builder, &roles);
         bins->count = inner > 0 ? cut_all(&builder, parts, inner) : 0;
         for (size_t k = 0; k < bins->count; k++)
             finish_part(&builder, &parts[k], k);
         for (int kind = 0; kind < LCMSIM_DIFFERENCES; kind++)
             bins->most[kind] = bound_of_most(&builder, inner, kind);
-        make_gates(&builder, gates);
+        make_roles(&builder, roles);
     }
     free(builder.feature);
     free(builder.area);

@@ -25,7 +25,7 @@ enum { TYPE_INNER = 1, TYPE_INLET = -1, TYPE_OUTLET = -2, TYPE_WALL = -3 };
 static const struct {
     int part, type;
     const char *id, *name;
-} gates[MAP_GATES] = {[MAP_NO_GATE] = {1, TYPE_INNER, "1", "base"},
+} roles[MAP_ROLES] = {[MAP_FABRIC] = {1, TYPE_INNER, "1", "base"},
                       [MAP_INLET] = {2, TYPE_INLET, "2", "inlet"},
                       [MAP_OUTLET] = {3, TYPE_OUTLET, "3", "outlet"},
                       [MAP_CHANNEL] = {4, TYPE_INNER, "4", "channel"}};
@@ -97,8 +97,8 @@ static bool find_walls(struct state *state) {
     return true;
 }
 
-static enum map_gate gate_of(const struct map_fields *fields, const struct cell *cell) {
-    return fields->gates ? (enum map_gate)fields->gates[cell->element] : MAP_NO_GATE;
+static enum map_role role_of(const struct map_fields *fields, const struct cell *cell) {
+    return fields->roles ? (enum map_role)fields->roles[cell->element] : MAP_FABRIC;
 }
 
 /* ---- inputs ---- */
@@ -118,7 +118,7 @@ static struct lcmsim_inputs inputs_of(const struct encoder *encoder, const struc
     struct lcmsim_inputs in;
     (void)lcmsim_read(&state->source, (size_t)cell->element, &in);
     in.porosity = fmin(in.porosity, porosity_max);
-    if (gate_of(fields, cell) == MAP_CHANNEL)
+    if (role_of(fields, cell) == MAP_CHANNEL)
         in.k1 = in.k2 = in.k3 = fields->channel_permeability;
     return in;
 }
@@ -179,22 +179,22 @@ static void write_mesh(const struct encoder *encoder, union values values) {
 
 static void write_parts(const struct encoder *encoder, union values values) {
     const struct state *state = encoder->state;
-    bool there[MAP_GATES] = {false};
+    bool there[MAP_ROLES] = {false};
     for (size_t c = 0; c < state->cells; c++) {
-        enum map_gate gate = gate_of(&encoder->fields, &state->cell[c]);
-        values.integer[c] = gates[gate].part;
-        there[gate] = true;
+        enum map_role role = role_of(&encoder->fields, &state->cell[c]);
+        values.integer[c] = roles[role].part;
+        there[role] = true;
     }
     hdf5_integers(state->file, "/properties/part_id", state->cells, 0, values.integer);
     for (size_t c = 0; c < state->cells; c++) {
         const struct cell *cell = &state->cell[c];
-        int type = gates[gate_of(&encoder->fields, cell)].type;
+        int type = roles[role_of(&encoder->fields, cell)].type;
         values.integer[c] = type == TYPE_INNER && cell->wall ? TYPE_WALL : type;
     }
     hdf5_integers(state->file, "/properties/type", state->cells, 0, values.integer);
-    for (int gate = 0; gate < MAP_GATES; gate++)
-        if (there[gate])
-            hdf5_string(state->file, "/properties", gates[gate].id, gates[gate].name);
+    for (int role = 0; role < MAP_ROLES; role++)
+        if (there[role])
+            hdf5_string(state->file, "/properties", roles[role].id, roles[role].name);
 }
 
 static void write_properties(const struct encoder *encoder, union values values) {

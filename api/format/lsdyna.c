@@ -7,14 +7,14 @@
  * each, two layers a line. lsdyna.ansys.com/orthotropic-materials: the default x-axis is the 1-2
  * edge.
  */
-#include "cards.h"
+#include "deck.h"
 
 enum { WIDTH = 10, COORDINATE = 16, ID_MAX = 99999999, PART = 1 };
 
 static const char mark[] = "$";
 
 static bool begin(struct encoder *encoder, struct api_problem *problem) {
-    return cards_check(encoder, ID_MAX, problem);
+    return deck_check(encoder, ID_MAX, problem);
 }
 
 static void write_head(struct encoder *encoder, size_t item) {
@@ -25,50 +25,49 @@ static void write_head(struct encoder *encoder, size_t item) {
         "invariant node numbering). The shear between warp and weft is not here.",
         NULL};
     (void)item;
-    cards_head(encoder, mark, about);
-    cards_line(encoder, "*NODE\n");
+    deck_head(encoder, mark, about);
+    deck_line(encoder, "*NODE\n");
 }
 
 static void write_vertex(struct encoder *encoder, size_t item) {
     struct vec3 v = encoder->fields.vertices[item];
-    cards_line(encoder, "%8d", cards_vertex_id(&encoder->fields, item));
-    cards_real(encoder, v.x, COORDINATE);
-    cards_real(encoder, v.y, COORDINATE);
-    cards_real(encoder, v.z, COORDINATE);
-    cards_line(encoder, "\n");
+    deck_line(encoder, "%8d", deck_vertex_id(&encoder->fields, item));
+    deck_real(encoder, v.x, COORDINATE);
+    deck_real(encoder, v.y, COORDINATE);
+    deck_real(encoder, v.z, COORDINATE);
+    deck_line(encoder, "\n");
 }
 
 static void write_keyword(struct encoder *encoder, size_t item) {
     (void)item;
-    cards_line(encoder, "*ELEMENT_SHELL_COMPOSITE\n");
+    deck_line(encoder, "*ELEMENT_SHELL_COMPOSITE\n");
 }
 
 /* A triangle has its third corner twice. */
 static void write_element(struct encoder *encoder, size_t item) {
     const struct map_fields *fields = &encoder->fields;
     const int32_t *corners = fields->elements[item];
-    size_t layers = cards_layers(fields, item);
+    size_t layers = deck_layers(fields, item);
     if (layers == 0)
         return;
-    double edge = cards_frame(fields, item).edge_deg;
-    cards_line(encoder, "%8d%8d", cards_element_id(fields, item), PART);
+    double edge = deck_frame(fields, item).edge_deg;
+    deck_line(encoder, "%8d%8d", deck_element_id(fields, item), PART);
     for (int k = 0; k < 4; k++)
-        cards_line(encoder, "%8d",
-                   cards_vertex_id(fields, (size_t)corners[corners[k] < 0 ? 2 : k]));
+        deck_line(encoder, "%8d", deck_vertex_id(fields, (size_t)corners[corners[k] < 0 ? 2 : k]));
     for (size_t k = 0; k < layers; k++) {
-        const struct map_ply_row *row = cards_layer(fields, item, k);
-        cards_line(encoder, "%s%10d", k % 2 ? "          " : "\n", row->ply + 1);
-        cards_real(encoder, row->thickness, WIDTH);
-        cards_real(encoder, cards_fold_deg(edge + row->angle_deg), WIDTH);
+        const struct map_ply_row *row = deck_layer(fields, item, k);
+        deck_line(encoder, "%s%10d", k % 2 ? "          " : "\n", row->ply + 1);
+        deck_real(encoder, row->thickness, WIDTH);
+        deck_real(encoder, deck_fold_deg(edge + row->angle_deg), WIDTH);
     }
-    cards_line(encoder, "\n");
+    deck_line(encoder, "\n");
 }
 
-static const struct cards_part parts[] = {{NULL, write_head},
-                                          {cards_vertices, write_vertex},
-                                          {NULL, write_keyword},
-                                          {cards_elements, write_element},
-                                          {0}};
+static const struct deck_section sections[] = {{NULL, write_head},
+                                               {deck_vertices, write_vertex},
+                                               {NULL, write_keyword},
+                                               {deck_elements, write_element},
+                                               {0}};
 
 const struct format format_lsdyna = {
     .name = "lsdyna",
@@ -77,6 +76,6 @@ const struct format format_lsdyna = {
     .exact = "angles to 5e-7 degrees, thicknesses to 6 digits",
     .uses = FORMAT_MAP,
     .elements = true,
-    .own = parts,
+    .own = sections,
     .begin = begin,
-    .next = cards_next};
+    .next = deck_next};

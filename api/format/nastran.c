@@ -8,15 +8,15 @@
  * with a point, from side G1-G2; an integer there would be a coordinate system.
  * Source: MSC Nastran Quick Reference Guide (2022.4), entries CQUAD4, CTRIA3, GRID, PCOMPG.
  */
-#include "cards.h"
-#include "stacks.h"
+#include "deck.h"
+#include "stack_groups.h"
 
 enum { WIDTH = 16 };
 
 static const char mark[] = "$";
 
 static bool begin(struct encoder *encoder, struct api_problem *problem) {
-    return stacks_begin(encoder, true, problem);
+    return stack_groups_begin(encoder, true, problem);
 }
 
 static void write_head(struct encoder *encoder, size_t item) {
@@ -27,65 +27,65 @@ static void write_head(struct encoder *encoder, size_t item) {
         "shear between warp and weft is not here.",
         NULL};
     (void)item;
-    cards_head(encoder, mark, about);
-    cards_line(encoder,
-               "%s %zu groups; of one, angles differ by at most %g degrees and thicknesses "
-               "by %g %%\n",
-               mark, stacks_groups(encoder), encoder->options.within, encoder->options.within);
+    deck_head(encoder, mark, about);
+    deck_line(encoder,
+              "%s %zu groups; of one, angles differ by at most %g degrees and thicknesses "
+              "by %g %%\n",
+              mark, stack_groups_count(encoder), encoder->options.within, encoder->options.within);
 }
 
 static void write_vertex(struct encoder *encoder, size_t item) {
     struct vec3 v = encoder->fields.vertices[item];
-    cards_line(encoder, "GRID*   %16d%16s", cards_vertex_id(&encoder->fields, item), "");
-    cards_real(encoder, v.x, WIDTH);
-    cards_real(encoder, v.y, WIDTH);
-    cards_line(encoder, "\n*       ");
-    cards_real(encoder, v.z, WIDTH);
-    cards_line(encoder, "\n");
+    deck_line(encoder, "GRID*   %16d%16s", deck_vertex_id(&encoder->fields, item), "");
+    deck_real(encoder, v.x, WIDTH);
+    deck_real(encoder, v.y, WIDTH);
+    deck_line(encoder, "\n*       ");
+    deck_real(encoder, v.z, WIDTH);
+    deck_line(encoder, "\n");
 }
 
 /* The warp of the bottom ply from the first edge, whatever the angles run from. */
 static double theta(const struct map_fields *fields, size_t element) {
-    struct element_frame frame = cards_frame(fields, element);
-    return cards_fold_deg(frame.edge_deg + cards_layer(fields, element, 0)->angle_deg);
+    struct element_frame frame = deck_frame(fields, element);
+    return deck_fold_deg(frame.edge_deg + deck_layer(fields, element, 0)->angle_deg);
 }
 
 static void write_element(struct encoder *encoder, size_t item) {
     const struct map_fields *fields = &encoder->fields;
-    const struct stacks *stacks = encoder->state;
+    const struct stack_groups *groups = encoder->state;
     const int32_t *corners = fields->elements[item];
-    if (stacks->group[item] < 0)
+    if (groups->group[item] < 0)
         return;
-    cards_line(encoder, "%s%16d%16d", corners[3] < 0 ? "CTRIA3* " : "CQUAD4* ",
-               cards_element_id(fields, item), stacks->group[item] + 1);
+    deck_line(encoder, "%s%16d%16d", corners[3] < 0 ? "CTRIA3* " : "CQUAD4* ",
+              deck_element_id(fields, item), groups->group[item] + 1);
     for (int k = 0; k < 4 && corners[k] >= 0; k++)
-        cards_line(encoder, "%s%16d", k == 2 ? "\n*       " : "",
-                   cards_vertex_id(fields, (size_t)corners[k]));
-    cards_real(encoder, theta(fields, item), WIDTH);
-    cards_line(encoder, "\n");
+        deck_line(encoder, "%s%16d", k == 2 ? "\n*       " : "",
+                  deck_vertex_id(fields, (size_t)corners[k]));
+    deck_real(encoder, theta(fields, item), WIDTH);
+    deck_line(encoder, "\n");
 }
 
 /* GPLYID, MID, T, THETA on one line of large fields, SOUT on the next. */
 static void write_group(struct encoder *encoder, size_t item) {
     const struct map_fields *fields = &encoder->fields;
-    const struct stacks *stacks = encoder->state;
-    size_t element = (size_t)stacks->member[stacks->start[item]];
-    double bottom = cards_layer(fields, element, 0)->angle_deg;
-    cards_line(encoder, "PCOMPG* %16zu\n*\n", item + 1);
-    for (size_t k = 0; k < cards_layers(fields, element); k++) {
-        const struct map_ply_row *row = cards_layer(fields, element, k);
-        cards_line(encoder, "*       %16d%16d", row->ply + 1, row->ply + 1);
-        cards_real(encoder, row->thickness, WIDTH);
-        cards_real(encoder, cards_fold_deg(row->angle_deg - bottom), WIDTH);
-        cards_line(encoder, "\n*       %-16s\n", "YES");
+    const struct stack_groups *groups = encoder->state;
+    size_t element = (size_t)groups->member[groups->start[item]];
+    double bottom = deck_layer(fields, element, 0)->angle_deg;
+    deck_line(encoder, "PCOMPG* %16zu\n*\n", item + 1);
+    for (size_t k = 0; k < deck_layers(fields, element); k++) {
+        const struct map_ply_row *row = deck_layer(fields, element, k);
+        deck_line(encoder, "*       %16d%16d", row->ply + 1, row->ply + 1);
+        deck_real(encoder, row->thickness, WIDTH);
+        deck_real(encoder, deck_fold_deg(row->angle_deg - bottom), WIDTH);
+        deck_line(encoder, "\n*       %-16s\n", "YES");
     }
 }
 
-static const struct cards_part parts[] = {{NULL, write_head},
-                                          {cards_vertices, write_vertex},
-                                          {cards_elements, write_element},
-                                          {stacks_groups, write_group},
-                                          {0}};
+static const struct deck_section sections[] = {{NULL, write_head},
+                                               {deck_vertices, write_vertex},
+                                               {deck_elements, write_element},
+                                               {stack_groups_count, write_group},
+                                               {0}};
 
 const struct format format_nastran = {
     .name = "nastran",
@@ -94,8 +94,8 @@ const struct format format_nastran = {
     .exact = "12 digits; `within` groups coarser",
     .uses = FORMAT_MAP,
     .elements = true,
-    .own = parts,
-    .state_size = sizeof(struct stacks),
+    .own = sections,
+    .state_size = sizeof(struct stack_groups),
     .begin = begin,
-    .next = cards_next,
-    .end = stacks_end};
+    .next = deck_next,
+    .end = stack_groups_end};

@@ -6,7 +6,7 @@
  * Source: Altair OptiStruct 2021 Reference Guide, Bulk Data Entries DRAPE, PLY, SET, STACK
  * (2021.help.altair.com/2021/hwsolvers/os/topics/solvers/os).
  */
-#include "cards.h"
+#include "deck.h"
 
 enum { WIDTH = 16, ROW = 4 };
 
@@ -20,8 +20,8 @@ struct state {
 
 static bool begin(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
-    return cards_check(encoder, INT32_MAX, problem) &&
-           cards_check_sides(encoder, &state->upward, problem);
+    return deck_check(encoder, INT32_MAX, problem) &&
+           deck_check_sides(encoder, &state->upward, problem);
 }
 
 static void write_head(struct encoder *encoder, size_t item) {
@@ -33,13 +33,13 @@ static void write_head(struct encoder *encoder, size_t item) {
         "factor of DRAPE that of the element.",
         "The shear between warp and weft is not here.", NULL};
     (void)item;
-    cards_head(encoder, mark, about);
+    deck_head(encoder, mark, about);
 }
 
 /* The next field of a list, four to a line behind the first. */
 static void list(struct encoder *encoder, int64_t id) {
     struct state *state = encoder->state;
-    cards_line(encoder, "%s%16lld", state->field++ % ROW ? "" : "\n*       ", (long long)id);
+    deck_line(encoder, "%s%16lld", state->field++ % ROW ? "" : "\n*       ", (long long)id);
 }
 
 static void write_drape(struct encoder *encoder, size_t item) {
@@ -47,17 +47,17 @@ static void write_drape(struct encoder *encoder, size_t item) {
     struct state *state = encoder->state;
     size_t element = item % fields->element_count;
     int ply = (int)(item / fields->element_count);
-    const struct map_ply_row *row = cards_row(fields, element, ply);
+    const struct map_ply_row *row = deck_row(fields, element, ply);
     if (element == 0) {
-        state->thickness = cards_thickness(fields, ply);
-        cards_line(encoder, "DRAPE*  %16d\n*\n", ply + 1);
+        state->thickness = deck_thickness(fields, ply);
+        deck_line(encoder, "DRAPE*  %16d\n*\n", ply + 1);
     }
     if (!row)
         return;
-    cards_line(encoder, "*       %-16s%16d", "ELEM", cards_element_id(fields, element));
-    cards_real(encoder, row->thickness / state->thickness, WIDTH);
-    cards_real(encoder, cards_fold_deg(row->angle_deg), WIDTH);
-    cards_line(encoder, "\n*\n");
+    deck_line(encoder, "*       %-16s%16d", "ELEM", deck_element_id(fields, element));
+    deck_real(encoder, row->thickness / state->thickness, WIDTH);
+    deck_real(encoder, deck_fold_deg(row->angle_deg), WIDTH);
+    deck_line(encoder, "\n*\n");
 }
 
 static void write_set(struct encoder *encoder, size_t item) {
@@ -66,45 +66,48 @@ static void write_set(struct encoder *encoder, size_t item) {
     size_t element = item % fields->element_count;
     int ply = (int)(item / fields->element_count);
     if (element == 0) {
-        cards_line(encoder, "SET*    %16d%-16s%-16s\n*", ply + 1, "ELEM", "LIST");
+        deck_line(encoder, "SET*    %16d%-16s%-16s\n*", ply + 1, "ELEM", "LIST");
         state->field = 0;
     }
-    if (cards_row(fields, element, ply))
-        list(encoder, cards_element_id(fields, element));
+    if (deck_row(fields, element, ply))
+        list(encoder, deck_element_id(fields, element));
     if (element + 1 == fields->element_count)
-        cards_line(encoder, "\n");
+        deck_line(encoder, "\n");
 }
 
 /* ID MID T THETA, SOUT TMANUF DID; ESID1. */
 static void write_ply(struct encoder *encoder, size_t item) {
     int ply = (int)item;
-    double thickness = cards_thickness(&encoder->fields, ply);
+    double thickness = deck_thickness(&encoder->fields, ply);
     if (thickness == 0)
         return;
-    cards_line(encoder, "PLY*    %16d%16d", ply + 1, ply + 1);
-    cards_real(encoder, thickness, WIDTH);
-    cards_line(encoder, "%16s\n*       %-16s%16s%16d\n*       %16d\n*\n", "0.", "YES", "", ply + 1,
-               ply + 1);
+    deck_line(encoder, "PLY*    %16d%16d", ply + 1, ply + 1);
+    deck_real(encoder, thickness, WIDTH);
+    deck_line(encoder, "%16s\n*       %-16s%16s%16d\n*       %16d\n*\n", "0.", "YES", "", ply + 1,
+              ply + 1);
 }
 
 /* ID LAM PLYID1 ..: from the bottom, along the elements' normals. */
 static void write_stack(struct encoder *encoder, size_t item) {
     struct state *state = encoder->state;
-    int count = (int)cards_plies(encoder);
+    int count = (int)deck_plies(encoder);
     (void)item;
-    cards_line(encoder, "STACK*  %16d%16s", 1, "");
+    deck_line(encoder, "STACK*  %16d%16s", 1, "");
     state->field = 2;
     for (int k = 0; k < count; k++) {
         int ply = state->upward ? k : count - 1 - k;
-        if (cards_thickness(&encoder->fields, ply) > 0)
+        if (deck_thickness(&encoder->fields, ply) > 0)
             list(encoder, ply + 1);
     }
-    cards_line(encoder, "\n");
+    deck_line(encoder, "\n");
 }
 
-static const struct cards_part parts[] = {{NULL, write_head},        {cards_places, write_drape},
-                                          {cards_places, write_set}, {cards_plies, write_ply},
-                                          {NULL, write_stack},       {0}};
+static const struct deck_section sections[] = {{NULL, write_head},
+                                               {deck_ply_elements, write_drape},
+                                               {deck_ply_elements, write_set},
+                                               {deck_plies, write_ply},
+                                               {NULL, write_stack},
+                                               {0}};
 
 const struct format format_optistruct = {
     .name = "optistruct",
@@ -113,7 +116,7 @@ const struct format format_optistruct = {
     .exact = "12 digits",
     .uses = FORMAT_MAP,
     .elements = true,
-    .own = parts,
+    .own = sections,
     .state_size = sizeof(struct state),
     .begin = begin,
-    .next = cards_next};
+    .next = deck_next};

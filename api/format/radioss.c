@@ -7,7 +7,7 @@
  * (2021.help.altair.com/2021/hwsolvers/rad/topics/solvers/rad); fields as OpenRadioss reads them
  * (hm_cfg_files/config/CFG/radioss2022/TABLE/drape_ply_slice.cfg): 10, 10, 20, 20 characters.
  */
-#include "cards.h"
+#include "deck.h"
 
 enum { WIDTH = 20 };
 
@@ -19,7 +19,7 @@ struct state {
 
 static bool begin(struct encoder *encoder, struct api_problem *problem) {
     bool upward;
-    if (!cards_check(encoder, INT32_MAX, problem) || !cards_check_sides(encoder, &upward, problem))
+    if (!deck_check(encoder, INT32_MAX, problem) || !deck_check_sides(encoder, &upward, problem))
         return false;
     if (!encoder->fields.plies->reference)
         api_problem_set(
@@ -36,8 +36,8 @@ static void write_head(struct encoder *encoder, size_t item) {
         NULL};
     const struct vec3 *v = encoder->fields.plies->reference;
     (void)item;
-    cards_head(encoder, mark, about);
-    cards_line(encoder, "%s %.15g %.15g %.15g\n", mark, v->x, v->y, v->z);
+    deck_head(encoder, mark, about);
+    deck_line(encoder, "%s %.15g %.15g %.15g\n", mark, v->x, v->y, v->z);
 }
 
 static void write_drape(struct encoder *encoder, size_t item) {
@@ -45,23 +45,24 @@ static void write_drape(struct encoder *encoder, size_t item) {
     struct state *state = encoder->state;
     size_t element = item % fields->element_count;
     int ply = (int)(item / fields->element_count);
-    const struct map_ply_row *row = cards_row(fields, element, ply);
+    const struct map_ply_row *row = deck_row(fields, element, ply);
     if (element == 0) {
-        state->thickness = cards_thickness(fields, ply);
-        cards_line(encoder, "/DRAPE/%d\n%.63s, thickness %.15g\n", ply + 1,
-                   fields->plies->names[ply], state->thickness);
-        cards_line(encoder, "#   Entity Entity_ID            Thinning          thetaDrape\n");
+        state->thickness = deck_thickness(fields, ply);
+        deck_line(encoder, "/DRAPE/%d\n%.63s, thickness %.15g\n", ply + 1,
+                  fields->plies->names[ply], state->thickness);
+        deck_line(encoder, "#   Entity Entity_ID            Thinning          thetaDrape\n");
     }
     if (!row)
         return;
-    cards_line(encoder, "%-10s%10d", fields->elements[element][3] < 0 ? "SH3N" : "SHELL",
-               cards_element_id(fields, element));
-    cards_real(encoder, row->thickness / state->thickness, WIDTH);
-    cards_real(encoder, cards_fold_deg(row->angle_deg), WIDTH);
-    cards_line(encoder, "\n");
+    deck_line(encoder, "%-10s%10d", fields->elements[element][3] < 0 ? "SH3N" : "SHELL",
+              deck_element_id(fields, element));
+    deck_real(encoder, row->thickness / state->thickness, WIDTH);
+    deck_real(encoder, deck_fold_deg(row->angle_deg), WIDTH);
+    deck_line(encoder, "\n");
 }
 
-static const struct cards_part parts[] = {{NULL, write_head}, {cards_places, write_drape}, {0}};
+static const struct deck_section sections[] = {
+    {NULL, write_head}, {deck_ply_elements, write_drape}, {0}};
 
 const struct format format_radioss = {.name = "radioss",
                                       .media_type = "text/x-radioss",
@@ -69,7 +70,7 @@ const struct format format_radioss = {.name = "radioss",
                                       .exact = "15 digits",
                                       .uses = FORMAT_MAP,
                                       .elements = true,
-                                      .own = parts,
+                                      .own = sections,
                                       .state_size = sizeof(struct state),
                                       .begin = begin,
-                                      .next = cards_next};
+                                      .next = deck_next};

@@ -7,8 +7,8 @@
  */
 #include "html.h"
 #include "inputs.h"
+#include "part_picture.h"
 #include "png.h"
-#include "portrait.h"
 #include "svg.h"
 #include <math.h>
 #include <stdio.h>
@@ -28,7 +28,7 @@ enum stage { AT_HEAD, AT_PICTURE, AT_SCALE, AT_PATTERN, AT_INPUTS };
 /* The pattern's state comes first: its functions take it for theirs. */
 struct state {
     struct pattern_state pattern;
-    struct portrait portrait;
+    struct part_picture picture;
     uint8_t *png;
     size_t png_length, sent;
     struct inputs inputs;
@@ -108,7 +108,7 @@ static void write_head(struct encoder *encoder) {
 /* ---- the part ---- */
 
 static void begin_picture(struct encoder *encoder) {
-    const struct raster *raster = &((struct state *)encoder->state)->portrait.raster;
+    const struct raster *raster = &((struct state *)encoder->state)->picture.raster;
     struct api_text *text = &encoder->piece;
     html_draw(text,
               "<svg role=\"img\" aria-label=\"The draped part, coloured by its shear\" "
@@ -138,12 +138,12 @@ static void write_picture(struct encoder *encoder) {
 }
 
 /* The colours from 0 to the range, below the picture on its left. */
-static void draw_scale(struct api_text *text, const struct portrait *portrait) {
+static void draw_scale(struct api_text *text, const struct part_picture *picture) {
     enum { LEFT = 30, LENGTH = 700, THICK = 24 };
-    int top = portrait->raster.height + 20;
+    int top = picture->raster.height + 20;
     for (int k = 0; k < SCALE_STEPS; k++) {
         uint8_t rgb[3];
-        portrait_colour((k + 0.5) / SCALE_STEPS, rgb);
+        part_picture_colour((k + 0.5) / SCALE_STEPS, rgb);
         html_draw(text,
                   "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"#%02x%02x%02x\"/>\n",
                   LEFT + k * LENGTH / SCALE_STEPS, top, LENGTH / SCALE_STEPS + 1, THICK, rgb[0],
@@ -151,17 +151,17 @@ static void draw_scale(struct api_text *text, const struct portrait *portrait) {
     }
     for (int k = 0; k <= TICKS; k++)
         html_draw(text, "<text x=\"%d\" y=\"%d\" text-anchor=\"middle\">%.3g</text>\n",
-                  LEFT + k * LENGTH / TICKS, top + THICK + 30, k * portrait->range_deg / TICKS);
+                  LEFT + k * LENGTH / TICKS, top + THICK + 30, k * picture->range_deg / TICKS);
     html_draw(text, "<text x=\"%d\" y=\"%d\">Absolute shear of the cells, degrees</text>\n", LEFT,
               top + THICK + 64);
 }
 
 /* A length of 1, 2 or 5 times a power of ten, below the picture on its right. */
-static void draw_bar(struct api_text *text, const struct portrait *portrait, const char *unit) {
+static void draw_bar(struct api_text *text, const struct part_picture *picture, const char *unit) {
     enum { RIGHT = 1470, MOST = 500 };
-    double length = pattern_round_length(MOST / portrait->scale);
-    double left = RIGHT - length * portrait->scale;
-    int y = portrait->raster.height + 32;
+    double length = pattern_round_length(MOST / picture->scale);
+    double left = RIGHT - length * picture->scale;
+    int y = picture->raster.height + 32;
     html_draw(text,
               "<path d=\"M%.1f %dv-12v24v-12H%dv-12v24\" fill=\"none\" stroke=\"#1b2330\" "
               "stroke-width=\"3\"/>\n",
@@ -172,35 +172,35 @@ static void draw_bar(struct api_text *text, const struct portrait *portrait, con
         RIGHT, y + 42, length, unit);
 }
 
-static void draw_names(struct api_text *text, const struct portrait *portrait) {
+static void draw_names(struct api_text *text, const struct part_picture *picture) {
     static const char *const names[] = {"warp", "weft"}, *const colours[] = {"#b45f06", "#0b6aa2"};
     for (int k = 0; k < 2; k++)
         html_draw(text,
                   "<text x=\"%.1f\" y=\"%.1f\" fill=\"%s\" stroke=\"#fff\" stroke-width=\"6\" "
                   "paint-order=\"stroke\" font-weight=\"700\">%s</text>\n",
-                  portrait->end[k][0] + 8, portrait->end[k][1] - 8, colours[k], names[k]);
+                  picture->end[k][0] + 8, picture->end[k][1] - 8, colours[k], names[k]);
     html_draw(text,
               "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\" fill=\"#fff\" stroke=\"#1b2330\" "
               "stroke-width=\"4\"/>\n",
-              portrait->start[0], portrait->start[1]);
+              picture->start[0], picture->start[1]);
 }
 
 static void end_picture(struct encoder *encoder) {
-    const struct portrait *portrait = &((struct state *)encoder->state)->portrait;
+    const struct part_picture *picture = &((struct state *)encoder->state)->picture;
     struct api_text *text = &encoder->piece;
     api_text_raw(text, "\"/>\n<g font-size=\"26\" fill=\"#1b2330\">\n");
-    draw_names(text, portrait);
-    draw_scale(text, portrait);
-    draw_bar(text, portrait, encoder->columns.unit->name);
+    draw_names(text, picture);
+    draw_scale(text, picture);
+    draw_bar(text, picture, encoder->columns.unit->name);
     api_text_raw(text, "</g>\n</svg>\n<figcaption>");
     html_say(
         text,
         "Parallel projection onto the side that warp x weft points to. The circle is the start"
         ", the dark line the edge of the part; the cloth is coloured by its cells up to there. ");
-    if (portrait->yarns == 1)
+    if (picture->yarns == 1)
         html_say(text, "Every yarn is drawn.");
     else
-        html_say(text, "One yarn in %d is drawn.", portrait->yarns);
+        html_say(text, "One yarn in %d is drawn.", picture->yarns);
     if (encoder->columns.summary.locked_cells > 0)
         html_say(text, " Cells beyond the locking angle are hatched.");
     api_text_raw(text, "</figcaption>\n</figure>\n");
@@ -376,12 +376,12 @@ static void next(struct encoder *encoder) {
 
 static bool begin(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
-    struct portrait *portrait = &state->portrait;
+    struct part_picture *picture = &state->picture;
     state->inputs = inputs_of(encoder->record.inputs ? encoder->record.inputs : "");
-    if (portrait_draw(portrait, encoder->reader, &encoder->columns, problem) != API_OK ||
+    if (part_picture_draw(picture, encoder->reader, &encoder->columns, problem) != API_OK ||
         !pattern_begin(encoder, problem))
         return false;
-    state->png = png_encode(&portrait->raster, &state->png_length);
+    state->png = png_encode(&picture->raster, &state->png_length);
     if (!state->png)
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
     return state->png != NULL;
@@ -390,7 +390,7 @@ static bool begin(struct encoder *encoder, struct api_problem *problem) {
 static void end(struct encoder *encoder) {
     struct state *state = encoder->state;
     pattern_end(encoder);
-    portrait_free(&state->portrait);
+    part_picture_free(&state->picture);
     free(state->png);
 }
 

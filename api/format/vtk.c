@@ -53,20 +53,21 @@ static void describe_array(struct api_text *text, const struct vtk_array *array,
     api_text_raw(text, "/>\n");
 }
 
-static void describe_part(struct api_text *text, const struct vtk_file *file, enum vtk_part part) {
-    const char *const names[VTK_PARTS] = {"PointData", "CellData", "Points",
-                                          file->polydata ? "Polys" : "Cells"};
+static void describe_section(struct api_text *text, const struct vtk_file *file,
+                             enum vtk_section section) {
+    const char *const names[VTK_SECTIONS] = {"PointData", "CellData", "Points",
+                                             file->polydata ? "Polys" : "Cells"};
     uint64_t offset = 0;
     api_text_raw(text, "      <");
-    api_text_raw(text, names[part]);
+    api_text_raw(text, names[section]);
     api_text_raw(text, ">\n");
     for (size_t k = 0; k < file->count; k++) {
-        if (file->array[k].part == part)
+        if (file->array[k].section == section)
             describe_array(text, &file->array[k], offset);
         offset += LENGTH + array_size(&file->array[k]);
     }
     api_text_raw(text, "      </");
-    api_text_raw(text, names[part]);
+    api_text_raw(text, names[section]);
     api_text_raw(text, ">\n");
 }
 
@@ -83,8 +84,8 @@ static void describe(struct api_text *text, const struct vtk_file *file) {
         api_text_raw(text, " NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\"");
     attribute(text, file->polydata ? "NumberOfPolys" : "NumberOfCells", file->cells);
     api_text_raw(text, ">\n");
-    for (int part = 0; part < VTK_PARTS; part++)
-        describe_part(text, file, (enum vtk_part)part);
+    for (int section = 0; section < VTK_SECTIONS; section++)
+        describe_section(text, file, (enum vtk_section)section);
     api_text_raw(text, "    </Piece>\n  </");
     api_text_raw(text, dataset);
     api_text_raw(text, ">\n  <AppendedData encoding=\"raw\">\n_");

@@ -22,10 +22,10 @@ enum {
 enum vtk_type { VTK_FLOAT64, VTK_INT64, VTK_INT32, VTK_UINT8 };
 
 /* What an array is for, in the order in which they have to be added. */
-enum vtk_part { VTK_POINT_DATA, VTK_CELL_DATA, VTK_POINTS, VTK_TOPOLOGY, VTK_PARTS };
+enum vtk_section { VTK_POINT_DATA, VTK_CELL_DATA, VTK_POINTS, VTK_TOPOLOGY, VTK_SECTIONS };
 
 struct vtk_array {
-    enum vtk_part part;
+    enum vtk_section section;
     enum vtk_type type;
     int components;
     bool flat;     /* described as one component: a list that happens to come in rows */

@@ -15,11 +15,11 @@ static bool add(struct vtk_fields *fields, struct vtk_file *file, const struct v
     return vtk_add(file, &own);
 }
 
-bool vtk_fields_add(struct vtk_fields *fields, struct vtk_file *file, enum vtk_part part,
+bool vtk_fields_add(struct vtk_fields *fields, struct vtk_file *file, enum vtk_section section,
                     const char *name, int components,
                     const struct api_column_source *const *columns) {
     bool integer = columns[0]->integer && components == 1;
-    struct vtk_array array = {.part = part,
+    struct vtk_array array = {.section = section,
                               .type = integer ? VTK_INT64 : VTK_FLOAT64,
                               .components = components,
                               .kind = VTK_FIELDS_DATA};
@@ -27,7 +27,7 @@ bool vtk_fields_add(struct vtk_fields *fields, struct vtk_file *file, enum vtk_p
     return add(fields, file, &array, columns, (size_t)components);
 }
 
-bool vtk_fields_add_all(struct vtk_fields *fields, struct vtk_file *file, enum vtk_part part,
+bool vtk_fields_add_all(struct vtk_fields *fields, struct vtk_file *file, enum vtk_section section,
                         const struct api_column_source *columns, size_t count) {
     struct fieldset_field field;
     for (size_t k = 0; k < count; k += (size_t)field.components) {
@@ -37,7 +37,7 @@ bool vtk_fields_add_all(struct vtk_fields *fields, struct vtk_file *file, enum v
             continue;
         for (int c = 0; c < field.components; c++)
             parts[c] = &columns[k + (size_t)c];
-        if (!vtk_fields_add(fields, file, part, field.name, field.components, parts))
+        if (!vtk_fields_add(fields, file, section, field.name, field.components, parts))
             return false;
     }
     return true;
@@ -56,7 +56,7 @@ bool vtk_fields_add_tensor(struct vtk_fields *fields, struct vtk_file *file,
         if (!column[k])
             return true;
     }
-    struct vtk_array array = {.part = VTK_CELL_DATA,
+    struct vtk_array array = {.section = VTK_CELL_DATA,
                               .type = VTK_FLOAT64,
                               .components = tensor->parts,
                               .kind = VTK_FIELDS_TENSOR};

@@ -20,12 +20,12 @@ struct vtk_fields {
 };
 
 /* Adds an array of `components` columns under a name; false when there are too many. */
-bool vtk_fields_add(struct vtk_fields *fields, struct vtk_file *file, enum vtk_part part,
+bool vtk_fields_add(struct vtk_fields *fields, struct vtk_file *file, enum vtk_section section,
                     const char *name, int components,
                     const struct api_column_source *const *columns);
 
 /* Adds an array for every field of a list of columns of one table; the columns outlive the file. */
-bool vtk_fields_add_all(struct vtk_fields *fields, struct vtk_file *file, enum vtk_part part,
+bool vtk_fields_add_all(struct vtk_fields *fields, struct vtk_file *file, enum vtk_section section,
                         const struct api_column_source *columns, size_t count);
 
 /* Adds the permeability, when all that it follows from is among the columns of the cells and it is

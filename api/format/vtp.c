@@ -72,14 +72,14 @@ static bool add_points(struct encoder *encoder, struct state *state) {
 }
 
 static bool add_topology(struct vtk_file *file) {
-    return vtk_add(file, &(struct vtk_array){.part = VTK_TOPOLOGY,
+    return vtk_add(file, &(struct vtk_array){.section = VTK_TOPOLOGY,
                                              .type = VTK_INT32,
                                              .components = 4,
                                              .flat = true,
                                              .rows = file->cells,
                                              .name = "connectivity",
                                              .kind = CONNECTIVITY}) &&
-           vtk_add(file, &(struct vtk_array){.part = VTK_TOPOLOGY,
+           vtk_add(file, &(struct vtk_array){.section = VTK_TOPOLOGY,
                                              .type = VTK_INT32,
                                              .components = 1,
                                              .rows = file->cells,

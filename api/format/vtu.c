@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* VTK XML UnstructuredGrid: the caller's mesh with all columns as cell data, those of the plies by
  * ply: angle_1, shear_1, thickness_1, ..., not a number where the ply is not. */
-#include "cards.h"
+#include "deck.h"
 #include "encoder.h"
 #include "vtk_fields.h"
 #include <math.h>
@@ -78,7 +78,7 @@ static double ply_value(const struct map_ply_row *row, enum column_id column) {
 static void fill_ply(const struct map_fields *fields, int source, uint64_t first, size_t count,
                      double *values) {
     for (size_t k = 0; k < count; k++)
-        values[k] = ply_value(cards_row(fields, first + k, source / PLY_FIELDS),
+        values[k] = ply_value(deck_row(fields, first + k, source / PLY_FIELDS),
                               ply_fields[source % PLY_FIELDS].column);
 }
 
@@ -120,7 +120,7 @@ static bool add_plies(const struct map_fields *fields, struct vtk_file *file) {
         if (!encoder_find(fields->columns, fields->column_count, spec->table, spec->name))
             continue;
         for (size_t ply = 0; ply < fields->plies->ply_count; ply++) {
-            struct vtk_array array = {.part = VTK_CELL_DATA,
+            struct vtk_array array = {.section = VTK_CELL_DATA,
                                       .type = VTK_FLOAT64,
                                       .components = 1,
                                       .rows = fields->element_count,
@@ -139,25 +139,25 @@ static bool add_mesh(const struct map_fields *fields, struct vtk_file *file) {
     for (size_t k = 0; k < fields->element_count; k++)
         total += (uint64_t)corners(fields->elements[k]);
     const struct vtk_array arrays[] = {
-        {.part = VTK_POINTS,
+        {.section = VTK_POINTS,
          .type = VTK_FLOAT64,
          .components = 3,
          .rows = fields->vertex_count,
          .name = "Points",
          .kind = POINTS},
-        {.part = VTK_TOPOLOGY,
+        {.section = VTK_TOPOLOGY,
          .type = VTK_INT32,
          .components = 1,
          .rows = total,
          .name = "connectivity",
          .kind = CONNECTIVITY},
-        {.part = VTK_TOPOLOGY,
+        {.section = VTK_TOPOLOGY,
          .type = VTK_INT32,
          .components = 1,
          .rows = fields->element_count,
          .name = "offsets",
          .kind = OFFSETS},
-        {.part = VTK_TOPOLOGY,
+        {.section = VTK_TOPOLOGY,
          .type = VTK_UINT8,
          .components = 1,
          .rows = fields->element_count,

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "patterns.h"
 
+#include "api/format/dxf_writer.h"
 #include "api/format/html.h"
-#include "api/format/r12.h"
 #include "api/json/number.h"
 #include "api/json/text.h"
 #include "book.h"
@@ -111,32 +111,32 @@ static void dxf_shape(struct api_text *text, const struct placed *own) {
     const struct polygons *cut = &own->shape->cut;
     for (size_t k = 0; k < cut->count; k++) {
         if (k == 0 || cut->points[k - 1].last)
-            r12_begin_polygon(text, "CUT");
-        r12_corner(text, "CUT", own->x + cut->points[k].x - own->shape->low[0],
+            dxf_begin_polygon(text, "CUT");
+        dxf_corner(text, "CUT", own->x + cut->points[k].x - own->shape->low[0],
                    own->y + cut->points[k].y - own->shape->low[1]);
         if (cut->points[k].last)
-            r12_end_polygon(text, "CUT");
+            dxf_end_polygon(text, "CUT");
     }
 }
 
 static void write_dxf(const struct patterns *p, struct api_text *text) {
-    static const struct r12_layer layers[] = {{"CUT", R12_WHITE}, {"NAME", R12_GREEN}};
+    static const struct dxf_layer layers[] = {{"CUT", DXF_WHITE}, {"NAME", DXF_GREEN}};
     const double letter = p->width / 50;
     const double low[2] = {0, -2 * letter}, high[2] = {p->length, p->width};
     char title[TEXT_MAX];
-    r12_head(text, p->laminate->length_unit->name, low, high, layers,
+    dxf_head(text, p->laminate->length_unit->name, low, high, layers,
              sizeof layers / sizeof *layers);
     for (size_t k = 0; k < p->placed_count; k++) {
         const struct placed *own = &p->placed[k];
         const struct laminate_shape *shape = own->shape;
         dxf_shape(text, own);
         title_of(p, own, title);
-        r12_letters(text, "NAME", own->x + (shape->high[0] - shape->low[0]) / 3,
+        dxf_letters(text, "NAME", own->x + (shape->high[0] - shape->low[0]) / 3,
                     own->y + (shape->high[1] - shape->low[1]) / 2, letter, title);
     }
     summary_of(p, title);
-    r12_letters(text, "NAME", 0, -2 * letter, letter, title);
-    r12_foot(text);
+    dxf_letters(text, "NAME", 0, -2 * letter, letter, title);
+    dxf_foot(text);
 }
 
 static void svg_attribute(struct api_text *text, const char *name, double value) {

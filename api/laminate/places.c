@@ -117,7 +117,7 @@ static bool place_all(struct places *m, size_t net, const struct map_net *cloth,
     struct facets_place at;
     double nets = (double)m->laminate->net_count, sense = 0;
     for (size_t place = 0; place < m->count; place++) {
-        struct vec3 point = map_target_place(m->target, place);
+        struct vec3 point = map_target_point(m->target, place);
         double pq[2];
         if (!places_go_on(m, place, ((double)net + (double)place / (double)m->count) / nets))
             return false;
@@ -139,7 +139,7 @@ static bool place_all(struct places *m, size_t net, const struct map_net *cloth,
 static bool mark_channel(struct places *m, const struct api_reader *reader,
                          const struct map_net *cloth) {
     size_t marked;
-    bool wanted = m->target->has_gate[MAP_CHANNEL] && !m->channelled;
+    bool wanted = m->target->has_role[MAP_CHANNEL] && !m->channelled;
     m->channelled = true;
     return !wanted || map_channel_mark(m->target, reader, &cloth->columns, m->arena, &marked,
                                        m->problem) == API_OK;

@@ -109,7 +109,7 @@ bool cavity_begin(struct cavity *cavity, const struct map_target *target, struct
 double cavity_height(const struct cavity *cavity, size_t place, struct vec3 normal) {
     const struct map_target *target = cavity->target;
     if (cavity->punch)
-        return punch_height(cavity->punch, map_target_place(target, place), normal);
+        return punch_height(cavity->punch, map_target_point(target, place), normal);
     return target->heights ? target->heights[place] : 0;
 }
 
@@ -262,8 +262,8 @@ static bool part_elements(struct map_target *target, const char *list, struct ar
         memcpy(elements[kept], target->elements[k], sizeof *elements);
         pids[kept] = target->pids[k];
         ids[kept] = target->ids ? target->ids[k] : (int32_t)k;
-        if (target->gates)
-            target->gates[kept] = target->gates[k];
+        if (target->roles)
+            target->roles[kept] = target->roles[k];
         kept++;
     }
     target->element_count = kept;

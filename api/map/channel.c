@@ -91,13 +91,13 @@ static bool look(void *context, int32_t number) {
 static size_t mark_near(const struct map_target *target, const struct rim *rim) {
     size_t marked = 0;
     for (size_t k = 0; k < target->element_count; k++) {
-        struct vec3 middle = map_target_place(target, k);
+        struct vec3 middle = map_target_point(target, k);
         struct search search = {rim, middle, target->channel_width, false};
         struct box round = box_round(middle, middle, target->channel_width);
-        if (target->gates[k] != MAP_NO_GATE)
+        if (target->roles[k] != MAP_FABRIC)
             continue;
         boxes_visit(rim->boxes, &round, look, &search);
-        target->gates[k] = search.near ? MAP_CHANNEL : MAP_NO_GATE;
+        target->roles[k] = search.near ? MAP_CHANNEL : MAP_FABRIC;
         marked += search.near;
     }
     return marked;

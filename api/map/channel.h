@@ -11,9 +11,9 @@
 #include "target.h"
 
 /*
- * Makes those elements MAP_CHANNEL in `target->gates` whose middle is no further from the rim of
- * the result than `target->channel_width`, in space, but for what is a gate already; `*marked` says
- * how many. The rim of holes and trims is a rim. Scratch comes from `arena`. Returns API_OK,
+ * Makes those elements MAP_CHANNEL in `target->roles` whose middle is no further from the rim of
+ * the result than `target->channel_width`, in space, but for what has a role already; `*marked`
+ * says how many. The rim of holes and trims is a rim. Scratch comes from `arena`. Returns API_OK,
  * API_INTERNAL for a damaged container or API_OUT_OF_MEMORY.
  */
 enum api_problem_id map_channel_mark(const struct map_target *target,

@@ -350,8 +350,8 @@ static bool mark_inlet(struct scan *scan, const struct indices *inlet, struct ma
                                 target->element_count);
         marks[inlet->values[k]] = MAP_INLET;
     }
-    target->gates = marks;
-    target->has_gate[MAP_INLET] = true;
+    target->roles = marks;
+    target->has_role[MAP_INLET] = true;
     return true;
 }
 

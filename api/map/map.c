@@ -159,7 +159,7 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
             api_problem_set(problem, API_CANCELLED, "the map was cancelled");
             return false;
         }
-        facets_nearest(&walk, map_target_place(mapping->target, row), &place);
+        facets_nearest(&walk, map_target_point(mapping->target, row), &place);
         map_net_interpolate(net, &place, values);
         if (mapping->target->cloth)
             press(mapping, &place, values, row);
@@ -191,7 +191,7 @@ static void warn_of_bare(const struct mapping *mapping, struct api_map *map) {
 static bool mark_channel(const struct mapping *mapping, const struct api_reader *reader,
                          struct arena *arena, struct api_map *map, struct api_problem *problem) {
     size_t marked = 1;
-    if (mapping->target->has_gate[MAP_CHANNEL] &&
+    if (mapping->target->has_role[MAP_CHANNEL] &&
         map_channel_mark(mapping->target, reader, &mapping->net.columns, arena, &marked, problem) !=
             API_OK)
         return false;
@@ -274,7 +274,7 @@ struct map_fields map_target_fields(const struct map_target *target,
                                .ids = target->ids,
                                .vertex_ids = target->vertex_ids,
                                .columns = columns,
-                               .gates = target->gates,
+                               .roles = target->roles,
                                .channel_permeability = target->channel_permeability};
 }
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The plies on a mesh as they are laid: element by element, and on each ply by ply. The angle of a
- * ply is measured here (`api/format/element.h`), whatever it is that knows the yarns.
+ * ply is measured here (`api/format/element_frame.h`), whatever it is that knows the yarns.
  */
 #ifndef API_MAP_PLIES_H
 #define API_MAP_PLIES_H
 
-#include "api/format/element.h"
+#include "api/format/element_frame.h"
 #include "api/problem.h"
 #include "solver/arena.h"
 #include "target.h"

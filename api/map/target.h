@@ -10,7 +10,7 @@
 #ifndef API_MAP_TARGET_H
 #define API_MAP_TARGET_H
 
-#include "api/format/format.h"
+#include "api/format/element_frame.h"
 #include "api/problem.h"
 #include "solver/arena.h"
 #include "solver/status.h"
@@ -31,8 +31,8 @@ struct map_target {
     const int32_t *vertex_ids;    /* of each vertex, likewise */
     const int32_t *pids;          /* of each element, its property; NULL: there are none */
     const char *warning;          /* what the reader passed over; NULL: nothing */
-    uint8_t *gates;               /* of each element, enum map_gate; NULL: there are none */
-    bool has_gate[MAP_GATES];     /* which of them have been given */
+    uint8_t *roles;               /* of each element, enum map_role; NULL: there are none */
+    bool has_role[MAP_ROLES];     /* which of them have been given */
     struct vec3 reference;        /* the direction that angles of plies run from, not zero, ... */
     bool has_reference;           /* ... or each element's first edge */
     const double *heights; /* of the cavity at each element, > 0; 0 or NULL: that of what is mapped
@@ -89,6 +89,9 @@ bool map_target_option(struct map_target *target, const char *name, const char *
                        struct arena *arena, struct api_problem *problem);
 
 /* Where the fields of an element are wanted: the mean of its corners; or the point itself. */
-struct vec3 map_target_place(const struct map_target *target, size_t element);
+static inline struct vec3 map_target_point(const struct map_target *target, size_t element) {
+    return target->elements ? element_middle(target->vertices, target->elements[element])
+                            : target->vertices[element];
+}
 
 #endif

@@ -19,7 +19,7 @@ static void expect_sound(const struct map_target *mesh) {
             FUZZ_PROMISE(vertex < (int64_t)mesh->vertex_count && vertex >= (c == 3 ? -1 : 0));
         }
     for (size_t k = 0; k < mesh->element_count; k++)
-        sum += (mesh->ids ? mesh->ids[k] : 0) + (mesh->gates ? mesh->gates[k] : 0);
+        sum += (mesh->ids ? mesh->ids[k] : 0) + (mesh->roles ? mesh->roles[k] : 0);
     FUZZ_PROMISE(sum == sum);
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The rim along rows of the net, against a diamond with a hole in a plane, and its picture. */
-#include "api/format/portrait.h"
+#include "api/format/part_picture.h"
 #include "api/result/edge.h"
 
 #include "support.h"
@@ -149,20 +149,20 @@ static void test_portrait_shows_the_cloth_up_to_the_rim(void **state) {
     struct bytes container = {0};
     struct api_columns *columns = malloc(sizeof *columns);
     struct api_problem problem = {0};
-    struct portrait portrait = {0};
+    struct part_picture picture = {0};
     size_t drawn = 0;
     (void)state;
     drape_diamond(0.29, &container, columns);
     const struct api_reader reader = reader_over(&container);
-    assert_int_equal(portrait_draw(&portrait, &reader, columns, &problem), API_OK);
-    const struct raster *raster = &portrait.raster;
+    assert_int_equal(part_picture_draw(&picture, &reader, columns, &problem), API_OK);
+    const struct raster *raster = &picture.raster;
     for (size_t k = 0; k < (size_t)raster->width * (size_t)raster->height; k++)
         drawn += raster->pixels[k] != 0;
     double area = 2 * (outer * outer - hole * hole);
-    double pixels = area * portrait.scale * portrait.scale / sqrt(1 + 0.35 * 0.35 + 0.7 * 0.7);
+    double pixels = area * picture.scale * picture.scale / sqrt(1 + 0.35 * 0.35 + 0.7 * 0.7);
     check_below(columns->summary.coverage, 0.6);
     check_below(fabs((double)drawn / pixels - 1), 0.01);
-    portrait_free(&portrait);
+    part_picture_free(&picture);
     free(columns);
     bytes_free(&container);
 }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* The binary formats, the pattern and the meshes byte by byte against files in golden/, which the
  * readers of tests/readers open as well. DRAPE_GOLDEN=write writes them anew. */
-#include "api/format/cards.h"
 #include "api/format/colour.h"
+#include "api/format/deck.h"
 #include "api/format/format.h"
 #include "api/format/lcmsim.h"
-#include "api/format/stacks.h"
+#include "api/format/stack_groups.h"
 #include "api/result/fieldset.h"
 #include "api/result/outline.h"
 
@@ -317,9 +317,9 @@ static void test_formats_vtu_is_golden(void **state) {
 /* The bytes are those of Debian's libhdf5 1.10. */
 static void test_formats_lcmsim_h5_is_golden(void **state) {
     (void)state;
-    static const uint8_t gates[] = {MAP_NO_GATE, MAP_INLET};
+    static const uint8_t roles[] = {MAP_FABRIC, MAP_INLET};
     struct map_fields fields = small_mesh();
-    fields.gates = gates;
+    fields.roles = roles;
     struct bytes text = encode_mesh("lcmsim-h5", &fields);
     compare_golden("small.lcmsim-h5", text.data, text.length);
     bytes_free(&text);
@@ -403,9 +403,9 @@ static void test_cards_layers_follow_the_normal_of_the_element(void **state) {
             plies.side = side;
             fields.plies = &plies;
             bool along = (side > 0) != mirrored;
-            assert_int_equal(cards_layers(&fields, 0), 2);
-            assert_int_equal(cards_layer(&fields, 0, 0)->ply, along ? 0 : 1);
-            assert_int_equal(cards_layer(&fields, 0, 1)->ply, along ? 1 : 0);
+            assert_int_equal(deck_layers(&fields, 0), 2);
+            assert_int_equal(deck_layer(&fields, 0, 0)->ply, along ? 0 : 1);
+            assert_int_equal(deck_layer(&fields, 0, 1)->ply, along ? 1 : 0);
         }
 }
 
@@ -431,15 +431,15 @@ static void test_stacks_are_grouped_within_what_is_asked(void **state) {
         size_t count;
     } cases[] = {{true, 0, 20}, {false, 0, 10}, {true, 10, 1}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        struct stacks stacks;
+        struct stack_groups groups;
         size_t seen = 0;
-        assert_true(stacks_make(&stacks, &fields, cases[k].angles, cases[k].within));
-        assert_int_equal(stacks.count, cases[k].count);
-        for (size_t g = 0; g < stacks.count; g++)
-            for (size_t m = stacks.start[g]; m < stacks.start[g + 1]; m++, seen++)
-                assert_int_equal(stacks.group[stacks.member[m]], g);
+        assert_true(stack_groups_make(&groups, &fields, cases[k].angles, cases[k].within));
+        assert_int_equal(groups.count, cases[k].count);
+        for (size_t g = 0; g < groups.count; g++)
+            for (size_t m = groups.start[g]; m < groups.start[g + 1]; m++, seen++)
+                assert_int_equal(groups.group[groups.member[m]], g);
         assert_int_equal(seen, COUNT);
-        stacks_free(&stacks);
+        stack_groups_free(&groups);
     }
 }
 
@@ -458,12 +458,12 @@ static void test_formats_lcmsim_is_golden(void **state) {
     (void)state;
     static const char *const names[] = {"mesh.bdf", "part_description.csv", "simulation_params.csv",
                                         "README.txt", "dense_elements.csv"};
-    static const uint8_t inlet[] = {MAP_NO_GATE, MAP_INLET}, both[] = {MAP_OUTLET, MAP_INLET},
+    static const uint8_t inlet[] = {MAP_FABRIC, MAP_INLET}, both[] = {MAP_OUTLET, MAP_INLET},
                          channel[] = {MAP_INLET, MAP_CHANNEL};
     static const struct {
         const char *folder;
         int version;
-        const uint8_t *gates;
+        const uint8_t *roles;
         double porosity, cap; /* the first element's */
     } cases[] = {{"lcmsim", 0, NULL, 0.604, 0},       {"lcmsim_inlet", 0, inlet, 0.604, 0},
                  {"lcmsim_gates", 2, both, 0.604, 0}, {"lcmsim_channel", 3, channel, 0.604, 0},
@@ -471,7 +471,7 @@ static void test_formats_lcmsim_is_golden(void **state) {
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
         struct map_fields fields = small_mesh();
         small_mesh_set("porosity", 0, cases[c].porosity);
-        fields.gates = cases[c].gates;
+        fields.roles = cases[c].roles;
         fields.channel_permeability = 1e-8;
         struct bytes zip = encode_case(&fields, cases[c].version, cases[c].cap);
         for (size_t k = 0; k < (cases[c].porosity < 0 ? 5 : 4); k++) {

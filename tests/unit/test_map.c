@@ -494,17 +494,17 @@ static void test_map_takes_the_middles_of_elements_and_their_ids(void **state) {
     static const struct vec3 vertices[] = {{1, 1, 0}, {2, 1, 0}, {2, 2, 0}, {1, 2, 0}, {3, 1.5, 0}};
     static const int32_t elements[][4] = {{0, 1, 2, 3}, {1, 4, 2, -1}};
     static const int32_t ids[] = {501, 7};
-    static uint8_t gates[] = {0, 1};
+    static uint8_t roles[] = {0, 1};
     struct mapped *mapped = map_mesh_onto(&cloth, (struct map_target){.vertices = vertices,
                                                                       .vertex_count = 5,
                                                                       .elements = elements,
                                                                       .element_count = 2,
                                                                       .ids = ids,
-                                                                      .gates = gates});
+                                                                      .roles = roles});
     assert_true(value_at(mapped, "id", 0) == 501 && value_at(mapped, "id", 1) == 7);
     assert_near(value_at(mapped, "shear_deg", 0), 1.5, 1e-14);
     assert_near(value_at(mapped, "shear_deg", 1), 7 / 3.0, 1e-14);
-    assert_ptr_equal(mapped->map.fields.gates, gates);
+    assert_ptr_equal(mapped->map.fields.roles, roles);
     mapped_free(mapped);
     cloth_free(&cloth);
 }

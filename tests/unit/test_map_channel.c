@@ -74,11 +74,11 @@ static void test_channel_follows_every_rim(void **state) {
         assert_true(option(&mesh, "inlet", "0"));
         assert_int_equal(map(&mesh, &container, &mapped), API_OK);
         assert_true(mapped.fields.channel_permeability == 2e-8);
-        assert_int_equal(mapped.fields.gates[0], MAP_INLET);
+        assert_int_equal(mapped.fields.roles[0], MAP_INLET);
         for (size_t k = 1; k < COUNT; k++) {
-            struct vec3 at = map_target_place(&mesh, k);
+            struct vec3 at = map_target_point(&mesh, k);
             bool near = distance_from_edge(at.x, at.y) <= widths[w];
-            wrong += mapped.fields.gates[k] != (near ? MAP_CHANNEL : MAP_NO_GATE);
+            wrong += mapped.fields.roles[k] != (near ? MAP_CHANNEL : MAP_FABRIC);
         }
         check_at_most((double)wrong, 0);
         assert_false(warned(&mapped));
@@ -134,7 +134,7 @@ static void test_gates_by_place(void **state) {
         size_t count = 0;
         assert_true(option(&mesh, "outlet", cases[c].list));
         for (size_t k = 0; k < COUNT; k++)
-            count += mesh.gates[k] == MAP_OUTLET;
+            count += mesh.roles[k] == MAP_OUTLET;
         assert_int_equal(count, cases[c].count);
     }
     for (size_t c = 0; c < sizeof bad / sizeof *bad; c++) {

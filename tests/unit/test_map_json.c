@@ -23,7 +23,7 @@ static void test_map_json_reads_points(void **state) {
     assert_int_equal(mesh.vertex_count, 3);
     assert_null(mesh.elements);
     assert_null(mesh.ids);
-    assert_null(mesh.gates);
+    assert_null(mesh.roles);
     assert_true(mesh.vertices[0].x == 1 && mesh.vertices[0].y == -25 && mesh.vertices[0].z == 0);
     assert_true(mesh.vertices[1].x == 0.125 && mesh.vertices[1].y == 0.01);
     assert_true(mesh.vertices[2].x == 1e12 && mesh.vertices[2].y == -1e12);
@@ -43,10 +43,10 @@ static void test_map_json_reads_a_mesh_in_any_order(void **state) {
         assert_int_equal(mesh.vertex_count, 4);
         assert_int_equal(mesh.element_count, 2);
         assert_memory_equal(mesh.elements, expected, sizeof expected);
-        assert_true(mesh.gates[0] == 0 && mesh.gates[1] == 1);
+        assert_true(mesh.roles[0] == 0 && mesh.roles[1] == 1);
     }
-    assert_null(read_good("{\"mesh\":{" SQUARE "," HALVES "}}").gates);
-    assert_non_null(read_good("{\"mesh\":{" SQUARE "," HALVES "},\"inlet_elements\":[]}").gates);
+    assert_null(read_good("{\"mesh\":{" SQUARE "," HALVES "}}").roles);
+    assert_non_null(read_good("{\"mesh\":{" SQUARE "," HALVES "},\"inlet_elements\":[]}").roles);
 }
 
 /* Triangles come first, whatever the order of the keys; numbers are of all elements. */

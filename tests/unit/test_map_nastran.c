@@ -109,7 +109,7 @@ static void test_map_nastran_reads_all_ways_of_writing(void **state) {
         assert_int_equal(mesh.ids[1 - quad], 17);
         assert_memory_equal(mesh.elements[quad], ((int32_t[]){a, b, c, d}), 16);
         assert_memory_equal(mesh.elements[1 - quad], ((int32_t[]){b, e, c, -1}), 16);
-        assert_null(mesh.gates);
+        assert_null(mesh.roles);
     }
 }
 
@@ -456,7 +456,7 @@ static void test_map_gates_are_by_the_ids_of_the_file_or_by_property(void **stat
     (void)state;
     static const struct {
         const char *inlet, *outlet;
-        uint8_t gates[2];
+        uint8_t roles[2];
     } cases[] = {
         {"17", NULL, {0, MAP_INLET}},           {"17,901", NULL, {MAP_INLET, MAP_INLET}},
         {"pid:1", NULL, {MAP_INLET, 0}},        {NULL, "pid:2", {0, MAP_OUTLET}},
@@ -468,13 +468,13 @@ static void test_map_gates_are_by_the_ids_of_the_file_or_by_property(void **stat
                              API_OK);
         if (cases[k].outlet)
             assert_int_equal(set_option(&mesh, "outlet", cases[k].outlet), API_OK);
-        assert_memory_equal(mesh.gates, cases[k].gates, 2);
+        assert_memory_equal(mesh.roles, cases[k].roles, 2);
     }
     struct map_target mesh = read_good(small_fields);
     mesh.ids = NULL;
     assert_int_equal(set_option(&mesh, "inlet", "0"), API_OK);
-    assert_int_equal(mesh.gates[0], MAP_INLET);
-    assert_int_equal(mesh.gates[1], MAP_NO_GATE);
+    assert_int_equal(mesh.roles[0], MAP_INLET);
+    assert_int_equal(mesh.roles[1], MAP_FABRIC);
 }
 
 static void test_map_gates_of_no_element_are_a_problem(void **state) {

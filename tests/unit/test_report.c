@@ -2,8 +2,8 @@
 /* The report: what it says, that nothing in it can act, and its picture pixel by pixel. */
 #include "api/format/format.h"
 #include "api/format/inputs.h"
+#include "api/format/part_picture.h"
 #include "api/format/png.h"
-#include "api/format/portrait.h"
 
 #include "support.h"
 #include "tests/check.h"
@@ -153,25 +153,25 @@ static void test_portrait_shows_the_area_of_a_plane(void **state) {
     struct api_reader reader = reader_over(&container);
     struct api_columns *columns = malloc(sizeof *columns);
     struct api_problem problem = {0};
-    struct portrait portrait = {0};
+    struct part_picture picture = {0};
     size_t drawn = 0, plain = 0;
     (void)state;
     assert_int_equal(api_columns_open(&reader, columns, &problem), API_OK);
-    assert_int_equal(portrait_draw(&portrait, &reader, columns, &problem), API_OK);
-    const struct raster *raster = &portrait.raster;
+    assert_int_equal(part_picture_draw(&picture, &reader, columns, &problem), API_OK);
+    const struct raster *raster = &picture.raster;
     for (size_t k = 0; k < (size_t)raster->width * (size_t)raster->height; k++) {
         drawn += raster->pixels[k] != 0;
         plain += raster->pixels[k] == 1;
     }
-    double expected = 4 * portrait.scale * portrait.scale / sqrt(1 + 0.35 * 0.35 + 0.7 * 0.7);
+    double expected = 4 * picture.scale * picture.scale / sqrt(1 + 0.35 * 0.35 + 0.7 * 0.7);
     check_below(fabs((double)drawn / expected - 1), 0.01);
     check_below((double)plain, (double)drawn);
     check_below(0.85, (double)plain / expected);
-    assert_int_equal(portrait.yarns, 1);
-    check_below(fabs(portrait.start[0] - raster->width / 2.0), 1);
-    check_below(portrait.start[0], portrait.end[0][0]); /* warp to the right, weft upwards */
-    check_below(portrait.end[1][1], portrait.start[1]);
-    portrait_free(&portrait);
+    assert_int_equal(picture.yarns, 1);
+    check_below(fabs(picture.start[0] - raster->width / 2.0), 1);
+    check_below(picture.start[0], picture.end[0][0]); /* warp to the right, weft upwards */
+    check_below(picture.end[1][1], picture.start[1]);
+    part_picture_free(&picture);
     free(columns);
     bytes_free(&container);
 }

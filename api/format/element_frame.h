@@ -12,8 +12,8 @@
  * - The weft is 90 degrees less the shear from the warp, to the left about the cloth's own normal
  *   warp x weft. Where the element's looks to the other side, that is to the right: `mirrored`.
  */
-#ifndef API_FORMAT_ELEMENT_H
-#define API_FORMAT_ELEMENT_H
+#ifndef API_FORMAT_ELEMENT_FRAME_H
+#define API_FORMAT_ELEMENT_FRAME_H
 
 #include "format.h"
 

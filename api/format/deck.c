@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cards.h"
+#include "deck.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -9,35 +9,35 @@ enum { LINE = 400, COMMENT = 76 };
 
 /* ---- the driver ---- */
 
-void cards_next(struct encoder *encoder) {
-    const struct cards_part *parts = encoder->format->own;
-    while (parts[encoder->column].write &&
+void deck_next(struct encoder *encoder) {
+    const struct deck_section *sections = encoder->format->own;
+    while (sections[encoder->column].write &&
            encoder->piece.capacity - encoder->piece.length >= CARDS_ITEM) {
-        const struct cards_part *part = &parts[encoder->column];
-        if (encoder->row < (part->count ? part->count(encoder) : 1)) {
-            part->write(encoder, encoder->row++);
+        const struct deck_section *section = &sections[encoder->column];
+        if (encoder->row < (section->count ? section->count(encoder) : 1)) {
+            section->write(encoder, encoder->row++);
         } else {
             encoder->row = 0;
             encoder->column++;
         }
     }
-    encoder->ended = !parts[encoder->column].write;
+    encoder->ended = !sections[encoder->column].write;
 }
 
-size_t cards_vertices(const struct encoder *encoder) {
+size_t deck_vertices(const struct encoder *encoder) {
     return encoder->fields.vertex_count;
 }
 
-size_t cards_elements(const struct encoder *encoder) {
+size_t deck_elements(const struct encoder *encoder) {
     return encoder->fields.element_count;
 }
 
-size_t cards_plies(const struct encoder *encoder) {
+size_t deck_plies(const struct encoder *encoder) {
     return encoder->fields.plies->ply_count;
 }
 
-size_t cards_places(const struct encoder *encoder) {
-    return cards_plies(encoder) * cards_elements(encoder);
+size_t deck_ply_elements(const struct encoder *encoder) {
+    return deck_plies(encoder) * deck_elements(encoder);
 }
 
 /* ---- checks ---- */
@@ -45,15 +45,15 @@ size_t cards_places(const struct encoder *encoder) {
 static int32_t largest_id(const struct map_fields *fields) {
     int32_t largest = 0;
     for (size_t k = 0; k < fields->element_count; k++)
-        if (cards_element_id(fields, k) > largest)
-            largest = cards_element_id(fields, k);
+        if (deck_element_id(fields, k) > largest)
+            largest = deck_element_id(fields, k);
     for (size_t k = 0; k < fields->vertex_count; k++)
-        if (cards_vertex_id(fields, k) > largest)
-            largest = cards_vertex_id(fields, k);
+        if (deck_vertex_id(fields, k) > largest)
+            largest = deck_vertex_id(fields, k);
     return largest;
 }
 
-bool cards_check(const struct encoder *encoder, int32_t id_max, struct api_problem *problem) {
+bool deck_check(const struct encoder *encoder, int32_t id_max, struct api_problem *problem) {
     const struct map_fields *fields = &encoder->fields;
     const struct map_plies *plies = fields->plies;
     const char *name = encoder->format->name;
@@ -82,11 +82,11 @@ static bool is_upward(const struct map_fields *fields, size_t element) {
     return plies->rows[plies->first[element]].mirrored == (plies->side < 0);
 }
 
-bool cards_check_sides(const struct encoder *encoder, bool *upward, struct api_problem *problem) {
+bool deck_check_sides(const struct encoder *encoder, bool *upward, struct api_problem *problem) {
     const struct map_fields *fields = &encoder->fields;
     size_t up = 0, down = 0, one = 0;
     for (size_t e = 0; e < fields->element_count; e++) {
-        if (cards_is_bare(fields, e))
+        if (deck_is_bare(fields, e))
             continue;
         bool is_up = is_upward(fields, e);
         one = is_up ? one : e;
@@ -99,36 +99,36 @@ bool cards_check_sides(const struct encoder *encoder, bool *upward, struct api_p
         problem, API_INVALID_REQUEST,
         "%s has one sequence of plies for all elements, but %zu of them look to one side "
         "and %zu, such as %d, to the other: turn those",
-        encoder->format->name, up, down, cards_element_id(fields, one));
+        encoder->format->name, up, down, deck_element_id(fields, one));
     return false;
 }
 
 /* ---- the stack ---- */
 
-int32_t cards_element_id(const struct map_fields *fields, size_t element) {
+int32_t deck_element_id(const struct map_fields *fields, size_t element) {
     return fields->ids ? fields->ids[element] : (int32_t)element + 1;
 }
 
-int32_t cards_vertex_id(const struct map_fields *fields, size_t vertex) {
+int32_t deck_vertex_id(const struct map_fields *fields, size_t vertex) {
     return fields->vertex_ids ? fields->vertex_ids[vertex] : (int32_t)vertex + 1;
 }
 
-size_t cards_layers(const struct map_fields *fields, size_t element) {
+size_t deck_layers(const struct map_fields *fields, size_t element) {
     const size_t *first = fields->plies->first;
     return first[element + 1] - first[element];
 }
 
-bool cards_is_bare(const struct map_fields *fields, size_t element) {
-    return cards_layers(fields, element) == 0;
+bool deck_is_bare(const struct map_fields *fields, size_t element) {
+    return deck_layers(fields, element) == 0;
 }
 
-const struct map_ply_row *cards_layer(const struct map_fields *fields, size_t element, size_t k) {
+const struct map_ply_row *deck_layer(const struct map_fields *fields, size_t element, size_t k) {
     const struct map_plies *plies = fields->plies;
-    size_t count = cards_layers(fields, element);
+    size_t count = deck_layers(fields, element);
     return &plies->rows[plies->first[element] + (is_upward(fields, element) ? k : count - 1 - k)];
 }
 
-const struct map_ply_row *cards_row(const struct map_fields *fields, size_t element, int ply) {
+const struct map_ply_row *deck_row(const struct map_fields *fields, size_t element, int ply) {
     const struct map_plies *plies = fields->plies;
     for (size_t k = plies->first[element]; k < plies->first[element + 1]; k++)
         if (plies->rows[k].ply == ply)
@@ -136,14 +136,14 @@ const struct map_ply_row *cards_row(const struct map_fields *fields, size_t elem
     return NULL;
 }
 
-struct element_frame cards_frame(const struct map_fields *fields, size_t element) {
+struct element_frame deck_frame(const struct map_fields *fields, size_t element) {
     struct element_frame frame;
     (void)element_frame_make(fields->vertices, fields->elements[element], fields->plies->reference,
                              &frame);
     return frame;
 }
 
-double cards_thickness(const struct map_fields *fields, int ply) {
+double deck_thickness(const struct map_fields *fields, int ply) {
     const struct map_plies *plies = fields->plies;
     double least = 0;
     for (size_t k = 0; k < plies->row_count; k++)
@@ -152,7 +152,7 @@ double cards_thickness(const struct map_fields *fields, int ply) {
     return least;
 }
 
-double cards_fold_deg(double angle_deg) {
+double deck_fold_deg(double angle_deg) {
     while (angle_deg > 90)
         angle_deg -= 180;
     while (angle_deg <= -90)
@@ -162,7 +162,7 @@ double cards_fold_deg(double angle_deg) {
 
 /* ---- text ---- */
 
-void cards_line(struct encoder *encoder, const char *format, ...) {
+void deck_line(struct encoder *encoder, const char *format, ...) {
     char line[LINE];
     va_list values;
     va_start(values, format);
@@ -179,18 +179,18 @@ static void write_comment(struct encoder *encoder, const char *mark, const char 
             for (length = room; length > 1 && words[length] != ' ';)
                 length--;
         }
-        cards_line(encoder, "%s %.*s\n", mark, (int)length, words);
+        deck_line(encoder, "%s %.*s\n", mark, (int)length, words);
         words += length;
         words += strspn(words, " ");
     }
 }
 
-void cards_head(struct encoder *encoder, const char *mark, const char *const *about) {
+void deck_head(struct encoder *encoder, const char *mark, const char *const *about) {
     const struct map_fields *fields = &encoder->fields;
     char words[LINE];
     size_t bare = 0;
     for (size_t e = 0; e < fields->element_count; e++)
-        bare += cards_is_bare(fields, e);
+        bare += deck_is_bare(fields, e);
     snprintf(words, sizeof words,
              "Drape %s on %zu elements, %zu %s. Lengths in %s, angles in degrees; ply k is of "
              "material k, material k yours to define.",
@@ -213,16 +213,16 @@ void cards_head(struct encoder *encoder, const char *mark, const char *const *ab
     }
 }
 
-void cards_integer(struct encoder *encoder, int64_t value, int width) {
-    cards_line(encoder, "%*lld", width, (long long)value);
+void deck_integer(struct encoder *encoder, int64_t value, int width) {
+    deck_line(encoder, "%*lld", width, (long long)value);
 }
 
-void cards_blank(struct encoder *encoder, int width) {
-    cards_line(encoder, "%*s", width, "");
+void deck_blank(struct encoder *encoder, int width) {
+    deck_line(encoder, "%*s", width, "");
 }
 
-void cards_word(struct encoder *encoder, const char *word, int width) {
-    cards_line(encoder, "%-*s", width, word);
+void deck_word(struct encoder *encoder, const char *word, int width) {
+    deck_line(encoder, "%-*s", width, word);
 }
 
 /* "1" and "1E-05" become "1." and "1.E-05": without a point a field is no real number. */
@@ -235,12 +235,12 @@ static void put_point(char *text) {
     text[at] = '.';
 }
 
-void cards_real(struct encoder *encoder, double value, int width) {
+void deck_real(struct encoder *encoder, double value, int width) {
     char text[LINE];
     int digits = width < 16 ? width - 1 : 15; /* more would add nothing but rounding */
     do {
         snprintf(text, sizeof text, "%.*G", digits, value == 0 ? 0 : value);
         put_point(text);
     } while ((int)strlen(text) > width && --digits > 0);
-    cards_line(encoder, "%*s", width, text);
+    deck_line(encoder, "%*s", width, text);
 }

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* What is said of a target beside it, for a file that has no place for it: the inlet, the outlet
- * and the channel, and the direction that angles run from. */
+/* What parameters add to a target, because the mesh's file cannot say it: inlet, outlet and
+ * channel, and the direction that angles run from. */
 #include "target.h"
 
-#include "api/format/element.h"
 #include "api/json/number.h"
 #include "cavity.h"
 #include "channel.h"
@@ -11,8 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const gate_names[] = {
-    [MAP_NO_GATE] = "",
+static const char *const role_names[] = {
+    [MAP_FABRIC] = "",
     [MAP_INLET] = "inlet",
     [MAP_OUTLET] = "outlet",
     [MAP_CHANNEL] = "edge_channel",
@@ -21,66 +20,66 @@ static const char *const gate_names[] = {
 #define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
 
 /* A list that is being applied. */
-struct gating {
+struct marking {
     const struct map_target *target;
     const struct map_id *ids; /* sorted; NULL: elements are counted from 0 */
-    enum map_gate gate;
-    uint8_t *gates;
+    enum map_role role;
+    uint8_t *roles;
     struct api_problem *problem;
 };
 
-static bool set(const struct gating *gating, size_t element) {
-    uint8_t *gate = &gating->gates[element];
-    if (*gate != MAP_NO_GATE && *gate != gating->gate)
-        return FAIL(gating->problem, "%s: element %d is both in the inlet and in the outlet",
-                    gate_names[gating->gate],
-                    gating->target->ids ? gating->target->ids[element] : (int)element);
-    *gate = (uint8_t)gating->gate;
+static bool set(const struct marking *marking, size_t element) {
+    uint8_t *role = &marking->roles[element];
+    if (*role != MAP_FABRIC && *role != marking->role)
+        return FAIL(marking->problem, "%s: element %d is both in the inlet and in the outlet",
+                    role_names[marking->role],
+                    marking->target->ids ? marking->target->ids[element] : (int)element);
+    *role = (uint8_t)marking->role;
     return true;
 }
 
-static bool set_element(const struct gating *gating, int32_t id) {
-    const struct map_target *target = gating->target;
-    int32_t element = gating->ids ? map_ids_find(gating->ids, target->element_count, id)
+static bool set_element(const struct marking *marking, int32_t id) {
+    const struct map_target *target = marking->target;
+    int32_t element = marking->ids ? map_ids_find(marking->ids, target->element_count, id)
                       : (size_t)id < target->element_count ? id
                                                            : -1;
     if (element < 0)
-        return FAIL(gating->problem, "%s: the mesh has no element %d", gate_names[gating->gate],
+        return FAIL(marking->problem, "%s: the mesh has no element %d", role_names[marking->role],
                     id);
-    return set(gating, (size_t)element);
+    return set(marking, (size_t)element);
 }
 
-static bool set_property(const struct gating *gating, int32_t pid) {
-    const struct map_target *target = gating->target;
+static bool set_property(const struct marking *marking, int32_t pid) {
+    const struct map_target *target = marking->target;
     bool found = false;
     for (size_t k = 0; target->pids && k < target->element_count; k++) {
         if (target->pids[k] != pid)
             continue;
         found = true;
-        if (!set(gating, k))
+        if (!set(marking, k))
             return false;
     }
-    return found || FAIL(gating->problem, "%s: the mesh has no element of property %d",
-                         gate_names[gating->gate], pid);
+    return found || FAIL(marking->problem, "%s: the mesh has no element of property %d",
+                         role_names[marking->role], pid);
 }
 
 /* All elements whose middle is near to the line from place[0..2] to place[3..5]. */
-static bool set_near(const struct gating *gating, const double place[6], double distance) {
+static bool set_near(const struct marking *marking, const double place[6], double distance) {
     struct vec3 a = vec3_make(place[0], place[1], place[2]);
     struct vec3 b = vec3_make(place[3], place[4], place[5]);
     bool found = false;
-    for (size_t k = 0; k < gating->target->element_count; k++) {
-        struct vec3 middle = map_target_place(gating->target, k);
+    for (size_t k = 0; k < marking->target->element_count; k++) {
+        struct vec3 middle = map_target_point(marking->target, k);
         if (map_segment_distance(a, b, middle) > distance)
             continue;
         found = true;
-        if (!set(gating, k))
+        if (!set(marking, k))
             return false;
     }
-    return found || FAIL(gating->problem,
+    return found || FAIL(marking->problem,
                          "%s: no element has its middle within %g of that place; are the numbers "
                          "in the drape's length unit?",
-                         gate_names[gating->gate], distance);
+                         role_names[marking->role], distance);
 }
 
 /* `count` numbers, each after a `mark` but the first; where they end, or NULL. */
@@ -123,7 +122,7 @@ static const char *read_number(const char *text, int32_t *value) {
 }
 
 /* One of the list: sets what it names; where it ends, NULL with the problem set. */
-static const char *apply_one(const struct gating *gating, const char *text) {
+static const char *apply_one(const struct marking *marking, const char *text) {
     double place[6], distance;
     int32_t number;
     bool property = strncmp(text, "pid:", 4) == 0;
@@ -131,37 +130,37 @@ static const char *apply_one(const struct gating *gating, const char *text) {
     const char *end = whole && *whole != ':' ? whole : read_place(text, place, &distance);
     bool good = end && (*end == '\0' || *end == ',');
     if (!good)
-        good = FAIL(gating->problem,
+        good = FAIL(marking->problem,
                     "%s must be elements, properties and places parted by commas, such as "
                     "17,18,pid:3,sphere:x:y:z:radius,line:x:y:z:x:y:z:distance",
-                    gate_names[gating->gate]);
+                    role_names[marking->role]);
     else if (end != whole)
-        good = set_near(gating, place, distance);
+        good = set_near(marking, place, distance);
     else
-        good = (property ? set_property : set_element)(gating, number);
+        good = (property ? set_property : set_element)(marking, number);
     return good ? end : NULL;
 }
 
-static bool apply(const struct gating *gating, const char *list) {
-    const char *at = apply_one(gating, list);
+static bool apply(const struct marking *marking, const char *list) {
+    const char *at = apply_one(marking, list);
     while (at && *at)
-        at = apply_one(gating, at + 1);
+        at = apply_one(marking, at + 1);
     return at != NULL;
 }
 
-static bool begin(struct gating *gating, struct map_target *target, struct arena *arena) {
+static bool begin(struct marking *marking, struct map_target *target, struct arena *arena) {
     if (!target->elements)
-        return FAIL(gating->problem, "%s needs a mesh", gate_names[gating->gate]);
-    if (target->has_gate[gating->gate])
-        return FAIL(gating->problem, "%s is given twice", gate_names[gating->gate]);
-    target->has_gate[gating->gate] = true;
-    if (!target->gates)
-        target->gates = arena_alloc(arena, target->element_count, 1);
-    if (!target->gates)
-        api_problem_set(gating->problem, API_OUT_OF_MEMORY,
+        return FAIL(marking->problem, "%s needs a mesh", role_names[marking->role]);
+    if (target->has_role[marking->role])
+        return FAIL(marking->problem, "%s is given twice", role_names[marking->role]);
+    target->has_role[marking->role] = true;
+    if (!target->roles)
+        target->roles = arena_alloc(arena, target->element_count, 1);
+    if (!target->roles)
+        api_problem_set(marking->problem, API_OUT_OF_MEMORY,
                         "the mesh needs more memory than allowed");
-    gating->gates = target->gates;
-    return target->gates != NULL;
+    marking->roles = target->roles;
+    return target->roles != NULL;
 }
 
 static bool take_channel(struct map_target *target, const char *value,
@@ -191,25 +190,25 @@ static bool set_reference(struct map_target *target, const char *value,
            FAIL(problem, "reference must be a direction, and not of length zero");
 }
 
-static bool take_list(struct gating *gating, const char *list, struct arena *arena) {
-    const struct map_target *target = gating->target;
+static bool take_list(struct marking *marking, const char *list, struct arena *arena) {
+    const struct map_target *target = marking->target;
     struct arena_mark scratch = arena_mark(arena);
     if (target->ids)
-        gating->ids = map_ids_sort(target->ids, target->element_count, arena);
-    bool room = !target->ids || gating->ids;
-    bool good = room && apply(gating, list);
+        marking->ids = map_ids_sort(target->ids, target->element_count, arena);
+    bool room = !target->ids || marking->ids;
+    bool good = room && apply(marking, list);
     if (!room)
-        api_problem_set(gating->problem, API_OUT_OF_MEMORY,
+        api_problem_set(marking->problem, API_OUT_OF_MEMORY,
                         "the mesh needs more memory than allowed");
     arena_rewind(arena, scratch);
     return good;
 }
 
-static enum map_gate gate_of(const char *name) {
+static enum map_role role_of(const char *name) {
     return strcmp(name, "inlet") == 0 || strcmp(name, "inlet_elements") == 0 ? MAP_INLET
            : strcmp(name, "outlet") == 0                                     ? MAP_OUTLET
            : strcmp(name, "edge_channel") == 0                               ? MAP_CHANNEL
-                                                                             : MAP_NO_GATE;
+                                                                             : MAP_FABRIC;
 }
 
 bool map_target_option(struct map_target *target, const char *name, const char *value,
@@ -220,14 +219,9 @@ bool map_target_option(struct map_target *target, const char *name, const char *
         return cavity_take_heights(target, value, arena, problem);
     if (strcmp(name, "punch") == 0)
         return cavity_take_punch(target, value, arena, problem);
-    struct gating gating = {target, NULL, gate_of(name), NULL, problem};
-    if (gating.gate == MAP_NO_GATE || !begin(&gating, target, arena))
+    struct marking marking = {target, NULL, role_of(name), NULL, problem};
+    if (marking.role == MAP_FABRIC || !begin(&marking, target, arena))
         return false;
-    return gating.gate == MAP_CHANNEL ? take_channel(target, value, problem)
-                                      : take_list(&gating, value, arena);
-}
-
-struct vec3 map_target_place(const struct map_target *target, size_t element) {
-    return target->elements ? element_middle(target->vertices, target->elements[element])
-                            : target->vertices[element];
+    return marking.role == MAP_CHANNEL ? take_channel(target, value, problem)
+                                       : take_list(&marking, value, arena);
 }

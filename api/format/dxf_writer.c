@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "r12.h"
+#include "dxf_writer.h"
 
 #include "pattern.h"
 #include <string.h>
@@ -47,7 +47,7 @@ static void table(struct api_text *text, const char *name, int entries) {
     group_integer(text, 70, entries);
 }
 
-static void layer_entry(struct api_text *text, const struct r12_layer *layer) {
+static void layer_entry(struct api_text *text, const struct dxf_layer *layer) {
     group(text, 0, "LAYER");
     group(text, 2, layer->name);
     group_integer(text, 70, 0);
@@ -55,7 +55,7 @@ static void layer_entry(struct api_text *text, const struct r12_layer *layer) {
     group(text, 6, "CONTINUOUS");
 }
 
-static void tables(struct api_text *text, const struct r12_layer *layers, int count) {
+static void tables(struct api_text *text, const struct dxf_layer *layers, int count) {
     section(text, "TABLES");
     table(text, "LTYPE", 1);
     group(text, 0, "LTYPE");
@@ -85,8 +85,8 @@ static int unit_number(const char *name) {
     return 0;
 }
 
-void r12_head(struct api_text *text, const char *unit, const double low[2], const double high[2],
-              const struct r12_layer *layers, int count) {
+void dxf_head(struct api_text *text, const char *unit, const double low[2], const double high[2],
+              const struct dxf_layer *layers, int count) {
     int number = unit_number(unit);
     section(text, "HEADER");
     group(text, 9, "$ACADVER");
@@ -106,25 +106,25 @@ void r12_head(struct api_text *text, const char *unit, const double low[2], cons
     section(text, "ENTITIES");
 }
 
-void r12_foot(struct api_text *text) {
+void dxf_foot(struct api_text *text) {
     group(text, 0, "ENDSEC");
     group(text, 0, "EOF");
 }
 
-void r12_line(struct api_text *text, const char *layer, double x, double y, double to_x,
+void dxf_line(struct api_text *text, const char *layer, double x, double y, double to_x,
               double to_y) {
     entity(text, "LINE", layer);
     group_point(text, 10, x, y);
     group_point(text, 11, to_x, to_y);
 }
 
-void r12_circle(struct api_text *text, const char *layer, double x, double y, double radius) {
+void dxf_circle(struct api_text *text, const char *layer, double x, double y, double radius) {
     entity(text, "CIRCLE", layer);
     group_point(text, 10, x, y);
     group_number(text, 40, radius);
 }
 
-void r12_letters(struct api_text *text, const char *layer, double x, double y, double height,
+void dxf_letters(struct api_text *text, const char *layer, double x, double y, double height,
                  const char *string) {
     entity(text, "TEXT", layer);
     group_point(text, 10, x, y);
@@ -132,7 +132,7 @@ void r12_letters(struct api_text *text, const char *layer, double x, double y, d
     group(text, 1, string);
 }
 
-void r12_begin_polygon(struct api_text *text, const char *layer) {
+void dxf_begin_polygon(struct api_text *text, const char *layer) {
     entity(text, "POLYLINE", layer);
     group_integer(text, 66, 1); /* vertices follow */
     group_integer(text, 70, 1); /* closed */
@@ -140,12 +140,12 @@ void r12_begin_polygon(struct api_text *text, const char *layer) {
     group_number(text, 30, 0);
 }
 
-void r12_corner(struct api_text *text, const char *layer, double x, double y) {
+void dxf_corner(struct api_text *text, const char *layer, double x, double y) {
     entity(text, "VERTEX", layer);
     group_point(text, 10, x, y);
     group_number(text, 30, 0);
 }
 
-void r12_end_polygon(struct api_text *text, const char *layer) {
+void dxf_end_polygon(struct api_text *text, const char *layer) {
     entity(text, "SEQEND", layer);
 }

@@ -5,15 +5,15 @@
  * from the side that warp x weft points to, the warp to the right and the weft away from the eye;
  * of a part that closes on itself the side of its start.
  */
-#ifndef API_FORMAT_PORTRAIT_H
-#define API_FORMAT_PORTRAIT_H
+#ifndef API_FORMAT_PART_PICTURE_H
+#define API_FORMAT_PART_PICTURE_H
 
 #include "api/result/columns.h"
 #include "raster.h"
 
-enum { PORTRAIT_SHADES = 100 };
+enum { PICTURE_SHADES = 100 };
 
-struct portrait {
+struct part_picture {
     struct raster raster;
     double range_deg; /* the shear that has the last colour */
     double scale;     /* pixels of a length unit, at right angles to the view */
@@ -22,15 +22,15 @@ struct portrait {
     int yarns; /* every how many are drawn */
 };
 
-/* Draws what `portrait` (zero-initialised) is to hold. API_OUT_OF_MEMORY, or API_INTERNAL for a
- * damaged result. portrait_free in any case. */
-enum api_problem_id portrait_draw(struct portrait *portrait, const struct api_reader *reader,
-                                  const struct api_columns *columns,
-                                  struct api_problem *problem) STATUS_MUST_USE;
+/* Draws what `picture` (zero-initialised) is to hold. API_OUT_OF_MEMORY, or API_INTERNAL for a
+ * damaged result. part_picture_free in any case. */
+enum api_problem_id part_picture_draw(struct part_picture *picture, const struct api_reader *reader,
+                                      const struct api_columns *columns,
+                                      struct api_problem *problem) STATUS_MUST_USE;
 
-void portrait_free(struct portrait *portrait);
+void part_picture_free(struct part_picture *picture);
 
 /* The colour of a shear of 0..1 of the range, as in a palette. */
-void portrait_colour(double share, uint8_t rgb[3]);
+void part_picture_colour(double share, uint8_t rgb[3]);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "portrait.h"
+#include "part_picture.h"
 
 #include "api/result/edge.h"
 #include "api/result/fields.h"
@@ -21,14 +21,7 @@ enum {
 enum { CUT_I, CUT_J, CUT_CORNERS, CUT_SHEAR = CUT_CORNERS + 12, CUT_LOCKED, CUT_COLUMNS };
 
 /* The colours: paper, shades of shear, the same darker below yarns, and these. */
-enum {
-    SHADE = 1,
-    DARK = SHADE + PORTRAIT_SHADES,
-    LOCKED = DARK + PORTRAIT_SHADES,
-    RIM,
-    WARP,
-    WEFT
-};
+enum { SHADE = 1, DARK = SHADE + PICTURE_SHADES, LOCKED = DARK + PICTURE_SHADES, RIM, WARP, WEFT };
 
 static const uint8_t marks[][3] = {
     {0xc0, 0x00, 0x1a}, {0x1b, 0x23, 0x30}, {0xb4, 0x5f, 0x06}, {0x0b, 0x6a, 0xa2}};
@@ -39,7 +32,7 @@ static const double closed = 0.2;          /* share of the area that faces one w
 static const double view[] = {0.35, -0.7}; /* along warp and weft beside 1 along the normal */
 static const double lift = 3;              /* pixels that lines lie above the cells */
 
-void portrait_colour(double share, uint8_t rgb[3]) {
+void part_picture_colour(double share, uint8_t rgb[3]) {
     double srgb[3];
     colour_viridis(share, srgb);
     for (int c = 0; c < 3; c++)
@@ -48,9 +41,9 @@ void portrait_colour(double share, uint8_t rgb[3]) {
 
 static void make_palette(struct raster *raster) {
     memset(raster->palette, 0xff, 3);
-    for (int k = 0; k < PORTRAIT_SHADES; k++) {
+    for (int k = 0; k < PICTURE_SHADES; k++) {
         uint8_t *rgb = raster->palette[SHADE + k], *dark = raster->palette[DARK + k];
-        portrait_colour((double)k / (PORTRAIT_SHADES - 1), rgb);
+        part_picture_colour((double)k / (PICTURE_SHADES - 1), rgb);
         for (int c = 0; c < 3; c++)
             dark[c] = (uint8_t)(yarn_shade * rgb[c]);
     }
@@ -124,7 +117,7 @@ struct cell {
     unsigned yarns;
 };
 
-typedef void visitor(struct portrait *portrait, struct scene *scene, const struct cell *cell);
+typedef void visitor(struct part_picture *picture, struct scene *scene, const struct cell *cell);
 
 static bool read_block(struct scene *scene, size_t first, size_t count) {
     memset(scene->is_locked, 0, sizeof scene->is_locked);
@@ -135,7 +128,7 @@ static bool read_block(struct scene *scene, size_t first, size_t count) {
 }
 
 /* Calls for every cell. False when they cannot be read. */
-static bool visit_cells(struct portrait *portrait, struct scene *scene, visitor *visit) {
+static bool visit_cells(struct part_picture *picture, struct scene *scene, visitor *visit) {
     size_t rows = scene->shear->rows, count;
     scene->low.held = scene->high.held = 0;
     if (!quads_begin(&scene->quads, scene->reader, scene->columns))
@@ -153,7 +146,7 @@ static bool visit_cells(struct portrait *portrait, struct scene *scene, visitor 
                 if (!read_point(scene, c < 2 ? &scene->low : &scene->high,
                                 (size_t)scene->corners[k][c], &cell.corner[c]))
                     return false;
-            visit(portrait, scene, &cell);
+            visit(picture, scene, &cell);
         }
     }
     return true;
@@ -162,11 +155,11 @@ static bool visit_cells(struct portrait *portrait, struct scene *scene, visitor 
 /* ---- the view ---- */
 
 /* Half the product of the diagonals. */
-static void add_area(struct portrait *portrait, struct scene *scene, const struct cell *cell) {
+static void add_area(struct part_picture *picture, struct scene *scene, const struct cell *cell) {
     const struct vec3 *corner = cell->corner;
     struct vec3 area =
         vec3_scale(0.5, vec3_cross(vec3_sub(corner[2], corner[0]), vec3_sub(corner[3], corner[1])));
-    (void)portrait;
+    (void)picture;
     scene->area = vec3_add(scene->area, area);
     scene->area_total += vec3_norm(area);
 }
@@ -188,20 +181,20 @@ static void choose_view(struct scene *scene) {
 }
 
 /* In pixels; before the scale is set in length units. */
-static void project(const struct portrait *portrait, const struct scene *scene, struct vec3 point,
-                    double pixel[3]) {
+static void project(const struct part_picture *picture, const struct scene *scene,
+                    struct vec3 point, double pixel[3]) {
     struct vec3 offset = vec3_sub(point, scene->origin);
     for (int k = 0; k < 3; k++)
         pixel[k] =
-            portrait->scale * vec3_dot(offset, scene->axis[k]) + (k < 2 ? scene->shift[k] : 0);
+            picture->scale * vec3_dot(offset, scene->axis[k]) + (k < 2 ? scene->shift[k] : 0);
 }
 
 /* The box of nodes and rim, the start within, into the picture with a margin. */
-static bool fit(struct portrait *portrait, struct scene *scene) {
+static bool fit(struct part_picture *picture, struct scene *scene) {
     static const enum api_table tables[] = {API_TABLE_NODES, API_TABLE_RIM};
     double low[2] = {0, 0}, high[2] = {0, 0}, pixel[3];
     struct vec3 point;
-    portrait->scale = 1;
+    picture->scale = 1;
     for (int t = 0; t < 2; t++) {
         size_t rows = api_columns_rows(scene->columns, tables[t]);
         if (rows && !find_points(scene, tables[t], &scene->low))
@@ -209,7 +202,7 @@ static bool fit(struct portrait *portrait, struct scene *scene) {
         for (size_t row = 0; row < rows; row++) {
             if (!read_point(scene, &scene->low, row, &point))
                 return false;
-            project(portrait, scene, point, pixel);
+            project(picture, scene, point, pixel);
             for (int k = 0; k < 2; k++) {
                 low[k] = fmin(low[k], pixel[k]);
                 high[k] = fmax(high[k], pixel[k]);
@@ -218,66 +211,66 @@ static bool fit(struct portrait *portrait, struct scene *scene) {
     }
     double size[2] = {high[0] - low[0], high[1] - low[1]};
     double scale = fmin((WIDTH - 2 * MARGIN) / size[0], (HEIGHT - 2 * MARGIN) / size[1]);
-    portrait->scale = isfinite(scale) ? scale : 1;
+    picture->scale = isfinite(scale) ? scale : 1;
     for (int k = 0; k < 2; k++)
-        scene->shift[k] = MARGIN - portrait->scale * low[k];
-    scene->shift[0] += (WIDTH - 2 * MARGIN - portrait->scale * size[0]) / 2;
-    scene->height = (int)ceil(portrait->scale * size[1]) + 2 * MARGIN;
+        scene->shift[k] = MARGIN - picture->scale * low[k];
+    scene->shift[0] += (WIDTH - 2 * MARGIN - picture->scale * size[0]) / 2;
+    scene->height = (int)ceil(picture->scale * size[1]) + 2 * MARGIN;
     return find_points(scene, API_TABLE_NODES, &scene->low);
 }
 
 /* ---- drawing ---- */
 
-static void fill_cell(struct portrait *portrait, struct scene *scene, const struct cell *cell) {
+static void fill_cell(struct part_picture *picture, struct scene *scene, const struct cell *cell) {
     double pixel[4][3];
-    double share = fmin(fabs(cell->shear_deg) / portrait->range_deg, 1);
-    uint8_t colour = (uint8_t)(SHADE + (int)(share * (PORTRAIT_SHADES - 1) + 0.5));
+    double share = fmin(fabs(cell->shear_deg) / picture->range_deg, 1);
+    uint8_t colour = (uint8_t)(SHADE + (int)(share * (PICTURE_SHADES - 1) + 0.5));
     for (int c = 0; c < 4; c++)
-        project(portrait, scene, cell->corner[c], pixel[c]);
+        project(picture, scene, cell->corner[c], pixel[c]);
     for (int k = 1; k < 3; k++) {
-        raster_triangle(&portrait->raster, pixel[0], pixel[k], pixel[k + 1], colour, 0);
+        raster_triangle(&picture->raster, pixel[0], pixel[k], pixel[k + 1], colour, 0);
         if (cell->locked)
-            raster_triangle(&portrait->raster, pixel[0], pixel[k], pixel[k + 1], LOCKED, HATCH);
+            raster_triangle(&picture->raster, pixel[0], pixel[k], pixel[k + 1], LOCKED, HATCH);
     }
 }
 
-static void draw_edge(struct portrait *portrait, struct scene *scene, struct vec3 from,
+static void draw_edge(struct part_picture *picture, struct scene *scene, struct vec3 from,
                       struct vec3 to, int width, const uint8_t *over) {
     double a[3], b[3];
-    project(portrait, scene, from, a);
-    project(portrait, scene, to, b);
-    raster_line(&portrait->raster, a, b, width, lift, over);
+    project(picture, scene, from, a);
+    project(picture, scene, to, b);
+    raster_line(&picture->raster, a, b, width, lift, over);
 }
 
 /* What every colour becomes under a line of one colour, or under a yarn. */
 static void under_line(int colour, uint8_t over[RASTER_COLOURS]) {
     for (int k = 0; k < RASTER_COLOURS; k++)
-        over[k] = (uint8_t)(colour ? colour : k >= SHADE && k < DARK ? k + PORTRAIT_SHADES : k);
+        over[k] = (uint8_t)(colour ? colour : k >= SHADE && k < DARK ? k + PICTURE_SHADES : k);
 }
 
 /* Where the generators end, for their names. */
-static void note_end(struct portrait *portrait, struct scene *scene, const struct cell *cell,
+static void note_end(struct part_picture *picture, struct scene *scene, const struct cell *cell,
                      int family) {
     double pixel[3];
     if (cell->place[family] < scene->last[family])
         return;
     scene->last[family] = cell->place[family];
-    project(portrait, scene, cell->corner[family ? 3 : 1], pixel);
-    memcpy(portrait->end[family], pixel, sizeof portrait->end[family]);
+    project(picture, scene, cell->corner[family ? 3 : 1], pixel);
+    memcpy(picture->end[family], pixel, sizeof picture->end[family]);
 }
 
 /* The cell's edges on yarns that are drawn: those of the generators in their colours. */
-static void draw_yarns(struct portrait *portrait, struct scene *scene, const struct cell *cell) {
+static void draw_yarns(struct part_picture *picture, struct scene *scene, const struct cell *cell) {
     uint8_t over[RASTER_COLOURS];
     for (int k = 0; k < 4; k++) {
         int family = k / 2, number = cell->place[1 - family] + k % 2;
-        if (!(cell->yarns & 1u << k) || number % portrait->yarns)
+        if (!(cell->yarns & 1u << k) || number % picture->yarns)
             continue;
         under_line(number ? 0 : family ? WEFT : WARP, over);
-        draw_edge(portrait, scene, cell->corner[edges[k][0]], cell->corner[edges[k][1]],
+        draw_edge(picture, scene, cell->corner[edges[k][0]], cell->corner[edges[k][1]],
                   number ? 1 : 3, over);
         if (number == 0 && k % 2 == 0)
-            note_end(portrait, scene, cell, family);
+            note_end(picture, scene, cell, family);
     }
 }
 
@@ -292,11 +285,11 @@ static struct vec3 place_in(const struct cell *cell, double a, double b) {
 }
 
 /* How many strips along warp a cell is drawn in: of a pixel's height. */
-static int strip_count(const struct portrait *portrait, const struct scene *scene,
+static int strip_count(const struct part_picture *picture, const struct scene *scene,
                        const struct cell *cell) {
     double low = HUGE_VAL, high = -HUGE_VAL, pixel[3];
     for (int c = 0; c < 4; c++) {
-        project(portrait, scene, cell->corner[c], pixel);
+        project(picture, scene, cell->corner[c], pixel);
         low = fmin(low, fmin(pixel[0], pixel[1]));
         high = fmax(high, fmax(pixel[0], pixel[1]));
     }
@@ -305,7 +298,7 @@ static int strip_count(const struct portrait *portrait, const struct scene *scen
 
 /* Strip k of n of a cell up to the rim, and half of those beside it. Its ends there are moved onto
  * the part's edge, from which the patch of a coarse cell keeps a distance. */
-static void visit_strip(struct portrait *portrait, struct scene *scene, visitor *visit,
+static void visit_strip(struct part_picture *picture, struct scene *scene, visitor *visit,
                         const struct cell *cell, int k, int n) {
     struct edge_end stretch[EDGE_STRETCHES][2];
     double i = cell->place[0], j = cell->place[1], middle = (k + 0.5) / n;
@@ -324,12 +317,12 @@ static void visit_strip(struct portrait *portrait, struct scene *scene, visitor 
         strip.yarns = (k == 0) | (unsigned)(k == n - 1) << 1 |
                       (unsigned)(stretch[s][0].p <= i) << 2 |
                       (unsigned)(stretch[s][1].p >= i + 1) << 3;
-        visit(portrait, scene, &strip);
+        visit(picture, scene, &strip);
     }
 }
 
 /* Row k of the block. */
-static void visit_cut_cell(struct portrait *portrait, struct scene *scene, visitor *visit,
+static void visit_cut_cell(struct part_picture *picture, struct scene *scene, visitor *visit,
                            size_t k) {
     double(*block)[BLOCK] = scene->cut_block;
     const int32_t place[2] = {(int32_t)block[CUT_I][k], (int32_t)block[CUT_J][k]};
@@ -340,13 +333,13 @@ static void visit_cut_cell(struct portrait *portrait, struct scene *scene, visit
         double(*corner)[BLOCK] = block + CUT_CORNERS + 3 * c;
         cell.corner[c] = vec3_make(corner[0][k], corner[1][k], corner[2][k]);
     }
-    int strips = strip_count(portrait, scene, &cell);
+    int strips = strip_count(picture, scene, &cell);
     for (int s = 0; s < strips; s++)
-        visit_strip(portrait, scene, visit, &cell, s, strips);
+        visit_strip(picture, scene, visit, &cell, s, strips);
 }
 
 /* Calls for every strip of these cells. False when they cannot be read. */
-static bool visit_cut(struct portrait *portrait, struct scene *scene, visitor *visit) {
+static bool visit_cut(struct part_picture *picture, struct scene *scene, visitor *visit) {
     size_t rows = api_columns_rows(scene->columns, API_TABLE_CUT), count;
     for (size_t first = 0; first < rows; first += count) {
         count = rows - first < BLOCK ? rows - first : BLOCK;
@@ -357,7 +350,7 @@ static bool visit_cut(struct portrait *portrait, struct scene *scene, visitor *v
                                                          scene->cut_block[c]))
                 return false;
         for (size_t k = 0; k < count; k++)
-            visit_cut_cell(portrait, scene, visit, k);
+            visit_cut_cell(picture, scene, visit, k);
     }
     return true;
 }
@@ -375,7 +368,7 @@ static void find_cut(struct scene *scene) {
 /* ---- the rim ---- */
 
 /* Each point to the one before; the last of a loop to its first. */
-static bool draw_rim(struct portrait *portrait, struct scene *scene) {
+static bool draw_rim(struct part_picture *picture, struct scene *scene) {
     size_t rows = api_columns_rows(scene->columns, API_TABLE_RIM);
     struct vec3 point, last = {0}, first = {0};
     uint8_t over[RASTER_COLOURS];
@@ -389,12 +382,12 @@ static bool draw_rim(struct portrait *portrait, struct scene *scene) {
         loop = scene->low.block[3][row - scene->low.first];
         bool same = row && loop == before; /* both are whole numbers */
         if (row)
-            draw_edge(portrait, scene, last, same ? point : first, 2, over);
+            draw_edge(picture, scene, last, same ? point : first, 2, over);
         if (!same)
             first = point;
     }
     if (rows)
-        draw_edge(portrait, scene, last, first, 2, over);
+        draw_edge(picture, scene, last, first, 2, over);
     return true;
 }
 
@@ -406,31 +399,32 @@ static bool prepare(struct scene *scene) {
            find_points(scene, API_TABLE_NODES, &scene->high);
 }
 
-static bool draw(struct portrait *portrait, struct scene *scene, struct api_problem *problem) {
+static bool draw(struct part_picture *picture, struct scene *scene, struct api_problem *problem) {
     const struct api_grid *grid = &scene->columns->grid;
     double start[3];
-    if (!prepare(scene) || !visit_cells(portrait, scene, add_area))
+    if (!prepare(scene) || !visit_cells(picture, scene, add_area))
         return false;
     choose_view(scene);
-    if (!fit(portrait, scene))
+    if (!fit(picture, scene))
         return false;
-    if (!raster_begin(&portrait->raster, WIDTH, scene->height)) {
+    if (!raster_begin(&picture->raster, WIDTH, scene->height)) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
         return true;
     }
-    make_palette(&portrait->raster);
-    project(portrait, scene, scene->origin, start);
+    make_palette(&picture->raster);
+    project(picture, scene, scene->origin, start);
     for (int k = 0; k < 2; k++)
-        portrait->start[k] = portrait->end[0][k] = portrait->end[1][k] = start[k];
+        picture->start[k] = picture->end[0][k] = picture->end[1][k] = start[k];
     int warp = grid->warp[1] - grid->warp[0], weft = grid->weft[1] - grid->weft[0];
-    portrait->yarns = 1 + (warp > weft ? warp : weft) / YARNS;
-    return visit_cells(portrait, scene, fill_cell) && visit_cut(portrait, scene, fill_cell) &&
-           visit_cells(portrait, scene, draw_yarns) && visit_cut(portrait, scene, draw_yarns) &&
-           draw_rim(portrait, scene);
+    picture->yarns = 1 + (warp > weft ? warp : weft) / YARNS;
+    return visit_cells(picture, scene, fill_cell) && visit_cut(picture, scene, fill_cell) &&
+           visit_cells(picture, scene, draw_yarns) && visit_cut(picture, scene, draw_yarns) &&
+           draw_rim(picture, scene);
 }
 
-enum api_problem_id portrait_draw(struct portrait *portrait, const struct api_reader *reader,
-                                  const struct api_columns *columns, struct api_problem *problem) {
+enum api_problem_id part_picture_draw(struct part_picture *picture, const struct api_reader *reader,
+                                      const struct api_columns *columns,
+                                      struct api_problem *problem) {
     struct arena *arena = arena_new(SIZE_MAX);
     struct scene *scene = arena ? arena_alloc(arena, 1, sizeof *scene) : NULL;
     if (!scene) {
@@ -440,14 +434,14 @@ enum api_problem_id portrait_draw(struct portrait *portrait, const struct api_re
     }
     scene->reader = reader;
     scene->columns = columns;
-    portrait->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
+    picture->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
     if (edge_make(reader, columns, arena, &scene->edge, problem) == API_OK &&
-        !draw(portrait, scene, problem))
+        !draw(picture, scene, problem))
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     arena_free(arena);
     return problem->id;
 }
 
-void portrait_free(struct portrait *portrait) {
-    raster_free(&portrait->raster);
+void part_picture_free(struct part_picture *picture) {
+    raster_free(&picture->raster);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Angles of yarns on elements: of both windings, flipped, warped, long and thin, in mm and in m. */
-#include "api/format/element.h"
+#include "api/format/element_frame.h"
 
 #include "support.h"
 #include "tests/check.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "element.h"
+#include "element_frame.h"
 
 #include "solver/angle.h"
 

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/* DXF of release 12 in ASCII: lines in pairs, a group code and its value. A document is the head,
+ * entities on its layers, and the foot. */
+#ifndef API_FORMAT_DXF_WRITER_H
+#define API_FORMAT_DXF_WRITER_H
+
+#include "api/json/text.h"
+
+enum { DXF_RED = 1, DXF_GREEN = 3, DXF_BLUE = 5, DXF_MAGENTA = 6, DXF_WHITE = 7 };
+
+struct dxf_layer {
+    const char *name;
+    int colour;
+};
+
+/* In that unit, a name of `length_unit`; the drawing lies between `low` and `high`. The entities
+ * come next. */
+void dxf_head(struct api_text *text, const char *unit, const double low[2], const double high[2],
+              const struct dxf_layer *layers, int count);
+void dxf_foot(struct api_text *text);
+
+void dxf_line(struct api_text *text, const char *layer, double x, double y, double to_x,
+              double to_y);
+void dxf_circle(struct api_text *text, const char *layer, double x, double y, double radius);
+void dxf_letters(struct api_text *text, const char *layer, double x, double y, double height,
+                 const char *string);
+
+/* A closed polygon: its begin, corners and end. */
+void dxf_begin_polygon(struct api_text *text, const char *layer);
+void dxf_corner(struct api_text *text, const char *layer, double x, double y);
+void dxf_end_polygon(struct api_text *text, const char *layer);
+
+#endif
