@@ -8,8 +8,8 @@
 #include "backup.h"
 #include "config.h"
 #include "healthcheck.h"
-#include "hub.h"
 #include "id.h"
+#include "job_events.h"
 #include "log.h"
 #include "server/http/http.h"
 #include "server/http/tokens.h"
@@ -43,7 +43,7 @@ enum {
 /* What runs; NULL: not yet. */
 struct service {
     const struct config *config;
-    struct hub *hub;
+    struct job_events *events;
     struct store *store;
     struct dispatcher *dispatcher;
     struct document_pool *document_pool;
@@ -179,7 +179,7 @@ static bool open_store(struct service *service) {
     options.shared = config->role != CONFIG_ROLE_ALL;
     if ((!config->store[0] && !make_folder(config->data)) || !config_store_url(config, url))
         return refuse("store", "it cannot be found");
-    service->store = store_open(url, &options, service->hub, why);
+    service->store = store_open(url, &options, service->events, why);
     return service->store || refuse("store", why);
 }
 
@@ -208,7 +208,7 @@ static bool start_dispatcher(struct service *service) {
     settings.limits.max_control_points = (size_t)config->max_control_points;
     settings.limits.max_depth = (int)config->max_depth;
     settings.limits.threads = (int)config->threads_per_job;
-    service->dispatcher = dispatcher_start(service->store, service->hub, &settings);
+    service->dispatcher = dispatcher_start(service->store, service->events, &settings);
     return service->dispatcher || refuse("workers", "their threads cannot be started");
 }
 
@@ -232,7 +232,7 @@ static bool start_document_pool(struct service *service) {
         .folder = access(config->data, W_OK | X_OK) == 0 ? config->data : "",
         .memory_flag = "check-memory",
     };
-    service->document_pool = document_pool_start(service->hub, &settings);
+    service->document_pool = document_pool_start(service->events, &settings);
     return service->document_pool != NULL;
 }
 
@@ -251,7 +251,7 @@ static bool start_front(struct service *service) {
         .document_pool = service->document_pool,
         .dispatcher = config->role == CONFIG_ROLE_API ? NULL : service->dispatcher,
     };
-    const struct http_settings settings = {config, service->hub,
+    const struct http_settings settings = {config, service->events,
                                            routes_handler(&service->services)};
     return http_start(&settings, &service->http);
 }
@@ -259,8 +259,8 @@ static bool start_front(struct service *service) {
 static bool start(struct service *service) {
     if (!api_prepare() || !id_init())
         return refuse("random numbers", "the system has none");
-    service->hub = hub_new();
-    if (!service->hub)
+    service->events = job_events_new();
+    if (!service->events)
         return refuse("memory", strerror(errno));
     return open_store(service) && fork_server_open() && start_dispatcher(service) &&
            start_front(service);
@@ -290,7 +290,7 @@ static void stop(struct service *service) {
     tokens_free(service->tokens);
     dispatcher_free(service->dispatcher);
     store_close(service->store);
-    hub_free(service->hub);
+    job_events_free(service->events);
 }
 
 static int serve(const struct config *config) {

@@ -32,9 +32,9 @@ CORES = os.cpu_count() or 1
 FIRST = ["browser/page", "faults/test_slow", "test_store_faults", "http/jobs", "deploy/package",
          "browser/trouble", "sanitized tests/exact/test_exact_shell", "exact/test_exact_random.c",
          "faults/test_disk", "faults/test_kills", "http/studies", "http/map", "http/roles",
-         "hosts/hosts.sh", "http/", "faults/", "deploy/", "browser/", "store/", "sanitized"]
+         "hosts/hosts.sh", "http/", "faults/", "deploy/", "browser/", "store/", "server/", "sanitized"]
 # What runs daemons, whose answers take longer on a busy machine.
-DAEMONS = ("http/", "faults/", "import/", "store/", "deploy/", "browser/", "hosts/")
+DAEMONS = ("http/", "faults/", "import/", "store/", "server/", "deploy/", "browser/", "hosts/")
 # What mostly waits leaves the processors to others: as long as they idle another job begins beside.
 MOST = 3 * CORES  # jobs at a time
 LOOK = 1.0  # seconds over which idling is measured
@@ -47,6 +47,8 @@ SANITIZED_ALONE = ("http/errors", "http/framing", "http/import", "http/jobs", "h
                    "http/limits", "http/map", "http/origin", "http/owners", "http/roles",
                    "http/service", "http/studies", "http/surfaces", "http/tokens",
                    "faults/test_disk", "store/test_store_faults")
+# What waits for children and for time: not every day.
+WAITING = ("server/test_checkers", "server/test_dispatcher", "server/test_sandbox")
 PLAIN_ALONE = ("http/docs", "http/readers", "faults/test_kills", "faults/test_slow")
 
 
@@ -100,7 +102,7 @@ def checks(build):
             for script in sorted(glob.glob("tests/checks/*.sh"))]
 
 
-def programs(build, size, kinds=("exact", "unit", "store")):
+def programs(build, size, kinds=("exact", "unit", "store", "server")):
     """The cmocka programs; the exact ones at that share of their size."""
     return [Job(f"{build} {source}", [f"{build}/{source[:-2]}"],
                 {"CMOCKA_MESSAGE_OUTPUT": "TAP", "DRAPED_TEST_SIZE": size})
@@ -140,8 +142,9 @@ def pages(build):
 
 def every_day(build):
     """What `make check` runs."""
-    return (checks(build) + programs(build, SIZE_SHORT, ("exact", "unit")) + replays(build)
-            + bats(build, "tests/http/drapes.bats"))
+    short = [job for job in programs(build, SIZE_SHORT, ("exact", "unit", "server"))
+             if not is_one_of(job, build, WAITING)]
+    return checks(build) + short + replays(build) + bats(build, "tests/http/drapes.bats")
 
 
 def is_one_of(job, build, files):

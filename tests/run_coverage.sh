@@ -17,7 +17,7 @@ fail() {
 gcc -shared -fPIC -D_GNU_SOURCE -Wall -Werror -o "$build/watched.so" tests/watched.c
 preload=$(realpath "$build/watched.so")
 for source in tests/unit/test_*.c \
-    tests/exact/test_exact_{limits,parts,path}.c tests/store/test_*.c; do
+    tests/exact/test_exact_{limits,parts,path}.c tests/store/test_*.c tests/server/test_*.c; do
     timeout 600 "$build/${source%.c}" >"$build/test.log" 2>&1 ||
         { tail -20 "$build/test.log"; fail "$source"; }
 done

@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Runs what is threaded under ThreadSanitizer: the store's tests and, over HTTP, the files that have
-# many calls at a time. A race ends the program, and so fails its test. The
-# libraries are not instrumented; nothing they do has had to be suppressed.
+# Runs what is threaded under ThreadSanitizer: the tests of the store and of what works on it and,
+# over HTTP, the files that have many calls at a time. A race ends the program, and so fails its
+# test. The libraries are not instrumented; nothing they do has had to be suppressed.
 # Usage: tests/run_tsan.sh BUILD
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -22,7 +22,7 @@ run() {
     printf '%-40s status %d, %d s\n' "$name" "$status" $((SECONDS - begun))
 }
 
-for source in tests/store/test_*.c; do
+for source in tests/store/test_*.c tests/server/test_*.c; do
     run "$source" "$build/${source%.c}"
 done
 for file in tests/http/drapes.bats tests/http/jobs.bats tests/http/framing.bats; do

@@ -5,11 +5,14 @@
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
-# A test program is tests/KIND/test_NAME.c with the other files of its folder.
-TEST_SRC := $(wildcard tests/unit/*.c tests/exact/*.c tests/store/*.c)
+# A test program is tests/KIND/test_NAME.c with the other files of its folder; those of server/ have a
+# store to work on, too.
+TEST_SRC := $(wildcard tests/unit/*.c tests/exact/*.c tests/store/*.c tests/server/*.c)
 TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC))
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
-test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
+helper_folders = $(dir $(1)) $(if $(filter tests/server/%,$(1)),tests/store/)
+test_helpers = $(call objects,$(foreach folder,$(call helper_folders,$(1)),\
+                   $(filter-out $(folder)test_%,$(wildcard $(folder)*.c))))
 
 # A fuzz target is tests/fuzz/fuzz_NAME.c; without a fuzzer it replays corpus/NAME.
 FUZZ := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))

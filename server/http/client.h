@@ -16,7 +16,7 @@
 #include "deadlines.h"
 #include "http.h"
 #include "quotas.h"
-#include "server/hub.h"
+#include "server/job_events.h"
 #include "slow_calls.h"
 #include "wire.h"
 #include <pthread.h>
@@ -42,7 +42,8 @@ struct http {
     atomic_bool draining;
     atomic_long exchanges; /* requests that have begun and are not over */
 
-    pthread_mutex_t lock; /* of what is below; taken inside the hub's lock, outside of MHD's own */
+    pthread_mutex_t
+        lock; /* of what is below; taken inside the lock of the job events, outside of MHD's own */
     pthread_cond_t changed;
     pthread_t timer;
     bool ticking, stopping;
@@ -83,7 +84,7 @@ struct exchange {
     bool complete; /* the whole body is here */
     bool streams;  /* it has a place in the owner's share of streams */
     bool watching;
-    struct hub_watch watch;
+    struct job_watch watch;
 
     /* Under the lock. */
     bool notified;    /* since the handler was called last */

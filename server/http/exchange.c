@@ -423,7 +423,7 @@ void exchange_end(struct exchange *exchange) {
     const struct http_handler *handler = &http->settings.handler;
     exchange->client->exchange = NULL;
     if (exchange->watching)
-        hub_unsubscribe(http->settings.hub, &exchange->watch);
+        job_events_unsubscribe(http->settings.events, &exchange->watch);
     leave_shares(exchange);
     free(exchange->ahead.bytes);
     handler->count(handler->context, exchange->request, exchange->reply.status,

@@ -16,7 +16,7 @@
 
 #include "reply.h"
 #include "request.h"
-#include "server/hub.h"
+#include "server/job_events.h"
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -48,7 +48,7 @@ struct http_handler {
 /* All of it is borrowed and must outlive the front. */
 struct http_settings {
     const struct config *config;
-    struct hub *hub; /* what `http_watch` subscribes to */
+    struct job_events *events; /* what `http_watch` subscribes to */
     struct http_handler handler;
 };
 
@@ -76,6 +76,6 @@ bool http_take_stream(struct request *request, struct reply *reply);
  * listed behind `least` make a handler or stream that waits be called again. Call it before the
  * look at the store that decides whether to wait. One subject a request: a later one takes the
  * place of the one before. */
-void http_watch(struct request *request, const char *subject, enum hub_news least);
+void http_watch(struct request *request, const char *subject, enum job_event least);
 
 #endif

@@ -22,7 +22,7 @@ static void resume(struct exchange *exchange) {
     MHD_resume_connection(exchange->connection);
 }
 
-/* Of the hub: the subject has changed. */
+/* Called by the job events: the subject has changed. */
 static void wake(void *context) {
     struct exchange *exchange = context;
     pthread_mutex_lock(&exchange->http->lock);
@@ -33,15 +33,15 @@ static void wake(void *context) {
     pthread_mutex_unlock(&exchange->http->lock);
 }
 
-void http_watch(struct request *request, const char *subject, enum hub_news least) {
+void http_watch(struct request *request, const char *subject, enum job_event least) {
     struct exchange *exchange = request->transport;
-    struct hub *hub = exchange->http->settings.hub;
+    struct job_events *events = exchange->http->settings.events;
     if (exchange->watching && !strcmp(exchange->watch.subject, subject))
         return;
     if (exchange->watching)
-        hub_unsubscribe(hub, &exchange->watch);
+        job_events_unsubscribe(events, &exchange->watch);
     exchange->watching = true;
-    hub_subscribe(hub, &exchange->watch, subject, least, wake, exchange);
+    job_events_subscribe(events, &exchange->watch, subject, least, wake, exchange);
     pthread_mutex_lock(&exchange->http->lock);
     request->woken_us = exchange->woken_us = clock_us();
     pthread_mutex_unlock(&exchange->http->lock);

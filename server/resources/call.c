@@ -3,7 +3,7 @@
 #include "documents.h"
 #include "server/config.h"
 #include "server/http/negotiate.h"
-#include "server/hub.h"
+#include "server/job_events.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -105,7 +105,7 @@ bool call_read_page(struct call *call, int *limit, int64_t *cursor) {
     return true;
 }
 
-enum http_next call_list_shelf(struct call *call, enum store_shelf shelf, const char *collection,
+enum http_next call_list_items(struct call *call, enum store_item_kind kind, const char *collection,
                                const char *first) {
     struct store_items page = {0};
     int limit;
@@ -113,7 +113,7 @@ enum http_next call_list_shelf(struct call *call, enum store_shelf shelf, const 
     if (!call_read_page(call, &limit, &cursor))
         return HTTP_DONE;
     enum store_answer answer =
-        store_item_list(call->services->store, shelf, call_owner(call), cursor, limit, &page);
+        store_item_list(call->services->store, kind, call_owner(call), cursor, limit, &page);
     if (answer == STORE_OK)
         reply_text(call->reply, 200, "application/json",
                    documents_items(collection, cursor ? "" : first, &page));
@@ -161,7 +161,7 @@ bool call_choose(struct call *call, enum format_use use, struct call_choice *cho
 
 int64_t call_poll_at(int64_t begun, int64_t now) {
     int64_t pause = (now - begun) / 4;
-    if (pause < HUB_POLL_MS)
-        pause = HUB_POLL_MS;
+    if (pause < JOB_EVENTS_POLL_MS)
+        pause = JOB_EVENTS_POLL_MS;
     return now + (pause < POLL_MAX_MS ? pause : POLL_MAX_MS);
 }

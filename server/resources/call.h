@@ -72,9 +72,10 @@ bool call_find_job(struct call *call, struct store_job *job);
 /* A list's `limit` and `cursor` of the query. False: the reply says what is wrong. */
 bool call_read_page(struct call *call, int *limit, int64_t *cursor);
 
-/* Answers with a page of what the owner keeps on a shelf, as that collection; the JSON of `first`,
+/* Answers with a page of what the owner keeps of that kind, as that collection; the JSON of
+ * `first`,
  * "" or elements that everybody has, begins it. */
-enum http_next call_list_shelf(struct call *call, enum store_shelf shelf, const char *collection,
+enum http_next call_list_items(struct call *call, enum store_item_kind kind, const char *collection,
                                const char *first);
 
 /* How the caller wants a document. */
@@ -88,7 +89,7 @@ struct call_choice {
 bool call_choose(struct call *call, enum format_use use, struct call_choice *choice);
 
 /* When a handler that waits since `begun` should look at the store for itself, now being `now`:
- * often at first, more seldom later, because the hub reports nearly every change. Milliseconds of
+ * often at first, more seldom later, because job events report nearly every change. Milliseconds of
  * `clock_ms`. */
 int64_t call_poll_at(int64_t begun, int64_t now);
 

@@ -20,7 +20,7 @@ struct check *checking_begin(struct call *call, const struct document_pool_order
     struct api_problem problem = {0};
     char subject[ID_SIZE];
     id_make(subject);
-    http_watch(call->request, subject, HUB_CHANGE);
+    http_watch(call->request, subject, JOB_CHANGED);
     struct check *check =
         document_pool_begin(call->services->document_pool, order, subject, &problem);
     if (!check) {

@@ -151,7 +151,7 @@ enum http_next events_stream(struct call *call) {
         events->attempts = -1;
         snprintf(events->known, sizeof events->known, "%s", known ? known : "");
         memcpy(events->id, job.id, sizeof events->id);
-        http_watch(request, job.id, HUB_PROGRESS);
+        http_watch(request, job.id, JOB_PROGRESSED);
         struct reply_stream stream = {events_next, events_free, events, EVENTS_BLOCK_BYTES};
         reply_stream(reply, 200, "text/event-stream", stream, 0);
         reply_header(reply, "Cache-Control", "no-store");

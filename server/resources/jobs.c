@@ -260,7 +260,7 @@ static void reply_created(struct call *call, const struct store_job *job,
                           const struct call_choice *choice) {
     const struct waiting *waiting = call->request->state;
     bool open = waiting->unpromised && !(waiting->queued && store_status_ended(job->status));
-    enum store_answer answer = open ? store_settle(call->services->store) : STORE_OK;
+    enum store_answer answer = open ? store_flush(call->services->store) : STORE_OK;
     if (answer != STORE_OK) {
         call_store_failed(call, answer);
         return;
@@ -300,7 +300,7 @@ enum http_next jobs_create(struct call *call) {
     if (state != CHECKING_PASSED)
         return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
     if (waiting->deadline > waiting->begun)
-        http_watch(call->request, waiting->id, HUB_DRAFT);
+        http_watch(call->request, waiting->id, JOB_RESULT_READABLE);
     enum store_answer answer = store_get(call->services->store, waiting->id, &job);
     if (answer == STORE_EMPTY)
         reply_refuse(call->reply, API_NOT_FOUND, "the %s has been deleted",
@@ -361,7 +361,7 @@ enum http_next jobs_status(struct call *call) {
     if (!read_wait(call))
         return HTTP_DONE;
     if (call->request->state && id_valid(call->request->parameter))
-        http_watch(call->request, call->request->parameter, HUB_CHANGE);
+        http_watch(call->request, call->request->parameter, JOB_CHANGED);
     if (call_find_job(call, &job)) {
         if (must_wait(call->request, &job))
             next = HTTP_WAIT;

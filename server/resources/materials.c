@@ -106,7 +106,7 @@ char *materials_collect(struct call *call, char *names, size_t *length) {
 /* ------------------------------------------------------------------ reading */
 
 enum http_next materials_list(struct call *call) {
-    return call_list_shelf(call, STORE_MATERIALS, "materials", api_materials_heads());
+    return call_list_items(call, STORE_MATERIALS, "materials", api_materials_heads());
 }
 
 static enum http_next not_there(struct call *call) {

@@ -40,10 +40,10 @@ static void make_etag(const struct store_job *job, const struct call_choice *cho
 
 /* ------------------------------------------------------------------ the stream */
 
-/* An encoder over a stored result, or over a draft. */
+/* An encoder over a stored result, or over an uncommitted one. */
 struct source {
     struct stored_result stored;
-    struct store_draft *draft; /* NULL: stored */
+    struct store_uncommitted *uncommitted; /* NULL: stored */
     struct api_reader reader;
     struct encoder *encoder;
 };
@@ -51,12 +51,12 @@ struct source {
 static void source_free(void *context) {
     struct source *source = context;
     encoder_free(source->encoder);
-    store_draft_drop(source->draft);
+    store_uncommitted_drop(source->uncommitted);
     free(source);
 }
 
-static bool read_draft(void *context, uint64_t offset, void *buffer, size_t length) {
-    return store_draft_read(context, offset, buffer, length);
+static bool read_uncommitted(void *context, uint64_t offset, void *buffer, size_t length) {
+    return store_uncommitted_read(context, offset, buffer, length);
 }
 
 static ssize_t source_read(void *context, char *buffer, size_t size) {
@@ -64,19 +64,19 @@ static ssize_t source_read(void *context, char *buffer, size_t size) {
     return encoder_read(source->encoder, buffer, size);
 }
 
-/* Of the draft, which it takes over, or of what is stored. NULL with the problem. */
-static struct source *source_new(const struct stored_result *stored, struct store_draft *draft,
-                                 const struct store_job *job, const struct call_choice *choice,
-                                 struct api_problem *problem) {
+/* Of the uncommitted result, which it takes over, or of what is stored. NULL with the problem. */
+static struct source *source_new(const struct stored_result *stored,
+                                 struct store_uncommitted *uncommitted, const struct store_job *job,
+                                 const struct call_choice *choice, struct api_problem *problem) {
     struct source *source = calloc(1, sizeof *source);
     if (!source) {
         api_problem_set(problem, API_UNAVAILABLE, "there is no memory for this now");
-        store_draft_drop(draft);
+        store_uncommitted_drop(uncommitted);
         return NULL;
     }
-    source->draft = draft;
-    if (draft) {
-        source->reader = (struct api_reader){read_draft, draft};
+    source->uncommitted = uncommitted;
+    if (uncommitted) {
+        source->reader = (struct api_reader){read_uncommitted, uncommitted};
     } else {
         source->stored = *stored;
         source->reader = stored_result_reader(&source->stored);
@@ -132,7 +132,7 @@ static void reply_stored(struct call *call, const struct store_job *job,
 /* ------------------------------------------------------------------ made ready early */
 
 struct results_early {
-    struct store_draft *draft;
+    struct store_uncommitted *uncommitted;
     struct stream *stream; /* NULL once it is sent */
     int64_t held, spent_us;
 };
@@ -143,21 +143,21 @@ struct results_early *results_begin_early(const struct call *call, const struct 
                                           const struct call_choice *choice) {
     int64_t begun = clock_us();
     struct api_problem problem = {0};
-    struct store_draft *draft = NULL;
+    struct store_uncommitted *uncommitted = NULL;
     if (atomic_load(&early_bytes) < EARLY_BYTES_ALL)
-        draft = store_draft_take(call->services->store, job->id);
-    struct results_early *early = draft ? calloc(1, sizeof *early) : NULL;
+        uncommitted = store_uncommitted_take(call->services->store, job->id);
+    struct results_early *early = uncommitted ? calloc(1, sizeof *early) : NULL;
     struct source *source = NULL;
     if (early)
-        source = source_new(NULL, store_draft_share(draft), job, choice, &problem);
+        source = source_new(NULL, store_uncommitted_share(uncommitted), job, choice, &problem);
     if (!source) {
-        store_draft_drop(draft);
+        store_uncommitted_drop(uncommitted);
         free(early);
         return NULL;
     }
     const struct stream_source stream = stream_source_of(source, NULL);
-    early->draft = draft;
-    early->held = EARLY_BYTES + (int64_t)store_draft_length(draft);
+    early->uncommitted = uncommitted;
+    early->held = EARLY_BYTES + (int64_t)store_uncommitted_length(uncommitted);
     atomic_fetch_add(&early_bytes, (int_fast64_t)early->held);
     early->stream = stream_begin(&stream, EARLY_BYTES);
     early->spent_us = clock_us() - begun;
@@ -168,7 +168,7 @@ void results_free_early(struct results_early *early) {
     if (!early)
         return;
     stream_free(early->stream);
-    store_draft_drop(early->draft);
+    store_uncommitted_drop(early->uncommitted);
     atomic_fetch_sub(&early_bytes, (int_fast64_t)early->held);
     free(early);
 }
@@ -177,7 +177,7 @@ void results_free_early(struct results_early *early) {
 static bool reply_early(struct call *call, const struct store_job *job,
                         const struct call_choice *choice, enum compress_coding coding,
                         struct results_early *early) {
-    if (!early || !early->stream || !store_draft_kept(early->draft))
+    if (!early || !early->stream || !store_uncommitted_kept(early->uncommitted))
         return false;
     stream_send(call->request, call->reply, choice->format->media_type, coding, early->stream);
     early->stream = NULL;

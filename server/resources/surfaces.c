@@ -99,7 +99,7 @@ enum http_next surfaces_create(struct call *call) {
 }
 
 enum http_next surfaces_list(struct call *call) {
-    return call_list_shelf(call, STORE_SURFACES, "surfaces", "");
+    return call_list_items(call, STORE_SURFACES, "surfaces", "");
 }
 
 enum http_next surfaces_get(struct call *call) {

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * What a backend of the store provides. `store.c` forwards the calls of `store.h` to it, cuts
- * results into chunks and notifies the hub of changes, so that a backend is about its database
+ * results into chunks and reports changes as job events, so that a backend is about its database
  * alone. The meaning of each member is that of the function of the same name in `store.h`.
  */
 #ifndef SERVER_STORE_BACKEND_H
 #define SERVER_STORE_BACKEND_H
 
 #include "cache.h"
+#include "clock_check.h"
 #include "cursor.h"
-#include "steady.h"
 #include "store.h"
 #include <pthread.h>
 
@@ -65,7 +65,7 @@ struct store_ops {
     bool wall_leases; /* leases are counted by the database's clock, which can be set */
     bool fails_late;  /* a full disk is seen by what needs room, not by every write */
     void (*close)(struct store *store);
-    /* Tells other processes soon that `subject` of the hub has changed; never waits. NULL: they
+    /* Tells other processes soon that `subject` has changed; never waits. NULL: they
      * find out by looking. */
     void (*announce)(struct store *store, const char *subject);
     enum store_answer (*ping)(struct store *store);
@@ -76,7 +76,7 @@ struct store_ops {
     enum store_answer (*submit)(struct store *store, const struct store_submission *submission,
                                 struct store_receipt *receipt);
     /* NULL: what is submitted is durable in any case. */
-    enum store_answer (*settle)(struct store *store);
+    enum store_answer (*flush)(struct store *store);
     enum store_answer (*submit_family)(struct store *store, const struct store_family *family,
                                        struct store_receipt *receipt);
     enum store_answer (*members)(struct store *store, const char *id, struct store_page *page);
@@ -137,14 +137,15 @@ struct store_ops {
     /* Reads one chunk, which has that length. */
     enum store_answer (*result_read)(struct store *store, int64_t number, int64_t index,
                                      void *bytes, size_t length);
-    enum store_answer (*item_put)(struct store *store, enum store_shelf shelf,
+    enum store_answer (*item_put)(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created);
-    enum store_answer (*item_get)(struct store *store, enum store_shelf shelf, const char *owner,
+    enum store_answer (*item_get)(struct store *store, enum store_item_kind kind, const char *owner,
                                   const char *id, struct store_item *item);
-    enum store_answer (*item_list)(struct store *store, enum store_shelf shelf, const char *owner,
-                                   int64_t cursor, int limit, struct store_items *page);
-    enum store_answer (*item_delete)(struct store *store, enum store_shelf shelf, const char *owner,
-                                     const char *id);
+    enum store_answer (*item_list)(struct store *store, enum store_item_kind kind,
+                                   const char *owner, int64_t cursor, int limit,
+                                   struct store_items *page);
+    enum store_answer (*item_delete)(struct store *store, enum store_item_kind kind,
+                                     const char *owner, const char *id);
     /* The key of the store's cursors. */
     enum store_answer (*secret)(struct store *store, unsigned char secret[CURSOR_SECRET_BYTES]);
 };
@@ -161,41 +162,41 @@ struct store_health {
     int64_t at_ms; /* by `clock_ms`; 0: none yet */
 };
 
-/* Those that are listed (draft.h). */
-struct store_drafts {
+/* Those that are listed (uncommitted_result.h). */
+struct store_uncommitted_list {
     pthread_mutex_t lock;
-    struct store_draft *first;
+    struct store_uncommitted *first;
 };
 
 /* The head of every backend's own struct. A backend sets the first three. */
 struct store {
     const struct store_ops *ops;
     struct store_options options;
-    struct steady steady; /* of the sweeps */
-    struct hub *hub;
+    struct clock_check clocks; /* of the sweeps */
+    struct job_events *events;
     struct store_cache *cache;
     struct store_health health;
-    struct store_drafts drafts;
+    struct store_uncommitted_list uncommitted;
     unsigned char secret[CURSOR_SECRET_BYTES];
 };
 
 /* What the sweeps have seen of the clocks. */
-struct steady store_clocks(const struct store *store);
+struct clock_check store_clocks(const struct store *store);
 
 /* Microseconds of the monotonic clock of this machine, the same for all its processes. */
-int64_t store_steady_us(const struct store *store);
+int64_t store_monotonic_us(const struct store *store);
 
 /* Takes note of how a write ended that needs room: a store whose disk was full is not usable until
  * there is room again, however little a beat needs. Returns the answer. */
 enum store_answer store_note(struct store *store, enum store_answer answer);
 
-/* Tells the hub, and other processes, that `subject` has changed. */
+/* Tells those that wait here, and other processes, that `subject` has changed. */
 void store_tell(struct store *store, const char *subject);
 
 /* Opens a backend; like `store_open`. */
 struct store *store_sqlite_open(const char *path, const struct store_options *options,
-                                struct hub *hub, char why[STORE_WHY_SIZE]);
+                                struct job_events *events, char why[STORE_WHY_SIZE]);
 struct store *store_postgres_open(const char *url, const struct store_options *options,
-                                  struct hub *hub, char why[STORE_WHY_SIZE]);
+                                  struct job_events *events, char why[STORE_WHY_SIZE]);
 
 #endif

@@ -10,7 +10,7 @@ const struct store_options store_options_default = {
     .busy_ms = 5000,
     .retention_us = INT64_C(168) * 3600 * 1000000,
     .records_us = INT64_C(4) * 168 * 3600 * 1000000,
-    .settle_us = INT64_C(300) * 1000000,
+    .clock_trust_us = INT64_C(300) * 1000000,
 };
 
 bool store_url_remote(const char *url) {
@@ -20,9 +20,9 @@ bool store_url_remote(const char *url) {
 /* The backend that the URL names. A URL of an unknown kind may hold a password: it is not quoted.
  */
 static struct store *open_backend(const char *url, const struct store_options *options,
-                                  struct hub *hub, char why[STORE_WHY_SIZE]) {
+                                  struct job_events *events, char why[STORE_WHY_SIZE]) {
     if (store_url_remote(url))
-        return store_postgres_open(url, options, hub, why);
+        return store_postgres_open(url, options, events, why);
     if (strstr(url, "://")) {
         snprintf(why, STORE_WHY_SIZE,
                  "the store is of an unknown kind: there are sqlite:PATH and postgresql://...");
@@ -33,16 +33,16 @@ static struct store *open_backend(const char *url, const struct store_options *o
         snprintf(why, STORE_WHY_SIZE, "'%s' names no file: the store must be one", url);
         return NULL;
     }
-    return store_sqlite_open(path, options, hub, why);
+    return store_sqlite_open(path, options, events, why);
 }
 
-struct store *store_open(const char *url, const struct store_options *options, struct hub *hub,
-                         char why[STORE_WHY_SIZE]) {
-    struct store *store = open_backend(url, options, hub, why);
+struct store *store_open(const char *url, const struct store_options *options,
+                         struct job_events *events, char why[STORE_WHY_SIZE]) {
+    struct store *store = open_backend(url, options, events, why);
     if (!store)
         return NULL;
     pthread_mutex_init(&store->health.lock, NULL);
-    pthread_mutex_init(&store->drafts.lock, NULL);
+    pthread_mutex_init(&store->uncommitted.lock, NULL);
     id_make(store->health.host.name);
     store->cache = store_cache_new();
     bool keyed = store->ops->secret(store, store->secret) == STORE_OK;

@@ -54,7 +54,7 @@ static enum store_answer give_back(struct store *store, const struct store_claim
 /* It may be claimed again. */
 static void tell_again(struct store *store, const char *id) {
     store_tell(store, id);
-    store_tell(store, hub_queue);
+    store_tell(store, job_events_queue);
 }
 
 static enum store_answer return_it(struct store *store, const struct store_claim *claim,

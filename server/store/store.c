@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#include "draft.h"
 #include "server/clock.h"
+#include "uncommitted_result.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -49,25 +49,25 @@ void store_close(struct store *store) {
     if (store->health.at_ms && !store_failed(store->health.answer))
         store->ops->leave(store, store->health.host.name);
     pthread_mutex_destroy(&store->health.lock);
-    pthread_mutex_destroy(&store->drafts.lock);
+    pthread_mutex_destroy(&store->uncommitted.lock);
     store->ops->close(store);
 }
 
-int64_t store_steady_us(const struct store *store) {
-    return store->options.steady_clock ? store->options.steady_clock() : clock_us();
+int64_t store_monotonic_us(const struct store *store) {
+    return store->options.monotonic_clock ? store->options.monotonic_clock() : clock_us();
 }
 
 /* ------------------------------------------------------------------ jobs */
 
 void store_tell(struct store *store, const char *subject) {
-    hub_notify(store->hub, subject, HUB_CHANGE);
+    job_events_notify(store->events, subject, JOB_CHANGED);
     if (store->ops->announce)
         store->ops->announce(store, subject);
 }
 
 /* What changes often, and ends nothing, is told in this process alone; others look now and then. */
 static void tell_progress(struct store *store, const char *id) {
-    hub_notify(store->hub, id, HUB_PROGRESS);
+    job_events_notify(store->events, id, JOB_PROGRESSED);
 }
 
 int64_t store_rank(const struct store_submission *submission, int64_t now) {
@@ -89,12 +89,12 @@ enum store_answer store_submit(struct store *store, const struct store_submissio
     if (answer == STORE_OK)
         answer = store_note(store, store->ops->submit(store, submission, receipt));
     if (answer == STORE_OK && !receipt->existing && receipt->status == STORE_QUEUED)
-        store_tell(store, hub_queue);
+        store_tell(store, job_events_queue);
     return answer;
 }
 
-enum store_answer store_settle(struct store *store) {
-    return store->ops->settle ? store->ops->settle(store) : STORE_OK;
+enum store_answer store_flush(struct store *store) {
+    return store->ops->flush ? store->ops->flush(store) : STORE_OK;
 }
 
 enum store_answer store_submit_family(struct store *store, const struct store_family *family,
@@ -104,7 +104,7 @@ enum store_answer store_submit_family(struct store *store, const struct store_fa
     if (answer == STORE_OK)
         answer = store_note(store, store->ops->submit_family(store, family, receipt));
     if (answer == STORE_OK && !receipt->existing)
-        store_tell(store, hub_queue);
+        store_tell(store, job_events_queue);
     return answer;
 }
 
@@ -238,8 +238,8 @@ enum store_answer store_begin_round(struct store *store, const struct store_clai
                                     const struct store_round *round) {
     enum store_answer answer = store->ops->begin_round(store, claim, round);
     if (answer == STORE_OK) {
-        hub_notify(store->hub, claim->id, HUB_PROGRESS);
-        store_tell(store, hub_queue);
+        job_events_notify(store->events, claim->id, JOB_PROGRESSED);
+        store_tell(store, job_events_queue);
     }
     return answer;
 }
@@ -249,7 +249,7 @@ enum store_answer store_end_task(struct store *store, const struct store_claim *
                                  const void *numbers, size_t length, int64_t spent) {
     enum store_answer answer = store->ops->end_task(store, claim, numbers, length, spent);
     if (answer == STORE_OK)
-        hub_notify(store->hub, claim->parent, HUB_PROGRESS);
+        job_events_notify(store->events, claim->parent, JOB_PROGRESSED);
     return answer;
 }
 
@@ -257,7 +257,7 @@ enum store_answer store_change_task(struct store *store, const struct store_clai
                                     const void *task) {
     enum store_answer answer = store->ops->change_task(store, claim, task);
     if (answer == STORE_OK)
-        store_tell(store, hub_queue);
+        store_tell(store, job_events_queue);
     return answer;
 }
 
@@ -273,54 +273,54 @@ enum store_answer store_numbers(struct store *store, const struct store_claim *c
 struct store_writer {
     struct store *store;
     struct store_claim claim;
-    int64_t number; /* of the stored parts; 0 while all is in the draft */
+    int64_t number; /* of the stored parts; 0 while all is in memory */
     bool committed;
-    struct store_draft *draft; /* what is not stored yet; NULL after the commit */
+    struct store_uncommitted *uncommitted; /* what is not stored yet; NULL after the commit */
 };
 
 struct store_writer *store_writer_new(struct store *store, const struct store_claim *claim) {
     struct store_writer *writer = calloc(1, sizeof *writer);
-    struct store_draft *draft = draft_new(store, claim->id);
-    if (!writer || !draft) {
+    struct store_uncommitted *uncommitted = uncommitted_new(store, claim->id);
+    if (!writer || !uncommitted) {
         free(writer);
-        draft_close(draft, 0);
+        uncommitted_close(uncommitted, 0);
         return NULL;
     }
     writer->store = store;
     writer->claim = *claim;
-    writer->draft = draft;
+    writer->uncommitted = uncommitted;
     return writer;
 }
 
 static struct store_part part_of(const struct store_writer *writer) {
-    const struct store_draft *draft = writer->draft;
+    const struct store_uncommitted *uncommitted = writer->uncommitted;
     return (struct store_part){
         .claim = &writer->claim,
         .number = writer->number,
-        .index = draft->index,
-        .chunks = draft->chunks,
-        .length = draft->length,
-        .total = draft->index * STORE_CHUNK_BYTES + (int64_t)draft->length,
+        .index = uncommitted->index,
+        .chunks = uncommitted->chunks,
+        .length = uncommitted->length,
+        .total = uncommitted->index * STORE_CHUNK_BYTES + (int64_t)uncommitted->length,
     };
 }
 
 static enum store_answer flush(struct store_writer *writer) {
-    if (writer->draft->index + STORE_PART_CHUNKS >= STORE_CHUNKS_MAX)
+    if (writer->uncommitted->index + STORE_PART_CHUNKS >= STORE_CHUNKS_MAX)
         return STORE_DOWN;
     struct store_part part = part_of(writer);
     struct store *store = writer->store;
     enum store_answer answer = store_note(store, store->ops->result_append(store, &part));
     if (answer == STORE_OK) {
         writer->number = part.number;
-        writer->draft->index += STORE_PART_CHUNKS;
-        writer->draft->length = 0;
+        writer->uncommitted->index += STORE_PART_CHUNKS;
+        writer->uncommitted->length = 0;
     }
     return answer;
 }
 
 /* The chunk that takes the next byte; NULL without memory. */
-static unsigned char *open_chunk(struct store_draft *draft) {
-    unsigned char **chunk = &draft->chunks[draft->length / STORE_CHUNK_BYTES];
+static unsigned char *open_chunk(struct store_uncommitted *uncommitted) {
+    unsigned char **chunk = &uncommitted->chunks[uncommitted->length / STORE_CHUNK_BYTES];
     if (!*chunk)
         *chunk = malloc(STORE_CHUNK_BYTES);
     return *chunk;
@@ -328,18 +328,19 @@ static unsigned char *open_chunk(struct store_draft *draft) {
 
 enum store_answer store_writer_append(struct store_writer *writer, const void *bytes,
                                       size_t length) {
-    struct store_draft *draft = writer->draft;
+    struct store_uncommitted *uncommitted = writer->uncommitted;
     const unsigned char *from = bytes;
     while (length > 0) {
-        enum store_answer answer = draft->length == STORE_PART_BYTES ? flush(writer) : STORE_OK;
-        unsigned char *chunk = answer == STORE_OK ? open_chunk(draft) : NULL;
+        enum store_answer answer =
+            uncommitted->length == STORE_PART_BYTES ? flush(writer) : STORE_OK;
+        unsigned char *chunk = answer == STORE_OK ? open_chunk(uncommitted) : NULL;
         if (!chunk)
             return answer == STORE_OK ? STORE_DOWN : answer;
-        size_t within = draft->length % STORE_CHUNK_BYTES;
+        size_t within = uncommitted->length % STORE_CHUNK_BYTES;
         size_t room = STORE_CHUNK_BYTES - within;
         size_t taken = length < room ? length : room;
         memcpy(chunk + within, from, taken);
-        draft->length += taken;
+        uncommitted->length += taken;
         from += taken;
         length -= taken;
     }
@@ -350,15 +351,15 @@ enum store_answer store_writer_commit(struct store_writer *writer, const char *s
     struct store_part part = part_of(writer);
     part.summary = summary;
     struct store *store = writer->store;
-    if (part.index == 0 && !writer->draft->listed) {
-        draft_list(writer->draft);
-        hub_notify(store->hub, writer->claim.id, HUB_DRAFT);
+    if (part.index == 0 && !writer->uncommitted->listed) {
+        uncommitted_list(writer->uncommitted);
+        job_events_notify(store->events, writer->claim.id, JOB_RESULT_READABLE);
     }
     enum store_answer answer = store_note(store, store->ops->result_commit(store, &part));
     if (answer == STORE_OK) {
         writer->committed = true;
-        draft_close(writer->draft, part.number);
-        writer->draft = NULL;
+        uncommitted_close(writer->uncommitted, part.number);
+        writer->uncommitted = NULL;
         tell_end(writer->store, &writer->claim);
     }
     return answer;
@@ -371,7 +372,7 @@ void store_writer_free(struct store_writer *writer) {
         enum store_answer dropped = writer->store->ops->result_drop(writer->store, writer->number);
         (void)dropped; /* else the sweep finds it */
     }
-    draft_close(writer->draft, 0);
+    uncommitted_close(writer->uncommitted, 0);
     free(writer);
 }
 
@@ -428,22 +429,22 @@ void store_item_clear(struct store_item *item) {
     item->description = NULL;
 }
 
-enum store_answer store_item_put(struct store *store, enum store_shelf shelf,
+enum store_answer store_item_put(struct store *store, enum store_item_kind kind,
                                  const struct store_item *item, bool *created) {
-    return store_note(store, store->ops->item_put(store, shelf, item, created));
+    return store_note(store, store->ops->item_put(store, kind, item, created));
 }
 
-enum store_answer store_item_get(struct store *store, enum store_shelf shelf, const char *owner,
+enum store_answer store_item_get(struct store *store, enum store_item_kind kind, const char *owner,
                                  const char *id, struct store_item *item) {
     memset(item, 0, sizeof *item);
-    return store->ops->item_get(store, shelf, owner, id, item);
+    return store->ops->item_get(store, kind, owner, id, item);
 }
 
-enum store_answer store_item_list(struct store *store, enum store_shelf shelf, const char *owner,
+enum store_answer store_item_list(struct store *store, enum store_item_kind kind, const char *owner,
                                   int64_t cursor, int limit, struct store_items *page) {
     memset(page, 0, sizeof *page);
     cursor = cursor_open(store->secret, owner, cursor);
-    enum store_answer answer = store->ops->item_list(store, shelf, owner, cursor, limit, page);
+    enum store_answer answer = store->ops->item_list(store, kind, owner, cursor, limit, page);
     page->next = cursor_seal(store->secret, owner, page->next);
     return answer;
 }
@@ -455,7 +456,7 @@ void store_items_clear(struct store_items *page) {
     memset(page, 0, sizeof *page);
 }
 
-enum store_answer store_item_delete(struct store *store, enum store_shelf shelf, const char *owner,
-                                    const char *id) {
-    return store->ops->item_delete(store, shelf, owner, id);
+enum store_answer store_item_delete(struct store *store, enum store_item_kind kind,
+                                    const char *owner, const char *id) {
+    return store->ops->item_delete(store, kind, owner, id);
 }

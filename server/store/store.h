@@ -26,8 +26,8 @@
 #define SERVER_STORE_STORE_H
 
 #include "answer.h"
-#include "server/hub.h"
 #include "server/id.h"
+#include "server/job_events.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -93,11 +93,11 @@ struct store_options {
     int64_t records_us;      /* records of ended jobs are removed when older; at least that long */
     int64_t retention_bytes; /* of all results together: beyond it a sweep expires the oldest jobs
                                 of the owner with most bytes; 0: no bound */
-    int64_t settle_us;       /* what is old expires only if the database's clock has not jumped for
-                                so long, by the monotonic clock of this process */
+    int64_t clock_trust_us;  /* what is old expires only if the database's clock has not jumped for
+                           so long, by the monotonic clock of this process */
     bool shared;             /* other processes may open it too; else it is ours alone (SQLite) */
     int64_t (*clock)(void);  /* for tests: microseconds since 1970 UTC; NULL: the system's */
-    int64_t (*steady_clock)(void); /* for tests: monotonic microseconds; NULL: the system's */
+    int64_t (*monotonic_clock)(void); /* for tests: monotonic microseconds; NULL: the system's */
 };
 
 /* 10,000 queued jobs; 60 s; 3; 5 s; 168 h; 672 h; 5 min; not shared; the system's clocks. */
@@ -108,13 +108,13 @@ bool store_url_remote(const char *url);
 
 /* Opens the store at `url`: a path, or `sqlite:PATH`; the file is created when missing, its folder
  * is not. Or `postgresql://...`: what is missing is created in the database's schema `draped`.
- * Migrates an older schema. `hub` is notified of every change and must outlive the store. NULL with
- * a sentence in `why` when it cannot be used: wrong folder, read-only, open elsewhere (unless both
- * share it), corrupt, of another program, of a newer version of this one, of an unknown kind; a
- * server that cannot be reached, refuses the user, is older than 13, is a replica, forgets what it
- * acknowledged. The sentence never holds a password. */
-struct store *store_open(const char *url, const struct store_options *options, struct hub *hub,
-                         char why[STORE_WHY_SIZE]);
+ * Migrates an older schema. `events` is notified of every change and must outlive the store. NULL
+ * with a sentence in `why` when it cannot be used: wrong folder, read-only, open elsewhere (unless
+ * both share it), corrupt, of another program, of a newer version of this one, of an unknown kind;
+ * a server that cannot be reached, refuses the user, is older than 13, is a replica, forgets what
+ * it acknowledged. The sentence never holds a password. */
+struct store *store_open(const char *url, const struct store_options *options,
+                         struct job_events *events, char why[STORE_WHY_SIZE]);
 
 /* Waits for no one: no other call may be under way. NULL is allowed. */
 void store_close(struct store *store);
@@ -211,7 +211,7 @@ struct store_submission {
     int priority;             /* each step is worth a minute of waiting in the queue; 0 is usual */
     struct store_quota quota; /* of this owner */
     bool
-        unpromised; /* nothing is promised of it before its end, or before `store_settle`: it need
+        unpromised; /* nothing is promised of it before its end, or before `store_flush`: it need
                        not be durable until then. Not with a key, by which others are promised it */
 };
 
@@ -232,7 +232,7 @@ enum store_answer store_submit(struct store *store, const struct store_submissio
 
 /* Makes durable what was submitted `unpromised` and has not ended since: the end of a job that had
  * to be queued is durable, and everything before it. */
-enum store_answer store_settle(struct store *store) STORE_MUST_USE;
+enum store_answer store_flush(struct store *store) STORE_MUST_USE;
 
 /* The job, to be cleared by the caller also when the answer is not STORE_OK. STORE_EMPTY. */
 enum store_answer store_get(struct store *store, const char *id,
@@ -450,26 +450,29 @@ void store_writer_free(struct store_writer *writer);
 
 /* A result of which the commit is under way: all of its bytes, though it may never be the job's.
  * Whoever waits for the job can make ready what it is going to say, while the disk is waited for;
- * said it may be when the draft is kept. */
-struct store_draft;
+ * said it may be when it is kept. */
+struct store_uncommitted;
 
-/* The draft of a job, in this process; NULL when there is none. The caller drops it. Draft news
- * (`hub.h`) tell when it is there: it is not for long, nor for results of more than 1 MiB. */
-struct store_draft *store_draft_take(struct store *store, const char *id);
+/* The one of a job, in this process; NULL when there is none. The caller drops it.
+ * JOB_RESULT_READABLE
+ * (`server/job_events.h`) tells when it is there: it is not for long, nor for results of more than
+ * 1 MiB. */
+struct store_uncommitted *store_uncommitted_take(struct store *store, const char *id);
 
-/* The same draft for one more who drops it. */
-struct store_draft *store_draft_share(struct store_draft *draft);
+/* The same for one more user, who drops it. */
+struct store_uncommitted *store_uncommitted_share(struct store_uncommitted *uncommitted);
 
 /* NULL is allowed. Before the store is closed. */
-void store_draft_drop(struct store_draft *draft);
+void store_uncommitted_drop(struct store_uncommitted *uncommitted);
 
-size_t store_draft_length(const struct store_draft *draft);
+size_t store_uncommitted_length(const struct store_uncommitted *uncommitted);
 
 /* Copies exactly `length` bytes from `offset` on; false when there are not as many. */
-bool store_draft_read(const struct store_draft *draft, uint64_t offset, void *bytes, size_t length);
+bool store_uncommitted_read(const struct store_uncommitted *uncommitted, uint64_t offset,
+                            void *bytes, size_t length);
 
 /* Whether the commit has succeeded with it: its bytes are those of the job's stored result. */
-bool store_draft_kept(const struct store_draft *draft);
+bool store_uncommitted_kept(const struct store_uncommitted *uncommitted);
 
 /* A finished result. Its bytes never change; `digest` of the job names them. */
 struct store_result {
@@ -489,10 +492,10 @@ enum store_answer store_result_read(struct store *store, const struct store_resu
 /* ------------------------------------------------------------------ surfaces and materials */
 
 /* What owners keep until they delete it. */
-enum store_shelf {
+enum store_item_kind {
     STORE_SURFACES,  /* named by what they hold */
     STORE_MATERIALS, /* named by who posts them */
-    STORE_SHELF_COUNT
+    STORE_ITEM_KIND_COUNT
 };
 
 /* Both texts are malloc'ed and may be NULL; cleared by `store_item_clear`. */
@@ -513,11 +516,11 @@ void store_item_clear(struct store_item *item);
 
 /* Stores the item under its name for its owner. `*created` is false when that owner had the name
  * already; then nothing changes. */
-enum store_answer store_item_put(struct store *store, enum store_shelf shelf,
+enum store_answer store_item_put(struct store *store, enum store_item_kind kind,
                                  const struct store_item *item, bool *created) STORE_MUST_USE;
 
 /* Both texts. `owner` NULL: of any owner; all surfaces of an id hold the same. STORE_EMPTY. */
-enum store_answer store_item_get(struct store *store, enum store_shelf shelf, const char *owner,
+enum store_answer store_item_get(struct store *store, enum store_item_kind kind, const char *owner,
                                  const char *id, struct store_item *item) STORE_MUST_USE;
 
 /* `count` items without their definitions, newest first; `next` as in store_page. */
@@ -528,7 +531,7 @@ struct store_items {
 };
 
 /* `owner` NULL: of all owners; `cursor` 0: from the newest. Cleared by `store_items_clear`. */
-enum store_answer store_item_list(struct store *store, enum store_shelf shelf, const char *owner,
+enum store_answer store_item_list(struct store *store, enum store_item_kind kind, const char *owner,
                                   int64_t cursor, int limit,
                                   struct store_items *page) STORE_MUST_USE;
 void store_items_clear(struct store_items *page);
@@ -536,7 +539,7 @@ void store_items_clear(struct store_items *page);
 /* Takes it from its owner; `owner` NULL: from all who have it. STORE_EMPTY. STORE_CONFLICT of a
  * surface while a queued or running job of that owner needs it, or, when no other owner has it, of
  * any owner; jobs have their materials in their requests. */
-enum store_answer store_item_delete(struct store *store, enum store_shelf shelf, const char *owner,
-                                    const char *id) STORE_MUST_USE;
+enum store_answer store_item_delete(struct store *store, enum store_item_kind kind,
+                                    const char *owner, const char *id) STORE_MUST_USE;
 
 #endif

@@ -21,20 +21,20 @@ static enum store_answer repeat(struct store *store, enum store_step step,
     return STORE_OK;
 }
 
-static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of `store->steady` */
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of `store->clocks` */
 
-struct steady store_clocks(const struct store *store) {
+struct clock_check store_clocks(const struct store *store) {
     pthread_mutex_lock(&lock);
-    const struct steady steady = store->steady;
+    const struct clock_check clocks = store->clocks;
     pthread_mutex_unlock(&lock);
-    return steady;
+    return clocks;
 }
 
-static struct steady look_at_clocks(struct store *store, int64_t now) {
+static struct clock_check look_at_clocks(struct store *store, int64_t now) {
     pthread_mutex_lock(&lock);
-    const struct steady before = store->steady;
-    steady_look(&store->steady, now, store_steady_us(store));
-    const struct steady after = store->steady;
+    const struct clock_check before = store->clocks;
+    clock_check_compare(&store->clocks, now, store_monotonic_us(store));
+    const struct clock_check after = store->clocks;
     pthread_mutex_unlock(&lock);
     if (after.jumps > before.jumps)
         log_warning(log_event("clock_jumped"),
@@ -49,21 +49,21 @@ static struct steady look_at_clocks(struct store *store, int64_t now) {
  * a clock that has jumped, live holders renew theirs within a lease's time. */
 enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) {
     int64_t now = 0;
-    bool settled = false;
+    bool trusted = false;
     bool due[STORE_STEP_COUNT] = {false};
     int done[STORE_STEP_COUNT] = {0};
     memset(sweep, 0, sizeof *sweep);
     enum store_answer answer = store->ops->find_due(store, due, &now);
     if (answer == STORE_OK) {
-        const struct steady steady = look_at_clocks(store, now);
-        settled = steady_for(&steady) >= store->options.settle_us;
-        if (!store->ops->wall_leases || steady.jumps == 0 ||
-            steady_for(&steady) > store->options.lease_us)
+        const struct clock_check clocks = look_at_clocks(store, now);
+        trusted = clock_check_agreed_us(&clocks) >= store->options.clock_trust_us;
+        if (!store->ops->wall_leases || clocks.jumps == 0 ||
+            clock_check_agreed_us(&clocks) > store->options.lease_us)
             answer = recovery_sweep(store, sweep);
     }
     due[STORE_STEP_DOOM] = due[STORE_STEP_DOOM] || sweep->requeued + sweep->failed > 0;
     for (int step = 0; step < STORE_STEP_COUNT && answer == STORE_OK; step++) {
-        if (!due[step] || (!settled && (step == STORE_STEP_EXPIRE || step == STORE_STEP_REMOVE)))
+        if (!due[step] || (!trusted && (step == STORE_STEP_EXPIRE || step == STORE_STEP_REMOVE)))
             continue;
         answer = repeat(store, (enum store_step)step, sweep, &done[step]);
         if (step < STORE_STEP_CLEAR && step != STORE_STEP_REMOVE)

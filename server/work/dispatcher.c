@@ -39,7 +39,7 @@ struct dispatcher {
     int lane_count; /* threads that run */
     pthread_t sweeper;
     bool sweeping; /* the sweeper runs */
-    struct hub_watch watch;
+    struct job_watch watch;
 
     pthread_mutex_t lock;
     pthread_cond_t idle;      /* lanes without a job wait here */
@@ -54,7 +54,7 @@ struct dispatcher {
 
 /* ------------------------------------------------------------------ waiting */
 
-/* Called by the hub: there may be a job. */
+/* Called by the job events: there may be a job. */
 static void hint(void *context) {
     struct dispatcher *dispatcher = context;
     pthread_mutex_lock(&dispatcher->lock);
@@ -304,7 +304,7 @@ static void init_locks(struct dispatcher *dispatcher) {
     pthread_condattr_destroy(&monotonic);
 }
 
-struct dispatcher *dispatcher_start(struct store *store, struct hub *hub,
+struct dispatcher *dispatcher_start(struct store *store, struct job_events *events,
                                     const struct dispatcher_settings *settings) {
     struct dispatcher *dispatcher = calloc(1, sizeof *dispatcher);
     int lane_count = settings->workers ? settings->workers + 1 : 0; /* with the express lane */
@@ -315,12 +315,13 @@ struct dispatcher *dispatcher_start(struct store *store, struct hub *hub,
         return NULL;
     }
     dispatcher->shared.store = store;
-    dispatcher->shared.hub = hub;
+    dispatcher->shared.events = events;
     dispatcher->shared.settings = *settings;
     dispatcher->lanes = lanes;
     atomic_init(&dispatcher->shared.stop_at_ms, JOB_RUN_NO_STOP);
     init_locks(dispatcher);
-    hub_subscribe(hub, &dispatcher->watch, hub_queue, HUB_CHANGE, hint, dispatcher);
+    job_events_subscribe(events, &dispatcher->watch, job_events_queue, JOB_CHANGED, hint,
+                         dispatcher);
     dispatcher->sweeping = pthread_create(&dispatcher->sweeper, NULL, sweep, dispatcher) == 0;
     while (dispatcher->lane_count < lane_count && start_lane(dispatcher))
         continue;
@@ -353,7 +354,7 @@ void dispatcher_stop(struct dispatcher *dispatcher, int64_t grace_ms) {
     pthread_mutex_unlock(&dispatcher->lock);
     if (dispatcher->sweeping)
         pthread_join(dispatcher->sweeper, NULL);
-    hub_unsubscribe(dispatcher->shared.hub, &dispatcher->watch);
+    job_events_unsubscribe(dispatcher->shared.events, &dispatcher->watch);
 }
 
 void dispatcher_free(struct dispatcher *dispatcher) {

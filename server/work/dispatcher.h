@@ -5,8 +5,8 @@
  * and kills the worker when the job is cancelled, deleted, lost to another or over its time. A
  * worker that dies costs the job one attempt and is replaced; so is one whose next job is another
  * owner's. New jobs
- * are seen at once through the hub; those of other processes within WORK_POLL_MS. One further
- * thread sweeps the store.
+ * are seen at once through the job events; those of other processes within WORK_POLL_MS. One
+ * further thread sweeps the store.
  *
  * No owner waits for the end of another's long jobs. Beside the lanes of the workers there is an
  * express lane, with a worker of its own that is started when it is needed first: while all others
@@ -22,15 +22,15 @@
 #define SERVER_WORK_DISPATCHER_H
 
 #include "counters.h"
-#include "server/hub.h"
+#include "server/job_events.h"
 #include "server/store/store.h"
 #include "settings.h"
 
 struct dispatcher;
 
 /* Starts the threads; workers start with their thread, so that the first job finds one. `store` and
- * `hub` must outlive it. NULL when the threads cannot be had. */
-struct dispatcher *dispatcher_start(struct store *store, struct hub *hub,
+ * `events` must outlive it. NULL when the threads cannot be had. */
+struct dispatcher *dispatcher_start(struct store *store, struct job_events *events,
                                     const struct dispatcher_settings *settings);
 
 /* Claims nothing more, gives running jobs `grace_ms` to finish, puts the rest back into the queue

@@ -78,7 +78,7 @@ static void finish(struct check *check, enum check_outcome outcome, bool notify)
     if (dropped)
         check_free(check);
     else if (notify)
-        hub_notify(pool->hub, subject, HUB_CHANGE);
+        job_events_notify(pool->events, subject, JOB_CHANGED);
 }
 
 /* Stops the process; the check waits for that lane and so many bytes, unless nobody wants it any
@@ -198,12 +198,12 @@ static void *work(void *context) {
     return NULL;
 }
 
-struct document_pool *document_pool_start(struct hub *hub,
+struct document_pool *document_pool_start(struct job_events *events,
                                           const struct document_pool_settings *settings) {
     struct document_pool *pool = calloc(1, sizeof *pool);
     if (!pool)
         return NULL;
-    pool->hub = hub;
+    pool->events = events;
     pool->settings = *settings;
     pool->value_count = settings->express + settings->slow;
     pool->places = calloc((size_t)pool->value_count, sizeof *pool->places);

@@ -26,7 +26,7 @@
 #define SERVER_WORK_DOCUMENT_POOL_H
 
 #include "checker.h"
-#include "server/hub.h"
+#include "server/job_events.h"
 #include <sys/types.h>
 
 enum {
@@ -98,7 +98,7 @@ struct document_pool_stats {
 };
 
 /* Starts processes and threads. NULL when they cannot be had. */
-struct document_pool *document_pool_start(struct hub *hub,
+struct document_pool *document_pool_start(struct job_events *events,
                                           const struct document_pool_settings *settings);
 
 /* Whether the importer is there. */
@@ -109,8 +109,8 @@ void document_pool_stop(struct document_pool *document_pool);
 
 void document_pool_stats(struct document_pool *document_pool, struct document_pool_stats *stats);
 
-/* Begins a check, and ends it when it is quick. The hub is notified of `subject` when a check that
- * was not done yet is. NULL with the problem set: API_TOO_LARGE (more than the whole budget),
+/* Begins a check, and ends it when it is quick. `subject` is notified when a check that was
+ * not done yet is. NULL with the problem set: API_TOO_LARGE (more than the whole budget),
  * API_QUOTA (too many of this owner wait), API_UNAVAILABLE. */
 struct check *document_pool_begin(struct document_pool *document_pool,
                                   const struct document_pool_order *order, const char *subject,

@@ -56,7 +56,7 @@ struct check {
 };
 
 struct document_pool {
-    struct hub *hub;
+    struct job_events *events;
     struct document_pool_settings settings;
     int value_count;
     struct check_place *places;

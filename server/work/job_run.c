@@ -76,7 +76,7 @@ void job_run_wake(int wake) {
     (void)written; /* it only fails when it is awake already */
 }
 
-/* Called by the hub. */
+/* Called by the job events. */
 static void wake_up(void *context) {
     job_run_wake(*(const int *)context);
 }
@@ -543,7 +543,7 @@ bool job_run(struct job_run_shared *shared, const struct store_claim *claim, str
              int wake, bool express) {
     int doublings = claim->attempts < 16 ? claim->attempts - 1 : 15;
     int64_t now = clock_ms();
-    struct hub_watch watch;
+    struct job_watch watch;
     struct job_run run = {
         .shared = shared,
         .claim = claim,
@@ -561,12 +561,12 @@ bool job_run(struct job_run_shared *shared, const struct store_claim *claim, str
             now + (express ? JOB_RUN_EXPRESS_MOST_MS : (int64_t)JOB_RUN_TURN_MS << doublings),
     };
     atomic_fetch_add(&shared->counters.busy, 1);
-    hub_subscribe(shared->hub, &watch, subject(&run), HUB_CHANGE, wake_up, &run.wake);
+    job_events_subscribe(shared->events, &watch, subject(&run), JOB_CHANGED, wake_up, &run.wake);
     if (run.writer)
         work(&run);
     else
         conclude(&run, OUTCOME_RELEASED);
-    hub_unsubscribe(shared->hub, &watch);
+    job_events_unsubscribe(shared->events, &watch);
     settle(&run);
     store_writer_free(run.writer);
     free(run.text);

@@ -10,7 +10,7 @@
 #include "child.h"
 #include "counters.h"
 #include "sandbox.h"
-#include "server/hub.h"
+#include "server/job_events.h"
 #include "server/store/store.h"
 #include "settings.h"
 #include <stdatomic.h>
@@ -23,7 +23,7 @@ enum {
 /* What the attempts of one dispatcher have in common. */
 struct job_run_shared {
     struct store *store;
-    struct hub *hub;
+    struct job_events *events;
     struct dispatcher_settings settings;
     /* By `clock_ms`: from when jobs that run go back to the queue; JOB_RUN_NO_STOP: go on. */
     atomic_int_fast64_t stop_at_ms;

@@ -252,11 +252,11 @@ static void bench_claims(struct store *store, const char *url) {
 int main(int argc, char **argv) {
     struct store_options options = store_options_default;
     char why[STORE_WHY_SIZE] = "";
-    struct hub *hub = hub_new();
+    struct job_events *events = job_events_new();
     options.shared = true;
     options.queue_limit = 1000000;
-    must(argc == 2 && hub && id_init(), "usage: bench_store URL");
-    struct store *store = store_open(argv[1], &options, hub, why);
+    must(argc == 2 && events && id_init(), "usage: bench_store URL");
+    struct store *store = store_open(argv[1], &options, events, why);
     if (!store)
         fprintf(stderr, "%s\n", why);
     must(store, "open");
@@ -268,6 +268,6 @@ int main(int argc, char **argv) {
     run_callers(store, "claim of an empty queue", claim_nothing);
     bench_claims(store, argv[1]);
     store_close(store);
-    hub_free(hub);
+    job_events_free(events);
     return 0;
 }

@@ -17,7 +17,7 @@
 enum { CALLS = 10 }; /* a small map is ready by then; a drape never will be: nobody works */
 
 /* Of the front, for handlers that wait. Here they are called again without being told. */
-void http_watch(struct request *request, const char *subject, enum hub_news least) {
+void http_watch(struct request *request, const char *subject, enum job_event least) {
     (void)request, (void)subject, (void)least;
 }
 

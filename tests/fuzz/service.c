@@ -4,7 +4,7 @@
 #include "api/run.h"
 #include "fuzz.h"
 #include "server/config.h"
-#include "server/hub.h"
+#include "server/job_events.h"
 #include "server/log.h"
 #include "server/store/store.h"
 #include "server/work/document_pool.h"
@@ -34,7 +34,7 @@ static const struct config config = {
 };
 
 static struct services services = {.config = &config};
-static struct hub *hub;
+static struct job_events *events;
 static char folder[] = "/tmp/draped-fuzz-XXXXXX", path[sizeof folder + 16];
 char service_drape[ID_SIZE], service_surface[] = "0123456789abcdef0123456789abcdef";
 
@@ -88,7 +88,7 @@ static void clear_away(void) {
     char lock[sizeof path + 8];
     snprintf(lock, sizeof lock, "%s-lock", path);
     service_spoil();
-    hub_free(hub);
+    job_events_free(events);
     unlink(lock);
     rmdir(folder);
 }
@@ -98,7 +98,7 @@ static void prepare(void) {
     log_init((enum log_level)(LOG_LEVEL_ERROR + 1));
     FUZZ_PROMISE(api_prepare() && id_init() && mkdtemp(folder));
     snprintf(path, sizeof path, "%s/draped.db", folder);
-    hub = hub_new();
+    events = job_events_new();
     atexit(clear_away);
 }
 
@@ -113,13 +113,13 @@ const struct services *service(void) {
                                                          .folder = "",
                                                          .memory_flag = "check-memory"};
     char why[STORE_WHY_SIZE];
-    if (!hub)
+    if (!events)
         prepare();
     if (services.store)
         return &services;
-    services.store = store_open(path, &store_options_default, hub, why);
+    services.store = store_open(path, &store_options_default, events, why);
     FUZZ_PROMISE(services.store != NULL);
-    services.document_pool = document_pool_start(hub, &document_pool);
+    services.document_pool = document_pool_start(events, &document_pool);
     FUZZ_PROMISE(services.document_pool != NULL);
     fill();
     return &services;

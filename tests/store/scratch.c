@@ -26,7 +26,7 @@ static int64_t clock_of_test(void) {
     return scratch_now + scratch_jump;
 }
 
-static int64_t steady_clock_of_test(void) {
+static int64_t monotonic_clock_of_test(void) {
     return scratch_now;
 }
 
@@ -45,8 +45,8 @@ void scratch_make(struct scratch *scratch) {
     scratch_forget(scratch);
     scratch->options = store_options_default;
     scratch->options.clock = clock_of_test;
-    scratch->options.steady_clock = steady_clock_of_test;
-    scratch->options.settle_us = 0;
+    scratch->options.monotonic_clock = monotonic_clock_of_test;
+    scratch->options.clock_trust_us = 0;
     scratch_jump = 0;
 }
 
@@ -59,18 +59,18 @@ void scratch_forget(struct scratch *scratch) {
 
 void scratch_start(struct scratch *scratch) {
     char why[STORE_WHY_SIZE] = "";
-    scratch->hub = hub_new();
-    assert_non_null(scratch->hub);
-    scratch->store = store_open(scratch->path, &scratch->options, scratch->hub, why);
+    scratch->events = job_events_new();
+    assert_non_null(scratch->events);
+    scratch->store = store_open(scratch->path, &scratch->options, scratch->events, why);
     if (!scratch->store)
         fail_msg("the store does not open: %s", why);
 }
 
 void scratch_stop(struct scratch *scratch) {
     store_close(scratch->store);
-    hub_free(scratch->hub);
+    job_events_free(scratch->events);
     scratch->store = NULL;
-    scratch->hub = NULL;
+    scratch->events = NULL;
 }
 
 /* An empty database of the current schema, as the store leaves it. Making it takes longer than most
@@ -116,7 +116,7 @@ void scratch_open_live(struct scratch *scratch) {
     scratch_make(scratch);
     copy_empty(scratch);
     scratch->options.clock = NULL;
-    scratch->options.steady_clock = NULL;
+    scratch->options.monotonic_clock = NULL;
     scratch_start(scratch);
 }
 

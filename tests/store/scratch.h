@@ -7,7 +7,7 @@
 #define TESTS_SCRATCH_H
 
 #include "cluster.h"
-#include "server/hub.h"
+#include "server/job_events.h"
 #include "server/store/store.h"
 #include "tests/check.h"
 #include <stdbool.h>
@@ -19,7 +19,7 @@ struct scratch {
     char path[SCRATCH_PATH_SIZE]; /* of the database, or its URL */
     bool remote;                  /* it is PostgreSQL */
     struct store_options options;
-    struct hub *hub;
+    struct job_events *events;
     struct store *store;
 };
 

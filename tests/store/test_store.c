@@ -559,7 +559,7 @@ static void test_store_surface_of_two_owners(void **state) {
     assert_int_equal(get_of(scratch, NULL), STORE_EMPTY);
 }
 
-/* Materials lie on a shelf of their own, are the owner's bytes, and no job keeps them. */
+/* Materials are items of their own kind, are the owner's bytes, and no job keeps them. */
 static void test_store_materials_are_kept_apart(void **state) {
     struct scratch *scratch = *state;
     struct store_items page;
@@ -630,7 +630,7 @@ static void test_store_surface_that_owners_jobs_need(void **state) {
     assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, "anna", "s"), STORE_OK);
 }
 
-/* ------------------------------------------------------------------ the hub */
+/* ------------------------------------------------------------------ job events */
 
 static void count_call(void *context) {
     ++*(int *)context;
@@ -638,15 +638,16 @@ static void count_call(void *context) {
 
 static void test_store_tells_the_hub_of_every_change(void **state) {
     struct scratch *scratch = *state;
-    struct hub_watch queue, job, ends;
+    struct job_watch queue, job, ends;
     int queued = 0, changes = 0, news = 0;
     char id[ID_SIZE];
     struct store_claim claim;
-    hub_subscribe(scratch->hub, &queue, hub_queue, HUB_CHANGE, count_call, &queued);
+    job_events_subscribe(scratch->events, &queue, job_events_queue, JOB_CHANGED, count_call,
+                         &queued);
     scratch_submit(scratch, "a", id);
     assert_int_equal(queued, 1);
-    hub_subscribe(scratch->hub, &job, id, HUB_PROGRESS, count_call, &changes);
-    hub_subscribe(scratch->hub, &ends, id, HUB_CHANGE, count_call, &news);
+    job_events_subscribe(scratch->events, &job, id, JOB_PROGRESSED, count_call, &changes);
+    job_events_subscribe(scratch->events, &ends, id, JOB_CHANGED, count_call, &news);
     assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
     assert_int_equal(changes, 1);
     assert_int_equal(store_renew(scratch->store, &claim, 0.5), STORE_OK);
@@ -660,9 +661,9 @@ static void test_store_tells_the_hub_of_every_change(void **state) {
     assert_int_equal(store_cancel(scratch->store, id), STORE_CONFLICT);
     assert_int_equal(changes, 4);
     assert_int_equal(news, 2);
-    hub_unsubscribe(scratch->hub, &ends);
-    hub_unsubscribe(scratch->hub, &job);
-    hub_unsubscribe(scratch->hub, &queue);
+    job_events_unsubscribe(scratch->events, &ends);
+    job_events_unsubscribe(scratch->events, &job);
+    job_events_unsubscribe(scratch->events, &queue);
 }
 
 static void test_store_status_names_read_back(void **state) {

@@ -84,17 +84,17 @@ static void test_store_waits_for_the_disk_when_a_submission_is_promised(void **s
     struct store_claim claim;
     struct store_submission submission = {
         .request = "a", .request_length = 1, .digest = "a", .unpromised = true};
-    assert_int_equal(store_settle(scratch->store), STORE_OK); /* the first has the folder, too */
+    assert_int_equal(store_flush(scratch->store), STORE_OK); /* the first has the folder, too */
     atomic_store(&syncs, 0);
     assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
     assert_int_equal(atomic_load(&syncs), 0);
-    assert_int_equal(store_settle(scratch->store), STORE_OK);
+    assert_int_equal(store_flush(scratch->store), STORE_OK);
     assert_int_equal(atomic_exchange(&syncs, 0), 1);
     assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
     assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
     assert_int_equal(atomic_exchange(&syncs, 0), 1);
     atomic_store(&sync_fails, true);
-    assert_int_equal(store_settle(scratch->store), STORE_DOWN);
+    assert_int_equal(store_flush(scratch->store), STORE_DOWN);
 }
 
 /* A claim that ends a job, because its result is there already, is as good as a completion. */

@@ -225,9 +225,9 @@ static void test_store_open_survives_every_io_error(void **state) {
     scratch_stop(&scratch);
     for (bool hit = true; hit && n < CALLS_MAX;) {
         char why[STORE_WHY_SIZE] = "";
-        scratch.hub = hub_new();
+        scratch.events = job_events_new();
         faulty_set(FAULTY_IO_ERROR, ++n, false);
-        scratch.store = store_open(scratch.path, &scratch.options, scratch.hub, why);
+        scratch.store = store_open(scratch.path, &scratch.options, scratch.events, why);
         hit = faulty_failures() > 0;
         faulty_set(FAULTY_IO_ERROR, 0, false);
         refused += !scratch.store;

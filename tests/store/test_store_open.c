@@ -25,12 +25,12 @@ static int tear_down(void **state) {
 static void expect_refused(const char *url, const struct store_options *options,
                            const char *why_wanted) {
     char why[STORE_WHY_SIZE] = "";
-    struct hub *hub = hub_new();
-    struct store *store = store_open(url, options, hub, why);
+    struct job_events *events = job_events_new();
+    struct store *store = store_open(url, options, events, why);
     assert_null(store);
     if (!strstr(why, why_wanted))
         fail_msg("'%s' does not say '%s'", why, why_wanted);
-    hub_free(hub);
+    job_events_free(events);
 }
 
 static void write_file(const char *path, const void *bytes, size_t length) {
@@ -72,11 +72,11 @@ static void test_store_open_takes_an_url(void **state) {
     char url[SCRATCH_PATH_SIZE + 8];
     char why[STORE_WHY_SIZE] = "";
     snprintf(url, sizeof url, "sqlite:%s", scratch->path);
-    struct hub *hub = hub_new();
-    struct store *store = store_open(url, &scratch->options, hub, why);
+    struct job_events *events = job_events_new();
+    struct store *store = store_open(url, &scratch->options, events, why);
     assert_non_null(store);
     store_close(store);
-    hub_free(hub);
+    job_events_free(events);
     assert_int_equal(access(scratch->path, F_OK), 0);
 }
 

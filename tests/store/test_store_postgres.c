@@ -36,7 +36,7 @@ static int set_up(void **state) {
     struct scratch *scratch = malloc(sizeof *scratch);
     scratch_make(scratch);
     scratch->options.clock = NULL;
-    scratch->options.steady_clock = NULL;
+    scratch->options.monotonic_clock = NULL;
     *state = scratch;
     return 0;
 }
@@ -53,11 +53,11 @@ static int tear_down(void **state) {
 static void expect_refused(struct scratch *scratch, const char *url, const char *wanted) {
     static const char *const secrets[] = {"se/cr", "se%2F", "cr@t", "cr%40", "hush", NULL};
     char why[STORE_WHY_SIZE] = "";
-    struct hub *hub = hub_new();
+    struct job_events *events = job_events_new();
     struct capture *capture = malloc(sizeof *capture);
     capture_begin(capture, STDERR_FILENO);
     log_init(LOG_LEVEL_DEBUG);
-    struct store *store = store_open(url, &scratch->options, hub, why);
+    struct store *store = store_open(url, &scratch->options, events, why);
     log_init((enum log_level)(LOG_LEVEL_ERROR + 1));
     capture_end(capture);
     assert_null(store);
@@ -69,7 +69,7 @@ static void expect_refused(struct scratch *scratch, const char *url, const char 
         assert_null(strstr(capture->text, secrets[k]));
     }
     free(capture);
-    hub_free(hub);
+    job_events_free(events);
 }
 
 static void expect_user_refused(struct scratch *scratch, const char *user, const char *password,
@@ -337,13 +337,13 @@ static void expect_call(atomic_int *calls) {
 /* The first is repeated: the other may not listen yet. */
 static void test_postgres_tells_other_processes(void **state) {
     struct scratch *scratch = *state;
-    struct hub_watch queue, job;
+    struct job_watch queue, job;
     atomic_int queued = 0, changed = 0;
     char id[ID_SIZE];
     scratch_start(scratch);
     struct scratch other = *scratch;
     scratch_start(&other);
-    hub_subscribe(other.hub, &queue, hub_queue, HUB_CHANGE, count_call, &queued);
+    job_events_subscribe(other.events, &queue, job_events_queue, JOB_CHANGED, count_call, &queued);
     for (int k = 0; k < 1000 && atomic_load(&queued) == 0; k++) {
         char body[32];
         snprintf(body, sizeof body, "body %d", k);
@@ -353,11 +353,11 @@ static void test_postgres_tells_other_processes(void **state) {
     expect_call(&queued);
     scratch_submit(scratch, "one more", id);
     expect_call(&queued);
-    hub_subscribe(other.hub, &job, id, HUB_CHANGE, count_call, &changed);
+    job_events_subscribe(other.events, &job, id, JOB_CHANGED, count_call, &changed);
     assert_int_equal(store_cancel(scratch->store, id), STORE_OK);
     expect_call(&changed);
-    hub_unsubscribe(other.hub, &job);
-    hub_unsubscribe(other.hub, &queue);
+    job_events_unsubscribe(other.events, &job);
+    job_events_unsubscribe(other.events, &queue);
     scratch_stop(&other);
 }
 

@@ -2,7 +2,7 @@
 /* Results: chunks, sharing among equal requests, remains, retention. */
 #include "scratch.h"
 #include "server/store/backend.h"
-#include "server/store/steady.h"
+#include "server/store/clock_check.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -143,33 +143,34 @@ static void test_store_second_result_of_a_digest_is_dropped(void **state) {
     free(large);
 }
 
-/* ------------------------------------------------------------------ drafts */
+/* ------------------------------------------------------------------ uncommitted results */
 
-/* One who waits for a job, and takes the draft when told of it. */
+/* One who waits for a job, and takes the uncommitted result when told of it. */
 struct reader {
     struct scratch *scratch;
     const char *id;
-    struct store_draft *draft;
+    struct store_uncommitted *uncommitted;
     bool early; /* it was not kept yet */
 };
 
-static void take_draft(void *context) {
+static void take_uncommitted(void *context) {
     struct reader *reader = context;
-    if (reader->draft)
+    if (reader->uncommitted)
         return;
-    reader->draft = store_draft_take(reader->scratch->store, reader->id);
-    reader->early = reader->draft && !store_draft_kept(reader->draft);
+    reader->uncommitted = store_uncommitted_take(reader->scratch->store, reader->id);
+    reader->early = reader->uncommitted && !store_uncommitted_kept(reader->uncommitted);
 }
 
 /* Commits while the reader waits; its answer. */
 static enum store_answer commit_before(struct reader *reader, const struct store_claim *claim,
                                        const void *bytes, size_t length) {
-    struct hub_watch watch;
+    struct job_watch watch;
     reader->id = claim->id;
-    hub_subscribe(reader->scratch->hub, &watch, claim->id, HUB_DRAFT, take_draft, reader);
+    job_events_subscribe(reader->scratch->events, &watch, claim->id, JOB_RESULT_READABLE,
+                         take_uncommitted, reader);
     enum store_answer answer = scratch_commit(reader->scratch, claim, bytes, length);
-    hub_unsubscribe(reader->scratch->hub, &watch);
-    assert_null(store_draft_take(reader->scratch->store, claim->id));
+    job_events_unsubscribe(reader->scratch->events, &watch);
+    assert_null(store_uncommitted_take(reader->scratch->store, claim->id));
     return answer;
 }
 
@@ -186,18 +187,18 @@ static void test_store_draft_is_what_the_commit_keeps(void **state) {
     struct reader reader = {.scratch = scratch};
     struct store_claim claim = scratch_claimed(scratch, "a");
     assert_int_equal(commit_before(&reader, &claim, bytes, LENGTH), STORE_OK);
-    assert_non_null(reader.draft);
-    assert_true(reader.early && store_draft_kept(reader.draft));
-    assert_int_equal(store_draft_length(reader.draft), LENGTH);
+    assert_non_null(reader.uncommitted);
+    assert_true(reader.early && store_uncommitted_kept(reader.uncommitted));
+    assert_int_equal(store_uncommitted_length(reader.uncommitted), LENGTH);
     for (size_t k = 0; k < sizeof places / sizeof *places; k++) {
         size_t at = places[k][0], length = places[k][1];
-        assert_true(store_draft_read(reader.draft, at, read, length));
+        assert_true(store_uncommitted_read(reader.uncommitted, at, read, length));
         assert_memory_equal(read, bytes + at, length);
-        assert_false(store_draft_read(reader.draft, at, read, LENGTH - at + 1));
+        assert_false(store_uncommitted_read(reader.uncommitted, at, read, LENGTH - at + 1));
     }
-    assert_false(store_draft_read(reader.draft, LENGTH + 1, read, 0));
+    assert_false(store_uncommitted_read(reader.uncommitted, LENGTH + 1, read, 0));
     scratch_expect_result(scratch, claim.id, bytes, LENGTH, LENGTH);
-    store_draft_drop(reader.draft);
+    store_uncommitted_drop(reader.uncommitted);
     scratch_expect_result(scratch, claim.id, bytes, LENGTH, LENGTH);
     free(bytes);
     free(read);
@@ -210,8 +211,8 @@ static void test_store_draft_that_is_not_the_result_is_not_kept(void **state) {
     struct reader reader = {.scratch = scratch};
     assert_int_equal(store_cancel(scratch->store, lost.id), STORE_OK);
     assert_int_equal(commit_before(&reader, &lost, "result", 6), STORE_CONFLICT);
-    assert_true(reader.early && !store_draft_kept(reader.draft));
-    store_draft_drop(reader.draft);
+    assert_true(reader.early && !store_uncommitted_kept(reader.uncommitted));
+    store_uncommitted_drop(reader.uncommitted);
 
     char id[ID_SIZE];
     scratch_submit(scratch, "same", id);
@@ -221,15 +222,15 @@ static void test_store_draft_that_is_not_the_result_is_not_kept(void **state) {
     assert_int_equal(scratch_commit(scratch, &first, "result", 6), STORE_OK);
     reader = (struct reader){.scratch = scratch};
     assert_int_equal(commit_before(&reader, &second, "others", 6), STORE_OK);
-    assert_true(reader.early && !store_draft_kept(reader.draft));
-    store_draft_drop(reader.draft);
+    assert_true(reader.early && !store_uncommitted_kept(reader.uncommitted));
+    store_uncommitted_drop(reader.uncommitted);
     scratch_expect_result(scratch, second.id, "result", 6, 6);
 
     unsigned char *large = calloc(1, STORE_PART_BYTES + 1);
     struct store_claim claim = scratch_claimed(scratch, "large");
     reader = (struct reader){.scratch = scratch};
     assert_int_equal(commit_before(&reader, &claim, large, STORE_PART_BYTES + 1), STORE_OK);
-    assert_null(reader.draft);
+    assert_null(reader.uncommitted);
     free(large);
 }
 
@@ -456,20 +457,20 @@ static void test_store_results_expire_beyond_a_bound_of_bytes(void **state) {
 static void test_store_steady_notices_a_clock_that_is_set(void **state) {
     (void)state;
     const int64_t second = 1000000;
-    struct steady steady = {0};
-    steady_look(&steady, 1000 * second, second);
-    steady_look(&steady, 1060 * second, 61 * second);
-    assert_int_equal(steady_for(&steady), 60 * second);
-    steady_look(&steady, 1121 * second, 121 * second); /* a second too much */
-    assert_int_equal(steady_for(&steady), 120 * second);
-    assert_int_equal(steady.jumps, 0);
-    steady_look(&steady, 1000 * second, 181 * second);
-    assert_int_equal(steady.jumps, 1);
-    assert_int_equal(steady_for(&steady), 0);
-    steady_look(&steady, 5000 * second, 241 * second);
-    assert_int_equal(steady.jumps, 2);
-    steady_look(&steady, 5060 * second, 301 * second);
-    assert_int_equal(steady_for(&steady), 60 * second);
+    struct clock_check clocks = {0};
+    clock_check_compare(&clocks, 1000 * second, second);
+    clock_check_compare(&clocks, 1060 * second, 61 * second);
+    assert_int_equal(clock_check_agreed_us(&clocks), 60 * second);
+    clock_check_compare(&clocks, 1121 * second, 121 * second); /* a second too much */
+    assert_int_equal(clock_check_agreed_us(&clocks), 120 * second);
+    assert_int_equal(clocks.jumps, 0);
+    clock_check_compare(&clocks, 1000 * second, 181 * second);
+    assert_int_equal(clocks.jumps, 1);
+    assert_int_equal(clock_check_agreed_us(&clocks), 0);
+    clock_check_compare(&clocks, 5000 * second, 241 * second);
+    assert_int_equal(clocks.jumps, 2);
+    clock_check_compare(&clocks, 5060 * second, 301 * second);
+    assert_int_equal(clock_check_agreed_us(&clocks), 60 * second);
 }
 
 /* A record, too, is removed only by a time that lasts. */
@@ -477,7 +478,7 @@ static void test_store_records_survive_a_clock_that_is_set(void **state) {
     struct scratch *scratch = *state;
     const int64_t minute = hour / 60;
     scratch_stop(scratch);
-    scratch->options.settle_us = 5 * minute;
+    scratch->options.clock_trust_us = 5 * minute;
     scratch_start(scratch);
     struct store_claim claim = scratch_claimed(scratch, "a");
     assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
@@ -497,7 +498,7 @@ static void test_store_results_survive_a_clock_that_is_set(void **state) {
     struct scratch *scratch = *state;
     const int64_t minute = hour / 60;
     scratch_stop(scratch);
-    scratch->options.settle_us = 5 * minute;
+    scratch->options.clock_trust_us = 5 * minute;
     scratch_start(scratch);
     struct store_claim claim = scratch_claimed(scratch, "a");
     assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
@@ -521,7 +522,7 @@ static void test_store_results_do_not_expire_at_the_start(void **state) {
     struct store_claim claim = scratch_claimed(scratch, "a");
     assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
     scratch_stop(scratch);
-    scratch->options.settle_us = hour;
+    scratch->options.clock_trust_us = hour;
     scratch_now += 169 * hour;
     scratch_start(scratch);
     assert_int_equal(scratch_sweep(scratch).expired, 0);

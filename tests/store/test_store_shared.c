@@ -273,12 +273,12 @@ static void test_store_surface_is_not_deleted_under_a_job(void **state) {
 static void *open_and_close(void *context) {
     struct worker *worker = context;
     char why[STORE_WHY_SIZE];
-    struct hub *hub = hub_new();
-    struct store *store = store_open(worker->scratch->path, &worker->scratch->options, hub, why);
+    struct job_events *events = job_events_new();
+    struct store *store = store_open(worker->scratch->path, &worker->scratch->options, events, why);
     *worker->wrong += !store || store_ping(store) != STORE_OK;
     *worker->done += store != NULL;
     store_close(store);
-    hub_free(hub);
+    job_events_free(events);
     return NULL;
 }
 

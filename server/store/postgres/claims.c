@@ -206,8 +206,8 @@ enum store_answer postgres_change_task(struct store *store, const struct store_c
  * holders have renewed theirs when the clock has been right for a lease's time: what is left is
  * nobody's. (A factor, because the `--lease` of other hosts may be longer.) */
 static int64_t far_ahead(const struct store *store) {
-    const struct steady steady = store_clocks(store);
-    bool renewed = steady_for(&steady) > store->options.lease_us;
+    const struct clock_check clocks = store_clocks(store);
+    bool renewed = clock_check_agreed_us(&clocks) > store->options.lease_us;
     return renewed ? 10 * store->options.lease_us : INT64_MAX / 2;
 }
 

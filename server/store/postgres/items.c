@@ -2,11 +2,11 @@
 #include "postgres.h"
 #include <stdlib.h>
 
-/* A statement for each shelf, whose tables have the same columns. */
+/* A statement for each kind of item, whose tables have the same columns. */
 #define OF_SHELF(before, after)                                                                    \
-    (const char *const[]){before "draped.surfaces" after, before "draped.materials" after}[shelf]
+    (const char *const[]){before "draped.surfaces" after, before "draped.materials" after}[kind]
 
-enum store_answer postgres_item_put(struct store *store, enum store_shelf shelf,
+enum store_answer postgres_item_put(struct store *store, enum store_item_kind kind,
                                     const struct store_item *item, bool *created) {
     struct pg_query query = postgres_query_now(
         store, OF_SHELF("INSERT INTO ", " (id, owner, created, description, definition)"
@@ -35,8 +35,8 @@ static void read_item(struct pg_query *query, size_t row, struct store_item *ite
     pg_duplicate(query, row, 4, &item->description, NULL);
 }
 
-enum store_answer postgres_item_get(struct store *store, enum store_shelf shelf, const char *owner,
-                                    const char *id, struct store_item *item) {
+enum store_answer postgres_item_get(struct store *store, enum store_item_kind kind,
+                                    const char *owner, const char *id, struct store_item *item) {
     struct pg_query query = postgres_query(
         store, OF_SHELF("SELECT " ITEM_COLUMNS ", definition FROM ",
                         " WHERE id = $1 AND ($2::text IS NULL OR owner = $2) LIMIT 1"));
@@ -50,8 +50,9 @@ enum store_answer postgres_item_get(struct store *store, enum store_shelf shelf,
     return postgres_end(&query, rows, STORE_EMPTY);
 }
 
-enum store_answer postgres_item_list(struct store *store, enum store_shelf shelf, const char *owner,
-                                     int64_t cursor, int limit, struct store_items *page) {
+enum store_answer postgres_item_list(struct store *store, enum store_item_kind kind,
+                                     const char *owner, int64_t cursor, int limit,
+                                     struct store_items *page) {
     page->items = calloc((size_t)limit, sizeof *page->items);
     if (!page->items)
         return STORE_DOWN;
@@ -79,9 +80,9 @@ static enum store_answer delete_surface(struct store *store, const char *owner, 
     return answer == STORE_OK ? answers[how] : answer;
 }
 
-enum store_answer postgres_item_delete(struct store *store, enum store_shelf shelf,
+enum store_answer postgres_item_delete(struct store *store, enum store_item_kind kind,
                                        const char *owner, const char *id) {
-    if (shelf == STORE_SURFACES)
+    if (kind == STORE_SURFACES)
         return delete_surface(store, owner, id);
     struct pg_query query = postgres_query(
         store, "DELETE FROM draped.materials WHERE id = $1 AND ($2::text IS NULL OR owner = $2)"

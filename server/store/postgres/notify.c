@@ -25,12 +25,12 @@ enum {
 struct notify {
     struct pool *pool;
     PGconn *connection; /* of the thread; NULL without */
-    struct hub *hub;
+    struct job_events *events;
     pthread_t thread;
     int wake; /* eventfd */
     atomic_bool stopping;
     pthread_mutex_t lock;
-    bool queue;  /* hub_queue is to be announced */
+    bool queue;  /* job_events_queue is to be announced */
     size_t used; /* of the text, which has each id behind a blank */
     char text[TEXT_MAX + 1];
 };
@@ -47,7 +47,7 @@ static void wake_up(struct notify *notify) {
 void notify_announce(struct notify *notify, const char *subject) {
     size_t length = strlen(subject);
     pthread_mutex_lock(&notify->lock);
-    if (!strcmp(subject, hub_queue)) {
+    if (!strcmp(subject, job_events_queue)) {
         notify->queue = true;
     } else if (notify->used + length + 1 < sizeof notify->text - ROOM_FOR_QUEUE) {
         notify->text[notify->used] = ' ';
@@ -62,7 +62,7 @@ void notify_announce(struct notify *notify, const char *subject) {
 static bool collect(struct notify *notify, char text[TEXT_MAX + 1]) {
     pthread_mutex_lock(&notify->lock);
     bool any = notify->queue || notify->used > 0;
-    snprintf(text, TEXT_MAX + 1, "%s%.*s", notify->queue ? hub_queue : "", (int)notify->used,
+    snprintf(text, TEXT_MAX + 1, "%s%.*s", notify->queue ? job_events_queue : "", (int)notify->used,
              notify->text);
     notify->queue = false;
     notify->used = 0;
@@ -90,16 +90,16 @@ static bool connected(struct notify *notify) {
     return good;
 }
 
-/* Notifies the hub of the subjects in a text. Words of another program on our channel name nothing
- * here and do no harm. */
-static void pass_on(struct hub *hub, const char *text) {
+/* Passes on the subjects in a text as job events. Words of another program on our channel name
+ * nothing here and do no harm. */
+static void pass_on(struct job_events *events, const char *text) {
     char subject[ID_SIZE];
     while (*text) {
         size_t length = strcspn(text, " ");
         if (length > 0 && length < sizeof subject) {
             memcpy(subject, text, length);
             subject[length] = '\0';
-            hub_notify(hub, subject, HUB_CHANGE);
+            job_events_notify(events, subject, JOB_CHANGED);
         }
         text += length + (text[length] == ' ');
     }
@@ -112,7 +112,7 @@ static bool pass_on_all(struct notify *notify) {
     for (; (received = PQnotifies(notify->connection)) != NULL; PQfreemem(received)) {
         any = true;
         if (received->be_pid != PQbackendPID(notify->connection))
-            pass_on(notify->hub, received->extra);
+            pass_on(notify->events, received->extra);
     }
     return any;
 }
@@ -193,12 +193,12 @@ static void notify_free(struct notify *notify) {
     free(notify);
 }
 
-struct notify *notify_start(struct pool *pool, struct hub *hub) {
+struct notify *notify_start(struct pool *pool, struct job_events *events) {
     struct notify *notify = calloc(1, sizeof *notify);
     if (!notify)
         return NULL;
     notify->pool = pool;
-    notify->hub = hub;
+    notify->events = events;
     notify->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     pthread_mutex_init(&notify->lock, NULL);
     if (notify->wake >= 0 && pthread_create(&notify->thread, NULL, carry, notify) == 0)

@@ -153,18 +153,18 @@ static bool check_server(struct pool *pool, char why[STORE_WHY_SIZE]) {
 }
 
 struct store *store_postgres_open(const char *url, const struct store_options *options,
-                                  struct hub *hub, char why[STORE_WHY_SIZE]) {
+                                  struct job_events *events, char why[STORE_WHY_SIZE]) {
     struct postgres_store *store = calloc(1, sizeof *store);
     if (!store) {
         snprintf(why, STORE_WHY_SIZE, "no memory for the database");
         return NULL;
     }
     store->base.ops = &postgres_ops;
-    store->base.hub = hub;
+    store->base.events = events;
     store->base.options = *options;
     store->pool = pool_open(url, options->busy_ms, why);
     if (store->pool && check_server(store->pool, why) && postgres_migrate(store->pool, why)) {
-        store->notify = notify_start(store->pool, hub);
+        store->notify = notify_start(store->pool, events);
         if (store->notify)
             return &store->base;
         snprintf(why, STORE_WHY_SIZE, "no memory or thread for notifications");

@@ -142,13 +142,14 @@ enum store_answer postgres_step(struct store *store, enum store_step step, int64
 
 /* --- items.c */
 
-enum store_answer postgres_item_put(struct store *store, enum store_shelf shelf,
+enum store_answer postgres_item_put(struct store *store, enum store_item_kind kind,
                                     const struct store_item *item, bool *created);
-enum store_answer postgres_item_get(struct store *store, enum store_shelf shelf, const char *owner,
-                                    const char *id, struct store_item *item);
-enum store_answer postgres_item_list(struct store *store, enum store_shelf shelf, const char *owner,
-                                     int64_t cursor, int limit, struct store_items *page);
-enum store_answer postgres_item_delete(struct store *store, enum store_shelf shelf,
+enum store_answer postgres_item_get(struct store *store, enum store_item_kind kind,
+                                    const char *owner, const char *id, struct store_item *item);
+enum store_answer postgres_item_list(struct store *store, enum store_item_kind kind,
+                                     const char *owner, int64_t cursor, int limit,
+                                     struct store_items *page);
+enum store_answer postgres_item_delete(struct store *store, enum store_item_kind kind,
                                        const char *owner, const char *id);
 
 #endif

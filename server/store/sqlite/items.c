@@ -4,19 +4,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A statement for each shelf, whose tables have the same columns. */
+/* A statement for each kind of item, whose tables have the same columns. */
 #define OF_SHELF(before, after)                                                                    \
-    (const char *const[]){before "surfaces" after, before "materials" after}[shelf]
+    (const char *const[]){before "surfaces" after, before "materials" after}[kind]
 
 struct put {
-    enum store_shelf shelf;
+    enum store_item_kind kind;
     const struct store_item *item;
     bool created;
 };
 
 static enum store_answer put_operation(struct sqlite_store *store, struct db *db, void *context) {
     struct put *put = context;
-    const enum store_shelf shelf = put->shelf;
+    const enum store_item_kind kind = put->kind;
     const struct store_item *item = put->item;
     struct query query = db_query(
         db, OF_SHELF("INSERT INTO ", " (id, owner, created, description, definition)"
@@ -31,9 +31,9 @@ static enum store_answer put_operation(struct sqlite_store *store, struct db *db
     return answer;
 }
 
-enum store_answer sqlite_item_put(struct store *store, enum store_shelf shelf,
+enum store_answer sqlite_item_put(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created) {
-    struct put put = {.shelf = shelf, .item = item};
+    struct put put = {.kind = kind, .item = item};
     enum store_answer answer = sqlite_room_for(store, item->definition_length);
     if (answer == STORE_OK)
         answer = sqlite_write(store, put_operation, &put);
@@ -51,7 +51,7 @@ static void read_item(struct query *query, struct store_item *item) {
     query_duplicate(query, 4, &item->description, NULL);
 }
 
-enum store_answer sqlite_item_get(struct store *store, enum store_shelf shelf, const char *owner,
+enum store_answer sqlite_item_get(struct store *store, enum store_item_kind kind, const char *owner,
                                   const char *id, struct store_item *item) {
     struct db *db = sqlite_take_reader(store);
     struct query query =
@@ -68,8 +68,9 @@ enum store_answer sqlite_item_get(struct store *store, enum store_shelf shelf, c
     return answer == STORE_OK && !found ? STORE_EMPTY : answer;
 }
 
-enum store_answer sqlite_item_list(struct store *store, enum store_shelf shelf, const char *owner,
-                                   int64_t cursor, int limit, struct store_items *page) {
+enum store_answer sqlite_item_list(struct store *store, enum store_item_kind kind,
+                                   const char *owner, int64_t cursor, int limit,
+                                   struct store_items *page) {
     page->items = calloc((size_t)limit, sizeof *page->items);
     if (!page->items)
         return STORE_DOWN;
@@ -94,7 +95,7 @@ enum store_answer sqlite_item_list(struct store *store, enum store_shelf shelf, 
 }
 
 struct named {
-    enum store_shelf shelf;
+    enum store_item_kind kind;
     const char *owner, *id; /* owner NULL: all */
 };
 
@@ -116,8 +117,8 @@ static enum store_answer delete_operation(struct sqlite_store *store, struct db 
                                           void *context) {
     (void)store;
     const struct named *named = context;
-    const enum store_shelf shelf = named->shelf;
-    enum store_answer answer = shelf == STORE_SURFACES ? in_use(db, named) : STORE_OK;
+    const enum store_item_kind kind = named->kind;
+    enum store_answer answer = kind == STORE_SURFACES ? in_use(db, named) : STORE_OK;
     if (answer != STORE_OK)
         return answer;
     struct query query =
@@ -128,8 +129,8 @@ static enum store_answer delete_operation(struct sqlite_store *store, struct db 
     return answer == STORE_OK && db_changes(db) == 0 ? STORE_EMPTY : answer;
 }
 
-enum store_answer sqlite_item_delete(struct store *store, enum store_shelf shelf, const char *owner,
-                                     const char *id) {
-    struct named named = {.shelf = shelf, .owner = owner, .id = id};
+enum store_answer sqlite_item_delete(struct store *store, enum store_item_kind kind,
+                                     const char *owner, const char *id) {
+    struct named named = {.kind = kind, .owner = owner, .id = id};
     return sqlite_write(store, delete_operation, &named);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "sqlite.h"
-#include "presence.h"
+#include "file_identity.h"
 #include "server/clock.h"
 #include "server/log.h"
 #include "server/metrics.h"
@@ -37,7 +37,7 @@ struct sqlite_store {
     struct store base;
     char *path;
     struct process_lock *process;
-    struct presence *presence;
+    struct file_identity *identity;
 
     struct db *writer;
     pthread_mutex_t queue_lock;
@@ -68,7 +68,7 @@ int64_t sqlite_now(const struct sqlite_store *store) {
 }
 
 int64_t sqlite_steady(const struct sqlite_store *store) {
-    return store_steady_us(&store->base);
+    return store_monotonic_us(&store->base);
 }
 
 const struct process_lock *sqlite_process(const struct sqlite_store *store) {
@@ -99,7 +99,7 @@ static void answer_all(struct pending *batch, enum store_answer answer) {
 /* What is written to a file that has gone from its path is lost: refused like a database that
  * cannot be used. */
 static enum store_answer check_presence(struct sqlite_store *store) {
-    if (presence_check(store->presence))
+    if (file_identity_check(store->identity))
         return STORE_OK;
     metrics_store_failed(false);
     return STORE_MISSING;
@@ -278,7 +278,7 @@ enum store_answer sqlite_take_log(struct store *base) {
     return answer;
 }
 
-enum store_answer sqlite_settle(struct store *base) {
+enum store_answer sqlite_flush(struct store *base) {
     struct sqlite_store *store = sqlite_of(base);
     pthread_mutex_lock(&store->keeper_lock);
     enum store_answer answer = db_sync_log(store->keeper);
@@ -292,7 +292,7 @@ enum store_answer sqlite_pace(struct store *base, int64_t bytes) {
         atomic_store(&store->unpaced, 0);
         return sqlite_take_log(base);
     }
-    return sqlite_settle(base);
+    return sqlite_flush(base);
 }
 
 /* ------------------------------------------------------------------ open and close */
@@ -356,7 +356,7 @@ static void sqlite_close(struct store *base) {
         db_close(store->readers[--store->idle]);
     db_close(store->keeper);
     db_close(store->writer);
-    presence_free(store->presence);
+    file_identity_free(store->identity);
     process_lock_free(store->process);
     pthread_mutex_destroy(&store->queue_lock);
     pthread_mutex_destroy(&store->readers_lock);
@@ -369,7 +369,7 @@ static void sqlite_close(struct store *base) {
 /* That so little as a beat can be written is not enough: the log may have room for it on a full
  * disk. */
 static enum store_answer sqlite_ping(struct store *store) {
-    if (!presence_check(sqlite_of(store)->presence))
+    if (!file_identity_check(sqlite_of(store)->identity))
         return STORE_MISSING;
     struct db *db = sqlite_take_reader(store);
     struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
@@ -400,7 +400,7 @@ static const struct store_ops sqlite_ops = {
     .beat = sqlite_beat,
     .leave = sqlite_leave,
     .submit = sqlite_submit,
-    .settle = sqlite_settle,
+    .flush = sqlite_flush,
     .submit_family = sqlite_submit_family,
     .members = sqlite_members,
     .get = sqlite_get,
@@ -439,12 +439,12 @@ static const struct store_ops sqlite_ops = {
 };
 
 static struct sqlite_store *sqlite_new(const char *path, const struct store_options *options,
-                                       struct hub *hub) {
+                                       struct job_events *events) {
     struct sqlite_store *store = calloc(1, sizeof *store);
     if (!store)
         return NULL;
     store->base.ops = &sqlite_ops;
-    store->base.hub = hub;
+    store->base.events = events;
     store->base.options = *options;
     store->end = &store->first;
     store->path = strdup(path);
@@ -460,15 +460,15 @@ static struct sqlite_store *sqlite_new(const char *path, const struct store_opti
 }
 
 static bool watch_files(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
-    store->presence = presence_new(store->path);
-    if (!store->presence)
+    store->identity = file_identity_new(store->path);
+    if (!store->identity)
         snprintf(why, STORE_WHY_SIZE, "the files of the database %s cannot be found", store->path);
-    return store->presence != NULL;
+    return store->identity != NULL;
 }
 
 struct store *store_sqlite_open(const char *path, const struct store_options *options,
-                                struct hub *hub, char why[STORE_WHY_SIZE]) {
-    struct sqlite_store *store = sqlite_new(path, options, hub);
+                                struct job_events *events, char why[STORE_WHY_SIZE]) {
+    struct sqlite_store *store = sqlite_new(path, options, events);
     if (!store) {
         snprintf(why, STORE_WHY_SIZE, "no memory for the database");
         return NULL;

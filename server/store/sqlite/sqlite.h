@@ -56,7 +56,7 @@ enum store_answer sqlite_give_reader(struct store *store, struct db *db, enum st
 enum store_answer sqlite_take_log(struct store *store);
 
 /* Has what was written lazily so far written to the disk. */
-enum store_answer sqlite_settle(struct store *store);
+enum store_answer sqlite_flush(struct store *store);
 
 /* To be called by who writes much without waiting for the disk, after each so many bytes: has them
  * written to the disk, and from time to time into the database, on the caller's time. Else those
@@ -153,13 +153,14 @@ enum store_answer sqlite_step(struct store *store, enum store_step step, int64_t
 
 /* --- items.c */
 
-enum store_answer sqlite_item_put(struct store *store, enum store_shelf shelf,
+enum store_answer sqlite_item_put(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created);
-enum store_answer sqlite_item_get(struct store *store, enum store_shelf shelf, const char *owner,
+enum store_answer sqlite_item_get(struct store *store, enum store_item_kind kind, const char *owner,
                                   const char *id, struct store_item *item);
-enum store_answer sqlite_item_list(struct store *store, enum store_shelf shelf, const char *owner,
-                                   int64_t cursor, int limit, struct store_items *page);
-enum store_answer sqlite_item_delete(struct store *store, enum store_shelf shelf, const char *owner,
-                                     const char *id);
+enum store_answer sqlite_item_list(struct store *store, enum store_item_kind kind,
+                                   const char *owner, int64_t cursor, int limit,
+                                   struct store_items *page);
+enum store_answer sqlite_item_delete(struct store *store, enum store_item_kind kind,
+                                     const char *owner, const char *id);
 
 #endif

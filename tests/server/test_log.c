@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The log: whatever it is given, each event is one line of JSON. */
-#include "capture.h"
-#include "scratch.h"
 #include "server/log.h"
+#include "tests/store/capture.h"
+#include "tests/store/scratch.h"
 #include <jansson.h>
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* What event streams share: a look serves those who need no later one, and nobody else. */
-#include "scratch.h"
 #include "server/clock.h"
 #include "server/resources/event_cache.h"
+#include "tests/store/scratch.h"
 #include <stdlib.h>
 #include <string.h>
 

@@ -3,12 +3,12 @@
  * process sleep, crash or take memory before it is read. */
 #include "api/check.h"
 #include "api/run.h"
-#include "capture.h"
 #include "server/clock.h"
-#include "server/hub.h"
+#include "server/job_events.h"
 #include "server/spool.h"
 #include "server/work/document_pool.h"
 #include "server/work/worker.h"
+#include "tests/store/capture.h"
 #include <setjmp.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -27,7 +27,7 @@ enum { WAIT_MS = 300000, CHECKS = 40 }; /* with ThreadSanitizer, on a busy machi
     "\"size_u\":2,\"size_v\":2,\"control_points\":[[0,0,0],[0,1,0],[1,0,0],[1,1,0]]}"
 #define DRAPE "{\"surface\":" SURFACE ",\"fabric\":{\"spacing\":0.1}}"
 
-static struct hub *hub;
+static struct job_events *events;
 static struct document_pool *pool;
 
 /* In the process. Not through a bad pointer: sanitizers would report it as a bug of ours. */
@@ -57,17 +57,17 @@ static struct document_pool_settings settings(void) {
 }
 
 static void start(const struct document_pool_settings *wanted) {
-    hub = hub_new();
-    pool = document_pool_start(hub, wanted);
+    events = job_events_new();
+    pool = document_pool_start(events, wanted);
     assert_non_null(pool);
 }
 
 static int stop(void **state) {
     (void)state;
     document_pool_stop(pool);
-    hub_free(hub);
+    job_events_free(events);
     pool = NULL;
-    hub = NULL;
+    events = NULL;
     return 0;
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* The hub and the cache of chunks: small, but used by all threads at once. */
-#include "scratch.h"
-#include "server/hub.h"
+/* Job events and the cache of chunks: small, but used by all threads at once. */
+#include "server/job_events.h"
 #include "server/store/cache.h"
+#include "tests/store/scratch.h"
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -14,31 +14,31 @@ static void count_call(void *context) {
 
 static void test_hub_wakes_those_who_watch_the_subject(void **state) {
     (void)state;
-    struct hub *hub = hub_new();
-    struct hub_watch first, second, other;
+    struct job_events *events = job_events_new();
+    struct job_watch first, second, other;
     atomic_int calls[3] = {0};
-    hub_notify(hub, "a", HUB_CHANGE);
-    hub_subscribe(hub, &first, "a", HUB_CHANGE, count_call, &calls[0]);
-    hub_subscribe(hub, &second, "a", HUB_CHANGE, count_call, &calls[1]);
-    hub_subscribe(hub, &other, "b", HUB_CHANGE, count_call, &calls[2]);
-    hub_notify(hub, "a", HUB_CHANGE);
-    hub_unsubscribe(hub, &first);
-    hub_notify(hub, "a", HUB_CHANGE);
-    hub_unsubscribe(hub, &second);
-    hub_unsubscribe(hub, &other);
-    hub_notify(hub, "a", HUB_CHANGE);
+    job_events_notify(events, "a", JOB_CHANGED);
+    job_events_subscribe(events, &first, "a", JOB_CHANGED, count_call, &calls[0]);
+    job_events_subscribe(events, &second, "a", JOB_CHANGED, count_call, &calls[1]);
+    job_events_subscribe(events, &other, "b", JOB_CHANGED, count_call, &calls[2]);
+    job_events_notify(events, "a", JOB_CHANGED);
+    job_events_unsubscribe(events, &first);
+    job_events_notify(events, "a", JOB_CHANGED);
+    job_events_unsubscribe(events, &second);
+    job_events_unsubscribe(events, &other);
+    job_events_notify(events, "a", JOB_CHANGED);
     assert_int_equal(calls[0], 1);
     assert_int_equal(calls[1], 2);
     assert_int_equal(calls[2], 0);
-    hub_free(hub);
+    job_events_free(events);
 }
 
 /* In every order of leaving, the list stays whole. */
 static void test_hub_list_survives_any_order(void **state) {
     (void)state;
     enum { WATCHES = 40 };
-    struct hub *hub = hub_new();
-    struct hub_watch watches[WATCHES];
+    struct job_events *events = job_events_new();
+    struct job_watch watches[WATCHES];
     atomic_int calls = 0;
     bool there[WATCHES] = {false};
     uint64_t random = check_seed(1);
@@ -46,68 +46,69 @@ static void test_hub_list_survives_any_order(void **state) {
     for (int round = 0; round < 5000; round++) {
         size_t k = scratch_random(&random) % WATCHES;
         if (there[k])
-            hub_unsubscribe(hub, &watches[k]);
+            job_events_unsubscribe(events, &watches[k]);
         else
-            hub_subscribe(hub, &watches[k], "same", HUB_CHANGE, count_call, &calls);
+            job_events_subscribe(events, &watches[k], "same", JOB_CHANGED, count_call, &calls);
         there[k] = !there[k];
         for (size_t n = 0; n < WATCHES; n++)
             expected += there[n];
-        hub_notify(hub, "same", HUB_CHANGE);
+        job_events_notify(events, "same", JOB_CHANGED);
         assert_int_equal(calls, expected);
     }
     for (size_t k = 0; k < WATCHES; k++)
         if (there[k])
-            hub_unsubscribe(hub, &watches[k]);
-    hub_free(hub);
+            job_events_unsubscribe(events, &watches[k]);
+    job_events_free(events);
 }
 
 /* Each is told of what it asked for and of all that is listed before that. */
 static void test_hub_tells_news_to_those_who_asked(void **state) {
     (void)state;
-    struct hub *hub = hub_new();
-    struct hub_watch watches[HUB_PROGRESS + 1];
-    atomic_int calls[HUB_PROGRESS + 1] = {0};
-    for (int least = HUB_CHANGE; least <= HUB_PROGRESS; least++)
-        hub_subscribe(hub, &watches[least], "a", (enum hub_news)least, count_call, &calls[least]);
-    for (int news = HUB_CHANGE; news <= HUB_PROGRESS; news++) {
-        hub_notify(hub, "a", (enum hub_news)news);
-        for (int least = HUB_CHANGE; least <= HUB_PROGRESS; least++)
+    struct job_events *events = job_events_new();
+    struct job_watch watches[JOB_PROGRESSED + 1];
+    atomic_int calls[JOB_PROGRESSED + 1] = {0};
+    for (int least = JOB_CHANGED; least <= JOB_PROGRESSED; least++)
+        job_events_subscribe(events, &watches[least], "a", (enum job_event)least, count_call,
+                             &calls[least]);
+    for (int news = JOB_CHANGED; news <= JOB_PROGRESSED; news++) {
+        job_events_notify(events, "a", (enum job_event)news);
+        for (int least = JOB_CHANGED; least <= JOB_PROGRESSED; least++)
             assert_int_equal(atomic_exchange(&calls[least], 0), least >= news);
     }
-    for (int least = HUB_CHANGE; least <= HUB_PROGRESS; least++)
-        hub_unsubscribe(hub, &watches[least]);
-    hub_free(hub);
+    for (int least = JOB_CHANGED; least <= JOB_PROGRESSED; least++)
+        job_events_unsubscribe(events, &watches[least]);
+    job_events_free(events);
 }
 
 struct noise {
-    struct hub *hub;
+    struct job_events *events;
     atomic_bool stop;
 };
 
 static void *notify_all_the_time(void *context) {
     struct noise *noise = context;
     while (!atomic_load(&noise->stop))
-        hub_notify(noise->hub, "x", HUB_CHANGE);
+        job_events_notify(noise->events, "x", JOB_CHANGED);
     return NULL;
 }
 
 /* After unsubscribing nobody touches the watch: its memory is used for something else at once. */
 static void test_hub_does_not_wake_after_unsubscribe(void **state) {
     (void)state;
-    struct noise noise = {.hub = hub_new()};
+    struct noise noise = {.events = job_events_new()};
     pthread_t thread;
     assert_int_equal(pthread_create(&thread, NULL, notify_all_the_time, &noise), 0);
     for (int k = 0; k < 2000; k++) {
-        struct hub_watch watch;
+        struct job_watch watch;
         atomic_int *calls = calloc(1, sizeof *calls);
-        hub_subscribe(noise.hub, &watch, "x", HUB_CHANGE, count_call, calls);
-        hub_unsubscribe(noise.hub, &watch);
+        job_events_subscribe(noise.events, &watch, "x", JOB_CHANGED, count_call, calls);
+        job_events_unsubscribe(noise.events, &watch);
         memset(&watch, 0xff, sizeof watch);
         free(calls);
     }
     atomic_store(&noise.stop, true);
     pthread_join(thread, NULL);
-    hub_free(noise.hub);
+    job_events_free(noise.events);
 }
 
 /* ------------------------------------------------------------------ the cache */
@@ -188,5 +189,5 @@ int main(void) {
         cmocka_unit_test(test_store_cache_reads_within_the_chunk_only),
         cmocka_unit_test(test_store_cache_is_safe_from_any_thread),
     };
-    return cmocka_run_group_tests_name("hub and cache", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("job events and cache", tests, NULL, NULL);
 }

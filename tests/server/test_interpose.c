@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What the program has in place of functions of the C library. */
-#include "scratch.h"
 #include "server/http/interpose.h"
+#include "tests/store/scratch.h"
 #include <errno.h>
 #include <sys/epoll.h>
 #include <unistd.h>

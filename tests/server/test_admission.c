@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* How much one owner may have of what there is for all, and which connection makes room for a new
  * one: ages are set by the test. */
-#include "scratch.h"
 #include "server/clock.h"
 #include "server/http/admission.h"
+#include "tests/store/scratch.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/socket.h>

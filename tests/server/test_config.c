@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* The table of flags: each flag, its variable, which of the two wins, and what is said of a value
  * that cannot be. */
-#include "capture.h"
-#include "scratch.h"
 #include "server/config.h"
 #include "server/log.h"
 #include "solver/surface/nurbs.h"
+#include "tests/store/capture.h"
+#include "tests/store/scratch.h"
 #include <arpa/inet.h>
 #include <jansson.h>
 #include <stdlib.h>

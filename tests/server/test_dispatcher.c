@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* The dispatcher with real worker processes, which are this program itself (see engine.h). */
 #include "engine.h"
-#include "scratch.h"
 #include "server/clock.h"
 #include "server/work/dispatcher.h"
 #include "server/work/sandbox.h"
+#include "tests/store/scratch.h"
 #include <dirent.h>
 #include <errno.h>
 #include <signal.h>
@@ -36,7 +36,7 @@ static int set_up(void **state) {
 
 static void start(struct bench *bench) {
     bench->dispatcher =
-        dispatcher_start(bench->scratch.store, bench->scratch.hub, &bench->settings);
+        dispatcher_start(bench->scratch.store, bench->scratch.events, &bench->settings);
     assert_non_null(bench->dispatcher);
 }
 
@@ -379,7 +379,7 @@ static void test_dispatcher_stops_a_deleted_job(void **state) {
     expect_stopped(bench, true);
 }
 
-/* The hub only knows of this process; of others the dispatcher learns by looking. */
+/* Job events are only of this process; of others the dispatcher learns by looking. */
 static void test_dispatcher_sees_what_another_process_cancels(void **state) {
     struct bench *bench = *state;
     char id[ID_SIZE];

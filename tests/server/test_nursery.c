@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* The fork server: its copies are children like programs, one that crashed is the last of its
  * addresses, and when the fork server has gone children are had all the same. */
-#include "scratch.h"
 #include "server/work/child.h"
 #include "server/work/fork_server.h"
 #include "server/work/sandbox.h"
 #include "server/work/worker.h"
+#include "tests/store/scratch.h"
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Who is cut, and when: by a clock that the test reads for itself. */
-#include "scratch.h"
 #include "server/clock.h"
 #include "server/http/deadlines.h"
+#include "tests/store/scratch.h"
 #include <sys/socket.h>
 #include <unistd.h>
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The threads that attend to slow calls: each exchange once, none left behind, and when they are
  * needed. */
-#include "scratch.h"
 #include "server/http/client.h"
 #include "server/http/slow_calls.h"
+#include "tests/store/scratch.h"
 #include <semaphore.h>
 #include <stdatomic.h>
 #include <unistd.h>

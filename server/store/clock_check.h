@@ -4,22 +4,22 @@
  * sweep, with the monotonic clock of this process, which cannot be set. Where the two have advanced
  * by different amounts, the wall clock was set (or the machine was asleep).
  */
-#ifndef SERVER_STORE_STEADY_H
-#define SERVER_STORE_STEADY_H
+#ifndef SERVER_STORE_CLOCK_CHECK_H
+#define SERVER_STORE_CLOCK_CHECK_H
 
 #include <stdint.h>
 
 /* Zero-initialised before the first look. */
-struct steady {
+struct clock_check {
     int64_t wall_us, own_us; /* at the latest look; own_us 0: none yet */
     int64_t since_us;        /* of our own clock: from when on both have agreed */
     int64_t jumps;
 };
 
 /* Looks at both clocks, in microseconds. The wall clock may be another machine's. */
-void steady_look(struct steady *steady, int64_t wall_us, int64_t own_us);
+void clock_check_compare(struct clock_check *clocks, int64_t wall_us, int64_t own_us);
 
 /* For how long both have agreed, in microseconds. */
-int64_t steady_for(const struct steady *steady);
+int64_t clock_check_agreed_us(const struct clock_check *clocks);
 
 #endif

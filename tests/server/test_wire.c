@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The check of what comes over a connection, on the raw requests of tests/faults/framing.cases: how
  * they are split makes no difference, and what the daemon answers and keeps is well-formed. */
-#include "scratch.h"
 #include "server/http/wire.h"
+#include "tests/store/scratch.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* Frames: cut in two anywhere, too long, of no known kind, into a socket that is full. */
 #include "engine.h"
-#include "scratch.h"
 #include "server/work/frame.h"
 #include "server/work/worker.h"
+#include "tests/store/scratch.h"
 #include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
