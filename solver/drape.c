@@ -85,7 +85,7 @@ static enum status march_all(struct march *march) {
     if (status != STATUS_OK || !corrected)
         return status;
     *march = (struct march){.surface = march->surface,
-                            .cut = march->cut,
+                            .slit = march->slit,
                             .cut_centre = {march->cut_centre[0], march->cut_centre[1]},
                             .settings = march->settings,
                             .monitor = march->monitor,
@@ -248,7 +248,7 @@ static int32_t largest_component(const struct shell *shell) {
 
 /* The place of a shell at which the settings start: a face and its parameters. */
 static enum status find_face(const struct shell *shell, const struct drape_settings *settings,
-                             struct shell_place *place) {
+                             struct shell_point *place) {
     double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
     reach += fabs(surface_offset_height(shell_surface(shell, 0)));
     struct vec3 target = settings->start_point;
@@ -285,7 +285,7 @@ static enum status solve_face(const struct shell *shell, const struct drape_sett
 }
 
 /* The place of the largest component that is nearest to its centroid, but inside a face. */
-static bool find_inside(const struct shell *shell, struct shell_place *place) {
+static bool find_inside(const struct shell *shell, struct shell_point *place) {
     struct vec3 centroid;
     double least = HUGE_VAL;
     int32_t component = largest_component(shell);
@@ -298,14 +298,14 @@ static bool find_inside(const struct shell *shell, struct shell_place *place) {
         if (!(distance < least))
             continue;
         least = distance;
-        *place = (struct shell_place){.face = k, .inner = {inner[0], inner[1]}};
+        *place = (struct shell_point){.face = k, .inner = {inner[0], inner[1]}};
     }
     return least < HUGE_VAL;
 }
 
 /* From a place, whose inner parameters count unless the settings have others; `nowhere` as
  * `begins_nowhere`. */
-static enum status solve_from(const struct shell *shell, const struct shell_place *place,
+static enum status solve_from(const struct shell *shell, const struct shell_point *place,
                               const struct drape_settings *settings,
                               const struct drape_monitor *monitor, struct arena *arena,
                               struct drape_result *result, bool *nowhere) {
@@ -335,7 +335,7 @@ static enum status solve_from(const struct shell *shell, const struct shell_plac
 enum status drape_solve_shell(const struct shell *shell, const struct drape_settings *settings,
                               const struct drape_monitor *monitor, struct arena *arena,
                               struct drape_result *result) {
-    struct shell_place place;
+    struct shell_point place;
     if (settings->trim)
         return STATUS_INVALID;
     if (shell_face_count(shell) == 1)

@@ -168,7 +168,7 @@ static void start_near(const struct ground *ground, struct vec3 point, struct ap
         settings->start_kind = DRAPE_START_POINT;
         settings->start_point = place.r;
     } else if (ground->shell.shell) {
-        struct shell_place place;
+        struct shell_point place;
         shell_nearest(ground->shell.shell, point, SHELL_ANY, &place, &distance);
         settings->start_kind = DRAPE_START_UV;
         settings->start_face = ground->shell.numbers[place.face];

@@ -95,8 +95,8 @@ static enum api_problem_id no_memory(struct api_problem *problem) {
 }
 
 static enum api_problem_id make_part(const struct api_surface *surface, int32_t number,
-                                     const char *base, struct arena *arena, struct shell_part *part,
-                                     struct api_problem *problem) {
+                                     const char *base, struct arena *arena,
+                                     struct shell_patch *part, struct api_problem *problem) {
     const struct api_surface *face = &surface->faces[number];
     struct surface *made;
     char title[TITLE_SIZE], pointer[API_POINTER_MAX];
@@ -109,14 +109,14 @@ static enum api_problem_id make_part(const struct api_surface *surface, int32_t 
         api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer, "face %s has no area", title);
         return problem->id;
     }
-    *part = (struct shell_part){made, face->trims, face->trim_count};
+    *part = (struct shell_patch){made, face->trims, face->trim_count};
     return API_OK;
 }
 
-static struct shell_part *make_parts(const struct api_surface *surface, const int32_t *numbers,
-                                     size_t count, const char *base, struct arena *arena,
-                                     struct api_problem *problem) {
-    struct shell_part *parts = arena_alloc(arena, count, sizeof *parts);
+static struct shell_patch *make_parts(const struct api_surface *surface, const int32_t *numbers,
+                                      size_t count, const char *base, struct arena *arena,
+                                      struct api_problem *problem) {
+    struct shell_patch *parts = arena_alloc(arena, count, sizeof *parts);
     if (!parts)
         no_memory(problem);
     for (size_t k = 0; parts && k < count; k++)
@@ -131,7 +131,7 @@ static enum api_problem_id make_shell(const struct api_surface *surface, const i
                                       struct arena *arena, struct shell **shell,
                                       struct api_problem *problem) {
     struct shell_fault fault = {0};
-    struct shell_part *parts = make_parts(surface, numbers, count, base, arena, problem);
+    struct shell_patch *parts = make_parts(surface, numbers, count, base, arena, problem);
     if (!parts)
         return problem->id;
     enum status status = shell_make(parts, count, surface->tolerance, arena, shell, &fault);
@@ -149,10 +149,10 @@ static enum api_problem_id make_apart(const struct api_surface *surface, const i
                                       const char *base, struct arena *arena, struct shell **shell,
                                       struct api_problem *problem) {
     size_t count = surface->face_count;
-    struct shell_part *parts = make_parts(surface, numbers, count, base, arena, problem);
+    struct shell_patch *parts = make_parts(surface, numbers, count, base, arena, problem);
     if (!parts)
         return problem->id;
-    enum status status = shell_make_apart(parts, count, surface->tolerance, arena, shell);
+    enum status status = shell_make_lenient(parts, count, surface->tolerance, arena, shell);
     if (status == STATUS_OUT_OF_MEMORY)
         return no_memory(problem);
     if (status != STATUS_OK) /* why, it says itself */
@@ -250,7 +250,7 @@ void api_shape_shell_off(const struct api_request *request, const struct api_she
     size_t count = request->surface.face_count;
     struct api_shell all = {.count = count};
     struct api_problem ignored = {0};
-    struct shell_place place;
+    struct shell_point place;
     double distance;
     char title[TITLE_SIZE];
     all.numbers = arena_alloc(arena, count, sizeof *all.numbers);

@@ -126,7 +126,7 @@ void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
     if (shape->surface) {
         surface_nearest(shape->surface, point, place->uv, distance);
     } else {
-        struct shell_place nearest;
+        struct shell_point nearest;
         shell_nearest(shape->shell.shell, point, shape->component, &nearest, distance);
         place->face = nearest.face;
         memcpy(place->uv, nearest.uv, sizeof place->uv);

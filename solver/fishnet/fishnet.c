@@ -293,7 +293,7 @@ static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet
     if (k >= PREDICTORS) {
         const struct shell *shell = cell->c->surface->shell;
         struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
-        struct shell_place nearest;
+        struct shell_point nearest;
         double distance;
         shell_nearest(shell, k == PREDICTORS ? planar_corner(cell) : opposite,
                       shell_component(shell, cell->c->surface->face), &nearest, &distance);
@@ -329,7 +329,7 @@ static bool is_on_other_face(const struct surface_point *corner,
 static bool lands(const struct fishnet_cell *cell, const struct surface_point *place,
                   struct begin *begin) {
     const struct shell *shell = place->surface->shell;
-    struct shell_place over;
+    struct shell_point over;
     double distance = landing * fmin(cell->bd, cell->cd);
     if (!(shell_may_close(shell, place->surface->face) || is_on_other_face(cell->b, place) ||
           is_on_other_face(cell->c, place)) ||

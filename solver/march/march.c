@@ -91,18 +91,18 @@ double march_area(const struct march *march) {
  * right: by a neighbour, those towards the start first. */
 static int count_turns(struct march *march, int32_t i, int32_t j,
                        const struct surface_point *point) {
-    const struct shell_cut_place to = {point->jet.r, point->normal};
+    const struct shell_slit_point to = {point->jet.r, point->normal};
     int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
     const int8_t sides[4][2] = {
         {(int8_t)-si, 0}, {0, (int8_t)-sj}, {(int8_t)si, 0}, {0, (int8_t)sj}};
-    if (!march->cut || (i == 0 && j == 0))
+    if (!march->slit || (i == 0 && j == 0))
         return 0;
     for (int k = 0; k < 4; k++) {
         const struct net_node *node = march_node_at(march, i + sides[k][0], j + sides[k][1]);
         if (!node || (node->state != NET_INSIDE && node->state != NET_GHOST))
             continue;
-        const struct shell_cut_place from = {node->r, march_normal_at(march, node)};
-        return node->turn + shell_cut_passes(march->cut, &from, &to);
+        const struct shell_slit_point from = {node->r, march_normal_at(march, node)};
+        return node->turn + shell_slit_passes(march->slit, &from, &to);
     }
     return 0;
 }
@@ -143,8 +143,8 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
         *zone = beyond ? SURFACE_POINT_BEYOND : SURFACE_POINT_GHOST;
         reason = DRAPE_REASON_FOLD;
     }
-    bool watched = march->fold && !march->unsettled;
-    if (*zone == SURFACE_POINT_INSIDE && watched && fold_meets(march->fold, i, j, point)) {
+    bool watched = march->overlap && !march->unsettled;
+    if (*zone == SURFACE_POINT_INSIDE && watched && overlap_meets(march->overlap, i, j, point)) {
         *zone = SURFACE_POINT_BEYOND;
         reason = DRAPE_REASON_FOLD;
     }
@@ -174,7 +174,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
     size_t most = march->settings->max_nodes;
     if (march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least)
         return STATUS_TOO_MANY_NODES;
-    return watched && *zone == SURFACE_POINT_INSIDE ? fold_add(march->fold, i, j, node.r)
+    return watched && *zone == SURFACE_POINT_INSIDE ? overlap_add(march->overlap, i, j, node.r)
                                                     : STATUS_OK;
 }
 
@@ -215,22 +215,22 @@ static enum status make_fold(struct march *march, size_t count) {
     for (int k = 0; k < 2; k++)
         turn[k] = march->mesh || march->surface->shell ? HUGE_VAL
                                                        : surface_point_cut_turn(march->surface, k);
-    march->fold = fold_make(march->net, count, march->settings->spacing, turn, march->cut,
-                            (struct fold_normals){normal_at, march});
-    return march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    march->overlap = overlap_make(march->net, count, march->settings->spacing, turn, march->slit,
+                                  (struct overlap_normals){normal_at, march});
+    return march->overlap ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
 /* Has the fold know all nodes of the net, and the shapes of its patches. */
-static enum status add_tiles(struct march *march, struct fold *fold, bool shaped) {
+static enum status add_tiles(struct march *march, struct overlap *overlap, bool shaped) {
     struct net_tile **tiles = net_sorted_tiles(march->net);
     enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net); t++)
-        status = fold_add_tile(fold, tiles[t], shaped);
+        status = overlap_add_tile(overlap, tiles[t], shaped);
     return status;
 }
 
 enum status march_watch_folds(struct march *march) {
-    if (march->fold)
+    if (march->overlap)
         return STATUS_OK;
     const double *d = march->settings->spacing;
     /* Of a net that begins, with some for shear. */
@@ -238,7 +238,7 @@ enum status march_watch_folds(struct march *march) {
         fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->settings->max_nodes);
     enum status status =
         make_fold(march, net_tile_count(march->net) ? march->inside : (size_t)nodes);
-    return status == STATUS_OK ? add_tiles(march, march->fold, false) : status;
+    return status == STATUS_OK ? add_tiles(march, march->overlap, false) : status;
 }
 
 /* Whether a node of those patches of a tile, as bits, lies on another part of the net. */
@@ -248,25 +248,25 @@ static bool tile_folds(struct march *march, const struct net_tile *tile, unsigne
         int32_t i = tile->ti * NET_TILE + x, j = tile->tj * NET_TILE + y;
         const struct net_node *node = &tile->node[y][x];
         struct surface_point point;
-        if (patches >> fold_patch_of(x, y) & 1 && node->state == NET_INSIDE &&
-            fold_is_near(march->fold, i, j, node->r) && march_point_at(march, node, &point) &&
-            fold_meets(march->fold, i, j, &point))
+        if (patches >> overlap_patch_of(x, y) & 1 && node->state == NET_INSIDE &&
+            overlap_is_near(march->overlap, i, j, node->r) && march_point_at(march, node, &point) &&
+            overlap_meets(march->overlap, i, j, &point))
             return true;
     }
     return false;
 }
 
 enum status march_find_fold(struct march *march, bool *folded) {
-    struct fold *watched = march->fold;
+    struct overlap *watched = march->overlap;
     struct arena_mark mark = arena_mark(march->arena);
     struct net_tile **tiles = net_sorted_tiles(march->net);
     enum status status = tiles ? make_fold(march, march->inside) : STATUS_OUT_OF_MEMORY;
     *folded = false;
     if (status == STATUS_OK)
-        status = add_tiles(march, march->fold, true);
+        status = add_tiles(march, march->overlap, true);
     for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net) && !*folded; t++)
-        *folded = tile_folds(march, tiles[t], fold_layers(march->fold, tiles[t], true));
-    march->fold = watched;
+        *folded = tile_folds(march, tiles[t], overlap_layers(march->overlap, tiles[t], true));
+    march->overlap = watched;
     arena_rewind(march->arena, mark);
     return status;
 }
@@ -291,9 +291,9 @@ static enum status part_at(struct march *march, int32_t i, int32_t j, const int3
 
 /* Whether a cell of the net is turned over. */
 static bool turns_over(struct march *march, struct net_tile **tiles) {
-    const struct fold_normals normals = {normal_at, march};
+    const struct overlap_normals normals = {normal_at, march};
     for (size_t t = 0; t < net_tile_count(march->net); t++)
-        if (fold_turns_over(march->net, tiles[t], march->settings->spacing, normals))
+        if (overlap_turns_over(march->net, tiles[t], march->settings->spacing, normals))
             return true;
     return false;
 }
@@ -305,9 +305,9 @@ static enum status part_tile(struct march *march, const struct net_tile *tile, u
         int x = k % NET_TILE, y = k / NET_TILE;
         int32_t i = tile->ti * NET_TILE + x, j = tile->tj * NET_TILE + y, cell[2];
         struct surface_point point;
-        if (patches >> fold_patch_of(x, y) & 1 && tile->node[y][x].state == NET_INSIDE &&
+        if (patches >> overlap_patch_of(x, y) & 1 && tile->node[y][x].state == NET_INSIDE &&
             march_point_at(march, &tile->node[y][x], &point) &&
-            fold_lies_on(march->fold, i, j, point.normal, cell))
+            overlap_lies_on(march->overlap, i, j, point.normal, cell))
             status = part_at(march, i, j, cell);
     }
     return status;
@@ -316,7 +316,7 @@ static enum status part_tile(struct march *march, const struct net_tile *tile, u
 enum status march_part_layers(struct march *march) {
     if (!march->broken)
         return STATUS_OK;
-    struct fold *watched = march->fold;
+    struct overlap *watched = march->overlap;
     struct net_tile **tiles = net_sorted_tiles(march->net);
     if (!tiles)
         return STATUS_OUT_OF_MEMORY;
@@ -327,10 +327,10 @@ enum status march_part_layers(struct march *march) {
         return STATUS_OK;
     enum status status = make_fold(march, march->inside);
     if (status == STATUS_OK)
-        status = add_tiles(march, march->fold, true);
+        status = add_tiles(march, march->overlap, true);
     for (size_t t = 0; t < net_tile_count(march->net) && status == STATUS_OK; t++)
-        status = part_tile(march, tiles[t], fold_layers(march->fold, tiles[t], over));
-    march->fold = watched;
+        status = part_tile(march, tiles[t], overlap_layers(march->overlap, tiles[t], over));
+    march->overlap = watched;
     return status;
 }
 
@@ -366,7 +366,7 @@ enum status march_run(struct march *march) {
         return STATUS_OUT_OF_MEMORY;
     enum status status = net_make(march->net, march->arena, march->settings->team != NULL);
     march->watched =
-        march->watched || march->mesh || (!march->cut && closes_all_round(march->surface));
+        march->watched || march->mesh || (!march->slit && closes_all_round(march->surface));
     if (status == STATUS_OK && march->watched)
         status = march_watch_folds(march);
     if (status == STATUS_OK)

@@ -17,9 +17,9 @@
 #include "solver/fishnet/fishnet.h"
 #include "solver/fishnet/rough.h"
 #include "solver/mesh/smooth_path.h"
-#include "solver/net/fold.h"
 #include "solver/net/net.h"
-#include "solver/shell/shell_cut.h"
+#include "solver/net/overlap.h"
+#include "solver/shell/shell_slit.h"
 #include "solver/shell/surface_point.h"
 #include <stdatomic.h>
 
@@ -86,8 +86,8 @@ struct march {
     const struct surface *surface; /* of a shell the start's face; NULL on a mesh of the caller's */
     const struct mesh *mesh;       /* the caller's, or for the method mosaic; else NULL */
     const struct mesh_smooth *smooth; /* what a mesh of the caller's stands for; NULL for mosaic */
-    const struct shell_cut
-        *cut; /* along which a shell is cut open opposite the start (`march_open`); NULL */
+    const struct shell_slit
+        *slit; /* along which a shell is cut open opposite the start (`march_open`); NULL */
     const struct drape_settings *settings;
     const struct drape_monitor *monitor; /* may be NULL */
     struct arena *arena;
@@ -102,7 +102,7 @@ struct march {
                                       the net itself is not to be asked for them; else NULL */
     struct march_edges edges;      /* of the node solved last, for march_place */
     struct march_look look;        /* over the edge of a face of a shell, the last one */
-    struct fold *fold;             /* NULL as long as the net cannot meet itself */
+    struct overlap *overlap;       /* NULL as long as the net cannot meet itself */
     bool watched;                  /* folds are watched for from the first node on */
     bool unsettled;                /* but not by march_place: rows are, when some are complete */
     enum drape_reason astray;      /* why the last yarn that went straight on got no further */

@@ -28,7 +28,7 @@ static const double least_piece = 0.1;
 
 /* Parts of the cut while they are made of slits. */
 struct parts {
-    struct shell_cut_part *part;
+    struct shell_slit_piece *part;
     double (*uv)[2];
     size_t count, used; /* parts, and points of uv */
     double least;       /* length of a piece */
@@ -57,7 +57,7 @@ static struct vec3 point_at(const struct shell *shell, int32_t face, const doubl
  * direction. */
 static bool goes_on(const struct shell *shell, const struct parts *parts, int32_t face,
                     const double uv[2]) {
-    const struct shell_cut_part *last = &parts->part[parts->count - 1];
+    const struct shell_slit_piece *last = &parts->part[parts->count - 1];
     if (last->ends || last->face != face)
         return false;
     for (int k = 0; k < 2; k++) {
@@ -71,7 +71,7 @@ static bool goes_on(const struct shell *shell, const struct parts *parts, int32_
 
 /* Adds a point to the last part, in place of its last one where that is next to the one before. */
 static void add_point(const struct shell *shell, struct parts *parts, const double uv[2]) {
-    struct shell_cut_part *part = &parts->part[parts->count - 1];
+    struct shell_slit_piece *part = &parts->part[parts->count - 1];
     bool replaces = part->count >= 2 && vec3_distance(parts->r[0], parts->r[1]) < parts->least;
     part->count -= replaces;
     parts->used -= replaces;
@@ -97,7 +97,7 @@ static void turn_towards(const struct surface *surface, const double to[2], doub
 /* A new part, which begins where the last one of its line ends. */
 static void begin_part(const struct shell *shell, struct parts *parts, int32_t face,
                        const double uv[2], bool begins) {
-    const struct shell_cut_part *last = begins ? NULL : &parts->part[parts->count - 1];
+    const struct shell_slit_piece *last = begins ? NULL : &parts->part[parts->count - 1];
     const struct surface *surface = shell_surface(shell, face);
     double from[2] = {uv[0], uv[1]};
     if (last) {
@@ -106,14 +106,14 @@ static void begin_part(const struct shell *shell, struct parts *parts, int32_t f
         turn_towards(surface, uv, from);
     }
     parts->part[parts->count++] =
-        (struct shell_cut_part){.face = face, .uv = parts->uv + parts->used, .begins = begins};
+        (struct shell_slit_piece){.face = face, .uv = parts->uv + parts->used, .begins = begins};
     add_point(shell, parts, from);
 }
 
 /* Ends the last part: one of one point, where the line touches a face, is left out, and so is a
  * point next to its end. */
 static void end_part(struct parts *parts) {
-    struct shell_cut_part *last = &parts->part[parts->count - 1];
+    struct shell_slit_piece *last = &parts->part[parts->count - 1];
     if (last->count >= 3 && vec3_distance(parts->r[0], parts->r[1]) < parts->least) {
         last->count--;
         parts->used--;
@@ -149,7 +149,7 @@ static enum status make_cut(struct march *march, const struct mesh *mesh, double
         .uv = arena_alloc(march->arena, 2 * slits, sizeof *parts.uv),
         .least = least_piece * size,
     };
-    struct shell_cut *cut;
+    struct shell_slit *slit;
     if (!parts.part || !parts.uv)
         return STATUS_OUT_OF_MEMORY;
     for (size_t n = 0; n < opening->count; n++) {
@@ -158,9 +158,9 @@ static enum status make_cut(struct march *march, const struct mesh *mesh, double
         end_part(&parts);
         parts.part[parts.count - 1].ends = true;
     }
-    enum status status = shell_cut_make(shell, parts.part, parts.count, beyond * shell_size(shell),
-                                        longest_way * fmax(d[0], d[1]), march->arena, &cut);
-    march->cut = status == STATUS_OK ? cut : NULL;
+    enum status status = shell_slit_make(shell, parts.part, parts.count, beyond * shell_size(shell),
+                                         longest_way * fmax(d[0], d[1]), march->arena, &slit);
+    march->slit = status == STATUS_OK ? slit : NULL;
     return status;
 }
 

@@ -513,7 +513,7 @@ static enum status pass_cuts(struct growth *g) {
     struct net_tile **tiles = net_sorted_tiles(march->net);
     enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     march->past_cut = true;
-    fold_pass_cut(march->fold);
+    overlap_pass_slit(march->overlap);
     for (size_t t = 0; tiles && t < net_tile_count(march->net); t++)
         for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
             int x = at % NET_TILE, y = at / NET_TILE;

@@ -63,8 +63,8 @@ static enum status climb_column(struct quadrant *q, int32_t i, int32_t j,
         enum status status = march_place(march, i * q->si, r * q->sj, &node.point, &zone);
         if (status != STATUS_OK)
             return status;
-        if (march->fold)
-            fold_forget(march->fold, i * q->si, r * q->sj);
+        if (march->overlap)
+            overlap_forget(march->overlap, i * q->si, r * q->sj);
         if (zone == SURFACE_POINT_INSIDE && march->unsettled && r < q->settled)
             status = quadrant_note_climbed(q, i, r);
         if (status != STATUS_OK)
@@ -292,7 +292,7 @@ static enum status make_rows(struct march *march, struct arena *arena, struct qu
     for (int k = 0; k < NET_TABLES; k++) {
         struct quadrant *q = &quadrants[k];
         q->in_blocks = longest >= worth_a_wave;
-        bool in_few = !q->in_blocks && !march->fold && longest >= worth_few;
+        bool in_few = !q->in_blocks && !march->overlap && longest >= worth_few;
         if (k > 0 && !together) {
             memcpy(q->row, quadrants[0].row, sizeof q->row);
             q->wave = quadrants[0].wave;
@@ -323,7 +323,7 @@ static void grow_quadrant(void *data, int number) {
     for (int32_t i = 0; i < below->count; i++)
         q->reach[0] = has_left(q, i, 0, &below->at[i]) ? q->reach[0] : i;
     q->settled = 1;
-    q->march->unsettled = q->march->fold && q->in_blocks;
+    q->march->unsettled = q->march->overlap && q->in_blocks;
     q->status = grow_rows(q);
     if (q->march->unsettled && q->status == STATUS_OK)
         q->status = quadrant_settle(q, quadrant_block_end(q, q->settled));
@@ -346,7 +346,7 @@ static enum status gather(struct march *march, const struct quadrant *q) {
  */
 static enum status grow_quadrants(struct march *march, struct arena *arena) {
     const struct drape_team *team = march->settings->team;
-    bool together = team && !march->fold;
+    bool together = team && !march->overlap;
     struct quadrant *quadrants = arena_alloc(arena, NET_TABLES, sizeof *quadrants);
     enum status status = quadrants ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++)

@@ -439,7 +439,7 @@ static enum status grow_face(struct quadrant *q, int32_t j, unsigned lanes, bool
     if (wave->surface->shell)
         find_inside(wave);
     unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : lanes);
-    usual = q->march->cut ? 0 : usual;
+    usual = q->march->slit ? 0 : usual;
     front->steady = front->steady && usual == lanes;
     for (unsigned bits = lanes; bits && status == STATUS_OK; bits &= bits - 1) {
         int k = __builtin_ctz(bits);

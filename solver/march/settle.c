@@ -31,9 +31,9 @@ static bool lies_on_net(struct quadrant *q, int32_t i, int32_t j) {
     struct surface_point point;
     const struct net_node *node = net_find(march->net, i * q->si, j * q->sj);
     return node && node->state == NET_INSIDE &&
-           fold_is_near(march->fold, i * q->si, j * q->sj, node->r) &&
+           overlap_is_near(march->overlap, i * q->si, j * q->sj, node->r) &&
            march_point_at(march, node, &point) &&
-           fold_meets_before(march->fold, i * q->si, j * q->sj, &point);
+           overlap_meets_before(march->overlap, i * q->si, j * q->sj, &point);
 }
 
 /* Takes out (i, j) and what lies beyond its column in its row and those above, up to the one before
@@ -50,7 +50,7 @@ static enum status cut(struct quadrant *q, int32_t i, int32_t j, int32_t end) {
             march->inside -= state == NET_INSIDE;
             march->ghosts -= state == NET_GHOST;
             status = net_put(march->net, at * q->si, row * q->sj, &none);
-            fold_forget(march->fold, at * q->si, row * q->sj);
+            overlap_forget(march->overlap, at * q->si, row * q->sj);
         }
     q->length = i + 1 < q->length ? i + 1 : q->length;
     return status == STATUS_OK ? march_fail(march, i * q->si, j * q->sj, DRAPE_REASON_FOLD)
@@ -69,7 +69,7 @@ static enum status settle_climbed(struct quadrant *q, int32_t end) {
     for (size_t k = 0; k < q->climbed_count && status == STATUS_OK; k++) {
         struct quadrant_place p = q->climbed[k];
         const struct net_node *node = net_find(q->march->net, p.i * q->si, p.j * q->sj);
-        status = fold_add(q->march->fold, p.i * q->si, p.j * q->sj, node->r);
+        status = overlap_add(q->march->overlap, p.i * q->si, p.j * q->sj, node->r);
     }
     for (size_t k = 0; k < q->climbed_count && status == STATUS_OK; k++)
         status = settle_place(q, q->climbed[k].i, q->climbed[k].j, end);
@@ -91,25 +91,25 @@ static enum status settle_row(struct quadrant *q, const unsigned *suspects, int3
     for (int32_t i = 1; i < count * NET_TILE && i < q->length && status == STATUS_OK; i++) {
         int32_t k = q->si > 0 ? i / NET_TILE : (i - 1) / NET_TILE;
         int x = i * q->si & (NET_TILE - 1);
-        if (suspects[k] >> fold_patch_of(x, y) & 1)
+        if (suspects[k] >> overlap_patch_of(x, y) & 1)
             status = settle_place(q, i, j, end);
     }
     return status;
 }
 
 static enum status settle_rows(struct quadrant *q, int32_t end, struct arena *arena) {
-    struct fold *fold = q->march->fold;
+    struct overlap *overlap = q->march->overlap;
     enum status status = STATUS_OK;
     struct net_tile *tile;
     int32_t count = 0;
     bool any = false;
     for (; status == STATUS_OK && (tile = tile_at(q, count)); count++)
-        status = fold_add_tile(fold, tile, true);
+        status = overlap_add_tile(overlap, tile, true);
     unsigned *suspects = arena_take(arena, (size_t)count, sizeof *suspects);
     if (!suspects || status != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
     for (int32_t k = 0; k < count; k++) {
-        suspects[k] = fold_suspects(fold, tile_at(q, k));
+        suspects[k] = overlap_suspects(overlap, tile_at(q, k));
         any = any || suspects[k];
     }
     for (int32_t j = q->settled; any && j < end && status == STATUS_OK; j++)

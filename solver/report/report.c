@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "report.h"
 
-#include "report_part.h"
+#include "report_strip.h"
 #include "solver/rim/rim_report.h"
 
 static enum status alloc_columns(struct arena *arena, bool faces, struct drape_result *result) {
@@ -74,22 +74,23 @@ static size_t tile_rows(const struct net_window *windows, size_t tiles) {
 }
 
 /* One part for each row of tiles; NULL without memory. */
-static struct report_part *make_parts(struct march *march, struct drape_result *result,
-                                      int *count) {
+static struct report_strip *make_parts(struct march *march, struct drape_result *result,
+                                       int *count) {
     size_t tiles = net_tile_count(march->net);
     const struct net_window *windows = make_windows(march->net);
-    struct report_part *parts = arena_alloc(march->arena, tile_rows(windows, tiles), sizeof *parts);
+    struct report_strip *parts =
+        arena_alloc(march->arena, tile_rows(windows, tiles), sizeof *parts);
     if (!windows || !parts)
         return NULL;
     *count = 0;
     for (size_t t = 0; t < tiles; t++) {
         if (begins_row(windows, t)) {
-            struct report_part *part = &parts[(*count)++];
-            *part = (struct report_part){.march = march,
-                                         .result = result,
-                                         .windows = &windows[t],
-                                         .before = march->before,
-                                         .estimate_max = -1};
+            struct report_strip *part = &parts[(*count)++];
+            *part = (struct report_strip){.march = march,
+                                          .result = result,
+                                          .windows = &windows[t],
+                                          .before = march->before,
+                                          .estimate_max = -1};
         }
         parts[*count - 1].count++;
     }
@@ -104,7 +105,7 @@ static struct report_part *make_parts(struct march *march, struct drape_result *
 }
 
 /* Gives each part its places in the columns. */
-static void place_parts(struct report_part *parts, int count, struct drape_result *result) {
+static void place_parts(struct report_strip *parts, int count, struct drape_result *result) {
     struct report_tally sum = {0};
     for (int k = 0; k < count; k++) {
         parts[k].next = sum;
@@ -118,7 +119,7 @@ static void place_parts(struct report_part *parts, int count, struct drape_resul
 }
 
 /* In the order of the parts: the same sums, to the last bit, on any threads. */
-static void gather_parts(const struct report_part *parts, int count,
+static void gather_parts(const struct report_strip *parts, int count,
                          struct drape_summary *summary) {
     for (int k = 0; k < count; k++) {
         summary->coverage += parts[k].covered;
@@ -137,18 +138,18 @@ static void run(const struct march *march, int count, void (*task)(void *data, i
 }
 
 static void count_part(void *data, int k) {
-    report_part_count(&((struct report_part *)data)[k]);
+    report_strip_count(&((struct report_strip *)data)[k]);
 }
 
 /* Where the first march had no node, the largest elsewhere stands for it (`summarise`). */
 static void add_estimates(void *data, int k) {
-    report_part_add_estimates(&((struct report_part *)data)[k]);
+    report_strip_add_estimates(&((struct report_strip *)data)[k]);
 }
 
 /* All that is made at the same time once the places in the columns are known. */
 struct tasks {
     struct rim_found *rim;
-    struct report_part *parts;
+    struct report_strip *parts;
 };
 
 /* The rim, which takes longest, first. */
@@ -157,11 +158,11 @@ static void add_part(void *data, int k) {
     if (k == 0)
         rim_report_find(tasks->rim);
     else
-        report_part_add(&tasks->parts[k - 1]);
+        report_strip_add(&tasks->parts[k - 1]);
 }
 
 /* Takes the estimates from the net that was corrected, and gives its memory back. */
-static enum status take_estimates(struct march *march, struct report_part *parts, int count,
+static enum status take_estimates(struct march *march, struct report_strip *parts, int count,
                                   struct drape_nodes *nodes) {
     nodes->error_estimate = arena_take(march->arena, nodes->count, sizeof *nodes->error_estimate);
     if (!nodes->error_estimate)
@@ -181,7 +182,7 @@ enum status report_make(struct march *march, struct drape_result *result) {
                                     .summary.error_estimate_max = -1};
     (void)march_parameters(march, &march->start.point, result->start_uv);
     result->start_face = march_face(march, &march->start.point);
-    struct report_part *parts = make_parts(march, result, &count);
+    struct report_strip *parts = make_parts(march, result, &count);
     struct tasks tasks = {rim_report_begin(march), parts};
     if (!parts || !tasks.rim)
         return STATUS_OUT_OF_MEMORY;

@@ -44,7 +44,7 @@ static const double seed_reach = 2;
 /* A place on an edge, found on the cloth. */
 struct stop {
     double t;
-    struct rim_spot spot;
+    struct rim_edge_point spot;
     double pq[2], by_t[2]; /* the net's coordinates and their derivatives */
     double half_tangent;   /* |tan(gamma / 2)|; NaN near rough edges */
     struct vec3 along[2];  /* what they follow from, as of a place of the cloth */
@@ -112,14 +112,14 @@ static double box_distance2(const struct tile_box *box, struct vec3 r) {
 /* Whether a node is on the same side of the cuts as what is to be covered beside the place: looked
  * for towards the middle of its piece, whose ends may lie on a cut. */
 static bool same_turn(const struct tracer *t, const struct net_node *node,
-                      const struct rim_spot *spot) {
-    if (t->march->cut) {
+                      const struct rim_edge_point *spot) {
+    if (t->march->slit) {
         struct vec3 left = vec3_unit(vec3_cross(spot->normal, spot->dr));
         struct vec3 inward = vec3_axpy(1 - 2 * spot->t, vec3_unit(spot->dr), left);
         struct vec3 covered = vec3_axpy(beside * t->spacing, inward, spot->r);
-        const struct shell_cut_place from = {node->r, march_normal_at(t->march, node)};
-        const struct shell_cut_place to = {covered, spot->normal};
-        return shell_cut_passes(t->march->cut, &from, &to) == 0;
+        const struct shell_slit_point from = {node->r, march_normal_at(t->march, node)};
+        const struct shell_slit_point to = {covered, spot->normal};
+        return shell_slit_passes(t->march->slit, &from, &to) == 0;
     }
     bool apart = t->march->mesh || t->march->surface->shell;
     return apart || (fabs(node->uv[0] - spot->uv[0]) <= t->half_turn[0] &&
@@ -129,14 +129,14 @@ static bool same_turn(const struct tracer *t, const struct net_node *node,
 /* Whether a node faces the way the spot does: the two sides of a thin part, of a blade at its
  * trailing edge, are near each other in space alone. */
 static bool faces_alike(const struct tracer *t, const struct net_node *node,
-                        const struct rim_spot *spot) {
+                        const struct rim_edge_point *spot) {
     struct surface_point point;
     return march_point_at(t->march, node, &point) && vec3_dot(point.normal, spot->normal) >= 0;
 }
 
 /* The node inside that is nearest to the spot among those that face as it does, or of all, as a
  * place of the net; false when none is near. */
-static bool find_seed(const struct tracer *t, const struct rim_spot *spot, bool alike,
+static bool find_seed(const struct tracer *t, const struct rim_edge_point *spot, bool alike,
                       double pq[2]) {
     const double *d = t->march->settings->spacing;
     double reach = seed_reach * fmax(d[0], d[1]), best = reach * reach;
@@ -173,7 +173,7 @@ static void note_shear(struct tracer *t, double half_tangent, const double pq[2]
         *most = (struct rim_shear){half_tangent, pq[0], pq[1], r};
 }
 
-static void note_rough(struct tracer *t, const struct rim_place *place) {
+static void note_rough(struct tracer *t, const struct rim_cloth_point *place) {
     struct rim *rim = t->rim;
     if (rim->rough_count == rim->rough_room)
         rim->rough = arena_enlarge(t->march->arena, rim->rough, rim->rough_count,
@@ -185,12 +185,12 @@ static void note_rough(struct tracer *t, const struct rim_place *place) {
 
 /* tan(gamma / 2) of the shear at a place of the surface. Cubics through nodes leave the surface's
  * tangent plane by the third power of the yarns' curvature, and hardly turn within it. */
-static double half_tangent_in_surface(const struct rim_place *place, struct vec3 normal) {
-    struct rim_place flat = *place;
+static double half_tangent_in_surface(const struct rim_cloth_point *place, struct vec3 normal) {
+    struct rim_cloth_point flat = *place;
     double n2 = vec3_norm2(normal);
     for (int k = 0; k < 2 && n2 > 0; k++)
         flat.along[k] = vec3_axpy(-vec3_dot(flat.along[k], normal) / n2, normal, flat.along[k]);
-    return rim_place_half_tangent(&flat);
+    return rim_cloth_point_half_tangent(&flat);
 }
 
 /* The derivatives of p and q where the cloth's are known: along[0] p' + along[1] q' = r', in the
@@ -204,7 +204,7 @@ static void find_slopes(struct stop *stop) {
 }
 
 /* Takes in a place of the cloth. */
-static void take_place(struct tracer *t, const struct rim_place *place, struct stop *stop) {
+static void take_place(struct tracer *t, const struct rim_cloth_point *place, struct stop *stop) {
     memcpy(stop->along, place->along, sizeof stop->along);
     find_slopes(stop);
     stop->pq[0] = place->p;
@@ -218,13 +218,14 @@ static void take_place(struct tracer *t, const struct rim_place *place, struct s
         return;
     }
     stop->half_tangent = t->march->surface ? fabs(half_tangent_in_surface(place, stop->spot.normal))
-                                           : fabs(rim_place_half_tangent(place));
+                                           : fabs(rim_cloth_point_half_tangent(place));
     note_shear(t, stop->half_tangent, stop->pq, place->r);
 }
 
 /* Looks for the spot on the cloth near the coordinates of `place`. Where it is looked for in
  * space alone, cloth that faces the other way is not the spot's. */
-static bool find_place(struct tracer *t, const struct rim_spot *spot, struct rim_place *place) {
+static bool find_place(struct tracer *t, const struct rim_edge_point *spot,
+                       struct rim_cloth_point *place) {
     const struct march_start *start = &t->march->start;
     if (!rim_cloth_find(&t->rim->cloth, spot, place))
         return false;
@@ -236,7 +237,7 @@ static bool find_place(struct tracer *t, const struct rim_spot *spot, struct rim
 /* Finds the spot of `stop` on the cloth, from the coordinates expected or, where these do not
  * lead there, from the nearest node. */
 static void find_stop(struct tracer *t, const double expected[2], bool known, struct stop *stop) {
-    struct rim_place place = {.p = expected[0], .q = expected[1]};
+    struct rim_cloth_point place = {.p = expected[0], .q = expected[1]};
     double seed[2];
     stop->covered = stop->smooth = stop->sloped = false;
     stop->pq[0] = expected[0];
@@ -246,7 +247,7 @@ static void find_stop(struct tracer *t, const double expected[2], bool known, st
     double miss = found ? vec3_distance(place.r, stop->spot.r) : HUGE_VAL;
     if (miss > beyond_doubt * t->spacing &&
         (find_seed(t, &stop->spot, true, seed) || find_seed(t, &stop->spot, false, seed))) {
-        struct rim_place other = {.p = seed[0], .q = seed[1]};
+        struct rim_cloth_point other = {.p = seed[0], .q = seed[1]};
         if (find_place(t, &stop->spot, &other) && vec3_distance(other.r, stop->spot.r) < miss) {
             place = other;
             found = true;
@@ -256,8 +257,8 @@ static void find_stop(struct tracer *t, const double expected[2], bool known, st
         take_place(t, &place, stop);
 }
 
-static void spot_at(struct tracer *t, double at, struct rim_spot *spot) {
-    rim_edges_spot(t->march, t->from, t->to, at, spot);
+static void spot_at(struct tracer *t, double at, struct rim_edge_point *spot) {
+    rim_edges_point(t->march, t->from, t->to, at, spot);
 }
 
 /* p and q on the cubic between two places, at a share of the way; where a derivative is not known,
@@ -283,7 +284,7 @@ static void note_top(struct tracer *t, const struct stop *a, const struct stop *
     double at = -slope / bend, top = b->half_tangent + at * slope / 2;
     bool wanted =
         top > t->rim->shear.half_tangent || statistics_divides(t->march->settings->statistics);
-    struct rim_spot spot;
+    struct rim_edge_point spot;
     if (!(bend < 0) || !(fabs(at) < 1) || !wanted)
         return;
     cubic(a, c, (1 + at) / 2, pq);
@@ -293,7 +294,7 @@ static void note_top(struct tracer *t, const struct stop *a, const struct stop *
 
 /* ---- points ---- */
 
-static void add_point(struct tracer *t, const struct rim_spot *spot, const double pq[2],
+static void add_point(struct tracer *t, const struct rim_edge_point *spot, const double pq[2],
                       bool covered) {
     struct rim *rim = t->rim;
     if (rim->count == rim->room)
@@ -330,7 +331,7 @@ static void emit(struct tracer *t, const struct stop *a, const struct stop *b) {
     int count = a->sloped && b->sloped ? divisions(a, b) : 1;
     add_point(t, &a->spot, a->pq, a->covered);
     for (int k = 1; k < count; k++) {
-        struct rim_spot spot;
+        struct rim_edge_point spot;
         double share = (double)k / count, pq[2];
         spot_at(t, a->t + share * (b->t - a->t), &spot);
         cubic(a, b, share, pq);
@@ -347,7 +348,7 @@ static void emit_parabola(struct tracer *t, const struct stop *a, const struct s
     int count = bend < RIM_TOLERANCE / 2 ? 2 : bend < 8 * RIM_TOLERANCE ? 4 : 8;
     for (int n = 0; n < count; n++) {
         double share = (double)n / count, pq[2];
-        struct rim_spot spot = a->spot;
+        struct rim_edge_point spot = a->spot;
         if (n > 0)
             spot_at(t, a->t + share * (c->t - a->t), &spot);
         for (int k = 0; k < 2; k++)
@@ -462,7 +463,7 @@ static void advance(struct tracer *t, const struct stop *last, struct stop *next
 
 /* A piece from a place that is known; `last` becomes that at its end. */
 static void follow_piece(struct tracer *t, struct stop *last) {
-    struct rim_place place = {.p = last->pq[0], .q = last->pq[1]};
+    struct rim_cloth_point place = {.p = last->pq[0], .q = last->pq[1]};
     struct stop next;
     last->t = 0;
     spot_at(t, 0, &last->spot);
@@ -473,7 +474,7 @@ static void follow_piece(struct tracer *t, struct stop *last) {
             patch =
                 rim_cloth_patch(&t->rim->cloth, (int32_t)floor(place.p), (int32_t)floor(place.q));
         if (patch->smooth) {
-            rim_patch_place(patch, place.p, place.q, &place);
+            rim_patch_point(patch, place.p, place.q, &place);
             take_place(t, &place, last);
         }
     } else if (last->covered) {

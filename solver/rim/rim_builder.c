@@ -13,7 +13,7 @@ void rim_builder_add_vertex(struct rim_builder *b, const struct rim_vertex *vert
     b->failed = b->failed || !e->vertices;
 }
 
-void rim_builder_add_place(struct rim_builder *b, double u, double v) {
+void rim_builder_add_point(struct rim_builder *b, double u, double v) {
     struct surface_jet jet;
     surface_jet_at(b->march->surface, &b->march->cursor, u, v, &jet);
     rim_builder_add_vertex(b, &(struct rim_vertex){.uv = {u, v}, .r = jet.r});

@@ -24,7 +24,7 @@ struct rim_window {
 /* Adds a vertex to the loop that is being made; the second that of a surface of one face at inner
  * parameters. */
 void rim_builder_add_vertex(struct rim_builder *b, const struct rim_vertex *vertex);
-void rim_builder_add_place(struct rim_builder *b, double u, double v);
+void rim_builder_add_point(struct rim_builder *b, double u, double v);
 
 /* Ends the loop of the vertices added since the last one: where it began, by a vertex for that
  * unless `closed`. */

@@ -290,7 +290,8 @@ INLINE struct vec3 lanes(vec4 a) {
 }
 
 WIDE_CLONES
-void rim_patch_place(const struct rim_patch *patch, double p, double q, struct rim_place *place) {
+void rim_patch_point(const struct rim_patch *patch, double p, double q,
+                     struct rim_cloth_point *place) {
     double fp[4], dp[4], fq[4], dq[4];
     cubics(p - patch->i, fp, dp);
     cubics(q - patch->j, fq, dq);
@@ -307,18 +308,18 @@ void rim_patch_place(const struct rim_patch *patch, double p, double q, struct r
         by_p = fq[b] * along + by_p;
         by_q = dq[b] * r + by_q;
     }
-    *place = (struct rim_place){.p = p,
-                                .q = q,
-                                .r = lanes(sum),
-                                .along = {lanes(by_p), lanes(by_q)},
-                                .smooth = patch->smooth,
-                                .rough = patch->rough};
+    *place = (struct rim_cloth_point){.p = p,
+                                      .q = q,
+                                      .r = lanes(sum),
+                                      .along = {lanes(by_p), lanes(by_q)},
+                                      .smooth = patch->smooth,
+                                      .rough = patch->rough};
 }
 
 /* ---- places ---- */
 
 /* The components (a, b) for which a along[0] + b along[1] is nearest to `step`. */
-static bool components(const struct rim_place *place, struct vec3 step, double ab[2]) {
+static bool components(const struct rim_cloth_point *place, struct vec3 step, double ab[2]) {
     const struct vec3 *x = place->along;
     double e = vec3_norm2(x[0]), f = vec3_dot(x[0], x[1]), g = vec3_norm2(x[1]);
     double s = vec3_dot(step, x[0]), t = vec3_dot(step, x[1]), determinant = e * g - f * f;
@@ -330,10 +331,10 @@ static bool components(const struct rim_place *place, struct vec3 step, double a
 }
 
 /* Newton's method in one patch; false when it fails, or leaves the patch by far. */
-static bool descend(const struct rim_patch *patch, struct vec3 r, struct rim_place *place) {
+static bool descend(const struct rim_patch *patch, struct vec3 r, struct rim_cloth_point *place) {
     double p = place->p, q = place->q, ab[2];
     for (int k = 0; k < STEPS; k++) {
-        rim_patch_place(patch, p, q, place);
+        rim_patch_point(patch, p, q, place);
         if (!components(place, vec3_sub(r, place->r), ab))
             return false;
         p += fmin(fmax(ab[0], -1), 1);
@@ -348,12 +349,14 @@ static bool descend(const struct rim_patch *patch, struct vec3 r, struct rim_pla
     return true;
 }
 
-static bool is_within(const struct rim_patch *patch, const struct rim_place *place, double slack) {
+static bool is_within(const struct rim_patch *patch, const struct rim_cloth_point *place,
+                      double slack) {
     double x = place->p - patch->i, y = place->q - patch->j;
     return x >= -slack && x <= 1 + slack && y >= -slack && y <= 1 + slack;
 }
 
-static bool is_near(const struct rim_cloth *cloth, const struct rim_place *place, struct vec3 r) {
+static bool is_near(const struct rim_cloth *cloth, const struct rim_cloth_point *place,
+                    struct vec3 r) {
     const double *d = cloth->march->settings->spacing;
     double most = place->smooth ? near_smooth : near_rough;
     return vec3_distance(place->r, r) < most * fmax(d[0], d[1]);
@@ -415,7 +418,8 @@ static bool find_corner(struct rim_cloth *cloth, struct rim_patch *patch, int n)
 /* Edges are geodesics, but the yarn that turns by an angle a at a node is an arc, which bulges by
  * a x (1 - x) / 2 between it and the next one. Adds that to p and q, with x and y from the corner,
  * and turns the frame at the corner to how the yarns go there. */
-static void bend_yarns(const struct rim_corner *corner, double pq[2], struct rim_place *frame) {
+static void bend_yarns(const struct rim_corner *corner, double pq[2],
+                       struct rim_cloth_point *frame) {
     double x[2] = {pq[0] - corner->i, pq[1] - corner->j}, ab[2];
     struct vec3 off = {0, 0, 0}, left[2];
     for (int k = 0; k < 2; k++) {
@@ -441,7 +445,7 @@ struct view {
 
 /* The yarns of a corner carried along a geodesic that leaves it and arrives at `to` like this. */
 static void carry_yarns(const struct rim_corner *corner, const struct surface_point *to,
-                        struct vec3 leave, struct vec3 arrive, const struct rim_place *frame,
+                        struct vec3 leave, struct vec3 arrive, const struct rim_cloth_point *frame,
                         struct vec3 along[2]) {
     struct vec3 side = vec3_cross(corner->point.normal, leave);
     struct vec3 there = vec3_cross(to->normal, arrive);
@@ -469,7 +473,8 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner,
                                   vec3_scale((pq[0] - corner->i) * d[0], yarn[0]));
     struct vec3 start = surface_point_tangent(&corner->point, guess), end;
     double length = vec3_norm(guess), ab[2];
-    struct rim_place frame = {.along = {vec3_scale(d[0], yarn[0]), vec3_scale(d[1], yarn[1])}};
+    struct rim_cloth_point frame = {
+        .along = {vec3_scale(d[0], yarn[0]), vec3_scale(d[1], yarn[1])}};
     pq[0] = corner->i;
     pq[1] = corner->j;
     view->along[0] = frame.along[0];
@@ -512,7 +517,7 @@ struct sight {
 
 /* Corner number k asked for the place that it is expected at. */
 static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
-                       const struct surface_point *to, const struct rim_place *expected,
+                       const struct surface_point *to, const struct rim_cloth_point *expected,
                        struct sight *sight) {
     bool *asked = &sight->asked[k][sight->search];
     if (!sight->seen[k] && !*asked) {
@@ -529,7 +534,7 @@ static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
  * `least_weight`, by which it is the less. */
 static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
                              const struct surface_point *to, double least_weight,
-                             struct sight *sight, struct rim_place *place) {
+                             struct sight *sight, struct rim_cloth_point *place) {
     double x = fmin(fmax(place->p - patch->i, 0), 1), y = fmin(fmax(place->q - patch->j, 0), 1);
     struct view sum = {.pq = {0, 0}, .along = {{0, 0, 0}, {0, 0, 0}}};
     double weights = 0;
@@ -561,7 +566,7 @@ static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
  * be had. Searches, which cost as much as fifty logarithms, come last; but on a shell, where the
  * nearest corner may lie on another face, and a further one on this one beyond a notch. */
 static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct surface_point *to,
-                struct sight *sight, struct rim_place *place) {
+                struct sight *sight, struct rim_cloth_point *place) {
     static const double near = 0.24, any = 1e-3;
     bool seen = false;
     for (int pass = to->surface->shell ? 2 : 0; pass < 4 && !seen; pass++) {
@@ -573,7 +578,7 @@ static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct s
 
 /* Once more where the place was not the one expected, because the weights follow from it. */
 static bool descend_rough(struct rim_cloth *cloth, struct rim_patch *patch,
-                          const struct rim_spot *spot, struct rim_place *place) {
+                          const struct rim_edge_point *spot, struct rim_cloth_point *place) {
     struct surface_point to = {.uv = {spot->uv[0], spot->uv[1]}, .jet = spot->jet};
     struct sight sight = {.search = false};
     if (cloth->march->mesh ||
@@ -597,10 +602,10 @@ static bool may_reach_corners(struct rim_cloth *cloth, const struct rim_patch *p
 /* Finds the place in the patch, or where it leads out of it: in space where that tells it, else
  * along the surface from corners that the net has. */
 static bool find_in_patch(struct rim_cloth *cloth, struct rim_patch *patch,
-                          const struct rim_spot *spot, struct rim_place *place) {
+                          const struct rim_edge_point *spot, struct rim_cloth_point *place) {
     const double *d = cloth->march->settings->spacing;
     struct vec3 r = spot->r;
-    struct rim_place own = *place;
+    struct rim_cloth_point own = *place;
     bool spatial = patch->known && patch->smooth && descend(patch, r, &own);
     bool told =
         spatial && (!patch->extended || vec3_distance(own.r, r) < near_extended * fmin(d[0], d[1]));
@@ -612,8 +617,9 @@ static bool find_in_patch(struct rim_cloth *cloth, struct rim_patch *patch,
     return spatial;
 }
 
-bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_spot *spot, struct rim_place *place) {
-    struct rim_place last = *place;
+bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
+                    struct rim_cloth_point *place) {
+    struct rim_cloth_point last = *place;
     bool found = false; /* a place a little outside a patch that was */
     for (int hop = 0; hop < HOPS; hop++) {
         if (!(fabs(place->p) < 1e9 && fabs(place->q) < 1e9))
@@ -634,7 +640,7 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_spot *spot, struct
 }
 
 /* tan(gamma / 2) = x.y / (|x| |y| + |x cross y|) */
-double rim_place_half_tangent(const struct rim_place *place) {
+double rim_cloth_point_half_tangent(const struct rim_cloth_point *place) {
     const struct vec3 *x = place->along;
     double whole = sqrt(vec3_norm2(x[0]) * vec3_norm2(x[1])) + vec3_norm(vec3_cross(x[0], x[1]));
     return whole > 0 ? vec3_dot(x[0], x[1]) / whole : 0;

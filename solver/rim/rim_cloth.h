@@ -64,7 +64,7 @@ struct rim_cloth {
 };
 
 /* A place of the cloth. */
-struct rim_place {
+struct rim_cloth_point {
     double p, q;
     struct vec3 r;
     struct vec3 along[2]; /* its derivatives by p and q */
@@ -79,13 +79,15 @@ enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) STATUS_
 const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j);
 
 /* The place at (p, q), which may lie a little outside the patch. */
-void rim_patch_place(const struct rim_patch *patch, double p, double q, struct rim_place *place);
+void rim_patch_point(const struct rim_patch *patch, double p, double q,
+                     struct rim_cloth_point *place);
 
 /* The place of the cloth nearest to a spot of an edge, from `place->p` and `q`, near which it is:
  * it minimises |X(p, q) - r| by Gauss and Newton. False when there is no cloth. */
-bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_spot *spot, struct rim_place *place);
+bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
+                    struct rim_cloth_point *place);
 
 /* tan(gamma / 2) of the shear between the directions at a place. */
-double rim_place_half_tangent(const struct rim_place *place);
+double rim_cloth_point_half_tangent(const struct rim_cloth_point *place);
 
 #endif

@@ -8,8 +8,8 @@
  * that vanish at poles. */
 static const double parallel = 1e-6;
 
-void rim_edges_spot(struct march *march, const struct rim_vertex *from, const struct rim_vertex *to,
-                    double t, struct rim_spot *spot) {
+void rim_edges_point(struct march *march, const struct rim_vertex *from,
+                     const struct rim_vertex *to, double t, struct rim_edge_point *spot) {
     struct surface_jet *jet = &spot->jet;
     double duv[2];
     spot->face = from->face;
@@ -61,7 +61,7 @@ static void add_ring(struct rim_builder *b, const struct rim_window *w, int k, i
         double share = (forward ? part : 4 - part) / 4.0, uv[2];
         uv[k] = end ? w->high[k] : w->low[k];
         uv[1 - k] = w->low[1 - k] + share * w->length[1 - k];
-        rim_builder_add_place(b, uv[0], uv[1]);
+        rim_builder_add_point(b, uv[0], uv[1]);
     }
     rim_builder_end_loop(b, true);
 }
@@ -75,10 +75,10 @@ static void add_border(struct rim_builder *b, const struct rim_window *w) {
                 add_ring(b, w, k, end);
     if (w->endless[0] || w->endless[1])
         return;
-    rim_builder_add_place(b, w->low[0], w->low[1]);
-    rim_builder_add_place(b, w->high[0], w->low[1]);
-    rim_builder_add_place(b, w->high[0], w->high[1]);
-    rim_builder_add_place(b, w->low[0], w->high[1]);
+    rim_builder_add_point(b, w->low[0], w->low[1]);
+    rim_builder_add_point(b, w->high[0], w->low[1]);
+    rim_builder_add_point(b, w->high[0], w->high[1]);
+    rim_builder_add_point(b, w->low[0], w->high[1]);
     rim_builder_end_loop(b, false);
 }
 

@@ -39,7 +39,7 @@ enum status rim_edges_make(struct march *march, double tolerance,
                            struct rim_edges *edges) STATUS_MUST_USE;
 
 /* A place on a chain. */
-struct rim_spot {
+struct rim_edge_point {
     int32_t face;
     double t;     /* 0..1 between its vertices */
     double uv[2]; /* as of a vertex */
@@ -56,7 +56,7 @@ static inline const struct surface *rim_edges_surface(const struct march *march,
 }
 
 /* The place at t, 0 to 1, between two vertices that follow each other. */
-void rim_edges_spot(struct march *march, const struct rim_vertex *from, const struct rim_vertex *to,
-                    double t, struct rim_spot *spot);
+void rim_edges_point(struct march *march, const struct rim_vertex *from,
+                     const struct rim_vertex *to, double t, struct rim_edge_point *spot);
 
 #endif

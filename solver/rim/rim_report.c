@@ -277,8 +277,8 @@ static void list_cut(struct drape_cut *cut, const struct rim_patch *patch, doubl
     c->count++;
 }
 
-static double shear_at(const struct rim_place *place) {
-    return fabs(2 * angle_atan_deg(rim_place_half_tangent(place)));
+static double shear_at(const struct rim_cloth_point *place) {
+    return fabs(2 * angle_atan_deg(rim_cloth_point_half_tangent(place)));
 }
 
 /* The share of a cell that is rounding. */
@@ -289,13 +289,13 @@ static const double least_share = 1e-9;
 static void add_cut(struct gathering *g, const struct rim_cell *cell) {
     const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
     double sine, cosine, half, shear, with_sign = 0, share = cell->share, rest = 1 - share;
-    struct rim_place middle, rim;
+    struct rim_cloth_point middle, rim;
     if (cell->loose || !patch->known || share < least_share)
         return;
-    rim_patch_place(patch, share * (cell->i + 0.5) + rest * cell->p,
+    rim_patch_point(patch, share * (cell->i + 0.5) + rest * cell->p,
                     share * (cell->j + 0.5) + rest * cell->q, &middle);
     if (!patch->rough) {
-        rim_patch_place(patch, cell->p, cell->q, &rim);
+        rim_patch_point(patch, cell->p, cell->q, &rim);
         shear = shear_at(&middle);
         half = fabs(shear - shear_at(&rim));
     } else {

@@ -94,7 +94,7 @@ static void divide_edge(struct rim_builder *b, struct free_edges *found, int32_t
 
 /* Both sides of part `number` of the cut, whose ends at the boundary divide the edges there. */
 static void add_cut_part(struct rim_builder *b, struct free_edges *found, size_t number,
-                         const struct shell_cut_part *part) {
+                         const struct shell_slit_piece *part) {
     double(*uv)[2] = arena_alloc(b->march->arena, 2 * part->count, sizeof *uv);
     b->failed = b->failed || !uv;
     if (b->failed)
@@ -118,7 +118,8 @@ static bool find_free_edges(struct rim_builder *b, struct free_edges *found) {
     const struct shell *shell = march->surface->shell;
     int32_t component = shell_component(shell, march->surface->face);
     size_t parts = 0, count = shell_edge_count(shell);
-    const struct shell_cut_part *part = march->cut ? shell_cut_parts(march->cut, &parts) : NULL;
+    const struct shell_slit_piece *part =
+        march->slit ? shell_slit_pieces(march->slit, &parts) : NULL;
     size_t room = count + 4 * parts;
     found->edges = arena_alloc(march->arena, room, sizeof *found->edges);
     found->ends = arena_alloc(march->arena, room, sizeof *found->ends);

@@ -350,7 +350,7 @@ static struct chain *next_chain(struct chains *c, const double at[2], double *ga
 static void add_vertices(struct chains *c, const struct chain *chain) {
     for (size_t k = 0; k < chain->count; k++) {
         const double *uv = c->line.uv[chain->first + k];
-        rim_builder_add_place(c->builder, uv[0], uv[1]);
+        rim_builder_add_point(c->builder, uv[0], uv[1]);
     }
 }
 

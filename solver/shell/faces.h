@@ -77,7 +77,7 @@ struct shell {
     struct face *faces;
     size_t face_count, component_count;
     double tolerance, size;
-    bool apart; /* faults of edges and loops are no errors */
+    bool lenient; /* faults of edges and loops are no errors */
     struct vec3 lower, upper;
     struct shell_edges found;
     struct face_curve *curves;
@@ -130,7 +130,7 @@ bool face_contains(const struct face *face, const double uv[2]);
 
 /* Cuts the boundaries into edges and joins them; sets curves, edges, segments and what was found.
  * Errors: STATUS_OUT_OF_MEMORY, STATUS_INVALID with SHELL_THREE_FACES. */
-enum status faces_join(struct shell *shell, const struct shell_part *parts, struct arena *arena,
+enum status faces_join(struct shell *shell, const struct shell_patch *parts, struct arena *arena,
                        struct shell_fault *fault) STATUS_MUST_USE;
 
 #endif

@@ -360,7 +360,7 @@ static enum status join_edge(struct join *join, int32_t number, struct shell_fau
         return STATUS_OK;
     if (mates.count == 1 && is_joined(shell, number, mates.found[0]))
         mates.found[mates.count++] = shell->edges[mates.found[0]].mate;
-    if (mates.count > 1 && !shell->apart)
+    if (mates.count > 1 && !shell->lenient)
         return three_faces(shell, number, &mates, fault);
     if (mates.count > 1)
         shell->found.faulty += is_first(&mates, number);
@@ -473,7 +473,7 @@ static enum status gather_segments(struct join *join, struct arena *arena) {
     return STATUS_OK;
 }
 
-static enum status join_faces(struct join *join, const struct shell_part *parts,
+static enum status join_faces(struct join *join, const struct shell_patch *parts,
                               struct shell_fault *fault) {
     struct shell *shell = join->shell;
     join_gather_curves(join, parts);
@@ -490,7 +490,7 @@ static enum status join_faces(struct join *join, const struct shell_part *parts,
     return status == STATUS_OK ? gather_segments(join, join->arena) : status;
 }
 
-enum status faces_join(struct shell *shell, const struct shell_part *parts, struct arena *arena,
+enum status faces_join(struct shell *shell, const struct shell_patch *parts, struct arena *arena,
                        struct shell_fault *fault) {
     struct arena *apart[3] = {arena_child(arena), arena_child(arena), arena_child(arena)};
     struct join join = {

@@ -48,7 +48,7 @@ bool join_room(struct join *join, struct arena *arena, void **array, size_t coun
                size_t size);
 
 /* The curves of all faces: their trims, or their domains' sides. */
-void join_gather_curves(struct join *join, const struct shell_part *parts);
+void join_gather_curves(struct join *join, const struct shell_patch *parts);
 
 /* The place at t of a curve. */
 struct join_point join_sample(const struct shell *shell, const struct face_curve *curve, double t);

@@ -118,7 +118,7 @@ static void add_loop(struct join *join, int32_t face, const struct trim_loop *lo
     }
 }
 
-void join_gather_curves(struct join *join, const struct shell_part *parts) {
+void join_gather_curves(struct join *join, const struct shell_patch *parts) {
     for (size_t k = 0; k < join->shell->face_count; k++) {
         bool keeps = false;
         for (size_t loop = 0; loop < parts[k].loop_count; loop++) {

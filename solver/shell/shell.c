@@ -11,7 +11,7 @@ static enum status fail(struct shell_fault *fault, enum shell_fault_kind kind, i
     return kind == SHELL_NOTHING_LEFT ? STATUS_DEGENERATE_SURFACE : STATUS_INVALID;
 }
 
-static enum status make_face(const struct shell_part *part, struct arena *arena,
+static enum status make_face(const struct shell_patch *part, struct arena *arena,
                              struct face *face) {
     face->plain = part->surface;
     face->surface = *part->surface;
@@ -27,7 +27,7 @@ static enum status make_face(const struct shell_part *part, struct arena *arena,
     return status;
 }
 
-static enum status check_loops(const struct shell *shell, const struct shell_part *parts,
+static enum status check_loops(const struct shell *shell, const struct shell_patch *parts,
                                struct arena *arena, struct shell_fault *fault) {
     struct loop_fault loop;
     for (size_t k = 0; k < shell->face_count; k++) {
@@ -156,7 +156,7 @@ static enum status find_components(struct shell *shell, struct arena *arena,
                     next->component = (int32_t)shell->component_count;
                     next->side = side;
                     queue[length++] = number;
-                } else if (next->side != side && !shell->apart) {
+                } else if (next->side != side && !shell->lenient) {
                     return one_sided(shell, edge, queue[head], number, fault);
                 } else if (next->side != side) {
                     part(shell, edge);
@@ -333,15 +333,15 @@ enum status shell_orient(const struct shell *shell, int32_t face, struct arena *
 
 /* ---- the nearest place ---- */
 
-static struct shell_place place_of(const struct face *face, const double uv[2]) {
-    struct shell_place place = {.face = face->surface.face, .inner = {uv[0], uv[1]}};
+static struct shell_point place_of(const struct face *face, const double uv[2]) {
+    struct shell_point place = {.face = face->surface.face, .inner = {uv[0], uv[1]}};
     surface_outer(&face->surface, uv, place.uv);
     return place;
 }
 
 /* The place of a face nearest to `point`, if it is nearer than `*distance`. */
 static void nearest_of_face(const struct shell *shell, const struct face *face, struct vec3 point,
-                            struct shell_place *place, double *distance) {
+                            struct shell_point *place, double *distance) {
     double uv[2], away;
     struct curve_place at;
     surface_nearest_at(&face->surface, point, uv, &away);
@@ -369,7 +369,7 @@ static bool is_of(const struct face *face, int32_t component) {
 }
 
 void shell_nearest(const struct shell *shell, struct vec3 point, int32_t component,
-                   struct shell_place *place, double *distance) {
+                   struct shell_point *place, double *distance) {
     int32_t first = -1;
     double least = HUGE_VAL;
     *distance = HUGE_VAL;
@@ -392,8 +392,9 @@ void shell_nearest(const struct shell *shell, struct vec3 point, int32_t compone
     }
 }
 
-static enum status make(const struct shell_part *parts, size_t count, double tolerance, bool apart,
-                        struct arena *arena, struct shell **shell, struct shell_fault *fault) {
+static enum status make(const struct shell_patch *parts, size_t count, double tolerance,
+                        bool lenient, struct arena *arena, struct shell **shell,
+                        struct shell_fault *fault) {
     struct shell *made = arena_alloc(arena, 1, sizeof *made);
     if (fault)
         *fault = (struct shell_fault){.kind = SHELL_FAULTLESS};
@@ -402,7 +403,7 @@ static enum status make(const struct shell_part *parts, size_t count, double tol
     if (!made || !(made->faces = arena_alloc(arena, count, sizeof *made->faces)))
         return STATUS_OUT_OF_MEMORY;
     made->face_count = count;
-    made->apart = apart;
+    made->lenient = lenient;
     for (size_t k = 0; k < count; k++) {
         enum status status = make_face(&parts[k], arena, &made->faces[k]);
         if (status == STATUS_DEGENERATE_SURFACE)
@@ -418,7 +419,7 @@ static enum status make(const struct shell_part *parts, size_t count, double tol
         made->faces[k].surface.shell = made;
         made->faces[k].surface.face = (int32_t)k;
     }
-    enum status status = apart ? STATUS_OK : check_loops(made, parts, arena, fault);
+    enum status status = lenient ? STATUS_OK : check_loops(made, parts, arena, fault);
     if (status == STATUS_OK)
         status = faces_join(made, parts, arena, fault);
     if (status == STATUS_OK)
@@ -429,13 +430,13 @@ static enum status make(const struct shell_part *parts, size_t count, double tol
     return status;
 }
 
-enum status shell_make(const struct shell_part *parts, size_t count, double tolerance,
+enum status shell_make(const struct shell_patch *parts, size_t count, double tolerance,
                        struct arena *arena, struct shell **shell, struct shell_fault *fault) {
     return make(parts, count, tolerance, false, arena, shell, fault);
 }
 
-enum status shell_make_apart(const struct shell_part *parts, size_t count, double tolerance,
-                             struct arena *arena, struct shell **shell) {
+enum status shell_make_lenient(const struct shell_patch *parts, size_t count, double tolerance,
+                               struct arena *arena, struct shell **shell) {
     return make(parts, count, tolerance, true, arena, shell, NULL);
 }
 
@@ -522,7 +523,7 @@ bool shell_may_be_tube(const struct shell *shell, int32_t face) {
 }
 
 bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, double reach,
-                struct shell_place *place) {
+                struct shell_point *place) {
     double least = reach;
     bool found = false;
     for (size_t k = 0; k < shell->face_count; k++) {

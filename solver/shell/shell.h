@@ -26,7 +26,7 @@ enum { SHELL_FACES_MAX = 65535 };
 
 /* One face as its owner gives it: loops as in `trim_make`, none for the whole domain. Everything it
  * points to is used as long as the shell is. */
-struct shell_part {
+struct shell_patch {
     const struct surface *surface;
     const struct trim_loop *loops;
     size_t loop_count;
@@ -62,7 +62,7 @@ struct shell_fault {
 struct shell_edges {
     size_t joined;      /* pairs of edges */
     size_t free;        /* edges that are the boundary of the shell */
-    size_t faulty;      /* of `shell_make_apart`: places where faces are not joined for a fault */
+    size_t faulty;      /* of `shell_make_lenient`: places where faces are not joined for a fault */
     double largest_gap; /* between joined edges */
     size_t duplicates;  /* faces left out, each being another one once more */
 };
@@ -70,7 +70,7 @@ struct shell_edges {
 /* Joins the faces; `tolerance` 0 is the default. The loops' regions are made in `arena`, too.
  * Errors: STATUS_OUT_OF_MEMORY; STATUS_INVALID, and STATUS_DEGENERATE_SURFACE of
  * SHELL_NOTHING_LEFT, with the fault (may be NULL). */
-enum status shell_make(const struct shell_part *parts, size_t count, double tolerance,
+enum status shell_make(const struct shell_patch *parts, size_t count, double tolerance,
                        struct arena *arena, struct shell **shell,
                        struct shell_fault *fault) STATUS_MUST_USE;
 
@@ -78,8 +78,8 @@ enum status shell_make(const struct shell_part *parts, size_t count, double tole
  * or more meet at an edge they are not joined there, nor are two over an edge that wants them
  * turned otherwise than others do, and loops are not asked whether they are sound. Fails as
  * `shell_make` does of faces without area and a bad tolerance. */
-enum status shell_make_apart(const struct shell_part *parts, size_t count, double tolerance,
-                             struct arena *arena, struct shell **shell) STATUS_MUST_USE;
+enum status shell_make_lenient(const struct shell_patch *parts, size_t count, double tolerance,
+                               struct arena *arena, struct shell **shell) STATUS_MUST_USE;
 
 /* The faces as they were given. */
 size_t shell_face_count(const struct shell *shell);
@@ -115,7 +115,7 @@ double shell_joint_width(const struct shell *shell);
 double shell_area(const struct shell *shell, int32_t component, struct vec3 *centroid);
 
 /* A place of a shell: parameters of a face, inside its region or on its edge. */
-struct shell_place {
+struct shell_point {
     int32_t face;
     double uv[2];    /* the caller's */
     double inner[2]; /* the same as the solver takes them (`spans.h`) */
@@ -164,12 +164,12 @@ enum status shell_lines(const struct shell *shell, int32_t component, double siz
  * distance. */
 enum { SHELL_ANY = -1 };
 void shell_nearest(const struct shell *shell, struct vec3 point, int32_t component,
-                   struct shell_place *place, double *distance);
+                   struct shell_point *place, double *distance);
 
 /* The place of another face of the component of `face` that is nearest to `point`, if it is within
  * `reach` and inside that face's region. False where there is none. */
 bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, double reach,
-                struct shell_place *place);
+                struct shell_point *place);
 
 /* A shell of the same faces of which `face` has its normal along r_u x r_v, and the others of its
  * component like it: a shallow copy in `arena`. Errors: STATUS_OUT_OF_MEMORY. */
@@ -182,7 +182,7 @@ enum status shell_orient(const struct shell *shell, int32_t face, struct arena *
  * of. Faces that fold by up to a degree or what the tolerance hides are joined all the same, over
  * the gap. Errors: as `shell_make`; STATUS_INVALID with SHELL_TOO_CURVED or SHELL_FOLDS.
  */
-enum status shell_offset(const struct shell *shell, const struct shell_part *parts, double height,
+enum status shell_offset(const struct shell *shell, const struct shell_patch *parts, double height,
                          struct arena *arena, struct shell **moved,
                          struct shell_fault *fault) STATUS_MUST_USE;
 

@@ -51,10 +51,10 @@ static bool face_holds(const struct surface *moved, const struct face *face, int
     return false;
 }
 
-enum status shell_offset(const struct shell *shell, const struct shell_part *parts, double height,
+enum status shell_offset(const struct shell *shell, const struct shell_patch *parts, double height,
                          struct arena *arena, struct shell **moved, struct shell_fault *fault) {
     double tolerance = shell->tolerance + smooth_fold * fabs(height);
-    struct shell_part *own = arena_alloc(arena, shell->face_count, sizeof *own);
+    struct shell_patch *own = arena_alloc(arena, shell->face_count, sizeof *own);
     if (!own)
         return STATUS_OUT_OF_MEMORY;
     if (find_fold(shell, height, fault))

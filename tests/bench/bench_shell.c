@@ -55,14 +55,14 @@ static void cut(struct part *part, int side, bool trimmed) {
 }
 
 static struct shell *make(struct part *part, struct arena *arena) {
-    struct shell_part faces[SIDE_MAX * SIDE_MAX] = {{0}};
+    struct shell_patch faces[SIDE_MAX * SIDE_MAX] = {{0}};
     struct shell *shell;
     for (int k = 0; k < part->count; k++) {
         struct nurbs nurbs = shape_nurbs(&part->shape[k]);
         struct surface *surface;
         if (surface_make(&nurbs, arena, &surface) != STATUS_OK)
             return NULL;
-        faces[k] = (struct shell_part){surface, &part->loop[k], part->loop[k].count};
+        faces[k] = (struct shell_patch){surface, &part->loop[k], part->loop[k].count};
     }
     return shell_make(faces, (size_t)part->count, 0, arena, &shell, NULL) == STATUS_OK ? shell
                                                                                        : NULL;

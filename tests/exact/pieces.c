@@ -8,7 +8,8 @@
 static const double cubic_knots[] = {0, 0, 0, 0, 1, 1, 1, 1};
 
 /* The loops of a piece in its shell's arena. */
-static void trim_piece(struct pieces *pieces, int k, struct shell_part *part, struct arena *arena) {
+static void trim_piece(struct pieces *pieces, int k, struct shell_patch *part,
+                       struct arena *arena) {
     struct trim_loop *loops = arena_alloc(arena, 2, sizeof *loops);
     for (int n = 0; n < 2; n++) {
         struct outline *outline = &pieces->outline[k][n];
@@ -22,8 +23,8 @@ static void trim_piece(struct pieces *pieces, int k, struct shell_part *part, st
     part->loops = loops;
 }
 
-struct shell_part *pieces_parts(struct pieces *pieces, struct arena *arena) {
-    struct shell_part *parts = arena_alloc(arena, (size_t)pieces->count, sizeof *parts);
+struct shell_patch *pieces_parts(struct pieces *pieces, struct arena *arena) {
+    struct shell_patch *parts = arena_alloc(arena, (size_t)pieces->count, sizeof *parts);
     for (int k = 0; k < pieces->count; k++) {
         struct nurbs nurbs = shape_nurbs(&pieces->shape[k]);
         struct surface *surface;

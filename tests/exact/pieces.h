@@ -42,7 +42,7 @@ void pieces_cut_grid(struct pieces *pieces, const struct shape *whole, int nu, i
 void pieces_disturb(struct pieces *pieces, double gap, uint64_t *seed);
 
 /* The faces as parts of a shell, in `arena`, with views of `pieces`. */
-struct shell_part *pieces_parts(struct pieces *pieces, struct arena *arena);
+struct shell_patch *pieces_parts(struct pieces *pieces, struct arena *arena);
 
 /* The shell of them; fails the test where there is none. */
 struct shell *pieces_shell(struct pieces *pieces, struct arena *arena);

@@ -258,13 +258,13 @@ static void cut_faces(const struct shape *whole, int side, uint64_t *seed, struc
 }
 
 static struct shell *make_shell(struct faces *faces, struct arena *arena) {
-    struct shell_part parts[FACES] = {{0}};
+    struct shell_patch parts[FACES] = {{0}};
     struct shell *shell;
     for (int k = 0; k < faces->count; k++) {
         struct nurbs nurbs = shape_nurbs(&faces->shape[k]);
         struct surface *surface;
         assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
-        parts[k] = (struct shell_part){surface, &faces->loop[k], faces->trimmed ? 1 : 0};
+        parts[k] = (struct shell_patch){surface, &faces->loop[k], faces->trimmed ? 1 : 0};
     }
     assert_int_equal(shell_make(parts, (size_t)faces->count, 0, arena, &shell, NULL), STATUS_OK);
     return shell;

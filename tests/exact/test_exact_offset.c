@@ -217,7 +217,7 @@ static void test_offset_has_the_same_bits_with_any_lanes(void **state) {
 enum { PIECES = 4 };
 
 /* A shape cut into four faces, every second one with its normal the other way. */
-static void cut_faces(const struct shape *whole, struct arena *arena, struct shell_part *parts) {
+static void cut_faces(const struct shape *whole, struct arena *arena, struct shell_patch *parts) {
     double lower[2], upper[2];
     shape_domain(whole, lower, upper);
     for (int n = 0; n < PIECES; n++) {
@@ -235,7 +235,7 @@ static void cut_faces(const struct shape *whole, struct arena *arena, struct she
             shape_transpose(&piece);
         struct nurbs nurbs = shape_nurbs(&piece);
         assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
-        parts[n] = (struct shell_part){.surface = surface};
+        parts[n] = (struct shell_patch){.surface = surface};
     }
 }
 
@@ -246,7 +246,7 @@ static void test_offset_moves_shells_to_one_side(void **state) {
         struct shape base, other;
         struct drape_run wanted;
         struct drape_result result = {0};
-        struct shell_part parts[PIECES];
+        struct shell_patch parts[PIECES];
         struct shell_fault fault;
         struct shell *shell;
         double h = 0.1 * side;
@@ -297,7 +297,7 @@ static void test_offset_moves_shells_to_one_side(void **state) {
 /* Two planes that meet at 10 degrees; and the tube of a torus from its inside. */
 static void test_offset_names_what_a_shell_cannot_do(void **state) {
     struct arena *arena = arena_new((size_t)1 << 26);
-    struct shell_part parts[PIECES] = {{0}};
+    struct shell_patch parts[PIECES] = {{0}};
     struct shell_fault fault = {0};
     struct shell *shell, *moved;
     struct shape shape;

@@ -165,7 +165,7 @@ static bool make_pleats(struct pleats *pleats, uint64_t *seed) {
 /* One face for each span along v; along u a few spans together. */
 static struct shell *cut_sheet(const struct shape *whole, uint64_t *seed, struct arena *arena) {
     static struct shape piece[FACES_MAX];
-    struct shell_part part[FACES_MAX] = {{0}};
+    struct shell_patch part[FACES_MAX] = {{0}};
     struct shell_fault fault;
     struct shell *shell;
     size_t count = 0;

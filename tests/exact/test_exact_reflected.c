@@ -69,7 +69,7 @@ static void bellows_make(struct bellows *b, uint64_t *seed) {
 }
 
 static struct shell *bellows_join(struct bellows *b, struct arena *arena) {
-    struct shell_part part[ZONES_MAX] = {{0}};
+    struct shell_patch part[ZONES_MAX] = {{0}};
     struct shell_fault fault;
     struct shell *shell;
     for (int k = 0; k < b->zones; k++) {

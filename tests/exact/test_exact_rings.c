@@ -29,7 +29,7 @@ static const double knots[] = {0, 0, 1, 2, 3, 4, 4};
 /* The rings of a cylinder between `z`, the seam of each somewhere else unless `aligned`. */
 static struct shell *make_rings(struct rings *rings, enum ring_kind kind, const double *z,
                                 bool aligned, struct arena *arena) {
-    struct shell_part *parts = arena_alloc(arena, RINGS, sizeof *parts);
+    struct shell_patch *parts = arena_alloc(arena, RINGS, sizeof *parts);
     struct shell *shell = NULL;
     for (int k = 0; k < RINGS; k++) {
         double turn = aligned ? 0.4 : 0.4 + 1.7 * k;
@@ -47,7 +47,7 @@ static struct shell *make_rings(struct rings *rings, enum ring_kind kind, const 
         rings->curve[k] = (struct trim_curve){1, (const double(*)[2])rings->corners[k], 5,
                                               k % 2 ? knots : NULL, NULL};
         rings->loop[k] = (struct trim_loop){true, &rings->curve[k], 1};
-        parts[k] = (struct shell_part){
+        parts[k] = (struct shell_patch){
             .surface = surface, .loops = &rings->loop[k], .loop_count = kind != RING_OWN};
     }
     assert_int_equal(shell_make(parts, RINGS, 0, arena, &shell, NULL), STATUS_OK);
@@ -125,7 +125,7 @@ static void test_exact_rings_halves_of_a_sphere(void **state) {
     shape_sphere(&whole, 1, (double[2]){0, 2 * M_PI}, (double[2]){-M_PI / 2, M_PI / 2}, M_PI / 2);
     for (int n = 0; n < 8; n++) {
         struct arena *arena = arena_new((size_t)1 << 28);
-        struct shell_part parts[2] = {{0}};
+        struct shell_patch parts[2] = {{0}};
         struct shell *shell = NULL;
         struct drape_run run;
         struct drape_result result;
@@ -143,7 +143,7 @@ static void test_exact_rings_halves_of_a_sphere(void **state) {
             rings.curve[k] = (struct trim_curve){1, (const double(*)[2])rings.corners[k], 5,
                                                  k % 2 ? knots : NULL, NULL};
             rings.loop[k] = (struct trim_loop){true, &rings.curve[k], 1};
-            parts[k] = (struct shell_part){surface, &rings.loop[k], 1};
+            parts[k] = (struct shell_patch){surface, &rings.loop[k], 1};
         }
         struct drape_settings settings = {.method = n % 4 ? DRAPE_GIB : DRAPE_GEODESIC,
                                           .spacing = {SPACING, SPACING},

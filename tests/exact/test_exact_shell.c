@@ -286,7 +286,7 @@ static void survive_failing_allocations(enum drape_method method, double d) {
     size_t n = 1;
     for (; status != STATUS_OK; n += (size_t)check_stride(3)) {
         struct arena *arena = arena_new((size_t)1 << 28);
-        struct shell_part *parts = pieces_parts(&pieces, arena);
+        struct shell_patch *parts = pieces_parts(&pieces, arena);
         struct shell *shell;
         struct drape_result result;
         arena_fail_at(arena, n);

@@ -15,7 +15,7 @@ static const uint64_t SEED = 20261123;
 static struct shell *cut_sheet(const struct profile_sheet *sheet, uint64_t *seed,
                                struct arena *arena) {
     static struct shape piece[FACES_MAX];
-    struct shell_part part[FACES_MAX] = {{0}};
+    struct shell_patch part[FACES_MAX] = {{0}};
     struct shell_fault fault;
     struct shell *shell;
     size_t count = 0;
@@ -224,7 +224,7 @@ static void test_exact_shell_folds_joggle(void **state) {
 /* The first `trimmed` of them with a loop each. */
 static struct shell *join(struct shape *shape, int count, const struct trim_loop loop[],
                           int trimmed, struct arena *arena) {
-    struct shell_part part[5] = {{0}};
+    struct shell_patch part[5] = {{0}};
     struct shell_fault fault;
     struct shell *shell;
     for (int k = 0; k < count; k++) {
@@ -233,7 +233,7 @@ static struct shell *join(struct shape *shape, int count, const struct trim_loop
         assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
         part[k].surface = surface;
         if (k < trimmed)
-            part[k] = (struct shell_part){surface, &loop[k], 1};
+            part[k] = (struct shell_patch){surface, &loop[k], 1};
     }
     assert_int_equal(shell_make(part, (size_t)count, 0, arena, &shell, &fault), STATUS_OK);
     return shell;

@@ -3,8 +3,8 @@
  * A row of tiles of the net at the same height: a part of the result that is made by itself, after
  * all have been counted, so that the parts can be made at the same time.
  */
-#ifndef SOLVER_REPORT_REPORT_PART_H
-#define SOLVER_REPORT_REPORT_PART_H
+#ifndef SOLVER_REPORT_REPORT_STRIP_H
+#define SOLVER_REPORT_REPORT_STRIP_H
 
 #include "solver/fishnet/yarn.h"
 #include "solver/march/march.h"
@@ -16,7 +16,7 @@ struct report_tally {
     size_t nodes, cells, front;
 };
 
-struct report_part {
+struct report_strip {
     const struct march *march;
     struct drape_result *result;
     const struct net_window *windows; /* on its tiles, in order */
@@ -33,13 +33,13 @@ struct report_part {
 };
 
 /* Counts what it holds. */
-void report_part_count(struct report_part *part);
+void report_strip_count(struct report_strip *part);
 
 /* Writes its nodes, cells and ends, sorted by j, then i, to the columns from `next` on. */
-void report_part_add(struct report_part *part);
+void report_strip_add(struct report_strip *part);
 
 /* Writes the error estimates of its nodes, from the net before it was corrected. Where that had no
  * node they are -1. */
-void report_part_add_estimates(struct report_part *part);
+void report_strip_add_estimates(struct report_strip *part);
 
 #endif

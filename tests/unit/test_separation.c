@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* Whether patches of nets lie apart (solver/net/apart.h), against their nodes one by one. */
-#include "solver/net/apart.h"
+/* Whether patches of nets lie apart (solver/net/separation.h), against their nodes one by one. */
+#include "solver/net/separation.h"
 
 #include "own_arena.h"
 #include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
 
-enum { ROUNDS = 3000, FIRST = 4, LAST = FIRST + APART_SIDE };
+enum { ROUNDS = 3000, FIRST = 4, LAST = FIRST + SEPARATION_SIDE };
 
 static uint64_t dice;
 
@@ -77,20 +77,20 @@ static bool in_square(const struct net_window *w, struct vec3 place, const int32
 static bool ask(const struct net_window *from, const struct net_window *to, int shift,
                 double least) {
     const double reach = 2.1;
-    struct apart_points points;
-    struct apart_frame frame;
-    apart_points(to, FIRST + shift, FIRST, &points);
-    apart_frame(from, FIRST, FIRST, &frame);
-    bool apart = apart_is(&frame, &points, reach, least);
+    struct separation_points points;
+    struct separation_frame frame;
+    separation_points(to, FIRST + shift, FIRST, &points);
+    separation_frame(from, FIRST, FIRST, &frame);
+    bool apart = separation_holds(&frame, &points, reach, least);
     for (int n = 0; n < points.count; n++) {
-        bool away = apart_is_one(&frame, points.r[n]);
+        bool away = separation_holds_at(&frame, points.r[n]);
         if (apart || away)
             assert_false(in_square(from, points.r[n], points.at[n], reach, away ? 0 : least));
     }
     return apart;
 }
 
-static void test_apart_is_right_of_every_node(void **state) {
+static void test_separation_is_right_of_every_node(void **state) {
     int others = 0, neighbours = 0;
     (void)state;
     dice = check_seed(1);
@@ -112,6 +112,6 @@ static void test_apart_is_right_of_every_node(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_apart_is_right_of_every_node, set_up, tear_down)};
+        cmocka_unit_test_setup_teardown(test_separation_is_right_of_every_node, set_up, tear_down)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

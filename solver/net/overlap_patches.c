@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "fold_patches.h"
+#include "overlap_patches.h"
 
 #include <string.h>
 
@@ -9,7 +9,7 @@ enum { FIRST_PATCHES = 64, PATCH_NODES = 14, PATCH_SITES = 12 };
 static int32_t *take_none(struct arena *arena, size_t count) {
     int32_t *numbers = arena_take(arena, count, sizeof *numbers);
     for (size_t k = 0; numbers && k < count; k++)
-        numbers[k] = FOLD_NONE;
+        numbers[k] = OVERLAP_NONE;
     return numbers;
 }
 
@@ -21,9 +21,9 @@ static size_t power_of_two(size_t least) {
 }
 
 /* Room for so many patches. */
-static bool grow(struct fold_patches *patches, size_t room) {
+static bool grow(struct overlap_patches *patches, size_t room) {
     size_t slot_count = power_of_two(room + room / 2);
-    struct fold_patch *patch = arena_take(patches->arena, room, sizeof *patch);
+    struct overlap_patch *patch = arena_take(patches->arena, room, sizeof *patch);
     int32_t *slots = patch ? take_none(patches->arena, slot_count) : NULL;
     if (!slots || room > INT32_MAX)
         return false;
@@ -34,11 +34,11 @@ static bool grow(struct fold_patches *patches, size_t room) {
     patches->slots = slots;
     patches->slot_count = slot_count;
     for (size_t k = 0; k < patches->count; k++)
-        *fold_patches_slot(patches, patch[k].pi, patch[k].pj) = (int32_t)k;
+        *overlap_patches_slot(patches, patch[k].pi, patch[k].pj) = (int32_t)k;
     return true;
 }
 
-static bool has_cube(const struct fold_cubes *cubes, const int64_t at[3]) {
+static bool has_cube(const struct overlap_cubes *cubes, const int64_t at[3]) {
     bool has = true;
     for (int k = 0; k < 3; k++)
         has = has && at[k] >= cubes->first[k] && at[k] <= cubes->last[k];
@@ -47,12 +47,13 @@ static bool has_cube(const struct fold_cubes *cubes, const int64_t at[3]) {
 
 /* Enters a patch in the cubes that its box touches and `before`, unless NULL, did not, as long as
  * there is room: false where there is none. */
-static bool enter(struct fold_patches *patches, size_t number, const struct fold_box *before) {
-    struct fold_cubes old = {.last = {-1, -1, -1}};
-    struct fold_cubes now = fold_patches_cubes(patches, &patches->patch[number].box);
+static bool enter(struct overlap_patches *patches, size_t number,
+                  const struct overlap_box *before) {
+    struct overlap_cubes old = {.last = {-1, -1, -1}};
+    struct overlap_cubes now = overlap_patches_cubes(patches, &patches->patch[number].box);
     int64_t at[3];
     if (before)
-        old = fold_patches_cubes(patches, before);
+        old = overlap_patches_cubes(patches, before);
     for (at[0] = now.first[0]; at[0] <= now.last[0]; at[0]++)
         for (at[1] = now.first[1]; at[1] <= now.last[1]; at[1]++)
             for (at[2] = now.first[2]; at[2] <= now.last[2]; at[2]++) {
@@ -60,9 +61,9 @@ static bool enter(struct fold_patches *patches, size_t number, const struct fold
                     continue;
                 if (patches->site_count == patches->site_room)
                     return false;
-                size_t cube = fold_hash(at[0], at[1], at[2]) & (patches->cube_count - 1);
+                size_t cube = overlap_hash(at[0], at[1], at[2]) & (patches->cube_count - 1);
                 patches->sites[patches->site_count] =
-                    (struct fold_site){(int32_t)number, patches->cubes[cube]};
+                    (struct overlap_entry){(int32_t)number, patches->cubes[cube]};
                 patches->cubes[cube] = (int32_t)patches->site_count++;
             }
     return true;
@@ -70,7 +71,7 @@ static bool enter(struct fold_patches *patches, size_t number, const struct fold
 
 /* Room for so many sites at least: all patches are entered anew. There are half as many hashes, or
  * up to twice that. */
-static bool grow_sites(struct fold_patches *patches, size_t room) {
+static bool grow_sites(struct overlap_patches *patches, size_t room) {
     bool fits = false;
     for (; !fits; room *= 2) {
         patches->sites = arena_take(patches->arena, room, sizeof *patches->sites);
@@ -87,27 +88,27 @@ static bool grow_sites(struct fold_patches *patches, size_t room) {
     return true;
 }
 
-bool fold_patches_make(struct fold_patches *patches, struct arena *arena, size_t nodes,
-                       double cube) {
+bool overlap_patches_make(struct overlap_patches *patches, struct arena *arena, size_t nodes,
+                          double cube) {
     size_t room = FIRST_PATCHES + nodes / PATCH_NODES;
-    *patches = (struct fold_patches){.arena = arena, .cube = cube};
+    *patches = (struct overlap_patches){.arena = arena, .cube = cube};
     return grow(patches, room) && grow_sites(patches, PATCH_SITES * room);
 }
 
-enum status fold_patches_stretch(struct fold_patches *patches, int32_t pi, int32_t pj,
-                                 const struct net_tile *tile, const struct fold_box *box,
-                                 struct fold_shape shape) {
-    bool known = fold_patches_find(patches, pi, pj) != NULL;
+enum status overlap_patches_stretch(struct overlap_patches *patches, int32_t pi, int32_t pj,
+                                    const struct net_tile *tile, const struct overlap_box *box,
+                                    struct overlap_shape shape) {
+    bool known = overlap_patches_find(patches, pi, pj) != NULL;
     if (!known) {
         if (patches->count == patches->room && !grow(patches, 2 * patches->room))
             return STATUS_OUT_OF_MEMORY;
-        *fold_patches_slot(patches, pi, pj) = (int32_t)patches->count;
+        *overlap_patches_slot(patches, pi, pj) = (int32_t)patches->count;
         patches->patch[patches->count++] =
-            (struct fold_patch){pi, pj, tile, *box, shape, FOLD_NONE};
+            (struct overlap_patch){pi, pj, tile, *box, shape, OVERLAP_NONE};
     }
-    size_t number = (size_t)*fold_patches_slot(patches, pi, pj);
-    struct fold_patch *patch = &patches->patch[number];
-    struct fold_box before = patch->box;
+    size_t number = (size_t)*overlap_patches_slot(patches, pi, pj);
+    struct overlap_patch *patch = &patches->patch[number];
+    struct overlap_box before = patch->box;
     patch->shape = shape;
     for (int k = 0; k < 3; k++) {
         patch->box.low[k] = fmin(before.low[k], box->low[k]);

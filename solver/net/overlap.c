@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-#include "fold_patches.h"
+#include "overlap_patches.h"
 
-#include "apart.h"
+#include "separation.h"
 
 enum { NEIGHBOURS = 3, FRAMES = 256 };
 
 /* The places on a side of a patch, and the patches on one of a tile. */
-enum { PATCH_BITS = FOLD_PATCH_BITS, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
-_Static_assert((int)PATCH == (int)APART_SIDE, "patches are asked whether they lie apart");
+enum { PATCH_BITS = OVERLAP_PATCH_BITS, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
+_Static_assert((int)PATCH == (int)SEPARATION_SIDE, "patches are asked whether they lie apart");
 
 /* A sheet of the surface that is further away than half a spacing is another one. */
 static const double sheet_gap = 0.5;
@@ -23,43 +23,45 @@ static const double cells_reach = 2.1;
 /* The side of the cubes that space is hashed by, in spacings: about what a patch reaches over. */
 static const double cube_side = 6;
 
-/* The frame of a patch, as long as the net does not change there; then of FOLD_NONE. */
+/* The frame of a patch, as long as the net does not change there; then of OVERLAP_NONE. */
 struct framed {
     int32_t patch;
-    struct apart_frame frame;
+    struct separation_frame frame;
 };
 
-struct fold {
+struct overlap {
     struct net *net;
-    struct fold_normals normals;
+    struct overlap_normals normals;
     double spacing[2], turn[2];
-    const struct shell_cut *cut;
+    const struct shell_slit *slit;
     double reach;
-    struct fold_patches patches;
+    struct overlap_patches patches;
     struct framed *frames; /* FRAMES of the patches asked for theirs last; NULL: of none yet */
     int32_t next_frame;
 };
 
-struct fold *fold_make(struct net *net, size_t count, const double spacing[2], const double turn[2],
-                       const struct shell_cut *cut, struct fold_normals normals) {
-    struct fold *fold = arena_alloc(net->arena, 1, sizeof *fold);
-    if (!fold)
+struct overlap *overlap_make(struct net *net, size_t count, const double spacing[2],
+                             const double turn[2], const struct shell_slit *slit,
+                             struct overlap_normals normals) {
+    struct overlap *overlap = arena_alloc(net->arena, 1, sizeof *overlap);
+    if (!overlap)
         return NULL;
     double longest = fmax(spacing[0], spacing[1]);
-    *fold = (struct fold){.net = net,
-                          .normals = normals,
-                          .spacing = {spacing[0], spacing[1]},
-                          .turn = {turn[0], turn[1]},
-                          .cut = cut,
-                          .reach = cells_reach * longest};
-    return fold_patches_make(&fold->patches, net->arena, count, cube_side * longest) ? fold : NULL;
+    *overlap = (struct overlap){.net = net,
+                                .normals = normals,
+                                .spacing = {spacing[0], spacing[1]},
+                                .turn = {turn[0], turn[1]},
+                                .slit = slit,
+                                .reach = cells_reach * longest};
+    return overlap_patches_make(&overlap->patches, net->arena, count, cube_side * longest) ? overlap
+                                                                                           : NULL;
 }
 
-void fold_pass_cut(struct fold *fold) {
-    fold->turn[0] = fold->turn[1] = HUGE_VAL;
+void overlap_pass_slit(struct overlap *overlap) {
+    overlap->turn[0] = overlap->turn[1] = HUGE_VAL;
 }
 
-static void stretch(struct fold_box *box, struct vec3 r, double by) {
+static void stretch(struct overlap_box *box, struct vec3 r, double by) {
     const double at[3] = {r.x, r.y, r.z};
     for (int k = 0; k < 3; k++) {
         box->low[k] = at[k] - by < box->low[k] ? at[k] - by : box->low[k];
@@ -67,43 +69,44 @@ static void stretch(struct fold_box *box, struct vec3 r, double by) {
     }
 }
 
-static bool contains(const struct fold_box *box, struct vec3 r) {
+static bool contains(const struct overlap_box *box, struct vec3 r) {
     return r.x >= box->low[0] && r.x <= box->high[0] && r.y >= box->low[1] && r.y <= box->high[1] &&
            r.z >= box->low[2] && r.z <= box->high[2];
 }
 
-static const struct fold_shape unknown_shape = {HUGE_VAL, 0};
-static const struct fold_box nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
-                                        {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+static const struct overlap_shape unknown_shape = {HUGE_VAL, 0};
+static const struct overlap_box nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
+                                           {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
 
 /* Whether the frame of a patch is known. */
-static bool has_frame(const struct fold *fold, int32_t number) {
-    int32_t at = fold->patches.patch[number].frame;
-    return at != FOLD_NONE && fold->frames[at].patch == number;
+static bool has_frame(const struct overlap *overlap, int32_t number) {
+    int32_t at = overlap->patches.patch[number].frame;
+    return at != OVERLAP_NONE && overlap->frames[at].patch == number;
 }
 
 /* Frames are as the nodes of their patch and those beside them were: forgets those of the nodes
  * from (i, j) to (i_last, j_last). */
-static void forget_frames(struct fold *fold, int32_t i, int32_t j, int32_t i_last, int32_t j_last) {
-    for (int32_t q = (j - 1) >> PATCH_BITS; fold->frames && q <= (j_last + 1) >> PATCH_BITS; q++)
+static void forget_frames(struct overlap *overlap, int32_t i, int32_t j, int32_t i_last,
+                          int32_t j_last) {
+    for (int32_t q = (j - 1) >> PATCH_BITS; overlap->frames && q <= (j_last + 1) >> PATCH_BITS; q++)
         for (int32_t p = (i - 1) >> PATCH_BITS; p <= (i_last + 1) >> PATCH_BITS; p++) {
-            int32_t number = *fold_patches_slot(&fold->patches, p, q);
-            if (number != FOLD_NONE && has_frame(fold, number))
-                fold->frames[fold->patches.patch[number].frame].patch = FOLD_NONE;
+            int32_t number = *overlap_patches_slot(&overlap->patches, p, q);
+            if (number != OVERLAP_NONE && has_frame(overlap, number))
+                overlap->frames[overlap->patches.patch[number].frame].patch = OVERLAP_NONE;
         }
 }
 
-void fold_forget(struct fold *fold, int32_t i, int32_t j) {
-    forget_frames(fold, i, j, i, j);
+void overlap_forget(struct overlap *overlap, int32_t i, int32_t j) {
+    forget_frames(overlap, i, j, i, j);
 }
 
-enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
-    fold_forget(fold, i, j);
-    struct net_tile *tile = net_touch(fold->net, i, j);
-    struct fold_box box = nothing;
-    stretch(&box, r, fold->reach);
-    return tile ? fold_patches_stretch(&fold->patches, i >> PATCH_BITS, j >> PATCH_BITS, tile, &box,
-                                       unknown_shape)
+enum status overlap_add(struct overlap *overlap, int32_t i, int32_t j, struct vec3 r) {
+    overlap_forget(overlap, i, j);
+    struct net_tile *tile = net_touch(overlap->net, i, j);
+    struct overlap_box box = nothing;
+    stretch(&box, r, overlap->reach);
+    return tile ? overlap_patches_stretch(&overlap->patches, i >> PATCH_BITS, j >> PATCH_BITS, tile,
+                                          &box, unknown_shape)
                 : STATUS_OUT_OF_MEMORY;
 }
 
@@ -138,8 +141,8 @@ static void keep_most(double *most, double value) {
 
 /* The shape of the patch whose first place is at (x, y) of a window. Edges go on to the places
  * round it: a and b along warp and weft. */
-static struct fold_shape find_shape(const struct net_window *w, int x, int y) {
-    struct fold_shape shape = {0, 1};
+static struct overlap_shape find_shape(const struct net_window *w, int x, int y) {
+    struct overlap_shape shape = {0, 1};
     struct surroundings s;
     find_surroundings(w, x, y, &s);
     for (int j = 1; j <= PATCH; j++) {
@@ -166,38 +169,38 @@ static struct fold_shape find_shape(const struct net_window *w, int x, int y) {
 
 /* The box of what the nodes of the patch that begins at column x and row y of a tile reach; false
  * when it has none. */
-static bool find_box(const struct fold *fold, const struct net_tile *tile, int x, int y,
-                     struct fold_box *box) {
+static bool find_box(const struct overlap *overlap, const struct net_tile *tile, int x, int y,
+                     struct overlap_box *box) {
     *box = nothing;
     for (int row = y; row < y + PATCH; row++)
         for (unsigned bits = inside_row(tile, x, row); bits; bits &= bits - 1)
-            stretch(box, tile->node[row][x + __builtin_ctz(bits)].r, fold->reach);
+            stretch(box, tile->node[row][x + __builtin_ctz(bits)].r, overlap->reach);
     return box->low[0] <= box->high[0];
 }
 
 /* Adds the nodes of the patch. */
-static enum status add_patch(struct fold *fold, const struct net_tile *tile, int x, int y,
-                             struct fold_shape shape) {
-    struct fold_box box;
-    if (!find_box(fold, tile, x, y, &box))
+static enum status add_patch(struct overlap *overlap, const struct net_tile *tile, int x, int y,
+                             struct overlap_shape shape) {
+    struct overlap_box box;
+    if (!find_box(overlap, tile, x, y, &box))
         return STATUS_OK;
-    return fold_patches_stretch(&fold->patches, tile->ti * PATCHES + x / PATCH,
-                                tile->tj * PATCHES + y / PATCH, tile, &box, shape);
+    return overlap_patches_stretch(&overlap->patches, tile->ti * PATCHES + x / PATCH,
+                                   tile->tj * PATCHES + y / PATCH, tile, &box, shape);
 }
 
-enum status fold_add_tile(struct fold *fold, const struct net_tile *tile, bool shaped) {
+enum status overlap_add_tile(struct overlap *overlap, const struct net_tile *tile, bool shaped) {
     enum status status = STATUS_OK;
-    struct net_window window = net_window(fold->net, tile->ti, tile->tj);
+    struct net_window window = net_window(overlap->net, tile->ti, tile->tj);
     int32_t i = tile->ti * NET_TILE, j = tile->tj * NET_TILE;
-    forget_frames(fold, i, j, i + NET_TILE - 1, j + NET_TILE - 1);
+    forget_frames(overlap, i, j, i + NET_TILE - 1, j + NET_TILE - 1);
     for (int at = 0; at < PATCHES * PATCHES && status == STATUS_OK; at++) {
         int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
-        status = add_patch(fold, tile, x, y, shaped ? find_shape(&window, x, y) : unknown_shape);
+        status = add_patch(overlap, tile, x, y, shaped ? find_shape(&window, x, y) : unknown_shape);
     }
     return status;
 }
 
-static bool overlap(const struct fold_box *a, const struct fold_box *b) {
+static bool boxes_touch(const struct overlap_box *a, const struct overlap_box *b) {
     bool both = true;
     for (int k = 0; k < 3; k++)
         both = both && a->low[k] <= b->high[k] && b->low[k] <= a->high[k];
@@ -205,12 +208,12 @@ static bool overlap(const struct fold_box *a, const struct fold_box *b) {
 }
 
 /* The worst shape of the patches that are at most so many away from one. */
-static struct fold_shape shape_round(const struct fold *fold, const struct fold_patch *patch,
-                                     int32_t away) {
-    struct fold_shape worst = {0, 1};
+static struct overlap_shape shape_round(const struct overlap *overlap,
+                                        const struct overlap_patch *patch, int32_t away) {
+    struct overlap_shape worst = {0, 1};
     for (int32_t q = patch->pj - away; q <= patch->pj + away; q++)
         for (int32_t p = patch->pi - away; p <= patch->pi + away; p++) {
-            const struct fold_patch *other = fold_patches_find(&fold->patches, p, q);
+            const struct overlap_patch *other = overlap_patches_find(&overlap->patches, p, q);
             if (!other)
                 continue;
             worst.bend2 = fmax(worst.bend2, other->shape.bend2);
@@ -224,14 +227,15 @@ static struct fold_shape shape_round(const struct fold *fold, const struct fold_
  * plane half way between them, too, in steps of the yarns there, but for 2 (m^2 / 2) second
  * differences by the sine between them, and cells of one of them reach over a place but for 2 m:
  * both together are to be less than m - 1. */
-static bool is_even(const struct fold *fold, const struct fold_patch *patch, int32_t away) {
-    struct fold_shape worst = shape_round(fold, patch, away);
-    double d = fmin(fold->spacing[0], fold->spacing[1]), m = PATCH * (away + 1) - 1;
+static bool is_even(const struct overlap *overlap, const struct overlap_patch *patch,
+                    int32_t away) {
+    struct overlap_shape worst = shape_round(overlap, patch, away);
+    double d = fmin(overlap->spacing[0], overlap->spacing[1]), m = PATCH * (away + 1) - 1;
     double most = (m - 1) / (m * m + 2 * m) * d;
     return worst.bend2 < most * most * worst.sine2;
 }
 
-static int32_t steps_between(const struct fold_patch *p, const struct fold_patch *q) {
+static int32_t steps_between(const struct overlap_patch *p, const struct overlap_patch *q) {
     int32_t i = p->pi < q->pi ? q->pi - p->pi : p->pi - q->pi;
     int32_t j = p->pj < q->pj ? q->pj - p->pj : p->pj - q->pj;
     return i > j ? i : j;
@@ -245,11 +249,12 @@ enum { EVEN_MOST = 3 };
 static const double least_of_all = 1.6;
 
 /* The box of the nodes of a patch alone. */
-static struct fold_box inner_box(const struct fold *fold, const struct fold_patch *patch) {
-    struct fold_box inner = patch->box;
+static struct overlap_box inner_box(const struct overlap *overlap,
+                                    const struct overlap_patch *patch) {
+    struct overlap_box inner = patch->box;
     for (int k = 0; k < 3; k++) {
-        inner.low[k] += fold->reach;
-        inner.high[k] -= fold->reach;
+        inner.low[k] += overlap->reach;
+        inner.high[k] -= overlap->reach;
     }
     return inner;
 }
@@ -257,18 +262,19 @@ static struct fold_box inner_box(const struct fold *fold, const struct fold_patc
 /* What looks at the patches that come near the nodes of one in space, until there is nothing more
  * to be known. */
 struct look {
-    struct fold *fold;
-    const struct fold_patch *patch;
-    bool all;                   /* of a net that may lack nodes, and of all neighbours in it */
-    int32_t away;               /* how far they are in the net, at the most; one more than
-                                   EVEN_MOST stands for all that are further */
-    struct apart_points points; /* of the patch */
+    struct overlap *overlap;
+    const struct overlap_patch *patch;
+    bool all;                        /* of a net that may lack nodes, and of all neighbours in it */
+    int32_t away;                    /* how far they are in the net, at the most; one more than
+                                        EVEN_MOST stands for all that are further */
+    struct separation_points points; /* of the patch */
 };
 
 /* Whether a cube is the first of those that two boxes have in common: along each axis one of them
  * begins in it. */
-static bool is_first_common(const struct fold_patches *patches, const struct fold_cubes *cubes,
-                            const struct fold_box *box, const int64_t at[3]) {
+static bool is_first_common(const struct overlap_patches *patches,
+                            const struct overlap_cubes *cubes, const struct overlap_box *box,
+                            const int64_t at[3]) {
     bool first = true;
     for (int k = 0; k < 3; k++)
         first = first &&
@@ -277,19 +283,19 @@ static bool is_first_common(const struct fold_patches *patches, const struct fol
 }
 
 static bool look_round(struct look *look, bool (*enough)(struct look *look, int32_t other)) {
-    struct fold *fold = look->fold;
-    struct fold_box inner = inner_box(fold, look->patch);
-    struct fold_cubes cubes = fold_patches_cubes(&fold->patches, &inner);
+    struct overlap *overlap = look->overlap;
+    struct overlap_box inner = inner_box(overlap, look->patch);
+    struct overlap_cubes cubes = overlap_patches_cubes(&overlap->patches, &inner);
     int64_t at[3];
     for (at[0] = cubes.first[0]; at[0] <= cubes.last[0]; at[0]++)
         for (at[1] = cubes.first[1]; at[1] <= cubes.last[1]; at[1]++)
             for (at[2] = cubes.first[2]; at[2] <= cubes.last[2]; at[2]++) {
-                int32_t site = fold_patches_first(&fold->patches, at);
-                for (; site != FOLD_NONE; site = fold->patches.sites[site].next) {
-                    int32_t other = fold->patches.sites[site].patch;
-                    const struct fold_box *box = &fold->patches.patch[other].box;
-                    if (overlap(&inner, box) && is_first_common(&fold->patches, &cubes, box, at) &&
-                        enough(look, other))
+                int32_t site = overlap_patches_first(&overlap->patches, at);
+                for (; site != OVERLAP_NONE; site = overlap->patches.sites[site].next) {
+                    int32_t other = overlap->patches.sites[site].patch;
+                    const struct overlap_box *box = &overlap->patches.patch[other].box;
+                    if (boxes_touch(&inner, box) &&
+                        is_first_common(&overlap->patches, &cubes, box, at) && enough(look, other))
                         return true;
                 }
             }
@@ -297,50 +303,51 @@ static bool look_round(struct look *look, bool (*enough)(struct look *look, int3
 }
 
 static bool note_away(struct look *look, int32_t other) {
-    int32_t away = steps_between(look->patch, &look->fold->patches.patch[other]);
+    int32_t away = steps_between(look->patch, &look->overlap->patches.patch[other]);
     look->away = away > look->away ? away : look->away;
     return away > EVEN_MOST;
 }
 
 /* The column and the row of a patch's first node in its tile. */
-static int patch_column(const struct fold_patch *patch) {
+static int patch_column(const struct overlap_patch *patch) {
     return (patch->pi & (PATCHES - 1)) * PATCH;
 }
 
-static int patch_row(const struct fold_patch *patch) {
+static int patch_row(const struct overlap_patch *patch) {
     return (patch->pj & (PATCHES - 1)) * PATCH;
 }
 
 /* The frame of a patch, in the place of the one made longest ago; NULL without memory. */
-static const struct apart_frame *frame_of(struct fold *fold, int32_t number) {
-    struct fold_patch *patch = &fold->patches.patch[number];
-    if (has_frame(fold, number))
-        return &fold->frames[patch->frame].frame;
-    if (!fold->frames) {
-        fold->frames = arena_take(fold->net->arena, FRAMES, sizeof *fold->frames);
-        if (!fold->frames)
+static const struct separation_frame *frame_of(struct overlap *overlap, int32_t number) {
+    struct overlap_patch *patch = &overlap->patches.patch[number];
+    if (has_frame(overlap, number))
+        return &overlap->frames[patch->frame].frame;
+    if (!overlap->frames) {
+        overlap->frames = arena_take(overlap->net->arena, FRAMES, sizeof *overlap->frames);
+        if (!overlap->frames)
             return NULL;
     }
-    struct framed *framed = &fold->frames[fold->next_frame];
-    struct net_window window = net_window(fold->net, patch->tile->ti, patch->tile->tj);
-    apart_frame(&window, patch_column(patch), patch_row(patch), &framed->frame);
+    struct framed *framed = &overlap->frames[overlap->next_frame];
+    struct net_window window = net_window(overlap->net, patch->tile->ti, patch->tile->tj);
+    separation_frame(&window, patch_column(patch), patch_row(patch), &framed->frame);
     framed->patch = number;
-    patch->frame = fold->next_frame;
-    fold->next_frame = (fold->next_frame + 1) % FRAMES;
+    patch->frame = overlap->next_frame;
+    overlap->next_frame = (overlap->next_frame + 1) % FRAMES;
     return &framed->frame;
 }
 
 static bool may_meet(struct look *look, int32_t other) {
-    const struct apart_frame *frame = frame_of(look->fold, other);
-    return !frame || !apart_is(frame, &look->points, look->fold->reach,
-                               look->all ? least_of_all : NEIGHBOURS + 1);
+    const struct separation_frame *frame = frame_of(look->overlap, other);
+    return !frame || !separation_holds(frame, &look->points, look->overlap->reach,
+                                       look->all ? least_of_all : NEIGHBOURS + 1);
 }
 
 /* Whether all places of a patch and of those at most so many away have nodes. */
-static bool is_whole(const struct fold *fold, const struct fold_patch *patch, int32_t away) {
+static bool is_whole(const struct overlap *overlap, const struct overlap_patch *patch,
+                     int32_t away) {
     for (int32_t q = patch->pj - away; q <= patch->pj + away; q++)
         for (int32_t p = patch->pi - away; p <= patch->pi + away; p++) {
-            const struct fold_patch *other = fold_patches_find(&fold->patches, p, q);
+            const struct overlap_patch *other = overlap_patches_find(&overlap->patches, p, q);
             if (!other)
                 return false;
             for (int y = 0; y < PATCH; y++) {
@@ -356,25 +363,27 @@ static bool is_whole(const struct fold *fold, const struct fold_patch *patch, in
  * near in the net, too, which is even there, or lie apart from it. A net that lacks nodes is not
  * taken to be even. */
 static bool is_suspect(struct look *look) {
-    struct fold *fold = look->fold;
-    const struct fold_patch *patch = look->patch;
-    if (look->away <= EVEN_MOST && is_even(fold, patch, look->away) &&
-        (!look->all || is_whole(fold, patch, look->away)))
+    struct overlap *overlap = look->overlap;
+    const struct overlap_patch *patch = look->patch;
+    if (look->away <= EVEN_MOST && is_even(overlap, patch, look->away) &&
+        (!look->all || is_whole(overlap, patch, look->away)))
         return false;
-    struct net_window window = net_window(fold->net, patch->tile->ti, patch->tile->tj);
-    apart_points(&window, patch_column(patch), patch_row(patch), &look->points);
+    struct net_window window = net_window(overlap->net, patch->tile->ti, patch->tile->tj);
+    separation_points(&window, patch_column(patch), patch_row(patch), &look->points);
     return look_round(look, may_meet);
 }
 
 /* Those patches of a tile that are suspected, as bits; `near`: of those that others are near. */
-static unsigned find_suspects(struct fold *fold, const struct net_tile *tile, bool all, bool near) {
+static unsigned find_suspects(struct overlap *overlap, const struct net_tile *tile, bool all,
+                              bool near) {
     unsigned suspects = 0;
     for (int at = 0; at < PATCHES * PATCHES; at++) {
-        const struct fold_patch *patch = fold_patches_find(
-            &fold->patches, tile->ti * PATCHES + at % PATCHES, tile->tj * PATCHES + at / PATCHES);
+        const struct overlap_patch *patch =
+            overlap_patches_find(&overlap->patches, tile->ti * PATCHES + at % PATCHES,
+                                 tile->tj * PATCHES + at / PATCHES);
         if (!patch)
             continue;
-        struct look look = {.fold = fold, .patch = patch, .all = all, .away = 1};
+        struct look look = {.overlap = overlap, .patch = patch, .all = all, .away = 1};
         (void)look_round(&look, note_away);
         if ((look.away > 1 || !near) && is_suspect(&look))
             suspects |= 1u << at;
@@ -382,12 +391,12 @@ static unsigned find_suspects(struct fold *fold, const struct net_tile *tile, bo
     return suspects;
 }
 
-unsigned fold_suspects(struct fold *fold, const struct net_tile *tile) {
-    return find_suspects(fold, tile, false, false);
+unsigned overlap_suspects(struct overlap *overlap, const struct net_tile *tile) {
+    return find_suspects(overlap, tile, false, false);
 }
 
-unsigned fold_layers(struct fold *fold, const struct net_tile *tile, bool over) {
-    return find_suspects(fold, tile, true, !over);
+unsigned overlap_layers(struct overlap *overlap, const struct net_tile *tile, bool over) {
+    return find_suspects(overlap, tile, true, !over);
 }
 
 /* A node of the net that another one may lie on: at column x and row y of a tile. */
@@ -411,23 +420,23 @@ static struct vec3 yarn_step(struct net *net, const struct target *at, int dx, i
 /* Whether `point` lies in the cells round a node: |x|, |y| < 1 in its yarns' own
  * oblique coordinates, and on the same sheet. A yarn alone is taken as crossed at right angles, and
  * has its side of a thin part from the surface. */
-static bool within_cells(struct fold *fold, const struct target *at,
+static bool within_cells(struct overlap *overlap, const struct target *at,
                          const struct surface_point *surface_point) {
     const struct net_node *node = &at->tile->node[at->y][at->x];
-    if (fabs(node->uv[0] - surface_point->uv[0]) > fold->turn[0] ||
-        fabs(node->uv[1] - surface_point->uv[1]) > fold->turn[1])
+    if (fabs(node->uv[0] - surface_point->uv[0]) > overlap->turn[0] ||
+        fabs(node->uv[1] - surface_point->uv[1]) > overlap->turn[1])
         return false;
     struct vec3 normal = surface_point->normal, offset = vec3_sub(surface_point->jet.r, node->r);
-    struct vec3 a = yarn_step(fold->net, at, 1, 0);
-    struct vec3 b = yarn_step(fold->net, at, 0, 1);
+    struct vec3 a = yarn_step(overlap->net, at, 1, 0);
+    struct vec3 b = yarn_step(overlap->net, at, 0, 1);
     bool alone = vec3_norm2(a) == 0 || vec3_norm2(b) == 0;
-    struct vec3 own = alone ? fold->normals.at(fold->normals.context, node) : normal;
+    struct vec3 own = alone ? overlap->normals.at(overlap->normals.context, node) : normal;
     if (!(vec3_dot(own, normal) > 0))
         return false;
     if (vec3_norm2(a) == 0)
-        a = vec3_scale(fold->spacing[0], vec3_unit(vec3_cross(b, own)));
+        a = vec3_scale(overlap->spacing[0], vec3_unit(vec3_cross(b, own)));
     if (vec3_norm2(b) == 0)
-        b = vec3_scale(fold->spacing[1], vec3_unit(vec3_cross(own, a)));
+        b = vec3_scale(overlap->spacing[1], vec3_unit(vec3_cross(own, a)));
     struct vec3 across = vec3_cross(a, b);
     double area2 = vec3_norm2(across), height = vec3_dot(offset, across);
     if (!(area2 > 0) || height * height > sheet_gap * sheet_gap * area2 * vec3_norm2(a))
@@ -437,17 +446,18 @@ static bool within_cells(struct fold *fold, const struct target *at,
     double x = vec3_dot(vec3_cross(offset, b), across) / area2;
     double y = vec3_dot(vec3_cross(a, offset), across) / area2;
     bool within = fabs(x) < 1 && fabs(y) < 1;
-    if (!within || !fold->cut)
+    if (!within || !overlap->slit)
         return within;
-    const struct shell_cut_place to = {surface_point->jet.r, normal};
-    const struct shell_cut_place from = {node->r, fold->normals.at(fold->normals.context, node)};
-    return shell_cut_passes(fold->cut, &from, &to) == 0;
+    const struct shell_slit_point to = {surface_point->jet.r, normal};
+    const struct shell_slit_point from = {node->r,
+                                          overlap->normals.at(overlap->normals.context, node)};
+    return shell_slit_passes(overlap->slit, &from, &to) == 0;
 }
 
 /* A node (i, j) at `point`; without its point, whether there is a part of the net near it; with
  * `cell`, whether one of the cells there, which it gets, has the point inside. */
 struct visitor {
-    struct fold *fold;
+    struct overlap *overlap;
     int32_t i, j;
     struct vec3 point;
     const struct surface_point *surface_point;
@@ -464,7 +474,7 @@ struct visitor {
 static bool within_cell(const struct visitor *v, const struct target *at) {
     const struct net_node *node[4];
     for (int k = 0; k < 4; k++) {
-        node[k] = place_at(v->fold->net, at, k & 1, k / 2);
+        node[k] = place_at(v->overlap->net, at, k & 1, k / 2);
         if (!node[k] || node[k]->state != NET_INSIDE)
             return false;
     }
@@ -506,8 +516,8 @@ static unsigned near_columns(int32_t di) {
     return di > NEIGHBOURS ? all << (di - NEIGHBOURS) : all >> (NEIGHBOURS - di);
 }
 
-static bool meets_patch(const struct visitor *v, const struct fold_patch *patch) {
-    double reach2 = v->fold->reach * v->fold->reach;
+static bool meets_patch(const struct visitor *v, const struct overlap_patch *patch) {
+    double reach2 = v->overlap->reach * v->overlap->reach;
     int32_t i = patch->pi * PATCH, j = patch->pj * PATCH;
     unsigned near = v->turned ? 0 : near_columns(v->i - i);
     struct target at = {patch->tile, i & (NET_TILE - 1), j & (NET_TILE - 1)};
@@ -518,9 +528,10 @@ static bool meets_patch(const struct visitor *v, const struct fold_patch *patch)
             at.x = first.x + __builtin_ctz(bits);
             if (vec3_norm2(vec3_sub(patch->tile->node[at.y][at.x].r, v->point)) >= reach2)
                 continue;
-            if (v->cell ? lies_on(v, &at, i + at.x - first.x, j)
-                        : !(v->before && comes_after(v, i + at.x - first.x, j)) &&
-                              (!v->surface_point || within_cells(v->fold, &at, v->surface_point)))
+            if (v->cell
+                    ? lies_on(v, &at, i + at.x - first.x, j)
+                    : !(v->before && comes_after(v, i + at.x - first.x, j)) &&
+                          (!v->surface_point || within_cells(v->overlap, &at, v->surface_point)))
                 return true;
         }
     }
@@ -528,39 +539,39 @@ static bool meets_patch(const struct visitor *v, const struct fold_patch *patch)
 }
 
 static bool meets(const struct visitor *v) {
-    const struct fold_patches *patches = &v->fold->patches;
+    const struct overlap_patches *patches = &v->overlap->patches;
     struct vec3 r = v->point;
     int64_t at[3] = {(int64_t)floor(r.x / patches->cube), (int64_t)floor(r.y / patches->cube),
                      (int64_t)floor(r.z / patches->cube)};
-    int32_t site = fold_patches_first(patches, at);
-    for (; site != FOLD_NONE; site = patches->sites[site].next) {
+    int32_t site = overlap_patches_first(patches, at);
+    for (; site != OVERLAP_NONE; site = patches->sites[site].next) {
         int32_t number = patches->sites[site].patch;
-        const struct fold_patch *patch = &patches->patch[number];
+        const struct overlap_patch *patch = &patches->patch[number];
         if (!contains(&patch->box, r))
             continue;
-        const struct apart_frame *frame = v->framed ? frame_of(v->fold, number) : NULL;
-        if (!(frame && apart_is_one(frame, r)) && meets_patch(v, patch))
+        const struct separation_frame *frame = v->framed ? frame_of(v->overlap, number) : NULL;
+        if (!(frame && separation_holds_at(frame, r)) && meets_patch(v, patch))
             return true;
     }
     return false;
 }
 
-bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
-    return meets(&(struct visitor){.fold = fold, .i = i, .j = j, .point = r});
+bool overlap_is_near(struct overlap *overlap, int32_t i, int32_t j, struct vec3 r) {
+    return meets(&(struct visitor){.overlap = overlap, .i = i, .j = j, .point = r});
 }
 
-bool fold_meets(struct fold *fold, int32_t i, int32_t j,
-                const struct surface_point *surface_point) {
-    return meets(&(struct visitor){.fold = fold,
+bool overlap_meets(struct overlap *overlap, int32_t i, int32_t j,
+                   const struct surface_point *surface_point) {
+    return meets(&(struct visitor){.overlap = overlap,
                                    .i = i,
                                    .j = j,
                                    .point = surface_point->jet.r,
                                    .surface_point = surface_point});
 }
 
-bool fold_meets_before(struct fold *fold, int32_t i, int32_t j,
-                       const struct surface_point *surface_point) {
-    return meets(&(struct visitor){.fold = fold,
+bool overlap_meets_before(struct overlap *overlap, int32_t i, int32_t j,
+                          const struct surface_point *surface_point) {
+    return meets(&(struct visitor){.overlap = overlap,
                                    .i = i,
                                    .j = j,
                                    .point = surface_point->jet.r,
@@ -600,13 +611,13 @@ static bool face_alike(const struct net_window *window, int x, int y, double d) 
     for (int row = y; row <= y + PATCH; row++)
         if ((~net_window_row(window, NET_BIT_INSIDE, row) >> (NET_TILE + x) & all) != 0)
             return false;
-    struct fold_shape shape = find_shape(window, x, y);
+    struct overlap_shape shape = find_shape(window, x, y);
     double most = d / (2 * PATCH);
     return shape.bend2 < most * most * shape.sine2;
 }
 
-bool fold_turns_over(struct net *net, const struct net_tile *tile, const double spacing[2],
-                     struct fold_normals normals) {
+bool overlap_turns_over(struct net *net, const struct net_tile *tile, const double spacing[2],
+                        struct overlap_normals normals) {
     struct net_window window = net_window(net, tile->ti, tile->tj);
     for (int at = 0; at < PATCHES * PATCHES; at++) {
         int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
@@ -623,13 +634,19 @@ bool fold_turns_over(struct net *net, const struct net_tile *tile, const double 
     return false;
 }
 
-bool fold_lies_on(struct fold *fold, int32_t i, int32_t j, struct vec3 normal, int32_t cell[2]) {
-    struct visitor v = {
-        .fold = fold, .i = i, .j = j, .normal = normal, .cell = cell, .own = 1, .framed = true};
+bool overlap_lies_on(struct overlap *overlap, int32_t i, int32_t j, struct vec3 normal,
+                     int32_t cell[2]) {
+    struct visitor v = {.overlap = overlap,
+                        .i = i,
+                        .j = j,
+                        .normal = normal,
+                        .cell = cell,
+                        .own = 1,
+                        .framed = true};
     struct vec3 middle;
     bool whole;
-    v.turned = !faces(fold->net, i, j, normal, &whole, &middle);
-    v.point = net_find(fold->net, i, j)->r;
+    v.turned = !faces(overlap->net, i, j, normal, &whole, &middle);
+    v.point = net_find(overlap->net, i, j)->r;
     if (meets(&v))
         return true;
     v.point = middle;

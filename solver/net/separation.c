@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "apart.h"
+#include "separation.h"
 
 #include <math.h>
 
@@ -7,11 +7,12 @@
  * warp. */
 static const double steps = 1.1, sheet = 0.5;
 
-void apart_points(const struct net_window *window, int x, int y, struct apart_points *points) {
+void separation_points(const struct net_window *window, int x, int y,
+                       struct separation_points *points) {
     const struct net_tile *tile = window->tile[1][1];
     points->count = 0;
-    for (int at = 0; at < APART_POINTS; at++) {
-        int column = x + at % (APART_SIDE + 1), row = y + at / (APART_SIDE + 1);
+    for (int at = 0; at < SEPARATION_POINTS; at++) {
+        int column = x + at % (SEPARATION_SIDE + 1), row = y + at / (SEPARATION_SIDE + 1);
         const struct net_node *node = net_window_find(window, column, row);
         if (!node || node->state != NET_INSIDE)
             continue;
@@ -49,15 +50,16 @@ static struct vec3 dual(const struct yarns *yarns, int k) {
     return vec3_scale(yarns->dual2, of);
 }
 
-static const struct apart_range nothing = {HUGE_VAL, -HUGE_VAL};
+static const struct separation_range nothing = {HUGE_VAL, -HUGE_VAL};
 
-static void stretch(struct apart_range *range, double value) {
+static void stretch(struct separation_range *range, double value) {
     range->low = value < range->low ? value : range->low;
     range->high = value > range->high ? value : range->high;
 }
 
 /* Stretches the range by the cells round a node. */
-static void stretch_cells(struct apart_range *range, struct vec3 way, const struct yarns *yarns) {
+static void stretch_cells(struct separation_range *range, struct vec3 way,
+                          const struct yarns *yarns) {
     double at = vec3_dot(way, yarns->r);
     double reach = steps * (fabs(vec3_dot(way, yarns->a)) + fabs(vec3_dot(way, yarns->b)) +
                             yarns->height * fabs(vec3_dot(way, yarns->across)));
@@ -66,7 +68,7 @@ static void stretch_cells(struct apart_range *range, struct vec3 way, const stru
 }
 
 /* The means over the nodes. */
-static void find_ways(const struct yarns *yarns, int count, struct vec3 way[APART_WAYS]) {
+static void find_ways(const struct yarns *yarns, int count, struct vec3 way[SEPARATION_WAYS]) {
     struct vec3 up = vec3_make(0, 0, 0), down = up;
     for (int k = 0; k < 2; k++)
         for (int n = 0; n < count; n++)
@@ -78,14 +80,15 @@ static void find_ways(const struct yarns *yarns, int count, struct vec3 way[APAR
     way[2] = vec3_norm2(up) > vec3_norm2(down) ? up : down;
 }
 
-void apart_frame(const struct net_window *window, int x, int y, struct apart_frame *frame) {
+void separation_frame(const struct net_window *window, int x, int y,
+                      struct separation_frame *frame) {
     const struct net_tile *tile = window->tile[1][1];
-    struct yarns yarns[APART_SIDE * APART_SIDE];
-    int32_t number[APART_SIDE * APART_SIDE][2];
+    struct yarns yarns[SEPARATION_SIDE * SEPARATION_SIDE];
+    int32_t number[SEPARATION_SIDE * SEPARATION_SIDE][2];
     int count = 0;
-    *frame = (struct apart_frame){.known = true};
-    for (int at = 0; at < APART_SIDE * APART_SIDE; at++) {
-        int column = x + at % APART_SIDE, row = y + at / APART_SIDE;
+    *frame = (struct separation_frame){.known = true};
+    for (int at = 0; at < SEPARATION_SIDE * SEPARATION_SIDE; at++) {
+        int column = x + at % SEPARATION_SIDE, row = y + at / SEPARATION_SIDE;
         if (!(tile->bits[NET_BIT_INSIDE][row] >> column & 1))
             continue;
         number[count][0] = tile->ti * NET_TILE + column;
@@ -95,7 +98,7 @@ void apart_frame(const struct net_window *window, int x, int y, struct apart_fra
     if (!frame->known)
         return;
     find_ways(yarns, count, frame->way);
-    for (int k = 0; k < APART_WAYS; k++) {
+    for (int k = 0; k < SEPARATION_WAYS; k++) {
         frame->cells[k] = nothing;
         for (int n = 0; n < count; n++)
             stretch_cells(&frame->cells[k], frame->way[k], &yarns[n]);
@@ -113,15 +116,15 @@ void apart_frame(const struct net_window *window, int x, int y, struct apart_fra
 }
 
 /* How far apart values of two ranges may be. */
-static double extent(struct apart_range p, struct apart_range q) {
+static double extent(struct separation_range p, struct separation_range q) {
     return fmax(p.high - q.low, q.high - p.low);
 }
 
-bool apart_is(const struct apart_frame *frame, const struct apart_points *points, double reach,
-              double least) {
+bool separation_holds(const struct separation_frame *frame, const struct separation_points *points,
+                      double reach, double least) {
     bool aligned = frame->known;
-    for (int k = 0; k < APART_WAYS && frame->known; k++) {
-        struct apart_range along = nothing, beyond = nothing;
+    for (int k = 0; k < SEPARATION_WAYS && frame->known; k++) {
+        struct separation_range along = nothing, beyond = nothing;
         for (int n = 0; n < points->count; n++) {
             double at = vec3_dot(frame->way[k], points->r[n]);
             stretch(&along, at);
@@ -137,8 +140,8 @@ bool apart_is(const struct apart_frame *frame, const struct apart_points *points
     return aligned;
 }
 
-bool apart_is_one(const struct apart_frame *frame, struct vec3 r) {
-    for (int k = 0; k < APART_WAYS && frame->known; k++) {
+bool separation_holds_at(const struct separation_frame *frame, struct vec3 r) {
+    for (int k = 0; k < SEPARATION_WAYS && frame->known; k++) {
         double at = vec3_dot(frame->way[k], r);
         if (at > frame->cells[k].high || at < frame->cells[k].low)
             return true;

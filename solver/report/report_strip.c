@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "report_part.h"
+#include "report_strip.h"
 
 #include "estimate.h"
 #include "solver/angle.h"
@@ -45,7 +45,7 @@ static bool is_convex(const struct net_window *window, int x, int y) {
     return true;
 }
 
-static bool point_of(struct report_part *part, const struct net_node *node,
+static bool point_of(struct report_strip *part, const struct net_node *node,
                      struct surface_point *point) {
     if (node && part->march->mesh) {
         struct mesh_point place = {.triangle = (int32_t)node->uv[0], .r = node->r};
@@ -56,13 +56,13 @@ static bool point_of(struct report_part *part, const struct net_node *node,
            surface_point_at(march_surface(part->march, node), &part->cursor, node->uv, point);
 }
 
-static struct yarn_net yarn_net(struct report_part *part) {
+static struct yarn_net yarn_net(struct report_strip *part) {
     return (struct yarn_net){part->march->net, part->march->surface, &part->cursor};
 }
 
 /* The node at (x, y) of a window, which is kept for the cells and nodes next to it; NULL where
  * there is no tangent plane. */
-static struct yarn_spot *spot_of(struct report_part *part, const struct net_window *window, int x,
+static struct yarn_spot *spot_of(struct report_strip *part, const struct net_window *window, int x,
                                  int y) {
     int32_t i = window->tile[1][1]->ti * NET_TILE + x, j = window->tile[1][1]->tj * NET_TILE + y;
     struct yarn_spot *spot = &part->spots[(j & 1) * REPORT_SPOTS + (i & (REPORT_SPOTS - 1))];
@@ -76,7 +76,7 @@ static struct yarn_spot *spot_of(struct report_part *part, const struct net_wind
 }
 
 /* The corners of the cell from (x, y) on. */
-static bool find_corners(struct report_part *part, const struct net_window *window, int x, int y,
+static bool find_corners(struct report_strip *part, const struct net_window *window, int x, int y,
                          struct yarn_spot *corner[4]) {
     static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (int k = 0; k < 4; k++)
@@ -87,7 +87,7 @@ static bool find_corners(struct report_part *part, const struct net_window *wind
 
 /* Whether a cell whose corners do not turn one way in space is cloth all the same: one that is bent
  * over a fold, and open in the surface. */
-static bool is_bent(struct report_part *part, const struct net_window *window, int x, int y) {
+static bool is_bent(struct report_strip *part, const struct net_window *window, int x, int y) {
     struct yarn_spot *corner[4];
     double least = 1;
     if (!yarn_cell_is_rough(window, x, y) || !find_corners(part, window, x, y, corner))
@@ -100,7 +100,7 @@ static bool is_bent(struct report_part *part, const struct net_window *window, i
 
 /* Those of the cells that are no cloth: yarns along free edges may close cells that are not convex,
  * and so may rough ones where the net all but collapses. The march never makes others. */
-static uint32_t no_cells(struct report_part *part, const struct net_window *window, int y,
+static uint32_t no_cells(struct report_strip *part, const struct net_window *window, int y,
                          uint32_t cells) {
     uint32_t row = net_window_bits(window, NET_BIT_GROWN, y), none = 0;
     uint32_t up = net_window_bits(window, NET_BIT_GROWN, y + 1);
@@ -114,7 +114,7 @@ static uint32_t no_cells(struct report_part *part, const struct net_window *wind
     return none;
 }
 
-static struct row_bits row_bits(struct report_part *part, const struct net_window *window, int y) {
+static struct row_bits row_bits(struct report_strip *part, const struct net_window *window, int y) {
     uint32_t row = net_window_bits(window, NET_BIT_INSIDE, y);
     uint32_t up = net_window_bits(window, NET_BIT_INSIDE, y + 1), both = row & up;
     uint32_t down = net_window_bits(window, NET_BIT_INSIDE, y - 1);
@@ -155,7 +155,7 @@ static bool ends_at(const struct spot *spot, enum drape_reason *reason) {
     return false;
 }
 
-static void count_tile(struct report_part *part, size_t t) {
+static void count_tile(struct report_strip *part, size_t t) {
     for (int y = 0; y < NET_TILE; y++) {
         struct row_bits bits = row_bits(part, &part->windows[t], y);
         part->holds.nodes += (size_t)__builtin_popcount(bits.inside);
@@ -168,14 +168,14 @@ static void count_tile(struct report_part *part, size_t t) {
     }
 }
 
-void report_part_count(struct report_part *part) {
+void report_strip_count(struct report_strip *part) {
     for (size_t t = 0; t < part->count; t++)
         count_tile(part, t);
 }
 
 /* The parameters within the domain, and the point there: a node that lies outside by rounding, or
  * on a later turn round a closed direction, is brought back. */
-static struct vec3 bring_inside(struct report_part *part, const struct net_node *node,
+static struct vec3 bring_inside(struct report_strip *part, const struct net_node *node,
                                 double uv[2]) {
     const struct surface *surface = march_surface(part->march, node);
     struct surface_jet jet;
@@ -238,7 +238,7 @@ INLINE bool outer_run(const struct surface_axis *axis, int k, const struct net_n
 
 /* The parameters of nodes from number `at` on and, where they have to be brought inside for that,
  * their places. */
-static void bring_run_inside(struct report_part *part, const struct net_node *nodes, int count,
+static void bring_run_inside(struct report_strip *part, const struct net_node *nodes, int count,
                              size_t at) {
     struct drape_nodes *to = &part->result->nodes;
     for (int n = 0; n < count; n++, at++) {
@@ -253,7 +253,7 @@ static void bring_run_inside(struct report_part *part, const struct net_node *no
 }
 
 /* `count` nodes of row y of a tile from x on, which are inside. */
-INLINE void add_run(struct report_part *part, const struct net_tile *tile, int x, int y, int count,
+INLINE void add_run(struct report_strip *part, const struct net_tile *tile, int x, int y, int count,
                     const struct shear_block *block, const double *shear_deg) {
     const struct drape_nodes *to = &part->result->nodes;
     const struct net_node *nodes = &tile->node[y][x];
@@ -282,7 +282,7 @@ INLINE void add_run(struct report_part *part, const struct net_tile *tile, int x
 
 /* The nodes of row y of a tile, those that are `inside`. Returns the places, as bits, whose shear
  * is by the stencil that most have. */
-static uint32_t add_nodes(struct report_part *part, const struct net_window *window, int y,
+static uint32_t add_nodes(struct report_strip *part, const struct net_window *window, int y,
                           const struct shear_block *block, uint32_t inside) {
     enum drape_method method = part->march->settings->method;
     bool chords = method == DRAPE_BASIC || method == DRAPE_MOSAIC;
@@ -304,7 +304,7 @@ static uint32_t add_nodes(struct report_part *part, const struct net_window *win
 }
 
 /* `count` cells from row y of a tile from x on. */
-INLINE void add_cell_run(struct report_part *part, const struct net_tile *tile, int x, int y,
+INLINE void add_cell_run(struct report_strip *part, const struct net_tile *tile, int x, int y,
                          int count, const struct shear_row *yarns, const double *shear_deg) {
     const struct drape_cells *to = &part->result->cells;
     double *warp[] = {to->warp_x, to->warp_y, to->warp_z};
@@ -320,7 +320,7 @@ INLINE void add_cell_run(struct report_part *part, const struct net_tile *tile, 
 }
 
 /* The cells from row y of a tile, of which some are rough. */
-static void add_cells(struct report_part *part, const struct net_window *window, int y,
+static void add_cells(struct report_strip *part, const struct net_window *window, int y,
                       const struct shear_block *block, uint32_t cells, uint32_t rough) {
     struct shear_row yarns;
     double shear_deg[SHEAR_PLACES], area[SHEAR_PLACES];
@@ -343,7 +343,7 @@ static void add_cells(struct report_part *part, const struct net_window *window,
 }
 
 /* The shear angle at a node near rough edges, number `at`, between the directions of its yarns. */
-static void measure_node(struct report_part *part, const struct spot *spot, size_t at) {
+static void measure_node(struct report_strip *part, const struct spot *spot, size_t at) {
     struct yarn_spot *own = spot_of(part, spot->window, spot->x, spot->y);
     struct yarn_net net = yarn_net(part);
     if (own)
@@ -353,14 +353,14 @@ static void measure_node(struct report_part *part, const struct spot *spot, size
 
 /* Whether the surface has hardly any curvature of its own at a node, so that yarns do not turn
  * sideways and the one direction in which one ends is its own. */
-static bool is_developable(struct report_part *part, const struct spot *spot) {
+static bool is_developable(struct report_strip *part, const struct spot *spot) {
     struct yarn_spot *own = spot_of(part, spot->window, spot->x, spot->y);
     const double *d = part->march->settings->spacing;
     return own && fabs(surface_point_gauss_curvature(&own->point)) * d[0] * d[1] < developable;
 }
 
 /* The same of a cell, and its area, that of the fabric. */
-static void measure_cell(struct report_part *part, const struct spot *spot, size_t at) {
+static void measure_cell(struct report_strip *part, const struct spot *spot, size_t at) {
     struct drape_cells *cells = &part->result->cells;
     struct yarn_spot *corner[4];
     const double *d = part->march->settings->spacing;
@@ -383,7 +383,7 @@ static void measure_cell(struct report_part *part, const struct spot *spot, size
     part->covered += d[0] * d[1] * fabs(sine);
 }
 
-static void add_end(struct report_part *part, const struct spot *spot) {
+static void add_end(struct report_strip *part, const struct spot *spot) {
     struct drape_front *front = &part->result->front;
     enum drape_reason reason;
     if (!ends_at(spot, &reason))
@@ -397,7 +397,7 @@ static void add_end(struct report_part *part, const struct spot *spot) {
 
 /* The nodes and cells of a row that rough edges are near, one after the other; the first of the row
  * are at `first`. Stencils at the `ends` of yarns reach further. */
-static void measure_rough(struct report_part *part, size_t t, int y, const struct row_bits *bits,
+static void measure_rough(struct report_strip *part, size_t t, int y, const struct row_bits *bits,
                           uint32_t ends, uint32_t cells, struct report_tally first) {
     uint32_t near = net_window_near_rough(&part->windows[t], y, SHEAR_REACH) << 1;
     uint32_t far = net_window_near_rough(&part->windows[t], y, SHEAR_REACH_AT_END) << 1;
@@ -422,7 +422,7 @@ static uint32_t rough_cells(const struct net_window *window, int y) {
     return (low | low >> 1 | high | high >> 1) << 1;
 }
 
-static void add_row(struct report_part *part, size_t t, int y) {
+static void add_row(struct report_strip *part, size_t t, int y) {
     struct row_bits bits = row_bits(part, &part->windows[t], y);
     bool measured = net_has_rough(part->march->net);
     uint32_t rough = measured ? rough_cells(&part->windows[t], y) : 0, usual = 0;
@@ -443,13 +443,13 @@ static void add_row(struct report_part *part, size_t t, int y) {
         measure_rough(part, t, y, &bits, ~usual << 1, rough, first);
 }
 
-void report_part_add(struct report_part *part) {
+void report_strip_add(struct report_strip *part) {
     for (int y = 0; y < NET_TILE; y++)
         for (size_t t = 0; t < part->count; t++)
             add_row(part, t, y);
 }
 
-void report_part_add_estimates(struct report_part *part) {
+void report_strip_add_estimates(struct report_strip *part) {
     double *to = part->result->nodes.error_estimate + part->next.nodes;
     for (int y = 0; y < NET_TILE; y++)
         for (size_t t = 0; t < part->count; t++) {

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A slit: lines on a shell along which it is taken to be open, although its faces go on. Seen from
+ * a point near it a line has a left and a right side, by the normals of the shell.
+ */
+#ifndef SOLVER_SHELL_SHELL_SLIT_H
+#define SOLVER_SHELL_SHELL_SLIT_H
+
+#include "shell.h"
+
+/* A piece of a line on one face; the next piece begins where it ends. */
+struct shell_slit_piece {
+    int32_t face;
+    double (*uv)[2];   /* inner parameters, straight between them */
+    size_t count;      /* of points, at least 2 */
+    bool begins, ends; /* the line begins or ends with it, at the boundary of the shell */
+};
+
+struct shell_slit;
+
+/* A slit of `count` pieces, line after line, over the holes between straight ahead, and for a
+ * length `beyond` straight on at both ends, for ways of a length of up to `reach`. `pieces` is used
+ * as long as the slit is. Errors: STATUS_OUT_OF_MEMORY. */
+enum status shell_slit_make(const struct shell *shell, const struct shell_slit_piece *pieces,
+                            size_t count, double beyond, double reach, struct arena *arena,
+                            struct shell_slit **slit) STATUS_MUST_USE;
+
+const struct shell_slit_piece *shell_slit_pieces(const struct shell_slit *slit, size_t *count);
+
+/* A point on the shell or beside its boundary, and the unit normal of the shell there, by which the
+ * two skins of a thin part are told apart; zero where it has none. */
+struct shell_slit_point {
+    struct vec3 r, normal;
+};
+
+/* How often the straight way between two points, which are as near to each other as neighbours in a
+ * net, passes from the right side to the left: 1, 0, or -1 for the other way. */
+int shell_slit_passes(const struct shell_slit *slit, const struct shell_slit_point *from,
+                      const struct shell_slit_point *to);
+
+#endif
