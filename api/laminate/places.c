@@ -61,7 +61,7 @@ static double height_of(const struct places *m, size_t net) {
 
 /* The first net to reach a place gives it its base. */
 static struct base *base_at(struct places *m, size_t net, size_t place,
-                            const struct facets_place *at, struct vec3 warp, struct vec3 weft) {
+                            const struct facets_point *at, struct vec3 warp, struct vec3 weft) {
     struct base *base = &m->bases[place];
     if (vec3_norm2(base->normal) > 0)
         return base;
@@ -78,8 +78,8 @@ static struct base *base_at(struct places *m, size_t net, size_t place,
  * the search begins next to its end. `sense` is the side of that normal that heights count to: 0
  * until it is known. Beside a rim, and where that leads beyond it, the point itself is taken. */
 static void find_place(struct places *m, size_t net, size_t place, const struct map_net *cloth,
-                       struct facets_walk *walk, struct vec3 point, double *sense,
-                       struct facets_place *at) {
+                       struct facets_search *walk, struct vec3 point, double *sense,
+                       struct facets_point *at) {
     const struct base *base = &m->bases[place];
     bool known = vec3_norm2(base->normal) > 0;
     double between = height_of(m, net) - base->height;
@@ -96,7 +96,7 @@ static void find_place(struct places *m, size_t net, size_t place, const struct 
 }
 
 static void note_spot(struct places *m, size_t net, size_t place, const struct map_net *cloth,
-                      const struct facets_place *at, size_t shear) {
+                      const struct facets_point *at, size_t shear) {
     size_t own = net * m->count + place;
     double values[API_COLUMNS_MAX];
     struct vec3 warp, weft;
@@ -113,8 +113,8 @@ static void note_spot(struct places *m, size_t net, size_t place, const struct m
 
 static bool place_all(struct places *m, size_t net, const struct map_net *cloth, size_t shear,
                       const struct bounded *bounded, size_t bounded_count) {
-    struct facets_walk walk = facets_walk_begin(cloth->facets);
-    struct facets_place at;
+    struct facets_search walk = facets_search_begin(cloth->facets);
+    struct facets_point at;
     double nets = (double)m->laminate->net_count, sense = 0;
     for (size_t place = 0; place < m->count; place++) {
         struct vec3 point = map_target_point(m->target, place);

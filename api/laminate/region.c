@@ -9,7 +9,7 @@ enum { STRIPS_MAX = 4096 };
  * often their distance and that to the cloth, and so many spacings more. */
 static const double step = 0.5, stretch = 4, slack = 2;
 
-void region_coordinates(const struct facets *facets, const struct facets_place *place,
+void region_coordinates(const struct facets *facets, const struct facets_point *place,
                         double pq[2]) {
     static const double corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     const int32_t *cell = facets->source.places[place->cell];
@@ -21,13 +21,13 @@ void region_coordinates(const struct facets *facets, const struct facets_place *
 /* ---- following loops ---- */
 
 struct walk {
-    struct facets_walk cloth;
+    struct facets_search cloth;
     const double *spacing;
     double least; /* the smaller spacing */
     double (*points)[2];
     size_t count;
     double away; /* the largest distance of a point over the cloth */
-    struct facets_place place;
+    struct facets_point place;
 };
 
 static size_t steps_of(const struct walk *walk, struct vec3 a, struct vec3 b) {
@@ -141,7 +141,7 @@ static enum status finish(struct region *region, const double (*points)[2], cons
 enum status region_make(const struct laminate_boundary *boundary, const struct facets *facets,
                         const double spacing[2], struct arena *arena, struct region *region,
                         struct vec3 *at) {
-    struct walk walk = {.cloth = facets_walk_begin(facets),
+    struct walk walk = {.cloth = facets_search_begin(facets),
                         .spacing = spacing,
                         .least = fmin(spacing[0], spacing[1])};
     size_t total = 0, *first = arena_alloc(arena, boundary->count + 1, sizeof *first);

@@ -24,7 +24,7 @@ struct region {
 };
 
 /* (p, q) of a place. */
-void region_coordinates(const struct facets *facets, const struct facets_place *place,
+void region_coordinates(const struct facets *facets, const struct facets_point *place,
                         double pq[2]);
 
 /* The boundary (`count` > 0) on a cloth with these spacings. STATUS_OUT_OF_MEMORY;

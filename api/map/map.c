@@ -90,7 +90,7 @@ static void put_vector(const struct mapping *mapping, struct vec3 v, size_t row,
     mapping->column[column + 2][row] = v.z;
 }
 
-static void put_row(const struct mapping *mapping, const struct facets_place *place,
+static void put_row(const struct mapping *mapping, const struct facets_point *place,
                     const double *values, size_t row) {
     const struct map_net *net = &mapping->net;
     struct vec3 warp, weft;
@@ -112,7 +112,7 @@ static void put_row(const struct mapping *mapping, const struct facets_place *pl
 }
 
 /* The fields of a row in the cavity that the target says is there, or in the drape's own. */
-static void press(struct mapping *mapping, const struct facets_place *place, double *values,
+static void press(struct mapping *mapping, const struct facets_point *place, double *values,
                   size_t row) {
     const struct api_request *cloth = mapping->target->cloth;
     const double shear = values[mapping->shear];
@@ -131,7 +131,7 @@ static void press(struct mapping *mapping, const struct facets_place *place, dou
 }
 
 /* The drape as the one ply at an element, unless that lies beyond the cloth. */
-static bool lay(const struct mapping *mapping, const struct facets_place *place,
+static bool lay(const struct mapping *mapping, const struct facets_point *place,
                 const double *values, size_t row, struct api_problem *problem) {
     struct map_ply ply = {.shear_deg = mapping->shear < 0 ? 0 : values[mapping->shear],
                           .thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness],
@@ -151,8 +151,8 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
     const struct map_net *net = &mapping->net;
     size_t count = mapping->target->element_count;
     double values[API_COLUMNS_MAX];
-    struct facets_walk walk = facets_walk_begin(net->facets);
-    struct facets_place place;
+    struct facets_search walk = facets_search_begin(net->facets);
+    struct facets_point place;
     for (size_t row = 0; row < count; row++) {
         if (row % ASK_EVERY == 0 && mapping->monitor &&
             !mapping->monitor->progress(mapping->monitor->context, (double)row / (double)count)) {

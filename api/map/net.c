@@ -346,7 +346,7 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
 
 /* ---- places ---- */
 
-bool map_net_is_beyond(const struct map_net *net, const struct facets_place *place) {
+bool map_net_is_beyond(const struct map_net *net, const struct facets_point *place) {
     static const int8_t corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     const int32_t *at = net->facets->source.places[place->cell];
     const int8_t *a = corner[place->side], *b = corner[(place->side + 1) & 3];
@@ -375,7 +375,7 @@ static void add_corner(const struct map_net *net, const int32_t around[4], doubl
     }
 }
 
-void map_net_interpolate(const struct map_net *net, const struct facets_place *place, double *row) {
+void map_net_interpolate(const struct map_net *net, const struct facets_point *place, double *row) {
     const struct facets *facets = net->facets;
     const int32_t *corners = facets->source.corners[place->cell];
     const double *cell = net->rows + (size_t)place->cell * net->width;
@@ -390,7 +390,7 @@ void map_net_interpolate(const struct map_net *net, const struct facets_place *p
             row[net->group[k].place] = cell[net->group[k].place];
 }
 
-void map_net_yarns(const struct map_net *net, const struct facets_place *place, const double *row,
+void map_net_yarns(const struct map_net *net, const struct facets_point *place, const double *row,
                    struct vec3 *warp, struct vec3 *weft) {
     const double *cell = net->rows + (size_t)place->cell * net->width;
     *warp = vec3_unit(vector_at(row + net->warp));

@@ -61,14 +61,14 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
                                  struct map_net *net, struct api_problem *problem) STATUS_MUST_USE;
 
 /* Whether a place lies beyond the cloth: off the cells, or beyond the rim in one that it cuts. */
-bool map_net_is_beyond(const struct map_net *net, const struct facets_place *place);
+bool map_net_is_beyond(const struct map_net *net, const struct facets_point *place);
 
 /* The row at a place of the cloth, `width` values: linear on each facet between the cell's own at
  * its middle and the mean of the cells around it at a corner; those of MAP_CELL are the cell's. */
-void map_net_interpolate(const struct map_net *net, const struct facets_place *place, double *row);
+void map_net_interpolate(const struct map_net *net, const struct facets_point *place, double *row);
 
 /* The warp and weft of a row, unit vectors; where a mean vanishes, those of the cell. */
-void map_net_yarns(const struct map_net *net, const struct facets_place *place, const double *row,
+void map_net_yarns(const struct map_net *net, const struct facets_point *place, const double *row,
                    struct vec3 *warp, struct vec3 *weft);
 
 #endif

@@ -89,8 +89,8 @@ static void do_task(void *data, int k) {
     const struct api_sink sink = {.write = append, .context = &run->given[k]};
     int own = take_arena(&run->pool);
     if (!atomic_load(&run->stopped) &&
-        api_study_chunk(run->study, &run->plan.tasks[k], &monitor, run->pool.arena[own], &sink,
-                        &run->problem[k]) != API_OK)
+        api_study_run_task(run->study, &run->plan.tasks[k], &monitor, run->pool.arena[own], &sink,
+                           &run->problem[k]) != API_OK)
         atomic_store(&run->stopped, true);
     atomic_flag_clear(&run->pool.taken[own]);
 }

@@ -204,7 +204,7 @@ size_t api_study_task_variants(const struct api_study_task *task) {
     return (size_t)task->STUDY_TASK_VARIANTS;
 }
 
-void api_study_task_blame(struct api_study_task *task, size_t k) {
+void api_study_task_crashed(struct api_study_task *task, size_t k) {
     int crashed = (int)task->STUDY_TASK_CRASHED;
     if (crashed >= API_STUDY_CRASHES)
         return;
@@ -289,10 +289,10 @@ bool study_chunk_drape(struct study_chunk *chunk, const struct study_variant *va
     return chunk->problem->id == API_OK;
 }
 
-enum api_problem_id api_study_chunk(const struct api_study *study,
-                                    const struct api_study_task *task,
-                                    const struct api_study_monitor *monitor, struct arena *arena,
-                                    const struct api_sink *sink, struct api_problem *problem) {
+enum api_problem_id api_study_run_task(const struct api_study *study,
+                                       const struct api_study_task *task,
+                                       const struct api_study_monitor *monitor, struct arena *arena,
+                                       const struct api_sink *sink, struct api_problem *problem) {
     static bool (*const works[STUDY_WORK_KINDS])(struct study_chunk *) = {
         [STUDY_WORK_GRID] = grid_chunk,
         [STUDY_WORK_LIST] = list_chunk,

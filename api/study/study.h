@@ -11,7 +11,7 @@
  *
  *     study = api_study_open(request)
  *     while ((plan = api_study_plan(study, numbers)).count > 0)
- *         numbers += api_study_chunk(study, plan.tasks[k]) for k = 0 .. plan.count - 1, in order
+ *         numbers += api_study_run_task(study, plan.tasks[k]) for k = 0 .. plan.count - 1, in order
  *     container = api_study_finish(study, numbers)
  *
  * No files, no clock, no network; nothing is kept between calls but in what they return. Problems
@@ -77,7 +77,7 @@ size_t api_study_task_variants(const struct api_study_task *task);
  * task is done again it is marked and not tried. After API_STUDY_CRASHES of them nothing of the
  * task from the last on is tried. */
 enum { API_STUDY_CRASHES = 4 };
-void api_study_task_blame(struct api_study_task *task, size_t k);
+void api_study_task_crashed(struct api_study_task *task, size_t k);
 
 /* What tasks have given so far: all of their numbers, in the order of the rounds and in each of its
  * tasks. */
@@ -115,11 +115,11 @@ struct api_study_monitor {
  * draped is no problem but has its reason among the numbers. `monitor` may be NULL; scratch comes
  * from `arena` and is given back. Problems: API_CANCELLED (also when the sink refuses),
  * API_OUT_OF_MEMORY (the arena holds not even one variant), API_INTERNAL. */
-enum api_problem_id api_study_chunk(const struct api_study *study,
-                                    const struct api_study_task *task,
-                                    const struct api_study_monitor *monitor, struct arena *arena,
-                                    const struct api_sink *sink,
-                                    struct api_problem *problem) STATUS_MUST_USE;
+enum api_problem_id api_study_run_task(const struct api_study *study,
+                                       const struct api_study_task *task,
+                                       const struct api_study_monitor *monitor, struct arena *arena,
+                                       const struct api_sink *sink,
+                                       struct api_problem *problem) STATUS_MUST_USE;
 
 /* Writes the container (`columns.h`) of the study: the table `variants` and a header that has the
  * best of each objective. `solve_ms` is the time of all tasks, for the summary. Scratch comes from

@@ -417,7 +417,7 @@ static enum store_answer tell_crash(struct job_run *run, const char *why) {
     if (!known)
         return store_crashed(run->shared->store, claim, why);
     memcpy(&task, claim->task, sizeof task);
-    api_study_task_blame(&task, (size_t)run->variant);
+    api_study_task_crashed(&task, (size_t)run->variant);
     return store_change_task(run->shared->store, claim, &task);
 }
 

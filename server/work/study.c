@@ -110,7 +110,7 @@ enum api_problem_id study_task(const struct worker_order *order,
     const struct api_study *study = arena ? get_ready(order, problem) : NULL;
     if (study && order->length == sizeof task) {
         memcpy(&task, order->bytes, sizeof task);
-        (void)!api_study_chunk(study, &task, &variants, arena, sink, problem);
+        (void)!api_study_run_task(study, &task, &variants, arena, sink, problem);
     } else if (study) {
         api_problem_set(problem, API_INTERNAL, "a task of another size");
     }

@@ -310,8 +310,8 @@ bool march_mesh_straight_on(struct march *march, const struct surface_point *fro
  * to the next place, as the method measures spacings; `lost`: it failed otherwise than at the edge.
  */
 struct march_mesh_yarn {
-    struct mesh_walk walk;        /* on flat triangles */
-    struct mesh_smooth_path path; /* on the smooth surface */
+    struct mesh_path flat;          /* on flat triangles */
+    struct mesh_smooth_path smooth; /* on the smooth surface */
 };
 
 bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,

@@ -2,12 +2,12 @@
 /*
  * A shell that is a tube is cut open opposite the start, as a surface that is closed one way is
  * (`surface_point_zone`): the cloth that has gone round it from both sides meets there. Where that
- * is, is found on a coarse mesh of it (`mesh/opening.h`).
+ * is, is found on a coarse mesh of it (`mesh/tube_cut.h`).
  */
 #include "march.h"
 
-#include "solver/mesh/opening.h"
 #include "solver/mesh/tessellation.h"
+#include "solver/mesh/tube_cut.h"
 #include <string.h>
 
 /* Triangles of the mesh have sides of about sqrt(area / squares); more of them than this are too
@@ -140,9 +140,9 @@ static void add_slit(const struct shell *shell, const struct mesh *mesh, struct 
 }
 
 static enum status make_cut(struct march *march, const struct mesh *mesh, double size,
-                            const struct mesh_opening *opening) {
+                            const struct mesh_tube_cuts *cuts) {
     const struct shell *shell = march->surface->shell;
-    size_t slits = opening->from[opening->count];
+    size_t slits = cuts->from[cuts->count];
     const double *d = march->settings->spacing;
     struct parts parts = {
         .part = arena_alloc(march->arena, slits, sizeof *parts.part),
@@ -152,9 +152,9 @@ static enum status make_cut(struct march *march, const struct mesh *mesh, double
     struct shell_slit *slit;
     if (!parts.part || !parts.uv)
         return STATUS_OUT_OF_MEMORY;
-    for (size_t n = 0; n < opening->count; n++) {
-        for (size_t k = opening->from[n]; k < opening->from[n + 1]; k++)
-            add_slit(shell, mesh, &parts, &opening->slits[k], k == opening->from[n]);
+    for (size_t n = 0; n < cuts->count; n++) {
+        for (size_t k = cuts->from[n]; k < cuts->from[n + 1]; k++)
+            add_slit(shell, mesh, &parts, &cuts->slits[k], k == cuts->from[n]);
         end_part(&parts);
         parts.part[parts.count - 1].ends = true;
     }
@@ -188,7 +188,7 @@ static enum status open_tube(struct march *march) {
     const struct surface *surface = march->surface;
     struct mesh *mesh;
     struct mesh_point place;
-    struct mesh_opening opening;
+    struct mesh_tube_cuts cuts;
     if (!shell_may_be_tube(surface->shell, surface->face))
         return STATUS_OK;
     double size = sqrt(march_area(march) / squares);
@@ -199,9 +199,8 @@ static enum status open_tube(struct march *march) {
     if (status != STATUS_OK ||
         !mesh_nearest(mesh, march->start.point.jet.r, MESH_ANY, &place, NULL))
         return STATUS_OK;
-    status = mesh_open(mesh, &place, march->arena, &opening);
-    return status == STATUS_OK && opening.count > 0 ? make_cut(march, mesh, size, &opening)
-                                                    : status;
+    status = mesh_find_tube_cuts(mesh, &place, march->arena, &cuts);
+    return status == STATUS_OK && cuts.count > 0 ? make_cut(march, mesh, size, &cuts) : status;
 }
 
 enum status march_open(struct march *march) {

@@ -71,9 +71,9 @@ static enum mesh_corner_end solve_smooth(struct march *march, const struct march
     bool folded = is_over_fold(march, &cell->b, &cell->c);
     bool gentle = vec3_dot(at->b->normal, at->c->normal) > gentle_cosine;
     if (found) {
-        struct surface_point to = march_mesh_point(march, &corner->place);
-        by_geodesics.guess = corner->place.r;
-        folded = folded || is_over_fold(march, &cell->b, &corner->place);
+        struct surface_point to = march_mesh_point(march, &corner->at);
+        by_geodesics.guess = corner->at.r;
+        folded = folded || is_over_fold(march, &cell->b, &corner->at);
         gentle = gentle && vec3_dot(at->b->normal, to.normal) > gentle_cosine &&
                  vec3_dot(at->c->normal, to.normal) > gentle_cosine;
         rough = folded || is_rough(at->b, &to, d[0]) || is_rough(at->c, &to, d[1]);
@@ -117,7 +117,7 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
         *reason = reasons[end];
         return false;
     }
-    *node = (struct fishnet_node){.point = march_mesh_point(march, &corner.place),
+    *node = (struct fishnet_node){.point = march_mesh_point(march, &corner.at),
                                   .iterations = corner.steps,
                                   .residual = corner.residual};
     return true;
@@ -129,39 +129,39 @@ bool march_mesh_arm(const struct march *march, const struct drape_generator *gen
     bool section = generator->kind == DRAPE_GENERATOR_PLANE;
     struct vec3 plane = section ? vec3_unit(generator->plane_normal) : vec3_make(0, 0, 0);
     if (march->smooth)
-        return mesh_smooth_path(&yarn->path, march->smooth, &from, direction, plane);
+        return mesh_smooth_path(&yarn->smooth, march->smooth, &from, direction, plane);
     if (section)
-        return mesh_walk_section(&yarn->walk, march->mesh, &from, plane, direction);
-    return mesh_walk_straight(&yarn->walk, march->mesh, &from, direction);
+        return mesh_path_section(&yarn->flat, march->mesh, &from, plane, direction);
+    return mesh_path_straight(&yarn->flat, march->mesh, &from, direction);
 }
 
 bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn, double d,
                         struct surface_point *point, bool *lost) {
-    enum mesh_walk_end end = !march->smooth ? mesh_walk_chord(&yarn->walk, d)
+    enum mesh_path_end end = !march->smooth ? mesh_path_chord(&yarn->flat, d)
                              : march->settings->method == DRAPE_BASIC
-                                 ? mesh_smooth_chord(&yarn->path, d)
-                                 : mesh_smooth_length(&yarn->path, d);
-    *lost = end == MESH_WALK_LOST;
-    if (end == MESH_WALK_DONE)
-        *point = march_mesh_point(march, march->smooth ? &yarn->path.place : &yarn->walk.place);
-    return end == MESH_WALK_DONE;
+                                 ? mesh_smooth_chord(&yarn->smooth, d)
+                                 : mesh_smooth_length(&yarn->smooth, d);
+    *lost = end == MESH_PATH_LOST;
+    if (end == MESH_PATH_DONE)
+        *point = march_mesh_point(march, march->smooth ? &yarn->smooth.at : &yarn->flat.at);
+    return end == MESH_PATH_DONE;
 }
 
 bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
                     struct surface_point *point, bool *lost) {
     double d = march->settings->spacing[dj != 0];
-    struct mesh_smooth_path from = yarn->path;
+    struct mesh_smooth_path from = yarn->smooth;
     march->edges.rough = 0;
     if (!march_mesh_advance(march, yarn, d, point, lost))
         return false;
     if (!march->smooth || march->settings->method == DRAPE_BASIC)
         return true;
-    struct surface_point start = march_mesh_point(march, &from.place);
-    if (!is_over_fold(march, &from.place, &yarn->path.place) && !is_rough(&start, point, d))
+    struct surface_point start = march_mesh_point(march, &from.at);
+    if (!is_over_fold(march, &from.at, &yarn->smooth.at) && !is_rough(&start, point, d))
         return true;
     int family = di ? 0 : 1, side = di + dj < 0, sign = side ? -1 : 1;
     struct vec3 a = vec3_scale(sign, from.direction);
-    struct vec3 b = vec3_scale(sign, yarn->path.direction);
+    struct vec3 b = vec3_scale(sign, yarn->smooth.direction);
     march->edges.rough = NET_EDGE_BIT(family, side);
     march->edges.yarns.edge[family] = side ? (struct net_edge){b, a} : (struct net_edge){a, b};
     return true;
@@ -171,7 +171,7 @@ bool march_mesh_towards(struct march *march, const struct surface_point *from, s
                         double chord, struct surface_point *point, bool *lost) {
     struct march_mesh_yarn yarn;
     struct mesh_point place = march_mesh_point_of(from);
-    if (mesh_walk_towards(&yarn.walk, march->mesh, &place, target) &&
+    if (mesh_path_towards(&yarn.flat, march->mesh, &place, target) &&
         march_mesh_advance(march, &yarn, chord, point, lost))
         return true;
     /* Along a curved edge of the surface the way lies beside the mesh by the height of a patch:
@@ -191,8 +191,8 @@ bool march_mesh_straight_on(struct march *march, const struct surface_point *fro
     struct march_mesh_yarn yarn;
     bool lost;
     struct mesh_point place = march_mesh_point_of(from);
-    bool started = march->smooth ? mesh_smooth_path(&yarn.path, march->smooth, &place, direction,
+    bool started = march->smooth ? mesh_smooth_path(&yarn.smooth, march->smooth, &place, direction,
                                                     vec3_make(0, 0, 0))
-                                 : mesh_walk_straight(&yarn.walk, march->mesh, &place, direction);
+                                 : mesh_path_straight(&yarn.flat, march->mesh, &place, direction);
     return started && march_mesh_lay(march, &yarn, di, dj, point, &lost);
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "corner.h"
 
+#include "path.h"
 #include "tree.h"
-#include "walk.h"
 
 /* D is in a triangle also this share of the longer chord outside: between two triangles, where
  * rounding could have it in neither; beyond the edge of the mesh, where yarns along it lie. */
@@ -75,8 +75,8 @@ static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 norm
     return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
 }
 
-static struct vec3 normal_at(const struct mesh *mesh, const struct mesh_point *place) {
-    return mesh->normals[place->triangle];
+static struct vec3 normal_at(const struct mesh *mesh, const struct mesh_point *at) {
+    return mesh->normals[at->triangle];
 }
 
 /* Whether D in triangle t is the root away from A, on the sheet of B and C. Normals are added up,
@@ -129,7 +129,7 @@ static enum mesh_corner_end accept(const struct circle *circle, int32_t t, struc
     const struct mesh_cell *cell = circle->cell;
     double b = fabs(vec3_distance(d, cell->b.r) / cell->bd - 1);
     double c = fabs(vec3_distance(d, cell->c.r) / cell->cd - 1);
-    corner->place = (struct mesh_point){t, d};
+    corner->at = (struct mesh_point){t, d};
     corner->residual = fmax(b, c);
     return MESH_CORNER_FOUND;
 }
@@ -177,8 +177,8 @@ struct search {
 /* Whether the sheet leads from D to B or C without detour. */
 static bool connected(const struct circle *circle, const struct mesh_point *d) {
     const struct mesh_cell *cell = circle->cell;
-    return mesh_walk_connects(circle->mesh, d, &cell->c, reach * cell->cd) ||
-           mesh_walk_connects(circle->mesh, d, &cell->b, reach * cell->bd);
+    return mesh_path_connects(circle->mesh, d, &cell->c, reach * cell->cd) ||
+           mesh_path_connects(circle->mesh, d, &cell->b, reach * cell->bd);
 }
 
 static void try_triangle(void *context, int32_t t) {

@@ -31,14 +31,14 @@ enum mesh_corner_end {
 };
 
 struct mesh_corner {
-    struct mesh_point place; /* D */
-    int steps;               /* triangles in which D was looked for */
-    double residual;         /* the larger of | |D - B| / bd - 1 |, | |D - C| / cd - 1 | */
+    struct mesh_point at; /* D */
+    int steps;            /* triangles in which D was looked for */
+    double residual;      /* the larger of | |D - B| / bd - 1 |, | |D - C| / cd - 1 | */
 };
 
 /* Solves a cell. D is never on the side of A, nor on a sheet that has turned by more than a right
  * angle (95 degrees, so that square edges pass) from those of B and C, nor on one that hangs
- * together with theirs only further away. The place is set only when it was found. */
+ * together with theirs only further away. The point is set only when it was found. */
 enum mesh_corner_end mesh_corner_solve(const struct mesh *mesh, const struct mesh_cell *cell,
                                        struct mesh_corner *corner);
 

@@ -225,13 +225,13 @@ enum status facets_make(const struct facets_source *source, struct arena *arena,
 struct search {
     const struct facets *facets;
     struct vec3 point;
-    struct facets_place *best;
+    struct facets_point *best;
     double distance, distance2; /* of the best */
 };
 
 static void search_cell(struct search *search, int32_t cell) {
     struct facets_cell own;
-    struct facets_cell_place place;
+    struct facets_cell_point place;
     if (cell == search->best->cell)
         return;
     for (int k = 0; k < FACETS_SIDES; k++)
@@ -245,7 +245,7 @@ static void search_cell(struct search *search, int32_t cell) {
     search->distance2 = place.distance2;
     search->distance = sqrt(place.distance2);
     *search->best =
-        (struct facets_place){.cell = cell,
+        (struct facets_point){.cell = cell,
                               .side = place.side,
                               .weight = {place.weight[0], place.weight[1], place.weight[2]},
                               .r = place.r};
@@ -352,7 +352,7 @@ static void search_from(struct search *search, struct visit root) {
 /* ---- one after the other ---- */
 
 /* Adds a child to those near the middle; false where they are too many. */
-static bool keep(struct facets_walk *walk, const struct facets_node *node, int c) {
+static bool keep(struct facets_search *walk, const struct facets_node *node, int c) {
     if (walk->count == FACETS_NEAR)
         return false;
     struct facets_node *group = &walk->near[walk->count / FACETS_CHILDREN];
@@ -366,7 +366,7 @@ static bool keep(struct facets_walk *walk, const struct facets_node *node, int c
 }
 
 /* Notes the nodes over cells that come within `reach` of the point; none if these are many. */
-static void gather(struct facets_walk *walk, struct vec3 point, double reach) {
+static void gather(struct facets_search *walk, struct vec3 point, double reach) {
     const struct facets *facets = walk->facets;
     struct visit stack[STACK];
     size_t height = 0;
@@ -392,7 +392,7 @@ static void gather(struct facets_walk *walk, struct vec3 point, double reach) {
     }
 }
 
-static bool is_near(const struct facets_walk *walk, const struct search *search) {
+static bool is_near(const struct facets_search *walk, const struct search *search) {
     return vec3_distance(search->point, walk->middle) + search->distance <=
            walk->reach * (1 - rounding);
 }
@@ -400,7 +400,7 @@ static bool is_near(const struct facets_walk *walk, const struct search *search)
 /* All cells that may be nearer than the best so far, if the point is so near to the middle that
  * they lie under the nodes there. A point that is not, but a small step from the last one, is made
  * the middle, because more of such steps are likely. */
-static bool search_near(struct facets_walk *walk, struct search *search) {
+static bool search_near(struct facets_search *walk, struct search *search) {
     const double size = walk->facets->size;
     double step = vec3_distance(search->point, walk->point);
     if (!is_near(walk, search) && fmax(step, search->distance) < small_steps * size)
@@ -434,7 +434,7 @@ static bool is_rim(const struct facets *facets, int32_t cell, int side) {
 
 /* Whether the place lies on the rim: on an edge of one cell, or at a corner that is not in the
  * middle of four. */
-static bool on_rim(const struct facets *facets, const struct facets_place *place) {
+static bool on_rim(const struct facets *facets, const struct facets_point *place) {
     const int32_t *corners = facets->source.corners[place->cell];
     if (place->weight[0] > 0)
         return false;
@@ -448,7 +448,7 @@ static bool on_rim(const struct facets *facets, const struct facets_place *place
 }
 
 /* How far the point is from the place along the plane of its triangle. */
-static double tangential(const struct facets *facets, const struct facets_place *place,
+static double tangential(const struct facets *facets, const struct facets_point *place,
                          struct vec3 point, double *edge) {
     const struct facets_source *source = &facets->source;
     struct vec3 a = corner_point(source, place->cell, place->side);
@@ -460,14 +460,14 @@ static double tangential(const struct facets *facets, const struct facets_place 
     return vec3_norm(vec3_axpy(-vec3_dot(gap, normal), normal, gap));
 }
 
-struct facets_walk facets_walk_begin(const struct facets *facets) {
-    return (struct facets_walk){.facets = facets, .reach = -1};
+struct facets_search facets_search_begin(const struct facets *facets) {
+    return (struct facets_search){.facets = facets, .reach = -1};
 }
 
-void facets_nearest(struct facets_walk *walk, struct vec3 point, struct facets_place *place) {
+void facets_nearest(struct facets_search *walk, struct vec3 point, struct facets_point *place) {
     const struct facets *facets = walk->facets;
     double edge;
-    *place = (struct facets_place){.cell = INT32_MAX};
+    *place = (struct facets_point){.cell = INT32_MAX};
     struct search search = {facets, point, place, HUGE_VAL, HUGE_VAL};
     search_cell(&search, approach(facets, point, walk->cell));
     if (!search_near(walk, &search))

@@ -54,7 +54,7 @@ struct facets {
     double size;    /* of a cell: the mean radius of the balls round them */
 };
 
-struct facets_place {
+struct facets_point {
     int32_t cell;
     int side;         /* of the cell: from corner `side` to the next one */
     double weight[3]; /* of its middle and of these two corners; they add up to 1, none < 0 */
@@ -71,7 +71,7 @@ enum { FACETS_GROUPS = 8, FACETS_NEAR = FACETS_GROUPS * FACETS_CHILDREN };
 
 /* One search after the other: what was found for a point makes the next one fast when it lies close
  * by. */
-struct facets_walk {
+struct facets_search {
     const struct facets *facets;
     int32_t cell;      /* that of the last place */
     struct vec3 point; /* the last one */
@@ -83,10 +83,10 @@ struct facets_walk {
     int count;
 };
 
-struct facets_walk facets_walk_begin(const struct facets *facets);
+struct facets_search facets_search_begin(const struct facets *facets);
 
 /* The place nearest to `point`, which must be finite; of several as near as each other that of the
  * first cell. It does not depend on what was searched for before. */
-void facets_nearest(struct facets_walk *walk, struct vec3 point, struct facets_place *place);
+void facets_nearest(struct facets_search *walk, struct vec3 point, struct facets_point *place);
 
 #endif

@@ -87,7 +87,7 @@ INLINE void project(struct sides3 a, struct sides3 b, struct sides3 p, sides wei
 
 WIDE_CLONES
 void facets_cell_nearest(const struct facets_cell *cell, struct vec3 point,
-                         struct facets_cell_place *place) {
+                         struct facets_cell_point *place) {
     struct sides3 a = all(cell->middle), b = corners_of(cell), c = next3(b), p = all(point);
     sides w[3];
     project(a, b, p, w);
@@ -98,6 +98,6 @@ void facets_cell_nearest(const struct facets_cell *cell, struct vec3 point,
     int k = 0;
     for (int side = 1; side < FACETS_SIDES; side++)
         k = distance2[side] < distance2[k] ? side : k;
-    *place = (struct facets_cell_place){
+    *place = (struct facets_cell_point){
         k, {w[0][k], w[1][k], w[2][k]}, vec3_make(r.x[k], r.y[k], r.z[k]), distance2[k]};
 }

@@ -11,7 +11,7 @@ struct facets_cell {
     struct vec3 corner[FACETS_SIDES], middle;
 };
 
-struct facets_cell_place {
+struct facets_cell_point {
     int side;         /* from this corner to the next one */
     double weight[3]; /* of the middle and of these two corners; they add up to 1, none < 0 */
     struct vec3 r;
@@ -20,6 +20,6 @@ struct facets_cell_place {
 
 /* The place of the cell nearest to `point`; of several as near that of the first side. */
 void facets_cell_nearest(const struct facets_cell *cell, struct vec3 point,
-                         struct facets_cell_place *place);
+                         struct facets_cell_point *place);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "fit.h"
 
-#include "fan.h"
+#include "ring.h"
 
 /* Vertices that a fit looks for, and the most it takes; triangles it goes through for them. */
 enum { POINTS_WANTED = 16, POINTS_MAX = 48, TRIANGLES_MAX = 160, TERMS_QUADRATIC = 5 };
@@ -39,7 +39,7 @@ static int32_t edge_before(int32_t edge) {
 static int32_t first_of_side(const struct mesh *mesh, int32_t corner) {
     int32_t at = corner;
     while (goes_on(mesh, at)) {
-        at = mesh_fan_previous(mesh, at);
+        at = mesh_ring_previous(mesh, at);
         if (at == corner)
             break;
     }
@@ -65,7 +65,7 @@ static size_t number_sides(const struct mesh *mesh, int32_t *side, struct mesh_f
             struct vec3 b = vec3_sub(p[(at + 2) % 3], p[at % 3]);
             sum = vec3_axpy(1 / (vec3_norm2(a) * vec3_norm2(b)), vec3_cross(a, b), sum);
             side[at] = (int32_t)count;
-            int32_t next = goes_on(mesh, edge_before(at)) ? mesh_fan_next(mesh, at) : first;
+            int32_t next = goes_on(mesh, edge_before(at)) ? mesh_ring_next(mesh, at) : first;
             if (next == first)
                 break;
             at = next;
@@ -116,7 +116,7 @@ static void look_round(struct vicinity *v, const struct mesh_fit *fit, int32_t c
     int32_t first = first_of_side(mesh, corner), at = first;
     do {
         add_triangle(v, fit, at / 3, stamp);
-        at = goes_on(mesh, edge_before(at)) ? mesh_fan_next(mesh, at) : MESH_NONE;
+        at = goes_on(mesh, edge_before(at)) ? mesh_ring_next(mesh, at) : MESH_NONE;
     } while (at != MESH_NONE && at != first);
     for (int begin = 0; begin < v->triangle_count && v->point_count < POINTS_WANTED;) {
         int end = v->triangle_count;

@@ -169,24 +169,24 @@ enum status mesh_make(const struct mesh_source *source, struct arena *arena, str
 
 /* With edges a, b at corner 0 and d = r - p_0 in the plane: the areas of the triangles that r makes
  * with two corners, over the whole. */
-void mesh_weights(const struct mesh *mesh, const struct mesh_point *place, double weight[3]) {
-    struct vec3 p[3], normal = mesh->normals[place->triangle];
-    mesh_corner_points(mesh, place->triangle, p);
-    struct vec3 a = vec3_sub(p[1], p[0]), b = vec3_sub(p[2], p[0]), d = vec3_sub(place->r, p[0]);
+void mesh_weights(const struct mesh *mesh, const struct mesh_point *at, double weight[3]) {
+    struct vec3 p[3], normal = mesh->normals[at->triangle];
+    mesh_corner_points(mesh, at->triangle, p);
+    struct vec3 a = vec3_sub(p[1], p[0]), b = vec3_sub(p[2], p[0]), d = vec3_sub(at->r, p[0]);
     double whole = vec3_dot(vec3_cross(a, b), normal);
     weight[1] = vec3_dot(vec3_cross(d, b), normal) / whole;
     weight[2] = vec3_dot(vec3_cross(a, d), normal) / whole;
     weight[0] = 1 - weight[1] - weight[2];
 }
 
-void mesh_parameters(const struct mesh *mesh, const struct mesh_point *place, double uv[2]) {
+void mesh_parameters(const struct mesh *mesh, const struct mesh_point *at, double uv[2]) {
     double weight[3];
-    uv[0] = place->triangle;
+    uv[0] = at->triangle;
     uv[1] = 0;
     if (!mesh->parameters)
         return;
-    mesh_weights(mesh, place, weight);
-    const int32_t *corner = mesh->corners[place->triangle];
+    mesh_weights(mesh, at, weight);
+    const int32_t *corner = mesh->corners[at->triangle];
     for (int k = 0; k < 2; k++) {
         double a = mesh->parameters[corner[0]][k], b = mesh->parameters[corner[1]][k];
         double c = mesh->parameters[corner[2]][k];

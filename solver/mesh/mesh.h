@@ -5,7 +5,7 @@
  * the tessellation of a surface (`tessellation.h`).
  *
  * Edge k of a triangle runs from its corner k to corner k + 1 (mod 3), counter-clockwise about its
- * normal; as a half-edge it is number 3 t + k. The normal of a place is that of its triangle.
+ * normal; as a half-edge it is number 3 t + k. The normal of a point is that of its triangle.
  *
  * A mesh is immutable once made and may be read by many threads at once.
  */
@@ -100,7 +100,7 @@ struct mesh {
     size_t leaf_count;
 };
 
-/* A place on a mesh. */
+/* A point on a mesh. */
 struct mesh_point {
     int32_t triangle;
     struct vec3 r; /* in the triangle, to rounding */
@@ -110,7 +110,7 @@ struct mesh_point {
  * Makes a mesh of `source`, whose arrays are not needed afterwards, in `arena`; O(n log n).
  *
  * Triangles are neighbours when they share an edge by the indices of its ends; edges left over are
- * joined when their ends lie in exactly the same places, so that a soup of triangles, each with
+ * joined when their ends lie in exactly the same points, so that a soup of triangles, each with
  * vertices of its own, becomes a surface. Windings are made consistent within each component, the
  * way that most of its area has it already. Components may be many.
  *
@@ -119,18 +119,18 @@ struct mesh_point {
 enum status mesh_make(const struct mesh_source *source, struct arena *arena, struct mesh **mesh,
                       struct mesh_fault *fault) STATUS_MUST_USE;
 
-/* The nearest place of a component, or with MESH_ANY of the whole mesh, and its distance (may be
- * NULL); of places equally near, that in the first triangle. False when there is no such component
+/* The nearest point of a component, or with MESH_ANY of the whole mesh, and its distance (may be
+ * NULL); of points equally near, that in the first triangle. False when there is no such component
  * or `point` is not finite. */
 bool mesh_nearest(const struct mesh *mesh, struct vec3 point, int32_t component,
-                  struct mesh_point *place, double *distance);
+                  struct mesh_point *nearest, double *distance);
 
-/* Barycentric coordinates of a place in its triangle: r = sum of weight[k] times corner k; they add
+/* Barycentric coordinates of a point in its triangle: r = sum of weight[k] times corner k; they add
  * up to 1 and are negative only by rounding. */
-void mesh_weights(const struct mesh *mesh, const struct mesh_point *place, double weight[3]);
+void mesh_weights(const struct mesh *mesh, const struct mesh_point *at, double weight[3]);
 
-/* The vertices' parameters, interpolated at a place; (triangle, 0) for a mesh without. */
-void mesh_parameters(const struct mesh *mesh, const struct mesh_point *place, double uv[2]);
+/* The vertices' parameters, interpolated at a point; (triangle, 0) for a mesh without. */
+void mesh_parameters(const struct mesh *mesh, const struct mesh_point *at, double uv[2]);
 
 static inline struct vec3 mesh_corner_point(const struct mesh *mesh, int32_t triangle, int corner) {
     return mesh->vertices[mesh->corners[triangle][corner]];

@@ -86,10 +86,10 @@ static void add_fit(struct mesh_jet *jet, const struct mesh_fit *fit, double wei
     jet->zz += u.z * fit->x.z + v.z * fit->y.z;
 }
 
-void mesh_smooth_jet(const struct mesh_smooth *smooth, const struct mesh_point *place,
+void mesh_smooth_jet(const struct mesh_smooth *smooth, const struct mesh_point *at,
                      struct mesh_jet *jet) {
     double weight[3], sum = 0;
-    mesh_weights(smooth->mesh, place, weight);
+    mesh_weights(smooth->mesh, at, weight);
     for (int k = 0; k < 3; k++) {
         weight[k] = fmax(weight[k], 0); /* beyond the rim as at it */
         sum += weight[k];
@@ -97,7 +97,7 @@ void mesh_smooth_jet(const struct mesh_smooth *smooth, const struct mesh_point *
     *jet = (struct mesh_jet){.height = 0};
     for (int k = 0; k < 3; k++)
         if (weight[k] > 0)
-            add_fit(jet, fit_at(smooth, place->triangle, k), weight[k] / sum, place->r);
+            add_fit(jet, fit_at(smooth, at->triangle, k), weight[k] / sum, at->r);
 }
 
 double mesh_jet_form(const struct mesh_jet *jet, struct vec3 a, struct vec3 b) {
@@ -115,14 +115,14 @@ static double reach_beyond_rim(const struct mesh_smooth *smooth, int32_t t) {
     return rim + rim_bend * (1 - cosine);
 }
 
-int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_point *place, bool folds,
+int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_point *at, bool folds,
                            double slack) {
     const struct mesh *mesh = smooth->mesh;
     int32_t before = MESH_NONE;
     for (int step = 0; step < FOLLOW_MAX; step++) {
-        int32_t t = place->triangle, way = MESH_NONE, stop = MESH_NONE;
+        int32_t t = at->triangle, way = MESH_NONE, stop = MESH_NONE;
         double weight[3], least = -fmax(slack, between), beyond = 0;
-        mesh_weights(mesh, place, weight);
+        mesh_weights(mesh, at, weight);
         for (int k = 0; k < 3; k++) {
             int32_t edge = 3 * t + k, twin = mesh->twins[edge];
             double w = weight[(k + 2) % 3];
@@ -139,17 +139,17 @@ int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_point *
         if (next == MESH_NONE || next == before) /* over an edge, beyond both of its triangles */
             return beyond < -reach_beyond_rim(smooth, t) ? stop : MESH_NONE;
         before = t;
-        place->triangle = next;
+        at->triangle = next;
     }
     return MESH_NONE;
 }
 
-bool mesh_smooth_is_sound(const struct mesh_smooth *smooth, const struct mesh_point *place) {
+bool mesh_smooth_is_sound(const struct mesh_smooth *smooth, const struct mesh_point *at) {
     struct vec3 p[3];
-    mesh_corner_points(smooth->mesh, place->triangle, p);
-    double height = vec3_dot(vec3_sub(place->r, p[0]), smooth->mesh->normals[place->triangle]);
+    mesh_corner_points(smooth->mesh, at->triangle, p);
+    double height = vec3_dot(vec3_sub(at->r, p[0]), smooth->mesh->normals[at->triangle]);
     double longest2 = 0, weight[3];
-    mesh_weights(smooth->mesh, place, weight);
+    mesh_weights(smooth->mesh, at, weight);
     if (fmin(weight[0], fmin(weight[1], weight[2])) < -outside_most)
         return false;
     for (int k = 0; k < 3; k++)
@@ -157,11 +157,11 @@ bool mesh_smooth_is_sound(const struct mesh_smooth *smooth, const struct mesh_po
     return height * height <= bulge_most * bulge_most * longest2;
 }
 
-void mesh_smooth_project(const struct mesh_smooth *smooth, struct mesh_point *place) {
+void mesh_smooth_project(const struct mesh_smooth *smooth, struct mesh_point *at) {
     for (int k = 0; k < PROJECT_MAX; k++) {
         struct mesh_jet jet;
-        mesh_smooth_jet(smooth, place, &jet);
+        mesh_smooth_jet(smooth, at, &jet);
         double step = jet.height / vec3_norm2(jet.gradient);
-        place->r = vec3_axpy(-step, jet.gradient, place->r);
+        at->r = vec3_axpy(-step, jet.gradient, at->r);
     }
 }

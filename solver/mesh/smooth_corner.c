@@ -30,20 +30,20 @@ static bool solve(const struct vec3 rows[3], const double f[3], struct vec3 *ste
     return isfinite(inverse) && isfinite(vec3_norm2(*step));
 }
 
-/* Newton's method from `place` on one side of all folds; `edge` is what D lies beyond. */
+/* Newton's method from `point` on one side of all folds; `edge` is what D lies beyond. */
 static enum newton_end newton(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                              struct mesh_point *place, int *steps, int32_t *edge) {
+                              struct mesh_point *at, int *steps, int32_t *edge) {
     double longest = (cell->bd + cell->cd) / 2, best = HUGE_VAL;
-    struct mesh_point found = *place;
+    struct mesh_point found = *at;
     for (int k = 0; k < NEWTON_MAX; k++) {
         struct mesh_jet jet;
-        struct vec3 step, wb = vec3_sub(place->r, cell->b.r), wc = vec3_sub(place->r, cell->c.r);
-        *edge = mesh_smooth_follow(smooth, place, false, k < FREE_STEPS ? 0 : settled);
-        mesh_smooth_jet(smooth, place, &jet);
-        double error = fmax(residual(cell, place->r), fabs(jet.height) / longest);
+        struct vec3 step, wb = vec3_sub(at->r, cell->b.r), wc = vec3_sub(at->r, cell->c.r);
+        *edge = mesh_smooth_follow(smooth, at, false, k < FREE_STEPS ? 0 : settled);
+        mesh_smooth_jet(smooth, at, &jet);
+        double error = fmax(residual(cell, at->r), fabs(jet.height) / longest);
         if (error < best) {
             best = error;
-            found = *place;
+            found = *at;
         }
         if (error <= wanted)
             break;
@@ -54,11 +54,11 @@ static enum newton_end newton(const struct mesh_smooth *smooth, const struct mes
             return NEWTON_FAILED;
         ++*steps;
         double size = vec3_norm(step);
-        place->r = vec3_axpy(size > longest ? longest / size : 1, step, place->r);
+        at->r = vec3_axpy(size > longest ? longest / size : 1, step, at->r);
     }
-    *place = found;
-    *edge = mesh_smooth_follow(smooth, place, false, settled);
-    if (!(best <= taken) || !mesh_smooth_is_sound(smooth, place))
+    *at = found;
+    *edge = mesh_smooth_follow(smooth, at, false, settled);
+    if (!(best <= taken) || !mesh_smooth_is_sound(smooth, at))
         return NEWTON_FAILED;
     return *edge == MESH_NONE ? NEWTON_FOUND : NEWTON_BEYOND;
 }
@@ -68,9 +68,9 @@ static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 norm
     return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
 }
 
-static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *place) {
+static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *at) {
     struct mesh_jet jet;
-    mesh_smooth_jet(smooth, place, &jet);
+    mesh_smooth_jet(smooth, at, &jet);
     return vec3_unit(jet.gradient);
 }
 
@@ -83,32 +83,31 @@ static bool right_root(const struct mesh_smooth *smooth, const struct mesh_cell 
            cell->orientation * turn(cell->c.r, d->r, cell->b.r, sum) > 0;
 }
 
-/* From a place on: over as many folds as D turns out to lie beyond. */
+/* From a point on: over as many folds as D turns out to lie beyond. */
 static enum newton_end search(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                              struct mesh_point *place, int *steps) {
+                              struct mesh_point *at, int *steps) {
     for (int side = 0; side < SIDES_MAX; side++) {
         int32_t edge;
-        enum newton_end end = newton(smooth, cell, place, steps, &edge);
+        enum newton_end end = newton(smooth, cell, at, steps, &edge);
         if (end == NEWTON_FOUND)
-            return right_root(smooth, cell, place) ? end : NEWTON_FAILED;
+            return right_root(smooth, cell, at) ? end : NEWTON_FAILED;
         if (end == NEWTON_FAILED || smooth->mesh->twins[edge] == MESH_NONE)
             return end;
-        place->triangle = smooth->mesh->twins[edge] / 3;
+        at->triangle = smooth->mesh->twins[edge] / 3;
     }
     return NEWTON_FAILED;
 }
 
-/* The foot of a place in the plane of its triangle. */
-static struct mesh_point foot(const struct mesh *mesh, const struct mesh_point *place) {
-    struct vec3 normal = mesh->normals[place->triangle];
-    struct vec3 offset = vec3_sub(place->r, mesh_corner_point(mesh, place->triangle, 0));
-    return (struct mesh_point){place->triangle,
-                               vec3_axpy(-vec3_dot(offset, normal), normal, place->r)};
+/* The foot of a point in the plane of its triangle. */
+static struct mesh_point foot(const struct mesh *mesh, const struct mesh_point *at) {
+    struct vec3 normal = mesh->normals[at->triangle];
+    struct vec3 offset = vec3_sub(at->r, mesh_corner_point(mesh, at->triangle, 0));
+    return (struct mesh_point){at->triangle, vec3_axpy(-vec3_dot(offset, normal), normal, at->r)};
 }
 
 static enum mesh_corner_end accept(const struct mesh_cell *cell, const struct mesh_point *d,
                                    struct mesh_corner *corner) {
-    corner->place = *d;
+    corner->at = *d;
     corner->residual = residual(cell, d->r);
     return MESH_CORNER_FOUND;
 }
@@ -135,7 +134,7 @@ enum mesh_corner_end mesh_smooth_corner(const struct mesh_smooth *smooth,
     enum mesh_corner_end end = mesh_corner_solve(smooth->mesh, &flat, corner);
     if (end != MESH_CORNER_FOUND)
         return end;
-    d = corner->place;
+    d = corner->at;
     switch (search(smooth, cell, &d, &corner->steps)) {
     case NEWTON_FOUND:
         return accept(cell, &d, corner);

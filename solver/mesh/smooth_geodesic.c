@@ -19,9 +19,9 @@ struct shot {
     struct vec3 rate; /* of the end, as the direction turns about the normal: as on a developable */
 };
 
-static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *place) {
+static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *at) {
     struct mesh_jet jet;
-    mesh_smooth_jet(smooth, place, &jet);
+    mesh_smooth_jet(smooth, at, &jet);
     return vec3_unit(jet.gradient);
 }
 
@@ -37,7 +37,7 @@ static bool same_patch(const struct mesh_smooth *smooth, const struct mesh_point
     return smooth->patch[a->triangle] == smooth->patch[b->triangle];
 }
 
-/* A tangent at one place as it is at another over a fold: turned as the one normal turns into the
+/* A tangent at one point as it is at another over a fold: turned as the one normal turns into the
  * other (Rodrigues), which unfolds a straight fold. */
 static struct vec3 unfold(struct vec3 v, struct vec3 from, struct vec3 to) {
     struct vec3 axis = vec3_unit(vec3_cross(from, to));
@@ -46,11 +46,11 @@ static struct vec3 unfold(struct vec3 v, struct vec3 from, struct vec3 to) {
     return vec3_axpy((1 - cosine) * vec3_dot(axis, v), axis, turned);
 }
 
-static enum mesh_walk_end fire(const struct mesh_smooth *smooth, struct shot *shot) {
+static enum mesh_path_end fire(const struct mesh_smooth *smooth, struct shot *shot) {
     if (!mesh_smooth_path(&shot->end, smooth, &shot->from, shot->direction, vec3_make(0, 0, 0)))
-        return MESH_WALK_LOST;
-    enum mesh_walk_end end = mesh_smooth_length(&shot->end, shot->length);
-    struct vec3 normal = normal_at(smooth, &shot->end.place);
+        return MESH_PATH_LOST;
+    enum mesh_path_end end = mesh_smooth_length(&shot->end, shot->length);
+    struct vec3 normal = normal_at(smooth, &shot->end.at);
     shot->rate = vec3_scale(shot->length, vec3_cross(normal, shot->end.direction));
     return end;
 }
@@ -83,8 +83,8 @@ static bool leads_away(const struct shot *shot, struct vec3 back, int left) {
 /* Both end in D's plane; that from B may have ended on the other side of a fold through D. */
 static void note_yarns(const struct mesh_smooth *smooth, const struct shot *b, const struct shot *c,
                        struct mesh_yarns *yarns) {
-    struct vec3 from = normal_at(smooth, &b->end.place), to = normal_at(smooth, &c->end.place);
-    bool same = same_patch(smooth, &b->end.place, &c->end.place);
+    struct vec3 from = normal_at(smooth, &b->end.at), to = normal_at(smooth, &c->end.at);
+    bool same = same_patch(smooth, &b->end.at, &c->end.at);
     yarns->start[0] = b->direction;
     yarns->start[1] = c->direction;
     yarns->end[0] = same ? b->end.direction : unfold(b->end.direction, from, to);
@@ -98,13 +98,13 @@ static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct 
     double shorter = fmin(cell->bd, cell->cd), least = HUGE_VAL;
     int stalled = 0;
     for (int k = 0; k < NEWTON_MAX && least > wanted; k++) {
-        enum mesh_walk_end end_b = fire(smooth, &b), end_c = fire(smooth, &c);
+        enum mesh_path_end end_b = fire(smooth, &b), end_c = fire(smooth, &c);
         corner->steps++;
-        if (end_b == MESH_WALK_BOUNDARY || end_c == MESH_WALK_BOUNDARY)
+        if (end_b == MESH_PATH_BOUNDARY || end_c == MESH_PATH_BOUNDARY)
             return MESH_CORNER_BOUNDARY;
-        if (end_b != MESH_WALK_DONE || end_c != MESH_WALK_DONE)
+        if (end_b != MESH_PATH_DONE || end_c != MESH_PATH_DONE)
             return MESH_CORNER_NO_CONVERGENCE;
-        struct vec3 gap = vec3_sub(b.end.place.r, c.end.place.r);
+        struct vec3 gap = vec3_sub(b.end.at.r, c.end.at.r);
         double size = vec3_norm(gap) / shorter;
         stalled = size < 0.5 * least ? 0 : stalled + 1;
         if (least <= settled && stalled == STALLED_MAX)
@@ -112,7 +112,7 @@ static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct 
         if (size < least && leads_away(&b, back[0], -cell->orientation) &&
             leads_away(&c, back[1], cell->orientation)) {
             least = size;
-            corner->place = c.end.place;
+            corner->at = c.end.at;
             corner->residual = size;
             note_yarns(smooth, &b, &c, yarns);
         }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The fourth corner of a cell whose edges are geodesics of given lengths on the smooth surface of a
- * mesh: two geodesics, from B and from C, that end in the same place D, by Newton's method on their
+ * mesh: two geodesics, from B and from C, that end in the same point D, by Newton's method on their
  * directions. Across folds they unfold (`smooth_path.h`), so that on a developable mesh, however it
  * is folded, D is that of the plane.
  */

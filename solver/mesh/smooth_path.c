@@ -16,7 +16,7 @@ static const double turn_most = 0.5, turn_change = 0.1, least_share = 1e-4;
 /* Relative accuracy of a chord wanted, and still taken. */
 static const double chord_wanted = 1e-12, chord_taken = 1e-8;
 
-/* x' and x'' at a place with the direction t there. */
+/* x' and x'' at a point with the direction t there. */
 struct rate {
     struct vec3 first, second;
 };
@@ -25,11 +25,11 @@ static struct vec3 across(struct vec3 t, struct vec3 n) {
     return vec3_unit(vec3_axpy(-vec3_dot(t, n), n, t));
 }
 
-static struct rate rate_at(const struct mesh_smooth_path *path, struct mesh_point place,
+static struct rate rate_at(const struct mesh_smooth_path *path, struct mesh_point at,
                            struct vec3 t) {
     struct mesh_jet jet;
-    (void)mesh_smooth_follow(path->smooth, &place, false, 0);
-    mesh_smooth_jet(path->smooth, &place, &jet);
+    (void)mesh_smooth_follow(path->smooth, &at, false, 0);
+    mesh_smooth_jet(path->smooth, &at, &jet);
     struct vec3 n = vec3_unit(jet.gradient);
     if (vec3_norm2(path->plane) > 0)
         return (struct rate){vec3_unit(vec3_cross(path->plane, n)), {0, 0, 0}};
@@ -38,8 +38,8 @@ static struct rate rate_at(const struct mesh_smooth_path *path, struct mesh_poin
 
 static struct rate rate_ahead(const struct mesh_smooth_path *path, double h,
                               const struct rate *by) {
-    struct mesh_point place = {path->place.triangle, vec3_axpy(h, by->first, path->place.r)};
-    return rate_at(path, place, vec3_axpy(h, by->second, path->direction));
+    struct mesh_point at = {path->at.triangle, vec3_axpy(h, by->first, path->at.r)};
+    return rate_at(path, at, vec3_axpy(h, by->second, path->direction));
 }
 
 static struct vec3 mean(double h, struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 d) {
@@ -50,38 +50,38 @@ static struct vec3 mean(double h, struct vec3 a, struct vec3 b, struct vec3 c, s
  * the angle by which the path turns with the curvature at its beginning, and by how much more or
  * less it would with that at its end. */
 static int32_t step_on(struct mesh_smooth_path *path, double h, double turn[2]) {
-    struct rate a = rate_at(path, path->place, path->direction);
+    struct rate a = rate_at(path, path->at, path->direction);
     struct rate b = rate_ahead(path, h / 2, &a), c = rate_ahead(path, h / 2, &b);
     struct rate d = rate_ahead(path, h, &c);
     turn[0] = h * vec3_norm(a.second);
     turn[1] = h * vec3_norm(vec3_sub(d.second, a.second));
-    path->place.r = vec3_add(path->place.r, mean(h, a.first, b.first, c.first, d.first));
+    path->at.r = vec3_add(path->at.r, mean(h, a.first, b.first, c.first, d.first));
     path->direction = vec3_add(path->direction, mean(h, a.second, b.second, c.second, d.second));
-    int32_t stop = mesh_smooth_follow(path->smooth, &path->place, false, 0);
+    int32_t stop = mesh_smooth_follow(path->smooth, &path->at, false, 0);
     struct mesh_jet jet;
-    mesh_smooth_project(path->smooth, &path->place);
-    mesh_smooth_jet(path->smooth, &path->place, &jet);
+    mesh_smooth_project(path->smooth, &path->at);
+    mesh_smooth_jet(path->smooth, &path->at, &jet);
     path->direction = across(path->direction, vec3_unit(jet.gradient));
     return stop;
 }
 
-/* The unit normal at a place, as its triangle has it. */
-static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *place) {
+/* The unit normal at a point, as its triangle has it. */
+static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *at) {
     struct mesh_jet jet;
-    mesh_smooth_jet(smooth, place, &jet);
+    mesh_smooth_jet(smooth, at, &jet);
     return vec3_unit(jet.gradient);
 }
 
-/* From the place on a fold to its other side. */
+/* From the point on a fold to its other side. */
 static void cross_fold(struct mesh_smooth_path *path, int32_t edge) {
     const struct mesh *mesh = path->smooth->mesh;
     struct vec3 along = vec3_sub(mesh_corner_point(mesh, edge / 3, (edge + 1) % 3),
                                  mesh_corner_point(mesh, edge / 3, edge % 3));
-    struct vec3 n = normal_at(path->smooth, &path->place), x = across(along, n);
+    struct vec3 n = normal_at(path->smooth, &path->at), x = across(along, n);
     double a = vec3_dot(path->direction, x), b = vec3_dot(path->direction, vec3_cross(x, n));
-    path->place.triangle = mesh->twins[edge] / 3;
-    mesh_smooth_project(path->smooth, &path->place);
-    n = normal_at(path->smooth, &path->place);
+    path->at.triangle = mesh->twins[edge] / 3;
+    mesh_smooth_project(path->smooth, &path->at);
+    n = normal_at(path->smooth, &path->at);
     x = across(along, n);
     path->direction = vec3_unit(vec3_axpy(b, vec3_cross(x, n), vec3_scale(a, x)));
 }
@@ -119,7 +119,7 @@ bool mesh_smooth_path(struct mesh_smooth_path *path, const struct mesh_smooth *s
                       const struct mesh_point *from, struct vec3 direction, struct vec3 plane) {
     struct vec3 n = normal_at(smooth, from), along = vec3_cross(vec3_unit(plane), n);
     bool section = vec3_norm2(plane) > 0, back = vec3_dot(along, direction) < 0;
-    *path = (struct mesh_smooth_path){.smooth = smooth, .place = *from};
+    *path = (struct mesh_smooth_path){.smooth = smooth, .at = *from};
     if (section)
         path->plane = vec3_scale(back ? -1 : 1, vec3_unit(plane));
     path->direction = across(section ? vec3_cross(path->plane, n) : direction, n);
@@ -139,11 +139,11 @@ static int32_t step_evenly(const struct mesh_smooth_path *path, double left, dou
     }
 }
 
-enum mesh_walk_end mesh_smooth_length(struct mesh_smooth_path *path, double length) {
+enum mesh_path_end mesh_smooth_length(struct mesh_smooth_path *path, double length) {
     const struct mesh *mesh = path->smooth->mesh;
     double left = length;
     for (int step = 0, folds = 0; step < STEPS_MAX && folds < FOLDS_MAX; step++) {
-        double h = fmin(move_share * length, side_share * side_of(mesh, path->place.triangle));
+        double h = fmin(move_share * length, side_share * side_of(mesh, path->at.triangle));
         struct mesh_smooth_path ahead;
         int32_t stop = step_evenly(path, left, least_share * length, &h, &ahead);
         bool last = left <= h;
@@ -151,38 +151,38 @@ enum mesh_walk_end mesh_smooth_length(struct mesh_smooth_path *path, double leng
             *path = ahead;
             left -= h;
         } else if (mesh->twins[stop] == MESH_NONE) {
-            return MESH_WALK_BOUNDARY;
+            return MESH_PATH_BOUNDARY;
         } else {
             left -= step_over(path, last ? left : h);
             last = false;
             folds++;
         }
-        if (!mesh_smooth_is_sound(path->smooth, &path->place))
-            return MESH_WALK_LOST;
+        if (!mesh_smooth_is_sound(path->smooth, &path->at))
+            return MESH_PATH_LOST;
         if (last)
-            return MESH_WALK_DONE;
+            return MESH_PATH_DONE;
     }
-    return MESH_WALK_LOST;
+    return MESH_PATH_LOST;
 }
 
-enum mesh_walk_end mesh_smooth_chord(struct mesh_smooth_path *path, double chord) {
+enum mesh_path_end mesh_smooth_chord(struct mesh_smooth_path *path, double chord) {
     double length = chord;
     for (int round = 0; round < CHORD_ROUNDS; round++) {
         struct mesh_smooth_path ahead = *path;
-        enum mesh_walk_end end = mesh_smooth_length(&ahead, length);
-        if (end != MESH_WALK_DONE)
+        enum mesh_path_end end = mesh_smooth_length(&ahead, length);
+        if (end != MESH_PATH_DONE)
             return end;
-        struct vec3 way = vec3_sub(ahead.place.r, path->place.r);
+        struct vec3 way = vec3_sub(ahead.at.r, path->at.r);
         double size = vec3_norm(way), rate = vec3_dot(way, ahead.direction) / size;
         double error = fabs(size - chord);
         if (error <= chord_wanted * chord ||
             (round == CHORD_ROUNDS - 1 && error <= chord_taken * chord)) {
             *path = ahead;
-            return MESH_WALK_DONE;
+            return MESH_PATH_DONE;
         }
         length += (chord - size) / fmax(rate, 0.3);
         if (!(length > 0 && length < 8 * chord))
-            return MESH_WALK_LOST;
+            return MESH_PATH_LOST;
     }
-    return MESH_WALK_LOST;
+    return MESH_PATH_LOST;
 }

@@ -8,23 +8,23 @@
 #ifndef SOLVER_MESH_SMOOTH_PATH_H
 #define SOLVER_MESH_SMOOTH_PATH_H
 
+#include "path.h"
 #include "smooth.h"
-#include "walk.h"
 
 struct mesh_smooth_path {
     const struct mesh_smooth *smooth;
-    struct mesh_point place;
+    struct mesh_point at;
     struct vec3 direction; /* unit tangent */
     struct vec3 plane;     /* a section's unit normal, signed as it goes; zero: a geodesic */
 };
 
-/* Sets off from a place on the surface along the projection of `direction`; with `plane` not zero
+/* Sets off from a point on the surface along the projection of `direction`; with `plane` not zero
  * along the section with that normal to the side of `direction`. False where there is none. */
 bool mesh_smooth_path(struct mesh_smooth_path *path, const struct mesh_smooth *smooth,
                       const struct mesh_point *from, struct vec3 direction, struct vec3 plane);
 
-/* Moves on by `length` > 0, or to the first place at the distance `chord` > 0 in space. */
-enum mesh_walk_end mesh_smooth_length(struct mesh_smooth_path *path, double length);
-enum mesh_walk_end mesh_smooth_chord(struct mesh_smooth_path *path, double chord);
+/* Moves on by `length` > 0, or to the first point at the distance `chord` > 0 in space. */
+enum mesh_path_end mesh_smooth_length(struct mesh_smooth_path *path, double length);
+enum mesh_path_end mesh_smooth_chord(struct mesh_smooth_path *path, double chord);
 
 #endif

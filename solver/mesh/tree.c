@@ -285,13 +285,13 @@ static void search_tree(struct search *search) {
 }
 
 bool mesh_nearest(const struct mesh *mesh, struct vec3 point, int32_t component,
-                  struct mesh_point *place, double *distance) {
+                  struct mesh_point *nearest, double *distance) {
     struct search search = {mesh, point, component, {MESH_NONE, point}, HUGE_VAL};
     search_tree(&search);
-    *place = search.best;
+    *nearest = search.best;
     if (distance)
         *distance = sqrt(search.distance2);
-    return place->triangle != MESH_NONE;
+    return nearest->triangle != MESH_NONE;
 }
 
 /* ---- triangles on a circle ---- */

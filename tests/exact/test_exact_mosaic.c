@@ -3,7 +3,7 @@
  * The steps of the method mosaic, in a march of a few lines: on a plane they are exact, on curved
  * surfaces their net tends to that of basic as the square of the triangles' size.
  *
- * That takes generators which follow those of the surface. Straight walks on the mesh turn wherever
+ * That takes generators which follow those of the surface. Straight paths on the mesh turn wherever
  * they pass its vertices, where all its curvature is, on one side or the other; along a row of
  * vertices always on the same. They tend to geodesics, but more slowly.
  */
@@ -11,8 +11,8 @@
 #include "measure.h"
 #include "scenes.h"
 #include "solver/mesh/corner.h"
+#include "solver/mesh/path.h"
 #include "solver/mesh/tessellation.h"
-#include "solver/mesh/walk.h"
 #include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -44,15 +44,15 @@ static struct mesh *tessellate(struct shape *shape, double size, struct arena *a
 /* Straight on along `direction`, or with the nodes of a net on the surface from one to the next. */
 static void march_arm(const struct mesh *mesh, struct net *net, int di, int dj,
                       struct vec3 direction, double d, const struct drape_nodes *along) {
-    struct mesh_walk walk;
-    assert_true(mesh_walk_straight(&walk, mesh, node_at(net, 0, 0), direction));
+    struct mesh_path path;
+    assert_true(mesh_path_straight(&path, mesh, node_at(net, 0, 0), direction));
     for (int k = 1; k <= CELLS; k++) {
         int at = (k * dj + CELLS) * SIDE + k * di + CELLS;
         if (along)
-            assert_true(mesh_walk_towards(&walk, mesh, node_at(net, (k - 1) * di, (k - 1) * dj),
+            assert_true(mesh_path_towards(&path, mesh, node_at(net, (k - 1) * di, (k - 1) * dj),
                                           node_point(along, at)));
-        assert_int_equal(mesh_walk_chord(&walk, d), MESH_WALK_DONE);
-        *node_at(net, k * di, k * dj) = walk.place;
+        assert_int_equal(mesh_path_chord(&path, d), MESH_PATH_DONE);
+        *node_at(net, k * di, k * dj) = path.at;
     }
 }
 
@@ -67,7 +67,7 @@ static void march_cell(const struct mesh *mesh, struct net *net, int i, int j, c
     struct mesh_corner corner;
     cell.guess = vec3_sub(vec3_add(cell.b.r, cell.c.r), cell.a.r);
     assert_int_equal(mesh_corner_solve(mesh, &cell, &corner), MESH_CORNER_FOUND);
-    *node_at(net, i, j) = corner.place;
+    *node_at(net, i, j) = corner.at;
     net->residual = fmax(net->residual, corner.residual);
 }
 

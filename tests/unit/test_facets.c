@@ -74,7 +74,7 @@ static double by_looking_at_all(const struct cloth *cloth, struct vec3 p) {
     return best;
 }
 
-static void assert_place(const struct cloth *cloth, const struct facets_place *place,
+static void assert_place(const struct cloth *cloth, const struct facets_point *place,
                          struct vec3 p) {
     const int32_t *c = cloth->corners[place->cell];
     struct vec3 r = vec3_scale(place->weight[0], cloth_middle(cloth, (size_t)place->cell));
@@ -91,8 +91,8 @@ static void assert_place(const struct cloth *cloth, const struct facets_place *p
 }
 
 static void find_nearest(const struct facets *facets, struct vec3 point,
-                         struct facets_place *place) {
-    struct facets_walk walk = facets_walk_begin(facets);
+                         struct facets_point *place) {
+    struct facets_search walk = facets_search_begin(facets);
     facets_nearest(&walk, point, place);
 }
 
@@ -115,7 +115,7 @@ static void test_facets_nearest_is_that_of_looking_at_all(void **state) {
         for (int trial = 0; trial < 400; trial++) {
             double reach = trial % 4 ? 1 : 30;
             struct vec3 p = random_point(&random, reach);
-            struct facets_place place;
+            struct facets_point place;
             find_nearest(facets, p, &place);
             assert_place(&cloth, &place, p);
             check_below(fabs(place.distance - by_looking_at_all(&cloth, p)), 1e-11 * reach);
@@ -132,14 +132,14 @@ static void test_facets_nearest_does_not_depend_on_what_was_searched_before(void
     for (int which = 0; which < 4; which++) {
         struct cloth cloth = cloth_make(40, 33, shapes[which], which == 1 ? with_hole : NULL);
         struct facets *facets = facets_of(&cloth);
-        struct facets_walk walk = facets_walk_begin(facets);
+        struct facets_search walk = facets_search_begin(facets);
         struct vec3 p = random_point(&random, 1);
         for (int trial = 0; trial < 3000; trial++) {
             double step = 0.5 * random_index(&random, 5);
             struct vec3 by = {random_index(&random, 3) - 1, random_index(&random, 3) - 1,
                               random_index(&random, 3) - 1};
             p = trial % 50 ? vec3_axpy(step, by, p) : random_point(&random, 1 + trial % 4);
-            struct facets_place place, alone;
+            struct facets_point place, alone;
             facets_nearest(&walk, p, &place);
             find_nearest(facets, p, &alone);
             assert_true(place.cell == alone.cell && place.side == alone.side);
@@ -151,7 +151,7 @@ static void test_facets_nearest_does_not_depend_on_what_was_searched_before(void
 }
 
 static bool is_outside(const struct facets *facets, double x, double y, double z) {
-    struct facets_place place;
+    struct facets_point place;
     find_nearest(facets, vec3_make(x, y, z), &place);
     return place.outside;
 }
@@ -193,7 +193,7 @@ static void test_facets_of_one_cell_and_of_none(void **state) {
     (void)state;
     struct cloth cloth = cloth_make(1, 1, flat, NULL);
     struct facets *facets = facets_of(&cloth);
-    struct facets_place place;
+    struct facets_point place;
     find_nearest(facets, vec3_make(0.5, 0.5, -3), &place);
     assert_true(place.cell == 0 && place.distance == 3 && !place.outside);
     assert_true(place.weight[0] == 1);

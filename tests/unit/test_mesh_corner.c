@@ -2,7 +2,7 @@
 #include "solver/mesh/corner.h"
 
 #include "sample.h"
-#include "solver/mesh/walk.h"
+#include "solver/mesh/path.h"
 #include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
@@ -26,15 +26,15 @@ static struct vec3 turn_about_z(struct vec3 a, double angle) {
  * mesh. */
 static bool make_cell(const struct mesh *mesh, const struct mesh_point *a, struct vec3 warp,
                       struct vec3 weft, const double chord[2], struct mesh_cell *cell) {
-    struct mesh_walk b, c;
+    struct mesh_path b, c;
     *cell = (struct mesh_cell){.a = *a, .bd = chord[0], .cd = chord[1]};
-    if (!mesh_walk_straight(&c, mesh, a, warp) || !mesh_walk_straight(&b, mesh, a, weft) ||
-        mesh_walk_chord(&c, chord[0]) != MESH_WALK_DONE ||
-        mesh_walk_chord(&b, chord[1]) != MESH_WALK_DONE)
+    if (!mesh_path_straight(&c, mesh, a, warp) || !mesh_path_straight(&b, mesh, a, weft) ||
+        mesh_path_chord(&c, chord[0]) != MESH_PATH_DONE ||
+        mesh_path_chord(&b, chord[1]) != MESH_PATH_DONE)
         return false;
-    cell->b = b.place;
-    cell->c = c.place;
-    cell->guess = vec3_sub(vec3_add(b.place.r, c.place.r), a->r);
+    cell->b = b.at;
+    cell->c = c.at;
+    cell->guess = vec3_sub(vec3_add(b.at.r, c.at.r), a->r);
     double turn = vec3_dot(vec3_cross(warp, weft), mesh->normals[a->triangle]);
     cell->orientation = turn > 0 ? 1 : -1;
     return true;
@@ -44,11 +44,11 @@ static void check_found(const struct mesh *mesh, const struct mesh_cell *cell,
                         const struct mesh_corner *d, double magnitude) {
     double slack = 1e-12 + 1e-15 * magnitude / fmin(cell->bd, cell->cd);
     check_at_most(d->residual, slack);
-    check_at_most(fabs(vec3_distance(d->place.r, cell->b.r) / cell->bd - 1), slack);
-    check_at_most(fabs(vec3_distance(d->place.r, cell->c.r) / cell->cd - 1), slack);
-    check_below(sample_gap(mesh, &d->place), 1e-12 * magnitude + 2e-9 * cell->bd);
-    struct vec3 base = vec3_sub(cell->b.r, cell->c.r), n = mesh->normals[d->place.triangle];
-    struct vec3 across = vec3_cross(vec3_sub(d->place.r, cell->c.r), base);
+    check_at_most(fabs(vec3_distance(d->at.r, cell->b.r) / cell->bd - 1), slack);
+    check_at_most(fabs(vec3_distance(d->at.r, cell->c.r) / cell->cd - 1), slack);
+    check_below(sample_gap(mesh, &d->at), 1e-12 * magnitude + 2e-9 * cell->bd);
+    struct vec3 base = vec3_sub(cell->b.r, cell->c.r), n = mesh->normals[d->at.triangle];
+    struct vec3 across = vec3_cross(vec3_sub(d->at.r, cell->c.r), base);
     check_above(cell->orientation * vec3_dot(across, n), 0);
 }
 
@@ -78,7 +78,7 @@ static void test_mesh_corner_is_exact_on_a_plane(void **state) {
             fail_msg("cell %d: %d (%s)", k, end, inside ? "inside" : "outside");
         if (!inside)
             continue;
-        check_below(vec3_distance(d.place.r, g), 1e-11);
+        check_below(vec3_distance(d.at.r, g), 1e-11);
         check_found(mesh, &cell, &d, 1);
         found++;
     }
@@ -108,7 +108,7 @@ static void test_mesh_corner_on_vertices_and_edges(void **state) {
                 cell.b = sample_place(mesh, x, (double)(j + step) / N);
                 cell.guess = vec3_make(x + chord, y + chord, 0);
                 assert_int_equal(mesh_corner_solve(mesh, &cell, &d), MESH_CORNER_FOUND);
-                check_below(vec3_distance(d.place.r, cell.guess), 1e-13);
+                check_below(vec3_distance(d.at.r, cell.guess), 1e-13);
                 assert_in_range(d.steps, 1, 40);
             }
     sample_free(&s);
@@ -173,7 +173,7 @@ static void test_mesh_corner_finds_the_root_of_a_scan(void **state) {
         assert_int_not_equal(end, MESH_CORNER_NO_CONVERGENCE);
         if (end == MESH_CORNER_FOUND) {
             check_found(mesh, &cell, &d, 1);
-            check_above(scan_roots(mesh, &cell, d.place.r, &nearest), 0);
+            check_above(scan_roots(mesh, &cell, d.at.r, &nearest), 0);
             check_below(nearest, 3e-3 * chord);
         } else if (end == MESH_CORNER_COLLAPSED) {
             assert_int_equal(scan_roots(mesh, &cell, cell.guess, &nearest), 0);
@@ -208,7 +208,7 @@ static void test_mesh_corner_over_a_square_edge(void **state) {
         assert_true(make_cell(mesh, &a, warp, weft, chords, &cell));
         assert_int_equal(mesh_corner_solve(mesh, &cell, &d), MESH_CORNER_FOUND);
         struct vec3 wanted = vec3_axpy(chord, weft, cell.c.r); /* the net stays square */
-        check_below(vec3_distance(d.place.r, wanted), 1e-12);
+        check_below(vec3_distance(d.at.r, wanted), 1e-12);
     }
     sample_free(&s);
     arena_free(arena);
@@ -262,7 +262,7 @@ static void test_mesh_corner_stays_on_its_sheet(void **state) {
             continue;
         enum mesh_corner_end end = mesh_corner_solve(mesh, &cell, &d);
         if (end == MESH_CORNER_FOUND)
-            assert_int_equal(mesh->component[d.place.triangle], 0);
+            assert_int_equal(mesh->component[d.at.triangle], 0);
         else
             assert_int_equal(end, MESH_CORNER_BOUNDARY);
         past += end != MESH_CORNER_FOUND;
@@ -325,7 +325,7 @@ static void test_mesh_corner_never_on_the_back(void **state) {
         ends[end]++;
         if (end == MESH_CORNER_FOUND) {
             check_found(mesh, &cell, &d, 1);
-            check_above(d.place.r.z, -0.01 + 1e-12);
+            check_above(d.at.r.z, -0.01 + 1e-12);
         }
     }
     printf("%d found, %d collapsed, %d no convergence\n", ends[0], ends[1], ends[3]);
@@ -354,7 +354,7 @@ static void test_mesh_corner_beyond_a_slot(void **state) {
     cell.guess = vec3_make(0.63, 0.31, 0);
     cell.orientation = 1;
     assert_int_equal(mesh_corner_solve(mesh, &cell, &d), MESH_CORNER_FOUND);
-    check_below(vec3_distance(d.place.r, cell.guess), 1e-13);
+    check_below(vec3_distance(d.at.r, cell.guess), 1e-13);
     cell.a = sample_place(mesh, 0.43, 0.21); /* both beyond */
     cell.c = sample_place(mesh, 0.43, 0.01);
     cell.b = sample_place(mesh, 0.63, 0.21);

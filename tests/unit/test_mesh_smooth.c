@@ -105,13 +105,13 @@ static void test_mesh_smooth_geodesics_of_a_sphere_are_great_circles(void **stat
         struct vec3 direction = {cos(angle), sin(angle), 0}, none = {0, 0, 0};
         mesh_smooth_project(smooth, &from);
         assert_true(mesh_smooth_path(&path, smooth, &from, direction, none));
-        assert_int_equal(mesh_smooth_length(&path, length), MESH_WALK_DONE);
+        assert_int_equal(mesh_smooth_length(&path, length), MESH_PATH_DONE);
         struct vec3 end = vec3_scale(2 * sin(length / 2), direction);
         end.z = 2 * cos(length / 2) - 2;
-        assert_true(vec3_distance(path.place.r, end) < 1e-5);
+        assert_true(vec3_distance(path.at.r, end) < 1e-5);
         assert_true(mesh_smooth_path(&path, smooth, &from, direction, none));
-        assert_int_equal(mesh_smooth_chord(&path, 0.5), MESH_WALK_DONE);
-        assert_true(fabs(vec3_distance(path.place.r, from.r) - 0.5) < 1e-8);
+        assert_int_equal(mesh_smooth_chord(&path, 0.5), MESH_PATH_DONE);
+        assert_true(fabs(vec3_distance(path.at.r, from.r) - 0.5) < 1e-8);
     }
     sample_free(&sample);
 }

@@ -376,8 +376,8 @@ static void test_study_marks_variants_that_crash(void **state) {
         struct api_study_task task = plan.tasks[0];
         const struct api_sink sink = sink_into(&given[k]);
         if (k)
-            api_study_task_blame(&task, 2);
-        assert_int_equal(api_study_chunk(study, &task, NULL, arena, &sink, &problem), API_OK);
+            api_study_task_crashed(&task, 2);
+        assert_int_equal(api_study_run_task(study, &task, NULL, arena, &sink, &problem), API_OK);
     }
     size_t row = given[0].length / 4;
     assert_int_equal(given[1].length, given[0].length);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "solver/mesh/walk.h"
+#include "solver/mesh/path.h"
 
 #include "sample.h"
 #include "tests/check.h"
@@ -67,7 +67,7 @@ static struct vec3 mapped_direction(const struct mesh *flat, const struct mesh *
     return vec3_axpy(s, vec3_sub(q[1], q[0]), vec3_scale(r, vec3_sub(q[2], q[0])));
 }
 
-/* Walks on a mesh that is the flat one folded: as straight as there. */
+/* Paths on a mesh that is the flat one folded: as straight as there. */
 static void check_unfolding(struct sample *flat_sample, struct vec3 (*map)(struct vec3),
                             struct random *random) {
     struct arena *arena = new_arena();
@@ -86,19 +86,19 @@ static void check_unfolding(struct sample *flat_sample, struct vec3 (*map)(struc
         struct mesh_point place = mapped_place(flat, mesh, from.x, from.y);
         struct vec3 direction =
             mapped_direction(flat, mesh, place.triangle, straight_on(vec3_make(0, 0, 0), angle, 1));
-        struct mesh_walk walk;
-        assert_true(mesh_walk_straight(&walk, mesh, &place, direction));
-        assert_int_equal(mesh_walk_length(&walk, length), MESH_WALK_DONE);
+        struct mesh_path path;
+        assert_true(mesh_path_straight(&path, mesh, &place, direction));
+        assert_int_equal(mesh_path_length(&path, length), MESH_PATH_DONE);
         struct mesh_point end = mapped_place(flat, mesh, to.x, to.y);
-        check_below(vec3_distance(walk.place.r, end.r), 1e-12);
-        check_below(sample_gap(mesh, &walk.place), 1e-12);
-        check_below(fabs(vec3_dot(walk.direction, mesh->normals[walk.place.triangle])), 1e-14);
-        check_below(fabs(vec3_norm(walk.direction) - 1), 1e-14);
+        check_below(vec3_distance(path.at.r, end.r), 1e-12);
+        check_below(sample_gap(mesh, &path.at), 1e-12);
+        check_below(fabs(vec3_dot(path.direction, mesh->normals[path.at.triangle])), 1e-14);
+        check_below(fabs(vec3_norm(path.direction) - 1), 1e-14);
     }
     arena_free(arena);
 }
 
-static void test_mesh_walk_is_straight_on_a_plane(void **state) {
+static void test_mesh_path_is_straight_on_a_plane(void **state) {
     (void)state;
     struct random random = random_begin(__func__);
     for (int round = 0; round < 20; round++) {
@@ -109,7 +109,7 @@ static void test_mesh_walk_is_straight_on_a_plane(void **state) {
     }
 }
 
-static void test_mesh_walk_unfolds(void **state) {
+static void test_mesh_path_unfolds(void **state) {
     (void)state;
     struct random random = random_begin(__func__);
     for (int round = 0; round < 20; round++) {
@@ -120,7 +120,7 @@ static void test_mesh_walk_unfolds(void **state) {
     }
 }
 
-static void test_mesh_walk_ends_at_the_boundary(void **state) {
+static void test_mesh_path_ends_at_the_boundary(void **state) {
     (void)state;
     struct random random = random_begin(__func__);
     struct arena *arena = new_arena();
@@ -131,18 +131,18 @@ static void test_mesh_walk_ends_at_the_boundary(void **state) {
         struct mesh_point from = sample_place(mesh, x, y);
         struct vec3 e = straight_on(vec3_make(0, 0, 0), random_between(&random, -4, 4), 1);
         double to_x = (e.x > 0 ? 1 - x : -x) / e.x, to_y = (e.y > 0 ? 1 - y : -y) / e.y;
-        struct mesh_walk walk;
-        assert_true(mesh_walk_straight(&walk, mesh, &from, e));
-        assert_int_equal(mesh_walk_length(&walk, 2), MESH_WALK_BOUNDARY);
+        struct mesh_path path;
+        assert_true(mesh_path_straight(&path, mesh, &from, e));
+        assert_int_equal(mesh_path_length(&path, 2), MESH_PATH_BOUNDARY);
         struct vec3 end = vec3_axpy(fmin(to_x, to_y), e, from.r);
-        check_below(vec3_distance(walk.place.r, end), 1e-12);
+        check_below(vec3_distance(path.at.r, end), 1e-12);
     }
     sample_free(&s);
     arena_free(arena);
 }
 
 /* A yarn along the edge of a part: rounding must not lead it off. */
-static void test_mesh_walk_runs_along_the_boundary(void **state) {
+static void test_mesh_path_runs_along_the_boundary(void **state) {
     (void)state;
     struct random random = random_begin(__func__);
     struct arena *arena = new_arena();
@@ -152,16 +152,16 @@ static void test_mesh_walk_runs_along_the_boundary(void **state) {
     const struct mesh *mesh = sample_mesh(&s, arena);
     for (int k = 0; k < 20; k++) {
         struct mesh_point from;
-        struct mesh_walk walk;
+        struct mesh_path path;
         double begin = k % 2 ? 0 : 0.013;
         struct vec3 a = tilted(vec3_make(begin, k & 4 ? 0 : 1, 0));
         struct vec3 b = tilted(vec3_make(1, k & 4 ? 0 : 1, 0));
         assert_true(mesh_nearest(mesh, a, MESH_ANY, &from, NULL));
-        assert_true(mesh_walk_straight(&walk, mesh, &from, vec3_sub(b, a)));
+        assert_true(mesh_path_straight(&path, mesh, &from, vec3_sub(b, a)));
         for (int step = 1; step <= 30; step++) {
-            assert_int_equal(mesh_walk_chord(&walk, (1 - begin) / 32), MESH_WALK_DONE);
+            assert_int_equal(mesh_path_chord(&path, (1 - begin) / 32), MESH_PATH_DONE);
             struct vec3 r = vec3_axpy(step / 32.0, vec3_sub(b, a), a);
-            check_below(vec3_distance(walk.place.r, r), 1e-12);
+            check_below(vec3_distance(path.at.r, r), 1e-12);
         }
     }
     sample_free(&s);
@@ -172,7 +172,7 @@ static struct vec3 hilly(struct vec3 p) {
     return vec3_make(p.x, p.y, 0.15 * sin(6 * p.x) * cos(5 * p.y));
 }
 
-static void test_mesh_walk_chords_are_as_long_as_asked(void **state) {
+static void test_mesh_path_chords_are_as_long_as_asked(void **state) {
     (void)state;
     struct random random = random_begin(__func__);
     struct arena *arena = new_arena();
@@ -183,15 +183,15 @@ static void test_mesh_walk_chords_are_as_long_as_asked(void **state) {
     for (int k = 0; k < 200; k++) {
         struct mesh_point from = sample_place(mesh, random_between(&random, 0.3, 0.7),
                                               random_between(&random, 0.3, 0.7));
-        struct mesh_walk walk;
+        struct mesh_path path;
         double chord = random_between(&random, 0.001, 0.1);
-        assert_true(mesh_walk_straight(&walk, mesh, &from, random_direction(&random)));
+        assert_true(mesh_path_straight(&path, mesh, &from, random_direction(&random)));
         for (;;) {
-            struct vec3 before = walk.place.r;
-            if (mesh_walk_chord(&walk, chord) != MESH_WALK_DONE)
+            struct vec3 before = path.at.r;
+            if (mesh_path_chord(&path, chord) != MESH_PATH_DONE)
                 break;
-            check_below(fabs(vec3_distance(before, walk.place.r) / chord - 1), 1e-13);
-            check_below(sample_gap(mesh, &walk.place), 1e-13);
+            check_below(fabs(vec3_distance(before, path.at.r) / chord - 1), 1e-13);
+            check_below(sample_gap(mesh, &path.at), 1e-13);
             steps++;
         }
     }
@@ -212,23 +212,23 @@ static struct sample cube(void) {
 
 /* At a corner of a cube, 270 degrees in all, it has 135 on either side: from the diagonal of one
  * face on along the edge between the two others. */
-static void test_mesh_walk_halves_the_angle_at_a_vertex(void **state) {
+static void test_mesh_path_halves_the_angle_at_a_vertex(void **state) {
     (void)state;
     struct arena *arena = new_arena();
     struct sample s = cube();
     const struct mesh *mesh = sample_mesh(&s, arena);
     struct mesh_point from;
-    struct mesh_walk walk;
+    struct mesh_path path;
     assert_true(mesh_nearest(mesh, vec3_make(0.5, 0.5, 1.01), MESH_ANY, &from, NULL));
-    assert_true(mesh_walk_straight(&walk, mesh, &from, vec3_make(1, 1, 0)));
-    assert_int_equal(mesh_walk_length(&walk, sqrt(0.5) + 1), MESH_WALK_DONE);
-    check_below(vec3_distance(walk.place.r, vec3_make(1, 1, 0)), 1e-13);
+    assert_true(mesh_path_straight(&path, mesh, &from, vec3_make(1, 1, 0)));
+    assert_int_equal(mesh_path_length(&path, sqrt(0.5) + 1), MESH_PATH_DONE);
+    check_below(vec3_distance(path.at.r, vec3_make(1, 1, 0)), 1e-13);
     sample_free(&s);
     arena_free(arena);
 }
 
 /* From the tip of a pyramid with four sides, four ways at right angles take a quarter each. */
-static void test_mesh_walk_shares_the_angle_out_at_its_start(void **state) {
+static void test_mesh_path_shares_the_angle_out_at_its_start(void **state) {
     (void)state;
     const struct vec3 p[5] = {{0, 0, 2}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
     const int32_t t[4][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}};
@@ -240,10 +240,10 @@ static void test_mesh_walk_shares_the_angle_out_at_its_start(void **state) {
         struct vec3 n = mesh->normals[first];
         struct vec3 along = mesh_tangent(mesh, first, vec3_make(0.3, 0.8, -1)), end[4];
         for (int k = 0; k < 4; k++) {
-            struct mesh_walk walk;
-            assert_true(mesh_walk_straight(&walk, mesh, &tip, along));
-            assert_int_equal(mesh_walk_length(&walk, 0.5), MESH_WALK_DONE);
-            end[k] = walk.place.r;
+            struct mesh_path path;
+            assert_true(mesh_path_straight(&path, mesh, &tip, along));
+            assert_int_equal(mesh_path_length(&path, 0.5), MESH_PATH_DONE);
+            end[k] = path.at.r;
             along = vec3_cross(n, along);
         }
         for (int k = 0; k < 4; k++)
@@ -254,8 +254,8 @@ static void test_mesh_walk_shares_the_angle_out_at_its_start(void **state) {
     arena_free(arena);
 }
 
-/* A fan of triangles round (0, 0, 0) with its rim on the unit circle, from angle 0 on. */
-static struct sample fan(int n, double step) {
+/* A ring of triangles round (0, 0, 0) with its rim on the unit circle, from angle 0 on. */
+static struct sample ring(int n, double step) {
     struct sample s = sample_of(NULL, (size_t)n + 2, NULL, (size_t)n);
     for (int k = 0; k <= n; k++)
         s.vertices[k + 1] = vec3_make(cos(k * step), sin(k * step), 0);
@@ -268,34 +268,34 @@ static struct sample fan(int n, double step) {
 }
 
 /* Along a rim that bends a little it goes on for as long as the whole bend is small. */
-static void test_mesh_walk_follows_a_rim_that_hardly_bends(void **state) {
+static void test_mesh_path_follows_a_rim_that_hardly_bends(void **state) {
     (void)state;
     static const struct {
         double step_deg, length;
-        enum mesh_walk_end end;
-    } rims[] = {{0.5, 2.5, MESH_WALK_DONE},
-                {0.5, 4.5, MESH_WALK_BOUNDARY},
-                {0.1, 10, MESH_WALK_DONE},
-                {1, 1.5, MESH_WALK_BOUNDARY},
-                {1, 0.9, MESH_WALK_DONE}};
+        enum mesh_path_end end;
+    } rims[] = {{0.5, 2.5, MESH_PATH_DONE},
+                {0.5, 4.5, MESH_PATH_BOUNDARY},
+                {0.1, 10, MESH_PATH_DONE},
+                {1, 1.5, MESH_PATH_BOUNDARY},
+                {1, 0.9, MESH_PATH_DONE}};
     for (size_t k = 0; k < sizeof rims / sizeof *rims; k++) {
         struct arena *arena = new_arena();
         double step = rims[k].step_deg * M_PI / 180;
-        struct sample s = fan(40, step);
+        struct sample s = ring(40, step);
         const struct mesh *mesh = sample_mesh(&s, arena);
         struct mesh_point from = {0, mesh->vertices[1]};
-        struct mesh_walk walk;
-        assert_true(mesh_walk_straight(&walk, mesh, &from, vec3_make(0, 1, 0)));
-        assert_int_equal(mesh_walk_length(&walk, rims[k].length * 2 * sin(step / 2)), rims[k].end);
-        check_above(vec3_norm(walk.place.r), 0.999);
-        assert_false(mesh_walk_straight(&walk, mesh, &from, vec3_make(0.1, 1, 0)));
-        assert_false(mesh_walk_straight(&walk, mesh, &from, vec3_make(0, -1, 0)));
+        struct mesh_path path;
+        assert_true(mesh_path_straight(&path, mesh, &from, vec3_make(0, 1, 0)));
+        assert_int_equal(mesh_path_length(&path, rims[k].length * 2 * sin(step / 2)), rims[k].end);
+        check_above(vec3_norm(path.at.r), 0.999);
+        assert_false(mesh_path_straight(&path, mesh, &from, vec3_make(0.1, 1, 0)));
+        assert_false(mesh_path_straight(&path, mesh, &from, vec3_make(0, -1, 0)));
         sample_free(&s);
         arena_free(arena);
     }
 }
 
-static void test_mesh_walk_stays_in_the_plane_of_a_section(void **state) {
+static void test_mesh_path_stays_in_the_plane_of_a_section(void **state) {
     (void)state;
     struct random random = random_begin(__func__);
     struct arena *arena = new_arena();
@@ -309,41 +309,40 @@ static void test_mesh_walk_stays_in_the_plane_of_a_section(void **state) {
         double y = grid ? random_index(&random, 17) / 16.0 : random_between(&random, 0, 1);
         struct vec3 plane = grid ? vec3_make(k % 4 == 1, k % 4 == 3, 0) : random_direction(&random);
         struct mesh_point from = sample_place(mesh, x, y);
-        struct mesh_walk walk;
+        struct mesh_path path;
         if (vec3_norm(vec3_cross(plane, mesh->normals[from.triangle])) < 0.1)
             continue;
         struct vec3 towards = vec3_cross(plane, vec3_make(0, 0, 1));
-        if (!mesh_walk_section(&walk, mesh, &from, plane, towards))
+        if (!mesh_path_section(&path, mesh, &from, plane, towards))
             continue;
-        check_above(vec3_dot(walk.direction, towards), 0);
+        check_above(vec3_dot(path.direction, towards), 0);
         int steps = 0; /* it may go round a hill */
         for (struct vec3 before = from.r;
-             steps++ < 200 && mesh_walk_chord(&walk, 0.02) == MESH_WALK_DONE;
-             before = walk.place.r) {
-            check_below(fabs(vec3_dot(vec3_sub(walk.place.r, from.r), plane)), 1e-12);
-            check_below(fabs(vec3_distance(before, walk.place.r) - 0.02), 1e-13);
+             steps++ < 200 && mesh_path_chord(&path, 0.02) == MESH_PATH_DONE; before = path.at.r) {
+            check_below(fabs(vec3_dot(vec3_sub(path.at.r, from.r), plane)), 1e-12);
+            check_below(fabs(vec3_distance(before, path.at.r) - 0.02), 1e-13);
         }
     }
     sample_free(&s);
     arena_free(arena);
 }
 
-static void test_mesh_walk_without_a_way(void **state) {
+static void test_mesh_path_without_a_way(void **state) {
     (void)state;
     struct arena *arena = new_arena();
     struct sample s = cube();
     const struct mesh *mesh = sample_mesh(&s, arena);
     struct mesh_point from = {0, {0, 0, 1}};
-    struct mesh_walk walk;
-    assert_false(mesh_walk_straight(&walk, mesh, &from, vec3_make(0, 0, 1)));
-    assert_false(mesh_walk_section(&walk, mesh, &from, vec3_make(0, 0, 1), vec3_make(1, 0, 0)));
-    assert_true(mesh_walk_straight(&walk, mesh, &from, vec3_make(1, 0.1, 0)));
-    assert_int_equal(mesh_walk_chord(&walk, 4), MESH_WALK_LOST);
-    assert_true(mesh_walk_straight(&walk, mesh, &from, vec3_make(1, 0, 0)));
-    assert_int_equal(mesh_walk_length(&walk, 8), MESH_WALK_DONE);
-    check_below(vec3_distance(walk.place.r, from.r), 1e-13);
-    assert_int_equal(mesh_walk_length(&walk, 0), MESH_WALK_DONE);
-    check_below(vec3_distance(walk.place.r, from.r), 1e-13);
+    struct mesh_path path;
+    assert_false(mesh_path_straight(&path, mesh, &from, vec3_make(0, 0, 1)));
+    assert_false(mesh_path_section(&path, mesh, &from, vec3_make(0, 0, 1), vec3_make(1, 0, 0)));
+    assert_true(mesh_path_straight(&path, mesh, &from, vec3_make(1, 0.1, 0)));
+    assert_int_equal(mesh_path_chord(&path, 4), MESH_PATH_LOST);
+    assert_true(mesh_path_straight(&path, mesh, &from, vec3_make(1, 0, 0)));
+    assert_int_equal(mesh_path_length(&path, 8), MESH_PATH_DONE);
+    check_below(vec3_distance(path.at.r, from.r), 1e-13);
+    assert_int_equal(mesh_path_length(&path, 0), MESH_PATH_DONE);
+    check_below(vec3_distance(path.at.r, from.r), 1e-13);
     sample_free(&s);
     arena_free(arena);
 }
@@ -356,7 +355,7 @@ static struct vec3 lifted(struct vec3 p) {
     return vec3_make(p.x, p.y, p.z + 0.05);
 }
 
-static void test_mesh_walk_connects_only_without_a_gap(void **state) {
+static void test_mesh_path_connects_only_without_a_gap(void **state) {
     (void)state;
     struct arena *arena = new_arena();
     struct sample s = sample_grid(20, 20, NULL), above = sample_grid(20, 20, NULL);
@@ -369,13 +368,13 @@ static void test_mesh_walk_connects_only_without_a_gap(void **state) {
     mesh_nearest(mesh, vec3_make(0.71, 0.57, 0), 0, &right, NULL);
     mesh_nearest(mesh, vec3_make(0.31, 0.1, 0), 0, &low, NULL);
     mesh_nearest(mesh, vec3_make(0.33, 0.5, 0.05), 1, &over, NULL);
-    assert_true(mesh_walk_connects(mesh, &left, &left, 1));
-    assert_true(mesh_walk_connects(mesh, &left, &low, 1));
-    assert_true(mesh_walk_connects(mesh, &low, &left, 1));
-    assert_false(mesh_walk_connects(mesh, &left, &low, 0.3));
-    assert_false(mesh_walk_connects(mesh, &left, &right, 1));
-    assert_false(mesh_walk_connects(mesh, &left, &over, 1));
-    assert_false(mesh_walk_connects(mesh, &over, &left, 1));
+    assert_true(mesh_path_connects(mesh, &left, &left, 1));
+    assert_true(mesh_path_connects(mesh, &left, &low, 1));
+    assert_true(mesh_path_connects(mesh, &low, &left, 1));
+    assert_false(mesh_path_connects(mesh, &left, &low, 0.3));
+    assert_false(mesh_path_connects(mesh, &left, &right, 1));
+    assert_false(mesh_path_connects(mesh, &left, &over, 1));
+    assert_false(mesh_path_connects(mesh, &over, &left, 1));
     sample_free(&s);
     sample_free(&above);
     arena_free(arena);
@@ -383,17 +382,17 @@ static void test_mesh_walk_connects_only_without_a_gap(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_mesh_walk_is_straight_on_a_plane),
-        cmocka_unit_test(test_mesh_walk_unfolds),
-        cmocka_unit_test(test_mesh_walk_ends_at_the_boundary),
-        cmocka_unit_test(test_mesh_walk_runs_along_the_boundary),
-        cmocka_unit_test(test_mesh_walk_chords_are_as_long_as_asked),
-        cmocka_unit_test(test_mesh_walk_halves_the_angle_at_a_vertex),
-        cmocka_unit_test(test_mesh_walk_shares_the_angle_out_at_its_start),
-        cmocka_unit_test(test_mesh_walk_follows_a_rim_that_hardly_bends),
-        cmocka_unit_test(test_mesh_walk_stays_in_the_plane_of_a_section),
-        cmocka_unit_test(test_mesh_walk_without_a_way),
-        cmocka_unit_test(test_mesh_walk_connects_only_without_a_gap),
+        cmocka_unit_test(test_mesh_path_is_straight_on_a_plane),
+        cmocka_unit_test(test_mesh_path_unfolds),
+        cmocka_unit_test(test_mesh_path_ends_at_the_boundary),
+        cmocka_unit_test(test_mesh_path_runs_along_the_boundary),
+        cmocka_unit_test(test_mesh_path_chords_are_as_long_as_asked),
+        cmocka_unit_test(test_mesh_path_halves_the_angle_at_a_vertex),
+        cmocka_unit_test(test_mesh_path_shares_the_angle_out_at_its_start),
+        cmocka_unit_test(test_mesh_path_follows_a_rim_that_hardly_bends),
+        cmocka_unit_test(test_mesh_path_stays_in_the_plane_of_a_section),
+        cmocka_unit_test(test_mesh_path_without_a_way),
+        cmocka_unit_test(test_mesh_path_connects_only_without_a_gap),
     };
-    return cmocka_run_group_tests_name("mesh_walk", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("mesh_path", tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "fan.h"
+#include "ring.h"
 
 #include "solver/angle.h"
 
@@ -11,11 +11,11 @@ static int32_t preceding(int32_t edge) {
     return edge % 3 == 0 ? edge + 2 : edge - 1;
 }
 
-int32_t mesh_fan_next(const struct mesh *mesh, int32_t leaving) {
+int32_t mesh_ring_next(const struct mesh *mesh, int32_t leaving) {
     return mesh->twins[preceding(leaving)];
 }
 
-int32_t mesh_fan_previous(const struct mesh *mesh, int32_t leaving) {
+int32_t mesh_ring_previous(const struct mesh *mesh, int32_t leaving) {
     int32_t twin = mesh->twins[leaving];
     return twin == MESH_NONE ? MESH_NONE : following(twin);
 }
@@ -33,38 +33,38 @@ static double corner_angle(const struct mesh *mesh, int32_t edge) {
     return angle_atan2_deg(vec3_norm(vec3_cross(a, b)), vec3_dot(a, b));
 }
 
-struct mesh_fan mesh_fan_make(const struct mesh *mesh, int32_t triangle, int corner) {
+struct mesh_ring mesh_ring_make(const struct mesh *mesh, int32_t triangle, int corner) {
     int32_t asked = 3 * triangle + corner, at = asked, back;
-    while ((back = mesh_fan_previous(mesh, at)) != MESH_NONE && back != asked)
+    while ((back = mesh_ring_previous(mesh, at)) != MESH_NONE && back != asked)
         at = back;
-    struct mesh_fan fan = {.mesh = mesh, .first = at, .closed = back == asked};
-    if (fan.closed)
-        fan.first = asked;
-    at = fan.first;
+    struct mesh_ring ring = {.mesh = mesh, .first = at, .closed = back == asked};
+    if (ring.closed)
+        ring.first = asked;
+    at = ring.first;
     do {
         if (at == asked)
-            fan.before = fan.total;
-        fan.total += corner_angle(mesh, at);
-        at = mesh_fan_next(mesh, at);
-    } while (at != MESH_NONE && at != fan.first);
-    return fan;
+            ring.before = ring.total;
+        ring.total += corner_angle(mesh, at);
+        at = mesh_ring_next(mesh, at);
+    } while (at != MESH_NONE && at != ring.first);
+    return ring;
 }
 
-double mesh_fan_angle(const struct mesh *mesh, int32_t triangle, int corner,
-                      struct vec3 direction) {
+double mesh_ring_angle(const struct mesh *mesh, int32_t triangle, int corner,
+                       struct vec3 direction) {
     struct vec3 x = vec3_unit(edge_vector(mesh, 3 * triangle + corner));
     struct vec3 y = vec3_cross(mesh->normals[triangle], x);
     return angle_atan2_deg(vec3_dot(direction, y), vec3_dot(direction, x));
 }
 
-void mesh_fan_direction(const struct mesh_fan *fan, double angle, int32_t *triangle, int *corner,
-                        struct vec3 *direction) {
-    const struct mesh *mesh = fan->mesh;
-    int32_t at = fan->first;
+void mesh_ring_direction(const struct mesh_ring *ring, double angle, int32_t *triangle, int *corner,
+                         struct vec3 *direction) {
+    const struct mesh *mesh = ring->mesh;
+    int32_t at = ring->first;
     double here, sine, cosine;
     while (angle > (here = corner_angle(mesh, at))) {
-        int32_t next = mesh_fan_next(mesh, at);
-        if (next == MESH_NONE || next == fan->first) {
+        int32_t next = mesh_ring_next(mesh, at);
+        if (next == MESH_NONE || next == ring->first) {
             angle = here;
             break;
         }

@@ -8,8 +8,8 @@
  * has to be cut; one that turns as far with it is the outer border of a plate, and then the mesh is
  * no tube.
  */
-#ifndef SOLVER_MESH_OPENING_H
-#define SOLVER_MESH_OPENING_H
+#ifndef SOLVER_MESH_TUBE_CUT_H
+#define SOLVER_MESH_TUBE_CUT_H
 
 #include "mesh.h"
 
@@ -22,7 +22,7 @@ struct mesh_slit {
 
 /* Lines of slits, each from a border to a border: from[k] .. from[k + 1]. The first begins at one
  * end of the tube, the last ends at the other, and between two of them there is a hole. */
-struct mesh_opening {
+struct mesh_tube_cuts {
     struct mesh_slit *slits;
     size_t *from;
     size_t count; /* of lines; 0: the mesh is not to be cut */
@@ -37,7 +37,7 @@ struct mesh_opening {
  *
  * Errors: STATUS_OUT_OF_MEMORY.
  */
-enum status mesh_open(const struct mesh *mesh, const struct mesh_point *start, struct arena *arena,
-                      struct mesh_opening *opening) STATUS_MUST_USE;
+enum status mesh_find_tube_cuts(const struct mesh *mesh, const struct mesh_point *start,
+                                struct arena *arena, struct mesh_tube_cuts *cuts) STATUS_MUST_USE;
 
 #endif

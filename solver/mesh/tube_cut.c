@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "opening.h"
+#include "tube_cut.h"
 
 #include "solver/angle.h"
 #include <math.h>
@@ -364,18 +364,18 @@ static double share_of(const struct opener *o, int32_t half) {
 
 /* Follows the opening from a border into the mesh, up to a border, and adds a line for it: the
  * half-edge there; NOWHERE where it does not go through. */
-static int32_t add_line(struct opener *o, int32_t half, struct mesh_opening *opening) {
-    size_t count = opening->from[opening->count], most = o->mesh->triangle_count;
+static int32_t add_line(struct opener *o, int32_t half, struct mesh_tube_cuts *cuts) {
+    size_t count = cuts->from[cuts->count], most = o->mesh->triangle_count;
     for (;;) {
         int32_t out[2] = {next_of(half), before(half)};
         bool second = !is_passed(o, out[0]);
         if (second == !is_passed(o, out[1]) || count >= most)
             return NOWHERE;
-        opening->slits[count++] =
+        cuts->slits[count++] =
             (struct mesh_slit){{half, out[second]}, {share_of(o, half), share_of(o, out[second])}};
         half = o->mesh->twins[out[second]];
         if (half == MESH_NONE) {
-            opening->from[++opening->count] = count;
+            cuts->from[++cuts->count] = count;
             return out[second];
         }
     }
@@ -391,18 +391,18 @@ static int32_t find_passed(const struct opener *o, int32_t border, const uint8_t
 }
 
 /* From one end to the other, over the holes between. */
-static bool find_lines(struct opener *o, struct mesh_opening *opening) {
+static bool find_lines(struct opener *o, struct mesh_tube_cuts *cuts) {
     size_t triangles = o->mesh->triangle_count;
     uint8_t *seen = arena_alloc(o->arena, 3 * triangles, sizeof *seen);
-    opening->slits = arena_alloc(o->arena, triangles, sizeof *opening->slits);
-    opening->from = arena_alloc(o->arena, triangles + 1, sizeof *opening->from);
-    if (!seen || !opening->slits || !opening->from)
+    cuts->slits = arena_alloc(o->arena, triangles, sizeof *cuts->slits);
+    cuts->from = arena_alloc(o->arena, triangles + 1, sizeof *cuts->from);
+    if (!seen || !cuts->slits || !cuts->from)
         return false;
     for (int32_t border = o->ends[0]; border != o->ends[1];) {
         int32_t half = find_passed(o, border, seen);
-        int32_t last = half == NOWHERE ? NOWHERE : add_line(o, half, opening);
+        int32_t last = half == NOWHERE ? NOWHERE : add_line(o, half, cuts);
         if (last == NOWHERE) {
-            opening->count = 0;
+            cuts->count = 0;
             return true;
         }
         seen[half] = seen[last] = 1;
@@ -411,12 +411,12 @@ static bool find_lines(struct opener *o, struct mesh_opening *opening) {
     return true;
 }
 
-enum status mesh_open(const struct mesh *mesh, const struct mesh_point *start, struct arena *arena,
-                      struct mesh_opening *opening) {
+enum status mesh_find_tube_cuts(const struct mesh *mesh, const struct mesh_point *start,
+                                struct arena *arena, struct mesh_tube_cuts *cuts) {
     size_t halves = 3 * mesh->triangle_count;
     struct opener o = {.mesh = mesh, .arena = arena, .component = mesh->component[start->triangle]};
     struct fence fence = {.count = 0};
-    *opening = (struct mesh_opening){.count = 0};
+    *cuts = (struct mesh_tube_cuts){.count = 0};
     o.border = arena_alloc(arena, halves, sizeof *o.border);
     o.right = arena_alloc(arena, halves, sizeof *o.right);
     if (!o.border || !o.right || !number_places(&o))
@@ -430,7 +430,7 @@ enum status mesh_open(const struct mesh *mesh, const struct mesh_point *start, s
         return STATUS_OUT_OF_MEMORY;
     for (size_t n = 0; n < fence.count; n++)
         mark_right(&o, &fence, n);
-    if (!find_distances(&o, start) || !find_lines(&o, opening))
+    if (!find_distances(&o, start) || !find_lines(&o, cuts))
         return STATUS_OUT_OF_MEMORY;
     return STATUS_OK;
 }

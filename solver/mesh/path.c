@@ -1,0 +1,306 @@
+/* SPDX-License-Identifier: MIT */
+#include "path.h"
+
+#include "ring.h"
+
+/* An edge's end is met when passed within this share of the edge; a direction that leaves a line by
+ * less than this angle runs along it. */
+static const double same = 1e-10;
+
+/* How far the mesh's edge may bend away from a straight path along it, at one vertex and in all in
+ * one move; degrees. */
+static const double bend_max = 0.6, bends_max = 1.2;
+
+/* What rounding leaves of a coordinate, in shares of `same`. */
+static const double rounding = 1e-5;
+
+/* The longest way to a chord, in chords. */
+static const double winding_max = 8;
+
+/* Where a path is to end: `length` on along its way, or before at a distance whose square is
+ * `chord2` from `origin`, and for a search as soon as it passes `target`. */
+struct goal {
+    double length, chord2;
+    struct vec3 origin;
+    const struct mesh_point *target;
+    double near; /* it counts as passed within this distance */
+    bool passed;
+};
+
+/* A line out of a triangle: the edge it leaves by, the length until then, and at which share of the
+ * edge. */
+struct way_out {
+    int edge;
+    double length, share;
+};
+
+static const struct way_out no_way = {MESH_NONE, HUGE_VAL, 0};
+
+/* With x the edge, m = n x x points inward; the line r + l e is beyond it where m . (r - v) + l m .
+ * e < 0. */
+static void try_edge(const struct mesh_path *path, int k, struct way_out *best) {
+    const struct mesh *mesh = path->mesh;
+    int32_t t = path->at.triangle;
+    struct vec3 v = mesh_corner_point(mesh, t, k);
+    struct vec3 x = vec3_sub(mesh_corner_point(mesh, t, (k + 1) % 3), v);
+    struct vec3 inward = vec3_cross(mesh->normals[t], x), offset = vec3_sub(path->at.r, v);
+    double rate = -vec3_dot(inward, path->direction), length2 = vec3_norm2(x);
+    if (!(rate > 0 && rate * rate > same * same * length2))
+        return;
+    double length = fmax(vec3_dot(inward, offset), 0) / rate;
+    if (length >= best->length)
+        return;
+    double share = vec3_dot(vec3_axpy(length, path->direction, offset), x) / length2;
+    *best = (struct way_out){k, length, fmin(fmax(share, 0), 1)};
+}
+
+static struct way_out find_way_out(const struct mesh_path *path) {
+    struct way_out way = no_way;
+    for (int k = 0; k < 3; k++)
+        if (path->corner == MESH_NONE ? k != path->entry : k == (path->corner + 1) % 3)
+            try_edge(path, k, &way);
+    return way;
+}
+
+static struct vec3 edge_point(const struct mesh *mesh, int32_t t, int edge, double share) {
+    struct vec3 a = mesh_corner_point(mesh, t, edge);
+    struct vec3 b = mesh_corner_point(mesh, t, (edge + 1) % 3);
+    return share >= 1 ? b : vec3_axpy(share, vec3_sub(b, a), a);
+}
+
+static bool is_section(const struct mesh_path *path) {
+    return vec3_norm2(path->plane) > 0;
+}
+
+/* Through an edge: what the direction has along the edge and across stays. False where the mesh
+ * ends. */
+static bool cross_edge(struct mesh_path *path, int edge) {
+    const struct mesh *mesh = path->mesh;
+    int32_t t = path->at.triangle, twin = mesh->twins[3 * t + edge];
+    if (twin == MESH_NONE)
+        return false;
+    int32_t next = twin / 3;
+    struct vec3 x = vec3_unit(
+        vec3_sub(mesh_corner_point(mesh, t, (edge + 1) % 3), mesh_corner_point(mesh, t, edge)));
+    double along = vec3_dot(path->direction, x);
+    double across = vec3_dot(path->direction, vec3_cross(x, mesh->normals[t]));
+    struct vec3 ahead = vec3_cross(x, mesh->normals[next]);
+    path->direction = is_section(path) ? vec3_unit(vec3_cross(path->plane, mesh->normals[next]))
+                                       : vec3_unit(vec3_axpy(across, ahead, vec3_scale(along, x)));
+    path->at.triangle = next;
+    path->entry = twin % 3;
+    path->corner = MESH_NONE;
+    return true;
+}
+
+/* Stands on the ring's vertex and looks along the direction at `angle`. */
+static void face(struct mesh_path *path, const struct mesh_ring *ring, double angle) {
+    mesh_ring_direction(ring, angle, &path->at.triangle, &path->corner, &path->direction);
+    path->entry = MESH_NONE;
+}
+
+/* The angle of the way on for a path that came in to the ring's vertex from the direction `from`;
+ * false when it leads off the mesh. */
+static bool straight_angle(struct mesh_path *path, const struct mesh_ring *ring, double from,
+                           double *on) {
+    double left = ring->total - from, right = from;
+    if (ring->closed) {
+        *on = from + ring->total / 2;
+        *on -= *on > ring->total ? ring->total : 0;
+        return true;
+    }
+    double missing = fmax(180 - fmax(left, right), 0);
+    path->bent += missing;
+    *on = left >= right ? fmin(from + 180, ring->total) : fmax(from - 180, 0);
+    return missing <= bend_max && path->bent <= bends_max;
+}
+
+/* The section's way on from a vertex: through the triangle into which its line there points. */
+static bool face_section(struct mesh_path *path, int corner) {
+    const struct mesh *mesh = path->mesh;
+    struct mesh_ring ring = mesh_ring_make(mesh, path->at.triangle, corner);
+    int32_t at = ring.first;
+    do {
+        struct vec3 p[3], normal = mesh->normals[at / 3];
+        struct vec3 e = vec3_unit(vec3_cross(path->plane, normal));
+        mesh_corner_points(mesh, at / 3, p);
+        struct vec3 a = vec3_unit(vec3_sub(p[(at + 1) % 3], p[at % 3]));
+        struct vec3 b = vec3_unit(vec3_sub(p[(at + 2) % 3], p[at % 3]));
+        if (vec3_dot(vec3_cross(a, e), normal) >= -same &&
+            vec3_dot(vec3_cross(e, b), normal) >= -same && vec3_dot(e, vec3_add(a, b)) > 0) {
+            path->at.triangle = at / 3;
+            path->corner = at % 3;
+            path->entry = MESH_NONE;
+            path->direction = e;
+            return true;
+        }
+        at = mesh_ring_next(mesh, at);
+    } while (at != MESH_NONE && at != ring.first);
+    return false;
+}
+
+/* Through the vertex at a corner of the triangle it has come to. */
+static bool pass_corner(struct mesh_path *path, int corner) {
+    const struct mesh *mesh = path->mesh;
+    int32_t t = path->at.triangle;
+    if (is_section(path))
+        return face_section(path, corner);
+    struct mesh_ring ring = mesh_ring_make(mesh, t, corner);
+    double on, back = mesh_ring_angle(mesh, t, corner, vec3_scale(-1, path->direction));
+    double from = fmin(fmax(ring.before + back, 0), ring.total);
+    if (!straight_angle(path, &ring, from, &on))
+        return false;
+    face(path, &ring, on);
+    return true;
+}
+
+/* Out of the triangle; false where the mesh ends. */
+static bool leave(struct mesh_path *path, const struct way_out *way) {
+    int32_t t = path->at.triangle;
+    path->at.r = edge_point(path->mesh, t, way->edge, way->share);
+    if (way->share > same && way->share < 1 - same)
+        return cross_edge(path, way->edge);
+    int corner = way->share > 0.5 ? (way->edge + 1) % 3 : way->edge;
+    path->at.r = mesh_corner_point(path->mesh, t, corner);
+    return pass_corner(path, corner);
+}
+
+/* The length along the line until the goal: for the chord the positive root of |o + l e|^2 =
+ * chord^2, where o is the way from the origin. */
+static double length_to_goal(const struct mesh_path *path, const struct goal *goal) {
+    if (!(goal->chord2 < HUGE_VAL))
+        return goal->length;
+    struct vec3 o = vec3_sub(path->at.r, goal->origin);
+    double half = vec3_dot(o, path->direction), rest = fmax(goal->chord2 - vec3_norm2(o), 0);
+    double root = sqrt(half * half + rest);
+    double length = half > 0 ? rest / (half + root) : root - half;
+    return fmin(length, goal->length);
+}
+
+/* Whether the path passes the goal's target within the next `length`. */
+static bool passes(const struct mesh_path *path, const struct goal *goal, double length) {
+    struct vec3 to = vec3_sub(goal->target->r, path->at.r);
+    double along = fmin(fmax(vec3_dot(to, path->direction), 0), length);
+    return path->at.triangle == goal->target->triangle ||
+           vec3_norm(vec3_axpy(-along, path->direction, to)) <= goal->near;
+}
+
+/* So many triangles no path passes that is not going in circles. */
+static size_t steps_max(const struct mesh *mesh) {
+    return 10000 + 4 * mesh->triangle_count;
+}
+
+/* Ends the path `length` on in its triangle. */
+static void stop(struct mesh_path *path, double length) {
+    path->at.r = vec3_axpy(length, path->direction, path->at.r);
+    if (length > 0)
+        path->corner = path->entry = MESH_NONE;
+}
+
+static enum mesh_path_end run(struct mesh_path *path, struct goal *goal) {
+    path->bent = 0;
+    for (size_t step = steps_max(path->mesh); step > 0; step--) {
+        struct way_out way = find_way_out(path);
+        if (way.edge == MESH_NONE)
+            return MESH_PATH_LOST;
+        double length = length_to_goal(path, goal);
+        goal->passed = goal->target && passes(path, goal, fmin(length, way.length));
+        if (goal->passed)
+            return MESH_PATH_DONE;
+        if (length <= way.length) {
+            bool wound = goal->chord2 < HUGE_VAL && length == goal->length;
+            stop(path, length);
+            return wound ? MESH_PATH_LOST : MESH_PATH_DONE;
+        }
+        goal->length -= way.length;
+        if (!leave(path, &way))
+            return MESH_PATH_BOUNDARY;
+    }
+    return MESH_PATH_LOST;
+}
+
+/* The corner of its triangle that a point is on, or MESH_NONE. */
+static int corner_at(const struct mesh *mesh, const struct mesh_point *at) {
+    struct vec3 p[3];
+    mesh_corner_points(mesh, at->triangle, p);
+    for (int k = 0; k < 3; k++) {
+        double shortest2 = fmin(vec3_norm2(vec3_sub(p[(k + 1) % 3], p[k])),
+                                vec3_norm2(vec3_sub(p[(k + 2) % 3], p[k])));
+        if (vec3_norm2(vec3_sub(at->r, p[k])) <= same * same * shortest2)
+            return k;
+    }
+    return MESH_NONE;
+}
+
+/* Sets off from a vertex. Inside the mesh a full turn of directions is mapped to the whole ring. */
+static bool set_off_from_corner(struct mesh_path *path, int corner) {
+    const struct mesh *mesh = path->mesh;
+    int32_t t = path->at.triangle;
+    struct mesh_ring ring = mesh_ring_make(mesh, t, corner);
+    double angle = mesh_ring_angle(mesh, t, corner, path->direction);
+    path->at.r = mesh_corner_point(mesh, t, corner);
+    if (ring.closed) {
+        double turned = angle * ring.total / 360;
+        face(path, &ring, turned < 0 ? turned + ring.total : turned);
+        return true;
+    }
+    angle += ring.before;
+    if (angle > ring.total + bend_max && angle - 360 >= -bend_max)
+        angle -= 360;
+    if (angle < -bend_max && angle + 360 <= ring.total + bend_max)
+        angle += 360;
+    face(path, &ring, fmin(fmax(angle, 0), ring.total));
+    return angle >= -bend_max && angle <= ring.total + bend_max;
+}
+
+bool mesh_path_straight(struct mesh_path *path, const struct mesh *mesh,
+                        const struct mesh_point *from, struct vec3 direction) {
+    *path = (struct mesh_path){.mesh = mesh, .at = *from, .entry = MESH_NONE, .corner = MESH_NONE};
+    path->direction = mesh_tangent(mesh, from->triangle, direction);
+    if (!(vec3_norm2(path->direction) > 0.5))
+        return false;
+    int corner = corner_at(mesh, from);
+    return corner == MESH_NONE || set_off_from_corner(path, corner);
+}
+
+bool mesh_path_section(struct mesh_path *path, const struct mesh *mesh,
+                       const struct mesh_point *from, struct vec3 plane, struct vec3 direction) {
+    *path = (struct mesh_path){.mesh = mesh, .at = *from, .entry = MESH_NONE, .corner = MESH_NONE};
+    struct vec3 along = vec3_cross(vec3_unit(plane), mesh->normals[from->triangle]);
+    double sign = vec3_dot(along, direction) < 0 ? -1 : 1;
+    if (!(vec3_norm(along) > same))
+        return false;
+    path->plane = vec3_scale(sign, vec3_unit(plane));
+    path->direction = vec3_scale(sign, vec3_unit(along));
+    int corner = corner_at(mesh, from);
+    return corner == MESH_NONE || face_section(path, corner);
+}
+
+bool mesh_path_towards(struct mesh_path *path, const struct mesh *mesh,
+                       const struct mesh_point *from, struct vec3 target) {
+    struct vec3 between = vec3_sub(target, from->r);
+    struct vec3 plane = vec3_cross(between, mesh->normals[from->triangle]);
+    return vec3_norm2(plane) > 0 && mesh_path_section(path, mesh, from, plane, between);
+}
+
+enum mesh_path_end mesh_path_length(struct mesh_path *path, double length) {
+    struct goal goal = {.length = length, .chord2 = HUGE_VAL};
+    return run(path, &goal);
+}
+
+enum mesh_path_end mesh_path_chord(struct mesh_path *path, double chord) {
+    struct goal goal = {
+        .length = winding_max * chord, .chord2 = chord * chord, .origin = path->at.r};
+    return run(path, &goal);
+}
+
+bool mesh_path_connects(const struct mesh *mesh, const struct mesh_point *from,
+                        const struct mesh_point *to, double reach) {
+    struct mesh_path path;
+    struct goal goal = {.length = reach, .chord2 = HUGE_VAL, .target = to};
+    if (from->triangle == to->triangle)
+        return true;
+    goal.near = 10 * same * (reach + rounding * mesh->magnitude);
+    return mesh_path_towards(&path, mesh, from, to->r) && run(&path, &goal) == MESH_PATH_DONE &&
+           goal.passed;
+}
