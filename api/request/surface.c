@@ -12,7 +12,7 @@ _Static_assert(sizeof(struct vec3) == 3 * sizeof(double), "rows of three numbers
  * overflow; it is far below the last digit of any knot but one near 0. */
 static const double SPAN_LEAST = 1e-20;
 
-/* Where each part of a definition is, by `enum nurbs_part`. */
+/* Where each member of a definition is, by `enum nurbs_member`. */
 struct nurbs_places {
     struct decode_control control;
     struct json_value part[NURBS_WEIGHTS + 1];
@@ -50,7 +50,7 @@ static bool check_spans(const struct nurbs_axis *axis, const struct json_value *
 }
 
 static bool fault_part(const struct nurbs_places *places, const struct nurbs_fault *fault) {
-    const struct json_value *json = &places->part[fault->part];
+    const struct json_value *json = &places->part[fault->member];
     struct json_value element = value_element(json, fault->index);
     value_fault(fault->has_index ? &element : json, "%s", fault->reason);
     return false;
@@ -98,7 +98,7 @@ static bool check_axis(const struct nurbs_places *places, const struct nurbs_axi
     static const struct nurbs_axis plain = {1, 2, knots, 4};
     struct nurbs nurbs = {.u = direction == 0 ? *axis : plain, .v = direction == 0 ? plain : *axis};
     struct nurbs_fault fault;
-    if (nurbs_validate(&nurbs, &fault) != STATUS_OK && fault.part < NURBS_POINTS)
+    if (nurbs_validate(&nurbs, &fault) != STATUS_OK && fault.member < NURBS_POINTS)
         return fault_part(places, &fault);
     return check_spans(axis, &places->part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V]);
 }

@@ -61,7 +61,7 @@ static bool begin(const struct fishnet_cell *cell, const struct fishnet_collocat
     for (int k = 0; k < 2; k++) {
         const struct surface_point *from = k ? cell->c : cell->b;
         struct rough_geodesic about;
-        (void)rough_tell(from, d, &about);
+        (void)rough_estimate(from, d, &about);
         const struct vec3 tangent[2] = {about.leave, about.arrive};
         if (!collocation_begin(&y->path[k], from, d, tangent, wanted->length[k], parts,
                                wanted->lanes))

@@ -48,7 +48,7 @@ static bool is_near(const struct surface_point *const from[2], const struct surf
     bool near = true;
     for (int k = 0; k < 2 && near; k++) {
         struct rough_geodesic told;
-        near = rough_tell(from[k], d, &told);
+        near = rough_estimate(from[k], d, &told);
         double miss = fabs(told.length - length[k]) + told.error * length[k];
         near = near && left_by(d, miss / least, least, d->normal) < settled;
     }

@@ -46,7 +46,7 @@ struct chain {
 
 static void measure(struct chain *c, int k) {
     struct rough_geodesic *g = &c->piece[k];
-    c->told[k] = rough_tell(c->from[k], c->to[k], g) &&
+    c->told[k] = rough_estimate(c->from[k], c->to[k], g) &&
                  vec3_dot(c->from[k]->normal, c->to[k]->normal) > least_cosine &&
                  g->error * g->length < c->accuracy * c->whole &&
                  g->angle < angle_share * sqrt(c->accuracy);

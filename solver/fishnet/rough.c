@@ -302,8 +302,8 @@ INLINE struct departure departure_of(const struct departures *d, int end) {
                               .near = {d->curvature[end], d->torsion[end], d->across[end]}};
 }
 
-bool rough_tell(const struct surface_point *p, const struct surface_point *q,
-                struct rough_geodesic *geodesic) {
+bool rough_estimate(const struct surface_point *p, const struct surface_point *q,
+                    struct rough_geodesic *geodesic) {
     struct departures d = depart(p, q);
     const struct departure from_p = departure_of(&d, 0), from_q = departure_of(&d, 1);
     struct turn turn = turn_between(&from_p, &from_q, 0);
@@ -373,5 +373,5 @@ enum rough_kind rough_edge(const struct surface_point *p, const struct surface_p
     *chord = right;
     bool by_places =
         misfit * misfit < ROUGH_ARC_MISFIT * ROUGH_ARC_MISFIT + ROUGH_SHEAR_SHARE * net;
-    return gentle && by_places ? ROUGH_BENT : ROUGH_TOLD;
+    return gentle && by_places ? ROUGH_BENT : ROUGH_UNEVEN;
 }

@@ -17,10 +17,10 @@
 #include "solver/shell/surface_point.h"
 
 enum rough_kind {
-    ROUGH_NOT,  /* an arc of the curvature at one end */
-    ROUGH_BENT, /* a curve that both ends tell: it has another chord */
-    ROUGH_TOLD, /* alike, but too uneven for differences of positions in space */
-    ROUGH_EDGE  /* neither: a crease or a joint, or a small radius, lies between the ends */
+    ROUGH_NOT,    /* an arc of the curvature at one end */
+    ROUGH_BENT,   /* a curve that both ends tell: it has another chord */
+    ROUGH_UNEVEN, /* alike, but too uneven for differences of positions in space */
+    ROUGH_EDGE    /* neither: a crease or a joint, or a small radius, lies between the ends */
 };
 
 /* The misfit, as a share of d, of the edge from p to q with this normal curvature at p. */
@@ -85,7 +85,7 @@ struct rough_geodesic {
 };
 
 /* False where p and q tell nothing of the length. */
-bool rough_tell(const struct surface_point *p, const struct surface_point *q,
-                struct rough_geodesic *geodesic);
+bool rough_estimate(const struct surface_point *p, const struct surface_point *q,
+                    struct rough_geodesic *geodesic);
 
 #endif

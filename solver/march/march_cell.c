@@ -401,7 +401,7 @@ static bool has_rough(const struct march *march, struct fishnet_cell *cell,
         if (kind == ROUGH_EDGE)
             return true;
         bool whole = c->has[k] && c->of[k].whole && *chord == before;
-        told[k] = kind == ROUGH_TOLD || (kind == ROUGH_BENT && march->before.net && !whole);
+        told[k] = kind == ROUGH_UNEVEN || (kind == ROUGH_BENT && march->before.net && !whole);
         *bent = *bent || *chord != before;
     }
     return false;

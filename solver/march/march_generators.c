@@ -39,7 +39,7 @@ static void note_edge(struct march *march, const struct stop *from, const struct
         return;
     curvature = surface_point_normal_curvature(start, from->tangent);
     if (rough_is_arc(start, end, curvature, d) ||
-        rough_edge(start, end, curvature, d, &chord) < ROUGH_TOLD)
+        rough_edge(start, end, curvature, d, &chord) < ROUGH_UNEVEN)
         return;
     int family = di ? 0 : 1, side = di + dj < 0, sign = side ? -1 : 1;
     struct vec3 a = vec3_scale(sign, fishnet_path_tangent(&from->path, start, from->tangent));

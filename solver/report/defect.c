@@ -146,7 +146,7 @@ static bool excess_of(struct defect_net *net, const struct net_node *from,
         return false;
     double curvature = surface_point_normal_curvature(&p, edge),
            chord = fishnet_arc_chord(d, curvature);
-    if (rough_edge(&p, &q, curvature, d, &chord) == ROUGH_EDGE || !rough_tell(&p, &q, &told))
+    if (rough_edge(&p, &q, curvature, d, &chord) == ROUGH_EDGE || !rough_estimate(&p, &q, &told))
         return false;
     *excess = (struct defect){told.length - d, told.error * d};
     return true;

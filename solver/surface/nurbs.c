@@ -3,10 +3,10 @@
 
 #include <stdbool.h>
 
-static enum status fault_at(struct nurbs_fault *fault, enum nurbs_part part, int has_index,
+static enum status fault_at(struct nurbs_fault *fault, enum nurbs_member member, int has_index,
                             size_t index, const char *reason) {
     if (fault)
-        *fault = (struct nurbs_fault){part, has_index, index, reason};
+        *fault = (struct nurbs_fault){member, has_index, index, reason};
     return STATUS_INVALID;
 }
 
@@ -18,36 +18,36 @@ static enum status check_sizes(const struct nurbs *nurbs, struct nurbs_fault *fa
                             "the degree must be 1 to 9");
     }
     for (int k = 0; k < 2; k++) {
-        enum nurbs_part part = k ? NURBS_SIZE_V : NURBS_SIZE_U;
+        enum nurbs_member member = k ? NURBS_SIZE_V : NURBS_SIZE_U;
         if (axis[k]->size <= axis[k]->degree)
-            return fault_at(fault, part, 0, 0, "the size must be at least the degree plus 1");
+            return fault_at(fault, member, 0, 0, "the size must be at least the degree plus 1");
         if (axis[k]->size > NURBS_SIZE_MAX)
-            return fault_at(fault, part, 0, 0, "the size must be at most 512");
+            return fault_at(fault, member, 0, 0, "the size must be at most 512");
     }
     return STATUS_OK;
 }
 
 /* Knots are finite and do not decrease; inside the domain none is repeated more than `degree`
  * times, where the surface would tear; and the domain [t_p, t_n] has a length. */
-static enum status check_knots(const struct nurbs_axis *axis, enum nurbs_part part,
+static enum status check_knots(const struct nurbs_axis *axis, enum nurbs_member member,
                                struct nurbs_fault *fault) {
     const double *t = axis->knots;
     size_t p = (size_t)axis->degree, n = (size_t)axis->size;
     if (axis->knot_count != n + p + 1)
-        return fault_at(fault, part, 0, 0, "the number of knots must be size + degree + 1");
+        return fault_at(fault, member, 0, 0, "the number of knots must be size + degree + 1");
     for (size_t i = 0; i < axis->knot_count; i++) {
         if (!isfinite(t[i]))
-            return fault_at(fault, part, 1, i, "a knot must be a finite number");
+            return fault_at(fault, member, 1, i, "a knot must be a finite number");
         if (i > 0 && t[i] < t[i - 1])
-            return fault_at(fault, part, 1, i, "a knot must not be less than the one before it");
+            return fault_at(fault, member, 1, i, "a knot must not be less than the one before it");
     }
     if (!(t[n] > t[p]) || !isfinite(t[n] - t[p]))
-        return fault_at(fault, part, 0, 0,
+        return fault_at(fault, member, 0, 0,
                         "the domain between knot[degree] and knot[size] is empty");
     for (size_t i = p + 1; i + p < axis->knot_count; i++) {
         bool inside = t[i] > t[p] && t[i] < t[n];
         if (inside && t[i + p] == t[i])
-            return fault_at(fault, part, 1, i + p,
+            return fault_at(fault, member, 1, i + p,
                             "an interior knot must not be repeated more often than the degree");
     }
     return STATUS_OK;

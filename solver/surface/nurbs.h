@@ -37,8 +37,8 @@ struct nurbs {
     size_t weight_count;   /* 0 when weights is NULL */
 };
 
-/* The part of a definition that a fault lies in. */
-enum nurbs_part {
+/* The member of a definition that a fault lies in. */
+enum nurbs_member {
     NURBS_DEGREE_U,
     NURBS_DEGREE_V,
     NURBS_SIZE_U,
@@ -50,13 +50,13 @@ enum nurbs_part {
 };
 
 struct nurbs_fault {
-    enum nurbs_part part;
+    enum nurbs_member member;
     int has_index;      /* whether one element is to blame */
     size_t index;       /* which */
     const char *reason; /* a sentence in static storage */
 };
 
-/* STATUS_OK, or STATUS_INVALID with the first fault (may be NULL) in the order of `nurbs_part`.
+/* STATUS_OK, or STATUS_INVALID with the first fault (may be NULL) in the order of `nurbs_member`.
  * Checks all that the ranges above say, finite numbers, and a domain of positive length. */
 enum status nurbs_validate(const struct nurbs *nurbs, struct nurbs_fault *fault) STATUS_MUST_USE;
 

@@ -63,7 +63,7 @@ enum status drape_try(struct drape_run *run, struct shape *shape,
     run->arena = arena_new(ARENA_BUDGET);
     assert_non_null(run->arena);
     if (nurbs_validate(&nurbs, &fault) != STATUS_OK) {
-        fail_msg("nurbs_validate: part %d, %s", (int)fault.part, fault.reason);
+        fail_msg("nurbs_validate: member %d, %s", (int)fault.member, fault.reason);
     }
     assert_int_equal(surface_make(&nurbs, run->arena, &run->surface), STATUS_OK);
     enum status status = drape_solve(run->surface, settings, NULL, run->arena, &run->result);

@@ -34,12 +34,12 @@ static void definition_make(struct definition *d, int p, int q, bool clamped) {
     make_axis(&d->nurbs.v, d->knots[1], q, clamped);
 }
 
-static void assert_fault(const struct definition *d, enum nurbs_part part, int has_index,
+static void assert_fault(const struct definition *d, enum nurbs_member member, int has_index,
                          size_t index) {
     struct nurbs_fault fault = {0};
     assert_int_equal(nurbs_validate(&d->nurbs, &fault), STATUS_INVALID);
     assert_int_equal(nurbs_validate(&d->nurbs, NULL), STATUS_INVALID);
-    assert_int_equal(fault.part, part);
+    assert_int_equal(fault.member, member);
     assert_int_equal(fault.has_index, has_index);
     if (has_index)
         assert_int_equal(fault.index, index);
