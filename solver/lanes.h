@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The same arithmetic on LANES places at once, one lane of a vector each. Every operation is that
+ * The same arithmetic on LANES numbers at once, one lane of a vector each. Every operation is that
  * of scalars, without contraction: a lane has the bits that a scalar would have, at any width.
  *
  * A file that includes this says LANES (2, 4 or 8) and, before anything that is compiled for wider
@@ -85,6 +85,18 @@ INLINE unsigned lanes_bits(lanes_mask mask) {
 
 enum { LANES_ALL = (1 << LANES) - 1 };
 
+INLINE bool lanes_any(lanes_mask mask) {
+    return lanes_bits(mask) != 0;
+}
+
+INLINE bool lanes_all(lanes_mask mask) {
+    return lanes_bits(mask) == LANES_ALL;
+}
+
+INLINE lanes_mask lanes_not(lanes_mask mask) {
+    return ~mask;
+}
+
 /* ---- vectors of space, as in vec.h ---- */
 
 INLINE struct lanes3 lanes3_add(struct lanes3 a, struct lanes3 b) {
@@ -113,6 +125,15 @@ INLINE struct lanes3 lanes3_cross(struct lanes3 a, struct lanes3 b) {
 
 INLINE lanes lanes3_norm2(struct lanes3 a) {
     return lanes3_dot(a, a);
+}
+
+/* The zero vector stays zero. */
+INLINE struct lanes3 lanes3_unit(struct lanes3 a) {
+    lanes n = lanes_sqrt(lanes3_norm2(a));
+    lanes_mask some = n > 0;
+    struct lanes3 unit = lanes3_scale(1 / n, a);
+    return (struct lanes3){lanes_select(some, unit.x, a.x), lanes_select(some, unit.y, a.y),
+                           lanes_select(some, unit.z, a.z)};
 }
 
 INLINE struct lanes3 lanes3_select(lanes_mask choose, struct lanes3 a, struct lanes3 b) {

@@ -16,13 +16,13 @@
 #include "wave.h"
 
 /* Where the numbers of a point begin. */
-#define NUMBER(member) (offsetof(struct wave_point, member) / sizeof(double))
+#define MEMBER(member) (offsetof(struct wave_point, member) / sizeof(double))
 enum {
-    AT_U = NUMBER(uv),
-    AT_R = NUMBER(jet.r),
-    AT_NORMAL = NUMBER(normal),
-    AT_FIRST = NUMBER(first),
-    AT_SECOND = NUMBER(second)
+    AT_U = MEMBER(uv),
+    AT_R = MEMBER(jet.r),
+    AT_NORMAL = MEMBER(normal),
+    AT_FIRST = MEMBER(first),
+    AT_SECOND = MEMBER(second)
 };
 /* Two are usual; cells that need more than these are left alone. */
 enum { WAVE_ROUNDS = 6 };
@@ -419,12 +419,12 @@ INLINE void put_point(struct wave_places *places, const struct lanes_cell *cell,
                       const struct lanes_forms *forms) {
     lanes_store(cell->u, &places->of[AT_U][1]);
     lanes_store(cell->v, &places->of[AT_U + 1][1]);
-    put_vector(places, NUMBER(jet.r), cell->jet.r);
-    put_vector(places, NUMBER(jet.u), cell->jet.u);
-    put_vector(places, NUMBER(jet.v), cell->jet.v);
-    put_vector(places, NUMBER(jet.uu), cell->jet.uu);
-    put_vector(places, NUMBER(jet.uv), cell->jet.uv);
-    put_vector(places, NUMBER(jet.vv), cell->jet.vv);
+    put_vector(places, MEMBER(jet.r), cell->jet.r);
+    put_vector(places, MEMBER(jet.u), cell->jet.u);
+    put_vector(places, MEMBER(jet.v), cell->jet.v);
+    put_vector(places, MEMBER(jet.uu), cell->jet.uu);
+    put_vector(places, MEMBER(jet.uv), cell->jet.uv);
+    put_vector(places, MEMBER(jet.vv), cell->jet.vv);
     put_vector(places, AT_NORMAL, forms->normal);
     for (int n = 0; n < 3; n++) {
         lanes_store(forms->first[n], &places->of[AT_FIRST + n][1]);

@@ -87,11 +87,10 @@ INLINE struct lanes3 bend_of(const struct lanes_jet *jet, struct lanes3 tangent)
 }
 
 INLINE void evaluate(const struct surface *surface, struct collocation_piece *piece, int k) {
-    const struct surface_cursor at = {piece->span[0], piece->span[1]};
     struct lanes_jet jet;
-    const lanes uv[2] = {lanes_load(&piece->uv[0][k]) - piece->turn[0],
-                         lanes_load(&piece->uv[1][k]) - piece->turn[1]};
-    lanes_jets_together(surface, &at, uv, &jet);
+    span_jet_lanes(surface, piece->span[0], piece->span[1],
+                   lanes_load(&piece->uv[0][k]) - piece->turn[0],
+                   lanes_load(&piece->uv[1][k]) - piece->turn[1], &jet);
     places_put(bend_of(&jet, places_vector(piece->tangent, k)), piece->bend, k);
     places_put(jet.r, piece->jet, k);
     places_put(jet.u, piece->jet + 3, k);

@@ -2,16 +2,9 @@
 #include "offset.h"
 
 #include "solver/angle.h"
+#include "solver/surface/offset_jet.h"
 #include "surface_point.h"
 #include <string.h>
-
-#define OFFSET_NUMBER double
-#define OFFSET_VECTOR struct vec3
-#define OFFSET_JET struct surface_jet
-#define OFFSET_NAME(f) f##_number
-#define OFFSET_OF(f) vec3_##f
-#define OFFSET_SQRT(x) sqrt(x)
-#include "solver/surface/offset_jet.h"
 
 enum {
     SAMPLES = 4096,        /* of all spans together, and */
@@ -65,29 +58,29 @@ static void pinch_make(const struct surface *surface, const int span[2], const d
 
 /* R and its derivatives: a Bernstein polynomial without its first coefficient is
  * t sum_l c_l (q / l) b_(l-1)^(q-1). */
-static void pinch_ratio(const struct pinch *pinch, struct third_number *ratio) {
+static void pinch_ratio(const struct pinch *pinch, struct third *ratio) {
     int p = pinch->p, q = pinch->q;
     vec4 b[OFFSET_ORDER * OFFSET_ORDER];
     const vec4 pole = {pinch->pole.x, pinch->pole.y, pinch->pole.z, 0};
-    struct offset_basis_number along, across, weight;
-    struct jets_number a[4];
+    struct offset_basis along, across, weight;
+    struct jets a[4];
     for (int i = 0; i <= p; i++)
         for (int l = 1; l <= q; l++) {
             vec4 point = pinch->points[i * (q + 1) + l];
             b[i * q + l - 1] = (point - point[3] * pole) * (pinch->rate[1] * q / l);
         }
-    offset_bernstein_number(p, pinch->t[0], pinch->rate[0], &along);
-    offset_bernstein_number(q - 1, pinch->t[1], pinch->rate[1], &across);
-    offset_bernstein_number(q, pinch->t[1], pinch->rate[1], &weight);
+    offset_bernstein(p, pinch->t[0], pinch->rate[0], &along);
+    offset_bernstein(q - 1, pinch->t[1], pinch->rate[1], &across);
+    offset_bernstein(q, pinch->t[1], pinch->rate[1], &weight);
     for (int lane = 0; lane < 3; lane++)
-        offset_points_number(p, q - 1, b, lane, &along, &across, &a[lane]);
-    offset_points_number(p, q, pinch->points, 3, &along, &weight, &a[3]);
-    offset_third_number(a, ratio);
+        offset_points(p, q - 1, b, lane, &along, &across, &a[lane]);
+    offset_points(p, q, pinch->points, 3, &along, &weight, &a[3]);
+    offset_third(a, ratio);
 }
 
 /* x R and its derivatives, to which P is added. */
-static void pinch_surface(const struct pinch *pinch, const struct third_number *ratio,
-                          struct third_number *third) {
+static void pinch_surface(const struct pinch *pinch, const struct third *ratio,
+                          struct third *third) {
     /* The same of R, one derivative across less, and how often. */
     static const int less[OF_PARTS] = {OF, OF, OF, OF, OF_U, OF_V, OF, OF_UU, OF_UV, OF_VV};
     static const int times[OF_PARTS] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
@@ -106,7 +99,7 @@ static void swap(struct vec3 *a, struct vec3 *b) {
 static void evaluate_pinched(const struct surface *surface, const int span[2], const double uv[2],
                              int k, int end, struct surface_jet *jet) {
     struct pinch pinch;
-    struct third_number ratio, third;
+    struct third ratio, third;
     struct surface_jet n;
     double area2;
     pinch_make(surface, span, uv, k, end, &pinch);
@@ -114,15 +107,15 @@ static void evaluate_pinched(const struct surface *surface, const int span[2], c
     pinch_surface(&pinch, &ratio, &third);
     /* M = a x b for the sides a = R_u and b = r_v, and its derivatives: those that the cross
      * product of first derivatives has, with R_u in the place of r_u. */
-    offset_normal_of_number(
-        &(struct offset_sides_number){.a = {ratio.of[OF_U], ratio.of[OF_UU], ratio.of[OF_UV],
-                                            ratio.of[OF_UUU], ratio.of[OF_UUV], ratio.of[OF_UVV]},
-                                      .b = {third.of[OF_V], third.of[OF_UV], third.of[OF_VV],
-                                            third.of[OF_UUV], third.of[OF_UVV], third.of[OF_VVV]}},
+    offset_normal_of(
+        &(struct offset_sides){.a = {ratio.of[OF_U], ratio.of[OF_UU], ratio.of[OF_UV],
+                                     ratio.of[OF_UUU], ratio.of[OF_UUV], ratio.of[OF_UVV]},
+                               .b = {third.of[OF_V], third.of[OF_UV], third.of[OF_VV],
+                                     third.of[OF_UUV], third.of[OF_UVV], third.of[OF_VVV]}},
         &n, &area2);
     /* Each axis that is turned round turns the normal, and so does their exchange. */
     double turn = (k == 1) == (end == 0) ? 1 : -1;
-    offset_add_number(&third, turn * surface->height, &n, jet);
+    offset_add(&third, turn * surface->height, &n, jet);
     if (end) {
         jet->v = vec3_scale(-1, jet->v);
         jet->uv = vec3_scale(-1, jet->uv);
@@ -155,7 +148,7 @@ void surface_evaluate_moved(const struct surface *surface, int span_u, int span_
                             double v, struct surface_jet *jet) {
     const int span[2] = {span_u, span_v};
     const double uv[2] = {u, v};
-    struct third_number third, there;
+    struct third third, there;
     struct surface_jet n;
     double area2;
     int k, end;
@@ -163,18 +156,18 @@ void surface_evaluate_moved(const struct surface *surface, int span_u, int span_
         evaluate_pinched(surface, span, uv, k, end, jet);
         return;
     }
-    offset_base_number(surface, span_u, span_v, u, v, &third);
-    offset_normal_number(&third, &n, &area2);
+    offset_base(surface, span_u, span_v, u, v, &third);
+    offset_normal(&third, &n, &area2);
     if (!(area2 > 0)) {
         double at[2];
         for (int m = 0; m < 2; m++) {
             double middle = surface->axis[m].middles[span[m]];
             at[m] = uv[m] + inside * (middle - uv[m]);
         }
-        offset_base_number(surface, span_u, span_v, at[0], at[1], &there);
-        offset_normal_number(&there, &n, &area2);
+        offset_base(surface, span_u, span_v, at[0], at[1], &there);
+        offset_normal(&there, &n, &area2);
     }
-    offset_add_number(&third, surface->height, &n, jet);
+    offset_add(&third, surface->height, &n, jet);
 }
 
 /* ---- making ---- */

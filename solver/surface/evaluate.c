@@ -1,203 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * Evaluation of rational spans. With b_k the Bernstein polynomials of the local parameter, or its
- * powers, and P_kl the homogeneous control points of the span, or coefficients,
- *
- *   A(u, v) = sum_k sum_l b_k(u) b_l(v) P_kl = w (r, 1),
- *
- * and r and its derivatives follow from those of A by the quotient rule.
- */
+/* Evaluation at one point (`span_jet.h` has the mathematics) and on grids, and walks along axes. */
 #include "quadrature.h"
-#include "solver/wide.h"
-#include "spans.h"
-
-enum { ORDER_MAX = NURBS_DEGREE_MAX + 1 };
-
-/* Unrolls where the degree is a constant. */
-#define UNROLL _Pragma("GCC unroll 10")
-
-/* Bernstein polynomials of one degree and their derivatives in the surface's own parameter. */
-struct basis {
-    double value[ORDER_MAX], first[ORDER_MAX], second[ORDER_MAX];
-};
-
-/* b^m from b^(m-1): b_k^m = (1 - t) b_k^(m-1) + t b_(k-1)^(m-1), in place. */
-INLINE void raise_degree(double *b, int m, double t) {
-    double s = 1 - t;
-    b[m] = t * b[m - 1];
-    UNROLL for (int k = m - 1; k > 0; k--) b[k] = s * b[k] + t * b[k - 1];
-    b[0] = s * b[0];
-}
-
-/* Derivatives are differences of the bases of lower degree:
- * b_k' = p (b_(k-1)^(p-1) - b_k^(p-1)),  b_k'' = p (p-1) (b_(k-2) - 2 b_(k-1) + b_k)^(p-2). */
-INLINE void bernstein(int p, double t, double rate, struct basis *basis) {
-    double *b = basis->value;
-    b[0] = 1;
-    UNROLL for (int m = 1; m <= p - 2; m++) raise_degree(b, m, t);
-    double scale = rate * rate * p * (p - 1);
-    UNROLL for (int k = 0; k <= p; k++) {
-        double left = k >= 2 ? b[k - 2] : 0;
-        double middle = k >= 1 && k <= p - 1 ? b[k - 1] : 0;
-        double right = k <= p - 2 ? b[k] : 0;
-        basis->second[k] = p < 2 ? 0 : scale * (left - 2 * middle + right);
-    }
-    if (p >= 2)
-        raise_degree(b, p - 1, t);
-    UNROLL for (int k = 0; k <= p; k++) basis->first[k] =
-        rate * p * ((k >= 1 ? b[k - 1] : 0) - (k <= p - 1 ? b[k] : 0));
-    raise_degree(b, p, t);
-}
-
-INLINE struct vec3 lanes(vec4 a) {
-    return (struct vec3){a[0], a[1], a[2]};
-}
-
-/* r and its first derivatives by the quotient rule; lane 3 of A is w, and of r is 1. */
-struct plane {
-    double g; /* 1 / w */
-    vec4 r, u, v;
-};
-
-INLINE struct plane divide_first(vec4 a, vec4 au, vec4 av) {
-    double g = 1 / a[3];
-    vec4 r = g * a;
-    return (struct plane){g, r, g * (au - au[3] * r), g * (av - av[3] * r)};
-}
-
-INLINE void divide(vec4 a, vec4 au, vec4 av, vec4 auu, vec4 auv, vec4 avv,
-                   struct surface_jet *jet) {
-    struct plane plane = divide_first(a, au, av);
-    double g = plane.g, wu = au[3], wv = av[3];
-    vec4 r = plane.r, ru = plane.u, rv = plane.v;
-    jet->r = lanes(r);
-    jet->u = lanes(ru);
-    jet->v = lanes(rv);
-    jet->uu = lanes(g * (auu - 2 * wu * ru - auu[3] * r));
-    jet->uv = lanes(g * (auv - wu * rv - wv * ru - auv[3] * r));
-    jet->vv = lanes(g * (avv - 2 * wv * rv - avv[3] * r));
-}
-
-INLINE void find_basis(int p, double t, double rate, struct basis *basis) {
-#define CASE(P)                                                                                    \
-    case P:                                                                                        \
-        bernstein(P, t, rate, basis);                                                              \
-        break;
-    switch (p) {
-        SURFACE_DEGREES(CASE)
-    default:
-        break;
-    }
-#undef CASE
-}
-
-INLINE void sum_up(int p, int q, const vec4 *points, const struct basis *u, const struct basis *v,
-                   struct surface_jet *jet) {
-    vec4 a = {0}, au = {0}, av = {0}, auu = {0}, auv = {0}, avv = {0};
-    for (int k = 0; k <= p; k++) {
-        const vec4 *row = points + k * (q + 1);
-        vec4 c = {0}, cv = {0}, cvv = {0};
-        UNROLL for (int l = 0; l <= q; l++) {
-            c += v->value[l] * row[l];
-            cv += v->first[l] * row[l];
-            cvv += v->second[l] * row[l];
-        }
-        a += u->value[k] * c;
-        au += u->first[k] * c;
-        auu += u->second[k] * c;
-        av += u->value[k] * cv;
-        auv += u->first[k] * cv;
-        avv += u->value[k] * cvv;
-    }
-    divide(a, au, av, auu, auv, avv, jet);
-}
-
-INLINE void evaluate_bernstein(int p, int q, const vec4 *points, const double t[2],
-                               const double rate[2], struct surface_jet *jet) {
-    struct basis u, v;
-    find_basis(p, t[0], rate[0], &u);
-    find_basis(q, t[1], rate[1], &v);
-#define CASE(Q)                                                                                    \
-    case Q:                                                                                        \
-        sum_up(p, Q, points, &u, &v, jet);                                                         \
-        break;
-    switch (q) {
-        SURFACE_DEGREES(CASE)
-    default:
-        break;
-    }
-#undef CASE
-}
-
-/* One polynomial sum_k c_k x^k and half its second derivative: Horner's scheme run on its own
- * intermediate results. `p` >= 1. */
-struct horner {
-    vec4 value, first, half_second;
-};
-
-INLINE struct horner horner(int p, const vec4 *c, double x, int order) {
-    struct horner h = {c[p], {0}, {0}};
-    UNROLL for (int k = p - 1; k >= 0; k--) {
-        if (order >= 2 && k <= p - 2)
-            h.half_second = k == p - 2 ? h.first : h.half_second * x + h.first;
-        if (order >= 1)
-            h.first = k == p - 1 ? h.value : h.first * x + h.value;
-        h.value = h.value * x + c[k];
-    }
-    return h;
-}
-
-/* In powers of the distance from the span's middle: a third of the work, but their coefficients
- * cancel more the higher the degree, to 7 units of rounding for cubics. */
-INLINE void evaluate_powers(int p, int q, const vec4 *powers, double x, double y,
-                            struct surface_jet *jet) {
-    vec4 value[ORDER_MAX], first[ORDER_MAX], second[ORDER_MAX];
-    UNROLL for (int k = 0; k <= p; k++) {
-        struct horner row = horner(q, powers + k * (q + 1), y, 2);
-        value[k] = row.value;
-        first[k] = row.first;
-        second[k] = 2 * row.half_second;
-    }
-    struct horner a = horner(p, value, x, 2), av = horner(p, first, x, 1);
-    struct horner avv = horner(p, second, x, 0);
-    divide(a.value, a.first, av.value, 2 * a.half_second, av.first, avv.value, jet);
-}
-
-/* Each pair of degrees up to POWERS_DEGREE as a case of its own, so that its loops unroll. */
-INLINE void evaluate_low_degrees(int p, int q, const vec4 *powers, double x, double y,
-                                 struct surface_jet *jet) {
-#define CASE(P, Q)                                                                                 \
-    case (P) * (SURFACE_POWERS_DEGREE + 1) + (Q):                                                  \
-        evaluate_powers(P, Q, powers, x, y, jet);                                                  \
-        break;
-    switch (p * (SURFACE_POWERS_DEGREE + 1) + q) {
-        SURFACE_LOW_DEGREES(CASE)
-    default:
-        break;
-    }
-#undef CASE
-}
+#include "span_jet.h"
 
 WIDE_CLONES
 void surface_evaluate_span(const struct surface *surface, int span_u, int span_v, double u,
                            double v, struct surface_jet *jet) {
-    const struct surface_axis *au = &surface->axis[0], *av = &surface->axis[1];
-    size_t span = (size_t)span_u * (size_t)av->span_count + (size_t)span_v;
-    size_t first = span * surface->points_per_span;
-    int p = au->degree, q = av->degree;
-    if (surface->height != 0) {
-        surface_evaluate_moved(surface, span_u, span_v, u, v, jet);
-    } else if (surface->powers && surface->in_powers[span]) {
-        double x = u - au->middles[span_u], y = v - av->middles[span_v];
-        evaluate_low_degrees(p, q, surface->powers + first, x, y, jet);
-    } else {
-        double rate[2] = {au->rates[span_u], av->rates[span_v]};
-        double t[2] = {(u - au->breaks[span_u]) * rate[0], (v - av->breaks[span_v]) * rate[1]};
-        evaluate_bernstein(p, q, surface->points + first, t, rate, jet);
-    }
+    span_jet(surface, span_u, span_v, u, v, jet);
 }
 
-/* ---- a grid of places ---- */
+/* ---- a grid of points ---- */
 
 /* The polynomials in u, and their derivatives by v, that a line of the same v has. */
 struct line {
@@ -205,8 +17,9 @@ struct line {
 };
 
 INLINE struct surface_element element_of(vec4 a, vec4 au, vec4 av) {
-    struct plane plane = divide_first(a, au, av);
-    return (struct surface_element){lanes(plane.r), lanes(plane.u), lanes(plane.v)};
+    const struct homogeneous sum = {.a = {a}, .u = {au}, .v = {av}};
+    struct divided d = divide_first(&sum);
+    return (struct surface_element){in_space(d.r), in_space(d.u), in_space(d.v)};
 }
 
 INLINE void grid_powers(int p, int q, const vec4 *powers, const double middle[2],
@@ -269,10 +82,10 @@ void surface_evaluate_grid(const struct surface *surface, const struct surface_g
     }
     const double middle[2] = {au->middles[span[0]], av->middles[span[1]]};
 #define CASE(P, Q)                                                                                 \
-    case (P) * (SURFACE_POWERS_DEGREE + 1) + (Q):                                                  \
+    case (P)*POWERS_ORDER + (Q):                                                                   \
         grid_powers(P, Q, surface->powers + first, middle, grid, elements);                        \
         break;
-    switch (au->degree * (SURFACE_POWERS_DEGREE + 1) + av->degree) {
+    switch (au->degree * POWERS_ORDER + av->degree) {
         SURFACE_LOW_DEGREES(CASE)
     default:
         break;

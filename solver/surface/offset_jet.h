@@ -1,14 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The jet of a surface that is moved by h along its unit normal, r_h = r + h n, from the third
- * derivatives of the surface. Written once for numbers and for lanes: whoever includes this says
- *
- *   OFFSET_NUMBER, OFFSET_VECTOR   double and struct vec3, or lanes and struct lanes3
- *   OFFSET_JET                     struct surface_jet, or struct lanes_jet
- *   OFFSET_NAME(f), OFFSET_OF(f)   its own names, and those of the operations on vectors
- *   OFFSET_SQRT(x)
- *
- * and so gets the same operations in the same order, and with them the same bits.
+ * derivatives of the surface; for numbers and for lanes (`numbers.h`).
  *
  * With A = sum_k sum_l b_k(u) b_l(v) P_kl = w (r, 1) the derivatives of r follow from those of A by
  * the quotient rule; with m = r_u x r_v, J = |m| and n = m / J,
@@ -18,12 +11,12 @@
  *
  * and alike in the other directions; m_uv takes r_uuv and r_uvv.
  */
-#include "solver/wide.h"
+#include "solver/numbers.h"
 #include "spans.h"
 
-#define JETS OFFSET_NAME(jets)
-#define THIRD OFFSET_NAME(third)
-#define BASIS OFFSET_NAME(offset_basis)
+#define JETS NAME(jets)
+#define THIRD NAME(third)
+#define BASIS NAME(offset_basis)
 
 #ifndef SOLVER_SURFACE_OFFSET_JET_H
 #define SOLVER_SURFACE_OFFSET_JET_H
@@ -36,18 +29,18 @@ enum { OFFSET_ORDER = NURBS_DEGREE_MAX + 1, OFFSET_DERIVATIVES = 4 };
 
 /* Of one homogeneous coordinate. */
 struct JETS {
-    OFFSET_NUMBER of[OF_PARTS];
+    NUMBER of[OF_PARTS];
 };
 
 /* Of the surface itself. */
 struct THIRD {
-    OFFSET_VECTOR of[OF_PARTS];
+    VECTOR of[OF_PARTS];
 };
 
 /* Horner's scheme run on its own intermediate results: the value and the derivatives up to
  * `order`, each divided by its factorial. */
-INLINE void OFFSET_NAME(offset_horner)(int p, const OFFSET_NUMBER *c, OFFSET_NUMBER x, int order,
-                                       OFFSET_NUMBER d[OFFSET_DERIVATIVES]) {
+INLINE void NAME(offset_horner)(int p, const NUMBER *c, NUMBER x, int order,
+                                NUMBER d[OFFSET_DERIVATIVES]) {
     d[0] = c[p];
     _Pragma("GCC unroll 4") for (int n = 1; n <= order; n++) d[n] = d[0] - d[0];
     _Pragma("GCC unroll 4") for (int k = p - 1; k >= 0; k--) {
@@ -58,45 +51,44 @@ INLINE void OFFSET_NAME(offset_horner)(int p, const OFFSET_NUMBER *c, OFFSET_NUM
 }
 
 /* Coordinate `lane` from the powers of a span, about its middle. */
-INLINE void OFFSET_NAME(offset_powers)(int p, int q, const vec4 *powers, int lane, OFFSET_NUMBER x,
-                                       OFFSET_NUMBER y, struct JETS *jets) {
-    OFFSET_NUMBER by_y[OFFSET_DERIVATIVES][SURFACE_POWERS_DEGREE + 1];
-    OFFSET_NUMBER none = x - x, d[OFFSET_DERIVATIVES];
+INLINE void NAME(offset_powers)(int p, int q, const vec4 *powers, int lane, NUMBER x, NUMBER y,
+                                struct JETS *jets) {
+    NUMBER by_y[OFFSET_DERIVATIVES][SURFACE_POWERS_DEGREE + 1];
+    NUMBER none = x - x, d[OFFSET_DERIVATIVES];
     _Pragma("GCC unroll 4") for (int k = 0; k <= p; k++) {
-        OFFSET_NUMBER row[SURFACE_POWERS_DEGREE + 1];
+        NUMBER row[SURFACE_POWERS_DEGREE + 1];
         _Pragma("GCC unroll 4") for (int l = 0; l <= q; l++) row[l] =
             none + powers[k * (q + 1) + l][lane];
-        OFFSET_NAME(offset_horner)(q, row, y, 3, d);
+        NAME(offset_horner)(q, row, y, 3, d);
         _Pragma("GCC unroll 4") for (int n = 0; n < OFFSET_DERIVATIVES; n++) by_y[n][k] = d[n];
     }
-    OFFSET_NAME(offset_horner)(p, by_y[0], x, 3, d);
+    NAME(offset_horner)(p, by_y[0], x, 3, d);
     jets->of[OF] = d[0];
     jets->of[OF_U] = d[1];
     jets->of[OF_UU] = 2 * d[2];
     jets->of[OF_UUU] = 6 * d[3];
-    OFFSET_NAME(offset_horner)(p, by_y[1], x, 2, d);
+    NAME(offset_horner)(p, by_y[1], x, 2, d);
     jets->of[OF_V] = d[0];
     jets->of[OF_UV] = d[1];
     jets->of[OF_UUV] = 2 * d[2];
-    OFFSET_NAME(offset_horner)(p, by_y[2], x, 1, d);
+    NAME(offset_horner)(p, by_y[2], x, 1, d);
     jets->of[OF_VV] = 2 * d[0];
     jets->of[OF_UVV] = 2 * d[1];
-    OFFSET_NAME(offset_horner)(p, by_y[3], x, 0, d);
+    NAME(offset_horner)(p, by_y[3], x, 0, d);
     jets->of[OF_VVV] = 6 * d[0];
 }
 
 /* Bernstein polynomials of one degree and their derivatives. */
 struct BASIS {
-    OFFSET_NUMBER of[OFFSET_DERIVATIVES][OFFSET_ORDER];
+    NUMBER of[OFFSET_DERIVATIVES][OFFSET_ORDER];
 };
 
 /* b^m from b^(m-1): b_k^m = (1 - t) b_k^(m-1) + t b_(k-1)^(m-1), in place; and on the way the
  * derivatives as differences of the bases of lower degree. */
-static void OFFSET_NAME(offset_bernstein)(int p, OFFSET_NUMBER t, double rate,
-                                          struct BASIS *basis) {
+static void NAME(offset_bernstein)(int p, NUMBER t, double rate, struct BASIS *basis) {
     static const double binomial[OFFSET_DERIVATIVES][OFFSET_DERIVATIVES] = {
         {1}, {-1, 1}, {1, -2, 1}, {-1, 3, -3, 1}};
-    OFFSET_NUMBER b[OFFSET_ORDER], none = t - t;
+    NUMBER b[OFFSET_ORDER], none = t - t;
     b[0] = none + 1;
     for (int m = 0; m <= p; m++) {
         for (int k = m; m > 0 && k >= 0; k--)
@@ -119,16 +111,15 @@ static void OFFSET_NAME(offset_bernstein)(int p, OFFSET_NUMBER t, double rate,
             basis->of[n][k] = none;
 }
 
-static void OFFSET_NAME(offset_points)(int p, int q, const vec4 *points, int lane,
-                                       const struct BASIS *u, const struct BASIS *v,
-                                       struct JETS *jets) {
+static void NAME(offset_points)(int p, int q, const vec4 *points, int lane, const struct BASIS *u,
+                                const struct BASIS *v, struct JETS *jets) {
     static const int part[OFFSET_DERIVATIVES][OFFSET_DERIVATIVES] = {
         {OF, OF_V, OF_VV, OF_VVV}, {OF_U, OF_UV, OF_UVV}, {OF_UU, OF_UUV}, {OF_UUU}};
     for (int n = 0; n < OF_PARTS; n++)
         jets->of[n] = u->of[0][0] - u->of[0][0];
     for (int k = 0; k <= p; k++)
         for (int n = 0; n < OFFSET_DERIVATIVES; n++) {
-            OFFSET_NUMBER sum = u->of[0][0] - u->of[0][0];
+            NUMBER sum = u->of[0][0] - u->of[0][0];
             for (int l = 0; l <= q; l++)
                 sum += v->of[n][l] * points[k * (q + 1) + l][lane];
             for (int m = 0; m + n < OFFSET_DERIVATIVES; m++)
@@ -137,10 +128,10 @@ static void OFFSET_NAME(offset_points)(int p, int q, const vec4 *points, int lan
 }
 
 /* The quotient rule for one coordinate, A = w r, by its derivatives `a` and those of w. */
-INLINE void OFFSET_NAME(offset_divide)(const struct JETS *a, const struct JETS *weight,
-                                       OFFSET_NUMBER r[OF_PARTS]) {
-    const OFFSET_NUMBER *c = a->of, *w = weight->of;
-    OFFSET_NUMBER g = 1 / w[OF];
+INLINE void NAME(offset_divide)(const struct JETS *a, const struct JETS *weight,
+                                NUMBER r[OF_PARTS]) {
+    const NUMBER *c = a->of, *w = weight->of;
+    NUMBER g = 1 / w[OF];
     r[OF] = g * c[OF];
     r[OF_U] = g * (c[OF_U] - w[OF_U] * r[OF]);
     r[OF_V] = g * (c[OF_V] - w[OF_V] * r[OF]);
@@ -157,35 +148,35 @@ INLINE void OFFSET_NAME(offset_divide)(const struct JETS *a, const struct JETS *
         g * (c[OF_VVV] - 3 * w[OF_V] * r[OF_VV] - 3 * w[OF_VV] * r[OF_V] - w[OF_VVV] * r[OF]);
 }
 
-INLINE void OFFSET_NAME(offset_third)(const struct JETS a[4], struct THIRD *third) {
-    OFFSET_NUMBER x[OF_PARTS], y[OF_PARTS], z[OF_PARTS];
-    OFFSET_NAME(offset_divide)(&a[0], &a[3], x);
-    OFFSET_NAME(offset_divide)(&a[1], &a[3], y);
-    OFFSET_NAME(offset_divide)(&a[2], &a[3], z);
+INLINE void NAME(offset_third)(const struct JETS a[4], struct THIRD *third) {
+    NUMBER x[OF_PARTS], y[OF_PARTS], z[OF_PARTS];
+    NAME(offset_divide)(&a[0], &a[3], x);
+    NAME(offset_divide)(&a[1], &a[3], y);
+    NAME(offset_divide)(&a[2], &a[3], z);
     _Pragma("GCC unroll 10") for (int n = 0; n < OF_PARTS; n++) third->of[n] =
-        (OFFSET_VECTOR){x[n], y[n], z[n]};
+        (VECTOR){x[n], y[n], z[n]};
 }
 
-INLINE void OFFSET_NAME(offset_by_powers)(int p, int q, const vec4 *powers, OFFSET_NUMBER x,
-                                          OFFSET_NUMBER y, struct THIRD *third) {
+INLINE void NAME(offset_by_powers)(int p, int q, const vec4 *powers, NUMBER x, NUMBER y,
+                                   struct THIRD *third) {
     struct JETS a[4];
     _Pragma("GCC unroll 4") for (int lane = 0; lane < 4; lane++)
-        OFFSET_NAME(offset_powers)(p, q, powers, lane, x, y, &a[lane]);
-    OFFSET_NAME(offset_third)(a, third);
+        NAME(offset_powers)(p, q, powers, lane, x, y, &a[lane]);
+    NAME(offset_third)(a, third);
 }
 
 /* Point and derivatives of the surface before it is moved. */
-INLINE void OFFSET_NAME(offset_base)(const struct surface *surface, int span_u, int span_v,
-                                     OFFSET_NUMBER u, OFFSET_NUMBER v, struct THIRD *third) {
+INLINE void NAME(offset_base)(const struct surface *surface, int span_u, int span_v, NUMBER u,
+                              NUMBER v, struct THIRD *third) {
     const struct surface_axis *au = &surface->axis[0], *av = &surface->axis[1];
     size_t span = (size_t)span_u * (size_t)av->span_count + (size_t)span_v;
     size_t first = span * surface->points_per_span;
     int p = au->degree, q = av->degree;
     if (surface->powers && surface->in_powers[span]) {
-        OFFSET_NUMBER x = u - au->middles[span_u], y = v - av->middles[span_v];
+        NUMBER x = u - au->middles[span_u], y = v - av->middles[span_v];
 #define CASE(P, Q)                                                                                 \
     case (P) * (SURFACE_POWERS_DEGREE + 1) + (Q):                                                  \
-        OFFSET_NAME(offset_by_powers)(P, Q, surface->powers + first, x, y, third);                 \
+        NAME(offset_by_powers)(P, Q, surface->powers + first, x, y, third);                        \
         break;
         switch (p * (SURFACE_POWERS_DEGREE + 1) + q) {
             SURFACE_LOW_DEGREES(CASE)
@@ -198,83 +189,73 @@ INLINE void OFFSET_NAME(offset_base)(const struct surface *surface, int span_u, 
     }
     struct BASIS bu, bv;
     struct JETS a[4];
-    OFFSET_NAME(offset_bernstein)
+    NAME(offset_bernstein)
     (p, (u - au->breaks[span_u]) * au->rates[span_u], au->rates[span_u], &bu);
-    OFFSET_NAME(offset_bernstein)
+    NAME(offset_bernstein)
     (q, (v - av->breaks[span_v]) * av->rates[span_v], av->rates[span_v], &bv);
     for (int lane = 0; lane < 4; lane++)
-        OFFSET_NAME(offset_points)(p, q, surface->points + first, lane, &bu, &bv, &a[lane]);
-    OFFSET_NAME(offset_third)(a, third);
+        NAME(offset_points)(p, q, surface->points + first, lane, &bu, &bv, &a[lane]);
+    NAME(offset_third)(a, third);
 }
 
 /* ---- the normal ---- */
 
 /* A second derivative of n by a and b, from that of m over J; ja and jb are J_a / J and J_b / J. */
-INLINE OFFSET_VECTOR OFFSET_NAME(offset_bend)(OFFSET_VECTOR m, OFFSET_VECTOR n, OFFSET_VECTOR na,
-                                              OFFSET_VECTOR nb, OFFSET_NUMBER ja,
-                                              OFFSET_NUMBER jb) {
-    OFFSET_NUMBER along = OFFSET_OF(dot)(n, m) + OFFSET_OF(dot)(na, nb);
-    OFFSET_VECTOR bend = OFFSET_OF(axpy)(-along, n, m);
-    bend = OFFSET_OF(axpy)(-ja, nb, bend);
-    return OFFSET_OF(axpy)(-jb, na, bend);
+INLINE VECTOR NAME(offset_bend)(VECTOR m, VECTOR n, VECTOR na, VECTOR nb, NUMBER ja, NUMBER jb) {
+    NUMBER along = V(dot)(n, m) + V(dot)(na, nb);
+    VECTOR bend = V(axpy)(-along, n, m);
+    bend = V(axpy)(-ja, nb, bend);
+    return V(axpy)(-jb, na, bend);
 }
 
 /* Two vectors a and b of a tangent plane, by themselves and their derivatives u, v, uu, uv, vv. */
-struct OFFSET_NAME(offset_sides) {
-    OFFSET_VECTOR a[6], b[6];
+struct NAME(offset_sides) {
+    VECTOR a[6], b[6];
 };
 
 /* The unit vector n along m = a x b and its derivatives up to the second; `area2` gets J^2. */
-INLINE void OFFSET_NAME(offset_normal_of)(const struct OFFSET_NAME(offset_sides) * sides,
-                                          OFFSET_JET *n, OFFSET_NUMBER *area2) {
-    const OFFSET_VECTOR *a = sides->a, *b = sides->b;
-    OFFSET_VECTOR m = OFFSET_OF(cross)(a[0], b[0]);
-    OFFSET_VECTOR mu = OFFSET_OF(add)(OFFSET_OF(cross)(a[1], b[0]), OFFSET_OF(cross)(a[0], b[1]));
-    OFFSET_VECTOR mv = OFFSET_OF(add)(OFFSET_OF(cross)(a[2], b[0]), OFFSET_OF(cross)(a[0], b[2]));
-    OFFSET_VECTOR mixed = OFFSET_OF(cross)(a[1], b[1]);
-    OFFSET_VECTOR muu =
-        OFFSET_OF(add)(OFFSET_OF(add)(OFFSET_OF(cross)(a[3], b[0]), OFFSET_OF(add)(mixed, mixed)),
-                       OFFSET_OF(cross)(a[0], b[3]));
-    mixed = OFFSET_OF(add)(OFFSET_OF(cross)(a[1], b[2]), OFFSET_OF(cross)(a[2], b[1]));
-    OFFSET_VECTOR muv = OFFSET_OF(add)(OFFSET_OF(add)(OFFSET_OF(cross)(a[4], b[0]), mixed),
-                                       OFFSET_OF(cross)(a[0], b[4]));
-    mixed = OFFSET_OF(cross)(a[2], b[2]);
-    OFFSET_VECTOR mvv =
-        OFFSET_OF(add)(OFFSET_OF(add)(OFFSET_OF(cross)(a[5], b[0]), OFFSET_OF(add)(mixed, mixed)),
-                       OFFSET_OF(cross)(a[0], b[5]));
-    *area2 = OFFSET_OF(norm2)(m);
-    OFFSET_NUMBER g = 1 / OFFSET_SQRT(*area2);
-    n->r = OFFSET_OF(scale)(g, m);
-    mu = OFFSET_OF(scale)(g, mu);
-    mv = OFFSET_OF(scale)(g, mv);
-    OFFSET_NUMBER ju = OFFSET_OF(dot)(n->r, mu), jv = OFFSET_OF(dot)(n->r, mv);
-    n->u = OFFSET_OF(axpy)(-ju, n->r, mu);
-    n->v = OFFSET_OF(axpy)(-jv, n->r, mv);
-    n->uu = OFFSET_NAME(offset_bend)(OFFSET_OF(scale)(g, muu), n->r, n->u, n->u, ju, ju);
-    n->uv = OFFSET_NAME(offset_bend)(OFFSET_OF(scale)(g, muv), n->r, n->u, n->v, ju, jv);
-    n->vv = OFFSET_NAME(offset_bend)(OFFSET_OF(scale)(g, mvv), n->r, n->v, n->v, jv, jv);
+INLINE void NAME(offset_normal_of)(const struct NAME(offset_sides) * sides, JET *n, NUMBER *area2) {
+    const VECTOR *a = sides->a, *b = sides->b;
+    VECTOR m = V(cross)(a[0], b[0]);
+    VECTOR mu = V(add)(V(cross)(a[1], b[0]), V(cross)(a[0], b[1]));
+    VECTOR mv = V(add)(V(cross)(a[2], b[0]), V(cross)(a[0], b[2]));
+    VECTOR mixed = V(cross)(a[1], b[1]);
+    VECTOR muu = V(add)(V(add)(V(cross)(a[3], b[0]), V(add)(mixed, mixed)), V(cross)(a[0], b[3]));
+    mixed = V(add)(V(cross)(a[1], b[2]), V(cross)(a[2], b[1]));
+    VECTOR muv = V(add)(V(add)(V(cross)(a[4], b[0]), mixed), V(cross)(a[0], b[4]));
+    mixed = V(cross)(a[2], b[2]);
+    VECTOR mvv = V(add)(V(add)(V(cross)(a[5], b[0]), V(add)(mixed, mixed)), V(cross)(a[0], b[5]));
+    *area2 = V(norm2)(m);
+    NUMBER g = 1 / N(sqrt)(*area2);
+    n->r = V(scale)(g, m);
+    mu = V(scale)(g, mu);
+    mv = V(scale)(g, mv);
+    NUMBER ju = V(dot)(n->r, mu), jv = V(dot)(n->r, mv);
+    n->u = V(axpy)(-ju, n->r, mu);
+    n->v = V(axpy)(-jv, n->r, mv);
+    n->uu = NAME(offset_bend)(V(scale)(g, muu), n->r, n->u, n->u, ju, ju);
+    n->uv = NAME(offset_bend)(V(scale)(g, muv), n->r, n->u, n->v, ju, jv);
+    n->vv = NAME(offset_bend)(V(scale)(g, mvv), n->r, n->v, n->v, jv, jv);
 }
 
 /* That of r_u and r_v. */
-INLINE void OFFSET_NAME(offset_normal)(const struct THIRD *third, OFFSET_JET *n,
-                                       OFFSET_NUMBER *area2) {
-    const OFFSET_VECTOR *r = third->of;
-    const struct OFFSET_NAME(offset_sides)
+INLINE void NAME(offset_normal)(const struct THIRD *third, JET *n, NUMBER *area2) {
+    const VECTOR *r = third->of;
+    const struct NAME(offset_sides)
         sides = {{r[OF_U], r[OF_UU], r[OF_UV], r[OF_UUU], r[OF_UUV], r[OF_UVV]},
                  {r[OF_V], r[OF_UV], r[OF_VV], r[OF_UUV], r[OF_UVV], r[OF_VVV]}};
-    OFFSET_NAME(offset_normal_of)(&sides, n, area2);
+    NAME(offset_normal_of)(&sides, n, area2);
 }
 
 /* r_h = r + h n */
-INLINE void OFFSET_NAME(offset_add)(const struct THIRD *third, OFFSET_NUMBER h, const OFFSET_JET *n,
-                                    OFFSET_JET *jet) {
-    const OFFSET_VECTOR *r = third->of;
-    jet->r = OFFSET_OF(axpy)(h, n->r, r[OF]);
-    jet->u = OFFSET_OF(axpy)(h, n->u, r[OF_U]);
-    jet->v = OFFSET_OF(axpy)(h, n->v, r[OF_V]);
-    jet->uu = OFFSET_OF(axpy)(h, n->uu, r[OF_UU]);
-    jet->uv = OFFSET_OF(axpy)(h, n->uv, r[OF_UV]);
-    jet->vv = OFFSET_OF(axpy)(h, n->vv, r[OF_VV]);
+INLINE void NAME(offset_add)(const struct THIRD *third, NUMBER h, const JET *n, JET *jet) {
+    const VECTOR *r = third->of;
+    jet->r = V(axpy)(h, n->r, r[OF]);
+    jet->u = V(axpy)(h, n->u, r[OF_U]);
+    jet->v = V(axpy)(h, n->v, r[OF_V]);
+    jet->uu = V(axpy)(h, n->uu, r[OF_UU]);
+    jet->uv = V(axpy)(h, n->uv, r[OF_UV]);
+    jet->vv = V(axpy)(h, n->vv, r[OF_VV]);
 }
 
 #undef JETS
