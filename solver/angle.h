@@ -7,8 +7,7 @@
 #ifndef SOLVER_ANGLE_H
 #define SOLVER_ANGLE_H
 
-#include "vec.h"
-#include "wide.h"
+#include "angle_sinc.h"
 
 #define ANGLE_PI 3.14159265358979323846
 

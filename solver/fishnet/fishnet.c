@@ -2,7 +2,7 @@
 #include "fishnet.h"
 
 #include "fishnet_limits.h"
-#include "solver/angle.h"
+#include "rough.h"
 #include "solver/path/relaxation.h"
 #include "solver/shell/crossing.h"
 #include "solver/shell/shell.h"
@@ -11,11 +11,6 @@ enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5, HOPS_MAX = 16 };
 
 /* Below this sine of the angle between its yarns a cell that finds no corner has collapsed. */
 static const double collapsed_sine = 0.12;
-
-double fishnet_arc_chord(double length, double curvature) {
-    double half = length * curvature / 2;
-    return fabs(half) < ANGLE_PI ? length * angle_sinc(half) : 0;
-}
 
 void fishnet_chords(struct surface_cursor *cursor, enum drape_method method,
                     enum drape_yarn_path path, const double length[2], struct fishnet_cell *cell) {

@@ -47,10 +47,6 @@ struct fishnet_node {
 void fishnet_chords(struct surface_cursor *cursor, enum drape_method method,
                     enum drape_yarn_path path, const double length[2], struct fishnet_cell *cell);
 
-/* The chord of an arc of the given length and curvature: 2 sin(length curvature / 2) / curvature;
- * 0 for arcs of a full turn and more. */
-double fishnet_arc_chord(double length, double curvature);
-
 /* Whether D is the root away from A, and the cell A, C, D, B convex. */
 bool fishnet_right_root(const struct fishnet_cell *cell, const struct surface_point *d);
 

@@ -13,8 +13,10 @@
 #ifndef SOLVER_FISHNET_ROUGH_H
 #define SOLVER_FISHNET_ROUGH_H
 
-#include "rough_limits.h"
+#include "solver/angle.h"
 #include "solver/shell/surface_point.h"
+
+#include "arc.h"
 
 enum rough_kind {
     ROUGH_NOT,    /* an arc of the curvature at one end */
@@ -23,35 +25,13 @@ enum rough_kind {
     ROUGH_EDGE    /* neither: a crease or a joint, or a small radius, lies between the ends */
 };
 
-/* The misfit, as a share of d, of the edge from p to q with this normal curvature at p. */
-static inline double rough_misfit(const struct surface_point *p, const struct surface_point *q,
-                                  double curvature, double d) {
-    struct vec3 along = vec3_sub(q->jet.r, p->jet.r);
-    double rise = curvature * d * d / 2;
-    return (fabs(vec3_dot(along, p->normal) - rise) + fabs(vec3_dot(along, q->normal) + rise)) / d;
-}
-
-/* Whether the surface faces away from one end at the other: it is folded back between them, so that
- * its two sides are nearly parallel and nothing rises above either. */
-static inline bool rough_is_folded_back(const struct surface_point *p,
-                                        const struct surface_point *q) {
-    return vec3_dot(p->normal, q->normal) < 0;
-}
-
-/* Whether misfit and turn alone tell that an edge is an arc. */
-static inline bool rough_is_arc(const struct surface_point *p, const struct surface_point *q,
-                                double curvature, double d) {
-    return rough_misfit(p, q, curvature, d) < ROUGH_MISFIT_SMOOTH &&
-           fabs(curvature) * d < ROUGH_TURN_SMOOTH && !rough_is_folded_back(p, q);
-}
-
 /* What the edge from p to q is, d long, with this normal curvature at p and the *chord of an arc;
  * sets *chord to that of a bent one. */
 enum rough_kind rough_edge(const struct surface_point *p, const struct surface_point *q,
                            double curvature, double d, double *chord);
 
-/* The angle, in radians, with the sine x, |x| <= 1. */
-double rough_arcsine(double x);
+/* The angle, in radians, with the sine x, |x| <= 1, by its tangent. */
+double rough_steep_arcsine(double x);
 
 /* The far end of an edge. */
 struct rough_end {

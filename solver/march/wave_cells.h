@@ -36,6 +36,16 @@ INLINE struct lanes3 vector(const struct wave_places *places, int slot, int n) {
                            number(places, slot, n + 2)};
 }
 
+INLINE struct lanes_point point_at(const struct wave_places *at, int slot) {
+    return (struct lanes_point){
+        .jet = {vector(at, slot, AT_R), vector(at, slot, AT_R + 3), vector(at, slot, AT_R + 6)},
+        .normal = vector(at, slot, AT_NORMAL),
+        .first = {number(at, slot, AT_FIRST), number(at, slot, AT_FIRST + 1),
+                  number(at, slot, AT_FIRST + 2)},
+        .second = {number(at, slot, AT_SECOND), number(at, slot, AT_SECOND + 1),
+                   number(at, slot, AT_SECOND + 2)}};
+}
+
 /* ---- what is expected of D ---- */
 
 /* Takes in the edge from the row below at the last place. */
@@ -69,52 +79,9 @@ INLINE void expect(struct wave *wave, const struct wave_places *c) {
 
 /* ---- chords ---- */
 
-INLINE struct lanes3 projection(struct lanes3 normal, struct lanes3 direction) {
-    return lanes3_axpy(-lanes3_dot(direction, normal), normal, direction);
-}
-
-INLINE lanes form(const struct wave_places *at, int slot, int coefficients, lanes a, lanes b) {
-    lanes e = number(at, slot, coefficients), f = number(at, slot, coefficients + 1);
-    return a * a * e + 2 * a * b * f + b * b * number(at, slot, coefficients + 2);
-}
-
-INLINE lanes normal_curvature(const struct wave_places *at, int slot, struct lanes3 direction) {
-    lanes e = number(at, slot, AT_FIRST), f = number(at, slot, AT_FIRST + 1);
-    lanes g = number(at, slot, AT_FIRST + 2);
-    lanes p = lanes3_dot(direction, vector(at, slot, AT_R + 3));
-    lanes q = lanes3_dot(direction, vector(at, slot, AT_R + 6));
-    lanes a = g * p - f * q, b = e * q - f * p;
-    lanes length2 = form(at, slot, AT_FIRST, a, b);
-    lanes_mask regular = e * g - f * f > SURFACE_POINT_PARALLEL * SURFACE_POINT_PARALLEL * e * g;
-    lanes curvature = form(at, slot, AT_SECOND, a, b) / length2;
-    return lanes_select(regular & (length2 > 0), curvature, lanes_of(0));
-}
-
-/* As surface_point_gauss_curvature. */
-INLINE lanes gauss_curvature(const struct wave_places *at, int slot) {
-    lanes form[2];
-    for (int k = 0; k < 2; k++) {
-        int n = k ? AT_FIRST : AT_SECOND;
-        lanes across = number(at, slot, n + 1);
-        form[k] = number(at, slot, n) * number(at, slot, n + 2) - across * across;
-    }
-    return form[0] / form[1];
-}
-
-/* Of arcs of less than half a radian; the others one by one. */
 INLINE void arc_chords(struct wave *wave, int k, lanes curvature) {
-    lanes half = wave->length[k] * curvature / 2, square = half * half;
-    lanes sum = 1.0 / 362880 - square * (1.0 / 39916800);
-    sum = 1.0 / 5040 - square * sum;
-    sum = 1.0 / 120 - square * sum;
-    sum = 1.0 / 6 - square * sum;
     lanes_store(curvature, wave->curvature[k]);
-    lanes_store(wave->length[k] * (1 - square * sum), wave->chord[k]);
-    for (unsigned long_ones = ~lanes_bits(square < 0.0625) & LANES_ALL; long_ones;
-         long_ones &= long_ones - 1) {
-        int lane = __builtin_ctz(long_ones);
-        wave->chord[k][lane] = fishnet_arc_chord(wave->length[k], wave->curvature[k][lane]);
-    }
+    lanes_store(fishnet_arc_chord_lanes(wave->length[k], curvature), wave->chord[k]);
 }
 
 INLINE void find_chords(struct wave *wave, const struct wave_places *a, const struct wave_places *b,
@@ -126,11 +93,13 @@ INLINE void find_chords(struct wave *wave, const struct wave_places *a, const st
         }
         return;
     }
-    struct lanes3 at = vector(a, 0, AT_R), normal = vector(a, 0, AT_NORMAL);
-    struct lanes3 ab = projection(normal, lanes3_sub(vector(b, 1, AT_R), at));
-    struct lanes3 ac = projection(normal, lanes3_sub(vector(c, 0, AT_R), at));
-    arc_chords(wave, 1, normal_curvature(c, 0, ab));
-    arc_chords(wave, 0, normal_curvature(b, 1, ac));
+    const struct lanes_point at = point_at(a, 0), at_b = point_at(b, 1), at_c = point_at(c, 0);
+    struct lanes3 ab =
+        surface_point_projection_lanes(&at, lanes3_sub(vector(b, 1, AT_R), at.jet.r));
+    struct lanes3 ac =
+        surface_point_projection_lanes(&at, lanes3_sub(vector(c, 0, AT_R), at.jet.r));
+    arc_chords(wave, 1, surface_point_normal_curvature_lanes(&at_c, ab));
+    arc_chords(wave, 0, surface_point_normal_curvature_lanes(&at_b, ac));
 }
 
 /* ---- corrections ---- */
@@ -149,8 +118,9 @@ INLINE struct lanes3 bend(const struct wave_before *at, int slot, int k) {
 /* As correction_agrees. */
 INLINE lanes_mask agrees(double d, struct lanes3 bend, const struct wave_places *at, int slot,
                          lanes curvature) {
+    const struct lanes_point point = point_at(at, slot);
     lanes expected = lanes_abs(curvature) * d * d,
-          net = lanes_abs(gauss_curvature(at, slot)) * d * d;
+          net = lanes_abs(surface_point_gauss_curvature_lanes(&point)) * d * d;
     lanes miss = lanes_abs(lanes3_dot(bend, vector(at, slot, AT_NORMAL)) - curvature * d * d);
     return (miss <= CORRECTION_SHARE * expected + CORRECTION_LEAST * d) &
            (miss * expected <= CORRECTION_PRODUCT * correction_apart(net) * d * d);
@@ -459,28 +429,16 @@ INLINE lanes_mask agrees_at_end(const struct wave *wave, int k, const struct wav
     memcpy(&whole, wave->whole[k], sizeof whole);
     struct lanes3 far = {lanes_load(wave->bend[k][0]), lanes_load(wave->bend[k][1]),
                          lanes_load(wave->bend[k][2])};
-    return agrees(wave->length[k], far, d, 1, normal_curvature(d, 1, chord)) | ~whole;
+    const struct lanes_point at_d = point_at(d, 1);
+    return agrees(wave->length[k], far, d, 1, surface_point_normal_curvature_lanes(&at_d, chord)) |
+           ~whole;
 }
 
-INLINE struct lanes_end end_at(const struct wave_places *at, int slot) {
-    return (struct lanes_end){.r = vector(at, slot, AT_R),
-                              .u = vector(at, slot, AT_R + 3),
-                              .v = vector(at, slot, AT_R + 6),
-                              .normal = vector(at, slot, AT_NORMAL),
-                              .first = {number(at, slot, AT_FIRST), number(at, slot, AT_FIRST + 1),
-                                        number(at, slot, AT_FIRST + 2)},
-                              .second = {number(at, slot, AT_SECOND),
-                                         number(at, slot, AT_SECOND + 1),
-                                         number(at, slot, AT_SECOND + 2)}};
-}
-
-INLINE struct lanes_end end_of(const struct lanes_cell *cell, const struct lanes_forms *forms) {
-    return (struct lanes_end){.r = cell->jet.r,
-                              .u = cell->jet.u,
-                              .v = cell->jet.v,
-                              .normal = forms->normal,
-                              .first = {forms->first[0], forms->first[1], forms->first[2]},
-                              .second = {forms->second[0], forms->second[1], forms->second[2]}};
+INLINE struct lanes_point point_of(const struct lanes_cell *cell, const struct lanes_forms *forms) {
+    return (struct lanes_point){.jet = {cell->jet.r, cell->jet.u, cell->jet.v},
+                                .normal = forms->normal,
+                                .first = {forms->first[0], forms->first[1], forms->first[2]},
+                                .second = {forms->second[0], forms->second[1], forms->second[2]}};
 }
 
 /* D of those of the lanes `wanted` that find one from where the cell begins. */
@@ -521,21 +479,22 @@ INLINE void choose_corner(lanes_mask choose, const struct lanes_cell *from,
 /* As solve_uneven where nothing is rough: looks at the edges to D, of which `ends` are the
  * beginnings, of the lanes `uneven`; where one is bent D moves to the end of its chord. Those whose
  * edges are laid thereby. */
-INLINE lanes_mask lay_bent(struct wave *wave, lanes_mask uneven, const struct lanes_end ends[2],
+INLINE lanes_mask lay_bent(struct wave *wave, lanes_mask uneven, const struct lanes_point ends[2],
                            struct lanes_cell *cell, struct lanes_forms *forms) {
     struct lanes_cell again = *cell;
     struct lanes_forms new_forms;
-    const struct lanes_end d = end_of(cell, forms);
+    const struct lanes_point d = point_of(cell, forms);
+    const lanes side[2] = {lanes_of(wave->surface->side), lanes_of(wave->surface->side)};
     lanes_mask laid = uneven, moved = uneven ^ uneven;
     for (int k = 0; k < 2; k++) {
         lanes *chord = k ? &again.cd : &again.bd, before = *chord;
         double length = wave->length[k];
-        struct lanes_edge edge = lanes_rough_edge(&ends[k], &d, lanes_load(wave->curvature[k]),
-                                                  length, before, wave->surface->side);
-        *chord = edge.chord;
-        laid &=
-            (edge.smooth | edge.bent) & (lanes_abs(edge.chord - before) <= ROUGH_FAR_OFF * length);
-        moved |= edge.chord != before;
+        struct edge_kind_lanes kind = find_edge_kind_lanes(
+            &ends[k], &d, lanes_load(wave->curvature[k]), length, before, side);
+        lanes_mask bent = kind.known & kind.even & ~kind.arc;
+        *chord = lanes_select(bent, kind.chord, before);
+        laid &= (kind.arc | bent) & (lanes_abs(*chord - before) <= ROUGH_FAR_OFF * length);
+        moved |= *chord != before;
     }
     moved &= laid;
     if (!lanes_bits(moved))
@@ -565,12 +524,12 @@ static void solve(struct wave *wave) {
         active &= ~near_pole(wave->surface, &cell.c, &reach2);
     }
     const struct wave_places *b = wave_at(wave, 1);
-    const struct lanes_end ends[2] = {end_at(b, 1), end_at(b, 0)};
+    const struct lanes_point ends[2] = {point_at(b, 1), point_at(b, 0)};
     lanes_mask found = find_corner(wave, active, ends[0].normal, &cell, &forms);
-    const struct lanes_end d = end_of(&cell, &forms);
+    const struct lanes_point d = point_of(&cell, &forms);
     lanes_mask smooth =
-        lanes_is_arc(&ends[0], &d, lanes_load(wave->curvature[0]), wave->length[0]) &
-        lanes_is_arc(&ends[1], &d, lanes_load(wave->curvature[1]), wave->length[1]);
+        rough_is_arc_lanes(&ends[0], &d, lanes_load(wave->curvature[0]), wave->length[0]) &
+        rough_is_arc_lanes(&ends[1], &d, lanes_load(wave->curvature[1]), wave->length[1]);
     lanes_mask uneven = found & ~smooth;
     lanes_mask inside = within(wave, cell.u, cell.v) &
                         within(wave, lanes_load(wave->expected[0]), lanes_load(wave->expected[1]));

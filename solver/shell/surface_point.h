@@ -84,80 +84,9 @@ enum surface_point_zone surface_point_zone_on_face(struct surface_cursor *cursor
                                                    const struct surface_point *point,
                                                    const struct crossing *crossing);
 
-/* ---- the tangent plane: inline, because every node needs it several times ---- */
-
 /* Tangents this nearly parallel (sine of their angle) span no tangent plane. */
 #define SURFACE_POINT_PARALLEL 1e-9
 
-/* With E, F, G the first fundamental form and (p, q) = direction . (r_u, r_v), the components are
- * (G p - F q, E q - F p) / (E G - F^2); this is the numerator. */
-static inline void surface_point_scaled_components(const struct surface_point *point,
-                                                   struct vec3 direction, double ab[2]) {
-    const double *first = point->first;
-    double p = vec3_dot(direction, point->jet.u), q = vec3_dot(direction, point->jet.v);
-    ab[0] = first[2] * p - first[1] * q;
-    ab[1] = first[0] * q - first[1] * p;
-}
-
-static inline double surface_point_determinant(const struct surface_point *point) {
-    return point->first[0] * point->first[2] - point->first[1] * point->first[1];
-}
-
-/* Whether r_u and r_v are not parallel; written so that NaN says no. */
-static inline bool surface_point_is_regular(const struct surface_point *point) {
-    double least =
-        SURFACE_POINT_PARALLEL * SURFACE_POINT_PARALLEL * point->first[0] * point->first[2];
-    return surface_point_determinant(point) > least;
-}
-
-/* Components (a, b) of the projection of `direction` on the tangent plane: r_u a + r_v b. False
- * where r_u and r_v are parallel. */
-static inline bool surface_point_components(const struct surface_point *point,
-                                            struct vec3 direction, double ab[2]) {
-    if (!surface_point_is_regular(point))
-        return false;
-    double inverse = 1 / surface_point_determinant(point);
-    surface_point_scaled_components(point, direction, ab);
-    ab[0] *= inverse;
-    ab[1] *= inverse;
-    return true;
-}
-
-/* `direction` projected on the tangent plane, zero when it is normal to the surface; and that as a
- * unit vector. */
-static inline struct vec3 surface_point_projection(const struct surface_point *point,
-                                                   struct vec3 direction) {
-    double along = vec3_dot(direction, point->normal);
-    return vec3_axpy(-along, point->normal, direction);
-}
-
-static inline struct vec3 surface_point_tangent(const struct surface_point *point,
-                                                struct vec3 direction) {
-    return vec3_unit(surface_point_projection(point, direction));
-}
-
-/* a^2, 2 a b, b^2 weighted by a fundamental form */
-static inline double surface_point_form(const double coefficients[3], const double ab[2]) {
-    return ab[0] * ab[0] * coefficients[0] + 2 * ab[0] * ab[1] * coefficients[1] +
-           ab[1] * ab[1] * coefficients[2];
-}
-
-/* Normal curvature II(t, t) / I(t, t) in the direction t of the projection of `direction`
- * (paper, equation 12), in 1 / length, positive where the surface bends towards the normal; a ratio
- * of forms, so that the length of t does not matter. 0 where there is none. */
-static inline double surface_point_normal_curvature(const struct surface_point *point,
-                                                    struct vec3 direction) {
-    double ab[2];
-    surface_point_scaled_components(point, direction, ab);
-    double length2 = surface_point_form(point->first, ab);
-    bool good = surface_point_is_regular(point) && length2 > 0;
-    return good ? surface_point_form(point->second, ab) / length2 : 0;
-}
-
-/* Gaussian curvature, det II / det I. */
-static inline double surface_point_gauss_curvature(const struct surface_point *point) {
-    const double *second = point->second;
-    return (second[0] * second[2] - second[1] * second[1]) / surface_point_determinant(point);
-}
+#include "tangent_plane.h"
 
 #endif
