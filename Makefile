@@ -58,10 +58,15 @@ SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 .PHONY: all help demo check test lint format install install-import deb sbom clean
 all: $(B)/draped $(B)/drape $(B)/drape-import ## build/draped, build/drape and build/drape-import
 
-# Installs what the build needs, once; `make test` asks for more.
+# Installs what the build needs, once; `make test` asks for more. One step after the other, since dpkg
+# takes one at a time; what needs the first alone is compiled beside the others.
 $(B)/.setup: deploy/setup.sh
-	@deploy/setup.sh build
+	@deploy/setup.sh compile
 	@mkdir -p $(B) && touch $@
+$(B)/.setup-import: $(B)/.setup
+	@deploy/setup.sh import && touch $@
+$(B)/.setup-page: $(B)/.setup-import
+	@deploy/setup.sh page && touch $@
 
 $(B)/%.o: %.c Makefile | $(B)/.setup
 	@mkdir -p $(@D)
@@ -82,7 +87,7 @@ VIEWER := $(wildcard server/viewer/*.html server/viewer/*.css server/viewer/*.js
 THREE := server/viewer/node_modules/three
 THREE_FILES := $(THREE)/build/three.module.min.js $(THREE)/build/three.core.min.js \
                $(THREE)/examples/jsm/controls/OrbitControls.js $(THREE)/examples/jsm/curves/NURBSUtils.js
-$(THREE)/package.json: server/viewer/package-lock.json | $(B)/.setup
+$(THREE)/package.json: server/viewer/package-lock.json | $(B)/.setup-page
 	@npm ci --silent --no-audit --no-fund --ignore-scripts --prefix server/viewer && touch $@
 $(B)/gen/viewer_files.h: server/viewer/embed.py $(VIEWER) $(THREE)/package.json
 	@mkdir -p $(@D)
@@ -128,6 +133,7 @@ OCC_LIBS := -lTKXDESTEP -lTKXDEIGES -lTKSTEP -lTKSTEPBase -lTKIGES -lTKXSBase -l
             -lTKMath -lTKernel
 $(B)/import/%.o: CXXFLAGS := $(filter-out -fno-exceptions -fno-rtti $(OPT),$(CXXFLAGS)) -O1 \
                                  -isystem /usr/include/opencascade
+$(patsubst %.cc,$(B)/%.o,$(wildcard import/*.cc)): | $(B)/.setup-import
 $(B)/drape-import: $(IMPORT_OBJ) $(LIBS)
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(OCC_LIBS) -lseccomp $(API_LIBS)
 
@@ -136,7 +142,8 @@ include tests/tests.mk
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-16s%s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-demo: all ## builds, starts a daemon, drapes the examples and compares them with exact answers
+demo: ## builds, starts a daemon, drapes the examples and compares them with exact answers
+	@$(MAKE) --no-print-directory -j$(JOBS) all
 	@deploy/demo.sh $(B)
 
 check: ## every day: build, checks of the source, unit tests, short exact ones, drapes over HTTP

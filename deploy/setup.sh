@@ -1,12 +1,16 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # Installs what is missing to build, run and test draped on Debian 12; does nothing on a machine
-# that has it all. Usage: deploy/setup.sh build|package|image|fuzz|test|filling|freecad
+# that has it all. Usage: deploy/setup.sh compile|import|page|package|image|fuzz|test|filling|freecad
 set -eu
 
-build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
-    libzstd-dev libseccomp-dev libocct-data-exchange-dev libhdf5-dev python3-yaml curl jq'
-command -v npm >/dev/null || build="$build nodejs npm"
+# In three steps, so that what needs the first alone is compiled while the others are fetched.
+compile='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
+    libzstd-dev libseccomp-dev libhdf5-dev python3-yaml curl jq'
+import='libocct-data-exchange-dev'
+page=
+command -v npm >/dev/null || page='nodejs npm'
+build="$compile $import $page"
 package='build-essential debhelper' # for make deb
 # The last lines: readers of result formats that others wrote, a solver that runs decks, the browser.
 tests='bats libcmocka-dev clang-format-14 procps wrk gcovr valgrind
@@ -16,7 +20,9 @@ tests='bats libcmocka-dev clang-format-14 procps wrk gcovr valgrind
     calculix-ccx python3-h5py chromium'
 
 case "${1:-}" in
-build) wanted=$build ;;
+compile) wanted=$compile ;;
+import) wanted=$import ;;
+page) wanted=$page ;;
 package) wanted="$build $package" ;;
 image) wanted="$build $package buildah mmdebstrap curl jq procps" ;;
 fuzz) wanted="$build clang-14 libclang-rt-14-dev llvm-14 python3-h11" ;;
@@ -24,7 +30,7 @@ test) wanted="$build $package $tests" ;;
 filling) wanted="$build python3-dolfinx-real python3-matplotlib" ;; # 800 MB of finite elements
 freecad) wanted="$build python3-numpy freecad-python3" ;;           # 800 MB, too
 *)
-    echo "usage: $0 build|package|image|fuzz|test|filling|freecad" >&2
+    echo "usage: $0 compile|import|page|package|image|fuzz|test|filling|freecad" >&2
     exit 2
     ;;
 esac
@@ -76,11 +82,12 @@ if [ -n "$root" ] && ! command -v sudo >/dev/null; then
     exit 1
 fi
 echo "installing:$missing" >&2
-{
-    $root apt-get update &&
-        $root env DEBIAN_FRONTEND=noninteractive \
-            apt-get install --yes --no-install-recommends $missing
-} >"$log" 2>&1 || {
+install() {
+    $root env DEBIAN_FRONTEND=noninteractive \
+        apt-get install --yes --no-install-recommends $missing
+}
+# The lists are read anew when they are missing or name packages that are gone.
+{ install || { $root apt-get update && install; }; } >"$log" 2>&1 || {
     cat "$log" >&2
     echo "$0: could not install:$missing" >&2
     exit 1

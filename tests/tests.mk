@@ -40,7 +40,7 @@ $(ANSWERS): CFLAGS := $(filter-out $(OPT) $(SANITIZE),$(CFLAGS)) -O3
 tests: $(TESTS) $(REPLAYS) $(B)/tests/import/make_parts
 
 # What writes the CAD files that the importer is tested with; no part of what is tested.
-$(B)/tests/import/make_parts: tests/import/make_parts.cc | $(B)/.setup
+$(B)/tests/import/make_parts: tests/import/make_parts.cc | $(B)/.setup-import
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(CXX) -std=c++17 -O1 -isystem /usr/include/opencascade -o $@ $< -lTKXDESTEP \
 	    -lTKFillet -lTKOffset -lTKBO -lTKBool -lTKPrim $(OCC_LIBS)

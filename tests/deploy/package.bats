@@ -46,7 +46,7 @@ teardown() {
 @test "deploy: the package is of this version, and builds from what setup.sh installs" {
     [ "$(dpkg-deb -f "$DEB" Version)" = "$("$DRAPED" --version | sed 's/draped //')" ]
     # What `make` needs is a build dependency, but for compilers and what the demo calls.
-    sed -n "/^build='/,/'\$/p" deploy/setup.sh | tr -s " '" '\n\n' | sed 's/^build=//' |
+    sed -n "/^compile='/,/'\$/p; /^import='/p" deploy/setup.sh | tr -s " '" '\n\n' |
         grep -E -- '-dev$|^python3' | sort >"$BATS_TEST_TMPDIR/setup"
     [ -s "$BATS_TEST_TMPDIR/setup" ]
     sed -n '/^Build-Depends:/,/^[^ B]/p' deploy/debian/control | grep -oE '^ [a-z0-9-]+' |
