@@ -212,17 +212,18 @@ static bool start_dispatcher(struct service *service) {
     return service->dispatcher || refuse("workers", "their threads cannot be started");
 }
 
-/* As many places in each lane as there are cores, and two at least: a slow one is then never alone.
+/* As many processes of each queue as there are cores, and two at least: a slow one is then never
+ * alone.
  */
 static bool start_document_pool(struct service *service) {
     const struct config *config = service->config;
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    int places = cores < 2                          ? 2
-                 : cores > DOCUMENT_POOL_PLACES_MAX ? DOCUMENT_POOL_PLACES_MAX
-                                                    : (int)cores;
+    int processes = cores < 2                             ? 2
+                    : cores > DOCUMENT_POOL_PROCESSES_MAX ? DOCUMENT_POOL_PROCESSES_MAX
+                                                          : (int)cores;
     const struct document_pool_settings settings = {
-        .express = places,
-        .slow = places,
+        .fast = processes,
+        .slow = processes,
         .memory = config->check_memory,
         .timeout_ms = config->check_timeout * 1000,
         .map_timeout_ms = config->job_timeout * 1000,

@@ -48,7 +48,7 @@ SANITIZED_ALONE = ("http/errors", "http/framing", "http/import", "http/jobs", "h
                    "http/service", "http/studies", "http/surfaces", "http/tokens",
                    "faults/test_disk", "store/test_store_faults")
 # What waits for children and for time: not every day.
-WAITING = ("server/test_checkers", "server/test_dispatcher", "server/test_sandbox")
+WAITING = ("server/test_document_pool", "server/test_dispatcher", "server/test_sandbox")
 PLAIN_ALONE = ("http/docs", "http/readers", "faults/test_kills", "faults/test_slow")
 
 

@@ -4,53 +4,59 @@
 #include "api/request/material.h"
 #include "api/run.h"
 #include "checker_task.h"
+#include "frame.h"
 #include "sandbox.h"
 #include "worker.h"
-#include <errno.h>
 #include <malloc.h>
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/socket.h>
-#include <sys/uio.h>
 #include <unistd.h>
 
 /* Kept between orders: most need no new memory from the system. */
 enum { KEPT_BYTES = 4 * 1024 * 1024 };
 
-/* Finds the documents in the packet and in the files. */
-static bool find_documents(struct checker_task *task, size_t packet_length) {
+_Static_assert((int)CHECKER_DOCUMENTS + 1 <= (int)FRAME_FILES_MAX, "all files fit in a frame");
+_Static_assert(sizeof(struct checker_answer) <= FRAME_MAX_BYTES, "an answer fits in a frame");
+
+/* Receives the next order with its documents: short ones behind it, the others as files. */
+static enum frame_state receive_order(struct checker_task *task) {
     static char empty[1];
-    size_t at = 0;
+    size_t inlined = 0;
     int file = 0;
-    for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
+    enum frame_state state = frame_expect(WORKER_FD, FRAME_ORDER, &task->order, sizeof task->order,
+                                          task->file, &task->files);
+    for (int k = 0; k < CHECKER_DOCUMENTS && state == FRAME_READY; k++) {
         size_t length = task->order.length[k];
         if (!(task->order.files & 1u << k)) {
-            task->document[k] = task->packet + at;
-            at += length;
-            if (length > packet_length || at > packet_length)
-                return false;
+            if (length > sizeof task->packet - inlined)
+                return FRAME_BROKEN;
+            task->document[k] = task->packet + inlined;
+            inlined += length;
             continue;
         }
         task->document[k] = empty;
         if (file == task->files)
-            return false;
-        if (!length) {
-            file++;
-            continue;
-        }
-        void *bytes = mmap(NULL, length, PROT_READ, MAP_PRIVATE, task->file[file++], 0);
+            return FRAME_BROKEN;
+        void *bytes = NULL;
+        if (length)
+            bytes = mmap(NULL, length, PROT_READ, MAP_PRIVATE, task->file[file], 0);
+        file++;
         if (bytes == MAP_FAILED)
-            return false;
-        task->document[k] = task->mapped[k] = bytes;
+            return FRAME_BROKEN;
+        if (bytes)
+            task->document[k] = task->mapped[k] = bytes;
     }
-    task->output = task->order.files & 1u << CHECKER_DOCUMENTS ? task->file[file++] : -1;
-    return file == task->files;
+    if (state != FRAME_READY)
+        return state;
+    task->output = -1;
+    if (task->order.files & 1u << CHECKER_DOCUMENTS && file < task->files)
+        task->output = task->file[file++];
+    return file == task->files && frame_receive(WORKER_FD, task->packet, inlined) ? FRAME_READY
+                                                                                  : FRAME_BROKEN;
 }
 
-static void clear(struct checker_task *task) {
+static void clear_order(struct checker_task *task) {
     uint64_t used = 0;
     for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
         if (task->mapped[k])
@@ -65,50 +71,15 @@ static void clear(struct checker_task *task) {
         malloc_trim(0);
 }
 
-/* The length of the documents in the packet; negative at the end. */
-static ssize_t receive(struct checker_task *task) {
-    struct iovec parts[] = {{&task->order, sizeof task->order},
-                            {task->packet, sizeof task->packet}};
-    union {
-        struct cmsghdr head;
-        char bytes[CMSG_SPACE(CHECKER_FILES_MAX * sizeof(int))];
-    } control;
-    struct msghdr message = {.msg_iov = parts,
-                             .msg_iovlen = 2,
-                             .msg_control = control.bytes,
-                             .msg_controllen = sizeof control.bytes};
-    ssize_t got;
-    do
-        got = recvmsg(WORKER_FD, &message, MSG_CMSG_CLOEXEC);
-    while (got < 0 && errno == EINTR);
-    if (got < (ssize_t)sizeof task->order || message.msg_flags & (MSG_TRUNC | MSG_CTRUNC))
-        return -1;
-    struct cmsghdr *files = CMSG_FIRSTHDR(&message);
-    task->files = files ? (int)((files->cmsg_len - CMSG_LEN(0)) / sizeof(int)) : 0;
-    if (files)
-        memcpy(task->file, CMSG_DATA(files), (size_t)task->files * sizeof(int));
-    return got - (ssize_t)sizeof task->order;
-}
-
 /* Of a problem as many places as there are. */
 static bool send_answer(const struct checker_answer *answer) {
     size_t places = answer->problem.count < API_ERRORS_MAX ? answer->problem.count : API_ERRORS_MAX;
     size_t length =
         offsetof(struct checker_answer, problem.place) + places * sizeof answer->problem.place[0];
-    return send(WORKER_FD, answer, length, MSG_NOSIGNAL) == (ssize_t)length;
+    return frame_send(WORKER_FD, FRAME_ANSWER, answer, length);
 }
 
 /* ------------------------------------------------------------------ the process */
-
-/* No life without the daemon. What an order frees stays with the process, up to KEPT_BYTES. */
-static bool set_up(void) {
-    signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN);
-    mallopt(M_TRIM_THRESHOLD, KEPT_BYTES);
-    mallopt(M_MMAP_THRESHOLD, KEPT_BYTES);
-    return api_prepare() && prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 &&
-           sandbox_enter(WORKER_FD, CHECKER_FILES_MAX);
-}
 
 /* Bytes of address space, 0 when that cannot be read. */
 static uint64_t address_space(void) {
@@ -125,23 +96,22 @@ static uint64_t address_space(void) {
 int checker_serve(const struct checker_abilities *abilities) {
     static struct checker_task task;
     const struct checker_hello hello = {address_space()};
-    ssize_t length;
-    if (!hello.address_space || !set_up() ||
-        send(WORKER_FD, &hello, sizeof hello, MSG_NOSIGNAL) != (ssize_t)sizeof hello)
+    enum frame_state state;
+    if (!hello.address_space || !api_prepare() ||
+        !sandbox_begin(WORKER_FD, FRAME_FILES_MAX, KEPT_BYTES) ||
+        !frame_send(WORKER_FD, FRAME_HELLO, &hello, sizeof hello))
         return 1;
-    while ((length = receive(&task)) >= 0) {
+    while ((state = receive_order(&task)) == FRAME_READY) {
         memset(&task.answer, 0, offsetof(struct checker_answer, problem.place));
         task.buffered = 0;
-        bool good = find_documents(&task, (size_t)length);
-        if (good && abilities->before)
+        if (abilities->before)
             abilities->before(task.document[CHECKER_BODY], task.order.length[CHECKER_BODY]);
-        if (good)
-            checker_task_carry_out(&task, abilities);
-        clear(&task);
-        if (!good || !send_answer(&task.answer))
+        checker_task_carry_out(&task, abilities);
+        clear_order(&task);
+        if (!send_answer(&task.answer))
             return 1;
     }
-    return 0;
+    return state == FRAME_CLOSED ? 0 : 1;
 }
 
 int checker_main(void) {

@@ -4,16 +4,17 @@
 #define SERVER_WORK_CHECKER_TASK_H
 
 #include "checker.h"
+#include "frame.h"
 
-enum { CHECKER_FILES_MAX = CHECKER_DOCUMENTS + 1, CHECKER_WRITE_BYTES = 128 * 1024 };
+enum { CHECKER_WRITE_BYTES = 128 * 1024 };
 
 struct checker_task {
     struct checker_order order;
-    char packet[CHECKER_INLINE_MAX];
+    char packet[CHECKER_INLINE_MAX]; /* short documents */
     const char *document[CHECKER_DOCUMENTS];
-    void *mapped[CHECKER_DOCUMENTS];    /* of those that are files */
-    int file[CHECKER_FILES_MAX], files; /* received with it */
-    int output;                         /* -1: none */
+    void *mapped[CHECKER_DOCUMENTS];  /* of those that are files */
+    int file[FRAME_FILES_MAX], files; /* received with it */
+    int output;                       /* -1: none */
     size_t buffered;
     char buffer[CHECKER_WRITE_BYTES]; /* of what is written */
     struct checker_answer answer;

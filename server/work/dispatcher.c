@@ -93,7 +93,7 @@ static bool ready_worker(struct lane *lane) {
     }
     if (child_running(&lane->child))
         return true;
-    if (!child_start(&lane->child, NULL, WORKER_ARGUMENT, SOCK_STREAM))
+    if (!child_start(&lane->child, NULL, WORKER_ARGUMENT))
         return false;
     if (!job_run_bound(&lane->dispatcher->shared, &lane->child)) {
         child_kill(&lane->child);

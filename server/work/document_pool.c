@@ -1,78 +1,136 @@
 /* SPDX-License-Identifier: MIT */
 #include "document_pool.h"
 
-#include "document_pool_parts.h"
+#include "document_pool_internal.h"
 #include "server/clock.h"
+#include "server/log.h"
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
-enum { LOOK_MS = 50 }; /* how soon a dropped check, or the end of the pool, is noticed */
+enum {
+    LOOK_MS = 50,      /* how soon a dropped check, or the end of the pool, is noticed */
+    SLOW_NICENESS = 10 /* of a process in the slow queue, above ours */
+};
 
-static bool is_unwanted(struct check *check) {
-    pthread_mutex_lock(&check->pool->lock);
-    bool unwanted = check->dropped || check->pool->stopping;
-    pthread_mutex_unlock(&check->pool->lock);
-    return unwanted;
+/* ------------------------------------------------------------------ a process */
+
+bool document_pool_can_import(void) {
+    char importer[CHILD_PATH_SIZE];
+    child_beside(DOCUMENT_POOL_IMPORTER, importer);
+    return access(importer, X_OK) == 0;
 }
 
-static bool must_yield(struct check *check, int64_t now) {
-    pthread_mutex_lock(&check->pool->lock);
-    bool yields = lane_must_yield(check->pool, check, now);
-    pthread_mutex_unlock(&check->pool->lock);
-    return yields;
+/* Starts the process if none runs, or another program, and waits for its word that it is locked
+ * in. */
+static bool process_start(struct document_pool *pool, struct checker_process *process,
+                          bool imports) {
+    struct checker_hello hello;
+    char importer[CHILD_PATH_SIZE];
+    if (child_running(&process->child) && process->imports == imports)
+        return true;
+    child_kill(&process->child);
+    child_beside(DOCUMENT_POOL_IMPORTER, importer);
+    if (!child_start(&process->child, imports ? importer : NULL, CHECKER_ARGUMENT))
+        return false;
+    process->imports = imports;
+    process->limit = 0;
+    process->slow = false;
+    if (frame_expect(process->child.socket, FRAME_HELLO, &hello, sizeof hello, NULL, NULL) !=
+        FRAME_READY) {
+        child_kill(&process->child);
+        return false;
+    }
+    process->base = hello.address_space;
+    child_bound(&process->child, RLIMIT_FSIZE, (uint64_t)pool->settings.max_output);
+    return true;
 }
 
-/* What to do with a check that has no answer yet. */
-static enum check_outcome look(struct check *check) {
-    int64_t now = clock_ms();
-    if (is_unwanted(check))
-        return OUTCOME_DROPPED;
-    if (now >= check->packet.deadline_ms)
-        return OUTCOME_TIMEOUT;
-    if (check->lane == LANE_SLOW)
-        return must_yield(check, now) ? OUTCOME_AGAIN : OUTCOME_LATER;
-    if (now < check->begun_ms + DOCUMENT_POOL_EXPRESS_MS)
-        return OUTCOME_LATER;
-    enum check_outcome outcome = lane_move_to_slow(check->pool, check);
-    if (outcome == OUTCOME_LATER)
-        place_lower(check->place);
-    return outcome;
+/* Bounds its memory for the order, whose documents are mapped beside it; most orders have the same.
+ */
+static void process_bound(struct check *check) {
+    struct checker_process *process = check->process;
+    uint64_t limit = process->base + (uint64_t)check->reserve;
+    for (int k = 0; k < CHECKER_DOCUMENTS; k++)
+        limit += check->files[k] >= 0 ? check->packet.length[k] : 0;
+    if (process->limit == limit)
+        return;
+    process->limit = limit;
+    child_bound(&process->child, RLIMIT_AS, limit);
 }
+
+/* Ends it; a crash is said in the log. */
+static void process_end(struct checker_process *process, bool crashed) {
+    char why[CHILD_WHY_SIZE];
+    if (crashed) {
+        child_reap(&process->child, why);
+        log_warning(log_event("checker_crashed"), log_text("why", why),
+                    log_text("program", process->imports ? DOCUMENT_POOL_IMPORTER : "draped"));
+    } else {
+        child_kill(&process->child);
+    }
+}
+
+/* Gives it the priority of the slow queue. */
+static void process_lower(struct checker_process *process) {
+    if (!process->slow)
+        child_lower(&process->child, SLOW_NICENESS);
+    process->slow = true;
+}
+
+/* ------------------------------------------------------------------ a check on its process */
 
 /* On a thread of the pool: follows an order that has been sent to its end. */
-static enum check_outcome follow(struct check *check) {
-    enum check_outcome outcome = OUTCOME_LATER;
-    while (outcome == OUTCOME_LATER) {
-        int64_t until = check->lane == LANE_EXPRESS ? check->begun_ms + DOCUMENT_POOL_EXPRESS_MS
-                                                    : check->packet.deadline_ms;
-        int64_t wait = until - clock_ms();
-        outcome = check_receive(check, wait < LOOK_MS ? wait : LOOK_MS);
-        if (outcome == OUTCOME_LATER)
-            outcome = look(check);
+static enum check_outcome follow_check(struct check *check) {
+    struct document_pool *pool = check->pool;
+    for (;;) {
+        bool fast = check->queue == QUEUE_FAST;
+        int64_t fast_until = check->begun_ms + DOCUMENT_POOL_FAST_MS;
+        int64_t wait = (fast ? fast_until : check->packet.deadline_ms) - clock_ms();
+        enum check_outcome outcome = check_receive(check, wait < LOOK_MS ? wait : LOOK_MS);
+        if (outcome != CHECK_LATER)
+            return outcome;
+        int64_t now = clock_ms();
+        pthread_mutex_lock(&pool->lock);
+        bool unwanted = check->dropped || pool->stopping;
+        bool yields = !unwanted && !fast && now < check->packet.deadline_ms &&
+                      queue_must_yield(pool, check, now);
+        pthread_mutex_unlock(&pool->lock);
+        if (unwanted)
+            return CHECK_DROPPED;
+        if (now >= check->packet.deadline_ms)
+            return CHECK_TIMEOUT;
+        if (yields)
+            return CHECK_AGAIN;
+        if (!fast || now < fast_until)
+            continue;
+        outcome = queue_move_to_slow(pool, check);
+        if (outcome != CHECK_LATER)
+            return outcome;
+        process_lower(check->process);
     }
-    return outcome;
 }
 
-/* The end of a check: gives back the place, keeps of the files what was written, and notifies the
- * caller, or frees the check if that has gone. A process of the slow lane keeps its low priority,
+/* The end of a check: gives back the process, keeps of the files what was written, and notifies the
+ * caller, or frees the check if that has gone. A process of the slow queue keeps its low priority,
  * so it is not used again. */
-static void finish(struct check *check, enum check_outcome outcome, bool notify) {
+static void finish_check(struct check *check, enum check_outcome outcome, bool notify) {
     struct document_pool *pool = check->pool;
     char subject[ID_SIZE];
-    if (outcome != OUTCOME_ANSWER || check->place->slow)
-        place_end(check->place, outcome == OUTCOME_CRASHED);
+    if (outcome != CHECK_ANSWER || check->process->slow)
+        process_end(check->process, outcome == CHECK_CRASHED);
     check_explain(check, outcome);
     check_close(check, CHECKER_DOCUMENTS);
     memcpy(subject, check->subject, sizeof subject);
     pthread_mutex_lock(&pool->lock);
-    if (check->lane == LANE_EXPRESS && check->answer.processor_us > DOCUMENT_POOL_QUICK_MS * 1000)
-        lane_note_long(pool, check->owner, clock_ms());
-    lane_leave(pool, check);
+    if (check->queue == QUEUE_FAST && check->answer.processor_us > DOCUMENT_POOL_QUICK_MS * 1000)
+        queue_note_long(pool, check->owner, clock_ms());
+    queue_leave(pool, check);
     pool->stats.done++;
-    pool->stats.crashes += outcome == OUTCOME_CRASHED;
-    pool->stats.timeouts += outcome == OUTCOME_TIMEOUT;
-    check->state = STATE_DONE;
+    pool->stats.crashes += outcome == CHECK_CRASHED;
+    pool->stats.timeouts += outcome == CHECK_TIMEOUT;
+    check->state = CHECK_DONE;
     bool dropped = check->dropped;
     pthread_mutex_unlock(&pool->lock);
     if (dropped)
@@ -81,24 +139,24 @@ static void finish(struct check *check, enum check_outcome outcome, bool notify)
         job_events_notify(pool->events, subject, JOB_CHANGED);
 }
 
-/* Stops the process; the check waits for that lane and so many bytes, unless nobody wants it any
+/* Stops the process; the check waits in that queue for so many bytes, unless nobody wants it any
  * more. */
-static void begin_anew(struct check *check, enum check_lane lane, int64_t reserve) {
+static void begin_anew(struct check *check, enum check_queue queue, int64_t reserve) {
     struct document_pool *pool = check->pool;
     int *output = &check->files[CHECKER_DOCUMENTS];
-    place_end(check->place, false);
+    process_end(check->process, false);
     if (*output >= 0)
         close(*output);
     *output = -1;
     pthread_mutex_lock(&pool->lock);
-    lane_leave(pool, check);
+    queue_leave(pool, check);
     pool->stats.restarts++;
-    check->lane = lane;
+    check->queue = queue;
     check->reserve = reserve;
-    check->state = STATE_WAITING;
+    check->state = CHECK_WAITING;
     bool dropped = check->dropped;
     if (!dropped) {
-        lane_append(&pool->waiting, check);
+        queue_append(&pool->waiting, check);
         pthread_cond_signal(&pool->changed);
     }
     pthread_mutex_unlock(&pool->lock);
@@ -106,92 +164,82 @@ static void begin_anew(struct check *check, enum check_lane lane, int64_t reserv
         check_free(check);
 }
 
-/* Sends the order to the process of the check's place; to a new one if that has gone meanwhile. */
-static bool set_off(struct check *check) {
-    struct check_place *place = check->place;
-    if (!check_files(check))
-        return false;
-    for (int attempt = 0; attempt < 2; attempt++) {
-        if (!place_start(check->pool, place, check_imports(check)))
-            return false;
-        place_bound(check);
-        if (check->lane == LANE_SLOW)
-            place_lower(place);
-        if (check_send(check))
-            return true;
-        place_end(place, false);
-    }
-    return false;
-}
-
 /* What an order takes is estimated by its length (`reserve_of`). The rare one that takes more, such
  * as a surface of very many spans with trims, is tried once more with all that there is. */
 static bool is_cramped(const struct check *check, enum check_outcome outcome) {
-    return outcome == OUTCOME_ANSWER && check->answer.problem.id == API_OUT_OF_MEMORY &&
+    return outcome == CHECK_ANSWER && check->answer.problem.id == API_OUT_OF_MEMORY &&
            check->reserve < check_most(check->pool);
 }
 
-static void run(struct check *check, bool sent) {
-    enum check_outcome outcome = sent || set_off(check) ? follow(check) : OUTCOME_NOT_BEGUN;
-    bool killed = outcome == OUTCOME_CRASHED && !check->crashed && !check_imports(check);
-    check->crashed = outcome == OUTCOME_CRASHED;
+/* Works on a check, whose order has been `sent` or else is sent now, to a new process if the one it
+ * has is gone. */
+static void run_check(struct check *check, bool sent) {
+    bool begun = sent || check_files(check);
+    for (int sends = 0; begun && !sent && sends < 2; sends++) {
+        begun = process_start(check->pool, check->process, check_imports(check));
+        if (!begun)
+            break;
+        process_bound(check);
+        if (check->queue == QUEUE_SLOW)
+            process_lower(check->process);
+        sent = check_send(check);
+        if (!sent)
+            process_end(check->process, false);
+    }
+    enum check_outcome outcome = sent ? follow_check(check) : CHECK_NOT_BEGUN;
+    bool killed = outcome == CHECK_CRASHED && !check->crashed && !check_imports(check);
+    check->crashed = outcome == CHECK_CRASHED;
     if (is_cramped(check, outcome))
-        begin_anew(check, LANE_SLOW, check_most(check->pool));
-    else if (outcome == OUTCOME_AGAIN ||
-             killed) /* perhaps by somebody else: it may try once more */
-        begin_anew(check, outcome == OUTCOME_AGAIN ? LANE_SLOW : check->lane, check->reserve);
+        begin_anew(check, QUEUE_SLOW, check_most(check->pool));
+    else if (outcome == CHECK_AGAIN || killed) /* perhaps by somebody else: it may try once more */
+        begin_anew(check, outcome == CHECK_AGAIN ? QUEUE_SLOW : check->queue, check->reserve);
     else
-        finish(check, outcome, true);
+        finish_check(check, outcome, true);
 }
 
 /* ------------------------------------------------------------------ the threads */
 
-static struct check *find_adopted(const struct document_pool *pool) {
-    struct check *check = pool->running;
-    while (check && check->state != STATE_ADOPTED)
-        check = check->next;
-    return check;
-}
-
 /* With the lock: the next check, under way; NULL at the end. `sent` says whether its order is. */
 static struct check *wait_for_check(struct document_pool *pool, bool *sent) {
     for (;;) {
-        struct check *check = find_adopted(pool);
+        struct check *check = pool->running;
+        while (check && check->state != CHECK_ADOPTED)
+            check = check->next;
         *sent = check != NULL;
         if (check) {
-            check->state = STATE_RUNNING;
+            check->state = CHECK_RUNNING;
             return check;
         }
         if (pool->stopping)
             return NULL;
-        check = lane_choose(pool);
+        check = queue_choose(pool);
         if (check) {
-            lane_withdraw(&pool->waiting, check);
-            lane_begin(pool, check);
+            queue_withdraw(&pool->waiting, check);
+            queue_begin(pool, check);
             return check;
         }
         pthread_cond_wait(&pool->changed, &pool->lock);
     }
 }
 
-/* As many as there are places, so that none waits for a thread. Each begins with starting the
- * process of one place, and lives as long as the pool, since a process ends with the thread that
+/* As many as there are processes, so that none waits for a thread. Each begins with starting one
+ * process, and lives as long as the pool, since a process ends with the thread that
  * started it. */
-static void *work(void *context) {
+static void *serve_checks(void *context) {
     struct document_pool *pool = context;
     struct check *check;
     bool sent;
     pthread_mutex_lock(&pool->lock);
-    struct check_place *own = &pool->places[pool->places_ready++];
+    struct checker_process *own = &pool->processes[pool->processes_ready++];
     pthread_mutex_unlock(&pool->lock);
-    if (own - pool->places < pool->settings.express)
-        place_start(pool, own, false);
+    if (own - pool->processes < pool->settings.fast)
+        process_start(pool, own, false);
     pthread_mutex_lock(&pool->lock);
     own->next = pool->idle;
     pool->idle = own;
     while ((check = wait_for_check(pool, &sent))) {
         pthread_mutex_unlock(&pool->lock);
-        run(check, sent);
+        run_check(check, sent);
         pthread_mutex_lock(&pool->lock);
     }
     pthread_mutex_unlock(&pool->lock);
@@ -205,15 +253,15 @@ struct document_pool *document_pool_start(struct job_events *events,
         return NULL;
     pool->events = events;
     pool->settings = *settings;
-    pool->value_count = settings->express + settings->slow;
-    pool->places = calloc((size_t)pool->value_count, sizeof *pool->places);
-    pool->threads = calloc((size_t)pool->value_count, sizeof *pool->threads);
+    pool->process_count = settings->fast + settings->slow;
+    pool->processes = calloc((size_t)pool->process_count, sizeof *pool->processes);
+    pool->threads = calloc((size_t)pool->process_count, sizeof *pool->threads);
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->changed, NULL);
-    while (pool->places && pool->threads && pool->thread_count < pool->value_count &&
-           pthread_create(&pool->threads[pool->thread_count], NULL, work, pool) == 0)
+    while (pool->processes && pool->threads && pool->thread_count < pool->process_count &&
+           pthread_create(&pool->threads[pool->thread_count], NULL, serve_checks, pool) == 0)
         pool->thread_count++;
-    if (pool->thread_count == pool->value_count)
+    if (pool->thread_count == pool->process_count)
         return pool;
     document_pool_stop(pool);
     return NULL;
@@ -228,11 +276,11 @@ void document_pool_stop(struct document_pool *pool) {
     pthread_mutex_unlock(&pool->lock);
     for (int k = 0; k < pool->thread_count; k++)
         pthread_join(pool->threads[k], NULL);
-    for (int k = 0; pool->places && k < pool->value_count; k++)
-        child_kill(&pool->places[k].child);
+    for (int k = 0; pool->processes && k < pool->process_count; k++)
+        child_kill(&pool->processes[k].child);
     pthread_cond_destroy(&pool->changed);
     pthread_mutex_destroy(&pool->lock);
-    free(pool->places);
+    free(pool->processes);
     free(pool->threads);
     free(pool);
 }
@@ -247,49 +295,47 @@ void document_pool_stats(struct document_pool *pool, struct document_pool_stats 
 
 /* ------------------------------------------------------------------ the callers */
 
-/* With the lock: whether the check can begin with a process that runs already, and nobody else
- * would be the next. It has begun then. */
+/* With the lock: begins the check if a process runs that is free, and no other check would be the
+ * next. */
 static bool begin_at_once(struct document_pool *pool, struct check *check) {
-    if (check->columns.write || check_imports(check) || !lane_may_begin(pool, check) ||
-        lane_choose(pool))
+    if (check->columns.write || check_imports(check) || !queue_may_begin(pool, check) ||
+        queue_choose(pool))
         return false;
-    for (struct check_place **at = &pool->idle; *at; at = &(*at)->next) {
-        struct check_place *place = *at;
-        if (!child_running(&place->child) || place->imports)
+    for (struct checker_process **at = &pool->idle; *at; at = &(*at)->next) {
+        struct checker_process *process = *at;
+        if (!child_running(&process->child) || process->imports)
             continue;
-        *at = place->next;
-        place->next = pool->idle;
-        pool->idle = place;
-        lane_begin(pool, check);
+        *at = process->next;
+        process->next = pool->idle;
+        pool->idle = process;
+        queue_begin(pool, check);
         return true;
     }
     return false;
 }
 
-/* The order, on the caller's thread; handed over to a thread of the pool unless it is answered
- * soon.
- */
+/* The order, on the caller's thread; a thread of the pool takes over unless it is answered soon. */
 static void run_at_once(struct check *check) {
     struct document_pool *pool = check->pool;
     bool sent = check_files(check);
     if (sent) {
-        place_bound(check);
+        process_bound(check);
         sent = check_send(check);
     }
-    if (sent && check_receive(check, DOCUMENT_POOL_AT_ONCE_MS) == OUTCOME_ANSWER) {
-        if (is_cramped(check, OUTCOME_ANSWER))
-            begin_anew(check, LANE_SLOW, check_most(pool));
+    if (sent && check_receive(check, DOCUMENT_POOL_AT_ONCE_MS) == CHECK_ANSWER) {
+        if (is_cramped(check, CHECK_ANSWER))
+            begin_anew(check, QUEUE_SLOW, check_most(pool));
         else
-            finish(check, OUTCOME_ANSWER, false);
+            finish_check(check, CHECK_ANSWER, false);
         return;
     }
     pthread_mutex_lock(&pool->lock);
     if (sent) {
-        check->state = STATE_ADOPTED;
+        check->state = CHECK_ADOPTED;
     } else {
-        lane_leave(pool, check);
-        check->state = STATE_WAITING;
-        lane_append(&pool->waiting, check);
+        queue_leave(pool, check);
+        check->state = CHECK_WAITING;
+        queue_append(&pool->waiting, check);
     }
     pthread_cond_signal(&pool->changed);
     pthread_mutex_unlock(&pool->lock);
@@ -304,11 +350,11 @@ struct check *document_pool_begin(struct document_pool *pool,
         return NULL;
     }
     pthread_mutex_lock(&pool->lock);
-    bool full = lane_full(pool, check->owner, check->lane);
-    check->last = lane_takes_long(pool, check->owner, clock_ms());
+    bool full = queue_full(pool, check->owner, check->queue);
+    check->last = queue_takes_long(pool, check->owner, clock_ms());
     bool begun = !full && begin_at_once(pool, check);
     if (!full && !begun) {
-        lane_append(&pool->waiting, check);
+        queue_append(&pool->waiting, check);
         pthread_cond_signal(&pool->changed);
     }
     pthread_mutex_unlock(&pool->lock);
@@ -316,16 +362,16 @@ struct check *document_pool_begin(struct document_pool *pool,
         run_at_once(check);
     if (!full)
         return check;
-    enum check_lane lane = check->lane;
+    enum check_queue queue = check->queue;
     check->columns = (struct document_pool_columns){0}; /* still the caller's */
     check_free(check);
-    check_explain_quota(problem, lane);
+    check_explain_quota(problem, queue);
     return NULL;
 }
 
 bool check_done(struct check *check) {
     pthread_mutex_lock(&check->pool->lock);
-    bool done = check->state == STATE_DONE;
+    bool done = check->state == CHECK_DONE;
     pthread_mutex_unlock(&check->pool->lock);
     return done;
 }
@@ -348,9 +394,9 @@ void check_drop(struct check *check) {
         return;
     struct document_pool *pool = check->pool;
     pthread_mutex_lock(&pool->lock);
-    bool free_here = check->state == STATE_DONE || check->state == STATE_WAITING;
-    if (check->state == STATE_WAITING)
-        lane_withdraw(&pool->waiting, check);
+    bool free_here = check->state == CHECK_DONE || check->state == CHECK_WAITING;
+    if (check->state == CHECK_WAITING)
+        queue_withdraw(&pool->waiting, check);
     check->dropped = true; /* else a thread of the pool frees it */
     pthread_mutex_unlock(&pool->lock);
     if (free_here)

@@ -4,20 +4,20 @@
  * mapped there, under a deadline, a bound of memory and one budget for all, so that HTTP threads
  * only move bytes and no document can do more than fail.
  *
- * Two lanes. Every order begins in the express lane, whose places are for those that take
- * DOCUMENT_POOL_EXPRESS_MS at the most. One that takes longer moves to the slow lane with its
- * process, at a lower priority, and another process takes its place; when the slow lane has no
- * place left, it is stopped and begins anew there later. So a small drape never waits behind a
- * large one. Among those that wait the owner with the fewest orders under way comes first, of these
- * the one whose latest ended first, and no owner has all places of the slow lane. An order that has
+ * Two queues. Every order begins in the fast queue, whose processes are for those that take
+ * DOCUMENT_POOL_FAST_MS at the most. One that takes longer moves to the slow queue with its
+ * process, at a lower priority, and another process takes its place; when the slow queue has no
+ * room left, it is stopped and begins anew there later. So a small drape never waits behind a large
+ * one. Among those that wait the owner with the fewest orders under way comes first, of these the
+ * one whose latest ended first, and no owner has all processes of the slow queue. An order that has
  * had a turn there (DOCUMENT_POOL_TURN_MS, and twice as long each time) gives way when another
- * owner waits with nothing in that lane: it is stopped and begins anew behind the others, one at a
- * time in DOCUMENT_POOL_YIELD_MS. An owner whose order has left the express lane, or has taken more
+ * owner waits with nothing in that queue: it is stopped and begins anew behind the others, one at a
+ * time in DOCUMENT_POOL_YIELD_MS. An owner whose order has left the fast queue, or has taken more
  * than DOCUMENT_POOL_QUICK_MS of a processor there, comes last for DOCUMENT_POOL_LONG_MS, and such
- * owners together leave one of its places to all others.
+ * owners together leave one of its processes to all others.
  *
  * What an order may take of the budget goes by its length. One that turns out to need more is begun
- * anew in the slow lane with all that this may have.
+ * anew in the slow queue with all that this may have.
  *
  * An order that a free process answers at once is answered on the caller's own thread, within
  * DOCUMENT_POOL_AT_ONCE_MS; the threads of the pool take over the others.
@@ -31,16 +31,16 @@
 
 enum {
     DOCUMENT_POOL_AT_ONCE_MS = 4,
-    DOCUMENT_POOL_EXPRESS_MS = 200,
+    DOCUMENT_POOL_FAST_MS = 200,
     DOCUMENT_POOL_QUICK_MS = 30,
     DOCUMENT_POOL_LONG_MS = 10000,
     DOCUMENT_POOL_TURN_MS = 10000,
     DOCUMENT_POOL_YIELD_MS = 1000,
-    DOCUMENT_POOL_PLACES_MAX = 8, /* of a lane; more than that waits for the store anyway */
+    DOCUMENT_POOL_PROCESSES_MAX = 8, /* of a queue; more than that waits for the store anyway */
     DOCUMENT_POOL_OWNER_SIZE = 65,
     DOCUMENT_POOL_WAITING_MAX =
         1024,                   /* orders of one owner that may wait; beyond it they are refused */
-    DOCUMENT_POOL_SLOW_MAX = 32 /* of them, in the slow lane */
+    DOCUMENT_POOL_SLOW_MAX = 32 /* of them, in the slow queue */
 };
 
 /* The importer of CAD files, beside the daemon's own program. */
@@ -50,7 +50,7 @@ struct document_pool;
 struct check;
 
 struct document_pool_settings {
-    int express, slow;  /* places in the lanes, >= 1 each */
+    int fast, slow;     /* processes of each queue, >= 1 */
     int64_t memory;     /* bytes for all orders under way together: the budget */
     int64_t timeout_ms; /* of an order, waiting not counted */
     int64_t map_timeout_ms, import_timeout_ms; /* the same of maps and of CAD files */
@@ -72,7 +72,7 @@ struct document_pool_columns {
 /* What is to be checked. The documents are copied, the body's file is not. */
 struct document_pool_order {
     enum checker_kind kind;
-    const char *owner; /* of whose places it takes one */
+    const char *owner; /* who has few or many orders under way */
     struct api_limits limits;
     const char *document[CHECKER_DOCUMENTS]; /* NULL: none */
     size_t length[CHECKER_DOCUMENTS];
@@ -89,12 +89,12 @@ struct document_pool_order {
 
 /* For /metrics. */
 struct document_pool_stats {
-    int64_t under_way[2]; /* in the express and the slow lane */
+    int64_t under_way[2]; /* in the fast and the slow queue */
     int64_t waiting;
     int64_t reserved; /* bytes of the budget */
     int64_t done, timeouts;
     int64_t crashes;  /* checks that crashed two processes */
-    int64_t restarts; /* begun anew, for the slow lane, after a turn there or after a crash */
+    int64_t restarts; /* begun anew, for the slow queue, after a turn there or after a crash */
 };
 
 /* Starts processes and threads. NULL when they cannot be had. */

@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-#include "document_pool_parts.h"
+#include "document_pool_internal.h"
 
 #include "api/files/files.h"
 #include "server/spool.h"
-#include <errno.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 /* What an order may take, in bytes: a part for itself, and for each byte of its documents. The tree
@@ -29,19 +27,15 @@
 #define SAMPLE_BYTES (INT64_C(256) << 20) /* a drape of half a million nodes */
 #define STACK_BYTES_PER_BODY_BYTE 3       /* and ply: of an element that takes 30 bytes or more */
 
-/* An order that may take more begins in the slow lane. */
-#define EXPRESS_BYTES (INT64_C(128) << 20)
+/* An order that may take more begins in the slow queue. */
+#define FAST_BYTES (INT64_C(128) << 20)
 
-/* What of the budget is kept for the express lane: enough for short documents in all its places,
- * but not more than half. */
-static int64_t express_share(const struct document_pool *pool) {
-    int64_t share =
-        pool->settings.express * (CHECK_BYTES + CHECK_BYTES_PER_BYTE * CHECKER_INLINE_MAX);
-    return share < pool->settings.memory / 2 ? share : pool->settings.memory / 2;
-}
-
+/* Kept for the fast queue is enough for short documents in all its processes, but not more than
+ * half. */
 int64_t check_most(const struct document_pool *pool) {
-    return pool->settings.memory - express_share(pool);
+    int64_t memory = pool->settings.memory;
+    int64_t kept = pool->settings.fast * (CHECK_BYTES + CHECK_BYTES_PER_BYTE * CHECKER_INLINE_MAX);
+    return memory - (kept < memory / 2 ? kept : memory / 2);
 }
 
 static int64_t reserve_of(const struct document_pool_order *order, int64_t most) {
@@ -108,31 +102,7 @@ static bool keep_documents(struct check *check, const struct document_pool_order
     return !inlined || to;
 }
 
-static void fill_packet(struct check *check, const struct document_pool_order *order) {
-    struct checker_order *packet = &check->packet;
-    packet->kind = order->kind;
-    packet->limits = order->limits;
-    packet->nastran = order->nastran;
-    packet->variant = order->variant;
-    packet->has_start = order->start != NULL;
-    if (order->start)
-        packet->start = *order->start;
-    snprintf(packet->source, sizeof packet->source, "%s", order->source ? order->source : "");
-    snprintf(packet->unit, sizeof packet->unit, "%s", order->unit ? order->unit : "");
-    snprintf(packet->id, sizeof packet->id, "%s", order->id ? order->id : "");
-    snprintf(packet->format, sizeof packet->format, "%s", order->format ? order->format : "");
-    for (int k = 0; k < CHECKER_DOCUMENTS; k++)
-        packet->length[k] = order->length[k];
-    packet->length[CHECKER_COLUMNS] = order->columns.length;
-}
-
 /* Of requests only those that may name materials are written. */
-static bool has_output(const struct check *check) {
-    bool request = check->packet.kind == CHECKER_DRAPE || check->packet.kind == CHECKER_STUDY;
-    return !request || !check->inlined ||
-           api_material_mentioned(check->inlined, check->packet.length[CHECKER_BODY]);
-}
-
 bool check_files(struct check *check) {
     const char *folder = check->pool->settings.folder;
     int *columns = &check->files[CHECKER_COLUMNS], *output = &check->files[CHECKER_DOCUMENTS];
@@ -141,7 +111,9 @@ bool check_files(struct check *check) {
         if (*columns < 0 || !check->columns.write(check->columns.context, *columns))
             return false;
     }
-    bool writes = has_output(check);
+    bool request = check->packet.kind == CHECKER_DRAPE || check->packet.kind == CHECKER_STUDY;
+    bool writes = !request || !check->inlined ||
+                  api_material_mentioned(check->inlined, check->packet.length[CHECKER_BODY]);
     if (writes && *output < 0)
         *output = spool_new(check->packet.length[CHECKER_BODY], folder);
     return !writes || *output >= 0;
@@ -149,42 +121,37 @@ bool check_files(struct check *check) {
 
 bool check_send(struct check *check) {
     struct checker_order *packet = &check->packet;
-    struct iovec parts[] = {{packet, sizeof *packet}, {check->inlined, check->inlined_length}};
-    union {
-        struct cmsghdr head;
-        char bytes[CMSG_SPACE((CHECKER_DOCUMENTS + 1) * sizeof(int))];
-    } control = {0};
-    struct msghdr message = {.msg_iov = parts, .msg_iovlen = 2};
-    size_t files = 0;
+    struct frame_outbox outbox;
+    int files[CHECKER_DOCUMENTS + 1];
+    size_t count = 0;
     packet->deadline_ms = check->begun_ms + check_timeout(check);
     packet->limits.max_memory =
         check->max_memory < (size_t)check->reserve ? check->max_memory : (size_t)check->reserve;
     packet->files = 0;
-    for (int k = 0; k <= CHECKER_DOCUMENTS; k++) {
-        if (check->files[k] < 0)
-            continue;
-        packet->files |= 1u << k;
-        memcpy(CMSG_DATA(&control.head) + files++ * sizeof(int), &check->files[k], sizeof(int));
-    }
-    if (files) {
-        control.head.cmsg_level = SOL_SOCKET;
-        control.head.cmsg_type = SCM_RIGHTS;
-        control.head.cmsg_len = CMSG_LEN(files * sizeof(int));
-        message.msg_control = control.bytes;
-        message.msg_controllen = CMSG_SPACE(files * sizeof(int));
-    }
-    return sendmsg(check->place->child.socket, &message, MSG_NOSIGNAL | MSG_DONTWAIT) > 0;
+    for (int k = 0; k <= CHECKER_DOCUMENTS; k++)
+        if (check->files[k] >= 0) {
+            packet->files |= 1u << k;
+            files[count++] = check->files[k];
+        }
+    frame_outbox_begin(&outbox, FRAME_ORDER, packet, sizeof *packet);
+    frame_outbox_add(&outbox, check->inlined, check->inlined_length);
+    outbox.files = files;
+    outbox.file_count = count;
+    return frame_push(check->process->child.socket, &outbox) == FRAME_READY;
 }
 
 enum check_outcome check_receive(struct check *check, int64_t ms) {
-    struct pollfd file = {check->place->child.socket, POLLIN, 0};
-    if (poll(&file, 1, ms < 0 ? 0 : (int)ms) <= 0)
-        return OUTCOME_LATER;
-    ssize_t got = recv(file.fd, &check->answer, sizeof check->answer, MSG_DONTWAIT);
-    if (got < 0 && (errno == EAGAIN || errno == EINTR))
-        return OUTCOME_LATER;
-    bool sound = got > 0 && checker_answer_sound(&check->answer, (size_t)got);
-    return sound ? OUTCOME_ANSWER : OUTCOME_CRASHED;
+    struct child *child = &check->process->child;
+    child_wait(child, POLLIN, -1, ms);
+    enum frame_state state = frame_poll(child->socket, &child->inbox);
+    if (state == FRAME_LATER)
+        return CHECK_LATER;
+    size_t length = child->inbox.head.length;
+    bool sound = state == FRAME_READY && child->inbox.head.type == FRAME_ANSWER &&
+                 length <= sizeof check->answer;
+    if (sound)
+        memcpy(&check->answer, child->inbox.bytes, length);
+    return sound && checker_answer_sound(&check->answer, length) ? CHECK_ANSWER : CHECK_CRASHED;
 }
 
 bool check_imports(const struct check *check) {
@@ -192,8 +159,8 @@ bool check_imports(const struct check *check) {
     return format && format->cad;
 }
 
-void check_explain_quota(struct api_problem *problem, enum check_lane lane) {
-    if (lane == LANE_SLOW)
+void check_explain_quota(struct api_problem *problem, enum check_queue queue) {
+    if (queue == QUEUE_SLOW)
         api_problem_set(problem, API_QUOTA,
                         "%d bodies of yours that take long are waiting to be read already",
                         DOCUMENT_POOL_SLOW_MAX);
@@ -202,48 +169,41 @@ void check_explain_quota(struct api_problem *problem, enum check_lane lane) {
                         DOCUMENT_POOL_WAITING_MAX);
 }
 
-/* Why the importer gave no surface. */
-static void explain_import(struct check *check, enum check_outcome outcome) {
-    struct api_problem *problem = &check->answer.problem;
-    if (outcome == OUTCOME_TIMEOUT)
-        api_problem_set(problem, API_UNREADABLE_FILE,
-                        "importing the file took longer than %lld s (--import-timeout)",
-                        (long long)check_timeout(check) / 1000);
-    else if (outcome == OUTCOME_CRASHED)
-        api_problem_set(problem, API_UNREADABLE_FILE,
-                        "the file breaks the importer, which is Open CASCADE: write it anew, or in "
-                        "another format");
-    else
-        api_problem_set(problem, API_UNREADABLE_FILE,
-                        "importing the file needs more memory than %lld bytes (--%s)",
-                        (long long)check->reserve, check->pool->settings.memory_flag);
-}
-
 void check_explain(struct check *check, enum check_outcome outcome) {
     struct api_problem *problem = &check->answer.problem;
     const char *work = works[check->packet.kind], *what = work ? work : "reading the body";
-    enum api_problem_id id = outcome == OUTCOME_ANSWER ? problem->id : API_OK;
-    if (outcome == OUTCOME_ANSWER && id != API_OUT_OF_MEMORY && id != API_CANCELLED)
+    const char *flag = check->pool->settings.memory_flag;
+    const long long seconds = (long long)check_timeout(check) / 1000;
+    const long long reserve = (long long)check->reserve;
+    enum api_problem_id id = outcome == CHECK_ANSWER ? problem->id : API_OK;
+    bool late = outcome == CHECK_TIMEOUT || id == API_CANCELLED;
+    if (outcome == CHECK_ANSWER && id != API_OUT_OF_MEMORY && id != API_CANCELLED)
         return;
     memset(&check->answer, 0, sizeof check->answer);
-    if (check_imports(check) &&
-        (outcome == OUTCOME_CRASHED || outcome == OUTCOME_TIMEOUT || id == API_OUT_OF_MEMORY)) {
-        explain_import(check, outcome);
-        return;
-    }
-    if (outcome == OUTCOME_QUOTA)
-        check_explain_quota(problem, LANE_SLOW);
-    else if (outcome == OUTCOME_CRASHED)
-        api_problem_set(problem, API_INTERNAL, "%s crashed its process", what);
-    else if (outcome == OUTCOME_TIMEOUT || id == API_CANCELLED)
+    if (check_imports(check) && late)
+        api_problem_set(problem, API_UNREADABLE_FILE,
+                        "importing the file took longer than %lld s (--import-timeout)", seconds);
+    else if (check_imports(check) && outcome == CHECK_CRASHED)
+        api_problem_set(problem, API_UNREADABLE_FILE,
+                        "the importer (Open CASCADE) crashed on the file: export it again, or in "
+                        "another format");
+    else if (check_imports(check) && id == API_OUT_OF_MEMORY)
+        api_problem_set(problem, API_UNREADABLE_FILE,
+                        "importing the file needs more memory than %lld bytes (--%s)", reserve,
+                        flag);
+    else if (outcome == CHECK_QUOTA)
+        check_explain_quota(problem, QUEUE_SLOW);
+    else if (outcome == CHECK_CRASHED)
+        api_problem_set(problem, API_INTERNAL, "the process crashed at %s", what);
+    else if (late)
         api_problem_set(problem, work ? API_JOB_TIMEOUT : API_TOO_LARGE,
-                        "%s took longer than %lld s%s", what,
-                        (long long)check_timeout(check) / 1000, work ? " (--job-timeout)" : "");
+                        "%s took longer than %lld s%s", what, seconds,
+                        work ? " (--job-timeout)" : "");
     else if (id == API_OUT_OF_MEMORY)
         api_problem_set(problem, API_TOO_LARGE, "%s needs more memory than %lld bytes (--%s)", what,
-                        (long long)check->reserve, check->pool->settings.memory_flag);
+                        reserve, flag);
     else
-        api_problem_set(problem, API_UNAVAILABLE, "%s could not be begun now", what);
+        api_problem_set(problem, API_UNAVAILABLE, "%s could not be started now: try again", what);
 }
 
 void check_close(struct check *check, int end) {
@@ -267,15 +227,30 @@ struct check *check_new(struct document_pool *pool, const struct document_pool_o
     struct check *check = calloc(1, sizeof *check);
     if (!check)
         return NULL;
+    struct checker_order *packet = &check->packet;
     check->pool = pool;
-    for (int k = 0; k <= CHECKER_DOCUMENTS; k++)
-        check->files[k] = -1;
     snprintf(check->subject, sizeof check->subject, "%s", subject);
     snprintf(check->owner, sizeof check->owner, "%s", order->owner);
     check->reserve = reserve_of(order, check_most(pool));
     check->max_memory = order->limits.max_memory;
-    check->lane = check->reserve > EXPRESS_BYTES ? LANE_SLOW : LANE_EXPRESS;
-    fill_packet(check, order);
+    check->queue = check->reserve > FAST_BYTES ? QUEUE_SLOW : QUEUE_FAST;
+    packet->kind = order->kind;
+    packet->limits = order->limits;
+    packet->nastran = order->nastran;
+    packet->variant = order->variant;
+    packet->has_start = order->start != NULL;
+    if (order->start)
+        packet->start = *order->start;
+    snprintf(packet->source, sizeof packet->source, "%s", order->source ? order->source : "");
+    snprintf(packet->unit, sizeof packet->unit, "%s", order->unit ? order->unit : "");
+    snprintf(packet->id, sizeof packet->id, "%s", order->id ? order->id : "");
+    snprintf(packet->format, sizeof packet->format, "%s", order->format ? order->format : "");
+    check->files[CHECKER_DOCUMENTS] = -1;
+    for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
+        check->files[k] = -1;
+        packet->length[k] = order->length[k];
+    }
+    packet->length[CHECKER_COLUMNS] = order->columns.length;
     if (keep_documents(check, order)) {
         check->columns = order->columns;
         return check;

@@ -4,7 +4,6 @@
 #include "sandbox.h"
 #include "server/log.h"
 #include "worker.h"
-#include <errno.h>
 #include <pthread.h>
 #include <sched.h>
 #include <signal.h>
@@ -17,14 +16,9 @@
 
 enum { ANSWER_SECONDS = 5 }; /* a fork server that takes longer is stopped, or gone */
 
-/* An order; the socket comes with it. The answer is the process's id, or -1. */
-struct order {
+/* What a copy is to do: the body of a FORK. */
+struct fork_order {
     char argument[sizeof FORK_SERVER_ARGUMENT];
-};
-
-union control {
-    struct cmsghdr head;
-    char bytes[CMSG_SPACE(sizeof(int))];
 };
 
 /* ------------------------------------------------------------------ the daemon's side */
@@ -37,25 +31,23 @@ static struct {
     bool open, stale, closing;
 } fork_server = {.lock = PTHREAD_MUTEX_INITIALIZER, .changed = PTHREAD_COND_INITIALIZER};
 
-/* With the lock: who wants a copy waits for it. */
-static void start(void) {
+/* A process dies with the thread that started it, so one thread starts them all. Who wants a copy
+ * meanwhile waits for the lock. */
+static void *keep_fork_server(void *context) {
     const struct timeval patience = {.tv_sec = ANSWER_SECONDS};
-    child_kill(&fork_server.child);
-    fork_server.stale = false;
-    if (child_start(&fork_server.child, "/proc/self/exe", FORK_SERVER_ARGUMENT, SOCK_SEQPACKET))
-        setsockopt(fork_server.child.socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    pthread_cond_broadcast(&fork_server.changed);
-}
-
-/* A process dies with the thread that started it, so one thread starts them all. */
-static void *keep(void *context) {
     (void)context;
     pthread_mutex_lock(&fork_server.lock);
     while (!fork_server.closing) {
-        if (fork_server.stale)
-            start();
-        else
+        if (!fork_server.stale) {
             pthread_cond_wait(&fork_server.changed, &fork_server.lock);
+            continue;
+        }
+        child_kill(&fork_server.child);
+        fork_server.stale = false;
+        if (child_start(&fork_server.child, "/proc/self/exe", FORK_SERVER_ARGUMENT))
+            setsockopt(fork_server.child.socket, SOL_SOCKET, SO_RCVTIMEO, &patience,
+                       sizeof patience);
+        pthread_cond_broadcast(&fork_server.changed);
     }
     child_kill(&fork_server.child);
     pthread_mutex_unlock(&fork_server.lock);
@@ -67,7 +59,7 @@ bool fork_server_open(void) {
         return true;
     pthread_mutex_lock(&fork_server.lock);
     fork_server.stale = true;
-    fork_server.open = pthread_create(&fork_server.thread, NULL, keep, NULL) == 0;
+    fork_server.open = pthread_create(&fork_server.thread, NULL, keep_fork_server, NULL) == 0;
     while (fork_server.open && fork_server.stale)
         pthread_cond_wait(&fork_server.changed, &fork_server.lock);
     bool good = fork_server.open;
@@ -95,28 +87,19 @@ void fork_server_renew(void) {
     pthread_mutex_unlock(&fork_server.lock);
 }
 
-static bool send_order(int fork_server_socket, const char *argument, int socket) {
-    struct order order = {0};
-    union control control = {0};
-    struct iovec part = {&order, sizeof order};
-    const struct msghdr message = {.msg_iov = &part,
-                                   .msg_iovlen = 1,
-                                   .msg_control = control.bytes,
-                                   .msg_controllen = sizeof control.bytes};
-    strncpy(order.argument, argument, sizeof order.argument - 1);
-    control.head.cmsg_level = SOL_SOCKET;
-    control.head.cmsg_type = SCM_RIGHTS;
-    control.head.cmsg_len = CMSG_LEN(sizeof socket);
-    memcpy(CMSG_DATA(&control.head), &socket, sizeof socket);
-    return sendmsg(fork_server_socket, &message, MSG_NOSIGNAL) == (ssize_t)sizeof order;
-}
-
 bool fork_server_fork(const char *argument, int socket, pid_t *pid) {
+    struct fork_order order = {0};
+    struct frame_outbox outbox;
+    strncpy(order.argument, argument, sizeof order.argument - 1);
+    frame_outbox_begin(&outbox, FRAME_FORK, &order, sizeof order);
+    outbox.files = &socket;
+    outbox.file_count = 1;
     pthread_mutex_lock(&fork_server.lock);
     bool there = fork_server.open && child_running(&fork_server.child) && !fork_server.stale;
     int to = fork_server.child.socket;
-    bool good = there && send_order(to, argument, socket) &&
-                recv(to, pid, sizeof *pid, 0) == (ssize_t)sizeof *pid && *pid > 0;
+    bool good = there && frame_push(to, &outbox) == FRAME_READY &&
+                frame_expect(to, FRAME_FORKED, pid, sizeof *pid, NULL, NULL) == FRAME_READY &&
+                *pid > 0;
     if (there && !good) {
         log_warning(log_event("fork_server_failed"));
         fork_server.stale = true;
@@ -128,29 +111,9 @@ bool fork_server_fork(const char *argument, int socket, pid_t *pid) {
 
 /* ------------------------------------------------------------------ the process */
 
-/* The argument of the next order, "" at the end, and its socket. */
-static struct order receive(int *socket) {
-    struct order order = {0};
-    union control control;
-    struct iovec part = {&order, sizeof order};
-    struct msghdr message = {.msg_iov = &part,
-                             .msg_iovlen = 1,
-                             .msg_control = control.bytes,
-                             .msg_controllen = sizeof control.bytes};
-    ssize_t got;
-    do
-        got = recvmsg(WORKER_FD, &message, MSG_CMSG_CLOEXEC);
-    while (got < 0 && errno == EINTR);
-    const struct cmsghdr *files = CMSG_FIRSTHDR(&message);
-    if (got != (ssize_t)sizeof order || !files || files->cmsg_len != CMSG_LEN(sizeof *socket))
-        return (struct order){0};
-    memcpy(socket, CMSG_DATA(files), sizeof *socket);
-    return order;
-}
-
 /* In the copy: what `child_start` would have given a program. What ps shows is where the arguments
  * were. */
-static int be(const struct fork_server_role *role, int socket, char *argument) {
+static int be_copy(const struct fork_server_role *role, int socket, char *argument) {
     memset(argument, 0, sizeof FORK_SERVER_ARGUMENT);
     memcpy(argument, role->argument, strnlen(role->argument, sizeof FORK_SERVER_ARGUMENT - 1));
     if (setpgid(0, 0) != 0 || dup2(socket, WORKER_FD) != WORKER_FD || close(socket) != 0)
@@ -158,30 +121,29 @@ static int be(const struct fork_server_role *role, int socket, char *argument) {
     return role->main();
 }
 
-/* The C library's fork knows no CLONE_PARENT. What that does besides is for other threads, of which
- * there are none here, and for locks that belong to a thread by its number, of which there are none
- * either. */
-static pid_t copy(void) {
-    return (pid_t)syscall(SYS_clone, CLONE_PARENT | SIGCHLD, 0, 0, 0, 0);
-}
-
 int fork_server_serve(char **argv, const struct fork_server_role *roles, size_t count) {
-    int socket = -1;
+    struct fork_order order;
+    enum frame_state state;
+    int files[FRAME_FILES_MAX], file_count;
     if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0)
         return 1;
-    for (;;) {
-        const struct order order = receive(&socket);
+    while ((state = frame_expect(WORKER_FD, FRAME_FORK, &order, sizeof order, files,
+                                 &file_count)) == FRAME_READY) {
         const struct fork_server_role *role = NULL;
         for (size_t k = 0; k < count && !role; k++)
-            role = strncmp(order.argument, roles[k].argument, sizeof order.argument) ? NULL
-                                                                                     : &roles[k];
-        if (!role)
-            return order.argument[0] != 0;
-        pid_t pid = copy();
+            if (!strncmp(order.argument, roles[k].argument, sizeof order.argument))
+                role = &roles[k];
+        if (!role || file_count != 1)
+            return 1;
+        /* The C library's fork knows no CLONE_PARENT. What that does besides is for other threads,
+         * of which there are none here, and for locks that belong to a thread by its number, of
+         * which there are none either. */
+        pid_t pid = (pid_t)syscall(SYS_clone, CLONE_PARENT | SIGCHLD, 0, 0, 0, 0);
         if (pid == 0)
-            exit(be(role, socket, argv[1]));
-        close(socket);
-        if (send(WORKER_FD, &pid, sizeof pid, MSG_NOSIGNAL) != (ssize_t)sizeof pid)
+            exit(be_copy(role, files[0], argv[1]));
+        close(files[0]);
+        if (!frame_send(WORKER_FD, FRAME_FORKED, &pid, sizeof pid))
             return 1;
     }
+    return state == FRAME_CLOSED ? 0 : 1;
 }

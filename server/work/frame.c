@@ -3,51 +3,94 @@
 #include <errno.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
-/* Takes `sent` bytes off the front of `count` parts. */
-static void advance(struct iovec *parts, size_t count, size_t sent) {
-    for (size_t k = 0; k < count && sent > 0; k++) {
-        size_t part = parts[k].iov_len < sent ? parts[k].iov_len : sent;
-        parts[k].iov_base = (char *)parts[k].iov_base + part;
-        parts[k].iov_len -= part;
-        sent -= part;
+/* The descriptors of a message. */
+union frame_control {
+    struct cmsghdr head;
+    char bytes[CMSG_SPACE(FRAME_FILES_MAX * sizeof(int))];
+};
+
+/* ------------------------------------------------------------------ sending */
+
+void frame_outbox_add(struct frame_outbox *outbox, const void *bytes, size_t length) {
+    struct iovec *part = &outbox->parts[outbox->part_count++];
+    part->iov_len = length;
+    memcpy(&part->iov_base, &bytes, sizeof bytes); /* it is not const, but sendmsg only reads */
+}
+
+void frame_outbox_begin(struct frame_outbox *outbox, enum frame_type type, const void *body,
+                        size_t length) {
+    *outbox = (struct frame_outbox){.head = {.type = type, .length = (uint32_t)length}};
+    frame_outbox_add(outbox, &outbox->head, sizeof outbox->head);
+    frame_outbox_add(outbox, body, length);
+}
+
+void frame_outbox_fill(struct frame_outbox *outbox, const struct frame_work *work,
+                       const struct api_input *input, const struct api_limits *limits) {
+    frame_outbox_begin(outbox, FRAME_JOB, &outbox->job, sizeof outbox->job);
+    outbox->job = (struct frame_job){.limits = *limits,
+                                     .kind = work->kind,
+                                     .careful = work->careful,
+                                     .spent_ms = work->spent_ms,
+                                     .length = work->length,
+                                     .request_length = input->request_length,
+                                     .surface_length = input->surface_length};
+    frame_outbox_add(outbox, work->bytes, work->length);
+    frame_outbox_add(outbox, input->request, input->request_length);
+    frame_outbox_add(outbox, input->surface, input->surface_length);
+}
+
+/* One sendmsg, with the files before the first byte; what it took is off the parts. False with
+ * errno. */
+static bool send_some(int fd, struct frame_outbox *outbox, int flags) {
+    union frame_control control = {0};
+    struct msghdr message = {.msg_iov = outbox->parts, .msg_iovlen = outbox->part_count};
+    size_t length = outbox->file_count * sizeof(int);
+    if (length > 0) {
+        control.head.cmsg_level = SOL_SOCKET;
+        control.head.cmsg_type = SCM_RIGHTS;
+        control.head.cmsg_len = CMSG_LEN(length);
+        memcpy(CMSG_DATA(&control.head), outbox->files, length);
+        message.msg_control = control.bytes;
+        message.msg_controllen = CMSG_SPACE(length);
     }
-}
-
-static bool all_sent(const struct iovec *parts, size_t count) {
-    for (size_t k = 0; k < count; k++)
-        if (parts[k].iov_len > 0)
-            return false;
-    return true;
-}
-
-/* One sendmsg; -1 with errno. */
-static ssize_t send_parts(int fd, struct iovec *parts, size_t count, int flags) {
-    struct msghdr message = {.msg_iov = parts, .msg_iovlen = count};
     ssize_t sent = 0;
     do
         sent = sendmsg(fd, &message, flags | MSG_NOSIGNAL);
     while (sent < 0 && errno == EINTR);
-    if (sent > 0)
-        advance(parts, count, (size_t)sent);
-    return sent;
+    if (sent < 0)
+        return false;
+    outbox->file_count = 0;
+    for (size_t k = 0, left = (size_t)sent; k < outbox->part_count && left > 0; k++) {
+        struct iovec *part = &outbox->parts[k];
+        size_t length_sent = part->iov_len < left ? part->iov_len : left;
+        part->iov_base = (char *)part->iov_base + length_sent;
+        part->iov_len -= length_sent;
+        left -= length_sent;
+    }
+    return true;
 }
 
-/* An iovec is not const, but sendmsg only reads. */
-static struct iovec part_of(const void *bytes, size_t length) {
-    struct iovec part = {.iov_len = length};
-    memcpy(&part.iov_base, &bytes, sizeof bytes);
-    return part;
+static enum frame_state send_all(int fd, struct frame_outbox *outbox, int flags) {
+    for (size_t k = 0; k < outbox->part_count; k++)
+        while (outbox->parts[k].iov_len > 0)
+            if (!send_some(fd, outbox, flags))
+                return errno == EAGAIN || errno == EWOULDBLOCK ? FRAME_LATER : FRAME_CLOSED;
+    return FRAME_READY;
 }
 
 bool frame_send(int fd, enum frame_type type, const void *bytes, size_t length) {
-    struct frame_head head = {.type = type, .length = (uint32_t)length};
-    struct iovec parts[2] = {part_of(&head, sizeof head), part_of(bytes, length)};
-    while (!all_sent(parts, 2))
-        if (send_parts(fd, parts, 2, 0) < 0)
-            return false;
-    return true;
+    struct frame_outbox outbox;
+    frame_outbox_begin(&outbox, type, bytes, length);
+    return send_all(fd, &outbox, 0) == FRAME_READY;
 }
+
+enum frame_state frame_push(int fd, struct frame_outbox *outbox) {
+    return send_all(fd, outbox, MSG_DONTWAIT);
+}
+
+/* ------------------------------------------------------------------ receiving */
 
 bool frame_receive(int fd, void *bytes, size_t length) {
     char *to = bytes;
@@ -63,34 +106,48 @@ bool frame_receive(int fd, void *bytes, size_t length) {
     return true;
 }
 
-/* Where the next bytes of the frame go, and how many are missing there. */
-static size_t missing(struct frame_inbox *inbox, void **to) {
-    if (inbox->have < sizeof inbox->head) {
-        *to = (char *)&inbox->head + inbox->have;
-        return sizeof inbox->head - inbox->have;
+enum frame_state frame_expect(int fd, enum frame_type type, void *body, size_t length, int *files,
+                              int *file_count) {
+    struct frame_head head;
+    union frame_control control;
+    struct iovec part = {&head, sizeof head};
+    struct msghdr message = {.msg_iov = &part,
+                             .msg_iovlen = 1,
+                             .msg_control = files ? control.bytes : NULL,
+                             .msg_controllen = files ? sizeof control.bytes : 0};
+    ssize_t got = 0;
+    do
+        got = recvmsg(fd, &message, MSG_CMSG_CLOEXEC | MSG_WAITALL);
+    while (got < 0 && errno == EINTR);
+    if (got <= 0)
+        return FRAME_CLOSED;
+    const struct cmsghdr *sent = CMSG_FIRSTHDR(&message);
+    if (files) {
+        *file_count = sent ? (int)((sent->cmsg_len - CMSG_LEN(0)) / sizeof(int)) : 0;
+        memcpy(files, sent ? CMSG_DATA(sent) : (unsigned char *)"",
+               (size_t)*file_count * sizeof(int));
     }
-    size_t of_payload = inbox->have - sizeof inbox->head;
-    *to = inbox->bytes + of_payload;
-    return inbox->head.length - of_payload;
+    if (!frame_receive(fd, (char *)&head + got, sizeof head - (size_t)got) ||
+        message.msg_flags & MSG_CTRUNC || head.type != type || head.length != length)
+        return FRAME_BROKEN;
+    return frame_receive(fd, body, length) ? FRAME_READY : FRAME_BROKEN;
 }
 
-static bool sensible(const struct frame_head *head) {
-    return head->type >= FRAME_PROGRESS && head->type <= FRAME_PROBLEM &&
-           head->length <= FRAME_MAX_BYTES;
-}
-
-static bool whole(const struct frame_inbox *inbox) {
+/* Whether it is all there. */
+static bool is_whole(const struct frame_inbox *inbox) {
     return inbox->have >= sizeof inbox->head &&
            inbox->have == sizeof inbox->head + inbox->head.length;
 }
 
 enum frame_state frame_poll(int fd, struct frame_inbox *inbox) {
-    if (whole(inbox))
+    if (is_whole(inbox))
         inbox->have = 0;
     do {
-        void *to = NULL;
-        size_t length = missing(inbox, &to);
-        ssize_t got = recv(fd, to, length, MSG_DONTWAIT);
+        bool of_head = inbox->have < sizeof inbox->head;
+        size_t at = of_head ? inbox->have : inbox->have - sizeof inbox->head;
+        char *to = of_head ? (char *)&inbox->head : (char *)inbox->bytes;
+        size_t length = of_head ? sizeof inbox->head : inbox->head.length;
+        ssize_t got = recv(fd, to + at, length - at, MSG_DONTWAIT);
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK))
@@ -98,35 +155,10 @@ enum frame_state frame_poll(int fd, struct frame_inbox *inbox) {
         if (got <= 0)
             return FRAME_CLOSED;
         inbox->have += (size_t)got;
-        if (inbox->have >= sizeof inbox->head && !sensible(&inbox->head))
+        if (inbox->have >= sizeof inbox->head &&
+            (inbox->head.type < FRAME_HELLO || inbox->head.type > FRAME_PROBLEM ||
+             inbox->head.length > FRAME_MAX_BYTES))
             return FRAME_BROKEN;
-    } while (!whole(inbox));
-    return FRAME_READY;
-}
-
-void frame_outbox_fill(struct frame_outbox *outbox, const struct frame_work *work,
-                       const struct api_input *input, const struct api_limits *limits) {
-    memset(outbox, 0, sizeof *outbox);
-    outbox->head = (struct frame_head){.type = FRAME_JOB, .length = sizeof outbox->job};
-    outbox->job.limits = *limits;
-    outbox->job.kind = work->kind;
-    outbox->job.careful = work->careful;
-    outbox->job.spent_ms = work->spent_ms;
-    outbox->job.length = work->length;
-    outbox->job.request_length = input->request_length;
-    outbox->job.surface_length = input->surface_length;
-    outbox->parts[0] = part_of(&outbox->head, sizeof outbox->head);
-    outbox->parts[1] = part_of(&outbox->job, sizeof outbox->job);
-    outbox->parts[2] = part_of(work->bytes, work->length);
-    outbox->parts[3] = part_of(input->request, input->request_length);
-    outbox->parts[4] = part_of(input->surface, input->surface_length);
-}
-
-enum frame_state frame_push(int fd, struct frame_outbox *outbox) {
-    while (!all_sent(outbox->parts, 5)) {
-        if (send_parts(fd, outbox->parts, 5, MSG_DONTWAIT) >= 0)
-            continue;
-        return errno == EAGAIN || errno == EWOULDBLOCK ? FRAME_LATER : FRAME_CLOSED;
-    }
+    } while (!is_whole(inbox));
     return FRAME_READY;
 }

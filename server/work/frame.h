@@ -1,18 +1,25 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What a dispatcher and its worker process say to each other over a socketpair: frames of a type, a
- * length and that many bytes. Both ends are the same binary on the same machine, so numbers are in
- * native order; but the worker is the sandbox of hostile input, so the dispatcher believes no
- * length beyond FRAME_MAX_BYTES and no type out of place.
+ * What the daemon and its child processes say to each other over a socketpair: frames of a type, a
+ * length and that many bytes. Files may come with a frame, and longer bytes may follow it. Both
+ * ends run on the same machine from one build, so numbers and structs are in native order. But
+ * children read hostile input: the daemon accepts no length beyond FRAME_MAX_BYTES and no type out
+ * of place.
  *
- *   dispatcher -> worker   JOB: a struct frame_job, after the frame the bytes of the work, the
- *                          request and the surface
- *   worker -> dispatcher   PROGRESS: a double; RESULT: the next bytes of the container, or numbers
- *                          of a task; TASKS: some struct frame_task; at last DONE: the summary
- *                          object, ROUND: a struct frame_round, or PROBLEM: the problem document
+ *   daemon -> worker        JOB: a struct frame_job; the bytes of the work, the request and the
+ *                           surface follow
+ *   worker -> daemon        PROGRESS: a double; RESULT: the next bytes of the container, or the
+ *                           numbers of a task; TASKS: some struct frame_task; at last DONE: the
+ *                           summary object, ROUND: a struct frame_round, or PROBLEM: the problem
+ *                           document
+ *   daemon -> checker       ORDER: a struct checker_order with the files of its documents; short
+ *                           documents follow
+ *   checker -> daemon       HELLO: a struct checker_hello, once; ANSWER: a struct checker_answer
+ *   daemon -> fork server   FORK: what the copy is to do, with the copy's socket
+ *   fork server -> daemon   FORKED: the process's id, or -1
  *
- * The worker's functions block; the dispatcher's never do, it polls the socket beside its other
- * duties. No function raises SIGPIPE.
+ * The functions of children block. Those of the daemon never do: it polls the socket beside its
+ * other duties. No function raises SIGPIPE.
  */
 #ifndef SERVER_WORK_FRAME_H
 #define SERVER_WORK_FRAME_H
@@ -25,10 +32,20 @@
 #include <stdint.h>
 #include <sys/uio.h>
 
-enum { FRAME_MAX_BYTES = 256 * 1024 }; /* of a frame after its head */
+enum {
+    FRAME_MAX_BYTES = 256 * 1024, /* of a frame after its head */
+    FRAME_FILES_MAX = 8,          /* that come with one */
+    FRAME_PARTS_MAX = 5           /* of an outbox: head, body and what follows */
+};
 
 enum frame_type {
     FRAME_JOB = 1,
+    FRAME_ORDER,
+    FRAME_FORK,
+
+    FRAME_HELLO, /* from here on: what the daemon may receive */
+    FRAME_ANSWER,
+    FRAME_FORKED,
     FRAME_PROGRESS,
     FRAME_RESULT,
     FRAME_TASKS,
@@ -81,7 +98,14 @@ struct frame_round {
     double best[QUANTITY_COUNT];
 };
 
-/* ------------------------------------------------------------------ blocking: the worker */
+enum frame_state {
+    FRAME_READY,  /* a frame is whole; everything has been sent */
+    FRAME_LATER,  /* poll and call again */
+    FRAME_CLOSED, /* the other end is gone */
+    FRAME_BROKEN  /* the other end sent an invalid frame */
+};
+
+/* ------------------------------------------------------------------ blocking: the children */
 
 /* Sends all of it; false when the other end is gone. */
 bool frame_send(int fd, enum frame_type type, const void *bytes, size_t length);
@@ -89,14 +113,13 @@ bool frame_send(int fd, enum frame_type type, const void *bytes, size_t length);
 /* Receives exactly `length` bytes; false when the other end is gone. */
 bool frame_receive(int fd, void *bytes, size_t length);
 
-/* ------------------------------------------------------------------ polling: the dispatcher */
+/* Receives a frame of that type and length, and the files that come with it: at most
+ * FRAME_FILES_MAX, which the caller closes; NULL: none are taken. FRAME_CLOSED when the other end
+ * is gone before the frame, FRAME_BROKEN for any other frame. */
+enum frame_state frame_expect(int fd, enum frame_type type, void *body, size_t length, int *files,
+                              int *file_count);
 
-enum frame_state {
-    FRAME_READY,  /* a frame is whole; everything has been sent */
-    FRAME_LATER,  /* poll and call again */
-    FRAME_CLOSED, /* the other end is gone */
-    FRAME_BROKEN  /* the other end sent an invalid frame */
-};
+/* ------------------------------------------------------------------ polling: the daemon */
 
 /* The frame being received; zero-initialised before the first. */
 struct frame_inbox {
@@ -109,14 +132,25 @@ struct frame_inbox {
  */
 enum frame_state frame_poll(int fd, struct frame_inbox *inbox);
 
-/* A job being sent; refers to the caller's bytes. */
+/* A frame being sent; refers to the caller's bytes and files. */
 struct frame_outbox {
     struct frame_head head;
-    struct frame_job job;
-    struct iovec parts[5]; /* what is left to send */
+    struct frame_job job;                /* of a JOB */
+    struct iovec parts[FRAME_PARTS_MAX]; /* what is left to send */
+    size_t part_count;
+    const int *files; /* go with the first byte */
+    size_t file_count;
 };
 
-/* `input` and the bytes of `work` must live until all is sent; `outbox` must not be moved. */
+/* Begins a frame with that body. What the outbox refers to must live until all is sent; `outbox`
+ * must not be moved. */
+void frame_outbox_begin(struct frame_outbox *outbox, enum frame_type type, const void *body,
+                        size_t length);
+
+/* Has these bytes follow. */
+void frame_outbox_add(struct frame_outbox *outbox, const void *bytes, size_t length);
+
+/* The whole of a JOB. */
 void frame_outbox_fill(struct frame_outbox *outbox, const struct frame_work *work,
                        const struct api_input *input, const struct api_limits *limits);
 

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "sandbox.h"
 #include <errno.h>
+#include <malloc.h>
 #include <sched.h>
 #include <seccomp.h>
+#include <signal.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -133,4 +135,12 @@ bool sandbox_enter(int socket, int files) {
             return false;
     }
     return close_all_but(socket) && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && filter_calls();
+}
+
+bool sandbox_begin(int socket, int files, size_t kept) {
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
+    mallopt(M_TRIM_THRESHOLD, (int)kept);
+    mallopt(M_MMAP_THRESHOLD, (int)kept);
+    return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && sandbox_enter(socket, files);
 }

@@ -10,6 +10,7 @@
 #define SERVER_WORK_SANDBOX_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <sys/types.h>
 
@@ -27,6 +28,12 @@ enum { SANDBOX_SANITIZED = 0 };
  * calls. It may have as many `files` at a time as come over the socket, and write to those; with 0
  * to none. False when the kernel does not provide it: then no job must be taken. */
 bool sandbox_enter(int socket, int files) __attribute__((warn_unused_result));
+
+/* What every child does before it reads anything: no life without the daemon, no signals that a
+ * broken pipe or a full file would end it with, and `sandbox_enter`. What it frees stays with the
+ * process up to `kept` bytes: to ask the system for it again, page by page, costs a sixth of a
+ * drape's time. */
+bool sandbox_begin(int socket, int files, size_t kept) __attribute__((warn_unused_result));
 
 /* Bounds a resource (RLIMIT_AS, ...) of such a process, from outside: it has no system call to
  * raise the bound again. The hard limit is left alone, because to raise that takes a right that the

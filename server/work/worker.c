@@ -5,12 +5,8 @@
 #include "server/clock.h"
 #include "study.h"
 #include <malloc.h>
-#include <signal.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
-#include <unistd.h>
 
 enum {
     PROGRESS_MS = 20,             /* shortest time between two progress frames */
@@ -185,32 +181,17 @@ static bool handle(const struct worker_engine *engine, struct task *task,
 
 /* ------------------------------------------------------------------ the process */
 
-/* What a job frees stays with the process up to KEPT_BYTES: asking the system for it anew, page by
- * page, costs a sixth of a drape's time. */
-static void keep_memory(void) {
-    mallopt(M_TRIM_THRESHOLD, KEPT_BYTES);
-    mallopt(M_MMAP_THRESHOLD, KEPT_BYTES);
-}
-
-/* No life without the dispatcher, even in the midst of a solve. */
-static bool set_up(void) {
-    signal(SIGPIPE, SIG_IGN);
-    keep_memory();
-    return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && sandbox_enter(WORKER_FD, 0);
-}
-
 int worker_serve(const struct worker_engine *engine) {
     static struct task task;
-    struct frame_head head;
     struct frame_job job;
-    if (!set_up())
+    enum frame_state state;
+    if (!sandbox_begin(WORKER_FD, 0, KEPT_BYTES))
         return 1;
-    while (frame_receive(WORKER_FD, &head, sizeof head)) {
-        if (head.type != FRAME_JOB || head.length != sizeof job ||
-            !frame_receive(WORKER_FD, &job, sizeof job) || !handle(engine, &task, &job))
+    while ((state = frame_expect(WORKER_FD, FRAME_JOB, &job, sizeof job, NULL, NULL)) ==
+           FRAME_READY)
+        if (!handle(engine, &task, &job))
             return 1;
-    }
-    return 0;
+    return state == FRAME_CLOSED ? 0 : 1;
 }
 
 int worker_main(void) {

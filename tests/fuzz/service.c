@@ -103,7 +103,7 @@ static void prepare(void) {
 }
 
 const struct services *service(void) {
-    const struct document_pool_settings document_pool = {.express = 1,
+    const struct document_pool_settings document_pool = {.fast = 1,
                                                          .slow = 1,
                                                          .memory = 8 * (int64_t)BUDGET,
                                                          .timeout_ms = 10000,

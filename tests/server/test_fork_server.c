@@ -41,7 +41,7 @@ static const struct fork_server_role roles[] = {{"say", say}};
 static struct word begin(struct child *child) {
     struct word word = {0};
     memset(child, 0, sizeof *child);
-    assert_true(child_start(child, NULL, "say", SOCK_SEQPACKET));
+    assert_true(child_start(child, NULL, "say"));
     assert_int_equal(recv(child->socket, &word, sizeof word, 0), sizeof word);
     return word;
 }
@@ -53,7 +53,7 @@ static void end(struct child *child) {
     assert_string_equal(why, "exit with code 7");
 }
 
-static void test_nursery_copies_are_children(void **state) {
+static void test_fork_server_copies_are_children(void **state) {
     static struct child child[2];
     struct word word[2];
     (void)state;
@@ -82,7 +82,7 @@ static bool random_addresses(void) {
     return chosen != '0';
 }
 
-static void test_nursery_is_another_after_a_crash(void **state) {
+static void test_fork_server_is_another_after_a_crash(void **state) {
     static struct child child;
     char why[CHILD_WHY_SIZE];
     (void)state;
@@ -100,7 +100,7 @@ static void test_nursery_is_another_after_a_crash(void **state) {
 }
 
 /* The process of this one's children that is the fork server; 0: none. */
-static pid_t find_nursery(void) {
+static pid_t find_fork_server(void) {
     char command[64], line[16] = "";
     snprintf(command, sizeof command, "pgrep -P %d -f '^draped fork-server'", (int)getpid());
     FILE *found = popen(command, "re");
@@ -110,11 +110,11 @@ static pid_t find_nursery(void) {
     return any ? (pid_t)strtol(line, NULL, 10) : 0;
 }
 
-static void test_nursery_that_has_gone_is_replaced(void **state) {
+static void test_fork_server_that_has_gone_is_replaced(void **state) {
     static struct child child;
     (void)state;
     assert_true(fork_server_open());
-    pid_t fork_server = find_nursery();
+    pid_t fork_server = find_fork_server();
     assert_int_equal(fork_server != 0, !SANDBOX_SANITIZED);
     if (fork_server)
         assert_int_equal(kill(fork_server, SIGKILL), 0);
@@ -122,12 +122,12 @@ static void test_nursery_that_has_gone_is_replaced(void **state) {
         assert_int_equal(begin(&child).parent, getpid());
         end(&child);
     }
-    for (int k = 0; !SANDBOX_SANITIZED && !find_nursery(); k++) {
+    for (int k = 0; !SANDBOX_SANITIZED && !find_fork_server(); k++) {
         assert_true(k < 1000); /* some 10 s: it is being started */
         usleep(10000);
     }
     fork_server_close();
-    assert_int_equal(find_nursery(), 0);
+    assert_int_equal(find_fork_server(), 0);
     begin(&child); /* without one */
     end(&child);
 }
@@ -138,9 +138,9 @@ int main(int argc, char **argv) {
     if (argc == 2 && !strcmp(argv[1], "say"))
         return say();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nursery_copies_are_children),
-        cmocka_unit_test(test_nursery_is_another_after_a_crash),
-        cmocka_unit_test(test_nursery_that_has_gone_is_replaced),
+        cmocka_unit_test(test_fork_server_copies_are_children),
+        cmocka_unit_test(test_fork_server_is_another_after_a_crash),
+        cmocka_unit_test(test_fork_server_that_has_gone_is_replaced),
     };
     return cmocka_run_group_tests_name("fork server", tests, NULL, NULL);
 }

@@ -31,7 +31,7 @@ static void attend(struct exchange *exchange) {
 
 /* Stopped at once after the last one: all that was handed over is attended to before it ends, and
  * those that read never take more than their share of the threads. */
-static void test_desk_attends_to_each_once(void **state) {
+static void test_slow_calls_attends_to_each_once(void **state) {
     (void)state;
     for (int round = 1; round <= 3; round++) {
         struct slow_calls *slow_calls = slow_calls_start(attend);
@@ -68,7 +68,7 @@ static void wait_for_begun(int count) {
 
 /* All threads and a long line are one owner's: the only call of another is the next all the same.
  */
-static void test_desk_takes_the_owner_with_the_fewest(void **state) {
+static void test_slow_calls_takes_the_owner_with_the_fewest(void **state) {
     static struct request one = {.owner = "one"}, other = {.owner = "other"};
     (void)state;
     assert_int_equal(sem_init(&gate, 0, 0), 0);
@@ -94,7 +94,7 @@ static void test_desk_takes_the_owner_with_the_fewest(void **state) {
 
 /* One slow call is enough; some twenty quick ones end it. What changes take says nothing of reads.
  */
-static void test_desk_is_needed_while_calls_are_slow(void **state) {
+static void test_slow_calls_is_needed_while_calls_are_slow(void **state) {
     (void)state;
     struct slow_calls *slow_calls = slow_calls_start(attend);
     assert_non_null(slow_calls);
@@ -114,9 +114,9 @@ static void test_desk_is_needed_while_calls_are_slow(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_desk_attends_to_each_once),
-        cmocka_unit_test(test_desk_takes_the_owner_with_the_fewest),
-        cmocka_unit_test(test_desk_is_needed_while_calls_are_slow),
+        cmocka_unit_test(test_slow_calls_attends_to_each_once),
+        cmocka_unit_test(test_slow_calls_takes_the_owner_with_the_fewest),
+        cmocka_unit_test(test_slow_calls_is_needed_while_calls_are_slow),
     };
-    return cmocka_run_group_tests_name("desk", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("slow calls", tests, NULL, NULL);
 }

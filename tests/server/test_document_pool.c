@@ -44,7 +44,7 @@ static void misbehave(const char *body, size_t length) {
 }
 
 static struct document_pool_settings settings(void) {
-    return (struct document_pool_settings){.express = 2,
+    return (struct document_pool_settings){.fast = 2,
                                            .slow = 2,
                                            .memory = INT64_C(256) << 20,
                                            .timeout_ms = 20000,
@@ -103,7 +103,7 @@ static enum api_problem_id end_of(struct check *check) {
 
 /* ------------------------------------------------------------------ answers */
 
-static void test_checkers_drape(void **state) {
+static void test_document_pool_drape(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     struct api_check direct;
@@ -122,7 +122,7 @@ static void test_checkers_drape(void **state) {
     check_drop(check);
 }
 
-static void test_checkers_places_of_problem(void **state) {
+static void test_document_pool_places_of_problem(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     start(&wanted);
@@ -136,7 +136,7 @@ static void test_checkers_places_of_problem(void **state) {
     check_drop(check);
 }
 
-static void test_checkers_named_surface(void **state) {
+static void test_document_pool_named_surface(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     start(&wanted);
@@ -158,7 +158,7 @@ static void test_checkers_named_surface(void **state) {
 }
 
 /* A surface in a sealed file, since it is longer than a packet. */
-static void test_checkers_long_surface(void **state) {
+static void test_document_pool_long_surface(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     size_t blanks = 100000;
@@ -189,7 +189,7 @@ static void test_checkers_long_surface(void **state) {
 /* ------------------------------------------------------------------ lanes */
 
 /* Orders of every kind of length at once: all are answered, in whatever order. */
-static void test_checkers_many(void **state) {
+static void test_document_pool_many(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     struct check *checks[CHECKS];
@@ -205,9 +205,9 @@ static void test_checkers_many(void **state) {
         assert_int_equal(end_of(checks[k]), API_MALFORMED_JSON);
 }
 
-/* Slow orders of two owners fill the slow lane and the express lane over and over; a quick one is
+/* Slow orders of two owners fill the slow queue and the fast queue over and over; a quick one is
  * answered before any of them. */
-static void test_checkers_quick_passes_slow(void **state) {
+static void test_document_pool_quick_passes_slow(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     struct check *slow[6];
@@ -232,7 +232,7 @@ static void test_checkers_quick_passes_slow(void **state) {
 }
 
 /* One owner alone has at most one of the two slow places. */
-static void test_checkers_share_of_slow_lane(void **state) {
+static void test_document_pool_share_of_slow_lane(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     struct check *slow[4];
@@ -256,7 +256,7 @@ static void test_checkers_share_of_slow_lane(void **state) {
         check_drop(slow[k]);
 }
 
-/* One that has left the express lane, and stays for long. */
+/* One that has left the fast queue, and stays for long. */
 static struct check *begin_slow(void) {
     struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 15000");
     struct check *slow = begin(&order);
@@ -271,12 +271,12 @@ static struct check *begin_slow(void) {
 
 /* Of those that wait the first is that of the owner with the fewest under way, however many came
  * before it. */
-static void test_checkers_next_is_of_the_owner_with_fewest(void **state) {
+static void test_document_pool_next_is_of_the_owner_with_fewest(void **state) {
     (void)state;
     enum { WAITING = 20 };
     struct document_pool_settings wanted = settings();
     struct check *slow, *waiting[WAITING];
-    wanted.express = 1;
+    wanted.fast = 1;
     start(&wanted);
     slow = begin_slow();
     struct document_pool_order order = order_of(CHECKER_DRAPE, "sleep 100");
@@ -296,9 +296,9 @@ static struct check *begin_of(const char *owner, const char *body) {
     return begin(&order);
 }
 
-/* Whoever comes to a slow lane that two other owners hold waits for a turn of theirs, not for all
+/* Whoever comes to a slow queue that two other owners hold waits for a turn of theirs, not for all
  * that they wait with; and they end in spite of that. */
-static void test_checkers_slow_lane_has_turns(void **state) {
+static void test_document_pool_slow_lane_has_turns(void **state) {
     (void)state;
     enum { HELD = 4 };
     struct document_pool_settings wanted = settings();
@@ -313,15 +313,15 @@ static void test_checkers_slow_lane_has_turns(void **state) {
     document_pool_stats(pool, &stats);
     print_message("# waited %lld ms, %lld restarts\n", (long long)(clock_ms() - begun),
                   (long long)stats.restarts);
-    assert_in_range(stats.restarts, 1, 5); /* three left the express lane, one gave way */
+    assert_in_range(stats.restarts, 1, 5); /* three left the fast queue, one gave way */
     for (int k = 0; k < HELD; k++)
         assert_false(check_done(held[k]));
     for (int k = 0; k < HELD; k++)
         assert_int_equal(end_of(held[k]), API_MALFORMED_JSON);
 }
 
-/* An owner whose orders took long leaves one of the express places to others. */
-static void test_checkers_long_ones_leave_a_place(void **state) {
+/* An owner whose orders took long leaves one of the fast processes to others. */
+static void test_document_pool_long_ones_leave_a_place(void **state) {
     (void)state;
     enum { ORDERS = 8 };
     struct document_pool_settings wanted = settings();
@@ -343,13 +343,13 @@ static void test_checkers_long_ones_leave_a_place(void **state) {
 }
 
 /* All that are under way have one budget together. */
-static void test_checkers_share_a_budget(void **state) {
+static void test_document_pool_share_a_budget(void **state) {
     (void)state;
     enum { ORDERS = 8 };
     struct document_pool_settings wanted = settings();
     struct check *checks[ORDERS];
     struct document_pool_stats stats;
-    wanted.express = 4;
+    wanted.fast = 4;
     wanted.memory = INT64_C(32) << 20; /* of which one may take half */
     start(&wanted);
     for (int k = 0; k < ORDERS; k++) {
@@ -367,8 +367,8 @@ static void test_checkers_share_a_budget(void **state) {
         assert_int_equal(end_of(checks[k]), API_MALFORMED_JSON);
 }
 
-/* The slow lane's queue has an end for one owner, and none of it is the other's affair. */
-static void test_checkers_quota_of_waiting(void **state) {
+/* The slow queue's queue has an end for one owner, and none of it is the other's affair. */
+static void test_document_pool_quota_of_waiting(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     struct check *checks[DOCUMENT_POOL_SLOW_MAX + 8];
@@ -395,7 +395,7 @@ static void test_checkers_quota_of_waiting(void **state) {
 
 /* ------------------------------------------------------------------ what goes wrong */
 
-static void test_checkers_crash(void **state) {
+static void test_document_pool_crash(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     struct document_pool_stats stats;
@@ -410,7 +410,7 @@ static void test_checkers_crash(void **state) {
     assert_int_equal(stats.crashes, 5);
 }
 
-static void test_checkers_timeout(void **state) {
+static void test_document_pool_timeout(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     struct document_pool_stats stats;
@@ -422,7 +422,7 @@ static void test_checkers_timeout(void **state) {
     assert_int_equal(stats.timeouts, 1);
 }
 
-static void test_checkers_drop(void **state) {
+static void test_document_pool_drop(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     struct document_pool_stats stats;
@@ -443,7 +443,7 @@ static void test_checkers_drop(void **state) {
 }
 
 /* A tree of half a megabyte of empty arrays takes more than is left in a budget that is small. */
-static void test_checkers_memory(void **state) {
+static void test_document_pool_memory(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     size_t count = 200000;
@@ -489,7 +489,7 @@ static char *trimmed_surface(int size) {
 }
 
 /* More memory than such a body usually takes: it is begun anew with all that there is. */
-static void test_checkers_more_memory_than_usual(void **state) {
+static void test_document_pool_more_memory_than_usual(void **state) {
     (void)state;
     struct document_pool_settings wanted = settings();
     struct document_pool_stats stats;
@@ -512,23 +512,23 @@ int main(int argc, char **argv) {
     if (argc == 2 && !strcmp(argv[1], CHECKER_ARGUMENT))
         return checker_serve(&(struct checker_abilities){.before = misbehave});
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_checkers_drape, stop),
-        cmocka_unit_test_teardown(test_checkers_places_of_problem, stop),
-        cmocka_unit_test_teardown(test_checkers_named_surface, stop),
-        cmocka_unit_test_teardown(test_checkers_long_surface, stop),
-        cmocka_unit_test_teardown(test_checkers_many, stop),
-        cmocka_unit_test_teardown(test_checkers_quick_passes_slow, stop),
-        cmocka_unit_test_teardown(test_checkers_share_of_slow_lane, stop),
-        cmocka_unit_test_teardown(test_checkers_next_is_of_the_owner_with_fewest, stop),
-        cmocka_unit_test_teardown(test_checkers_slow_lane_has_turns, stop),
-        cmocka_unit_test_teardown(test_checkers_long_ones_leave_a_place, stop),
-        cmocka_unit_test_teardown(test_checkers_share_a_budget, stop),
-        cmocka_unit_test_teardown(test_checkers_quota_of_waiting, stop),
-        cmocka_unit_test_teardown(test_checkers_crash, stop),
-        cmocka_unit_test_teardown(test_checkers_timeout, stop),
-        cmocka_unit_test_teardown(test_checkers_drop, stop),
-        cmocka_unit_test_teardown(test_checkers_memory, stop),
-        cmocka_unit_test_teardown(test_checkers_more_memory_than_usual, stop),
+        cmocka_unit_test_teardown(test_document_pool_drape, stop),
+        cmocka_unit_test_teardown(test_document_pool_places_of_problem, stop),
+        cmocka_unit_test_teardown(test_document_pool_named_surface, stop),
+        cmocka_unit_test_teardown(test_document_pool_long_surface, stop),
+        cmocka_unit_test_teardown(test_document_pool_many, stop),
+        cmocka_unit_test_teardown(test_document_pool_quick_passes_slow, stop),
+        cmocka_unit_test_teardown(test_document_pool_share_of_slow_lane, stop),
+        cmocka_unit_test_teardown(test_document_pool_next_is_of_the_owner_with_fewest, stop),
+        cmocka_unit_test_teardown(test_document_pool_slow_lane_has_turns, stop),
+        cmocka_unit_test_teardown(test_document_pool_long_ones_leave_a_place, stop),
+        cmocka_unit_test_teardown(test_document_pool_share_a_budget, stop),
+        cmocka_unit_test_teardown(test_document_pool_quota_of_waiting, stop),
+        cmocka_unit_test_teardown(test_document_pool_crash, stop),
+        cmocka_unit_test_teardown(test_document_pool_timeout, stop),
+        cmocka_unit_test_teardown(test_document_pool_drop, stop),
+        cmocka_unit_test_teardown(test_document_pool_memory, stop),
+        cmocka_unit_test_teardown(test_document_pool_more_memory_than_usual, stop),
     };
     return api_prepare() ? cmocka_run_group_tests(tests, NULL, NULL) : 1;
 }

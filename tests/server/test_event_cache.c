@@ -17,7 +17,7 @@ static enum store_status status_since(struct scratch *scratch, const char *id, i
     return job.status;
 }
 
-static void test_board_shares_a_look(void **state) {
+static void test_event_cache_shares_a_look(void **state) {
     struct scratch scratch;
     struct store_job job;
     char id[ID_SIZE], other[ID_SIZE], *document = NULL;
@@ -41,6 +41,6 @@ static void test_board_shares_a_look(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_board_shares_a_look)};
-    return cmocka_run_group_tests_name("board", tests, NULL, NULL);
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_event_cache_shares_a_look)};
+    return cmocka_run_group_tests_name("event cache", tests, NULL, NULL);
 }
