@@ -26,6 +26,11 @@ struct lanes3 {
     lanes x, y, z;
 };
 
+/* struct surface_jet of several points. */
+struct lanes_jet {
+    struct lanes3 r, u, v, uu, uv, vv;
+};
+
 INLINE lanes lanes_load(const double *from) {
     lanes a;
     memcpy(&a, from, sizeof a);
@@ -99,6 +104,10 @@ INLINE lanes_mask lanes_not(lanes_mask mask) {
 
 /* ---- vectors of space, as in vec.h ---- */
 
+INLINE struct lanes3 lanes3_of(struct vec3 a) {
+    return (struct lanes3){lanes_of(a.x), lanes_of(a.y), lanes_of(a.z)};
+}
+
 INLINE struct lanes3 lanes3_add(struct lanes3 a, struct lanes3 b) {
     return (struct lanes3){a.x + b.x, a.y + b.y, a.z + b.z};
 }
@@ -127,18 +136,15 @@ INLINE lanes lanes3_norm2(struct lanes3 a) {
     return lanes3_dot(a, a);
 }
 
-/* The zero vector stays zero. */
-INLINE struct lanes3 lanes3_unit(struct lanes3 a) {
-    lanes n = lanes_sqrt(lanes3_norm2(a));
-    lanes_mask some = n > 0;
-    struct lanes3 unit = lanes3_scale(1 / n, a);
-    return (struct lanes3){lanes_select(some, unit.x, a.x), lanes_select(some, unit.y, a.y),
-                           lanes_select(some, unit.z, a.z)};
-}
-
 INLINE struct lanes3 lanes3_select(lanes_mask choose, struct lanes3 a, struct lanes3 b) {
     return (struct lanes3){lanes_select(choose, a.x, b.x), lanes_select(choose, a.y, b.y),
                            lanes_select(choose, a.z, b.z)};
+}
+
+/* a / |a|; the zero vector stays zero. */
+INLINE struct lanes3 lanes3_unit(struct lanes3 a) {
+    lanes n = lanes_sqrt(lanes3_norm2(a));
+    return lanes3_select(n > 0, lanes3_scale(1 / n, a), a);
 }
 
 #endif

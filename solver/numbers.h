@@ -69,6 +69,14 @@ INLINE double number_sqrt(double a) {
     return sqrt(a);
 }
 
+INLINE struct vec3 vec3_of(struct vec3 a) {
+    return a;
+}
+
+INLINE struct vec3 vec3_select(bool choose, struct vec3 a, struct vec3 b) {
+    return choose ? a : b;
+}
+
 INLINE bool number_not(bool mask) {
     return !mask;
 }

@@ -78,15 +78,9 @@ bool correction_find(const struct net_view *before, int32_t i, int32_t j, int di
 }
 
 bool correction_chord(const struct correction *correction, double *chord) {
-    double d = correction->d;
-    const struct vec3 *bend = correction->bend;
-    struct vec3 mean = vec3_scale(0.5, vec3_add(bend[0], bend[1]));
-    struct vec3 change = vec3_sub(bend[1], bend[0]);
-    double m2 = vec3_norm2(mean);
-    double across = correction_across(m2, vec3_dot(mean, change), vec3_norm2(change));
-    double share = correction_share(m2 / (d * d), across / (d * d));
-    *chord = d * sqrt(share);
-    return share > CORRECTION_SHORTEST;
+    bool holds;
+    *chord = correction_chord_of(correction->bend[0], correction->bend[1], correction->d, &holds);
+    return holds;
 }
 
 double correction_sideways(const struct correction *correction, const struct surface_point *from,

@@ -40,11 +40,8 @@ static inline struct vec3 correction_bend(struct vec3 p, struct vec3 q, struct v
     return vec3_add(vec3_sub(p, q), vec3_sub(r, q));
 }
 
-/* The square of the chord above over that of d, also of lanes of them; below the shortest it is no
- * yarn of this spacing but a crease. And p d^2, with M the mean of D2 and D3 its change over the
- * edge, from |M|^2, M . D3 and |D3|^2. */
-#define correction_share(q, p) (1 - (q) * (1.0 / 12) - (p) * (23.0 / 720 + (q)*0.001786))
-#define correction_across(m2, m3, third2) ((third2) - (m3) * (m3) / ((m2) + CORRECTION_STRAIGHT))
+/* The square of the chord above over that of d: below the shortest it is no yarn of this spacing
+ * but a crease. */
 #define CORRECTION_STRAIGHT 1e-300
 #define CORRECTION_SHORTEST 0.5
 
@@ -63,17 +60,14 @@ double correction_sideways(const struct correction *correction, const struct sur
 #define CORRECTION_PRODUCT 24.0
 #define CORRECTION_APART 1e-6
 #define CORRECTION_APART_SHARE (1.0 / 24)
-#define correction_apart(net) (CORRECTION_APART + CORRECTION_APART_SHARE * (net))
+
+#include "correction_formulas.h"
 
 /* Whether D2 at the near end (0) or the far one agrees with the normal curvature there, where there
  * is one: not at a pole. */
 static inline bool correction_agrees(const struct correction *correction, int end,
                                      const struct surface_point *point, double curvature) {
-    double d = correction->d, expected = fabs(curvature) * d * d;
-    double net = fabs(surface_point_gauss_curvature(point)) * d * d;
-    double miss = fabs(vec3_dot(correction->bend[end], point->normal) - curvature * d * d);
-    return (miss <= CORRECTION_SHARE * expected + CORRECTION_LEAST * d &&
-            miss * expected <= CORRECTION_PRODUCT * correction_apart(net) * d * d) ||
+    return correction_bend_agrees(correction->bend[end], correction->d, point, curvature) ||
            surface_point_at_pole(point->surface, point);
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "fishnet.h"
 
-#include "fishnet_limits.h"
+#include "cell_formulas.h"
 #include "rough.h"
 #include "solver/path/relaxation.h"
 #include "solver/shell/crossing.h"
@@ -35,94 +35,14 @@ void fishnet_chords(struct surface_cursor *cursor, enum drape_method method,
     cell->bd = fishnet_arc_chord(length[0], cell->curvature[0]);
 }
 
-/* Twice the area of the triangle p q r as seen along the normal. */
-static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 normal) {
-    return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
-}
-
-/* Whether all corners turn one way in space. */
-static bool is_convex(struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 d) {
-    struct vec3 normal = vec3_cross(vec3_sub(d, a), vec3_sub(b, c));
-    return turn(a, c, d, normal) > 0 && turn(d, b, a, normal) > 0 && turn(c, d, b, normal) > 0 &&
-           turn(b, a, c, normal) > 0;
-}
-
 bool fishnet_right_root(const struct fishnet_cell *cell, const struct surface_point *d) {
-    struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
-    int sign = cell->orientation;
-    double at_d = sign * turn(c, d->jet.r, b, d->normal);
-    if (!(at_d > 0) || !(sign * turn(c, d->jet.r, b, cell->b->normal) > 0))
-        return false;
-    return at_d > FISHNET_OPEN_SINE * cell->bd * cell->cd ||
-           (sign * turn(a, c, d->jet.r, d->normal) > 0 &&
-            sign * turn(d->jet.r, b, a, d->normal) > 0 && is_convex(a, b, c, d->jet.r));
-}
-
-/* Solves J step = f with the rows of J being 2 w . (r_u, r_v). */
-struct linear {
-    double a, b, c, d, inverse;
-};
-
-static bool linear_make(const struct surface_jet *jet, struct vec3 wb, struct vec3 wc,
-                        struct linear *linear) {
-    struct linear m = {vec3_dot(wb, jet->u), vec3_dot(wb, jet->v), vec3_dot(wc, jet->u),
-                       vec3_dot(wc, jet->v), 0};
-    double determinant = m.a * m.d - m.b * m.c;
-    m.inverse = 1 / determinant;
-    *linear = m;
-    return isfinite(m.inverse);
-}
-
-static void linear_solve(const struct linear *m, double f1, double f2, double step[2]) {
-    step[0] = (m->d * f1 - m->b * f2) * m->inverse;
-    step[1] = (m->a * f2 - m->c * f1) * m->inverse;
-}
-
-/* e, the way from D by the step s on the surface taken as a paraboloid, and r_u, r_v there. */
-static struct vec3 model_step(const struct surface_jet *jet, const double s[2],
-                              struct surface_jet *there) {
-    struct vec3 u = vec3_axpy(s[1], jet->uv, vec3_scale(s[0], jet->uu));
-    struct vec3 v = vec3_axpy(s[1], jet->vv, vec3_scale(s[0], jet->uv));
-    there->u = vec3_add(jet->u, u);
-    there->v = vec3_add(jet->v, v);
-    u = vec3_axpy(0.5, u, jet->u);
-    v = vec3_axpy(0.5, v, jet->v);
-    return vec3_axpy(s[1], v, vec3_scale(s[0], u));
-}
-
-/* Newton's step s for F(u, v) = (|r - B|^2 - bd^2, |r - C|^2 - cd^2) / 2, and more of them for the
- * paraboloid that has the derivatives at hand, F + w . e + |e|^2 / 2 = 0: those cost a fraction of
- * an evaluation, and leave the third derivatives' share of the error alone. */
-static bool newton_step(const struct surface_jet *jet, struct vec3 wb, struct vec3 wc,
-                        const double f[2], double error, double step[2]) {
-    struct linear linear;
-    if (!linear_make(jet, wb, wc, &linear))
-        return false;
-    linear_solve(&linear, -f[0], -f[1], step);
-    double whole = fabs(step[0]) + fabs(step[1]);
-    for (int round = 0; round < FISHNET_MODEL_ROUNDS && error > FISHNET_MODEL_LEAST; round++) {
-        struct surface_jet there;
-        double more[2];
-        struct vec3 e = model_step(jet, step, &there);
-        double half = vec3_norm2(e) / 2;
-        if (!linear_make(&there, vec3_add(wb, e), vec3_add(wc, e), &linear))
-            break;
-        linear_solve(&linear, -(f[0] + vec3_dot(wb, e) + half), -(f[1] + vec3_dot(wc, e) + half),
-                     more);
-        double size = fabs(more[0]) + fabs(more[1]);
-        if (!(size < 0.5 * whole))
-            break;
-        step[0] += more[0];
-        step[1] += more[1];
-        if (size <= FISHNET_MODEL_ENOUGH * whole)
-            break;
-    }
-    return isfinite(step[0]) && isfinite(step[1]);
-}
-
-/* The square of the size of a step in space, to first order. */
-static double spatial_size2(const struct surface_jet *jet, const double step[2]) {
-    return vec3_norm2(vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u)));
+    const struct corner corner = {.a = cell->a->jet.r,
+                                  .b = cell->b->jet.r,
+                                  .c = cell->c->jet.r,
+                                  .bd = cell->bd,
+                                  .cd = cell->cd,
+                                  .jet.r = d->jet.r};
+    return is_right_root(&corner, cell->orientation, cell->b->normal, d->normal);
 }
 
 /* From uv, which is at r, by `step`, no longer than `longest`; near a pole through its chart. */
@@ -143,101 +63,64 @@ static void move(const struct surface *surface, struct surface_cursor *cursor, s
     uv[1] += step[1];
 }
 
-/* F of newton_step, and the larger relative length error; `inverse` holds 1 / bd^2, 1 / cd^2. */
-static double length_error(const struct fishnet_cell *cell, const double inverse[2], struct vec3 wb,
-                           struct vec3 wc, double f[2]) {
-    f[0] = (vec3_norm2(wb) - cell->bd * cell->bd) / 2;
-    f[1] = (vec3_norm2(wc) - cell->cd * cell->cd) / 2;
-    double b = fabs(f[0]) * inverse[0], c = fabs(f[1]) * inverse[1];
-    return b > c ? b : c;
-}
-
 static void shorten(double step[2], double share) {
     step[0] *= share;
     step[1] *= share;
 }
 
-/* The last step, next to nothing: D moves by it on the paraboloid, and needs no evaluation. */
-static bool settle(const struct surface *surface, const struct fishnet_cell *cell,
-                   const double inverse[2], struct vec3 wb, struct vec3 wc, double f[2],
-                   struct fishnet_node *node) {
-    struct linear linear;
-    struct surface_point *d = &node->point;
-    double step[2];
-    if (node->residual > FISHNET_SETTLED && linear_make(&d->jet, wb, wc, &linear)) {
-        struct surface_jet there;
-        linear_solve(&linear, -f[0], -f[1], step);
-        struct vec3 e = model_step(&d->jet, step, &there);
-        d->uv[0] += step[0];
-        d->uv[1] += step[1];
-        d->jet.r = vec3_add(d->jet.r, e);
-        d->jet.u = there.u;
-        d->jet.v = there.v;
-        node->residual = length_error(cell, inverse, vec3_add(wb, e), vec3_add(wc, e), f);
-    }
-    return surface_point_complete(surface, d);
-}
-
-/* Whether `settle` leaves no more than rounding where a step of the size s (squared, by that of the
- * edge) led to this error. With T the third derivatives, the error is T s^3 / 6, and by T times the
- * last step the second derivatives are wrong, from which the next chords come. */
-static bool may_settle(double error, double share2) {
-    double wrong = 6 * error * error;
-    return wrong * wrong < FISHNET_NEGLIGIBLE * FISHNET_NEGLIGIBLE * share2 * share2 * share2;
-}
-
 /* Newton from uv; a step that does not reduce the error is halved. */
 static bool newton(const struct surface *surface, struct surface_cursor *cursor,
                    const struct fishnet_cell *cell, const double uv[2], struct fishnet_node *node) {
-    bool ordered = cell->bd < cell->cd;
+    bool ordered = cell->bd < cell->cd, converged = false;
     double least = ordered ? cell->bd : cell->cd, longest = 2 * (ordered ? cell->cd : cell->bd);
-    const double inverse[2] = {1 / (cell->bd * cell->bd), 1 / (cell->cd * cell->cd)};
-    double enough = FISHNET_TOLERANCE + FISHNET_ROUNDING * surface->magnitude / least;
+    double enough = enough_error(surface, least);
     double limit = cell->corrects ? FISHNET_CORRECTED_GUESS : FISHNET_GUESS_SHARE * enough;
     int halvings = 0;
     double share2 = 0; /* the last step's size by the edge's, squared; 0 when it was shortened */
     double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
-    struct surface_point *d = &node->point;
-    struct vec3 from_r = cell->c->jet.r;
-    d->uv[0] = uv[0];
-    d->uv[1] = uv[1];
-    for (int round = 0; round < NEWTON_MAX; round++) {
-        double f[2];
-        surface_jet_at(surface, cursor, d->uv[0], d->uv[1], &d->jet);
-        struct vec3 wb = vec3_sub(d->jet.r, cell->b->jet.r);
-        struct vec3 wc = vec3_sub(d->jet.r, cell->c->jet.r);
-        double error = length_error(cell, inverse, wb, wc, f);
-        node->residual = error;
+    struct vec3 b = cell->b->jet.r, c = cell->c->jet.r, from_r = c;
+    struct corner d = {.bd = cell->bd, .cd = cell->cd, .uv = {uv[0], uv[1]}};
+    square_chords(&d);
+    for (int round = 0; round < NEWTON_MAX && !converged; round++) {
+        surface_jet_at(surface, cursor, d.uv[0], d.uv[1], &d.jet);
+        d.wb = vec3_sub(d.jet.r, b);
+        d.wc = vec3_sub(d.jet.r, c);
+        find_error(&d);
         node->iterations += 1;
-        if (error <= limit || may_settle(error, share2) ||
-            (error >= previous && error <= FISHNET_STAGNATION))
-            return settle(surface, cell, inverse, wb, wc, f, node);
-        if (error < previous) {
-            if (!newton_step(&d->jet, wb, wc, f, error, step))
-                return false;
-            previous = error;
+        converged = has_converged(d.error, limit, share2, previous);
+        if (converged) {
+            settle(&d);
+        } else if (d.error < previous) {
+            if (!newton_step(&d, true, step))
+                break;
+            previous = d.error;
             halvings = 0;
-            from[0] = d->uv[0];
-            from[1] = d->uv[1];
-            from_r = d->jet.r;
-            double size2 = spatial_size2(&d->jet, step);
+            from[0] = d.uv[0];
+            from[1] = d.uv[1];
+            from_r = d.jet.r;
+            double size2 = spatial_size2(&d.jet, step);
             share2 = size2 / (least * least);
             if (size2 > longest * longest) {
                 shorten(step, longest / sqrt(size2));
                 share2 = 0;
             }
+            move(surface, cursor, from_r, step, longest, d.uv);
         } else {
             if (++halvings > HALVINGS_MAX)
-                return false;
+                break;
             shorten(step, 0.5);
             share2 = 0;
-            d->uv[0] = from[0];
-            d->uv[1] = from[1];
+            d.uv[0] = from[0];
+            d.uv[1] = from[1];
+            move(surface, cursor, from_r, step, longest, d.uv);
         }
-        move(surface, cursor, from_r, step, longest, d->uv);
         limit = enough;
     }
-    return false;
+    node->residual = d.error;
+    node->point.uv[0] = d.uv[0];
+    node->point.uv[1] = d.uv[1];
+    node->point.jet = d.jet;
+    return converged && surface_point_complete(surface, &node->point);
 }
 
 /* D if the surface were the tangent plane at B: the intersection of the two circles away from A,
@@ -398,7 +281,7 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
     node->looked = false;
     struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
     if (!(cell->bd > 0) || !(cell->cd > 0) ||
-        !(cell->orientation * turn(a, c, b, cell->b->normal) > 0))
+        !(cell->orientation * triangle_turn(a, c, b, cell->b->normal) > 0))
         return FISHNET_COLLAPSED;
     if (surface->shell && solve_on_shell(cursor, cell, node))
         return FISHNET_FOUND;

@@ -48,10 +48,6 @@ INLINE void places_put(struct lanes3 a, places *of, int k) {
     lanes_store(a.z, &of[2][k]);
 }
 
-INLINE struct lanes3 everywhere(struct vec3 a) {
-    return (struct lanes3){lanes_of(a.x), lanes_of(a.y), lanes_of(a.z)};
-}
-
 /* The tangent plane by r_u and r_v, and the components of vectors in it. */
 struct lanes_plane {
     struct lanes3 u, v;
@@ -128,10 +124,10 @@ static void lay(const struct surface *surface, struct collocation_piece *piece) 
     BATCHES(k) evaluate(surface, piece, k);
     BATCHES(k) places_put(lanes3_scale(length, come_about(piece->bend, k)), turned, k);
     BATCHES(k) {
-        struct lanes3 way = come_about(turned, k), leave = everywhere(piece->leave);
+        struct lanes3 way = come_about(turned, k), leave = lanes3_of(piece->leave);
         way = lanes3_axpy(lanes_load(&gauss_place[k]), leave, way);
         places_put(lanes3_add(leave, places_vector(turned, k)), piece->tangent, k);
-        places_put(lanes3_axpy(length, way, everywhere(piece->from)), piece->r, k);
+        places_put(lanes3_axpy(length, way, lanes3_of(piece->from)), piece->r, k);
     }
     piece->arrive = vec3_axpy(piece->length, whole(piece->bend), piece->leave);
     piece->to = vec3_axpy(piece->length, vec3_add(piece->leave, whole(turned)), piece->from);
@@ -143,7 +139,7 @@ static void move(struct collocation_piece *piece, struct vec3 turn, const double
         lanes along = piece->begin + piece->length * place;
         lanes further = shift[0] + (shift[1] - shift[0]) * place;
         struct lanes3 tangent = places_vector(piece->tangent, k);
-        struct lanes3 bend = places_vector(piece->bend, k), turned = everywhere(turn);
+        struct lanes3 bend = places_vector(piece->bend, k), turned = lanes3_of(turn);
         struct lanes3 to = lanes3_axpy(along, turned, places_vector(piece->r, k));
         to = lanes3_axpy(further, lanes3_axpy(further / 2, bend, tangent), to);
         struct lanes3 step = lanes3_sub(to, places_vector(piece->jet, k));

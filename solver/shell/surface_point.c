@@ -52,22 +52,10 @@ static struct vec3 limit_normal(const struct surface *surface, const struct surf
 }
 
 bool surface_point_complete(const struct surface *surface, struct surface_point *point) {
-    const struct surface_jet *jet = &point->jet;
-    struct vec3 cross = vec3_cross(jet->u, jet->v);
-    double nu = vec3_norm2(jet->u), nv = vec3_norm2(jet->v), area = vec3_norm2(cross);
-    const double *least = surface->least_tangent2;
     point->surface = surface;
-    point->first[0] = nu;
-    point->first[1] = vec3_dot(jet->u, jet->v);
-    point->first[2] = nv;
-    if (nu > least[0] && nv > least[1] &&
-        area > SURFACE_POINT_PARALLEL * SURFACE_POINT_PARALLEL * nu * nv)
-        point->normal = vec3_scale(surface->side / sqrt(area), cross);
-    else
+    if (!surface_point_first_form(surface, &point->jet, point->first, &point->normal))
         point->normal = limit_normal(surface, point);
-    point->second[0] = vec3_dot(jet->uu, point->normal);
-    point->second[1] = vec3_dot(jet->uv, point->normal);
-    point->second[2] = vec3_dot(jet->vv, point->normal);
+    surface_point_second_form(&point->jet, point->normal, point->second);
     return vec3_norm2(point->normal) > 0;
 }
 

@@ -49,18 +49,6 @@ bool surface_point_pull(const struct surface *surface, struct surface_cursor *cu
 double surface_point_pole_distance(const struct surface *surface, struct vec3 point,
                                    struct vec3 *pole);
 
-/* Whether a pole is nearer to a point than the square root of `distance2`. */
-static inline bool surface_point_near_pole(const struct surface *surface, struct vec3 point,
-                                           double distance2) {
-    bool near = false;
-    for (int k = 0; surface->has_poles && k < 4; k++) {
-        const struct surface_axis *axis = &surface->axis[k / 2];
-        near = near || (axis->pole[k % 2] &&
-                        vec3_norm2(vec3_sub(point, axis->pole_point[k % 2])) < distance2);
-    }
-    return near;
-}
-
 /* Round a closed direction k that no pole closes, the net is cut open half a turn from its centre:
  * that much in its parameter; HUGE_VAL for other directions. */
 double surface_point_cut_turn(const struct surface *surface, int k);

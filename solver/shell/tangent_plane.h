@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The tangent plane at a point and how the surface bends there, for numbers and for lanes
- * (`solver/numbers.h`). Inline, because every node needs it several times.
+ * The tangent plane at a point, how the surface bends there and whether a pole is near, for numbers
+ * and for lanes (`solver/numbers.h`). Inline, because every node needs it several times.
  */
 #include "solver/numbers.h"
 
@@ -15,6 +15,38 @@ struct lanes_point {
     lanes first[3], second[3];
 };
 #endif
+
+/* Whether a pole is nearer to a point than the square root of `distance2`. */
+INLINE MASK NAME(surface_point_near_pole)(const struct surface *surface, VECTOR point,
+                                          NUMBER distance2) {
+    MASK near = distance2 < distance2;
+    for (int k = 0; surface->has_poles && k < 4; k++) {
+        const struct surface_axis *axis = &surface->axis[k / 2];
+        if (axis->pole[k % 2])
+            near |= V(norm2)(V(sub)(point, V(of)(axis->pole_point[k % 2]))) < distance2;
+    }
+    return near;
+}
+
+/* The first fundamental form, and the normal where r_u and r_v span a plane. */
+INLINE MASK NAME(surface_point_first_form)(const struct surface *surface, const JET *jet,
+                                           NUMBER first[3], VECTOR *normal) {
+    VECTOR cross = V(cross)(jet->u, jet->v);
+    NUMBER nu = V(norm2)(jet->u), nv = V(norm2)(jet->v), area = V(norm2)(cross);
+    const double *least = surface->least_tangent2;
+    first[0] = nu;
+    first[1] = V(dot)(jet->u, jet->v);
+    first[2] = nv;
+    *normal = V(scale)(surface->side / N(sqrt)(area), cross);
+    return (nu > least[0]) & (nv > least[1]) &
+           (area > SURFACE_POINT_PARALLEL * SURFACE_POINT_PARALLEL * nu * nv);
+}
+
+INLINE void NAME(surface_point_second_form)(const JET *jet, VECTOR normal, NUMBER second[3]) {
+    second[0] = V(dot)(jet->uu, normal);
+    second[1] = V(dot)(jet->uv, normal);
+    second[2] = V(dot)(jet->vv, normal);
+}
 
 /* With E, F, G the first fundamental form and (p, q) = direction . (r_u, r_v), the components are
  * (G p - F q, E q - F p) / (E G - F^2); this is the numerator. */

@@ -9,10 +9,6 @@
 #include "solver/lanes.h"
 #include "spans.h"
 
-struct lanes_jet {
-    struct lanes3 r, u, v, uu, uv, vv;
-};
-
 #define FORMULAS_OF_LANES
 #include "offset_jet.h"
 
