@@ -15,16 +15,10 @@ static enum api_problem_id no_memory(struct api_problem *problem, const char *wh
 
 enum api_problem_id api_check_shape(struct api_request *request, const struct api_limits *limits,
                                     struct arena *arena, struct api_problem *problem) {
-    struct surface *surface;
-    struct mesh *mesh;
-    struct api_shell shell;
-    if (api_shape_is_large(&request->surface))
-        return API_OK;
-    if (request->surface.kind == API_SURFACE_MESH)
-        return api_shape_mesh(request, limits, arena, &mesh, problem);
-    if (request->surface.kind == API_SURFACE_SHELL)
-        return api_shape_shell(request, limits, arena, &shell, problem);
-    return api_shape_make(request, limits, arena, &surface, problem);
+    struct api_shape shape;
+    return api_shape_is_large(&request->surface)
+               ? API_OK
+               : api_shape_make(request, limits, arena, &shape, problem);
 }
 
 static enum api_problem_id check_drape(const struct api_input *input,

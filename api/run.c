@@ -159,8 +159,6 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
                                const struct api_limits *limits, const struct drape_monitor *monitor,
                                const struct api_sink *sink, struct api_problem *problem) {
     struct api_request request;
-    struct surface *surface = NULL;
-    struct mesh *mesh = NULL;
     struct drape_result result = {0};
     if (api_decode(input, limits, arena, &request, problem) != API_OK)
         return problem->id;
@@ -168,32 +166,26 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
         api_problem_add(problem, "/surface/id", "no surface is stored under this id");
         return problem->id;
     }
-    struct api_shell shell = {0};
-    bool on_mesh = request.surface.kind == API_SURFACE_MESH;
-    bool on_shell = request.surface.kind == API_SURFACE_SHELL;
-    if (on_mesh    ? api_shape_mesh(&request, limits, arena, &mesh, problem)
-        : on_shell ? api_shape_shell(&request, limits, arena, &shell, problem)
-                   : api_shape_make(&request, limits, arena, &surface, problem))
+    struct api_shape shape;
+    if (api_shape_make(&request, limits, arena, &shape, problem) != API_OK)
         return problem->id;
-    request.settings.start_face = shell.start_face;
+    const struct drape_part *part = &shape.part;
+    request.settings.start_face = shape.shell.start_face;
     struct api_threads threads;
     request.settings.team = api_threads_make(&threads, limits->threads);
     double begin = now_ms();
-    enum status status =
-        on_mesh    ? drape_solve_mesh(mesh, &request.settings, monitor, arena, &result)
-        : on_shell ? drape_solve_shell(shell.shell, &request.settings, monitor, arena, &result)
-                   : drape_solve(surface, &request.settings, monitor, arena, &result);
+    enum status status = drape_solve(part, &request.settings, monitor, arena, &result);
     double solve_ms = now_ms() - begin;
-    if (on_shell && status == STATUS_START_OFF_SURFACE)
-        api_shape_shell_off(&request, &shell, arena, problem);
+    if (part->shell && status == STATUS_START_OFF_SURFACE)
+        api_shape_shell_off(&request, &shape.shell, arena, problem);
     set_solve_problem(problem, status, &request.settings, result.faulty_generator);
     if (problem->id != API_OK)
         return problem->id;
-    number_faces(&shell, &result);
-    size_t components = mesh          ? mesh->component_count
-                        : shell.shell ? shell_component_count(shell.shell)
+    number_faces(&shape.shell, &result);
+    size_t components = part->mesh    ? part->mesh->component_count
+                        : part->shell ? shell_component_count(part->shell)
                                       : 1;
-    const struct warnings_subject subject = {&request, &result, surface, components};
+    const struct warnings_subject subject = {&request, &result, part, components};
     return write_result(&subject, solve_ms, sink, arena, problem);
 }
 

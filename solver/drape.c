@@ -9,14 +9,10 @@
 #include "solver/shell/offset.h"
 #include <float.h>
 
-const char *drape_reason_name(enum drape_reason reason) {
-    static const char *const names[] = {
-#define X(id, name) name,
-        DRAPE_REASON_LIST(X)
-#undef X
-    };
-    return names[reason];
-}
+/* Patches of the mosaic against the spacing (paper, Fig. 9), and how many there may be against the
+ * nodes allowed: two triangles to a square patch, with a margin. */
+static const double patch_size = 0.25;
+static const size_t patches_per_node = 80;
 
 /* Written so that NaN is refused. */
 static bool in_range(double x, double low, double high) {
@@ -27,85 +23,23 @@ static bool valid_extent(const struct drape_settings *s, int k) {
     return !s->has_extent[k] || (s->extent[k][0] <= 0 && s->extent[k][1] >= 0);
 }
 
-/* Patches of the mosaic against the spacing (paper, Fig. 9), and how many there may be against the
- * nodes allowed: two triangles to a square patch, with a margin. */
-static const double patch_size = 0.25;
-static const size_t patches_per_node = 80;
-
-static enum status check_settings(const struct drape_settings *s) {
-    bool good = in_range(s->spacing[0], DBL_MIN, DBL_MAX) &&
-                in_range(s->spacing[1], DBL_MIN, DBL_MAX) &&
-                in_range(s->direction_deg, -1e6, 1e6) && in_range(s->pre_shear_deg, -80, 80) &&
-                valid_extent(s, 0) && valid_extent(s, 1) && s->max_nodes > 0;
-    return good ? STATUS_OK : STATUS_INVALID;
+static bool suits_mesh(const struct drape_settings *s) {
+    const struct drape_method_traits *method = &drape_method_traits[s->method];
+    return method->on_meshes && (method->flat || s->yarn_path == DRAPE_PATH_CHORD);
 }
 
-/* Ghosts beyond the last node inside: what the stencils of the shear angle reach, and in a first
- * march those of the correction beyond them. */
-enum { FRINGE = 2, FRINGE_BEFORE = 4 };
-
-/* A net that nobody watches is given up when it has so many times the nodes that its cells would
- * have unsheared. */
-static const double layers_most = 4;
-static const size_t nodes_least = 1000;
-
-/* A net on a shell with one boundary is not expected to meet itself, and on most it does not: one
- * that does, as round a deep cup, is marched again and watched from its first node on. Round its
- * wall a net that is not watched may go on without an end. */
-static enum status march_on(struct march *march) {
-    const struct march begun = *march;
-    if (march->mesh || !march->surface->shell || march->watched)
-        return march_run(march);
-    struct drape_settings bounded = *march->settings;
-    double cells = march_area(march) / (bounded.spacing[0] * bounded.spacing[1]);
-    size_t most = nodes_least + (size_t)fmin(layers_most * cells, (double)SIZE_MAX / 4);
-    bounded.max_nodes = most < bounded.max_nodes ? most : bounded.max_nodes;
-    march->settings = &bounded;
-    enum status status = march_run(march);
-    march->settings = begun.settings;
-    bool folded = status == STATUS_TOO_MANY_NODES;
-    if (status == STATUS_OK)
-        status = march_find_fold(march, &folded);
-    if (!folded)
-        return status;
-    *march = begun;
-    march->watched = true;
-    return march_run(march);
+static bool are_valid(const struct drape_settings *s) {
+    return in_range(s->spacing[0], DBL_MIN, DBL_MAX) && in_range(s->spacing[1], DBL_MIN, DBL_MAX) &&
+           in_range(s->direction_deg, -1e6, 1e6) && in_range(s->pre_shear_deg, -80, 80) &&
+           valid_extent(s, 0) && valid_extent(s, 1) && s->max_nodes > 0;
 }
 
-/* The march, twice for a method that corrects its first net, which has an arena of its own: the
- * report needs it no longer than to take the estimates from it. */
-static enum status march_all(struct march *march) {
-    struct arena *arena = march->arena;
-    bool corrected = march->settings->method == DRAPE_GIB4;
-    march->fringe = corrected ? FRINGE_BEFORE : FRINGE;
-    if (corrected && !(march->arena = arena_child(arena)))
-        return STATUS_OUT_OF_MEMORY;
-    enum status status = march_on(march);
-    if (status != STATUS_OK || !corrected)
-        return status;
-    *march = (struct march){.surface = march->surface,
-                            .slit = march->slit,
-                            .cut_centre = {march->cut_centre[0], march->cut_centre[1]},
-                            .settings = march->settings,
-                            .monitor = march->monitor,
-                            .arena = arena,
-                            .start = march->start,
-                            .first = march->net,
-                            .before = net_view(march->net),
-                            .watch = march->watch,
-                            .watched = march->watched,
-                            .fringe = FRINGE};
-    status = march_on(march);
-    return status == STATUS_OK ? estimate_make(march) : status;
-}
+/* ---- what many drapes share ---- */
 
-/* ---- the method mosaic ---- */
-
-/* Of a shell by the side that its first face then has. */
-struct drape_facets {
-    const struct mesh *side[2];
-    double size;
+struct drape_prepared {
+    const struct mesh_smooth *smooth; /* of a mesh */
+    const struct mesh *facets[2];     /* by the side that the first face of a shell then has */
+    double facet_size;
     int32_t component; /* 0 of a surface */
 };
 
@@ -117,11 +51,7 @@ static int side_of(const struct surface *surface) {
     return surface->shell && shell_surface(surface->shell, 0)->side < 0;
 }
 
-static int32_t component_of(const struct surface *surface) {
-    return surface->shell ? shell_component(surface->shell, surface->face) : 0;
-}
-
-/* The surface, or the faces of its shell, as triangles. */
+/* The surface, or the component of its shell, as triangles. */
 static enum status make_facets(const struct surface *surface, const struct drape_settings *settings,
                                struct arena *arena, const struct mesh **facets) {
     struct mesh *mesh = NULL;
@@ -137,106 +67,73 @@ static enum status make_facets(const struct surface *surface, const struct drape
 /* Those of a component of a shell, for starts on faces that have their side as its first has, and
  * for the others. */
 static enum status make_sides(const struct shell *shell, const struct drape_settings *settings,
-                              struct arena *arena, struct drape_facets *facets) {
+                              struct arena *arena, struct drape_prepared *prepared) {
     struct shell *oriented = NULL;
     for (int32_t k = 0; k < (int32_t)shell_face_count(shell); k++) {
         bool others = oriented != NULL;
-        if (shell_component(shell, k) != facets->component ||
+        if (shell_component(shell, k) != prepared->component ||
             (others && shell_surface(oriented, k)->side > 0))
             continue;
         enum status status = shell_orient(shell, k, arena, &oriented);
         const struct surface *face = status == STATUS_OK ? shell_surface(oriented, k) : NULL;
         if (face)
-            status = make_facets(face, settings, arena, &facets->side[side_of(face)]);
+            status = make_facets(face, settings, arena, &prepared->facets[side_of(face)]);
         if (status != STATUS_OK || others)
             return status;
     }
     return STATUS_OK;
 }
 
-enum status drape_prepare_facets(const struct surface *surface, const struct shell *shell,
-                                 int32_t component, const struct drape_settings *settings,
-                                 struct arena *arena, const struct drape_facets **facets) {
-    struct drape_facets *made = arena_alloc(arena, 1, sizeof *made);
-    enum status status = made ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-    *facets = NULL;
-    if (settings->method != DRAPE_MOSAIC || !made)
-        return status;
-    made->size = facet_size(settings);
-    *facets = made;
-    if (shell && shell_face_count(shell) == 1) /* draped as that face's surface */
-        surface = shell_plain_surface(shell, 0);
-    if (surface)
-        return make_facets(surface, settings, arena, &made->side[0]);
+/* A shell of one face is draped as that face's surface. */
+static struct drape_part without_joints(const struct drape_part *part) {
+    if (!part->shell || shell_face_count(part->shell) > 1)
+        return *part;
+    return (struct drape_part){.surface = shell_plain_surface(part->shell, 0),
+                               .trim = shell_trim(part->shell, 0)};
+}
+
+static enum status make_smooth(const struct mesh *mesh, struct arena *arena,
+                               const struct mesh_smooth **smooth) {
+    struct mesh_smooth *made = NULL;
+    enum status status = mesh_smooth_make(mesh, arena, &made);
+    *smooth = made;
+    return status;
+}
+
+enum status drape_prepare(const struct drape_part *whole, int32_t component,
+                          const struct drape_settings *settings, struct arena *arena,
+                          const struct drape_prepared **prepared) {
+    const struct drape_part part = without_joints(whole);
+    bool flat = drape_method_traits[settings->method].flat;
+    struct drape_prepared *made = arena_alloc(arena, 1, sizeof *made);
+    *prepared = made;
+    if (!made)
+        return STATUS_OUT_OF_MEMORY;
+    if (part.mesh)
+        return flat ? STATUS_OK : make_smooth(part.mesh, arena, &made->smooth);
+    if (!flat)
+        return STATUS_OK;
+    made->facet_size = facet_size(settings);
+    if (part.surface)
+        return make_facets(part.surface, settings, arena, &made->facets[0]);
     made->component = component;
-    return make_sides(shell, settings, arena, made);
+    return make_sides(part.shell, settings, arena, made);
 }
 
 /* Has the march go over triangles: those that are ready, or its own. */
 static enum status tessellate(struct march *march) {
     const struct surface *surface = march->surface;
-    const struct drape_facets *ready = march->settings->facets;
+    const struct drape_prepared *ready = march->settings->prepared;
+    int32_t component = surface->shell ? shell_component(surface->shell, surface->face) : 0;
     enum status status = STATUS_OK;
-    if (ready && ready->size == facet_size(march->settings) &&
-        ready->component == component_of(surface))
-        march->mesh = ready->side[side_of(surface)];
+    if (ready && ready->facet_size == facet_size(march->settings) && ready->component == component)
+        march->mesh = ready->facets[side_of(surface)];
     if (!march->mesh)
         status = make_facets(surface, march->settings, march->arena, &march->mesh);
     return status == STATUS_OK ? start_move_to_mesh(march) : status;
 }
 
-static enum status finish(struct march *march, struct drape_result *result) {
-    struct march_watch watch = {.busy = ATOMIC_FLAG_INIT};
-    march->watch = &watch;
-    enum status status = march_all(march);
-    if (status == STATUS_OK)
-        status = march_part_layers(march);
-    return status == STATUS_OK ? report_make(march, result) : status;
-}
-
-/* Whether a start that nobody asked for lies where no cloth begins, on an edge or in a corner of a
- * part that is larger than a few cells: then one inside is better. */
-static bool begins_nowhere(enum status status, const struct march *march,
-                           const struct drape_result *result) {
-    const struct drape_settings *s = march->settings;
-    if (s->start_kind != DRAPE_START_CENTROID || s->has_extent[0] || s->has_extent[1])
-        return false;
-    return status == STATUS_START_STUCK || (status == STATUS_OK && result->cells.count == 0 &&
-                                            march_area(march) > 8 * s->spacing[0] * s->spacing[1]);
-}
-
-enum status drape_solve(const struct surface *surface, const struct drape_settings *settings,
-                        const struct drape_monitor *monitor, struct arena *arena,
-                        struct drape_result *result) {
-    struct march march = {
-        .surface = surface, .settings = settings, .monitor = monitor, .arena = arena};
-    bool mosaic = settings->method == DRAPE_MOSAIC;
-    enum status status = check_settings(settings);
-    if (status == STATUS_OK)
-        status = start_find(surface, settings, &march.start, &result->faulty_generator);
-    if (status == STATUS_OK)
-        status = march_open(&march);
-    if (status == STATUS_OK && mosaic)
-        status = tessellate(&march);
-    if (status == STATUS_OK)
-        status = finish(&march, result);
-    if (mosaic || !begins_nowhere(status, &march, result))
-        return status;
-    struct vec3 centroid;
-    double inner[2];
-    if (settings->trim)
-        trim_area(settings->trim, &centroid);
-    else
-        surface_area(surface, &centroid);
-    if (!(start_inside(surface, settings->trim, centroid, inner) < HUGE_VAL))
-        return status;
-    march = (struct march){
-        .surface = surface, .settings = settings, .monitor = monitor, .arena = arena};
-    status = start_find_at(surface, settings, inner, &march.start, &result->faulty_generator);
-    if (status == STATUS_OK)
-        status = march_open(&march);
-    return status == STATUS_OK ? finish(&march, result) : status;
-}
+/* ---- starts ---- */
 
 static int32_t largest_component(const struct shell *shell) {
     int32_t largest = 0, count = (int32_t)shell_component_count(shell);
@@ -267,34 +164,25 @@ static enum status find_face(const struct shell *shell, const struct drape_setti
     return distance <= reach ? STATUS_OK : STATUS_START_OFF_SURFACE;
 }
 
-/* A shell of one face as its surface. */
-static enum status solve_face(const struct shell *shell, const struct drape_settings *settings,
-                              const struct drape_monitor *monitor, struct arena *arena,
-                              struct drape_result *result) {
-    struct drape_settings on_face = *settings;
-    if (settings->start_kind == DRAPE_START_UV && settings->start_face != 0)
-        return STATUS_START_OFF_SURFACE;
-    on_face.trim = shell_trim(shell, 0);
-    enum status status =
-        drape_solve(shell_plain_surface(shell, 0), &on_face, monitor, arena, result);
-    if (status != STATUS_OK)
-        return status;
-    result->nodes.face = arena_alloc(arena, result->nodes.count, sizeof *result->nodes.face);
-    result->rim.face = arena_alloc(arena, result->rim.count, sizeof *result->rim.face);
-    return result->nodes.face && result->rim.face ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-}
-
 /* The place of the largest component that is nearest to its centroid, but inside a face. */
-static bool find_inside(const struct shell *shell, struct shell_point *place) {
+static bool find_inside(const struct drape_part *part, struct shell_point *place) {
+    const struct shell *shell = part->shell;
     struct vec3 centroid;
     double least = HUGE_VAL;
-    int32_t component = largest_component(shell);
-    (void)shell_area(shell, component, &centroid);
-    for (int32_t k = 0; k < (int32_t)shell_face_count(shell); k++) {
+    int32_t component = shell ? largest_component(shell) : 0;
+    int32_t faces = shell ? (int32_t)shell_face_count(shell) : 1;
+    if (shell)
+        (void)shell_area(shell, component, &centroid);
+    else if (part->trim)
+        (void)trim_area(part->trim, &centroid);
+    else
+        (void)surface_area(part->surface, &centroid);
+    for (int32_t k = 0; k < faces; k++) {
         double inner[2], distance;
-        if (shell_component(shell, k) != component)
+        if (shell && shell_component(shell, k) != component)
             continue;
-        distance = start_inside(shell_surface(shell, k), shell_trim(shell, k), centroid, inner);
+        distance = start_inside(shell ? shell_surface(shell, k) : part->surface,
+                                shell ? shell_trim(shell, k) : part->trim, centroid, inner);
         if (!(distance < least))
             continue;
         least = distance;
@@ -303,79 +191,94 @@ static bool find_inside(const struct shell *shell, struct shell_point *place) {
     return least < HUGE_VAL;
 }
 
-/* From a place, whose inner parameters count unless the settings have others; `nowhere` as
- * `begins_nowhere`. */
-static enum status solve_from(const struct shell *shell, const struct shell_point *place,
-                              const struct drape_settings *settings,
-                              const struct drape_monitor *monitor, struct arena *arena,
-                              struct drape_result *result, bool *nowhere) {
-    struct drape_settings on_face = *settings;
-    struct march march = {.settings = settings, .monitor = monitor, .arena = arena};
-    struct shell *oriented;
-    enum status status = shell_orient(shell, place->face, arena, &oriented);
-    if (status != STATUS_OK)
-        return status;
-    march.surface = shell_surface(oriented, place->face);
-    on_face.trim = shell_trim(shell, place->face);
-    if (settings->start_kind == DRAPE_START_UV)
-        status = start_find(march.surface, &on_face, &march.start, &result->faulty_generator);
-    else
-        status = start_find_at(march.surface, settings, place->inner, &march.start,
-                               &result->faulty_generator);
-    if (status == STATUS_OK)
-        status = march_open(&march);
-    if (status == STATUS_OK && settings->method == DRAPE_MOSAIC)
-        status = tessellate(&march);
-    if (status == STATUS_OK)
-        status = finish(&march, result);
-    *nowhere = begins_nowhere(status, &march, result);
-    return status;
+static enum status begin_on_mesh(struct march *march, int *faulty) {
+    const struct drape_prepared *ready = march->settings->prepared;
+    enum status status = suits_mesh(march->settings) ? STATUS_OK : STATUS_INVALID;
+    march->smooth = ready ? ready->smooth : NULL;
+    if (status == STATUS_OK && !march->smooth && !march->method->flat)
+        status = make_smooth(march->mesh, march->arena, &march->smooth);
+    return status == STATUS_OK ? start_find_on_mesh(march, faulty) : status;
 }
 
-enum status drape_solve_shell(const struct shell *shell, const struct drape_settings *settings,
-                              const struct drape_monitor *monitor, struct arena *arena,
-                              struct drape_result *result) {
+/* Where the march is to start: as its settings have it or, unless it is NULL, at a place `at` of
+ * the part, by its inner parameters. */
+static enum status begin(const struct drape_part *part, const struct shell_point *at,
+                         struct march *march, int *faulty) {
+    const struct drape_settings *settings = march->settings;
+    const struct trim *trim = part->trim;
     struct shell_point place;
-    if (settings->trim)
+    enum status status = STATUS_OK;
+    if (part->mesh)
+        return begin_on_mesh(march, faulty);
+    if (part->shell) {
+        struct shell *oriented;
+        status = at ? STATUS_OK : find_face(part->shell, settings, &place);
+        at = at ? at : &place;
+        if (status == STATUS_OK)
+            status = shell_orient(part->shell, at->face, march->arena, &oriented);
+        if (status != STATUS_OK)
+            return status;
+        march->surface = shell_surface(oriented, at->face);
+        trim = shell_trim(part->shell, at->face);
+        at = settings->start_kind == DRAPE_START_UV ? NULL : at;
+    }
+    status = at ? start_find_at(march->surface, settings, at->inner, &march->start, faulty)
+                : start_find(march->surface, trim, settings, &march->start, faulty);
+    if (status == STATUS_OK)
+        status = march_open(march);
+    return status == STATUS_OK && march->method->flat ? tessellate(march) : status;
+}
+
+/* Whether a start that nobody asked for lies where no cloth begins, on an edge or in a corner of a
+ * part that is larger than a few cells: then one inside is better. */
+static bool begins_nowhere(enum status status, const struct march *march,
+                           const struct drape_result *result) {
+    const struct drape_settings *s = march->settings;
+    if (s->start_kind != DRAPE_START_CENTROID || s->has_extent[0] || s->has_extent[1])
+        return false;
+    return status == STATUS_START_STUCK || (status == STATUS_OK && result->cells.count == 0 &&
+                                            march_area(march) > 8 * s->spacing[0] * s->spacing[1]);
+}
+
+enum status drape_solve(const struct drape_part *whole, const struct drape_settings *settings,
+                        const struct drape_monitor *monitor, struct arena *arena,
+                        struct drape_result *result) {
+    const struct drape_part part = without_joints(whole);
+    struct shell_point inside, *at = NULL;
+    enum status status = STATUS_OK;
+    if (!are_valid(settings))
         return STATUS_INVALID;
-    if (shell_face_count(shell) == 1)
-        return solve_face(shell, settings, monitor, arena, result);
-    enum status status = check_settings(settings);
-    if (status == STATUS_OK)
-        status = find_face(shell, settings, &place);
-    bool nowhere = false;
-    if (status == STATUS_OK)
-        status = solve_from(shell, &place, settings, monitor, arena, result, &nowhere);
-    if (nowhere && find_inside(shell, &place))
-        status = solve_from(shell, &place, settings, monitor, arena, result, &nowhere);
-    return status;
-}
-
-/* The methods that a mesh of the caller's can be draped with. */
-static bool suits_mesh(const struct drape_settings *s) {
-    bool smooth = s->method != DRAPE_GIB4 && s->yarn_path == DRAPE_PATH_CHORD;
-    return !s->trim && (s->method == DRAPE_MOSAIC || smooth);
-}
-
-enum status drape_prepare_mesh(const struct mesh *mesh, enum drape_method method,
-                               struct arena *arena, const struct mesh_smooth **smooth) {
-    struct mesh_smooth *made = NULL;
-    enum status status = method == DRAPE_MOSAIC ? STATUS_OK : mesh_smooth_make(mesh, arena, &made);
-    *smooth = made;
-    return status;
-}
-
-enum status drape_solve_mesh(const struct mesh *mesh, const struct drape_settings *settings,
-                             const struct drape_monitor *monitor, struct arena *arena,
-                             struct drape_result *result) {
-    struct march march = {.mesh = mesh, .settings = settings, .monitor = monitor, .arena = arena};
-    enum status status = check_settings(settings);
-    if (status == STATUS_OK && !suits_mesh(settings))
-        status = STATUS_INVALID;
-    march.smooth = settings->smooth;
-    if (status == STATUS_OK && !march.smooth)
-        status = drape_prepare_mesh(mesh, settings->method, arena, &march.smooth);
-    if (status == STATUS_OK)
-        status = start_find_on_mesh(&march, &result->faulty_generator);
-    return status == STATUS_OK ? finish(&march, result) : status;
+    if (whole->shell && part.surface && settings->start_kind == DRAPE_START_UV &&
+        settings->start_face != 0)
+        return STATUS_START_OFF_SURFACE;
+    for (;;) {
+        struct march_watch watch = {.busy = ATOMIC_FLAG_INIT};
+        struct march march = {.surface = part.surface,
+                              .trim = part.trim,
+                              .mesh = part.mesh,
+                              .settings = settings,
+                              .method = &drape_method_traits[settings->method],
+                              .monitor = monitor,
+                              .arena = arena,
+                              .watch = &watch};
+        status = begin(&part, at, &march, &result->faulty_generator);
+        if (status == STATUS_OK)
+            status = march_run(&march);
+        if (status == STATUS_OK && march.before.net)
+            status = estimate_make(&march);
+        if (status == STATUS_OK)
+            status = march_part_layers(&march);
+        if (status == STATUS_OK)
+            status = report_make(&march, result);
+        /* On triangles only nets of shells are tried again. */
+        if (at || (march.mesh && !part.shell) || !begins_nowhere(status, &march, result) ||
+            !find_inside(&part, &inside))
+            break;
+        at = &inside;
+    }
+    if (status != STATUS_OK || !whole->shell || part.shell)
+        return status;
+    result->nodes.face = arena_alloc(arena, result->nodes.count, sizeof *result->nodes.face);
+    result->rim.face = arena_alloc(arena, result->rim.count, sizeof *result->rim.face);
+    return result->nodes.face && result->rim.face ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }

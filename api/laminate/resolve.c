@@ -42,10 +42,7 @@ struct ground {
     struct arena *arena;
     struct api_problem *problem;
     bool made;
-    struct surface *surface;
-    struct api_shell shell;
-    struct mesh *mesh;
-    const struct trim *trim;
+    struct api_shape shape;
 };
 
 static bool make_ground(struct ground *ground) {
@@ -58,16 +55,8 @@ static bool make_ground(struct ground *ground) {
     request.settings.extent[0][0] = request.settings.extent[0][1] = 0;
     request.settings.extent[1][0] = request.settings.extent[1][1] = 0;
     request.settings.start_kind = DRAPE_START_CENTROID;
-    enum api_problem_id id = request.surface.kind == API_SURFACE_MESH
-                                 ? api_shape_mesh(&request, ground->limits, ground->arena,
-                                                  &ground->mesh, ground->problem)
-                             : request.surface.kind == API_SURFACE_SHELL
-                                 ? api_shape_shell(&request, ground->limits, ground->arena,
-                                                   &ground->shell, ground->problem)
-                                 : api_shape_make(&request, ground->limits, ground->arena,
-                                                  &ground->surface, ground->problem);
-    ground->trim = request.settings.trim;
-    ground->made = id == API_OK;
+    ground->made = api_shape_make(&request, ground->limits, ground->arena, &ground->shape,
+                                  ground->problem) == API_OK;
     return ground->made;
 }
 
@@ -115,18 +104,19 @@ static enum api_problem_id loops_of_trims(struct ground *ground, struct laminate
     bool keeps = false, good = loops != NULL;
     for (size_t k = 0; k < boundary->trim_count; k++)
         keeps = keeps || boundary->trims[k].reversed;
-    surface_domain(ground->surface, low, high);
+    surface_domain(ground->shape.part.surface, low, high);
     const double edge[4][2] = {
         {low[0], low[1]}, {high[0], low[1]}, {high[0], high[1]}, {low[0], high[1]}};
     boundary->count = 0;
     if (good && !keeps)
-        good = follow(ground->surface, edge, 4, ground->arena, &loops[boundary->count++]);
+        good =
+            follow(ground->shape.part.surface, edge, 4, ground->arena, &loops[boundary->count++]);
     for (size_t k = 0; good && k < boundary->trim_count; k++) {
         const double(*points)[2];
         size_t count = trim_loop_points(trim, k, &points);
         /* Its last point is its first. */
-        good = follow(ground->surface, points, count > 1 ? count - 1 : count, ground->arena,
-                      &loops[boundary->count++]);
+        good = follow(ground->shape.part.surface, points, count > 1 ? count - 1 : count,
+                      ground->arena, &loops[boundary->count++]);
     }
     boundary->loops = loops;
     boundary->trim_count = 0;
@@ -161,23 +151,23 @@ static struct vec3 centre_of(const struct laminate_loop *loop) {
 static void start_near(const struct ground *ground, struct vec3 point, struct api_request *drape) {
     struct drape_settings *settings = &drape->settings;
     double distance;
-    if (ground->mesh) {
+    if (ground->shape.part.mesh) {
         struct mesh_point place;
-        if (!mesh_nearest(ground->mesh, point, MESH_ANY, &place, &distance))
+        if (!mesh_nearest(ground->shape.part.mesh, point, MESH_ANY, &place, &distance))
             return;
         settings->start_kind = DRAPE_START_POINT;
         settings->start_point = place.r;
-    } else if (ground->shell.shell) {
+    } else if (ground->shape.part.shell) {
         struct shell_point place;
-        shell_nearest(ground->shell.shell, point, SHELL_ANY, &place, &distance);
+        shell_nearest(ground->shape.part.shell, point, SHELL_ANY, &place, &distance);
         settings->start_kind = DRAPE_START_UV;
-        settings->start_face = ground->shell.numbers[place.face];
+        settings->start_face = ground->shape.shell.numbers[place.face];
         drape->start_on_face = true;
         memcpy(settings->start_uv, place.uv, sizeof settings->start_uv);
     } else {
         double uv[2];
-        surface_nearest(ground->surface, point, uv, &distance);
-        if (ground->trim && !trim_contains(ground->trim, uv))
+        surface_nearest(ground->shape.part.surface, point, uv, &distance);
+        if (ground->shape.part.trim && !trim_contains(ground->shape.part.trim, uv))
             return;
         settings->start_kind = DRAPE_START_UV;
         memcpy(settings->start_uv, uv, sizeof settings->start_uv);
@@ -200,14 +190,14 @@ static enum api_problem_id resolve_ply(struct ground *ground, size_t k) {
     char pointer[API_POINTER_MAX];
     struct trim *trim = NULL;
     (void)snprintf(pointer, sizeof pointer, "/plies/%zu/boundary/trims", k);
-    if (!ground->surface) {
+    if (!ground->shape.part.surface) {
         api_problem_add(ground->problem, pointer,
                         "are in the parameters of one NURBS surface, and this is not one: give a "
                         "polygon");
         return ground->problem->id;
     }
-    enum status status =
-        trim_make(ground->surface, boundary->trims, boundary->trim_count, ground->arena, &trim);
+    enum status status = trim_make(ground->shape.part.surface, boundary->trims,
+                                   boundary->trim_count, ground->arena, &trim);
     if (status == STATUS_OUT_OF_MEMORY)
         return no_memory(ground->problem);
     if (status != STATUS_OK) {

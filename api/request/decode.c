@@ -214,7 +214,7 @@ static void decode_method(const struct json_value *root, struct api_request *req
     struct json_value method = value_member(root, "method"), path = value_member(root, "yarn_path");
     int index = DRAPE_GIB;
     if (value_given(&method))
-        value_choice(&method, api_method_names, DRAPE_GIB4 + 1, &index);
+        value_choice(&method, drape_method_names, DRAPE_METHOD_COUNT, &index);
     settings->method = (enum drape_method)index;
     index = DRAPE_PATH_CHORD;
     if (value_given(&path))
@@ -223,7 +223,7 @@ static void decode_method(const struct json_value *root, struct api_request *req
     if (settings->yarn_path == DRAPE_PATH_RELAXATION && settings->method != DRAPE_GIB)
         value_fault(&path, "relaxation is for the method \"gib\"");
     bool on_mesh = request->surface.kind == API_SURFACE_MESH;
-    if (on_mesh && settings->method == DRAPE_GIB4)
+    if (on_mesh && !drape_method_traits[settings->method].on_meshes)
         value_fault(&method,
                     "must not be \"gib4\" on a triangle mesh, whose curvature is not known "
                     "to fourth order");

@@ -346,7 +346,7 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     write_generator(text, "warp", &settings->generator[0]);
     write_generator(text, "weft", &settings->generator[1]);
     api_text_raw(text, "}");
-    api_text_key_string(text, "method", api_method_names[settings->method]);
+    api_text_key_string(text, "method", drape_method_names[settings->method]);
     api_text_key_string(text, "yarn_path", api_yarn_path_names[settings->yarn_path]);
     write_extent(text, settings);
 }

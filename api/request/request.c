@@ -5,11 +5,6 @@ const struct api_unit api_units[API_UNIT_COUNT] = {
     {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}, {"ft", 0.3048},
 };
 
-const char *const api_method_names[DRAPE_GIB4 + 1] = {
-    [DRAPE_BASIC] = "basic", [DRAPE_GEODESIC] = "geodesic", [DRAPE_MOSAIC] = "mosaic",
-    [DRAPE_GIB] = "gib",     [DRAPE_GIB4] = "gib4",
-};
-
 const char *const api_yarn_path_names[DRAPE_PATH_RELAXATION + 1] = {
     [DRAPE_PATH_CHORD] = "chord",
     [DRAPE_PATH_RELAXATION] = "relaxation",

@@ -137,7 +137,6 @@ struct api_request {
 };
 
 /* The names that the document uses, in the order of the enumerations. */
-extern const char *const api_method_names[DRAPE_GIB4 + 1];
 extern const char *const api_yarn_path_names[DRAPE_PATH_RELAXATION + 1];
 extern const char *const api_permeability_names[API_PERMEABILITY_COUNT];
 extern const char *const api_packing_names[API_PACKING_COUNT];

@@ -144,21 +144,21 @@ static bool holds(const struct surface *surface, const struct trim *trim,
            surface_offset_holds(surface, trim, tolerance_of(surface), fault);
 }
 
-enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,
-                                   struct arena *arena, struct surface **surface,
-                                   struct api_problem *problem) {
+static enum api_problem_id make_patch(const struct api_request *request,
+                                      const struct api_limits *limits, struct arena *arena,
+                                      struct drape_part *part, struct api_problem *problem) {
     struct surface_offset_fault fault;
+    struct surface *surface;
     struct trim *trim;
-    if (make(&request->surface, "/surface", arena, surface, problem) != API_OK ||
-        move(request, arena, surface, problem) != API_OK ||
-        make_trim(&request->surface, "/surface/trims", *surface, arena, &trim, problem) != API_OK)
+    if (make(&request->surface, "/surface", arena, &surface, problem) != API_OK ||
+        move(request, arena, &surface, problem) != API_OK ||
+        make_trim(&request->surface, "/surface/trims", surface, arena, &trim, problem) != API_OK)
         return problem->id;
-    if (!holds(*surface, trim, &fault))
+    *part = (struct drape_part){.surface = surface, .trim = trim};
+    if (!holds(surface, trim, &fault))
         return api_shape_fault(problem, request->offset, "the surface", fault.at, fault.radius,
                                fault.fold_deg);
-    if (trim)
-        request->settings.trim = trim;
-    double nodes = least_nodes(&request->settings, usable_area(trim, *surface));
+    double nodes = least_nodes(&request->settings, usable_area(trim, surface));
     if (nodes <= (double)limits->max_nodes)
         return API_OK;
     api_problem_add(
@@ -166,6 +166,26 @@ enum api_problem_id api_shape_make(struct api_request *request, const struct api
         "is too small: covering the surface takes about %.3g nodes, and %zu are allowed", nodes,
         limits->max_nodes);
     return problem->id;
+}
+
+enum api_problem_id api_shape_make(const struct api_request *request,
+                                   const struct api_limits *limits, struct arena *arena,
+                                   struct api_shape *shape, struct api_problem *problem) {
+    struct mesh *mesh = NULL;
+    enum api_problem_id id;
+    *shape = (struct api_shape){0};
+    switch (request->surface.kind) {
+    case API_SURFACE_MESH:
+        id = api_shape_mesh(request, limits, arena, &mesh, problem);
+        shape->part.mesh = mesh;
+        return id;
+    case API_SURFACE_SHELL:
+        id = api_shape_shell(request, limits, arena, &shape->shell, problem);
+        shape->part.shell = shape->shell.shell;
+        return id;
+    default:
+        return make_patch(request, limits, arena, &shape->part, problem);
+    }
 }
 
 static void write_point(struct api_text *text, struct vec3 point) {

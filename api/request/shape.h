@@ -6,7 +6,9 @@
 #include "api/limits.h"
 #include "api/problem.h"
 #include "request.h"
+#include "shape_shell.h"
 #include "solver/arena.h"
+#include "solver/part.h"
 #include "solver/surface/loops.h"
 
 /* Bytes of `surface_span_bytes` beyond which a surface is not made ready only to be looked at: the
@@ -17,16 +19,23 @@
 /* Whether a surface of one face or a shell is. */
 bool api_shape_is_large(const struct api_surface *surface);
 
+/* The part of a request, ready for the solver. */
+struct api_shape {
+    struct drape_part part;
+    struct api_shell shell; /* with the numbers of its faces, if it is one; the solver counts the
+                               start's face by shell.start_face */
+};
+
 /*
- * Makes the surface of a decoded request in `arena` and refuses at once a spacing so small that
- * covering the area, or the extent where that is less, would take more than `limits->max_nodes`
- * (not asked when only one direction has an extent); cheap enough to be asked before a job is
- * queued.
+ * Makes the part of a decoded request in `arena`. Refuses at once a spacing so small that covering
+ * the area, or the extent where that is less, would take more than `limits->max_nodes` (not asked
+ * when only one direction has an extent); cheap enough to be asked before a job is queued.
  * Problems: API_DEGENERATE_SURFACE (no area), API_INVALID_REQUEST (spacing, offset),
- * API_OUT_OF_MEMORY.
+ * API_OUT_OF_MEMORY; of shells and meshes as of `api_shape_shell` and `api_shape_mesh`.
  */
-enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,
-                                   struct arena *arena, struct surface **surface,
+enum api_problem_id api_shape_make(const struct api_request *request,
+                                   const struct api_limits *limits, struct arena *arena,
+                                   struct api_shape *shape,
                                    struct api_problem *problem) STATUS_MUST_USE;
 
 /* Adds that `what` cannot be moved by `offset` near `at`, for its radius of curvature or, with a

@@ -92,9 +92,9 @@ static void check_coarse(const struct warnings_subject *s, struct api_summary *s
 
 static void check_fillets(const struct warnings_subject *s, struct api_summary *summary) {
     const double *d = s->request->settings.spacing;
-    if (!s->surface)
+    if (!s->part->surface)
         return;
-    double radius = surface_least_radius(s->surface, s->request->settings.trim);
+    double radius = surface_least_radius(s->part->surface, s->part->trim);
     if (radius < fmin(d[0], d[1]))
         add(&summary->warnings, "fillet", "/fabric/spacing",
             "the surface bends with a radius of %.3g %s, which is less than the spacing: yarns go "
@@ -104,7 +104,7 @@ static void check_fillets(const struct warnings_subject *s, struct api_summary *
 
 static void check_cusps(const struct warnings_subject *s, struct api_summary *summary) {
     struct vec3 at;
-    if (s->surface && surface_turns_back(s->surface, s->request->settings.trim, &at))
+    if (s->part->surface && surface_turns_back(s->part->surface, s->part->trim, &at))
         add(&summary->warnings, "cusp", "/surface",
             "at (%.6g, %.6g, %.6g) the surface turns back on itself, at a cusp, a fold by 180 "
             "degrees or because its control points or weights turn it inside out: cloth ends there",

@@ -14,7 +14,7 @@
 struct warnings_subject {
     const struct api_request *request;
     const struct drape_result *result;
-    const struct surface *surface; /* NULL on a mesh */
+    const struct drape_part *part;
     size_t components; /* of the mesh or shell: parts that are not connected; 1 for a surface */
 };
 

@@ -288,7 +288,7 @@ static bool fill(const void *context, size_t first, size_t count, double *values
 static bool is_there(const struct api_study *study, enum column_id id) {
     switch (column_specs[id].need) {
     case COLUMN_FACES:
-        return study->shape.shell.shell != NULL;
+        return study->shape.part.shell != NULL;
     case COLUMN_JUDGED:
         return study_judges(&study->request,
                             (enum quantity_id)(id - COLUMN_VARIANTS_max_shear_deg));
@@ -414,7 +414,7 @@ enum api_problem_id api_study_variant_request(const struct api_study *study,
     }
     request.settings = study_variant_settings(&study->bench, &variant);
     if (study->request.starts != STUDY_STARTS_KEPT)
-        request.start_on_face = study->shape.shell.shell != NULL;
+        request.start_on_face = study->shape.part.shell != NULL;
     else if (request.start_on_face)
         request.settings.start_face = study->shape.shell.numbers[request.settings.start_face];
     struct arena_mark mark = arena_mark(arena);

@@ -49,7 +49,7 @@ bool list_chunk(struct study_chunk *chunk) {
                                         .coarseness = chunk->task->value[COARSENESS]};
         struct study_row row;
         double distance;
-        if (shape->mesh)
+        if (shape->part.mesh)
             study_shape_nearest(shape, vec3_make(number[0], number[1], number[2]), &variant.start,
                                 &distance);
         else

@@ -253,5 +253,5 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
         return no_memory(problem);
     if (found == 0)
         plan->variants = count;
-    return list_tasks(variants, found, round, study->shape.mesh != NULL, arena, plan, problem);
+    return list_tasks(variants, found, round, study->shape.part.mesh != NULL, arena, plan, problem);
 }

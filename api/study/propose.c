@@ -308,7 +308,7 @@ static bool draw_spot(const struct space *space, const struct spot *about, doubl
         by[c] = size * draw_about(seed, k, 3 * c + 1);
     *spot = *about;
     if (r->starts == STUDY_STARTS_GRID &&
-        !study_shape_nudge(r, space->shape, &about->place,
+        !study_shape_nudge(space->shape, &about->place,
                            (double[]){by[0] * space->length, by[1] * space->length}, &spot->place))
         return false;
     if (r->angle.count > 0)

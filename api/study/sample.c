@@ -47,7 +47,7 @@ static bool store(const struct api_study *study, const struct drape_settings *se
     struct drape_result *result = &stored->result;
     struct api_fields fields;
     *stored = (struct stored){0};
-    if (study_solve(&study->shape, settings, monitor, arena, result) != STATUS_OK ||
+    if (drape_solve(&study->shape.part, settings, monitor, arena, result) != STATUS_OK ||
         api_fields_list(&fields, &study->request.drape, result, arena) != STATUS_OK)
         return false;
     char *bytes = arena_take(arena, room_for(&fields), 1);
@@ -191,7 +191,7 @@ static struct spread_place draw_start(const struct api_study *study, size_t k) {
     double distance = r->radius * sqrt(draw_even(r->seed, k, more + RADIUS));
     angle_sincos_deg(360 * draw_even(r->seed, k, more + TURN), &sine, &cosine);
     return study_shape_shift(
-        r, &study->shape, &n->start,
+        &study->shape, &n->start,
         vec3_scale(distance, vec3_axpy(sine, n->axis[1], vec3_scale(cosine, n->axis[0]))));
 }
 

@@ -3,16 +3,15 @@
 #ifndef API_STUDY_SHAPE_H
 #define API_STUDY_SHAPE_H
 
-#include "api/request/shape_shell.h"
+#include "api/request/shape.h"
 #include "request.h"
 #include "solver/mesh/mesh.h"
 #include "solver/mesh/spread.h"
 
 struct study_shape {
-    struct surface *surface; /* one of the three */
-    struct mesh *mesh;
-    struct api_shell shell;
-    double area; /* of the component that is draped */
+    struct drape_part part;
+    struct api_shell shell; /* with the numbers of its faces, if it is one */
+    double area;            /* of the component that is draped */
     int32_t component;
 };
 
@@ -21,10 +20,6 @@ struct study_shape {
 enum api_problem_id study_shape_make(struct study_request *request, const struct api_limits *limits,
                                      struct arena *arena, struct study_shape *shape,
                                      struct api_problem *problem) STATUS_MUST_USE;
-
-/* What starts are spread over. */
-struct spread_part study_shape_part(const struct study_request *request,
-                                    const struct study_shape *shape);
 
 /* The place of a face, of a surface or shell, at its parameters. */
 struct spread_place study_shape_at(const struct study_shape *shape, int32_t face,
@@ -36,17 +31,15 @@ void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
 
 /* The place of the part next to `from` moved by `shift` in space; where that is trimmed away, as
  * far towards it as the part goes. */
-struct spread_place study_shape_shift(const struct study_request *request,
-                                      const struct study_shape *shape,
+struct spread_place study_shape_shift(const struct study_shape *shape,
                                       const struct spread_place *from, struct vec3 shift);
 
 /* About the same, quickly: a place moved by `shift` along the direction that angles are measured
  * from and across it, no further than the surface's domain; on a mesh, and beyond the face of a
  * shell, to the nearest place. False where a surface is trimmed away, or where there is no tangent
  * plane. */
-bool study_shape_nudge(const struct study_request *request, const struct study_shape *shape,
-                       const struct spread_place *from, const double shift[2],
-                       struct spread_place *to);
+bool study_shape_nudge(const struct study_shape *shape, const struct spread_place *from,
+                       const double shift[2], struct spread_place *to);
 
 /* The unit normal there, and the unit direction from which angles of the warp are measured. False
  * at poles and where the surface has no tangent plane. */

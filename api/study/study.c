@@ -44,7 +44,7 @@ static struct study_start find_start(const struct api_study *study,
         return start;
     }
     memcpy(start.place.uv, point->uv, sizeof point->uv);
-    if (shape->surface)
+    if (shape->part.surface)
         return start;
     start.hopeless = FAILURE_START_OFF_SURFACE;
     for (size_t k = 0; k < shape->shell.count; k++) {
@@ -58,7 +58,6 @@ static struct study_start find_start(const struct api_study *study,
 
 static enum status find_starts(struct api_study *study) {
     const struct study_request *r = &study->request;
-    const struct spread_part part = study_shape_part(r, &study->shape);
     struct spread_place *places;
     enum status status = STATUS_OK;
     study->start_count = 1;
@@ -68,7 +67,8 @@ static enum status find_starts(struct api_study *study) {
     if (r->starts == STUDY_STARTS_GRID) {
         bool optimise = r->search == STUDY_SEARCH_OPTIMISE;
         size_t wanted = optimise ? optimise_shares(study).starts : r->start_count;
-        status = spread_over(&part, wanted, study->arena, &places, &study->start_count);
+        status = spread_over(&study->shape.part, study->shape.component, wanted, study->arena,
+                             &places, &study->start_count);
     }
     study->starts = arena_alloc(study->arena, study->start_count, sizeof *study->starts);
     if (status != STATUS_OK || !study->starts)
@@ -81,14 +81,13 @@ static enum status find_starts(struct api_study *study) {
 
 /* A search for a small largest shear has that of each of so many divisions of the part. */
 static enum status find_divisions(struct api_study *study) {
-    const struct spread_part part = study_shape_part(&study->request, &study->shape);
     struct spread_place *places;
     if (study->request.search != STUDY_SEARCH_OPTIMISE ||
         !study_judges(&study->request, QUANTITY_MAX_SHEAR))
         return STATUS_OK;
     struct vec3 *middle = arena_take(study->arena, DRAPE_DIVISIONS, sizeof *middle);
-    if (!middle || spread_over(&part, DRAPE_DIVISIONS, study->arena, &places,
-                               &study->bench.divisions) != STATUS_OK)
+    if (!middle || spread_over(&study->shape.part, study->shape.component, DRAPE_DIVISIONS,
+                               study->arena, &places, &study->bench.divisions) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < study->bench.divisions; k++)
         middle[k] = places[k].r;
@@ -96,22 +95,20 @@ static enum status find_divisions(struct api_study *study) {
     return STATUS_OK;
 }
 
-/* Triangles for the method mosaic, of the spacing that most variants have. Where there can be none,
- * each variant says so. */
-static bool find_facets(struct api_study *study) {
+/* What the drapes share, for the spacing that most variants have. Where there can be none, each
+ * variant says so. */
+static bool prepare_part(struct api_study *study) {
     struct drape_settings *own = &study->request.drape.settings;
     struct drape_settings settings = *own;
     const struct study_shape *shape = &study->shape;
     bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
     double coarseness = optimise ? optimise_shares(study).coarseness : 1;
-    if (shape->mesh || settings.method != DRAPE_MOSAIC)
-        return true;
     for (int k = 0; k < 2; k++)
         settings.spacing[k] *= coarseness;
-    enum status status = drape_prepare_facets(shape->surface, shape->shell.shell, shape->component,
-                                              &settings, study->arena, &own->facets);
+    enum status status =
+        drape_prepare(&shape->part, shape->component, &settings, study->arena, &own->prepared);
     if (status != STATUS_OK)
-        own->facets = NULL;
+        own->prepared = NULL;
     return status != STATUS_OUT_OF_MEMORY;
 }
 
@@ -128,7 +125,7 @@ static enum api_problem_id open_in(struct api_study *study, const struct api_inp
     if (study_bench_make(&study->request, &study->shape, study->arena, &study->bench) !=
             STATUS_OK ||
         find_starts(study) != STATUS_OK || find_divisions(study) != STATUS_OK ||
-        !find_facets(study))
+        !prepare_part(study))
         return no_memory(problem);
     return study->request.sample > 0 ? sample_prepare(study, limits, problem) : API_OK;
 }
@@ -229,16 +226,9 @@ double study_nodes(const struct api_study *study, double coarseness) {
 
 /* Against gib's: about what was measured on free-form parts. */
 static double cost_of_a_node(const struct api_study *study) {
-    switch (study->request.drape.settings.method) {
-    case DRAPE_GEODESIC:
-        return 6;
-    case DRAPE_GIB4:
-        return 2.5;
-    case DRAPE_MOSAIC:
-        return study->shape.mesh ? 1 : 5;
-    default:
-        return 1;
-    }
+    const struct drape_method_traits *method =
+        &drape_method_traits[study->request.drape.settings.method];
+    return method->flat && study->shape.part.mesh ? 1 : method->cost;
 }
 
 double study_cost(const struct api_study *study, double coarseness) {

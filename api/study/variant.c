@@ -173,8 +173,8 @@ struct drape_settings study_variant_settings(const struct study_bench *bench,
     for (int k = 0; k < 2; k++)
         s.spacing[k] *= variant->coarseness;
     if (r->starts != STUDY_STARTS_KEPT) {
-        s.start_kind = bench->shape->mesh ? DRAPE_START_POINT : DRAPE_START_UV;
-        s.start_face = bench->shape->mesh ? 0 : variant->start.face;
+        s.start_kind = bench->shape->part.mesh ? DRAPE_START_POINT : DRAPE_START_UV;
+        s.start_face = bench->shape->part.mesh ? 0 : variant->start.face;
         memcpy(s.start_uv, variant->start.uv, sizeof s.start_uv);
         s.start_point = variant->start.r;
     }
@@ -185,15 +185,6 @@ struct drape_settings study_variant_settings(const struct study_bench *bench,
     if (r->pre_shear.count > 0 || r->pre_shear.deviation > 0)
         s.pre_shear_deg = variant->pre_shear_deg;
     return s;
-}
-
-enum status study_solve(const struct study_shape *shape, const struct drape_settings *settings,
-                        const struct drape_monitor *monitor, struct arena *arena,
-                        struct drape_result *result) {
-    return shape->mesh ? drape_solve_mesh(shape->mesh, settings, monitor, arena, result)
-           : shape->shell.shell
-               ? drape_solve_shell(shape->shell.shell, settings, monitor, arena, result)
-               : drape_solve(shape->surface, settings, monitor, arena, result);
 }
 
 /* What the drape started from, where the study kept the drape's own. */
@@ -233,7 +224,7 @@ enum status study_variant_drape(const struct study_bench *bench,
         return STATUS_OK;
     struct arena_mark mark = arena_mark(arena);
     settings.statistics = &statistics;
-    enum status status = study_solve(bench->shape, &settings, monitor, arena, &result);
+    enum status status = drape_solve(&bench->shape->part, &settings, monitor, arena, &result);
     bool bare = status == STATUS_OK && result.cells.count == 0;
     row->failure = bare ? FAILURE_NO_CLOTH : failures[status];
     if (status == STATUS_OK)

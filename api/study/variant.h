@@ -49,11 +49,6 @@ enum status study_bench_make(const struct study_request *request, const struct s
 struct drape_settings study_variant_settings(const struct study_bench *bench,
                                              const struct study_variant *variant);
 
-/* Drapes the part, of whichever kind it is; as `drape_solve`. */
-enum status study_solve(const struct study_shape *shape, const struct drape_settings *settings,
-                        const struct drape_monitor *monitor, struct arena *arena,
-                        struct drape_result *result) STATUS_MUST_USE;
-
 /* Drapes a variant in `arena`, which is then as before, and fills the row but for its round.
  * Returns STATUS_CANCELLED when the monitor (may be NULL) said so, else STATUS_OK: a drape that
  * cannot be done is a row with a failure. */

@@ -12,14 +12,14 @@ enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5, HOPS_MAX = 16 };
 /* Below this sine of the angle between its yarns a cell that finds no corner has collapsed. */
 static const double collapsed_sine = 0.12;
 
-void fishnet_chords(struct surface_cursor *cursor, enum drape_method method,
-                    enum drape_yarn_path path, const double length[2], struct fishnet_cell *cell) {
+void fishnet_chords(struct surface_cursor *cursor, enum drape_yarn yarn, enum drape_yarn_path path,
+                    const double length[2], struct fishnet_cell *cell) {
     const struct surface_point *a = cell->a, *b = cell->b, *c = cell->c;
     double found;
     cell->bd = length[0];
     cell->cd = length[1];
     cell->curvature[0] = cell->curvature[1] = 0;
-    if (method == DRAPE_BASIC)
+    if (yarn == DRAPE_YARN_CHORD)
         return;
     struct vec3 r1 = surface_point_projection(a, vec3_sub(b->jet.r, a->jet.r));
     struct vec3 r2 = surface_point_projection(a, vec3_sub(c->jet.r, a->jet.r));

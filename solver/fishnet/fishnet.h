@@ -41,11 +41,11 @@ struct fishnet_node {
 };
 
 /* The chords of a cell whose edges are `ac` (and so BD) and `ab` (and so CD) long along the yarns.
- * DRAPE_BASIC: chords equal lengths. DRAPE_GIB: yarns are arcs with the surface's normal curvature
+ * DRAPE_YARN_CHORD: chords equal lengths. Others: as of arcs with the surface's normal curvature
  * (paper, equations 11 to 16). The tangents at A are the projected chords, or by `path` those of
  * the geodesics found by relaxation, where that converges. Sets cell->bd, cd and curvature. */
-void fishnet_chords(struct surface_cursor *cursor, enum drape_method method,
-                    enum drape_yarn_path path, const double length[2], struct fishnet_cell *cell);
+void fishnet_chords(struct surface_cursor *cursor, enum drape_yarn yarn, enum drape_yarn_path path,
+                    const double length[2], struct fishnet_cell *cell);
 
 /* Whether D is the root away from A, and the cell A, C, D, B convex. */
 bool fishnet_right_root(const struct fishnet_cell *cell, const struct surface_point *d);

@@ -39,7 +39,7 @@ bool march_parameters(const struct march *march, const struct surface_point *poi
 /* Whether a place is outside of the trimmed region; what is next to its edge is on it, as at the
  * domain's own. */
 static bool trimmed_away(const struct march *march, const struct surface_point *point) {
-    const struct trim *trim = march->settings->trim;
+    const struct trim *trim = march->trim;
     double uv[2];
     if (!trim)
         return false;
@@ -69,13 +69,13 @@ bool march_has_left(const struct march *march, const struct surface_point *point
     double uv[2];
     if (!march->mesh && march->surface->shell)
         return outside_shell(march->surface->shell, point->jet.r);
-    const struct trim *trim = march->settings->trim;
+    const struct trim *trim = march->trim;
     return !trim || !march_parameters(march, point, uv) || !trim_near(trim, uv);
 }
 
 double march_area(const struct march *march) {
     struct vec3 centroid;
-    const struct trim *trim = march->settings->trim;
+    const struct trim *trim = march->trim;
     if (trim)
         return trim_area(trim, &centroid);
     if (march->surface && march->surface->shell)
@@ -171,7 +171,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
     if (put != STATUS_OK)
         return put;
     *(*zone == SURFACE_POINT_INSIDE ? &march->inside : &march->ghosts) += 1;
-    size_t most = march->settings->max_nodes;
+    size_t most = march->max_nodes;
     if (march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least)
         return STATUS_TOO_MANY_NODES;
     return watched && *zone == SURFACE_POINT_INSIDE ? overlap_add(march->overlap, i, j, node.r)
@@ -234,8 +234,7 @@ enum status march_watch_folds(struct march *march) {
         return STATUS_OK;
     const double *d = march->settings->spacing;
     /* Of a net that begins, with some for shear. */
-    double nodes =
-        fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->settings->max_nodes);
+    double nodes = fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->max_nodes);
     enum status status =
         make_fold(march, net_tile_count(march->net) ? march->inside : (size_t)nodes);
     return status == STATUS_OK ? add_tiles(march, march->overlap, false) : status;
@@ -360,20 +359,86 @@ static bool is_stuck(struct march *march) {
     return true;
 }
 
+/* A net that nobody watches is given up when it has so many times the nodes that its cells would
+ * have unsheared. */
+static const double layers_most = 4;
+static const size_t nodes_least = 1000;
+
+static size_t most_nodes(const struct march *march) {
+    const double *d = march->settings->spacing;
+    double most = layers_most * (march_area(march) / (d[0] * d[1]));
+    size_t allowed = march->settings->max_nodes;
+    size_t unwatched = nodes_least + (size_t)fmin(most, (double)SIZE_MAX / 4);
+    return unwatched < allowed ? unwatched : allowed;
+}
+
+/* One net. One on a shell with one boundary is not expected to meet itself, and on most it does
+ * not: one that does, as round a deep cup, is marched again and watched from its first node on.
+ * Round its wall a net that is not watched may go on without an end. */
+static enum status march_net(struct march *march) {
+    const struct march begun = *march;
+    bool unexpected = !march->mesh && march->surface->shell && !march->watched, folded = false;
+    march->max_nodes = unexpected ? most_nodes(march) : march->settings->max_nodes;
+    for (;;) {
+        march->net = arena_alloc(march->arena, 1, sizeof *march->net);
+        if (!march->net)
+            return STATUS_OUT_OF_MEMORY;
+        enum status status = net_make(march->net, march->arena, march->settings->team != NULL);
+        march->watched =
+            march->watched || march->mesh || (!march->slit && closes_all_round(march->surface));
+        if (status == STATUS_OK && march->watched)
+            status = march_watch_folds(march);
+        if (status == STATUS_OK)
+            status = march_generators(march);
+        if (status == STATUS_OK)
+            status = march_quadrants(march);
+        if (status == STATUS_OK)
+            status = march_growth(march);
+        if (status == STATUS_OK && is_stuck(march))
+            return STATUS_START_STUCK;
+        if (unexpected && status == STATUS_OK)
+            status = march_find_fold(march, &folded);
+        if (!unexpected || !(folded || status == STATUS_TOO_MANY_NODES))
+            return status;
+        *march = begun;
+        march->max_nodes = march->settings->max_nodes;
+        march->watched = true;
+        unexpected = false;
+    }
+}
+
+/* Ghosts beyond the last node inside: what the stencils of the shear angle reach, and in a first
+ * march those of the correction beyond them. */
+enum { FRINGE = 2, FRINGE_BEFORE = 4 };
+
+/* A first net that is corrected has an arena of its own: the report needs it no longer than to take
+ * the estimates from it. */
 enum status march_run(struct march *march) {
-    march->net = arena_alloc(march->arena, 1, sizeof *march->net);
-    if (!march->net)
+    struct arena *arena = march->arena;
+    if (!march->method->corrected) {
+        march->fringe = FRINGE;
+        return march_net(march);
+    }
+    march->arena = arena_child(arena);
+    march->fringe = FRINGE_BEFORE;
+    if (!march->arena)
         return STATUS_OUT_OF_MEMORY;
-    enum status status = net_make(march->net, march->arena, march->settings->team != NULL);
-    march->watched =
-        march->watched || march->mesh || (!march->slit && closes_all_round(march->surface));
-    if (status == STATUS_OK && march->watched)
-        status = march_watch_folds(march);
-    if (status == STATUS_OK)
-        status = march_generators(march);
-    if (status == STATUS_OK)
-        status = march_quadrants(march);
-    if (status == STATUS_OK)
-        status = march_growth(march);
-    return status == STATUS_OK && is_stuck(march) ? STATUS_START_STUCK : status;
+    enum status status = march_net(march);
+    if (status != STATUS_OK)
+        return status;
+    *march = (struct march){.surface = march->surface,
+                            .trim = march->trim,
+                            .slit = march->slit,
+                            .cut_centre = {march->cut_centre[0], march->cut_centre[1]},
+                            .settings = march->settings,
+                            .method = march->method,
+                            .monitor = march->monitor,
+                            .arena = arena,
+                            .start = march->start,
+                            .first = march->net,
+                            .before = net_view(march->net),
+                            .watch = march->watch,
+                            .watched = march->watched,
+                            .fringe = FRINGE};
+    return march_net(march);
 }

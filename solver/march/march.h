@@ -12,15 +12,17 @@
 #ifndef SOLVER_MARCH_MARCH_H
 #define SOLVER_MARCH_MARCH_H
 
-#include "solver/drape.h"
+#include "solver/arena.h"
 #include "solver/fishnet/correction.h"
 #include "solver/fishnet/fishnet.h"
 #include "solver/fishnet/rough.h"
 #include "solver/mesh/smooth_path.h"
 #include "solver/net/net.h"
 #include "solver/net/overlap.h"
+#include "solver/settings.h"
 #include "solver/shell/shell_slit.h"
 #include "solver/shell/surface_point.h"
+#include "solver/surface/trim.h"
 #include <stdatomic.h>
 
 /* How a generator that is a polyline passes the start. */
@@ -84,12 +86,15 @@ struct march_look {
 
 struct march {
     const struct surface *surface; /* of a shell the start's face; NULL on a mesh of the caller's */
+    const struct trim *trim;       /* the usable region of a surface; NULL: all of it */
     const struct mesh *mesh;       /* the caller's, or for the method mosaic; else NULL */
     const struct mesh_smooth *smooth; /* what a mesh of the caller's stands for; NULL for mosaic */
     const struct shell_slit
         *slit; /* along which a shell is cut open opposite the start (`march_open`); NULL */
     const struct drape_settings *settings;
-    const struct drape_monitor *monitor; /* may be NULL */
+    const struct drape_method_traits *method; /* of the settings' method */
+    size_t max_nodes;                         /* of this net, at most those of the settings */
+    const struct drape_monitor *monitor;      /* may be NULL */
     struct arena *arena;
     struct march_start start;
     struct surface_cursor cursor;
@@ -119,9 +124,9 @@ struct march {
     struct march_watch *watch; /* shared by all parts of the march */
 };
 
-/* Runs the whole march; `march` has its surface or mesh, the members up to the start,
- * `before`, `fringe` and `watch` set, the rest zero.
- * Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES, STATUS_CANCELLED, and
+/* Runs the whole march, twice for a method that corrects its first net; `march` has its surface or
+ * mesh, its settings, method, monitor, arena, start and watch, and the cut of `march_open`, the
+ * rest zero. Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES, STATUS_CANCELLED, and
  * STATUS_START_STUCK when no yarn gets further than the start. */
 enum status march_run(struct march *march) STATUS_MUST_USE;
 
@@ -191,7 +196,7 @@ static inline enum status march_place_inside(struct march *march, struct net_til
     node->face = (uint16_t)face;
     node->yarns = 0;
     net_set_bits(tile, x, y, node);
-    return ++march->inside > march->settings->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
+    return ++march->inside > march->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
 
 /* What lies between a point and its face of a shell; until the next call. */

@@ -74,7 +74,7 @@ double march_corrected_chord(struct march_corrections *c, int k, const struct su
 static void find_chords(struct march *march, struct fishnet_cell *cell,
                         struct march_corrections *c) {
     const struct drape_settings *s = march->settings;
-    fishnet_chords(&march->cursor, s->method, s->yarn_path, s->spacing, cell);
+    fishnet_chords(&march->cursor, march->method->yarn, s->yarn_path, s->spacing, cell);
     cell->bd = march_corrected_chord(c, 0, cell->b, cell->curvature[0], cell->bd);
     cell->cd = march_corrected_chord(c, 1, cell->c, cell->curvature[1], cell->cd);
 }
@@ -295,7 +295,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     const double *d = march->settings->spacing;
     struct fishnet_yarns yarns = {.stays = {false, false}};
     struct vec3 back[2];
-    bool geodesic = march->settings->method == DRAPE_GEODESIC;
+    bool geodesic = march->method->yarn == DRAPE_YARN_GEODESIC;
     const struct fishnet_collocation wanted = {
         {d[0], d[1]}, geodesic_accuracy[0], march->settings->lanes};
     if (found && geodesic &&
@@ -482,9 +482,9 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
         end = solve_chords(march, &cell, node);
     }
     bool laid = false;
-    if (s->method != DRAPE_BASIC)
+    if (march->method->yarn != DRAPE_YARN_CHORD)
         end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
-    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid) {
+    if (end == FISHNET_FOUND && march->method->yarn == DRAPE_YARN_GEODESIC && !laid) {
         const struct surface *face = node->point.surface;
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,
                                      node);

@@ -168,7 +168,7 @@ static enum status make_cut(struct march *march, const struct mesh *mesh, double
  * is cut there, where the cut parts nothing. */
 static enum status place_cuts(struct march *march) {
     const struct surface *surface = march->surface;
-    const struct trim *trim = march->settings->trim;
+    const struct trim *trim = march->trim;
     for (int k = 0; k < 2; k++) {
         double half = surface_point_cut_turn(surface, k), start = march->start.point.uv[k], bare;
         bool found = false;

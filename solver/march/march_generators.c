@@ -9,10 +9,10 @@
 
 static bool advance(const struct march *march, struct path *path, struct surface_cursor *cursor,
                     double d) {
-    enum drape_method method = march->settings->method;
-    if (method != DRAPE_GEODESIC)
+    enum drape_yarn yarn = march->method->yarn;
+    if (yarn != DRAPE_YARN_GEODESIC)
         path_follow_net(path, d, march->before.net ? 4 : 2);
-    return method == DRAPE_BASIC ? path_advance_chord(path, cursor, d) : path_advance(path, d);
+    return yarn == DRAPE_YARN_CHORD ? path_advance_chord(path, cursor, d) : path_advance(path, d);
 }
 
 /* A path at a node, the point there and its tangent. */
@@ -35,7 +35,7 @@ static void note_edge(struct march *march, const struct stop *from, const struct
     const struct surface_point *start = &from->point, *end = &to->point;
     double d = march->settings->spacing[dj != 0], chord = d, curvature;
     march->edges.rough = 0;
-    if (march->settings->method == DRAPE_BASIC || !from->known)
+    if (march->method->yarn == DRAPE_YARN_CHORD || !from->known)
         return;
     curvature = surface_point_normal_curvature(start, from->tangent);
     if (rough_is_arc(start, end, curvature, d) ||
@@ -80,7 +80,7 @@ static enum drape_reason reason_of(struct march *march, const struct path *path,
     if (path->surface->shell || !path_surface_point(path, &march->cursor, &at, NULL) ||
         !march_parameters(march, &at, uv))
         return DRAPE_REASON_BOUNDARY;
-    const struct trim *trim = march->settings->trim;
+    const struct trim *trim = march->trim;
     bool within = vec3_distance(border_ahead(path), at.jet.r) > stuck_within * d &&
                   (!trim || trim_contains(trim, uv));
     return within ? DRAPE_REASON_DEGENERATE : DRAPE_REASON_BOUNDARY;

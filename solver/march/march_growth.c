@@ -330,15 +330,15 @@ static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int 
         return false;
     *arrive = vec3_scale(-1, back);
     struct logarithm l;
-    if (march->settings->method != DRAPE_BASIC && march->settings->method != DRAPE_GEODESIC &&
+    if (march->method->yarn == DRAPE_YARN_ARC &&
         logarithm_find(&march->cursor, from, to, arc_accuracy, &l)) {
         *leave = l.leave;
         *arrive = l.arrive;
-    } else if (march->settings->method != DRAPE_BASIC)
-        (void)fishnet_geodesic_between(march->surface, &march->cursor, from, to,
-                                       march->settings->method == DRAPE_GEODESIC ? geodesic_accuracy
-                                                                                 : arc_accuracy,
-                                       &length, leave, arrive);
+    } else if (march->method->yarn != DRAPE_YARN_CHORD)
+        (void)fishnet_geodesic_between(
+            march->surface, &march->cursor, from, to,
+            march->method->yarn == DRAPE_YARN_GEODESIC ? geodesic_accuracy : arc_accuracy, &length,
+            leave, arrive);
     return true;
 }
 

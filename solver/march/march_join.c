@@ -31,8 +31,7 @@ static double misfit(struct march *march, const struct surface_point *from,
         return HUGE_VAL;
     struct surface_point to;
     struct logarithm l;
-    if (as_arc < join_gap || march->settings->method == DRAPE_BASIC ||
-        (march->mesh && !march->smooth))
+    if (as_arc < join_gap || march->method->yarn == DRAPE_YARN_CHORD)
         return as_arc;
     if (march->mesh || !march_point_at(march, node, &to))
         return length > least_chord * d ? 0 : as_arc;

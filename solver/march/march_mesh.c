@@ -61,11 +61,11 @@ static enum mesh_corner_end solve_smooth(struct march *march, const struct march
     const double *d = march->settings->spacing;
     struct fishnet_cell chords = {.a = at->a, .b = at->b, .c = at->c};
     struct mesh_cell by_chords = *cell, by_geodesics = *cell;
-    fishnet_chords(NULL, march->settings->method, DRAPE_PATH_CHORD, d, &chords);
+    fishnet_chords(NULL, march->method->yarn, DRAPE_PATH_CHORD, d, &chords);
     by_chords.bd = chords.bd;
     by_chords.cd = chords.cd;
     enum mesh_corner_end end = mesh_smooth_corner(march->smooth, &by_chords, corner);
-    if (march->settings->method == DRAPE_BASIC)
+    if (march->method->yarn == DRAPE_YARN_CHORD)
         return end;
     bool found = end == MESH_CORNER_FOUND, rough = !found;
     bool folded = is_over_fold(march, &cell->b, &cell->c);
@@ -78,7 +78,7 @@ static enum mesh_corner_end solve_smooth(struct march *march, const struct march
                  vec3_dot(at->c->normal, to.normal) > gentle_cosine;
         rough = folded || is_rough(at->b, &to, d[0]) || is_rough(at->c, &to, d[1]);
     }
-    bool geodesic = march->settings->method == DRAPE_GEODESIC;
+    bool geodesic = march->method->yarn == DRAPE_YARN_GEODESIC;
     if (!rough && !geodesic)
         return end;
     struct mesh_corner other = {.steps = corner->steps};
@@ -138,7 +138,7 @@ bool march_mesh_arm(const struct march *march, const struct drape_generator *gen
 bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn, double d,
                         struct surface_point *point, bool *lost) {
     enum mesh_path_end end = !march->smooth ? mesh_path_chord(&yarn->flat, d)
-                             : march->settings->method == DRAPE_BASIC
+                             : march->method->yarn == DRAPE_YARN_CHORD
                                  ? mesh_smooth_chord(&yarn->smooth, d)
                                  : mesh_smooth_length(&yarn->smooth, d);
     *lost = end == MESH_PATH_LOST;
@@ -154,7 +154,7 @@ bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, i
     march->edges.rough = 0;
     if (!march_mesh_advance(march, yarn, d, point, lost))
         return false;
-    if (!march->smooth || march->settings->method == DRAPE_BASIC)
+    if (march->method->yarn == DRAPE_YARN_CHORD)
         return true;
     struct surface_point start = march_mesh_point(march, &from.at);
     if (!is_over_fold(march, &from.at, &yarn->smooth.at) && !is_rough(&start, point, d))

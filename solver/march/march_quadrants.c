@@ -338,7 +338,7 @@ static enum status gather(struct march *march, const struct quadrant *q) {
     march->solved += q->local.solved;
     march->iterations += q->local.iterations;
     march->residual_max = fmax(march->residual_max, q->local.residual_max);
-    bool too_many = march->inside > march->settings->max_nodes;
+    bool too_many = march->inside > march->max_nodes;
     return q->status == STATUS_OK && too_many ? STATUS_TOO_MANY_NODES : q->status;
 }
 

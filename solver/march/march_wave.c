@@ -17,15 +17,15 @@ static const double not_quite = 1 - 1e-9;
 /* What a wave can go over: patches, by methods whose edges have chords of known length. */
 static bool suits(const struct march *march) {
     const struct drape_settings *s = march->settings;
-    bool chords = s->method == DRAPE_BASIC || s->method == DRAPE_GIB || s->method == DRAPE_GIB4;
-    return chords && march->surface && !march->mesh && s->yarn_path == DRAPE_PATH_CHORD;
+    return march->method->yarn != DRAPE_YARN_GEODESIC && march->surface && !march->mesh &&
+           s->yarn_path == DRAPE_PATH_CHORD;
 }
 
 /* Between which parameters a node is inside whatever else: of a closed direction up to the
  * cut. Nowhere, where a trim has to be asked. */
 static void find_bounds(const struct march *march, struct wave *wave) {
     const struct shell *shell = wave->surface->shell;
-    bool trimmed = shell ? shell_trim(shell, wave->surface->face) : march->settings->trim;
+    bool trimmed = shell ? shell_trim(shell, wave->surface->face) : march->trim;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &wave->surface->axis[k];
         double centre = march->cut_centre[k];
@@ -49,7 +49,7 @@ enum status wave_make(const struct march *march, struct arena *arena, int most,
         return STATUS_OUT_OF_MEMORY;
     q->wave->surface = march->surface;
     memcpy(q->wave->length, s->spacing, sizeof q->wave->length);
-    q->wave->arcs = s->method != DRAPE_BASIC;
+    q->wave->arcs = march->method->yarn != DRAPE_YARN_CHORD;
     q->wave->corrected = march->before.net;
     q->wave->pole_reach2 = march_pole_reach2(march);
     for (int k = 0; k <= WAVE_LANES; k++)

@@ -92,13 +92,13 @@ static bool touches(const struct trim *trim, const double uv[2], const double lo
 }
 
 /* The inner parameters of the start. */
-static enum status find_uv(const struct surface *surface, const struct drape_settings *settings,
-                           double uv[2]) {
+static enum status find_uv(const struct surface *surface, const struct trim *trim,
+                           const struct drape_settings *settings, double uv[2]) {
     double lower[2], upper[2], outer[2];
     enum status status = STATUS_OK;
     surface_domain(surface, lower, upper);
     if (settings->start_kind == DRAPE_START_CENTROID)
-        find_centroid(surface, settings->trim, uv);
+        find_centroid(surface, trim, uv);
     else if (settings->start_kind == DRAPE_START_POINT)
         status = find_point(surface, settings, uv);
     else
@@ -109,7 +109,6 @@ static enum status find_uv(const struct surface *surface, const struct drape_set
     for (int k = 0; k < 2; k++)
         if (!(outer[k] >= lower[k] && outer[k] <= upper[k]))
             return STATUS_START_OFF_SURFACE;
-    const struct trim *trim = settings->trim;
     if (trim && !trim_contains(trim, outer) && !touches(trim, outer, lower, upper))
         return STATUS_START_OFF_SURFACE;
     return status;
@@ -305,10 +304,11 @@ enum status start_find_at(const struct surface *surface, const struct drape_sett
     return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
 }
 
-enum status start_find(const struct surface *surface, const struct drape_settings *settings,
-                       struct march_start *start, int *faulty) {
+enum status start_find(const struct surface *surface, const struct trim *trim,
+                       const struct drape_settings *settings, struct march_start *start,
+                       int *faulty) {
     double uv[2];
-    enum status status = find_uv(surface, settings, uv);
+    enum status status = find_uv(surface, trim, settings, uv);
     return status == STATUS_OK ? start_find_at(surface, settings, uv, start, faulty) : status;
 }
 

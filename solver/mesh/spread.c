@@ -58,39 +58,32 @@ static void add_face(struct patches *patches, const struct surface *surface, int
     }
 }
 
-static size_t face_count(const struct spread_part *part) {
-    return part->shell ? shell_face_count(part->shell) : 1;
+static const struct surface *face_of(const struct drape_part *part, int32_t face) {
+    return part->shell ? shell_surface(part->shell, face) : part->surface;
 }
 
-/* The surface of a face that belongs to the part, else NULL. */
-static const struct surface *face_of(const struct spread_part *part, size_t face) {
-    if (!part->shell)
-        return part->surface;
-    bool own = shell_component(part->shell, (int32_t)face) == part->component;
-    return own ? shell_surface(part->shell, (int32_t)face) : NULL;
-}
-
-static enum status cut_faces(const struct spread_part *part, struct arena *arena,
+static enum status cut_faces(const struct drape_part *part, int32_t component, struct arena *arena,
                              struct patches *patches) {
+    int32_t count = part->shell ? (int32_t)shell_face_count(part->shell) : 1;
     size_t spans = 0, cuts = 1;
-    for (size_t k = 0; k < face_count(part); k++)
-        spans += face_of(part, k) ? span_count(face_of(part, k)) : 0;
+    for (int32_t k = 0; k < count; k++)
+        if (!part->shell || shell_component(part->shell, k) == component)
+            spans += span_count(face_of(part, k));
     while (cuts < CUTS_MOST && spans * cuts * cuts < PATCHES_LEAST)
         cuts++;
     patches->list = arena_take(arena, spans * cuts * cuts, sizeof *patches->list);
-    for (size_t k = 0; patches->list && k < face_count(part); k++)
-        if (face_of(part, k))
-            add_face(patches, face_of(part, k), (int32_t)k, (int)cuts);
+    for (int32_t k = 0; patches->list && k < count; k++)
+        if (!part->shell || shell_component(part->shell, k) == component)
+            add_face(patches, face_of(part, k), k, (int)cuts);
     return patches->list ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
-static enum status take_triangles(const struct spread_part *part, struct arena *arena,
+static enum status take_triangles(const struct mesh *mesh, int32_t component, struct arena *arena,
                                   struct patches *patches) {
-    const struct mesh *mesh = part->mesh;
     patches->list = arena_alloc(arena, mesh->triangle_count, sizeof *patches->list);
     for (size_t t = 0; patches->list && t < mesh->triangle_count; t++) {
         struct vec3 p[3];
-        if (mesh->component[t] != part->component)
+        if (mesh->component[t] != component)
             continue;
         struct patch *patch = &patches->list[patches->count++];
         mesh_corner_points(mesh, (int32_t)t, p);
@@ -104,7 +97,7 @@ static enum status take_triangles(const struct spread_part *part, struct arena *
 /* ---- candidates ---- */
 
 /* The place at the shares (a, b) of a patch; false outside the usable region. */
-static bool place_in(const struct spread_part *part, const struct patch *patch, double a, double b,
+static bool place_in(const struct drape_part *part, const struct patch *patch, double a, double b,
                      struct spread_place *place) {
     struct surface_cursor cursor = {0};
     struct surface_jet jet;
@@ -118,7 +111,7 @@ static bool place_in(const struct spread_part *part, const struct patch *patch, 
         place->uv[0] = patch->face;
         return true;
     }
-    const struct surface *surface = face_of(part, (size_t)patch->face);
+    const struct surface *surface = face_of(part, patch->face);
     const struct trim *trim = part->shell ? shell_trim(part->shell, patch->face) : part->trim;
     double inner[2] = {patch->low[0] + a * (patch->high[0] - patch->low[0]),
                        patch->low[1] + b * (patch->high[1] - patch->low[1])};
@@ -136,7 +129,7 @@ static double fraction(double x) {
 }
 
 /* `count` places, one for each share of the area in order, less those outside the region. */
-static size_t set_out(const struct spread_part *part, const struct patches *patches, size_t count,
+static size_t set_out(const struct drape_part *part, const struct patches *patches, size_t count,
                       struct spread_place *places) {
     size_t at = 0, made = 0;
     double before = 0, share = patches->area / (double)count;
@@ -151,7 +144,7 @@ static size_t set_out(const struct spread_part *part, const struct patches *patc
 }
 
 /* Candidates, of a region that is a small part of its surface as many as of a whole one. */
-static enum status make_candidates(const struct spread_part *part, const struct patches *patches,
+static enum status make_candidates(const struct drape_part *part, const struct patches *patches,
                                    size_t count, struct arena *arena, struct spread_place **list,
                                    size_t *made) {
     enum { TRIES = 4, MORE_MOST = 64 };
@@ -342,8 +335,8 @@ static bool prepare_moves(struct moves *m, struct buckets *b, double area, struc
     return true;
 }
 
-enum status spread_over(const struct spread_part *part, size_t count, struct arena *arena,
-                        struct spread_place **places, size_t *found) {
+enum status spread_over(const struct drape_part *part, int32_t component, size_t count,
+                        struct arena *arena, struct spread_place **places, size_t *found) {
     struct patches patches = {0};
     struct spread_place *candidates;
     struct moves moves = {.count = count};
@@ -351,8 +344,8 @@ enum status spread_over(const struct spread_part *part, size_t count, struct are
     *found = 0;
     *places = arena_take(arena, count, sizeof **places);
     struct arena_mark mark = arena_mark(arena);
-    enum status status =
-        part->mesh ? take_triangles(part, arena, &patches) : cut_faces(part, arena, &patches);
+    enum status status = part->mesh ? take_triangles(part->mesh, component, arena, &patches)
+                                    : cut_faces(part, component, arena, &patches);
     if (status == STATUS_OK && *places && patches.area > 0)
         status = make_candidates(part, &patches, count, arena, &candidates, &moves.candidate_count);
     if (status != STATUS_OK || !*places)

@@ -10,18 +10,10 @@
 #define SOLVER_MESH_SPREAD_H
 
 #include "mesh.h"
+#include "solver/part.h"
 #include "solver/shell/shell.h"
 #include "solver/surface/surface.h"
 #include "solver/surface/trim.h"
-
-/* What places are spread over: one of the three. */
-struct spread_part {
-    const struct surface *surface;
-    const struct trim *trim; /* of `surface`: its usable region; NULL: all */
-    const struct shell *shell;
-    const struct mesh *mesh;
-    int32_t component; /* of a shell or mesh */
-};
 
 struct spread_place {
     int32_t face; /* of a shell, else 0; on a mesh the triangle */
@@ -29,9 +21,10 @@ struct spread_place {
     struct vec3 r;
 };
 
-/* `count` places, 1 or more, in `arena`. A part without area gives fewer, `*found` of them. Errors:
- * STATUS_OUT_OF_MEMORY. */
-enum status spread_over(const struct spread_part *part, size_t count, struct arena *arena,
-                        struct spread_place **places, size_t *found) STATUS_MUST_USE;
+/* `count` places, 1 or more, over a part, of a shell or mesh over its component, in `arena`. A part
+ * without area gives fewer, `*found` of them. Errors: STATUS_OUT_OF_MEMORY. */
+enum status spread_over(const struct drape_part *part, int32_t component, size_t count,
+                        struct arena *arena, struct spread_place **places,
+                        size_t *found) STATUS_MUST_USE;
 
 #endif

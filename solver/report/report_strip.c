@@ -284,8 +284,7 @@ INLINE void add_run(struct report_strip *part, const struct net_tile *tile, int 
  * is by the stencil that most have. */
 static uint32_t add_nodes(struct report_strip *part, const struct net_window *window, int y,
                           const struct shear_block *block, uint32_t inside) {
-    enum drape_method method = part->march->settings->method;
-    bool chords = method == DRAPE_BASIC || method == DRAPE_MOSAIC;
+    bool chords = part->march->method->yarn == DRAPE_YARN_CHORD;
     enum shear_order order = chords ? SHEAR_SECOND : SHEAR_FOURTH;
     struct shear_row yarns;
     double shear_deg[SHEAR_PLACES];

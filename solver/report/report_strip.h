@@ -8,6 +8,7 @@
 
 #include "solver/fishnet/yarn.h"
 #include "solver/march/march.h"
+#include "solver/result.h"
 
 /* Nodes that are kept of each of two rows. */
 enum { REPORT_SPOTS = 64 };

@@ -10,6 +10,7 @@
 #define SOLVER_RIM_NODE_SHEAR_H
 
 #include "solver/march/march.h"
+#include "solver/result.h"
 
 struct node_shear_place {
     int32_t i, j;

@@ -113,7 +113,7 @@ enum status rim_edges_make(struct march *march, double tolerance, struct rim_edg
         rim_builder_add_shell(&b);
     else {
         struct rim_window window = find_window(march);
-        if (march->settings->trim)
+        if (march->trim)
             rim_builder_add_trims(&b, &window);
         else
             add_border(&b, &window);

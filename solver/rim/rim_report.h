@@ -9,6 +9,7 @@
 #define SOLVER_RIM_RIM_REPORT_H
 
 #include "rim_cells.h"
+#include "solver/result.h"
 
 /* The rim and the cells that it cuts, found apart from all else: with a march and a net of its own
  * that share the places. */

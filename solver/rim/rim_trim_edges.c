@@ -61,7 +61,7 @@ static bool is_covered(const struct chains *c, const double uv[2]) {
     for (int k = 0; k < 2; k++)
         wrapped[k] = surface_axis_wrap(&surface->axis[k], uv[k]);
     surface_outer(surface, wrapped, outer);
-    return trim_contains(c->builder->march->settings->trim, outer);
+    return trim_contains(c->builder->march->trim, outer);
 }
 
 /* The place at t between two, and those beside it: 0 left, 1 right. */
@@ -298,7 +298,7 @@ static void add_straight(struct chains *c, struct polyline *stretch, const doubl
 static void follow_loop(struct chains *c, size_t loop) {
     const struct surface *surface = c->builder->march->surface;
     const double(*outer)[2];
-    size_t count = trim_loop_points(c->builder->march->settings->trim, loop, &outer);
+    size_t count = trim_loop_points(c->builder->march->trim, loop, &outer);
     int parts = surface->axis[0].factor != 1 || surface->axis[1].factor != 1 ? SUBDIVISIONS : 1;
     struct polyline stretch = {.room = 1 + BETWEEN_CUTS * count * (size_t)parts};
     double from[2], to[2], at[2];
@@ -380,7 +380,7 @@ static void join_chains(struct chains *c) {
 
 void rim_builder_add_trims(struct rim_builder *b, const struct rim_window *window) {
     struct chains c = {.builder = b, .window = *window};
-    const struct trim *trim = b->march->settings->trim;
+    const struct trim *trim = b->march->trim;
     follow_border(&c);
     for (size_t k = 0; k < trim_loop_count(trim) && !b->failed; k++)
         follow_loop(&c, k);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* The divisions of the statistics (`solver/drape.h`): the largest shear of each, while it is
+/* The divisions of the statistics (`solver/result.h`): the largest shear of each, while it is
  * gathered. */
 #ifndef SOLVER_RIM_STATISTICS_H
 #define SOLVER_RIM_STATISTICS_H
 
-#include "solver/drape.h"
+#include "solver/result.h"
 
 /* Whether the statistics, which may be NULL, have divisions. */
 static inline bool statistics_divides(const struct drape_statistics *statistics) {

@@ -2,7 +2,7 @@
 /*
  * What a node costs on a shell: a rational bicubic surface as one face, and cut into 4, 16 and 64,
  * as they are and trimmed along their borders. Times are the least CPU times of a few runs of
- * drape_solve_shell, in ns a node; `on edges` is the share of cells that a joint crosses. The
+ * drape_solve, in ns a node; `on edges` is the share of cells that a joint crosses. The
  * process keeps its memory from run to run, as a worker does.
  *
  *     bench_shell [N]      nets of about N x N nodes; default: 100 and 300
@@ -81,7 +81,8 @@ static double run(struct part *part, enum drape_method method, int side, double 
         struct drape_settings settings = {
             .method = method, .spacing = {d, d}, .direction_deg = 20, .max_nodes = 20000000};
         begun = seconds();
-        if (drape_solve_shell(shell, &settings, NULL, arena, &result) == STATUS_OK)
+        if (drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result) ==
+            STATUS_OK)
             ns = (seconds() - begun) / (double)result.nodes.count * 1e9;
         *share = 2 * (sqrt(part->count) - 1) / side * 1.2;
     }

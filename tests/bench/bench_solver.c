@@ -8,6 +8,7 @@
  */
 #include "api/threads.h"
 #include "solver/drape.h"
+#include "solver/surface/surface.h"
 
 #include <malloc.h>
 #include <math.h>
@@ -93,7 +94,8 @@ static bool run_once(const struct wavy *wavy, enum drape_method method, double n
                                           .max_nodes = 20000000};
         begun = seconds(CLOCK_PROCESS_CPUTIME_ID);
         wall = seconds(CLOCK_MONOTONIC);
-        good = drape_solve(surface, &settings, NULL, arena, &result) == STATUS_OK;
+        good = drape_solve(&(struct drape_part){.surface = surface}, &settings, NULL, arena,
+                           &result) == STATUS_OK;
     }
     if (good) {
         double scale = 1e9 / (double)result.nodes.count;
@@ -144,7 +146,8 @@ static double saddle_error(enum drape_method method) {
         .extent = {{-EXACT_CELLS, EXACT_CELLS}, {-EXACT_CELLS, EXACT_CELLS}},
         .max_nodes = 1000000};
     if (arena && surface_make(&nurbs, arena, &surface) == STATUS_OK &&
-        drape_solve(surface, &settings, NULL, arena, &result) == STATUS_OK) {
+        drape_solve(&(struct drape_part){.surface = surface}, &settings, NULL, arena, &result) ==
+            STATUS_OK) {
         const struct drape_nodes *n = &result.nodes;
         worst = 0;
         for (size_t k = 0; k < n->count; k++) {

@@ -63,13 +63,13 @@ static bool run_once(struct bench_surface *from, int side, int m, struct figure 
                                           .spacing = {d, d},
                                           .start_kind = DRAPE_START_UV,
                                           .direction_deg = from->angle_deg,
-                                          .trim = trim,
                                           .max_nodes = 20000000};
         surface_domain(surface, lower, upper);
         for (int k = 0; k < 2; k++)
             settings.start_uv[k] = lower[k] + from->start[k] * (upper[k] - lower[k]);
         double begun = seconds();
-        good = drape_solve(surface, &settings, NULL, arena, &result) == STATUS_OK;
+        good = drape_solve(&(struct drape_part){.surface = surface, .trim = trim}, &settings, NULL,
+                           arena, &result) == STATUS_OK;
         double taken = seconds() - begun;
         if (good) {
             keep_least(&figure->ns[m], taken / (double)result.nodes.count * 1e9);

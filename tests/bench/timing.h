@@ -4,6 +4,9 @@
 #define BENCH_TIMING_H
 
 #include "solver/drape.h"
+#include "solver/shell/shell.h"
+#include "solver/surface/surface.h"
+#include "solver/surface/trim.h"
 #include <time.h>
 
 enum { METHODS = 4 };

@@ -55,8 +55,8 @@ struct vec3 node_point(const struct drape_nodes *nodes, int at) {
     return vec3_make(nodes->x[at], nodes->y[at], nodes->z[at]);
 }
 
-enum status drape_try(struct drape_run *run, struct shape *shape,
-                      const struct drape_settings *settings) {
+enum status drape_try_trimmed(struct drape_run *run, struct shape *shape, const struct trim *trim,
+                              const struct drape_settings *settings) {
     struct nurbs_fault fault = {.reason = ""};
     struct nurbs nurbs = shape_nurbs(shape);
     memset(run, 0, sizeof *run);
@@ -66,17 +66,28 @@ enum status drape_try(struct drape_run *run, struct shape *shape,
         fail_msg("nurbs_validate: member %d, %s", (int)fault.member, fault.reason);
     }
     assert_int_equal(surface_make(&nurbs, run->arena, &run->surface), STATUS_OK);
-    enum status status = drape_solve(run->surface, settings, NULL, run->arena, &run->result);
+    enum status status = drape_solve(&(struct drape_part){.surface = run->surface, .trim = trim},
+                                     settings, NULL, run->arena, &run->result);
     if (status == STATUS_OK) {
         grid_make(&run->grid, &run->result.nodes);
     }
     return status;
 }
 
+void drape_begin_trimmed(struct drape_run *run, struct shape *shape, const struct trim *trim,
+                         const struct drape_settings *settings) {
+    assert_int_equal(drape_try_trimmed(run, shape, trim, settings), STATUS_OK);
+    check_result(shape, settings, run);
+}
+
+enum status drape_try(struct drape_run *run, struct shape *shape,
+                      const struct drape_settings *settings) {
+    return drape_try_trimmed(run, shape, NULL, settings);
+}
+
 void drape_begin(struct drape_run *run, struct shape *shape,
                  const struct drape_settings *settings) {
-    assert_int_equal(drape_try(run, shape, settings), STATUS_OK);
-    check_result(shape, settings, run);
+    drape_begin_trimmed(run, shape, NULL, settings);
 }
 
 void drape_end(struct drape_run *run) {

@@ -8,6 +8,10 @@
 
 #include "reference.h"
 #include "solver/drape.h"
+#include "solver/mesh/mesh.h"
+#include "solver/shell/shell.h"
+#include "solver/surface/surface.h"
+#include "solver/surface/trim.h"
 
 /* Nodes by (i, j). */
 struct grid {
@@ -29,11 +33,17 @@ struct drape_run {
     struct grid grid;
 };
 
-/* Fails the test unless the shape is valid. Returns what drape_solve says; when that is not
- * STATUS_OK there is no grid. `drape_end` in any case. */
+/* Drapes a shape, of which `trim` is usable (NULL: all). Fails the test unless the shape is valid.
+ * Returns what drape_solve says; when that is not STATUS_OK there is no grid. `drape_end` in any
+ * case. */
+enum status drape_try_trimmed(struct drape_run *run, struct shape *shape, const struct trim *trim,
+                              const struct drape_settings *settings);
+/* The same, and fails the test unless it worked and the result holds together (`check_result`). */
+void drape_begin_trimmed(struct drape_run *run, struct shape *shape, const struct trim *trim,
+                         const struct drape_settings *settings);
+/* Both with the whole shape. */
 enum status drape_try(struct drape_run *run, struct shape *shape,
                       const struct drape_settings *settings);
-/* The same, and fails the test unless it worked and the result holds together (`check_result`). */
 void drape_begin(struct drape_run *run, struct shape *shape, const struct drape_settings *settings);
 void drape_end(struct drape_run *run);
 

@@ -99,7 +99,9 @@ static struct misfit drape_sheet(const struct sheet *s) {
                                       .max_nodes = 100000};
     struct mesh *mesh = make_sheet(s->bend, s->hole, arena);
     struct drape_result result;
-    assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+    assert_int_equal(
+        drape_solve(&(struct drape_part){.mesh = mesh}, &settings, NULL, arena, &result),
+        STATUS_OK);
     const struct drape_summary *summary = &result.summary;
     struct misfit worst = worst_edges(&result);
     printf(

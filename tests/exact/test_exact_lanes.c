@@ -131,17 +131,18 @@ static bool same_result(const struct drape_result *a, const struct drape_result 
 }
 
 /* One after the other, then at each width, the widest with a team. */
-static void check_widths(struct shape *shape, struct drape_settings settings, uint64_t seed) {
+static void check_widths(struct shape *shape, const struct trim *trim,
+                         struct drape_settings settings, uint64_t seed) {
     static const int lanes[WIDTHS] = {2, 4, 8}, threads[WIDTHS] = {1, 2, 4};
     struct drape_run alone, wide;
     struct api_threads team;
     settings.lanes = 1;
     settings.team = NULL;
-    enum status status = drape_try(&alone, shape, &settings);
+    enum status status = drape_try_trimmed(&alone, shape, trim, &settings);
     for (int k = 0; k < WIDTHS; k++) {
         settings.lanes = lanes[k];
         settings.team = api_threads_make(&team, threads[k]);
-        assert_int_equal(drape_try(&wide, shape, &settings), status);
+        assert_int_equal(drape_try_trimmed(&wide, shape, trim, &settings), status);
         if (status == STATUS_OK && !same_result(&alone.result, &wide.result)) {
             fail_msg("seed %llu: other bits with %d lanes", (unsigned long long)seed, lanes[k]);
         }
@@ -154,6 +155,7 @@ static void check_widths(struct shape *shape, struct drape_settings settings, ui
 static void check_drape(struct shape *shape, uint64_t seed) {
     uint64_t more = seed * 31 + 7;
     struct arena *arena = arena_new((size_t)64 << 20);
+    const struct trim *trim = NULL;
     double lower[2], upper[2], d = sqrt(shape_area(shape)) / random_between(&more, 12, 110);
     shape_domain(shape, lower, upper);
     struct drape_settings settings = {
@@ -171,9 +173,9 @@ static void check_drape(struct shape *shape, uint64_t seed) {
         settings.start_uv[k] = lower[k] + at * (upper[k] - lower[k]);
     }
     if (random_unit(&more) < 0.3) {
-        settings.trim = trim_of(shape, arena);
+        trim = trim_of(shape, arena);
     }
-    check_widths(shape, settings, seed);
+    check_widths(shape, trim, settings, seed);
     arena_free(arena);
 }
 
@@ -289,7 +291,9 @@ static void check_shell(const struct shape *whole, uint64_t seed) {
         struct api_threads team;
         settings.lanes = lanes[k];
         settings.team = api_threads_make(&team, threads[k]);
-        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &result[k]), STATUS_OK);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result[k]),
+            STATUS_OK);
         size_t count = result[0].nodes.count;
         if (!same_result(&result[0], &result[k]) ||
             !same(count, result[0].nodes.face, result[k].nodes.face, sizeof(int32_t)))

@@ -116,7 +116,9 @@ static double measure_order(const struct subject *s, struct shape *shape, enum d
         struct arena *arena = arena_new((size_t)1 << 28);
         struct drape_result result;
         struct mesh *mesh = make_mesh(s->map, false, 8 << k, s->shift, arena);
-        assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.mesh = mesh}, &settings, NULL, arena, &result),
+            STATUS_OK);
         check_below(result.summary.residual_max, method == DRAPE_GEODESIC ? 1e-4 : 1e-11);
         error[k] = net_gap(&result, &exact);
         printf(" %.1e", error[k]);
@@ -195,7 +197,9 @@ static struct gaps drape_roof(double degrees, double angle_deg, double *coverage
     fold_cosine = cos(M_PI / 180 * degrees);
     settings.start_point = vec3_make(-0.31, 0.02, 0);
     struct mesh *mesh = make_mesh(roof, false, 16, 0, arena);
-    assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+    assert_int_equal(
+        drape_solve(&(struct drape_part){.mesh = mesh}, &settings, NULL, arena, &result),
+        STATUS_OK);
     struct gaps gaps = measure_gaps(&result, settings.spacing);
     *coverage = result.summary.coverage;
     arena_free(arena);
@@ -255,7 +259,9 @@ static void test_exact_mesh_of_a_blade(void **state) {
         nose_radius = radii[k / 3];
         settings.start_point = vec3_make(-0.31, 0.02, nose_radius);
         struct mesh *mesh = make_mesh(blade, false, 48, 0, arena);
-        assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.mesh = mesh}, &settings, NULL, arena, &result),
+            STATUS_OK);
         double gap = 0;
         for (size_t n = 0; n < result.nodes.count; n++) {
             struct vec3 r = node_point(&result.nodes, (int)n);
@@ -300,7 +306,9 @@ static void test_exact_mesh_of_a_torus_is_covered_as_by_mosaic(void **state) {
             settings.start_point = vec3_make(2.7, 0, 0);
             settings.direction_vector = vec3_make(0, cos(angle), sin(angle));
             struct mesh *mesh = make_mesh(torus, true, 48, 0, arena);
-            assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+            assert_int_equal(
+                drape_solve(&(struct drape_part){.mesh = mesh}, &settings, NULL, arena, &result),
+                STATUS_OK);
             coverage[flat] = result.summary.cloth_coverage;
             arena_free(arena);
         }

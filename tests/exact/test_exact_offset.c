@@ -174,7 +174,9 @@ static void test_offset_nets_are_those_of_the_moved_surface(void **state) {
             kind->make(&shape, h);
             assert_int_equal(drape_try(&wanted, &shape, &settings), STATUS_OK);
             struct surface *own = moved(kind, h, wanted.arena);
-            assert_int_equal(drape_solve(own, &settings, NULL, wanted.arena, &result), STATUS_OK);
+            assert_int_equal(drape_solve(&(struct drape_part){.surface = own}, &settings, NULL,
+                                         wanted.arena, &result),
+                             STATUS_OK);
             double gap = net_gap(&result.nodes, &wanted.result.nodes);
             printf("%-22s h %+.2f method %d: %zu nodes within %.2g\n", kind->name, h,
                    (int)methods[m], result.nodes.count, gap);
@@ -202,7 +204,9 @@ static void test_offset_has_the_same_bits_with_any_lanes(void **state) {
                 .direction_deg = kinds[k].angle_deg,
                 .max_nodes = 100000,
                 .lanes = 1 << n};
-            assert_int_equal(drape_solve(own, &settings, NULL, arena, &result[n]), STATUS_OK);
+            assert_int_equal(drape_solve(&(struct drape_part){.surface = own}, &settings, NULL,
+                                         arena, &result[n]),
+                             STATUS_OK);
             const struct drape_nodes *a = &result[0].nodes, *b = &result[n].nodes;
             assert_int_equal(a->count, b->count);
             assert_memory_equal(a->x, b->x, a->count * sizeof *a->x);
@@ -268,7 +272,8 @@ static void test_offset_moves_shells_to_one_side(void **state) {
         assert_int_equal(shell_make(parts, PIECES, 0, wanted.arena, &shell, &fault), STATUS_OK);
         assert_int_equal(
             shell_offset(shell, parts, outward(kind) * h, wanted.arena, &shell, &fault), STATUS_OK);
-        assert_int_equal(drape_solve_shell(shell, &settings, NULL, wanted.arena, &result),
+        assert_int_equal(drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL,
+                                     wanted.arena, &result),
                          STATUS_OK);
         struct grid grid;
         double gap = 0;

@@ -244,7 +244,8 @@ static int fault_of(const struct pleats *pleats, const double start[2], double a
     if (in_faces) {
         run.arena = arena_new((size_t)1 << 30);
         struct shell *shell = cut_sheet(&shape, &seed, run.arena);
-        assert_int_equal(drape_solve_shell(shell, &settings, NULL, run.arena, &run.result),
+        assert_int_equal(drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL,
+                                     run.arena, &run.result),
                          STATUS_OK);
         grid_make(&run.grid, &run.result.nodes);
     } else {

@@ -149,8 +149,9 @@ static int is_wrong(uint64_t seed) {
         int missing;
         settings.method = methods[m].id;
         assert_int_equal(drape_try(&whole, &b.whole, &settings), STATUS_OK);
-        assert_int_equal(
-            drape_solve_shell(bellows_join(&b, arena), &settings, NULL, arena, &result), STATUS_OK);
+        assert_int_equal(drape_solve(&(struct drape_part){.shell = bellows_join(&b, arena)},
+                                     &settings, NULL, arena, &result),
+                         STATUS_OK);
         double off = largest_error(&b, &whole, &result.nodes, d, &missing);
         bool other = has_grown(&whole.result.nodes) || has_grown(&result.nodes);
         bool right = other || (off < methods[m].position && missing == 0);

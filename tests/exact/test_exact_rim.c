@@ -339,8 +339,7 @@ static void test_exact_rim_of_a_plate_with_holes(void **state) {
     for (int angle = 0; angle <= 30; angle += 15) {
         struct drape_run run;
         struct drape_settings settings = settings_at(0.4, 0.4, angle, 0.07);
-        settings.trim = trim_of(&shape, loops, 2, arena);
-        drape_begin(&run, &shape, &settings);
+        drape_begin_trimmed(&run, &shape, trim_of(&shape, loops, 2, arena), &settings);
         const struct drape_rim *rim = &run.result.rim;
         double exact = 6 - M_PI * 0.37 * 0.37 - M_PI * 0.25 / 2, worst = 0;
         double c = cos(angle * DEG), s = sin(angle * DEG);
@@ -411,8 +410,7 @@ static void test_exact_rim_of_trims_round_a_cylinder(void **state) {
         if (round)
             shape_transpose(&shape);
         settings.method = k % 3 ? DRAPE_GIB : DRAPE_GIB4;
-        settings.trim = trim_of(&shape, &loop, 1, arena);
-        drape_begin(&run, &shape, &settings);
+        drape_begin_trimmed(&run, &shape, trim_of(&shape, &loop, 1, arena), &settings);
         double own = area_on_cylinder(&shape, (const double(*)[2])corners),
                exact = kept ? own : 4 * QUARTER - own;
         double error = fabs(rim_flat_area(&run.result.rim, settings.spacing)) / exact - 1;
@@ -442,8 +440,7 @@ static void test_exact_rim_along_the_sides_of_cells(void **state) {
             const struct trim_loop loop = {true, &square, 1};
             struct drape_run run;
             struct drape_settings settings = settings_at(0, 0, 0, half / count);
-            settings.trim = trim_of(&shape, &loop, 1, arena);
-            drape_begin(&run, &shape, &settings);
+            drape_begin_trimmed(&run, &shape, trim_of(&shape, &loop, 1, arena), &settings);
             const struct drape_summary *s = &run.result.summary;
             worst = fmax(fabs(s->cloth_area / (4 * half * half) - 1),
                          fabs(s->flat_area / (4 * half * half) - 1));
@@ -483,8 +480,7 @@ static void test_exact_rim_area_is_the_integral_over_the_part(void **state) {
     for (double d = 0.1; d > 0.02; d /= 2) {
         struct drape_run run;
         struct drape_settings settings = settings_at(0, 0, 0, d);
-        settings.trim = trim;
-        drape_begin(&run, &shape, &settings);
+        drape_begin_trimmed(&run, &shape, trim, &settings);
         double area = rim_flat_area(&run.result.rim, settings.spacing);
         printf("  d %-5g: %zu points, area %+.1e\n", d, run.result.rim.count, area / exact - 1);
         check_below(fabs(area / exact - 1), 1e-3);
@@ -527,7 +523,9 @@ static void test_exact_rim_of_a_mesh(void **state) {
             settings.start_point = vec3_make(0.13, -0.21, 0);
             settings.direction_kind = DRAPE_DIRECTION_VECTOR;
             settings.direction_vector = vec3_make(c, s, 0);
-            assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+            assert_int_equal(
+                drape_solve(&(struct drape_part){.mesh = mesh}, &settings, NULL, arena, &result),
+                STATUS_OK);
             for (size_t k = 0; k < result.rim.count; k++) {
                 double x = result.rim.x[k] - 0.13, y = result.rim.y[k] + 0.21;
                 worst = fmax(worst, fabs(result.rim.p[k] - (c * x + s * y) / 0.083));

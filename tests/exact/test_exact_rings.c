@@ -100,7 +100,9 @@ static void test_exact_rings_are_the_cylinder(void **state) {
         if (kind == RING_PART)
             settings.start_uv[1] = (z[n % RINGS] + z[n % RINGS + 1]) / 2 / HEIGHT;
         assert_int_equal(shell_component_count(shell), 1);
-        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &result), STATUS_OK);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result),
+            STATUS_OK);
         bool covered = is_covered(&result.rim);
         double area = rim_flat_area(&result.rim, settings.spacing) / (2 * M_PI * HEIGHT) - 1;
         double off = off_grid(&result, angle);
@@ -153,7 +155,9 @@ static void test_exact_rings_halves_of_a_sphere(void **state) {
                                           .max_nodes = 100000};
         drape_begin(&run, &whole, &settings);
         assert_int_equal(shell_make(parts, 2, 0, arena, &shell, NULL), STATUS_OK);
-        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &result), STATUS_OK);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result),
+            STATUS_OK);
         assert_int_equal(result.nodes.count, run.result.nodes.count);
         for (size_t k = 0; k < result.nodes.count; k++) {
             int at = grid_find(&run.grid, result.nodes.i[k], result.nodes.j[k]);

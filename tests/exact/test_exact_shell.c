@@ -113,7 +113,9 @@ static void check_hole(enum scene_id id, uint64_t seed) {
     memcpy(pieces.outline[out], pieces.outline[last], sizeof pieces.outline[out]);
     struct arena *arena = arena_new((size_t)1 << 30);
     struct shell *shell = pieces_shell(&pieces, arena);
-    assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &result), STATUS_OK);
+    assert_int_equal(
+        drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result),
+        STATUS_OK);
     bool turned = whole_is_turned(&whole, &result);
     grid_make(&grid, &result.nodes);
     const struct drape_nodes *nodes = &whole.result.nodes;
@@ -189,7 +191,9 @@ static bool tube_is_same(enum scene_id id, enum cutting cutting, enum drape_meth
     pieces_cut(&pieces, cutting, &scene.shape, &random);
     struct arena *arena = arena_new((size_t)1 << 30);
     struct shell *shell = pieces_shell(&pieces, arena);
-    assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &result), STATUS_OK);
+    assert_int_equal(
+        drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result),
+        STATUS_OK);
     bool turned = whole_is_turned(&whole, &result);
     double d = fmin(settings.spacing[0], settings.spacing[1]), off = 0, furthest = 0;
     double round = 2 * vec3_distance(settings.start_point, shell_centre(shell));
@@ -273,9 +277,13 @@ static void test_exact_shell_has_same_bits_with_threads(void **state) {
         double d = shell_size(shell) / 60;
         struct drape_settings settings = {
             .method = every[m], .spacing = {d, d}, .direction_deg = 17, .max_nodes = 100000};
-        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &one), STATUS_OK);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &one),
+            STATUS_OK);
         settings.team = api_threads_make(&team, 4);
-        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &four), STATUS_OK);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &four),
+            STATUS_OK);
         check_bits(&one.nodes, &four.nodes);
         arena_free(arena);
     }
@@ -293,7 +301,8 @@ static void survive_failing_allocations(enum drape_method method, double d) {
         status = shell_make(parts, (size_t)pieces.count, 0, arena, &shell, NULL);
         struct drape_settings settings = {.method = method, .spacing = {d, d}, .max_nodes = 10000};
         if (status == STATUS_OK)
-            status = drape_solve_shell(shell, &settings, NULL, arena, &result);
+            status =
+                drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result);
         if (status != STATUS_OK)
             assert_int_equal(status, STATUS_OUT_OF_MEMORY);
         arena_free(arena);

@@ -61,7 +61,9 @@ static void check_sheet(const struct profile_sheet *sheet, const struct profile_
     struct vec3 along = vec3_unit(vec3_add(before, after));
     settings.direction_vector =
         vec3_axpy(sin(radians), across, vec3_scale(cos(radians) / vec3_dot(along, after), along));
-    assert_int_equal(drape_solve_shell(shell, &settings, NULL, run.arena, &run.result), STATUS_OK);
+    assert_int_equal(
+        drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, run.arena, &run.result),
+        STATUS_OK);
     grid_make(&run.grid, &run.result.nodes);
     struct profile_error error = profile_measure(sheet, d, start, angle_deg, &run);
     printf("    %-8s d %-5g at %3g deg: %6zu nodes, %.1e d, shear %.4f, of cells %.4f deg\n",
@@ -127,7 +129,9 @@ static double longest_chord(struct profile_sheet *sheet, const double start[2], 
         .direction_kind = DRAPE_DIRECTION_VECTOR,
         .direction_vector = vec3_axpy(cos(radians), along, vec3_make(0, sin(radians), 0)),
         .max_nodes = 10000};
-    assert_int_equal(drape_solve_shell(shell, &settings, NULL, run.arena, &run.result), STATUS_OK);
+    assert_int_equal(
+        drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, run.arena, &run.result),
+        STATUS_OK);
     const struct drape_nodes *nodes = &run.result.nodes;
     grid_make(&run.grid, nodes);
     for (size_t k = 0; k < 2 * nodes->count; k++) {
@@ -204,7 +208,8 @@ static void test_exact_shell_folds_narrow_rib(void **state) {
                                           .direction_vector =
                                               vec3_make(cos(radians), sin(radians), 0),
                                           .max_nodes = 100000};
-        assert_int_equal(drape_solve_shell(shell, &settings, NULL, run.arena, &run.result),
+        assert_int_equal(drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL,
+                                     run.arena, &run.result),
                          STATUS_OK);
         printf("    %-8s covered %.4f\n", profile_methods[m].name,
                run.result.summary.cloth_coverage);
@@ -266,7 +271,8 @@ static void test_exact_shell_folds_cup_from_its_wall(void **state) {
                                           .direction_kind = DRAPE_DIRECTION_VECTOR,
                                           .direction_vector = {1, 0.1, 0},
                                           .max_nodes = 4000000};
-        assert_int_equal(drape_solve_shell(make_cup(arena), &settings, NULL, arena, &result),
+        assert_int_equal(drape_solve(&(struct drape_part){.shell = make_cup(arena)}, &settings,
+                                     NULL, arena, &result),
                          STATUS_OK);
         printf("    covered %.4f\n", result.summary.cloth_coverage);
         check_above(result.summary.cloth_coverage, 0.9);
@@ -302,7 +308,8 @@ static void test_exact_shell_folds_flaps_of_one_line(void **state) {
                                               .direction_deg = angles[a],
                                               .max_nodes = 10000};
             assert_int_equal(
-                drape_solve_shell(join(shape, 3, &loop, 1, arena), &settings, NULL, arena, &result),
+                drape_solve(&(struct drape_part){.shell = join(shape, 3, &loop, 1, arena)},
+                            &settings, NULL, arena, &result),
                 STATUS_OK);
             check_above(result.summary.cloth_coverage, 1 - 1e-9);
             for (size_t c = 0; c < result.cells.count; c++)
@@ -374,7 +381,9 @@ static void test_exact_shell_folds_blade_is_cut_open_on_one_skin(void **state) {
                                               vec3_axpy(tan(angle), vec3_make(0, 1, 0), tangent),
                                           .max_nodes = 100000};
         struct shell *shell = cut_sheet(&sheet, &seed, arena);
-        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &result), STATUS_OK);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result),
+            STATUS_OK);
         printf("  from %.2f at %2.0f deg: %zu nodes, coverage %.4f, cloth %.4f\n", places[k / 3],
                angles[k % 3], result.nodes.count, result.summary.coverage,
                result.summary.cloth_coverage);
@@ -411,9 +420,9 @@ static void test_exact_shell_folds_yarns_pass_a_joint_beyond_the_part(void **sta
                                           .direction_kind = DRAPE_DIRECTION_VECTOR,
                                           .direction_vector = {-left, up, 0},
                                           .max_nodes = 10000};
-        assert_int_equal(
-            drape_solve_shell(join(shape, 2, loop, 2, arena), &settings, NULL, arena, &result),
-            STATUS_OK);
+        assert_int_equal(drape_solve(&(struct drape_part){.shell = join(shape, 2, loop, 2, arena)},
+                                     &settings, NULL, arena, &result),
+                         STATUS_OK);
         check_above(result.summary.cloth_coverage, 1 - 1e-9);
         for (size_t n = 0; n < result.nodes.count; n++) {
             struct vec3 warp = vec3_scale(d * result.nodes.i[n], result.start_warp);
@@ -518,7 +527,8 @@ static void check_reflected(struct reflected *sheet, const struct drape_settings
     for (int k = 0; k < 2; k++)
         loop[k] = side_of_crease(sheet, k, curve[k], corner[k]);
     assert_int_equal(
-        drape_solve_shell(join(sheet->shape, 2, loop, 2, arena), &own, NULL, arena, &result),
+        drape_solve(&(struct drape_part){.shell = join(sheet->shape, 2, loop, 2, arena)}, &own,
+                    NULL, arena, &result),
         STATUS_OK);
     double off = square_gap(&result.nodes, own.spacing[0], in_plane, sheet);
     printf("    %-8s %4zu nodes, %.1e d, covered %.4f, shear with the rim %.4f deg\n",
@@ -577,9 +587,9 @@ static void check_beam(double to, double d, enum drape_method method) {
     double off = 0;
     shape_frustum(&shape[0], turn, low, high, M_PI / 2);
     shape_frustum(&shape[1], turn, high, rim, M_PI / 2);
-    assert_int_equal(
-        drape_solve_shell(join(shape, 2, NULL, 0, arena), &settings, NULL, arena, &result),
-        STATUS_OK);
+    assert_int_equal(drape_solve(&(struct drape_part){.shell = join(shape, 2, NULL, 0, arena)},
+                                 &settings, NULL, arena, &result),
+                     STATUS_OK);
     for (size_t k = 0; k < result.nodes.count; k++) {
         double along = result.nodes.i[k] * d / 150, over = result.nodes.j[k] * d - 15;
         struct vec3 r = {150 * cos(along), 150 * sin(along), 45 + result.nodes.j[k] * d};

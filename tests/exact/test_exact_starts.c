@@ -155,7 +155,8 @@ static void test_exact_starts_on_meshes(void **state) {
             struct drape_settings settings = settings_to(k % DIRECTIONS, DRAPE_MOSAIC);
             struct drape_result result;
             settings.start_point = part->starts[k / DIRECTIONS];
-            enum status status = drape_solve_mesh(mesh, &settings, NULL, arena, &result);
+            enum status status =
+                drape_solve(&(struct drape_part){.mesh = mesh}, &settings, NULL, arena, &result);
             stuck += status == STATUS_START_STUCK;
             if (status != STATUS_START_STUCK) {
                 assert_int_equal(status, STATUS_OK);
@@ -186,8 +187,8 @@ static void check_method(const char *name, struct surface *surface, const struct
         struct drape_settings settings = settings_to(k % DIRECTIONS, method);
         struct drape_result result;
         settings.start_point = part->starts[k / DIRECTIONS];
-        settings.trim = trim;
-        enum status status = drape_solve(surface, &settings, NULL, arena, &result);
+        enum status status = drape_solve(&(struct drape_part){.surface = surface, .trim = trim},
+                                         &settings, NULL, arena, &result);
         stuck += status == STATUS_START_STUCK;
         if (status != STATUS_START_STUCK) {
             assert_int_equal(status, STATUS_OK);
@@ -270,9 +271,9 @@ static void test_exact_starts_on_trims(void **state) {
 
     struct drape_settings settings = settings_to(0, DRAPE_GIB);
     struct drape_result result;
-    settings.trim = trim;
     settings.start_point = vec3_make(0.5, -1e-4, 0);
-    assert_int_equal(drape_solve(surface, &settings, NULL, arena, &result),
+    assert_int_equal(drape_solve(&(struct drape_part){.surface = surface, .trim = trim}, &settings,
+                                 NULL, arena, &result),
                      STATUS_START_OFF_SURFACE);
     arena_free(arena);
 }
@@ -328,7 +329,9 @@ static void test_exact_starts_by_default_where_cloth_begins(void **state) {
         struct drape_settings settings = settings_to(k, DRAPE_GIB);
         struct drape_result result;
         settings.start_kind = DRAPE_START_CENTROID;
-        assert_int_equal(drape_solve(surface, &settings, NULL, arena, &result), STATUS_OK);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.surface = surface}, &settings, NULL, arena, &result),
+            STATUS_OK);
         least = fmin(least, (double)result.cells.count);
     }
     printf("  hook: %.0f cells at least\n", least);

@@ -352,12 +352,12 @@ static void check_trimmed(enum scene_id id, enum drape_method method) {
     struct drape_run whole, trimmed;
     settings.direction_deg = 25;
     drape_begin(&whole, &scene.shape, &settings);
-    settings.trim = trim_of(&scene.shape, arena);
-    drape_begin(&trimmed, &scene.shape, &settings);
+    const struct trim *trim = trim_of(&scene.shape, arena);
+    drape_begin_trimmed(&trimmed, &scene.shape, trim, &settings);
     const struct drape_nodes *all = &whole.result.nodes, *some = &trimmed.result.nodes;
     size_t there = 0;
     struct vec3 centroid;
-    double share = cells_area(&trimmed) / trim_area(settings.trim, &centroid);
+    double share = cells_area(&trimmed) / trim_area(trim, &centroid);
     for (size_t k = 0; k < all->count; k++) {
         double uv[2] = {all->u[k], all->v[k]};
         bool inside = in_polygon(outer, CORNERS, uv) && !in_polygon(hole, 3, uv);

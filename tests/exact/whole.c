@@ -114,13 +114,14 @@ bool whole_is_same(struct scene *scene, const struct whole_case *c) {
         pieces_disturb(&pieces, c->gap * size, &random);
     struct arena *arena = arena_new((size_t)1 << 30);
     struct shell *shell = pieces_shell(&pieces, arena);
-    enum status status = drape_solve_shell(shell, &settings, NULL, arena, &result);
+    enum status status =
+        drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result);
     if (status == STATUS_OK && whole_is_turned(&whole, &result)) {
         settings.pre_shear_deg = -settings.pre_shear_deg;
         int low_j = settings.extent[1][0];
         settings.extent[1][0] = -settings.extent[1][1];
         settings.extent[1][1] = -low_j;
-        status = drape_solve_shell(shell, &settings, NULL, arena, &result);
+        status = drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result);
     }
     assert_int_equal(status, STATUS_OK);
     struct shell_edges edges = shell_edges(shell);

@@ -17,18 +17,20 @@ struct example {
     struct arena *arena;
     struct bytes text, container;
     struct api_request request;
-    struct surface *surface;
+    const struct surface *surface;
 };
 
 static void example_open(struct example *example, const char *name) {
     char path[64];
     struct api_problem problem;
+    struct api_shape shape;
     snprintf(path, sizeof path, "api/examples/%s.json", name);
     *example = (struct example){.arena = arena_new((size_t)1 << 26), .text = file_read(path)};
     if (decode_text(example->text.data, example->arena, &example->request, &problem) != API_OK ||
-        api_shape_make(&example->request, &api_limits_default, example->arena, &example->surface,
-                       &problem) != API_OK)
+        api_shape_make(&example->request, &api_limits_default, example->arena, &shape, &problem) !=
+            API_OK)
         fail_msg("%s: %s: %s", name, problem.place[0].pointer, problem.place[0].detail);
+    example->surface = shape.part.surface;
 }
 
 static void example_close(struct example *example) {

@@ -123,7 +123,9 @@ static void drape_rough(struct sample *sample, enum drape_method method) {
         .method = method, .spacing = {0.07, 0.05}, .direction_deg = 20, .max_nodes = 100000};
     struct drape_result result;
     const struct mesh *mesh = sample_mesh(sample, arena);
-    assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+    assert_int_equal(
+        drape_solve(&(struct drape_part){.mesh = mesh}, &settings, NULL, arena, &result),
+        STATUS_OK);
     assert_true(result.nodes.count >= 1 && result.summary.residual_max < 1e-4);
     for (size_t k = 0; k < result.nodes.count; k++) {
         struct vec3 r = {result.nodes.x[k], result.nodes.y[k], result.nodes.z[k]};

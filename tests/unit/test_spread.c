@@ -55,13 +55,13 @@ static void check_even(const struct spread_place *places, size_t count,
 
 static void test_spread_is_even_in_space_and_not_in_parameters(void **state) {
     struct arena *arena = arena_new((size_t)1 << 30);
-    const struct spread_part part = {.surface = uneven_plane(arena)};
+    const struct drape_part part = {.surface = uneven_plane(arena)};
     struct spread_place *places;
     size_t found;
     (void)state;
     static const size_t counts[] = {9, 50, 333};
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) {
-        assert_int_equal(spread_over(&part, counts[k], arena, &places, &found), STATUS_OK);
+        assert_int_equal(spread_over(&part, 0, counts[k], arena, &places, &found), STATUS_OK);
         assert_int_equal(found, counts[k]);
         check_even(places, found, NULL);
         for (size_t s = 0; s < found; s++)
@@ -93,8 +93,8 @@ static void test_spread_stays_within_trims(void **state) {
     size_t found;
     (void)state;
     assert_int_equal(trim_make(surface, &loop, 1, arena, &trim), STATUS_OK);
-    const struct spread_part part = {.surface = surface, .trim = trim};
-    assert_int_equal(spread_over(&part, 60, arena, &places, &found), STATUS_OK);
+    const struct drape_part part = {.surface = surface, .trim = trim};
+    assert_int_equal(spread_over(&part, 0, 60, arena, &places, &found), STATUS_OK);
     assert_int_equal(found, 60);
     check_even(places, found, beside_the_disc);
     arena_free(arena);
@@ -117,8 +117,8 @@ static void test_spread_over_meshes_goes_by_area(void **state) {
     sample_add(&sample, &other);
     struct mesh *mesh = sample_mesh(&sample, arena);
     for (int32_t component = 0; component < 2; component++) {
-        const struct spread_part part = {.mesh = mesh, .component = component};
-        assert_int_equal(spread_over(&part, 40, arena, &places, &found), STATUS_OK);
+        const struct drape_part part = {.mesh = mesh};
+        assert_int_equal(spread_over(&part, component, 40, arena, &places, &found), STATUS_OK);
         assert_int_equal(found, 40);
         double height = places[0].r.z;
         for (size_t s = 0; s < found; s++) {
@@ -139,11 +139,11 @@ static void test_spread_without_memory(void **state) {
     (void)state;
     for (size_t n = 1; n < MOST; n++) {
         struct arena *arena = arena_new((size_t)1 << 30);
-        const struct spread_part part = {.surface = uneven_plane(arena)};
+        const struct drape_part part = {.surface = uneven_plane(arena)};
         struct spread_place *places;
         size_t found;
         arena_fail_at(arena, n);
-        enum status status = spread_over(&part, 20, arena, &places, &found);
+        enum status status = spread_over(&part, 0, 20, arena, &places, &found);
         arena_free(arena);
         if (status == STATUS_OK)
             return;

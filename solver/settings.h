@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What a drape is asked for: the method, the spacing, where the net starts and how its two
+ * generators run, how far it goes, and what it may use: memory, threads, a monitor.
+ *
+ * Lengths are in the surface's own unit, angles in degrees where a name ends in `_deg`.
+ */
+#ifndef SOLVER_SETTINGS_H
+#define SOLVER_SETTINGS_H
+
+#include "method.h"
+#include "vec.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum drape_start_kind {
+    DRAPE_START_CENTROID, /* the surface point nearest to the centroid of the area; one inside where
+                              every yarn leaves that at once, or no cell begins there */
+    DRAPE_START_UV,
+    DRAPE_START_POINT /* the nearest surface point; an error if further than the spacing */
+};
+
+enum drape_direction_kind {
+    DRAPE_DIRECTION_ANGLE, /* the u-tangent turned about r_u x r_v */
+    DRAPE_DIRECTION_VECTOR /* projected on the tangent plane at the start */
+};
+
+enum drape_generator_kind {
+    DRAPE_GENERATOR_GEODESIC,
+    DRAPE_GENERATOR_CURVE, /* a polyline in (u, v) through the start, to 1e-3 of the spacing */
+    DRAPE_GENERATOR_PLANE  /* the section by the plane through the start with this normal */
+};
+
+/* The positive arm of warp runs with the points of its curve, of a plane to that side to which the
+ * direction points; the positive arm of weft to the left of it, seen against r_u x r_v. */
+struct drape_generator {
+    enum drape_generator_kind kind;
+    const double (*curve)[2]; /* DRAPE_GENERATOR_CURVE: (u, v) points in order, owned by caller,
+                                 straight between them, past their ends a geodesic */
+    size_t curve_count;       /* at least 2 */
+    struct vec3 plane_normal; /* DRAPE_GENERATOR_PLANE: any length but zero */
+};
+
+/* Several threads for one drape, which the library asks for but does not make. `run` calls
+ * task(data, k) for k = 0 .. count - 1, at the same time where it can, and returns when all have.
+ * The result has the same bits with any team. */
+struct drape_team {
+    void (*run)(void *context, int count, void (*task)(void *data, int k), void *data);
+    void *context;
+};
+
+struct drape_statistics;
+struct drape_prepared;
+
+/* What to drape. Zero-initialised fields are the defaults, but spacing and max_nodes are required.
+ * Index 0 of a pair is warp, 1 is weft. */
+struct drape_settings {
+    enum drape_method method;
+    enum drape_yarn_path yarn_path;
+    double spacing[2]; /* node distance along the yarns, > 0 */
+    enum drape_start_kind start_kind;
+    double start_uv[2];
+    int32_t start_face; /* DRAPE_START_UV on a shell: the face that start_uv are parameters of */
+    struct vec3 start_point;
+    enum drape_direction_kind direction_kind;
+    double direction_deg;
+    struct vec3 direction_vector;
+    double pre_shear_deg; /* weft starts at 90 deg less this from warp; -80..80 */
+    struct drape_generator generator[2];
+    bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */
+    int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */
+    size_t max_nodes;   /* STATUS_TOO_MANY_NODES beyond */
+    struct drape_statistics *statistics;   /* NULL, or the caller's, to be filled */
+    const struct drape_prepared *prepared; /* what many drapes of the part share, by
+                                              `drape_prepare`; NULL: each makes its own */
+    const struct drape_team *team;         /* NULL: the calling thread alone */
+    int lanes; /* nodes to be found at once at the most, 0: as many as the processor can; the result
+                  has the same bits with any */
+};
+
+/* Watches a long run; called a few hundred times at the most, never at the same time, but with a
+ * team from any of its threads. */
+struct drape_monitor {
+    bool (*progress)(void *context, double fraction); /* false: stop with STATUS_CANCELLED */
+    void *context;
+};
+
+#endif
