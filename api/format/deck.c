@@ -1,46 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 #include "deck.h"
 
-#include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-enum { LINE = 400, COMMENT = 76 };
+enum { COMMENT = 76, REAL_SIZE = 64 };
 
-/* ---- the driver ---- */
-
-void deck_next(struct encoder *encoder) {
-    const struct deck_section *sections = encoder->format->own;
-    while (sections[encoder->column].write &&
-           encoder->piece.capacity - encoder->piece.length >= CARDS_ITEM) {
-        const struct deck_section *section = &sections[encoder->column];
-        if (encoder->row < (section->count ? section->count(encoder) : 1)) {
-            section->write(encoder, encoder->row++);
-        } else {
-            encoder->row = 0;
-            encoder->column++;
-        }
-    }
-    encoder->ended = !sections[encoder->column].write;
+int32_t deck_element_id(const struct map_fields *fields, size_t element) {
+    return fields->ids ? fields->ids[element] : (int32_t)element + 1;
 }
 
-size_t deck_vertices(const struct encoder *encoder) {
-    return encoder->fields.vertex_count;
+int32_t deck_vertex_id(const struct map_fields *fields, size_t vertex) {
+    return fields->vertex_ids ? fields->vertex_ids[vertex] : (int32_t)vertex + 1;
 }
 
-size_t deck_elements(const struct encoder *encoder) {
-    return encoder->fields.element_count;
-}
-
-size_t deck_plies(const struct encoder *encoder) {
-    return encoder->fields.plies->ply_count;
-}
-
-size_t deck_ply_elements(const struct encoder *encoder) {
-    return deck_plies(encoder) * deck_elements(encoder);
-}
-
-/* ---- checks ---- */
+/* ---- what must hold ---- */
 
 static int32_t largest_id(const struct map_fields *fields) {
     int32_t largest = 0;
@@ -53,42 +28,14 @@ static int32_t largest_id(const struct map_fields *fields) {
     return largest;
 }
 
-bool deck_check(const struct encoder *encoder, int32_t id_max, struct api_problem *problem) {
-    const struct map_fields *fields = &encoder->fields;
-    const struct map_plies *plies = fields->plies;
-    const char *name = encoder->format->name;
-    if (!plies || plies->row_count == 0)
-        api_problem_set(
-            problem, API_INVALID_REQUEST,
-            "%s is of plies, but none of the %zu elements lies on the cloth; are they in "
-            "the drape's length unit and position?",
-            name, fields->element_count);
-    else if (!plies->thickness)
-        api_problem_set(problem, API_INVALID_REQUEST,
-                        "%s needs a thickness: fabric.thickness in the drape request", name);
-    else if (plies->ply_count > CARDS_PLIES_MAX)
-        api_problem_set(problem, API_TOO_LARGE, "%s is written of at most %d plies", name,
-                        CARDS_PLIES_MAX);
-    else if (largest_id(fields) > id_max)
-        api_problem_set(problem, API_TOO_LARGE,
-                        "%s has no room for the number %d of an element or vertex: at most %d",
-                        name, largest_id(fields), id_max);
-    return problem->id == API_OK;
-}
-
-/* Along the element's normal when it looks where the plies follow each other to. */
-static bool is_upward(const struct map_fields *fields, size_t element) {
-    const struct map_plies *plies = fields->plies;
-    return plies->rows[plies->first[element]].mirrored == (plies->side < 0);
-}
-
-bool deck_check_sides(const struct encoder *encoder, bool *upward, struct api_problem *problem) {
+/* Whether one sequence of plies serves all elements; sets `upward`. */
+static bool check_sides(const struct encoder *encoder, bool *upward, struct api_problem *problem) {
     const struct map_fields *fields = &encoder->fields;
     size_t up = 0, down = 0, one = 0;
     for (size_t e = 0; e < fields->element_count; e++) {
-        if (deck_is_bare(fields, e))
+        if (stack_layers(fields, e) == 0)
             continue;
-        bool is_up = is_upward(fields, e);
+        bool is_up = stack_is_upward(fields, e);
         one = is_up ? one : e;
         *(is_up ? &up : &down) += 1;
     }
@@ -103,144 +50,206 @@ bool deck_check_sides(const struct encoder *encoder, bool *upward, struct api_pr
     return false;
 }
 
-/* ---- the stack ---- */
-
-int32_t deck_element_id(const struct map_fields *fields, size_t element) {
-    return fields->ids ? fields->ids[element] : (int32_t)element + 1;
-}
-
-int32_t deck_vertex_id(const struct map_fields *fields, size_t vertex) {
-    return fields->vertex_ids ? fields->vertex_ids[vertex] : (int32_t)vertex + 1;
-}
-
-size_t deck_layers(const struct map_fields *fields, size_t element) {
-    const size_t *first = fields->plies->first;
-    return first[element + 1] - first[element];
-}
-
-bool deck_is_bare(const struct map_fields *fields, size_t element) {
-    return deck_layers(fields, element) == 0;
-}
-
-const struct map_ply_row *deck_layer(const struct map_fields *fields, size_t element, size_t k) {
+bool deck_begin(struct encoder *encoder, struct api_problem *problem) {
+    const struct map_fields *fields = &encoder->fields;
     const struct map_plies *plies = fields->plies;
-    size_t count = deck_layers(fields, element);
-    return &plies->rows[plies->first[element] + (is_upward(fields, element) ? k : count - 1 - k)];
+    const struct deck *deck = encoder->format->own;
+    const char *name = encoder->format->name;
+    struct deck_state *state = encoder->state;
+    if (!plies || plies->row_count == 0)
+        api_problem_set(
+            problem, API_INVALID_REQUEST,
+            "%s is of plies, but none of the %zu elements lies on the cloth; are they in "
+            "the drape's length unit and position?",
+            name, fields->element_count);
+    else if (!plies->thickness)
+        api_problem_set(problem, API_INVALID_REQUEST,
+                        "%s needs a thickness: fabric.thickness in the drape request", name);
+    else if (plies->ply_count > DECK_PLIES_MAX)
+        api_problem_set(problem, API_TOO_LARGE, "%s is written of at most %d plies", name,
+                        DECK_PLIES_MAX);
+    else if (largest_id(fields) > deck->id_max)
+        api_problem_set(problem, API_TOO_LARGE,
+                        "%s has no room for the number %d of an element or vertex: at most %d",
+                        name, largest_id(fields), deck->id_max);
+    else if (deck->one_sequence && !check_sides(encoder, &state->upward, problem))
+        return false;
+    else if (deck->reference && !plies->reference)
+        api_problem_set(problem, API_INVALID_REQUEST,
+                        "%s needs reference=x,y,z: the direction that the stack has as VX, VY, "
+                        "VZ, from which its angles run",
+                        name);
+    else if (deck->grouping &&
+             !stack_groups_make(&state->groups, fields, deck->grouping == DECK_BY_STACK,
+                                encoder->options.within))
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to group the elements");
+    else if (deck->begin)
+        (void)deck->begin(encoder, problem);
+    return problem->id == API_OK;
 }
 
-const struct map_ply_row *deck_row(const struct map_fields *fields, size_t element, int ply) {
-    const struct map_plies *plies = fields->plies;
-    for (size_t k = plies->first[element]; k < plies->first[element + 1]; k++)
-        if (plies->rows[k].ply == ply)
-            return &plies->rows[k];
-    return NULL;
+void deck_end(struct encoder *encoder) {
+    struct deck_state *state = encoder->state;
+    stack_groups_free(&state->groups);
+    free(state->middle);
+    free(state->edge);
 }
 
-struct element_frame deck_frame(const struct map_fields *fields, size_t element) {
-    struct element_frame frame;
-    (void)element_frame_make(fields->vertices, fields->elements[element], fields->plies->reference,
-                             &frame);
-    return frame;
-}
+/* ---- the head ---- */
 
-double deck_thickness(const struct map_fields *fields, int ply) {
-    const struct map_plies *plies = fields->plies;
-    double least = 0;
-    for (size_t k = 0; k < plies->row_count; k++)
-        if (plies->rows[k].ply == ply && (least == 0 || plies->rows[k].thickness < least))
-            least = plies->rows[k].thickness;
-    return least;
-}
-
-double deck_fold_deg(double angle_deg) {
-    while (angle_deg > 90)
-        angle_deg -= 180;
-    while (angle_deg <= -90)
-        angle_deg += 180;
-    return angle_deg;
-}
-
-/* ---- text ---- */
-
-void deck_line(struct encoder *encoder, const char *format, ...) {
-    char line[LINE];
-    va_list values;
-    va_start(values, format);
-    vsnprintf(line, sizeof line, format, values);
-    va_end(values);
-    api_text_raw(&encoder->piece, line);
-}
-
-/* Words behind the mark, in lines of at most COMMENT characters. */
-static void write_comment(struct encoder *encoder, const char *mark, const char *words) {
+/* Words behind the mark, in lines of at most COMMENT characters; a line feed ends a paragraph. */
+static void write_comment(struct encoder *encoder, const char *words) {
+    const struct deck *deck = encoder->format->own;
     while (*words) {
-        size_t length = strlen(words), room = COMMENT - strlen(mark);
+        size_t length = strcspn(words, "\n"), room = COMMENT - strlen(deck->mark);
         if (length > room) {
             for (length = room; length > 1 && words[length] != ' ';)
                 length--;
         }
-        deck_line(encoder, "%s %.*s\n", mark, (int)length, words);
+        api_text_format(&encoder->piece, "%s %.*s\n", deck->mark, (int)length, words);
         words += length;
-        words += strspn(words, " ");
+        words += strspn(words, " \n");
     }
 }
 
-void deck_head(struct encoder *encoder, const char *mark, const char *const *about) {
+/* The drape, the unit, what `about` says, the plies, bare elements, warnings and the groups. */
+static void write_head(struct encoder *encoder) {
     const struct map_fields *fields = &encoder->fields;
-    char words[LINE];
+    const struct deck *deck = encoder->format->own;
+    const struct deck_state *state = encoder->state;
+    double within = encoder->options.within;
+    char words[400];
     size_t bare = 0;
     for (size_t e = 0; e < fields->element_count; e++)
-        bare += deck_is_bare(fields, e);
+        bare += stack_layers(fields, e) == 0;
     snprintf(words, sizeof words,
              "Drape %s on %zu elements, %zu %s. Lengths in %s, angles in degrees; ply k is of "
              "material k, material k yours to define.",
              encoder->id, fields->element_count, fields->plies->ply_count,
              fields->plies->ply_count == 1 ? "ply" : "plies", fields->unit->name);
-    write_comment(encoder, mark, words);
-    for (; *about; about++)
-        write_comment(encoder, mark, *about);
+    write_comment(encoder, words);
+    write_comment(encoder, deck->about);
     for (size_t k = 0; k < fields->plies->ply_count; k++) {
         snprintf(words, sizeof words, "Ply %zu: %s", k + 1, fields->plies->names[k]);
-        write_comment(encoder, mark, words);
+        write_comment(encoder, words);
     }
     if (bare > 0) {
         snprintf(words, sizeof words, "%zu elements have no ply and are left out.", bare);
-        write_comment(encoder, mark, words);
+        write_comment(encoder, words);
     }
     for (size_t k = 0; k < fields->warning_count; k++) {
         snprintf(words, sizeof words, "Warning: %s", fields->warnings[k]);
-        write_comment(encoder, mark, words);
+        write_comment(encoder, words);
     }
+    if (deck->grouping == DECK_BY_STACK)
+        api_text_format(&encoder->piece,
+                        "%s %zu groups; of one, angles differ by at most %g degrees and "
+                        "thicknesses by %g %%\n",
+                        deck->mark, state->groups.count, within, within);
+    if (deck->grouping == DECK_BY_THICKNESS)
+        api_text_format(&encoder->piece,
+                        "%s %zu groups; of one, thicknesses differ by at most %g %%\n", deck->mark,
+                        state->groups.count, within);
+    api_text_raw(&encoder->piece, deck->text ? deck->text : "");
 }
 
-void deck_integer(struct encoder *encoder, int64_t value, int width) {
-    deck_line(encoder, "%*lld", width, (long long)value);
+/* ---- the sections ---- */
+
+static size_t item_count(const struct encoder *encoder, enum deck_items items) {
+    const struct map_fields *fields = &encoder->fields;
+    const struct deck_state *state = encoder->state;
+    const size_t counts[] = {
+        [DECK_ONCE] = 1,
+        [DECK_VERTICES] = fields->vertex_count,
+        [DECK_ELEMENTS] = fields->element_count,
+        [DECK_STACKS] = fields->element_count,
+        [DECK_PLIES] = fields->plies->ply_count,
+        [DECK_PLY_ELEMENTS] = fields->plies->ply_count * fields->element_count,
+        [DECK_GROUPS] = state->groups.count,
+        [DECK_MEMBERS] = state->groups.start ? state->groups.start[state->groups.count] : 0,
+        [DECK_MIDDLES] = state->middles,
+    };
+    return counts[items];
 }
 
-void deck_blank(struct encoder *encoder, int width) {
-    deck_line(encoder, "%*s", width, "");
+static void write_item(struct encoder *encoder, const struct deck_section *section, size_t number) {
+    const struct map_fields *fields = &encoder->fields;
+    const struct stack_groups *groups = &((struct deck_state *)encoder->state)->groups;
+    struct deck_item item = {.number = number, .element = number, .ply = (int)number};
+    size_t group;
+    if (section->items == DECK_PLY_ELEMENTS) {
+        item.element = number % fields->element_count;
+        item.ply = (int)(number / fields->element_count);
+        item.first = item.element == 0;
+        item.last = item.element + 1 == fields->element_count;
+    } else if (section->items == DECK_GROUPS) {
+        item.element = (size_t)groups->member[groups->start[number]];
+    } else if (section->items == DECK_MEMBERS) {
+        item.element = (size_t)groups->member[number];
+        group = (size_t)groups->group[item.element];
+        item.first = number == groups->start[group];
+        item.last = number + 1 == groups->start[group + 1];
+    }
+    bool is_element = section->items != DECK_ONCE && section->items != DECK_VERTICES &&
+                      section->items != DECK_PLIES && section->items != DECK_MIDDLES;
+    if (is_element) {
+        item.id = deck_element_id(fields, item.element);
+        item.corners = fields->elements[item.element];
+        item.layers = stack_layers(fields, item.element);
+    }
+    if (section->items != DECK_STACKS || item.layers > 0)
+        section->write(encoder, &item);
 }
 
-void deck_word(struct encoder *encoder, const char *word, int width) {
-    deck_line(encoder, "%-*s", width, word);
+void deck_next(struct encoder *encoder) {
+    const struct deck *deck = encoder->format->own;
+    if (!encoder->begun)
+        write_head(encoder);
+    encoder->begun = true;
+    while (deck->sections[encoder->column].items &&
+           encoder->piece.capacity - encoder->piece.length >= DECK_ITEM) {
+        const struct deck_section *section = &deck->sections[encoder->column];
+        if (encoder->row == item_count(encoder, section->items)) {
+            encoder->row = 0;
+            encoder->column++;
+        } else if (section->text) {
+            api_text_raw(&encoder->piece, section->text);
+            encoder->row++;
+        } else {
+            write_item(encoder, section, encoder->row++);
+        }
+    }
+    encoder->ended = !deck->sections[encoder->column].items;
 }
 
-/* "1" and "1E-05" become "1." and "1.E-05": without a point a field is no real number. */
-static void put_point(char *text) {
-    if (strchr(text, '.'))
-        return;
-    char *exponent = strpbrk(text, "eE");
-    size_t at = exponent ? (size_t)(exponent - text) : strlen(text);
-    memmove(text + at + 1, text + at, strlen(text + at) + 1);
-    text[at] = '.';
+void deck_write_point(struct encoder *encoder, int32_t id, struct vec3 point) {
+    const struct deck_point *form = &((const struct deck *)encoder->format->own)->point;
+    const double x[3] = {point.x, point.y, point.z};
+    api_text_format(&encoder->piece, "%s%*d", form->name, form->number_width, id);
+    for (int k = 0; k < 3; k++) {
+        api_text_raw(&encoder->piece, form->before[k]);
+        deck_real(encoder, x[k], form->width);
+    }
+    api_text_raw(&encoder->piece, "\n");
 }
 
+void deck_write_vertex(struct encoder *encoder, const struct deck_item *item) {
+    const struct map_fields *fields = &encoder->fields;
+    deck_write_point(encoder, deck_vertex_id(fields, item->number), fields->vertices[item->number]);
+}
+
+/* Without a point a field is no real number: "1" and "1E-05" become "1." and "1.E-05". More digits
+ * than 15 would add nothing but rounding. */
 void deck_real(struct encoder *encoder, double value, int width) {
-    char text[LINE];
-    int digits = width < 16 ? width - 1 : 15; /* more would add nothing but rounding */
+    char text[REAL_SIZE];
+    int digits = width < 16 ? width - 1 : 15;
     do {
         snprintf(text, sizeof text, "%.*G", digits, value == 0 ? 0 : value);
-        put_point(text);
+        if (!strchr(text, '.')) {
+            size_t at = strcspn(text, "eE");
+            memmove(text + at + 1, text + at, strlen(text + at) + 1);
+            text[at] = '.';
+        }
     } while ((int)strlen(text) > width && --digits > 0);
-    deck_line(encoder, "%*s", width, text);
+    api_text_format(&encoder->piece, "%*s", width, text);
 }

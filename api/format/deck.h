@@ -1,84 +1,117 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Decks of solvers, text in cards: what their writers share. A format of this kind is a list of
- * sections (`format->own`), each so many items, which are written one after the other.
+ * Decks of solvers: text in lines of fixed or free fields. A deck is data, `struct deck`: what must
+ * hold for it, what its head says, and sections that are written one after the other, each item by
+ * item.
  *
  * Numbers of elements and vertices are the caller's. Plies are numbered from 1, and ply k is of
- * material k, which is the caller's to define. A bare element is left out, and said.
+ * material k, which is the caller's to define. An element without plies is bare: it is left out,
+ * and the head says how many are.
  */
 #ifndef API_FORMAT_DECK_H
 #define API_FORMAT_DECK_H
 
-#include "element_frame.h"
 #include "encoder.h"
+#include "stack.h"
 
 enum {
-    CARDS_PLIES_MAX = 200,  /* of one element: an item holds its stack */
-    CARDS_ITEM = 48 * 1024, /* bytes of an item at most */
+    DECK_PLIES_MAX = 200,  /* of one element: an item holds its stack */
+    DECK_ITEM = 48 * 1024, /* bytes of an item at most */
+    DECK_SECTIONS_MAX = 8
 };
 
-/* Its items are 0 .. count - 1; each writes at most CARDS_ITEM bytes to `encoder->piece`. */
+/* What the items of a section are. */
+enum deck_items {
+    DECK_END,          /* there is no such section, and none after it */
+    DECK_ONCE,         /* one item */
+    DECK_VERTICES,     /* of the mesh */
+    DECK_ELEMENTS,     /* of the mesh, bare ones too */
+    DECK_STACKS,       /* elements that have plies */
+    DECK_PLIES,        /* of the laminate */
+    DECK_PLY_ELEMENTS, /* every element for every ply */
+    DECK_GROUPS,       /* of like stacks; the element is the first of the group */
+    DECK_MEMBERS,      /* elements by group */
+    DECK_MIDDLES       /* of edges, of a deck that has them (`deck_state.middles`) */
+};
+
+struct deck_item {
+    size_t number;  /* from 0, in its section */
+    size_t element; /* of all that have one, */
+    int32_t id;     /* and its id */
+    const int32_t *corners;
+    size_t layers;    /* how many plies it has */
+    int ply;          /* of DECK_PLIES and DECK_PLY_ELEMENTS, from 0 */
+    bool first, last; /* of the ply's elements, or of the group's members */
+};
+
+/* Each item writes at most DECK_ITEM bytes. */
 struct deck_section {
-    size_t (*count)(const struct encoder *encoder); /* NULL: 1 */
-    void (*write)(struct encoder *encoder, size_t item);
+    enum deck_items items;
+    void (*write)(struct encoder *encoder, const struct deck_item *item); /* NULL: `text` */
+    const char *text;
 };
 
-/* `next` of a format whose `own` is an array of sections, ended by one without `write`. */
+/* How a vertex is written: the name, the number in a field, and x, y, z in fields of `width`, each
+ * behind a text. */
+struct deck_point {
+    const char *name;
+    int number_width;
+    const char *before[3];
+    int width;
+};
+
+struct deck {
+    const char *mark;  /* before a comment */
+    const char *about; /* in the head: what the reader has to know, in paragraphs */
+    const char *text;  /* the first line behind the head; NULL: none */
+    int32_t id_max;
+    enum { DECK_UNGROUPED, DECK_BY_THICKNESS, DECK_BY_STACK } grouping;
+    bool one_sequence; /* of plies, for all elements: of several plies none may look to another
+                          side than the rest */
+    bool reference;    /* needs the caller's direction */
+    bool (*begin)(struct encoder *encoder, struct api_problem *problem); /* NULL: nothing more */
+    struct deck_point point;
+    struct deck_section sections[DECK_SECTIONS_MAX];
+};
+
+struct deck_edge {
+    int32_t a, b;            /* vertices, a < b */
+    int32_t element, number; /* whose edge it is */
+};
+
+/* The state of a format whose `own` is a deck. */
+struct deck_state {
+    struct stack_groups groups;
+    bool upward;      /* the plies follow each other along the elements' normals */
+    size_t field;     /* on the line of a list that is being written */
+    double thickness; /* the least that the ply has that is being written; 0: it is nowhere */
+    /* Of a deck with nodes in the middles of edges; all by malloc. */
+    int32_t (*middle)[4];   /* of each element's edges, from 0 */
+    struct deck_edge *edge; /* one of each middle, in their order */
+    size_t middles;
+    int32_t first_middle; /* the number of middle 0 */
+};
+
+/* What a format is beside its name, media type and texts; `deck` is a struct deck. */
+#define DECK_FORMAT(deck)                                                                          \
+    .uses = FORMAT_MAP, .elements = true, .own = &(deck), .state_size = sizeof(struct deck_state), \
+    .begin = deck_begin, .next = deck_next, .end = deck_end
+
+/* Refused are maps without a ply on an element, without thicknesses, with too many plies, with an
+ * id that is too large, and what the deck says. */
+bool deck_begin(struct encoder *encoder, struct api_problem *problem);
 void deck_next(struct encoder *encoder);
+void deck_end(struct encoder *encoder);
 
-/* The usual counts. */
-size_t deck_vertices(const struct encoder *encoder);
-size_t deck_elements(const struct encoder *encoder);
-size_t deck_plies(const struct encoder *encoder);
-/* Every element for every ply: item = ply * elements + element. */
-size_t deck_ply_elements(const struct encoder *encoder);
-
-/* Whether the stack can be written at all; else the problem is set: no element has a ply, a
- * thickness is not known, there are too many plies, or an id is larger than `id_max`. */
-bool deck_check(const struct encoder *encoder, int32_t id_max, struct api_problem *problem);
-
-/* The same for formats that have one sequence of plies for all elements: refused are stacks of
- * several plies on elements of which some look to one side and some to the other. `*upward`: the
- * plies follow each other along the elements' normals. */
-bool deck_check_sides(const struct encoder *encoder, bool *upward, struct api_problem *problem);
-
-/* ---- the stack ---- */
-
+/* The numbers that elements and vertices have in the deck. */
 int32_t deck_element_id(const struct map_fields *fields, size_t element);
 int32_t deck_vertex_id(const struct map_fields *fields, size_t vertex);
-bool deck_is_bare(const struct map_fields *fields, size_t element);
 
-/* How many plies an element has, and the k-th from its bottom, along its own normal. */
-size_t deck_layers(const struct map_fields *fields, size_t element);
-const struct map_ply_row *deck_layer(const struct map_fields *fields, size_t element, size_t k);
+/* A vertex, or a point of the deck's own, as `deck.point` says. */
+void deck_write_point(struct encoder *encoder, int32_t id, struct vec3 point);
+void deck_write_vertex(struct encoder *encoder, const struct deck_item *item);
 
-/* The row of a ply at an element, NULL when it is not there. */
-const struct map_ply_row *deck_row(const struct map_fields *fields, size_t element, int ply);
-
-/* The frame of an element that has plies. */
-struct element_frame deck_frame(const struct map_fields *fields, size_t element);
-
-/* The least thickness that a ply has: what thinning factors refer to. */
-double deck_thickness(const struct map_fields *fields, int ply);
-
-/* A fibre's angle between -90 (excluded) and 90: where it points to and from is the same. */
-double deck_fold_deg(double angle_deg);
-
-/* ---- text ---- */
-
-/* The head of a deck as comments: the drape, the unit, what `about` says line by line, ended by a
- * NULL, bare elements and warnings; each line behind `mark`. */
-void deck_head(struct encoder *encoder, const char *mark, const char *const *about);
-
-/* `printf` to the piece; a line at most. */
-void deck_line(struct encoder *encoder, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-
-/* Right-aligned in a field: a whole number, nothing, a word, or a real number with a point and as
- * many digits as the field has room for. */
-void deck_integer(struct encoder *encoder, int64_t value, int width);
-void deck_blank(struct encoder *encoder, int width);
-void deck_word(struct encoder *encoder, const char *word, int width);
+/* A real number, right-aligned, with a point and as many digits as the field has room for. */
 void deck_real(struct encoder *encoder, double value, int width);
 
 #endif

@@ -66,3 +66,11 @@ double element_weft_deg(const struct map_ply_row *row) {
     double between = 90 - row->shear_deg;
     return row->mirrored ? row->angle_deg - between : row->angle_deg + between;
 }
+
+double element_fold_deg(double angle_deg) {
+    while (angle_deg > 90)
+        angle_deg -= 180;
+    while (angle_deg <= -90)
+        angle_deg += 180;
+    return angle_deg;
+}

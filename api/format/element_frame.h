@@ -47,6 +47,9 @@ struct vec3 element_direction(const struct element_frame *frame, double angle_de
 void element_lay(const struct element_frame *frame, struct vec3 warp, struct vec3 weft,
                  struct map_ply_row *row);
 
+/* A fibre's angle between -90 (excluded) and 90: where it points to and from is the same. */
+double element_fold_deg(double angle_deg);
+
 /* The angle of the row's weft from the reference direction in degrees, -270..270. */
 double element_weft_deg(const struct map_ply_row *row);
 

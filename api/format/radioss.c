@@ -11,66 +11,42 @@
 
 enum { WIDTH = 20 };
 
-static const char mark[] = "#";
-
-struct state {
-    double thickness; /* of the ply that is being written */
-};
-
-static bool begin(struct encoder *encoder, struct api_problem *problem) {
-    bool upward;
-    if (!deck_check(encoder, INT32_MAX, problem) || !deck_check_sides(encoder, &upward, problem))
-        return false;
-    if (!encoder->fields.plies->reference)
-        api_problem_set(
-            problem, API_INVALID_REQUEST,
-            "radioss needs reference=x,y,z: the direction that the stack has as VX, VY, "
-            "VZ, from which its angles run");
-    return problem->id == API_OK;
-}
-
-static void write_head(struct encoder *encoder, size_t item) {
-    static const char *const about[] = {
-        "/DRAPE k is of /PLY k, which has the thickness that stands in its title, the angle 0 and "
-        "def_orth 2. Angles run from the VX, VY, VZ of the stack:",
-        NULL};
+static void write_reference(struct encoder *encoder, const struct deck_item *item) {
     const struct vec3 *v = encoder->fields.plies->reference;
     (void)item;
-    deck_head(encoder, mark, about);
-    deck_line(encoder, "%s %.15g %.15g %.15g\n", mark, v->x, v->y, v->z);
+    api_text_format(&encoder->piece, "# %.15g %.15g %.15g\n", v->x, v->y, v->z);
 }
 
-static void write_drape(struct encoder *encoder, size_t item) {
-    const struct map_fields *fields = &encoder->fields;
-    struct state *state = encoder->state;
-    size_t element = item % fields->element_count;
-    int ply = (int)(item / fields->element_count);
-    const struct map_ply_row *row = deck_row(fields, element, ply);
-    if (element == 0) {
-        state->thickness = deck_thickness(fields, ply);
-        deck_line(encoder, "/DRAPE/%d\n%.63s, thickness %.15g\n", ply + 1,
-                  fields->plies->names[ply], state->thickness);
-        deck_line(encoder, "#   Entity Entity_ID            Thinning          thetaDrape\n");
+static void write_thinning(struct encoder *encoder, const struct deck_item *item) {
+    struct deck_state *state = encoder->state;
+    const struct map_ply_row *row = stack_row(&encoder->fields, item->element, item->ply);
+    if (item->first) {
+        state->thickness = stack_thickness(&encoder->fields, item->ply);
+        api_text_format(&encoder->piece,
+                        "/DRAPE/%d\n%.63s, thickness %.15g\n"
+                        "#   Entity Entity_ID            Thinning          thetaDrape\n",
+                        item->ply + 1, encoder->fields.plies->names[item->ply], state->thickness);
     }
     if (!row)
         return;
-    deck_line(encoder, "%-10s%10d", fields->elements[element][3] < 0 ? "SH3N" : "SHELL",
-              deck_element_id(fields, element));
+    api_text_format(&encoder->piece, "%-10s%10d", item->corners[3] < 0 ? "SH3N" : "SHELL",
+                    item->id);
     deck_real(encoder, row->thickness / state->thickness, WIDTH);
-    deck_real(encoder, deck_fold_deg(row->angle_deg), WIDTH);
-    deck_line(encoder, "\n");
+    deck_real(encoder, element_fold_deg(row->angle_deg), WIDTH);
+    api_text_raw(&encoder->piece, "\n");
 }
 
-static const struct deck_section sections[] = {
-    {NULL, write_head}, {deck_ply_elements, write_drape}, {0}};
+static const struct deck deck = {
+    .mark = "#",
+    .about = "/DRAPE k is of /PLY k, which has the thickness that stands in its title, the angle 0 "
+             "and def_orth 2. Angles run from the VX, VY, VZ of the stack:",
+    .id_max = INT32_MAX,
+    .one_sequence = true,
+    .reference = true,
+    .sections = {{DECK_ONCE, write_reference, NULL}, {DECK_PLY_ELEMENTS, write_thinning, NULL}}};
 
 const struct format format_radioss = {.name = "radioss",
                                       .media_type = "text/x-radioss",
                                       .about = "Radioss: a /DRAPE for each ply; needs `reference`",
                                       .exact = "15 digits",
-                                      .uses = FORMAT_MAP,
-                                      .elements = true,
-                                      .own = sections,
-                                      .state_size = sizeof(struct state),
-                                      .begin = begin,
-                                      .next = deck_next};
+                                      DECK_FORMAT(deck)};

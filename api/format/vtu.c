@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* VTK XML UnstructuredGrid: the caller's mesh with all columns as cell data, those of the plies by
  * ply: angle_1, shear_1, thickness_1, ..., not a number where the ply is not. */
-#include "deck.h"
 #include "encoder.h"
+#include "stack.h"
 #include "vtk_fields.h"
 #include <math.h>
 #include <stdio.h>
@@ -78,7 +78,7 @@ static double ply_value(const struct map_ply_row *row, enum column_id column) {
 static void fill_ply(const struct map_fields *fields, int source, uint64_t first, size_t count,
                      double *values) {
     for (size_t k = 0; k < count; k++)
-        values[k] = ply_value(deck_row(fields, first + k, source / PLY_FIELDS),
+        values[k] = ply_value(stack_row(fields, first + k, source / PLY_FIELDS),
                               ply_fields[source % PLY_FIELDS].column);
 }
 

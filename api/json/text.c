@@ -3,9 +3,11 @@
 
 #include "number.h"
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 
-enum { FIRST_CAPACITY = 1024 };
+enum { FIRST_CAPACITY = 1024, LINE_SIZE = 1024 };
 
 /* Makes room for `length` more bytes, doubling; the old block stays in the arena until that is
  * rewound, so a text costs at most twice its final size. */
@@ -38,6 +40,15 @@ void api_text_bytes(struct api_text *text, const void *bytes, size_t length) {
 
 void api_text_raw(struct api_text *text, const char *string) {
     api_text_bytes(text, string, strlen(string));
+}
+
+void api_text_format(struct api_text *text, const char *format, ...) {
+    char line[LINE_SIZE];
+    va_list values;
+    va_start(values, format);
+    vsnprintf(line, sizeof line, format, values);
+    va_end(values);
+    api_text_raw(text, line);
 }
 
 /* Bytes of the well-formed UTF-8 character at `s`; 0 when there is none. */

@@ -33,6 +33,10 @@ void api_text_bytes(struct api_text *text, const void *bytes, size_t length);
 /* A zero-terminated string as it is: punctuation, literals and `"key":`. */
 void api_text_raw(struct api_text *text, const char *string);
 
+/* As printf: a line of at most 1,023 bytes; what is longer is cut there. */
+void api_text_format(struct api_text *text, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
 /* The character at `s`, of which `left` (1 or more) bytes follow, as JSON has it within quotes:
  * `*length` bytes in `escaped`. Returns how many bytes it takes; one that is not UTF-8 becomes
  * U+FFFD. */

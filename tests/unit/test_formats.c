@@ -2,10 +2,9 @@
 /* The binary formats, the pattern and the meshes byte by byte against files in golden/, which the
  * readers of tests/readers open as well. DRAPE_GOLDEN=write writes them anew. */
 #include "api/format/colour.h"
-#include "api/format/deck.h"
 #include "api/format/format.h"
 #include "api/format/lcmsim.h"
-#include "api/format/stack_groups.h"
+#include "api/format/stack.h"
 #include "api/result/fieldset.h"
 #include "api/result/outline.h"
 
@@ -390,7 +389,7 @@ static void test_formats_of_decks_say_what_they_cannot_hold(void **state) {
 
 /* From an element's bottom along its normal: on the quadrilateral the plies go against it, on the
  * flipped triangle along it. */
-static void test_cards_layers_follow_the_normal_of_the_element(void **state) {
+static void test_stack_layers_follow_the_normal_of_the_element(void **state) {
     (void)state;
     struct map_fields fields = small_stack();
     struct map_plies plies = *fields.plies;
@@ -403,9 +402,9 @@ static void test_cards_layers_follow_the_normal_of_the_element(void **state) {
             plies.side = side;
             fields.plies = &plies;
             bool along = (side > 0) != mirrored;
-            assert_int_equal(deck_layers(&fields, 0), 2);
-            assert_int_equal(deck_layer(&fields, 0, 0)->ply, along ? 0 : 1);
-            assert_int_equal(deck_layer(&fields, 0, 1)->ply, along ? 1 : 0);
+            assert_int_equal(stack_layers(&fields, 0), 2);
+            assert_int_equal(stack_layer(&fields, 0, 0)->ply, along ? 0 : 1);
+            assert_int_equal(stack_layer(&fields, 0, 1)->ply, along ? 1 : 0);
         }
 }
 
@@ -666,7 +665,7 @@ int main(void) {
         cmocka_unit_test(test_formats_lcmsim_h5_is_golden),
         cmocka_unit_test(test_formats_of_decks_are_golden),
         cmocka_unit_test(test_formats_of_decks_say_what_they_cannot_hold),
-        cmocka_unit_test(test_cards_layers_follow_the_normal_of_the_element),
+        cmocka_unit_test(test_stack_layers_follow_the_normal_of_the_element),
         cmocka_unit_test(test_stacks_are_grouped_within_what_is_asked),
         cmocka_unit_test(test_formats_lcmsim_is_golden),
         cmocka_unit_test(test_formats_lcmsim_says_what_it_lacks),

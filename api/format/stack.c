@@ -1,8 +1,51 @@
 /* SPDX-License-Identifier: MIT */
-#include "stack_groups.h"
+#include "stack.h"
 
 #include <math.h>
 #include <stdlib.h>
+
+/* ---- one element ---- */
+
+bool stack_is_upward(const struct map_fields *fields, size_t element) {
+    const struct map_plies *plies = fields->plies;
+    return plies->rows[plies->first[element]].mirrored == (plies->side < 0);
+}
+
+size_t stack_layers(const struct map_fields *fields, size_t element) {
+    const size_t *first = fields->plies->first;
+    return first[element + 1] - first[element];
+}
+
+const struct map_ply_row *stack_layer(const struct map_fields *fields, size_t element, size_t k) {
+    size_t first = fields->plies->first[element], count = stack_layers(fields, element);
+    return &fields->plies->rows[first + (stack_is_upward(fields, element) ? k : count - 1 - k)];
+}
+
+const struct map_ply_row *stack_row(const struct map_fields *fields, size_t element, int ply) {
+    const struct map_plies *plies = fields->plies;
+    for (size_t k = plies->first[element]; k < plies->first[element + 1]; k++)
+        if (plies->rows[k].ply == ply)
+            return &plies->rows[k];
+    return NULL;
+}
+
+struct element_frame stack_frame(const struct map_fields *fields, size_t element) {
+    struct element_frame frame;
+    (void)element_frame_make(fields->vertices, fields->elements[element], fields->plies->reference,
+                             &frame);
+    return frame;
+}
+
+double stack_thickness(const struct map_fields *fields, int ply) {
+    const struct map_plies *plies = fields->plies;
+    double least = 0;
+    for (size_t k = 0; k < plies->row_count; k++)
+        if (plies->rows[k].ply == ply && (least == 0 || plies->rows[k].thickness < least))
+            least = plies->rows[k].thickness;
+    return least;
+}
+
+/* ---- groups of like stacks ---- */
 
 struct grouping {
     const struct map_fields *fields;
@@ -17,31 +60,30 @@ struct layer {
 };
 
 static struct layer layer_of(const struct grouping *grouping, size_t element, size_t k) {
-    const struct map_ply_row *row = deck_layer(grouping->fields, element, k);
-    const struct map_ply_row *first = deck_layer(grouping->fields, element, 0);
-    double turn = deck_fold_deg(row->angle_deg - first->angle_deg) + 90;
+    const struct map_ply_row *row = stack_layer(grouping->fields, element, k);
+    const struct map_ply_row *first = stack_layer(grouping->fields, element, 0);
+    double turn = element_fold_deg(row->angle_deg - first->angle_deg) + 90;
     int64_t step = llround(turn / 180 * (double)grouping->turns) % grouping->turns;
     return (struct layer){row->ply, llround(log(row->thickness) / grouping->share),
                           grouping->angles ? step : 0};
 }
 
-static uint64_t mix(uint64_t hash, int64_t value) {
-    hash = (hash ^ (uint64_t)value) * 0x9E3779B97F4A7C15u;
-    return hash ^ hash >> 29;
-}
-
 static uint64_t hash_of(const struct grouping *grouping, size_t element) {
     uint64_t hash = 0;
-    for (size_t k = 0; k < deck_layers(grouping->fields, element); k++) {
+    for (size_t k = 0; k < stack_layers(grouping->fields, element); k++) {
         struct layer layer = layer_of(grouping, element, k);
-        hash = mix(mix(mix(hash, layer.ply), layer.thickness), layer.angle);
+        const int64_t values[] = {layer.ply, layer.thickness, layer.angle};
+        for (int v = 0; v < 3; v++) {
+            hash = (hash ^ (uint64_t)values[v]) * 0x9E3779B97F4A7C15u;
+            hash ^= hash >> 29;
+        }
     }
     return hash;
 }
 
-static bool are_alike(const struct grouping *grouping, size_t a, size_t b) {
-    size_t count = deck_layers(grouping->fields, a);
-    bool alike = count == deck_layers(grouping->fields, b);
+static bool stacks_are_alike(const struct grouping *grouping, size_t a, size_t b) {
+    size_t count = stack_layers(grouping->fields, a);
+    bool alike = count == stack_layers(grouping->fields, b);
     for (size_t k = 0; alike && k < count; k++) {
         struct layer p = layer_of(grouping, a, k), q = layer_of(grouping, b, k);
         alike = p.ply == q.ply && p.thickness == q.thickness && p.angle == q.angle;
@@ -54,10 +96,10 @@ static void find_groups(struct stack_groups *groups, const struct grouping *grou
                         int32_t *table, size_t size) {
     for (size_t e = 0; e < grouping->fields->element_count; e++) {
         groups->group[e] = -1;
-        if (deck_is_bare(grouping->fields, e))
+        if (stack_layers(grouping->fields, e) == 0)
             continue;
         size_t slot = hash_of(grouping, e) & (size - 1);
-        while (table[slot] && !are_alike(grouping, e, (size_t)table[slot] - 1))
+        while (table[slot] && !stacks_are_alike(grouping, e, (size_t)table[slot] - 1))
             slot = (slot + 1) & (size - 1);
         if (!table[slot]) {
             table[slot] = (int32_t)e + 1;
@@ -107,22 +149,4 @@ void stack_groups_free(struct stack_groups *groups) {
     free(groups->group);
     free(groups->member);
     free(groups->start);
-}
-
-/* ---- of a deck ---- */
-
-bool stack_groups_begin(struct encoder *encoder, bool angles, struct api_problem *problem) {
-    if (!deck_check(encoder, INT32_MAX, problem))
-        return false;
-    if (!stack_groups_make(encoder->state, &encoder->fields, angles, encoder->options.within))
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to group the elements");
-    return problem->id == API_OK;
-}
-
-size_t stack_groups_count(const struct encoder *encoder) {
-    return ((const struct stack_groups *)encoder->state)->count;
-}
-
-void stack_groups_end(struct encoder *encoder) {
-    stack_groups_free(encoder->state);
 }
