@@ -4,14 +4,6 @@
 #include "encoder.h"
 #include <string.h>
 
-static void write_names(struct encoder *encoder) {
-    for (size_t i = 0; i < encoder->count; i++) {
-        api_text_raw(&encoder->piece, i ? "," : "");
-        api_text_raw(&encoder->piece, encoder->selected[i].name);
-    }
-    api_text_raw(&encoder->piece, "\n");
-}
-
 /* A number, nothing where there is none, or the name that a number stands for. */
 static size_t write_value(const struct encoder *encoder, const struct api_column_source *column,
                           double value, char *at) {
@@ -21,31 +13,26 @@ static size_t write_value(const struct encoder *encoder, const struct api_column
     return (size_t)(stpcpy(at, failure_names[(int)value]) - at);
 }
 
-/* The columns of `count` rows lie side by side in `values`. */
-static void write_rows(struct encoder *encoder, size_t count) {
-    char *at = encoder->piece.bytes + encoder->piece.length;
-    for (size_t row = 0; row < count; row++) {
-        for (size_t i = 0; i < encoder->count; i++) {
-            at += write_value(encoder, &encoder->selected[i], encoder->values[i * count + row], at);
-            *at++ = i + 1 < encoder->count ? ',' : '\n';
-        }
-    }
-    encoder->piece.length = (size_t)(at - encoder->piece.bytes);
-}
-
-static void next(struct encoder *encoder) {
-    size_t rows = encoder->selected[0].rows, left = rows - encoder->row;
-    size_t most = ENCODER_VALUES / encoder->count, count = left < most ? left : most;
-    if (!encoder->begun)
-        write_names(encoder);
+/* Some rows, whose columns lie side by side in `values`; the names before the first. */
+static void next_csv(struct encoder *encoder) {
+    size_t rows = encoder->selected[0].rows;
+    size_t count = encoder_left(encoder, rows, ENCODER_VALUES / encoder->count);
+    for (size_t i = 0; i < encoder->count && !encoder->begun; i++)
+        api_text_format(&encoder->piece, "%s%s", encoder->selected[i].name,
+                        i + 1 < encoder->count ? "," : "\n");
     encoder->begun = true;
     for (size_t i = 0; i < encoder->count; i++)
         if (!encoder_fill(encoder, &encoder->selected[i], encoder->row, count,
                           encoder->values + i * count))
             return;
-    write_rows(encoder, count);
-    encoder->row += count;
-    encoder->ended = encoder->row == rows;
+    char *at = encoder->piece.bytes + encoder->piece.length;
+    for (size_t row = 0; row < count; row++)
+        for (size_t i = 0; i < encoder->count; i++) {
+            at += write_value(encoder, &encoder->selected[i], encoder->values[i * count + row], at);
+            *at++ = i + 1 < encoder->count ? ',' : '\n';
+        }
+    encoder->piece.length = (size_t)(at - encoder->piece.bytes);
+    encoder->ended = encoder_advance(encoder, rows, count);
 }
 
 const struct format format_csv = {.name = "csv",
@@ -55,4 +42,4 @@ const struct format format_csv = {.name = "csv",
                                   .uses = FORMAT_RESULT | FORMAT_MAP,
                                   .tables = true,
                                   .one_table = true,
-                                  .next = next};
+                                  .next = next_csv};

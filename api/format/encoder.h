@@ -55,6 +55,19 @@ struct encoder {
 bool encoder_fill(struct encoder *encoder, const struct api_column_source *column, size_t first,
                   size_t count, double *values);
 
+/* How many of `rows` rows the next piece has, of at most `most`; and having written so many of the
+ * encoder's column, whether that was its end: then the next column is begun. */
+static inline size_t encoder_left(const struct encoder *encoder, size_t rows, size_t most) {
+    return rows - encoder->row < most ? rows - encoder->row : most;
+}
+static inline bool encoder_advance(struct encoder *encoder, size_t rows, size_t count) {
+    encoder->row += count;
+    bool end = encoder->row == rows;
+    encoder->column += end;
+    encoder->row = end ? 0 : encoder->row;
+    return end;
+}
+
 /* Writes one value of a column as the options want it to `text` (ENCODER_VALUE_ROOM bytes); returns
  * its length, 0 where there is no number. */
 size_t encoder_value(const struct encoder *encoder, const struct api_column_source *column,

@@ -13,9 +13,7 @@ struct state {
 };
 
 static void open_table(struct api_text *piece, enum api_table table) {
-    api_text_raw(piece, ",\"");
-    api_text_raw(piece, api_table_name(table));
-    api_text_raw(piece, "\":{");
+    api_text_format(piece, ",\"%s\":{", api_table_name(table));
 }
 
 /* Closes the open table, and those after it that have no columns and belong to a result, until
@@ -29,69 +27,55 @@ static void enter_table(struct encoder *encoder, enum api_table table) {
     }
 }
 
-static void write_result_preamble(struct encoder *encoder) {
-    struct api_text *piece = &encoder->piece;
-    api_text_raw(piece, "{");
-    api_text_key_string(piece, "id", encoder->id);
-    api_text_key_string(piece, "status", "succeeded");
-    api_text_key(piece, "summary");
-    summary_write(piece, &encoder->columns.summary, encoder->queue_ms);
-    api_text_key(piece, "grid");
-    directory_write_grid(piece, &encoder->columns.grid);
-    open_table(piece, API_TABLE_NODES);
-}
-
-static void write_study_preamble(struct encoder *encoder) {
+/* What comes before the tables: of a result its summary, of a map its warnings. */
+static void write_preamble(struct encoder *encoder) {
     struct api_text *piece = &encoder->piece;
     struct state *state = encoder->state;
+    const struct api_columns *columns = &encoder->columns;
     api_text_raw(piece, "{");
     api_text_key_string(piece, "id", encoder->id);
-    api_text_key_string(piece, "status", "succeeded");
-    api_text_key(piece, "summary");
-    study_summary_write(piece, &encoder->columns.study, encoder->queue_ms);
-    api_text_key(piece, "best");
-    study_summary_write_best(piece, &encoder->columns.study);
-    state->table = API_TABLE_VARIANTS;
-    open_table(piece, state->table);
-}
-
-static void write_map_preamble(struct encoder *encoder) {
-    struct api_text *piece = &encoder->piece;
-    struct state *state = encoder->state;
-    api_text_raw(piece, "{");
-    api_text_key_string(piece, "id", encoder->id);
-    api_text_key(piece, "warnings");
-    api_text_raw(piece, "[");
-    for (size_t k = 0; k < encoder->fields.warning_count; k++) {
-        api_text_raw(piece, k > 0 ? "," : "");
-        api_text_string(piece, encoder->fields.warnings[k]);
+    if (!encoder->reader) {
+        api_text_key(piece, "warnings");
+        api_text_raw(piece, "[");
+        for (size_t k = 0; k < encoder->fields.warning_count; k++) {
+            api_text_raw(piece, k > 0 ? "," : "");
+            api_text_string(piece, encoder->fields.warnings[k]);
+        }
+        api_text_raw(piece, "]");
+        state->table = API_TABLE_CELLS;
+    } else {
+        api_text_key_string(piece, "status", "succeeded");
+        api_text_key(piece, "summary");
+        if (columns->document == API_DOCUMENT_STUDY) {
+            study_summary_write(piece, &columns->study, encoder->queue_ms);
+            api_text_key(piece, "best");
+            study_summary_write_best(piece, &columns->study);
+            state->table = API_TABLE_VARIANTS;
+        } else {
+            summary_write(piece, &columns->summary, encoder->queue_ms);
+            api_text_key(piece, "grid");
+            directory_write_grid(piece, &columns->grid);
+            state->table = API_TABLE_NODES;
+        }
     }
-    api_text_raw(piece, "]");
-    state->table = API_TABLE_CELLS;
     open_table(piece, state->table);
 }
 
-/* Names in place of the numbers that stand for them. */
-static void write_names(struct encoder *encoder, enum column_kind kind, size_t count) {
+/* True and false, or names in place of the numbers that stand for them. */
+static void write_words(struct encoder *encoder, enum column_kind kind, size_t count) {
     int names = kind == COLUMN_REASON ? DRAPE_REASON_COUNT : FAILURE_COUNT;
     for (size_t i = 0; i < count; i++) {
         double value = encoder->values[i];
         if (encoder->row + i > 0)
             api_text_raw(&encoder->piece, ",");
-        if (!(value >= 0 && value < names))
+        if (kind == COLUMN_TRUTH)
+            api_text_raw(&encoder->piece, value > 0 ? "true" : "false");
+        else if (!(value >= 0 && value < names))
             encoder->failed = true;
-        else if (kind == COLUMN_REASON)
-            api_text_string(&encoder->piece, drape_reason_name((enum drape_reason)(int)value));
         else
-            api_text_string(&encoder->piece, failure_names[(int)value]);
-    }
-}
-
-static void write_truths(struct encoder *encoder, size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        if (encoder->row + i > 0)
-            api_text_raw(&encoder->piece, ",");
-        api_text_raw(&encoder->piece, encoder->values[i] > 0 ? "true" : "false");
+            api_text_string(&encoder->piece, kind == COLUMN_REASON
+                                                 ? drape_reason_name((enum drape_reason)(int)value)
+                                                 : failure_names[(int)value]);
     }
 }
 
@@ -121,44 +105,31 @@ static void write_numbers(struct encoder *encoder, const struct api_column_sourc
     piece->length = (size_t)(at - piece->bytes);
 }
 
-static void open_column(struct encoder *encoder, const struct api_column_source *column) {
-    enter_table(encoder, column->table);
-    bool first = encoder->column == 0 || column[-1].table != column->table;
-    api_text_raw(&encoder->piece, first ? "\"" : ",\"");
-    api_text_raw(&encoder->piece, column->name);
-    api_text_raw(&encoder->piece, "\":[");
-}
-
 /* The next rows of the column that the encoder has reached. */
 static void write_rows(struct encoder *encoder) {
     const struct api_column_source *column = &encoder->selected[encoder->column];
-    size_t left = column->rows - encoder->row;
-    size_t count = left < ENCODER_VALUES ? left : ENCODER_VALUES;
-    if (encoder->row == 0)
-        open_column(encoder, column);
+    size_t count = encoder_left(encoder, column->rows, ENCODER_VALUES);
+    if (encoder->row == 0) {
+        enter_table(encoder, column->table);
+        bool first = encoder->column == 0 || column[-1].table != column->table;
+        api_text_format(&encoder->piece, "%s\"%s\":[", first ? "" : ",", column->name);
+    }
     if (!encoder_fill(encoder, column, encoder->row, count, encoder->values))
         return;
     const struct column_spec *spec = column_spec_find(column->table, column->name);
-    if (spec && (spec->kind == COLUMN_REASON || spec->kind == COLUMN_FAILURE))
-        write_names(encoder, spec->kind, count);
-    else if (spec && spec->kind == COLUMN_TRUTH)
-        write_truths(encoder, count);
+    if (spec &&
+        (spec->kind == COLUMN_REASON || spec->kind == COLUMN_FAILURE || spec->kind == COLUMN_TRUTH))
+        write_words(encoder, spec->kind, count);
     else
         write_numbers(encoder, column, count);
-    encoder->row += count;
-    if (encoder->row == column->rows) {
+    if (encoder_advance(encoder, column->rows, count))
         api_text_raw(&encoder->piece, "]");
-        encoder->row = 0;
-        encoder->column++;
-    }
 }
 
-static void next(struct encoder *encoder) {
+static void next_json(struct encoder *encoder) {
     if (!encoder->begun) {
         encoder->begun = true;
-        (!encoder->reader                                  ? write_map_preamble
-         : encoder->columns.document == API_DOCUMENT_STUDY ? write_study_preamble
-                                                           : write_result_preamble)(encoder);
+        write_preamble(encoder);
     } else if (encoder->column < encoder->count) {
         write_rows(encoder);
     } else {
@@ -176,4 +147,4 @@ const struct format format_json = {.name = "json",
                                    .uses = FORMAT_RESULT | FORMAT_MAP,
                                    .tables = true,
                                    .state_size = sizeof(struct state),
-                                   .next = next};
+                                   .next = next_json};

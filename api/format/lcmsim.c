@@ -5,7 +5,6 @@
 #include "encoder.h"
 #include "zip.h"
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,9 +16,6 @@ enum {
     LEVEL = 1,              /* the case is large, and unpacked at once */
     FIELD = 8
 };
-
-/* LCMsim refuses more. */
-static const double porosity_max = 0.99;
 
 enum file { MESH, PARTS, PARAMETERS, DENSE, README, FILES };
 
@@ -112,20 +108,8 @@ void lcmsim_field(double value, char field[8]) {
         search_field(value, field);
 }
 
-static void put_field(struct api_text *text, double value) {
-    char field[8];
-    lcmsim_field(value, field);
-    api_text_bytes(text, field, FIELD);
-}
-
-static void put_integer(struct api_text *text, size_t value) {
-    char field[24];
-    int length = snprintf(field, sizeof field, "%8zu", value);
-    api_text_bytes(text, field, (size_t)length);
-}
-
 /* A float as Julia reads one: with a point, or an exponent. */
-static void put_float(struct api_text *text, double value) {
+static void write_julia_float(struct api_text *text, double value) {
     char number[API_NUMBER_SIZE + 1];
     size_t length = api_number_rounded(number, value, 9);
     number[length] = '\0';
@@ -136,52 +120,36 @@ static void put_float(struct api_text *text, double value) {
 
 /* ---- mesh.bdf ---- */
 
-static void put_vertex(struct api_text *text, const struct map_fields *fields, size_t k) {
-    struct vec3 v = fields->vertices[k];
-    double metres = fields->unit->metres;
-    api_text_raw(text, "GRID    ");
-    put_integer(text, k + 1);
-    api_text_raw(text, "        ");
-    put_field(text, v.x * metres);
-    put_field(text, v.y * metres);
-    put_field(text, v.z * metres);
-    api_text_raw(text, "\n");
+static void write_triangle(struct api_text *text, struct state *state, int part, int32_t a,
+                           int32_t b, int32_t c) {
+    api_text_format(text, "CTRIA3  %8u%8d%8d%8d%8d\n", ++state->number, part, a + 1, b + 1, c + 1);
 }
 
-static void put_triangle(struct api_text *text, struct state *state, int part, int32_t a, int32_t b,
-                         int32_t c) {
-    api_text_raw(text, "CTRIA3  ");
-    put_integer(text, ++state->number);
-    put_integer(text, (size_t)part);
-    put_integer(text, (size_t)a + 1);
-    put_integer(text, (size_t)b + 1);
-    put_integer(text, (size_t)c + 1);
-    api_text_raw(text, "\n");
-}
-
-/* Quadrilaterals are split along the first diagonal; both halves are of one part. What cannot be
- * filled is not there. */
-static void put_element(struct api_text *text, const struct map_fields *fields,
-                        struct state *state) {
-    int part = state->bins.part[state->element];
-    const int32_t *corner = fields->elements[state->element++];
-    if (part == 0)
-        return;
-    put_triangle(text, state, part, corner[0], corner[1], corner[2]);
-    if (corner[3] >= 0)
-        put_triangle(text, state, part, corner[0], corner[2], corner[3]);
-}
-
-static bool write_mesh(struct api_text *text, const struct map_fields *fields,
-                       struct state *state) {
+/* A piece of the mesh. Quadrilaterals are split along the first diagonal; both halves are of one
+ * part. What cannot be filled is not there. */
+static bool write_bulk_data(struct api_text *text, const struct map_fields *fields,
+                            struct state *state) {
     if (state->vertex == 0)
         api_text_raw(text, "BEGIN BULK\n");
-    for (int k = 0; k < LINES && state->vertex < fields->vertex_count; k++)
-        put_vertex(text, fields, state->vertex++);
+    for (int k = 0; k < LINES && state->vertex < fields->vertex_count; k++) {
+        struct vec3 v = vec3_scale(fields->unit->metres, fields->vertices[state->vertex++]);
+        char x[FIELD], y[FIELD], z[FIELD];
+        lcmsim_field(v.x, x);
+        lcmsim_field(v.y, y);
+        lcmsim_field(v.z, z);
+        api_text_format(text, "GRID    %8zu        %.8s%.8s%.8s\n", state->vertex, x, y, z);
+    }
     if (state->vertex < fields->vertex_count)
         return false;
-    for (int k = 0; k < LINES / 2 && state->element < fields->element_count; k++)
-        put_element(text, fields, state);
+    for (int k = 0; k < LINES / 2 && state->element < fields->element_count; k++) {
+        int part = state->bins.part[state->element];
+        const int32_t *corner = fields->elements[state->element++];
+        if (part == 0)
+            continue;
+        write_triangle(text, state, part, corner[0], corner[1], corner[2]);
+        if (corner[3] >= 0)
+            write_triangle(text, state, part, corner[0], corner[2], corner[3]);
+    }
     if (state->element < fields->element_count)
         return false;
     api_text_raw(text, "ENDDATA\n");
@@ -203,13 +171,6 @@ static int version_of(const struct encoder *encoder) {
     return encoder->options.lcmsim_version ? encoder->options.lcmsim_version : 3;
 }
 
-static void put_numbers(struct api_text *text, const double *values, size_t count) {
-    for (size_t k = 0; k < count; k++) {
-        api_text_raw(text, ",");
-        put_float(text, values[k]);
-    }
-}
-
 /* How a part gives way to the pressure p of the resin. LCMsim has the parabola of its porosity e
  * through p = 0 and two other pressures, and the permeability K e^(n + 1) / (1 - e)^n, with n = 2
  * that of Kozeny and Carman; with n = 0 neither changes (v3, model_3.jl). */
@@ -226,10 +187,10 @@ static double porosity_at_1e5(const struct lcmsim_inputs *in, const double press
 
 static struct compaction compaction_of(const struct map_fields *fields,
                                        const struct lcmsim_inputs *in) {
-    double porosity = fmin(in->porosity, porosity_max);
+    double porosity = fmin(in->porosity, LCMSIM_POROSITY_MAX);
     struct compaction rigid = {{porosity, porosity}, {0.9e5, 1.0e5}, 0, 1}, own = rigid;
     if (!fields->relieved[0] || !(in->relieved[0] > porosity) || !(porosity > 0) ||
-        porosity_at_1e5(in, fields->relief) > porosity_max)
+        porosity_at_1e5(in, fields->relief) > LCMSIM_POROSITY_MAX)
         return rigid;
     memcpy(own.porosity, in->relieved, sizeof own.porosity);
     memcpy(own.pressure, fields->relief, sizeof own.pressure);
@@ -241,33 +202,41 @@ static struct compaction compaction_of(const struct map_fields *fields,
 static void write_part(struct api_text *text, const struct encoder *encoder, const char *type,
                        int part, const struct lcmsim_inputs *in) {
     int version = version_of(encoder);
-    double porosity = fmin(in->porosity, porosity_max);
+    double porosity = fmin(in->porosity, LCMSIM_POROSITY_MAX);
     double alpha = in->k1 > 0 ? in->k2 / in->k1 : 1;
     const struct map_fields none = {.unit = NULL};
     const struct compaction c =
         compaction_of(version == 2 || part == LCMSIM_CHANNEL_PART ? &none : &encoder->fields, in);
-    api_text_raw(text, type);
-    api_text_integer(text, part);
-    api_text_raw(text, ",");
-    api_text_raw(text, type);
-    api_text_raw(text, ",");
-    api_text_integer(text, part);
-    put_numbers(text,
-                (const double[]){in->thickness, porosity, 0, c.factor * in->k1, 0, alpha,
-                                 in->direction.x, in->direction.y, in->direction.z, c.porosity[0],
-                                 c.pressure[0], c.porosity[1], c.pressure[1], c.n,
-                                 c.factor * in->k3, 0, 0.5, 9.5e-10, 1e-13},
-                version == 2 ? PART_NUMBERS_2 : PART_NUMBERS);
+    const double values[PART_NUMBERS] = {in->thickness,
+                                         porosity,
+                                         0,
+                                         c.factor * in->k1,
+                                         0,
+                                         alpha,
+                                         in->direction.x,
+                                         in->direction.y,
+                                         in->direction.z,
+                                         c.porosity[0],
+                                         c.pressure[0],
+                                         c.porosity[1],
+                                         c.pressure[1],
+                                         c.n,
+                                         c.factor * in->k3,
+                                         0,
+                                         0.5,
+                                         9.5e-10,
+                                         1e-13};
+    api_text_format(text, "%s%d,%s,%d", type, part, type, part);
+    for (int k = 0; k < (version == 2 ? PART_NUMBERS_2 : PART_NUMBERS); k++) {
+        api_text_raw(text, ",");
+        write_julia_float(text, values[k]);
+    }
     api_text_raw(text, "\n");
 }
 
-static bool write_parts(struct api_text *text, const struct encoder *encoder) {
-    const struct state *state = encoder->state;
-    const struct lcmsim_bins *bins = &state->bins;
-    int version = version_of(encoder);
-    api_text_raw(text, part_names_2);
-    api_text_raw(text, version == 2 ? "" : part_names_3);
-    api_text_raw(text, "\n");
+static void write_parts(struct api_text *text, const struct encoder *encoder) {
+    const struct lcmsim_bins *bins = &((const struct state *)encoder->state)->bins;
+    api_text_format(text, "%s%s\n", part_names_2, version_of(encoder) == 2 ? "" : part_names_3);
     if (bins->role_count[MAP_INLET])
         write_part(text, encoder, "inlet", LCMSIM_INLET_PART, &bins->role[MAP_INLET]);
     for (size_t k = 0; k < bins->count; k++)
@@ -276,7 +245,6 @@ static bool write_parts(struct api_text *text, const struct encoder *encoder) {
         write_part(text, encoder, "patch", LCMSIM_CHANNEL_PART, &bins->role[MAP_CHANNEL]);
     if (bins->role_count[MAP_OUTLET])
         write_part(text, encoder, "outlet", LCMSIM_OUTLET_PART, &bins->role[MAP_OUTLET]);
-    return true;
 }
 
 /* ---- elements too dense ---- */
@@ -285,30 +253,25 @@ static bool has_dense(const struct state *state) {
     return state->bins.left_out + state->bins.capped > 0;
 }
 
-static double id_of(const struct map_fields *fields, size_t element) {
-    double id = (double)element;
-    const struct api_column_source *ids = encoder_find(
-        fields->columns, fields->column_count, API_TABLE_CELLS, column_specs[COLUMN_CELLS_id].name);
-    if (ids)
-        ids->fill(ids->context, element, 1, &id);
-    return id;
-}
-
-/* A piece of the list. */
+/* A piece of the list, by the ids of the map's column. */
 static bool write_dense(struct api_text *text, const struct encoder *encoder) {
     struct state *state = encoder->state;
     const struct map_fields *fields = &encoder->fields;
+    const struct api_column_source *ids = encoder_find(
+        fields->columns, fields->column_count, API_TABLE_CELLS, column_specs[COLUMN_CELLS_id].name);
     struct lcmsim_inputs in;
     if (state->dense == 0)
         api_text_raw(text, "id,fiber_volume_fraction,treatment\n");
     for (int k = 0; k < LINES && state->dense < fields->element_count; k++) {
         size_t element = state->dense++;
+        double id = (double)element;
         enum lcmsim_state how = lcmsim_read(&state->source, element, &in);
         if (how == LCMSIM_AS_IT_IS)
             continue;
-        api_text_integer(text, (int64_t)id_of(fields, element));
-        api_text_raw(text, ",");
-        put_float(text, lcmsim_fraction(&state->source, element));
+        if (ids)
+            ids->fill(ids->context, element, 1, &id);
+        api_text_format(text, "%lld,", (long long)id);
+        write_julia_float(text, lcmsim_fraction(&state->source, element));
         api_text_raw(text, how == LCMSIM_CAPPED ? ",capped\n" : ",left out\n");
     }
     return state->dense == fields->element_count;
@@ -330,79 +293,36 @@ static const struct {
     [LCMSIM_POROSITY] = {"porosity", "porosity", "", 1},
 };
 
-static void put_formatted(struct api_text *text, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-
-static void put_formatted(struct api_text *text, const char *format, ...) {
-    char line[400];
-    va_list values;
-    va_start(values, format);
-    vsnprintf(line, sizeof line, format, values);
-    va_end(values);
-    api_text_raw(text, line);
-}
-
-static void write_differences(struct api_text *text, const struct lcmsim_bins *bins) {
-    put_formatted(text, "  %-16s%10s  %s\n", "", "at most", "on 95 % of the area");
-    for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
-        put_formatted(text, "  %-16s%10.3g  %.3g %s\n", differences[k].name,
-                      differences[k].factor * bins->largest[k],
-                      differences[k].factor * bins->most[k], differences[k].unit);
-}
-
-static void write_density(struct api_text *text, const struct state *state) {
-    const struct lcmsim_bins *bins = &state->bins;
-    if (bins->capped > 0)
-        put_formatted(
-            text,
-            "\n%zu elements are denser than a fibre volume fraction of %g and are taken to\n"
-            "have that, and the permeability of the densest element below it, scaled by\n"
-            "Kozeny and Carman: dense_elements.csv.\n",
-            bins->capped, state->source.cap);
-    if (bins->left_out > 0)
-        put_formatted(text,
-                      "\n%zu elements are packed too densely to be filled and are left out of\n"
-                      "mesh.bdf, as walls to the flow: dense_elements.csv.\n",
-                      bins->left_out);
-}
-
-static void write_channel(struct api_text *text, const struct encoder *encoder) {
-    const struct state *state = encoder->state;
-    size_t count = state->bins.role_count[MAP_CHANNEL];
-    if (count > 0)
-        put_formatted(
-            text,
-            "\nPart %d is the channel along the rim of the cloth: %zu elements, which have\n"
-            "the thickness and porosity of their fabric and a permeability of %g m^2.\n",
-            LCMSIM_CHANNEL_PART, count, encoder->fields.channel_permeability);
-}
-
 static void write_readme(struct api_text *text, const struct encoder *encoder) {
     const struct state *state = encoder->state;
     const struct lcmsim_bins *bins = &state->bins;
     bool inlet = bins->role_count[MAP_INLET] > 0;
-    put_formatted(text,
-                  "A case for LCMsim v%d, made from drape %s. SI units.\n\n"
-                  "mesh.bdf               %zu nodes, %u triangles (quadrilaterals are split)\n"
-                  "part_description.csv   %zu parts of fabric, ids from %d on; ",
-                  version_of(encoder), encoder->id, encoder->fields.vertex_count,
-                  (unsigned)state->number, bins->count, LCMSIM_FIRST_PART);
-    put_formatted(text, inlet ? "part %d is the inlet" : "no inlet is given", LCMSIM_INLET_PART);
+    api_text_format(text,
+                    "A case for LCMsim v%d, made from drape %s. SI units.\n\n"
+                    "mesh.bdf               %zu nodes, %u triangles (quadrilaterals are split)\n"
+                    "part_description.csv   %zu parts of fabric, ids from %d on; ",
+                    version_of(encoder), encoder->id, encoder->fields.vertex_count,
+                    (unsigned)state->number, bins->count, LCMSIM_FIRST_PART);
+    api_text_format(text, inlet ? "part %d is the inlet" : "no inlet is given", LCMSIM_INLET_PART);
     if (bins->role_count[MAP_OUTLET])
-        put_formatted(text, ",\n                       part %d the outlet", LCMSIM_OUTLET_PART);
+        api_text_format(text, ",\n                       part %d the outlet", LCMSIM_OUTLET_PART);
     api_text_raw(
         text, "\n"
               "simulation_params.csv  pressures and resin: typical values, to be replaced\n\n"
               "LCMsim takes properties by part. Elements alike in k1 direction, k1, k2, thickness\n"
               "and porosity share a part, which has their area-weighted mean. An element differs\n"
               "from its part by\n");
-    write_differences(text, bins);
-    put_formatted(
+    api_text_format(text, "  %-16s%10s  %s\n", "", "at most", "on 95 % of the area");
+    for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
+        api_text_format(text, "  %-16s%10.3g  %.3g %s\n", differences[k].name,
+                        differences[k].factor * bins->largest[k],
+                        differences[k].factor * bins->most[k], differences[k].unit);
+    api_text_format(
         text,
         "The direction is compared where k2/k1 is below %g.\n\n"
         "permeability is k1 along refdir, which LCMsim projects on each element; alpha is\n"
         "k2/k1; porosities over %g are written as %g.\n",
-        LCMSIM_ISOTROPIC, porosity_max, porosity_max);
+        LCMSIM_ISOTROPIC, LCMSIM_POROSITY_MAX, LCMSIM_POROSITY_MAX);
     if (encoder->fields.relieved[0] && version_of(encoder) == 3)
         api_text_raw(
             text,
@@ -411,18 +331,36 @@ static void write_readme(struct api_text *text, const struct encoder *encoder) {
             "n_CK 2 LCMsim multiplies permeability and permeability_Z by e^3 / (1 - e)^2 of its\n"
             "porosity e; what is written is so much smaller. n_CK is 0 in parts that do not\n"
             "give way, or that would have a porosity of more than 0.99 at 1e5 Pa.\n");
-    write_channel(text, encoder);
-    write_density(text, state);
+    if (bins->role_count[MAP_CHANNEL] > 0)
+        api_text_format(
+            text,
+            "\nPart %d is the channel along the rim of the cloth: %zu elements, which have\n"
+            "the thickness and porosity of their fabric and a permeability of %g m^2.\n",
+            LCMSIM_CHANNEL_PART, bins->role_count[MAP_CHANNEL],
+            encoder->fields.channel_permeability);
+    if (bins->capped > 0)
+        api_text_format(
+            text,
+            "\n%zu elements are denser than a fibre volume fraction of %g and are taken to\n"
+            "have that, and the permeability of the densest element below it, scaled by\n"
+            "Kozeny and Carman: dense_elements.csv.\n",
+            bins->capped, state->source.cap);
+    if (bins->left_out > 0)
+        api_text_format(text,
+                        "\n%zu elements are packed too densely to be filled and are left out of\n"
+                        "mesh.bdf, as walls to the flow: dense_elements.csv.\n",
+                        bins->left_out);
 }
 
 /* Appends the next piece of the current file; whether it is the last. */
-static bool write_text(struct encoder *encoder, struct api_text *text) {
+static bool write_file_text(struct encoder *encoder, struct api_text *text) {
     struct state *state = encoder->state;
     switch (state->file) {
     case MESH:
-        return write_mesh(text, &encoder->fields, state);
+        return write_bulk_data(text, &encoder->fields, state);
     case PARTS:
-        return write_parts(text, encoder);
+        write_parts(text, encoder);
+        return true;
     case DENSE:
         return write_dense(text, encoder);
     case PARAMETERS:
@@ -436,9 +374,12 @@ static bool write_text(struct encoder *encoder, struct api_text *text) {
 
 /* ---- the archive ---- */
 
+/* Begins the file that is next, if the one before is complete. */
 static void open_entry(struct encoder *encoder) {
     struct state *state = encoder->state;
     struct zip_entry *entry = &state->entry[state->entries];
+    if (state->open)
+        return;
     *entry = (struct zip_entry){.method = ZIP_DEFLATED, .trailed = true};
     strcpy(entry->name, file_names[state->file]);
     entry->offset = state->position;
@@ -450,14 +391,14 @@ static void open_entry(struct encoder *encoder) {
 }
 
 /* Takes more text when the last is compressed. */
-static void take_text(struct encoder *encoder) {
+static void take_more_text(struct encoder *encoder) {
     struct state *state = encoder->state;
     struct zip_entry *entry = &state->entry[state->entries];
     if (state->taken < state->text.length || state->complete)
         return;
     state->text = api_text_over(state->buffer, sizeof state->buffer);
     state->taken = 0;
-    state->complete = write_text(encoder, &state->text);
+    state->complete = write_file_text(encoder, &state->text);
     encoder->failed = encoder->failed || state->text.failed;
     entry->size += state->text.length;
     entry->crc = (uint32_t)crc32_z(entry->crc, (const Bytef *)state->buffer, state->text.length);
@@ -481,23 +422,15 @@ static bool compress_text(struct encoder *encoder) {
     return answer == Z_STREAM_END;
 }
 
-static void write_directory(struct encoder *encoder) {
-    struct state *state = encoder->state;
-    for (int k = 0; k < state->entries; k++)
-        zip_list_entry(&encoder->piece, &state->entry[k]);
-    zip_end(&encoder->piece, (size_t)state->entries, state->position, encoder->piece.length);
-    encoder->ended = true;
-}
-
-static void next(struct encoder *encoder) {
+static void next_lcmsim(struct encoder *encoder) {
     struct state *state = encoder->state;
     if (state->file == FILES) {
-        write_directory(encoder);
+        zip_end(&encoder->piece, state->entry, (size_t)state->entries, state->position);
+        encoder->ended = true;
         return;
     }
-    if (!state->open)
-        open_entry(encoder);
-    take_text(encoder);
+    open_entry(encoder);
+    take_more_text(encoder);
     if (compress_text(encoder)) {
         zip_end_entry(&encoder->piece, &state->entry[state->entries++]);
         state->open = false;
@@ -515,17 +448,17 @@ static void note_binning(struct encoder *encoder) {
     const struct state *state = encoder->state;
     const struct lcmsim_bins *bins = &state->bins;
     struct api_text text = api_text_over(encoder->binning, sizeof encoder->binning - 1);
-    put_formatted(&text, "bins=%zu", bins->count);
+    api_text_format(&text, "bins=%zu", bins->count);
     for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
-        put_formatted(&text, "; %s=%.3g", differences[k].key, bins->largest[k]);
+        api_text_format(&text, "; %s=%.3g", differences[k].key, bins->largest[k]);
     for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
-        put_formatted(&text, "; %s_95=%.3g", differences[k].key, bins->most[k]);
+        api_text_format(&text, "; %s_95=%.3g", differences[k].key, bins->most[k]);
     if (has_dense(state))
-        put_formatted(&text, "; left_out=%zu; capped=%zu", bins->left_out, bins->capped);
+        api_text_format(&text, "; left_out=%zu; capped=%zu", bins->left_out, bins->capped);
     encoder->binning[text.length] = '\0';
 }
 
-static bool begin(struct encoder *encoder, struct api_problem *problem) {
+static bool begin_lcmsim(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
     struct lcmsim_bins *bins = &state->bins;
     enum { RAW = -15 }; /* zlib's way to say: without a header of its own */
@@ -542,7 +475,7 @@ static bool begin(struct encoder *encoder, struct api_problem *problem) {
     return true;
 }
 
-static void end(struct encoder *encoder) {
+static void end_lcmsim(struct encoder *encoder) {
     struct state *state = encoder->state;
     lcmsim_free_bins(&state->bins);
     if (state->deflating)
@@ -557,6 +490,6 @@ const struct format format_lcmsim = {
     .about = "a zip with a case for LCMsim",
     .exact = "elements in at most 125 parts; coordinates of 8 characters; values of 9 digits",
     .state_size = sizeof(struct state),
-    .begin = begin,
-    .next = next,
-    .end = end};
+    .begin = begin_lcmsim,
+    .next = next_lcmsim,
+    .end = end_lcmsim};

@@ -69,6 +69,9 @@ struct lcmsim_bins {
     double largest[LCMSIM_DIFFERENCES], most[LCMSIM_DIFFERENCES];
 };
 
+/* LCMsim refuses a larger porosity. */
+static const double LCMSIM_POROSITY_MAX = 0.99;
+
 /* A permeability that differs less than this by direction has none that matters. */
 static const double LCMSIM_ISOTROPIC = 0.99;
 

@@ -16,7 +16,7 @@ struct state {
 };
 
 /* The description before an array's values (format 1.0), always ARRAY_HEADER bytes. */
-static void describe(char header[ARRAY_HEADER], size_t rows) {
+static void describe_array(char header[ARRAY_HEADER], size_t rows) {
     enum { PREFIX = 10 };
     const char magic[PREFIX] = {'\x93', 'N', 'U', 'M', 'P', 'Y', 1, 0, ARRAY_HEADER - PREFIX, 0};
     char text[ARRAY_HEADER];
@@ -29,8 +29,8 @@ static void describe(char header[ARRAY_HEADER], size_t rows) {
 }
 
 /* The next rows of a column as the bytes of the archive. */
-static size_t read_rows(struct encoder *encoder, const struct api_column_source *column,
-                        size_t first) {
+static size_t read_values(struct encoder *encoder, const struct api_column_source *column,
+                          size_t first) {
     size_t left = column->rows - first, count = left < ENCODER_VALUES ? left : ENCODER_VALUES;
     encoder_fill(encoder, column, first, count, encoder->values);
     for (size_t k = 0; k < count; k++) {
@@ -42,66 +42,46 @@ static size_t read_rows(struct encoder *encoder, const struct api_column_source 
     return count;
 }
 
-static uint32_t checksum(struct encoder *encoder, const struct api_column_source *column) {
-    char header[ARRAY_HEADER];
-    describe(header, column->rows);
-    uLong crc = crc32(0, (const Bytef *)header, ARRAY_HEADER);
-    for (size_t row = 0; row < column->rows && !encoder->failed;) {
-        size_t count = read_rows(encoder, column, row);
-        crc = crc32_z(crc, (const Bytef *)encoder->values, count * VALUE);
-        row += count;
-    }
-    return (uint32_t)crc;
-}
-
-static void begin_array(struct encoder *encoder, const struct api_column_source *column) {
-    struct state *state = encoder->state;
-    struct zip_entry *entry = &state->entry[encoder->column];
-    char header[ARRAY_HEADER];
-    entry->crc = checksum(encoder, column);
-    entry->offset = state->position;
-    zip_begin_entry(&encoder->piece, entry);
-    describe(header, column->rows);
-    api_text_bytes(&encoder->piece, header, ARRAY_HEADER);
-}
-
 static void write_array(struct encoder *encoder) {
+    struct state *state = encoder->state;
     const struct api_column_source *column = &encoder->selected[encoder->column];
-    if (encoder->row == 0)
-        begin_array(encoder, column);
-    size_t count = read_rows(encoder, column, encoder->row);
-    api_text_bytes(&encoder->piece, encoder->values, count * VALUE);
-    encoder->row += count;
-    if (encoder->row == column->rows) {
-        encoder->row = 0;
-        encoder->column++;
+    if (encoder->row == 0) {
+        struct zip_entry *entry = &state->entry[encoder->column];
+        char header[ARRAY_HEADER];
+        describe_array(header, column->rows);
+        uLong crc = crc32(0, (const Bytef *)header, ARRAY_HEADER);
+        for (size_t row = 0, count; row < column->rows && !encoder->failed; row += count) {
+            count = read_values(encoder, column, row);
+            crc = crc32_z(crc, (const Bytef *)encoder->values, count * VALUE);
+        }
+        entry->crc = (uint32_t)crc;
+        entry->offset = state->position;
+        zip_begin_entry(&encoder->piece, entry);
+        api_text_bytes(&encoder->piece, header, ARRAY_HEADER);
     }
+    size_t count = read_values(encoder, column, encoder->row);
+    api_text_bytes(&encoder->piece, encoder->values, count * VALUE);
+    encoder_advance(encoder, column->rows, count);
 }
 
 /* API_COLUMNS_MAX entries fit into one piece. */
-static void write_directory(struct encoder *encoder) {
+static void next_npz(struct encoder *encoder) {
     struct state *state = encoder->state;
-    for (size_t k = 0; k < encoder->count; k++)
-        zip_list_entry(&encoder->piece, &state->entry[k]);
-    zip_end(&encoder->piece, encoder->count, state->position, encoder->piece.length);
-    encoder->ended = true;
-}
-
-static void next(struct encoder *encoder) {
-    struct state *state = encoder->state;
-    if (encoder->column < encoder->count)
+    if (encoder->column < encoder->count) {
         write_array(encoder);
-    else
-        write_directory(encoder);
+    } else {
+        zip_end(&encoder->piece, state->entry, encoder->count, state->position);
+        encoder->ended = true;
+    }
     state->position += encoder->piece.length;
 }
 
 /* Names and sizes of all entries; their headers are made once to know the length of the document.
  */
-static bool begin(struct encoder *encoder, struct api_problem *problem) {
+static bool begin_npz(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
-    uint64_t length = 0, directory;
     struct api_text text = api_text_over(encoder->buffer, sizeof encoder->buffer);
+    uint64_t length = 0;
     (void)problem;
     for (size_t k = 0; k < encoder->count; k++) {
         const struct api_column_source *column = &encoder->selected[k];
@@ -115,10 +95,7 @@ static bool begin(struct encoder *encoder, struct api_problem *problem) {
         length += text.length + entry->packed;
     }
     text.length = 0;
-    for (size_t k = 0; k < encoder->count; k++)
-        zip_list_entry(&text, &state->entry[k]);
-    directory = text.length;
-    zip_end(&text, encoder->count, length, directory);
+    zip_end(&text, state->entry, encoder->count, length);
     encoder->length = length + text.length;
     return true;
 }
@@ -130,5 +107,5 @@ const struct format format_npz = {.name = "npz",
                                   .about = "NumPy archive: an array for each column",
                                   .exact = "every bit",
                                   .state_size = sizeof(struct state),
-                                  .begin = begin,
-                                  .next = next};
+                                  .begin = begin_npz,
+                                  .next = next_npz};

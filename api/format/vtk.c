@@ -4,6 +4,8 @@
 #include <endian.h>
 #include <string.h>
 
+_Static_assert((int)ENCODER_PIECE >= (int)VTK_PIECE, "a piece has room for one of the file's");
+
 static const struct {
     const char *name;
     size_t size;
@@ -16,12 +18,64 @@ static const char tail[] = "\n  </AppendedData>\n</VTKFile>\n";
 
 enum { LENGTH = 8 }; /* bytes before the values of each array */
 
+/* ---- the list of arrays ---- */
+
 bool vtk_add(struct vtk_file *file, const struct vtk_array *array) {
     if (file->count == VTK_ARRAYS_MAX)
         return false;
     file->array[file->count++] = *array;
     return true;
 }
+
+bool vtk_add_columns(struct vtk_file *file, enum vtk_section section, const char *name,
+                     int components, const struct api_column_source *const *columns) {
+    bool integer = columns[0]->integer && components == 1;
+    struct vtk_array array = {.section = section,
+                              .type = integer ? VTK_INT64 : VTK_FLOAT64,
+                              .components = components,
+                              .rows = columns[0]->rows,
+                              .kind = VTK_COLUMNS};
+    strncpy(array.name, name, VTK_NAME_SIZE - 1);
+    memcpy(array.column, columns, (size_t)components * sizeof *columns);
+    return vtk_add(file, &array);
+}
+
+bool vtk_add_fields(struct vtk_file *file, enum vtk_section section,
+                    const struct api_column_source *columns, size_t count) {
+    struct fieldset_field field;
+    for (size_t k = 0; k < count; k += (size_t)field.components) {
+        const struct api_column_source *column[COLUMN_PARTS_MAX];
+        field = fieldset_first(columns + k, count - k);
+        for (int c = 0; c < field.components; c++)
+            column[c] = &columns[k + (size_t)c];
+        if (columns[k].table != API_TABLE_PLIES &&
+            !vtk_add_columns(file, section, field.name, field.components, column))
+            return false;
+    }
+    return true;
+}
+
+bool vtk_add_tensor(struct vtk_file *file, const struct api_column_source *columns, size_t count) {
+    const struct column_spec *tensor = &column_specs[COLUMN_CELLS_permeability];
+    const char *names[FIELDSET_TENSOR_COLUMNS];
+    struct vtk_array array = {.section = VTK_CELL_DATA,
+                              .type = VTK_FLOAT64,
+                              .components = tensor->parts,
+                              .kind = VTK_TENSOR};
+    if (encoder_find(columns, count, tensor->table, tensor->part[0]))
+        return true;
+    fieldset_tensor_names(names);
+    for (int k = 0; k < FIELDSET_TENSOR_COLUMNS; k++) {
+        array.column[k] = encoder_find(columns, count, API_TABLE_CELLS, names[k]);
+        if (!array.column[k])
+            return true;
+    }
+    array.rows = array.column[0]->rows;
+    strncpy(array.name, tensor->name, VTK_NAME_SIZE - 1);
+    return vtk_add(file, &array);
+}
+
+/* ---- the description ---- */
 
 static size_t row_size(const struct vtk_array *array) {
     return types[array->type].size * (size_t)array->components;
@@ -31,77 +85,71 @@ static uint64_t array_size(const struct vtk_array *array) {
     return array->rows * row_size(array);
 }
 
-/* ---- the description ---- */
-
-static void attribute(struct api_text *text, const char *name, uint64_t value) {
-    api_text_raw(text, " ");
-    api_text_raw(text, name);
-    api_text_raw(text, "=\"");
-    api_text_integer(text, (int64_t)value);
-    api_text_raw(text, "\"");
-}
-
-static void describe_array(struct api_text *text, const struct vtk_array *array, uint64_t offset) {
-    api_text_raw(text, "        <DataArray type=\"");
-    api_text_raw(text, types[array->type].name);
-    api_text_raw(text, "\" Name=\"");
-    api_text_raw(text, array->name);
-    api_text_raw(text, "\"");
-    attribute(text, "NumberOfComponents", array->flat ? 1 : (uint64_t)array->components);
-    api_text_raw(text, " format=\"appended\"");
-    attribute(text, "offset", offset);
-    api_text_raw(text, "/>\n");
-}
-
 static void describe_section(struct api_text *text, const struct vtk_file *file,
                              enum vtk_section section) {
     const char *const names[VTK_SECTIONS] = {"PointData", "CellData", "Points",
                                              file->polydata ? "Polys" : "Cells"};
     uint64_t offset = 0;
-    api_text_raw(text, "      <");
-    api_text_raw(text, names[section]);
-    api_text_raw(text, ">\n");
+    api_text_format(text, "      <%s>\n", names[section]);
     for (size_t k = 0; k < file->count; k++) {
-        if (file->array[k].section == section)
-            describe_array(text, &file->array[k], offset);
-        offset += LENGTH + array_size(&file->array[k]);
+        const struct vtk_array *array = &file->array[k];
+        if (array->section == section)
+            api_text_format(text,
+                            "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" "
+                            "format=\"appended\" offset=\"%llu\"/>\n",
+                            types[array->type].name, array->name,
+                            array->flat ? 1 : array->components, (unsigned long long)offset);
+        offset += LENGTH + array_size(array);
     }
-    api_text_raw(text, "      </");
-    api_text_raw(text, names[section]);
-    api_text_raw(text, ">\n");
+    api_text_format(text, "      </%s>\n", names[section]);
 }
 
-static void describe(struct api_text *text, const struct vtk_file *file) {
+static void describe_file(struct api_text *text, const struct vtk_file *file) {
     const char *dataset = file->polydata ? "PolyData" : "UnstructuredGrid";
-    api_text_raw(text, "<?xml version=\"1.0\"?>\n<VTKFile type=\"");
-    api_text_raw(text, dataset);
-    api_text_raw(text,
-                 "\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <");
-    api_text_raw(text, dataset);
-    api_text_raw(text, ">\n    <Piece");
-    attribute(text, "NumberOfPoints", file->points);
-    if (file->polydata)
-        api_text_raw(text, " NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\"");
-    attribute(text, file->polydata ? "NumberOfPolys" : "NumberOfCells", file->cells);
-    api_text_raw(text, ">\n");
+    api_text_format(text,
+                    "<?xml version=\"1.0\"?>\n<VTKFile type=\"%s\" version=\"1.0\" "
+                    "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <%s>\n    <Piece "
+                    "NumberOfPoints=\"%llu\"%s NumberOf%s=\"%llu\">\n",
+                    dataset, dataset, (unsigned long long)file->points,
+                    file->polydata ? " NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\""
+                                   : "",
+                    file->polydata ? "Polys" : "Cells", (unsigned long long)file->cells);
     for (int section = 0; section < VTK_SECTIONS; section++)
         describe_section(text, file, (enum vtk_section)section);
-    api_text_raw(text, "    </Piece>\n  </");
-    api_text_raw(text, dataset);
-    api_text_raw(text, ">\n  <AppendedData encoding=\"raw\">\n_");
+    api_text_format(text, "    </Piece>\n  </%s>\n  <AppendedData encoding=\"raw\">\n_", dataset);
 }
 
-uint64_t vtk_length(const struct vtk_file *file) {
-    char buffer[VTK_PIECE];
-    struct api_text text = api_text_over(buffer, sizeof buffer);
-    describe(&text, file);
-    uint64_t length = text.length + strlen(tail);
+void vtk_begin(struct encoder *encoder) {
+    const struct vtk_file *file = encoder->state;
+    struct api_text text = api_text_over(encoder->buffer, sizeof encoder->buffer);
+    describe_file(&text, file);
+    encoder->length = text.length + strlen(tail);
     for (size_t k = 0; k < file->count; k++)
-        length += LENGTH + array_size(&file->array[k]);
-    return length;
+        encoder->length += LENGTH + array_size(&file->array[k]);
 }
 
 /* ---- the values ---- */
+
+/* The values of columns, side by side; the encoder's `values` hold one of them at a time. */
+static bool fill_columns(struct encoder *encoder, const struct vtk_array *array, size_t first,
+                         size_t count, void *bytes) {
+    struct vtk_file *file = encoder->state;
+    int64_t *integers = bytes;
+    double *rows = array->kind == VTK_TENSOR ? file->rows : bytes;
+    size_t width = array->kind == VTK_TENSOR ? FIELDSET_TENSOR_COLUMNS : (size_t)array->components;
+    for (size_t k = 0; k < width; k++) {
+        const struct api_column_source *column = array->column[k];
+        if (!column->fill(column->context, first, count, encoder->values))
+            return false;
+        for (size_t row = 0; row < count && array->type == VTK_INT64; row++)
+            integers[row] = (int64_t)encoder->values[row];
+        for (size_t row = 0; row < count && array->type != VTK_INT64; row++)
+            rows[row * width + k] = encoder->values[row];
+    }
+    for (size_t row = 0; row < count && array->kind == VTK_TENSOR; row++)
+        fieldset_tensor(rows + row * width, (double *)bytes + 6 * row);
+    return true;
+}
 
 /* From this machine's order of bytes to little-endian. */
 static void order_bytes(unsigned char *bytes, size_t size, size_t count) {
@@ -115,18 +163,22 @@ static void order_bytes(unsigned char *bytes, size_t size, size_t count) {
         }
 }
 
-static bool next_values(struct vtk_file *file, struct api_text *piece) {
+static bool write_values(struct encoder *encoder) {
     _Alignas(8) unsigned char block[VTK_BLOCK];
+    struct vtk_file *file = encoder->state;
     const struct vtk_array *array = &file->array[file->at];
     uint64_t size = htole64(array_size(array)), left = array->rows - file->row;
     size_t most = VTK_BLOCK / row_size(array), count = left < most ? (size_t)left : most;
     if (file->row == 0)
-        api_text_bytes(piece, &size, sizeof size);
+        api_text_bytes(&encoder->piece, &size, sizeof size);
     if (count > 0) {
-        if (!file->fill(file->context, array, file->row, count, block))
+        bool good = array->kind < VTK_OWN_KINDS
+                        ? fill_columns(encoder, array, (size_t)file->row, count, block)
+                        : file->fill(encoder, array, file->row, count, block);
+        if (!good)
             return false;
         order_bytes(block, types[array->type].size, count * (size_t)array->components);
-        api_text_bytes(piece, block, count * row_size(array));
+        api_text_bytes(&encoder->piece, block, count * row_size(array));
     }
     file->row += count;
     if (file->row == array->rows) {
@@ -136,16 +188,15 @@ static bool next_values(struct vtk_file *file, struct api_text *piece) {
     return true;
 }
 
-bool vtk_next(struct vtk_file *file, struct api_text *piece, bool *ended) {
-    bool good = true;
-    if (!file->described) {
-        describe(piece, file);
-        file->described = true;
+void vtk_next(struct encoder *encoder) {
+    struct vtk_file *file = encoder->state;
+    if (!encoder->begun) {
+        describe_file(&encoder->piece, file);
+        encoder->begun = true;
     } else if (file->at < file->count) {
-        good = next_values(file, piece);
+        encoder->failed = !write_values(encoder);
     } else {
-        api_text_raw(piece, tail);
-        *ended = true;
+        api_text_raw(&encoder->piece, tail);
+        encoder->ended = true;
     }
-    return good && !piece->failed;
 }

@@ -2,29 +2,22 @@
 /* VTK XML PolyData: the nodes as points, the cells as quadrilaterals, every other column as data of
  * one or the other. */
 #include "api/result/quads.h"
-#include "encoder.h"
-#include "vtk_fields.h"
+#include "vtk.h"
 #include <string.h>
 
-_Static_assert((int)ENCODER_PIECE >= (int)VTK_PIECE, "a piece has room for one of the file's");
-
-enum kind { CONNECTIVITY = VTK_FIELDS_KINDS, OFFSETS };
+enum kind { CONNECTIVITY = VTK_OWN_KINDS, OFFSETS };
 
 struct state {
     struct vtk_file file;
-    struct vtk_fields fields;
     struct api_column_source data[API_COLUMNS_MAX]; /* the columns but the coordinates */
     struct api_column_source point[3];
     struct quads quads;
 };
 
-static bool fill(void *context, const struct vtk_array *array, uint64_t first, size_t count,
-                 void *bytes) {
-    struct encoder *encoder = context;
+static bool fill_topology(struct encoder *encoder, const struct vtk_array *array, uint64_t first,
+                          size_t count, void *bytes) {
     struct state *state = encoder->state;
     int32_t *offsets = bytes;
-    if (array->kind < VTK_FIELDS_KINDS)
-        return vtk_fields_fill(&state->fields, array, first, count, bytes);
     if (array->kind == CONNECTIVITY)
         return quads_next(&state->quads, count, bytes, NULL);
     for (size_t k = 0; k < count; k++)
@@ -32,34 +25,34 @@ static bool fill(void *context, const struct vtk_array *array, uint64_t first, s
     return true;
 }
 
-/* ---- the list of arrays ---- */
-
-static bool is_coordinate(const struct api_column_source *column) {
-    return column->table == API_TABLE_NODES && strlen(column->name) == 1 &&
-           strchr("xyz", column->name[0]);
-}
-
-/* The selected columns, which are sorted by table. */
+/* The selected columns, which are sorted by table, without coordinates. */
 static bool add_data(const struct encoder *encoder, struct state *state) {
     size_t end[2] = {0}, count = 0;
     for (size_t i = 0; i < encoder->count; i++) {
         const struct api_column_source *column = &encoder->selected[i];
-        if (column->table == API_TABLE_FRONT || column->table == API_TABLE_RIM ||
-            is_coordinate(column))
+        bool coordinate = column->table == API_TABLE_NODES && strlen(column->name) == 1 &&
+                          strchr("xyz", column->name[0]);
+        if (column->table == API_TABLE_FRONT || column->table == API_TABLE_RIM || coordinate)
             continue;
         state->data[count++] = *column;
         end[column->table] = count;
     }
     const struct api_column_source *cells = state->data + end[0];
-    size_t cell_count = count - end[0];
-    return vtk_fields_add_all(&state->fields, &state->file, VTK_POINT_DATA, state->data, end[0]) &&
-           vtk_fields_add_all(&state->fields, &state->file, VTK_CELL_DATA, cells, cell_count) &&
-           vtk_fields_add_tensor(&state->fields, &state->file, cells, cell_count);
+    return vtk_add_fields(&state->file, VTK_POINT_DATA, state->data, end[0]) &&
+           vtk_add_fields(&state->file, VTK_CELL_DATA, cells, count - end[0]) &&
+           vtk_add_tensor(&state->file, cells, count - end[0]);
 }
 
-static bool add_points(struct encoder *encoder, struct state *state) {
+static bool add_net(struct encoder *encoder, struct state *state) {
     static const char *const names[] = {"x", "y", "z"};
     const struct api_column_source *point[3];
+    struct vtk_array topology = {.section = VTK_TOPOLOGY,
+                                 .type = VTK_INT32,
+                                 .components = 4,
+                                 .flat = true,
+                                 .rows = state->file.cells,
+                                 .name = "connectivity",
+                                 .kind = CONNECTIVITY};
     for (int k = 0; k < 3; k++) {
         const struct api_column *column =
             api_columns_find(&encoder->columns, API_TABLE_NODES, names[k]);
@@ -68,45 +61,28 @@ static bool add_points(struct encoder *encoder, struct state *state) {
         state->point[k] = encoder_source(encoder, column);
         point[k] = &state->point[k];
     }
-    return vtk_fields_add(&state->fields, &state->file, VTK_POINTS, "Points", 3, point);
+    if (!vtk_add_columns(&state->file, VTK_POINTS, "Points", 3, point) ||
+        !vtk_add(&state->file, &topology))
+        return false;
+    topology.components = 1;
+    topology.flat = false;
+    topology.kind = OFFSETS;
+    strcpy(topology.name, "offsets");
+    return vtk_add(&state->file, &topology);
 }
 
-static bool add_topology(struct vtk_file *file) {
-    return vtk_add(file, &(struct vtk_array){.section = VTK_TOPOLOGY,
-                                             .type = VTK_INT32,
-                                             .components = 4,
-                                             .flat = true,
-                                             .rows = file->cells,
-                                             .name = "connectivity",
-                                             .kind = CONNECTIVITY}) &&
-           vtk_add(file, &(struct vtk_array){.section = VTK_TOPOLOGY,
-                                             .type = VTK_INT32,
-                                             .components = 1,
-                                             .rows = file->cells,
-                                             .name = "offsets",
-                                             .kind = OFFSETS});
-}
-
-static bool begin(struct encoder *encoder, struct api_problem *problem) {
+static bool begin_vtp(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
     struct vtk_file *file = &state->file;
-    *file = (struct vtk_file){.polydata = true,
-                              .points = api_columns_rows(&encoder->columns, API_TABLE_NODES),
-                              .cells = api_columns_rows(&encoder->columns, API_TABLE_CELLS),
-                              .fill = fill,
-                              .context = encoder};
+    file->polydata = true;
+    file->points = api_columns_rows(&encoder->columns, API_TABLE_NODES);
+    file->cells = api_columns_rows(&encoder->columns, API_TABLE_CELLS);
+    file->fill = fill_topology;
     if (!quads_begin(&state->quads, encoder->reader, &encoder->columns) ||
-        file->cells > INT32_MAX / 4 || !add_data(encoder, state) || !add_points(encoder, state) ||
-        !add_topology(file))
+        file->cells > INT32_MAX / 4 || !add_data(encoder, state) || !add_net(encoder, state))
         return encoder_damaged(problem);
-    encoder->length = vtk_length(file);
+    vtk_begin(encoder);
     return true;
-}
-
-static void next(struct encoder *encoder) {
-    struct state *state = encoder->state;
-    if (!vtk_next(&state->file, &encoder->piece, &encoder->ended))
-        encoder->failed = true;
 }
 
 const struct format format_vtp = {.name = "vtp",
@@ -115,5 +91,5 @@ const struct format format_vtp = {.name = "vtp",
                                   .exact = "every bit",
                                   .uses = FORMAT_RESULT,
                                   .state_size = sizeof(struct state),
-                                  .begin = begin,
-                                  .next = next};
+                                  .begin = begin_vtp,
+                                  .next = vtk_next};

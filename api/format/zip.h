@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { ZIP_NAME_SIZE = 64, ZIP_HEADER_MAX = 256 }; /* room that each of the parts below needs */
+enum { ZIP_NAME_SIZE = 64, ZIP_HEADER_MAX = 256 }; /* room that a header needs */
 
 enum zip_method { ZIP_STORED = 0, ZIP_DEFLATED = 8 };
 
@@ -32,11 +32,9 @@ void zip_begin_entry(struct api_text *text, const struct zip_entry *entry);
 /* What follows the bytes of a trailed entry; its sizes stay below 4 GiB. */
 void zip_end_entry(struct api_text *text, const struct zip_entry *entry);
 
-/* One entry of the directory. */
-void zip_list_entry(struct api_text *text, const struct zip_entry *entry);
-
-/* The end of the archive: `count` entries in the directory, which has `length` bytes from `offset`
- * on. */
-void zip_end(struct api_text *text, uint64_t count, uint64_t offset, uint64_t length);
+/* The directory of all entries, which begins `offset` bytes behind the archive's begin, and the
+ * end.
+ */
+void zip_end(struct api_text *text, const struct zip_entry *entries, size_t count, uint64_t offset);
 
 #endif

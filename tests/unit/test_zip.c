@@ -48,10 +48,7 @@ static void write_archive(FILE *file, struct arena *arena) {
             assert_int_equal(fseeko(file, (off_t)large, SEEK_CUR), 0);
     }
     uint64_t offset = (uint64_t)ftello(file);
-    for (int k = 0; k < 3; k++)
-        zip_list_entry(&text, &entries[k]);
-    append(file, &text, &written);
-    zip_end(&text, 3, offset, (uint64_t)ftello(file) - offset);
+    zip_end(&text, entries, 3, offset);
     append(file, &text, &written);
 }
 
