@@ -13,11 +13,6 @@
 
 enum { WIDTH = 20, EDGES = 4 };
 
-static int compare_vertices(const void *x, const void *y) {
-    const struct deck_edge *p = x, *q = y;
-    return p->a != q->a ? (p->a > q->a) - (p->a < q->a) : (p->b > q->b) - (p->b < q->b);
-}
-
 /* Edges between the same vertices share their middle. The numbers of middles follow those of all
  * vertices. */
 static bool make_middles(struct encoder *encoder, struct api_problem *problem) {
@@ -35,13 +30,15 @@ static bool make_middles(struct encoder *encoder, struct api_problem *problem) {
         int sides = corners[3] < 0 ? 3 : 4;
         for (int k = 0; k < sides && stack_layers(fields, e) > 0; k++) {
             int32_t p = corners[k], q = corners[(k + 1) % sides];
-            state->edge[count++] = (struct deck_edge){p < q ? p : q, p < q ? q : p, (int32_t)e, k};
+            state->edge[count++] =
+                (struct element_edge){p < q ? p : q, p < q ? q : p, (int32_t)e, k};
         }
     }
-    qsort(state->edge, count, sizeof *state->edge, compare_vertices);
+    qsort(state->edge, count, sizeof *state->edge, element_edge_compare);
     for (size_t k = 0; k < count; k++) {
-        struct deck_edge edge = state->edge[k];
-        if (state->middles == 0 || compare_vertices(&edge, &state->edge[state->middles - 1]) != 0)
+        struct element_edge edge = state->edge[k];
+        if (state->middles == 0 ||
+            element_edge_compare(&edge, &state->edge[state->middles - 1]) != 0)
             state->edge[state->middles++] = edge;
         state->middle[edge.element][edge.number] = (int32_t)state->middles - 1;
     }
@@ -54,7 +51,7 @@ static bool make_middles(struct encoder *encoder, struct api_problem *problem) {
 static void write_middle(struct encoder *encoder, const struct deck_item *item) {
     const struct deck_state *state = encoder->state;
     const struct vec3 *v = encoder->fields.vertices;
-    const struct deck_edge *edge = &state->edge[item->number];
+    const struct element_edge *edge = &state->edge[item->number];
     deck_write_point(encoder, state->first_middle + (int32_t)item->number,
                      vec3_scale(0.5, vec3_add(v[edge->a], v[edge->b])));
 }

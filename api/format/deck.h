@@ -74,11 +74,6 @@ struct deck {
     struct deck_section sections[DECK_SECTIONS_MAX];
 };
 
-struct deck_edge {
-    int32_t a, b;            /* vertices, a < b */
-    int32_t element, number; /* whose edge it is */
-};
-
 /* The state of a format whose `own` is a deck. */
 struct deck_state {
     struct stack_groups groups;
@@ -86,8 +81,8 @@ struct deck_state {
     size_t field;     /* on the line of a list that is being written */
     double thickness; /* the least that the ply has that is being written; 0: it is nowhere */
     /* Of a deck with nodes in the middles of edges; all by malloc. */
-    int32_t (*middle)[4];   /* of each element's edges, from 0 */
-    struct deck_edge *edge; /* one of each middle, in their order */
+    int32_t (*middle)[4];      /* of each element's edges, from 0 */
+    struct element_edge *edge; /* one of each middle, in their order */
     size_t middles;
     int32_t first_middle; /* the number of middle 0 */
 };

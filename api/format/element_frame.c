@@ -74,3 +74,8 @@ double element_fold_deg(double angle_deg) {
         angle_deg += 180;
     return angle_deg;
 }
+
+int element_edge_compare(const void *x, const void *y) {
+    const struct element_edge *p = x, *q = y;
+    return p->a != q->a ? (p->a > q->a) - (p->a < q->a) : (p->b > q->b) - (p->b < q->b);
+}

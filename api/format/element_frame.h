@@ -53,4 +53,11 @@ double element_fold_deg(double angle_deg);
 /* The angle of the row's weft from the reference direction in degrees, -270..270. */
 double element_weft_deg(const struct map_ply_row *row);
 
+/* An edge of an element or cell, its `number`-th, between vertices a < b; and the order by these,
+ * for qsort. */
+struct element_edge {
+    int32_t a, b, element, number;
+};
+int element_edge_compare(const void *x, const void *y);
+
 #endif

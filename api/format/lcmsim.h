@@ -75,9 +75,6 @@ static const double LCMSIM_POROSITY_MAX = 0.99;
 /* A permeability that differs less than this by direction has none that matters. */
 static const double LCMSIM_ISOTROPIC = 0.99;
 
-/* The columns of an element's inputs, in the order of `struct lcmsim_inputs`. */
-void lcmsim_column_names(const char *names[LCMSIM_COLUMNS]);
-
 /* Finds the columns. With a cap > 0 denser elements take part with the cap as their fibre volume
  * fraction: their permeability is that of the densest element below it, scaled to the cap by Kozeny
  * and Carman. False with the problem set: API_INVALID_REQUEST (a column is missing, nothing can be

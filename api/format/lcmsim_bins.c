@@ -39,12 +39,6 @@ struct builder {
 
 /* ---- one element ---- */
 
-static struct lcmsim_inputs read_element(const struct builder *b, size_t element) {
-    struct lcmsim_inputs in;
-    lcmsim_read(b->source, element, &in);
-    return in;
-}
-
 /* Twice the area times the normal; half the cross product of the diagonals for a quadrilateral. */
 static struct vec3 element_normal(const struct map_fields *fields, size_t element) {
     const int32_t *corner = fields->elements[element];
@@ -74,13 +68,8 @@ static void make_features(const struct lcmsim_inputs *in, float feature[FEATURES
 
 /* ---- cutting ---- */
 
-/* The channel takes the part of the last bin. */
-static size_t bins_most(const struct map_fields *fields) {
-    return LCMSIM_BINS_MAX - (fields->channel_permeability > 0);
-}
-
 /* The axis along which the part spreads most. */
-static void measure(const struct builder *b, struct heap_part *part) {
+static void find_spread(const struct builder *b, struct heap_part *part) {
     double sum[FEATURES] = {0}, squares[FEATURES] = {0}, total = 0;
     const float *origin = b->feature[b->order[part->first]]; /* against cancellation */
     for (size_t n = part->first; n < part->first + part->count; n++) {
@@ -105,7 +94,7 @@ static void measure(const struct builder *b, struct heap_part *part) {
 }
 
 /* Cuts a part at its mean: what is beyond becomes `other`. False when nothing is. */
-static bool cut(const struct builder *b, struct heap_part *part, struct heap_part *other) {
+static bool cut_part(const struct builder *b, struct heap_part *part, struct heap_part *other) {
     size_t low = part->first, high = part->first + part->count;
     while (low < high) {
         uint32_t element = b->order[low];
@@ -124,15 +113,16 @@ static bool cut(const struct builder *b, struct heap_part *part, struct heap_par
         part->spread = 0;
         return false;
     }
-    measure(b, part);
-    measure(b, other);
+    find_spread(b, part);
+    find_spread(b, other);
     return true;
 }
 
-static size_t cut_all(const struct builder *b, struct heap_part *parts, size_t elements) {
-    size_t most = bins_most(b->source->fields), count = 1;
+static size_t cut_parts(const struct builder *b, struct heap_part *parts, size_t elements) {
+    /* The channel takes the part of the last bin. */
+    size_t most = LCMSIM_BINS_MAX - (b->source->fields->channel_permeability > 0), count = 1;
     parts[0] = (struct heap_part){.count = elements};
-    measure(b, &parts[0]);
+    find_spread(b, &parts[0]);
     while (count < most) {
         struct heap_part *widest = &parts[0];
         for (size_t k = 1; k < count; k++)
@@ -140,7 +130,7 @@ static size_t cut_all(const struct builder *b, struct heap_part *parts, size_t e
                 widest = &parts[k];
         if (widest->spread <= 0)
             break;
-        count += cut(b, widest, &parts[count]);
+        count += cut_part(b, widest, &parts[count]);
     }
     return count;
 }
@@ -148,7 +138,7 @@ static size_t cut_all(const struct builder *b, struct heap_part *parts, size_t e
 /* ---- means ---- */
 
 /* The direction whose dyad is closest to a mean of dyads: its first eigenvector, by powers. */
-static struct vec3 principal(const double m[6]) {
+static struct vec3 principal_direction(const double m[6]) {
     struct vec3 v = m[0] >= m[1] && m[0] >= m[2] ? vec3_make(m[0], m[3], m[5])
                     : m[1] >= m[2]               ? vec3_make(m[3], m[1], m[4])
                                                  : vec3_make(m[5], m[4], m[2]);
@@ -163,7 +153,8 @@ static struct lcmsim_inputs mean_of(const struct builder *b, size_t first, size_
     struct lcmsim_inputs mean = {0};
     double dyad[6] = {0}, total = 0;
     for (size_t n = first; n < first + count; n++) {
-        struct lcmsim_inputs in = read_element(b, b->order[n]);
+        struct lcmsim_inputs in;
+        (void)lcmsim_read(b->source, b->order[n], &in);
         double area = b->area[b->order[n]];
         struct vec3 d = in.direction;
         const double own[6] = {d.x * d.x, d.y * d.y, d.z * d.z, d.x * d.y, d.y * d.z, d.x * d.z};
@@ -185,7 +176,7 @@ static struct lcmsim_inputs mean_of(const struct builder *b, size_t first, size_
     mean.k3 /= total;
     for (int k = 0; k < MAP_RELIEFS; k++)
         mean.relieved[k] /= total;
-    mean.direction = principal(dyad);
+    mean.direction = principal_direction(dyad);
     return mean;
 }
 
@@ -200,9 +191,11 @@ static double angle_in_plane(struct vec3 a, struct vec3 b, struct vec3 normal) {
 /* ---- differences ---- */
 
 /* Of an element from its bin. */
-static void differ(const struct builder *b, size_t element, const struct lcmsim_inputs *mean,
-                   float difference[LCMSIM_DIFFERENCES]) {
-    struct lcmsim_inputs in = read_element(b, element);
+static void note_difference(const struct builder *b, size_t element,
+                            const struct lcmsim_inputs *mean,
+                            float difference[LCMSIM_DIFFERENCES]) {
+    struct lcmsim_inputs in;
+    (void)lcmsim_read(b->source, element, &in);
     struct vec3 normal = element_normal(b->source->fields, element);
     bool directed = in.k2 < LCMSIM_ISOTROPIC * in.k1;
     const double values[LCMSIM_DIFFERENCES] = {
@@ -238,24 +231,11 @@ static double bound_of_most(const struct builder *b, size_t count, int kind) {
 
 /* ---- all ---- */
 
-static bool allocate(struct builder *b) {
-    size_t count = b->source->fields->element_count;
-    b->feature = malloc(count * sizeof *b->feature);
-    b->area = malloc(count * sizeof *b->area);
-    b->order = malloc(count * sizeof *b->order);
-    b->bins->part = malloc(count);
-    return b->feature && b->area && b->order && b->bins->part;
-}
-
-static bool has_own_part(const struct builder *b, size_t element) {
-    const uint8_t *roles = b->source->fields->roles;
-    return roles && roles[element] != MAP_FABRIC;
-}
-
 /* Features and areas; elements with a role beside fabric go to the end of the order, those left out
  * into none. How many are neither. */
-static size_t prepare(struct builder *b, size_t *role_elements) {
+static size_t order_elements(struct builder *b, size_t *role_elements) {
     const struct map_fields *fields = b->source->fields;
+    const uint8_t *roles = fields->roles;
     size_t count = fields->element_count, low = 0, high = count;
     double total = 0;
     for (size_t e = 0; e < count; e++) {
@@ -270,24 +250,13 @@ static size_t prepare(struct builder *b, size_t *role_elements) {
         make_features(&in, b->feature[e]);
         b->area[e] = (float)(vec3_norm(element_normal(fields, e)) / 2);
         total += (double)b->area[e];
-        b->order[has_own_part(b, e) ? --high : low++] = (uint32_t)e;
+        b->order[roles && roles[e] != MAP_FABRIC ? --high : low++] = (uint32_t)e;
     }
     float least = (float)(total > 0 ? 1e-9 * total / (double)count : 1); /* flat ones count, too */
     for (size_t e = 0; e < count; e++)
         b->area[e] = b->area[e] > least ? b->area[e] : least;
     *role_elements = count - high;
     return low;
-}
-
-/* Gives a bin its mean and number, and its elements their differences from it. */
-static void finish_part(const struct builder *b, const struct heap_part *part, size_t number) {
-    struct lcmsim_inputs mean = mean_of(b, part->first, part->count);
-    b->bins->bin[number] = mean;
-    for (size_t n = part->first; n < part->first + part->count; n++) {
-        uint32_t element = b->order[n];
-        b->bins->part[element] = (uint8_t)(LCMSIM_FIRST_PART + number);
-        differ(b, element, &mean, b->feature[element]);
-    }
 }
 
 /* The parts of elements that are no plain fabric: the last `count` of the order, each kind moved to
@@ -316,19 +285,29 @@ static void make_roles(const struct builder *b, size_t count) {
 }
 
 bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct lcmsim_source *source) {
-    struct builder builder = {.source = source, .bins = bins};
+    size_t elements = source->fields->element_count, others;
+    struct builder builder = {.source = source,
+                              .bins = bins,
+                              .feature = malloc(elements * sizeof *builder.feature),
+                              .area = malloc(elements * sizeof *builder.area),
+                              .order = malloc(elements * sizeof *builder.order)};
     struct heap_part parts[LCMSIM_BINS_MAX];
-    size_t roles;
-    *bins = (struct lcmsim_bins){0};
-    bool room = allocate(&builder);
+    *bins = (struct lcmsim_bins){.part = malloc(elements)};
+    bool room = builder.feature && builder.area && builder.order && bins->part;
     if (room) {
-        size_t inner = prepare(&builder, &roles);
-        bins->count = inner > 0 ? cut_all(&builder, parts, inner) : 0;
-        for (size_t k = 0; k < bins->count; k++)
-            finish_part(&builder, &parts[k], k);
+        size_t inner = order_elements(&builder, &others);
+        bins->count = inner > 0 ? cut_parts(&builder, parts, inner) : 0;
+        for (size_t k = 0; k < bins->count; k++) {
+            bins->bin[k] = mean_of(&builder, parts[k].first, parts[k].count);
+            for (size_t n = parts[k].first; n < parts[k].first + parts[k].count; n++) {
+                uint32_t element = builder.order[n];
+                bins->part[element] = (uint8_t)(LCMSIM_FIRST_PART + k);
+                note_difference(&builder, element, &bins->bin[k], builder.feature[element]);
+            }
+        }
         for (int kind = 0; kind < LCMSIM_DIFFERENCES; kind++)
             bins->most[kind] = bound_of_most(&builder, inner, kind);
-        make_roles(&builder, roles);
+        make_roles(&builder, others);
     }
     free(builder.feature);
     free(builder.area);

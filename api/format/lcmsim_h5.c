@@ -10,15 +10,13 @@
  *   readers of meshes leave them. Cells with an edge that no other cell shares are walls.
  * - ap is the porosity and cp 0: it does not follow the pressure.
  */
+#include "element_frame.h"
 #include "encoder.h"
 #include "hdf5.h"
 #include "lcmsim.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* LCMsim refuses more. */
-static const double porosity_max = 0.99;
 
 /* Numbers of LCMsim: of CELLTYPE, and of parts, which have names. */
 enum { TYPE_INNER = 1, TYPE_INLET = -1, TYPE_OUTLET = -2, TYPE_WALL = -3 };
@@ -47,7 +45,7 @@ struct state {
 
 /* ---- cells ---- */
 
-static void add_cell(struct state *state, size_t element, int32_t a, int32_t b, int32_t c) {
+static void add_triangle(struct state *state, size_t element, int32_t a, int32_t b, int32_t c) {
     struct cell *cell = &state->cell[state->cells++];
     int32_t low = a < b ? a : b, high = a < b ? b : a;
     int32_t first = low < c ? low : c, last = high > c ? high : c;
@@ -62,48 +60,41 @@ static bool list_cells(struct state *state, const struct map_fields *fields) {
         const int32_t *corner = fields->elements[e];
         if (lcmsim_read(&state->source, e, &in) == LCMSIM_LEFT_OUT)
             continue;
-        add_cell(state, e, corner[0], corner[1], corner[2]);
+        add_triangle(state, e, corner[0], corner[1], corner[2]);
         if (corner[3] >= 0)
-            add_cell(state, e, corner[0], corner[2], corner[3]);
+            add_triangle(state, e, corner[0], corner[2], corner[3]);
     }
     return state->cell != NULL;
 }
 
-struct edge {
-    int32_t a, b, cell;
-};
-
-static int compare(const void *x, const void *y) {
-    const struct edge *p = x, *q = y;
-    return p->a != q->a ? (p->a > q->a) - (p->a < q->a) : (p->b > q->b) - (p->b < q->b);
-}
-
+/* A side that no other cell has is a wall. */
 static bool find_walls(struct state *state) {
     size_t count = 3 * state->cells;
-    struct edge *edges = malloc(count * sizeof *edges);
-    if (!edges)
+    struct element_edge *sides = malloc(count * sizeof *sides);
+    if (!sides)
         return false;
     for (size_t c = 0; c < state->cells; c++) {
         const int32_t *v = state->cell[c].corner;
         for (size_t k = 0; k < 3; k++)
-            edges[3 * c + k] = (struct edge){v[k == 2], v[k == 0 ? 1 : 2], (int32_t)c};
+            sides[3 * c + k] =
+                (struct element_edge){v[k == 2], v[k == 0 ? 1 : 2], (int32_t)c, (int32_t)k};
     }
-    qsort(edges, count, sizeof *edges, compare);
+    qsort(sides, count, sizeof *sides, element_edge_compare);
     for (size_t k = 0; k < count; k++)
-        if ((k == 0 || compare(&edges[k - 1], &edges[k]) != 0) &&
-            (k + 1 == count || compare(&edges[k], &edges[k + 1]) != 0))
-            state->cell[edges[k].cell].wall = true;
-    free(edges);
+        if ((k == 0 || element_edge_compare(&sides[k - 1], &sides[k]) != 0) &&
+            (k + 1 == count || element_edge_compare(&sides[k], &sides[k + 1]) != 0))
+            state->cell[sides[k].element].wall = true;
+    free(sides);
     return true;
 }
 
-static enum map_role role_of(const struct map_fields *fields, const struct cell *cell) {
+static enum map_role cell_role(const struct map_fields *fields, const struct cell *cell) {
     return fields->roles ? (enum map_role)fields->roles[cell->element] : MAP_FABRIC;
 }
 
 /* ---- inputs ---- */
 
-static double area_of(const struct map_fields *fields, const struct cell *cell) {
+static double cell_area(const struct map_fields *fields, const struct cell *cell) {
     const struct vec3 *v = fields->vertices;
     struct vec3 p = v[cell->corner[0]];
     double metres = fields->unit->metres;
@@ -112,13 +103,13 @@ static double area_of(const struct map_fields *fields, const struct cell *cell) 
 }
 
 /* A cell's inputs; a channel has a permeability of its own, the same in every direction. */
-static struct lcmsim_inputs inputs_of(const struct encoder *encoder, const struct cell *cell) {
+static struct lcmsim_inputs cell_inputs(const struct encoder *encoder, const struct cell *cell) {
     const struct state *state = encoder->state;
     const struct map_fields *fields = &encoder->fields;
     struct lcmsim_inputs in;
     (void)lcmsim_read(&state->source, (size_t)cell->element, &in);
-    in.porosity = fmin(in.porosity, porosity_max);
-    if (role_of(fields, cell) == MAP_CHANNEL)
+    in.porosity = fmin(in.porosity, LCMSIM_POROSITY_MAX);
+    if (cell_role(fields, cell) == MAP_CHANNEL)
         in.k1 = in.k2 = in.k3 = fields->channel_permeability;
     return in;
 }
@@ -130,13 +121,13 @@ static const char *const real_names[REALS] = {"/properties/volume",       "/prop
                                               "/properties/thickness",    "/properties/alpha",
                                               "/properties/ap",           "/properties/cp"};
 
-static double real_of(const struct encoder *encoder, const struct cell *cell, enum real real) {
-    struct lcmsim_inputs in = inputs_of(encoder, cell);
+static double cell_real(const struct encoder *encoder, const struct cell *cell, enum real real) {
+    struct lcmsim_inputs in = cell_inputs(encoder, cell);
     switch (real) {
     case VOLUME:
-        return area_of(&encoder->fields, cell) * in.thickness;
+        return cell_area(&encoder->fields, cell) * in.thickness;
     case AREA:
-        return area_of(&encoder->fields, cell);
+        return cell_area(&encoder->fields, cell);
     case PERMEABILITY:
         return in.k1;
     case THICKNESS:
@@ -159,7 +150,7 @@ union values {
     void *room;
 };
 
-static void write_mesh(const struct encoder *encoder, union values values) {
+static void write_mesh_group(const struct encoder *encoder, union values values) {
     const struct state *state = encoder->state;
     const struct map_fields *fields = &encoder->fields;
     size_t points = fields->vertex_count, cells = state->cells;
@@ -177,75 +168,65 @@ static void write_mesh(const struct encoder *encoder, union values values) {
     hdf5_integers(state->file, "/mesh/cells", 3, cells, values.integer);
 }
 
-static void write_parts(const struct encoder *encoder, union values values) {
-    const struct state *state = encoder->state;
-    bool there[MAP_ROLES] = {false};
-    for (size_t c = 0; c < state->cells; c++) {
-        enum map_role role = role_of(&encoder->fields, &state->cell[c]);
-        values.integer[c] = roles[role].part;
-        there[role] = true;
-    }
-    hdf5_integers(state->file, "/properties/part_id", state->cells, 0, values.integer);
-    for (size_t c = 0; c < state->cells; c++) {
-        const struct cell *cell = &state->cell[c];
-        int type = roles[role_of(&encoder->fields, cell)].type;
-        values.integer[c] = type == TYPE_INNER && cell->wall ? TYPE_WALL : type;
-    }
-    hdf5_integers(state->file, "/properties/type", state->cells, 0, values.integer);
-    for (int role = 0; role < MAP_ROLES; role++)
-        if (there[role])
-            hdf5_string(state->file, "/properties", roles[role].id, roles[role].name);
-}
-
 static void write_properties(const struct encoder *encoder, union values values) {
     const struct state *state = encoder->state;
     size_t cells = state->cells;
+    bool there[MAP_ROLES] = {false};
     hdf5_group(state->file, "/properties");
     for (int real = 0; real < REALS; real++) {
         for (size_t c = 0; c < cells; c++)
-            values.real[c] = real_of(encoder, &state->cell[c], (enum real)real);
+            values.real[c] = cell_real(encoder, &state->cell[c], (enum real)real);
         hdf5_reals(state->file, real_names[real], cells, 0, values.real);
     }
     for (size_t c = 0; c < cells; c++) {
-        struct vec3 d = inputs_of(encoder, &state->cell[c]).direction;
+        struct vec3 d = cell_inputs(encoder, &state->cell[c]).direction;
         values.real[c] = d.x;
         values.real[cells + c] = d.y;
         values.real[2 * cells + c] = d.z;
     }
     hdf5_reals(state->file, "/properties/reference_direction", 3, cells, values.real);
-    write_parts(encoder, values);
-}
-
-static void write_file(const struct encoder *encoder) {
-    struct state *state = encoder->state;
-    size_t points = encoder->fields.vertex_count;
-    size_t rows = state->cells > points ? state->cells : points;
-    union values values = {.room = malloc(3 * rows * sizeof(double))};
-    state->file = values.room ? hdf5_new() : NULL;
-    if (state->file) {
-        write_mesh(encoder, values);
-        write_properties(encoder, values);
-        state->image = hdf5_image(state->file, &state->length);
+    for (size_t c = 0; c < cells; c++) {
+        enum map_role role = cell_role(&encoder->fields, &state->cell[c]);
+        values.integer[c] = roles[role].part;
+        there[role] = true;
     }
-    free(values.room);
+    hdf5_integers(state->file, "/properties/part_id", cells, 0, values.integer);
+    for (size_t c = 0; c < cells; c++) {
+        int type = roles[cell_role(&encoder->fields, &state->cell[c])].type;
+        values.integer[c] = type == TYPE_INNER && state->cell[c].wall ? TYPE_WALL : type;
+    }
+    hdf5_integers(state->file, "/properties/type", cells, 0, values.integer);
+    for (int role = 0; role < MAP_ROLES; role++)
+        if (there[role])
+            hdf5_string(state->file, "/properties", roles[role].id, roles[role].name);
 }
 
 /* ---- the format ---- */
 
-static bool begin(struct encoder *encoder, struct api_problem *problem) {
+static bool begin_lcmsim_h5(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
     if (!lcmsim_open(&state->source, &encoder->fields, encoder->options.fiber_volume_fraction,
                      problem))
         return false;
-    if (list_cells(state, &encoder->fields) && find_walls(state))
-        write_file(encoder);
+    if (list_cells(state, &encoder->fields) && find_walls(state)) {
+        size_t points = encoder->fields.vertex_count;
+        size_t rows = state->cells > points ? state->cells : points;
+        union values values = {.room = malloc(3 * rows * sizeof(double))};
+        state->file = values.room ? hdf5_new() : NULL;
+        if (state->file) {
+            write_mesh_group(encoder, values);
+            write_properties(encoder, values);
+            state->image = hdf5_image(state->file, &state->length);
+        }
+        free(values.room);
+    }
     if (!state->image)
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to make the HDF5 file");
     encoder->length = state->length;
     return problem->id == API_OK;
 }
 
-static void next(struct encoder *encoder) {
+static void next_lcmsim_h5(struct encoder *encoder) {
     struct state *state = encoder->state;
     size_t left = state->length - state->sent;
     size_t part = left < encoder->piece.capacity ? left : encoder->piece.capacity;
@@ -254,7 +235,7 @@ static void next(struct encoder *encoder) {
     encoder->ended = state->sent == state->length;
 }
 
-static void end(struct encoder *encoder) {
+static void end_lcmsim_h5(struct encoder *encoder) {
     struct state *state = encoder->state;
     hdf5_free(state->file);
     free(state->cell);
@@ -267,6 +248,6 @@ const struct format format_lcmsim_h5 = {.name = "lcmsim-h5",
                                         .uses = FORMAT_MAP,
                                         .elements = true,
                                         .state_size = sizeof(struct state),
-                                        .begin = begin,
-                                        .next = next,
-                                        .end = end};
+                                        .begin = begin_lcmsim_h5,
+                                        .next = next_lcmsim_h5,
+                                        .end = end_lcmsim_h5};

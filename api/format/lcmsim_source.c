@@ -4,34 +4,6 @@
 #include "lcmsim.h"
 #include <math.h>
 
-void lcmsim_column_names(const char *names[LCMSIM_COLUMNS]) {
-    static const enum column_id ids[] = {COLUMN_CELLS_thickness, COLUMN_CELLS_porosity,
-                                         COLUMN_CELLS_k1,        COLUMN_CELLS_k2,
-                                         COLUMN_CELLS_k3,        COLUMN_CELLS_k1_direction};
-    column_part_names(ids, sizeof ids / sizeof *ids, names);
-}
-
-static const struct api_column_source *find(const struct map_fields *fields, const char *name) {
-    return encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, name);
-}
-
-static bool find_columns(struct lcmsim_source *source, struct api_problem *problem) {
-    const char *needed[LCMSIM_COLUMNS];
-    lcmsim_column_names(needed);
-    for (size_t k = 0; k < LCMSIM_COLUMNS; k++) {
-        source->column[k] = find(source->fields, needed[k]);
-        if (source->column[k])
-            continue;
-        api_problem_set(problem, API_INVALID_REQUEST,
-                        "lcmsim needs a thickness, a fiber_volume_fraction and a permeability "
-                        "in the drape request; there is no %s",
-                        needed[k]);
-        return false;
-    }
-    source->packing = find(source->fields, column_specs[COLUMN_CELLS_packing_exceeded].name);
-    return true;
-}
-
 static double value_at(const struct api_column_source *column, size_t element) {
     double value = 0;
     column->fill(column->context, element, 1, &value);
@@ -60,7 +32,7 @@ static bool can_be_filled(const struct lcmsim_source *source, size_t element,
 }
 
 /* (1 - Vf)^3 / Vf^2 */
-static double kozeny_carman(double fraction) {
+static double kozeny_carman_factor(double fraction) {
     return pow(1 - fraction, 3) / (fraction * fraction);
 }
 
@@ -76,7 +48,8 @@ static void take_densest(struct lcmsim_source *source) {
         source->capped = in;
     }
     source->has_capped = densest > 0;
-    double ratio = source->has_capped ? kozeny_carman(source->cap) / kozeny_carman(densest) : 1;
+    double ratio =
+        source->has_capped ? kozeny_carman_factor(source->cap) / kozeny_carman_factor(densest) : 1;
     source->capped.porosity = 1 - source->cap;
     for (int k = 0; k < MAP_RELIEFS; k++)
         source->capped.relieved[k] = source->capped.porosity;
@@ -105,11 +78,27 @@ double lcmsim_fraction(const struct lcmsim_source *source, size_t element) {
 
 bool lcmsim_open(struct lcmsim_source *source, const struct map_fields *fields, double cap,
                  struct api_problem *problem) {
+    static const enum column_id ids[] = {COLUMN_CELLS_thickness, COLUMN_CELLS_porosity,
+                                         COLUMN_CELLS_k1,        COLUMN_CELLS_k2,
+                                         COLUMN_CELLS_k3,        COLUMN_CELLS_k1_direction};
+    const char *names[LCMSIM_COLUMNS];
     struct lcmsim_inputs in;
     size_t left_out = 0;
     *source = (struct lcmsim_source){.fields = fields, .cap = cap};
-    if (!find_columns(source, problem))
+    column_part_names(ids, sizeof ids / sizeof *ids, names);
+    for (size_t k = 0; k < LCMSIM_COLUMNS; k++) {
+        source->column[k] =
+            encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, names[k]);
+        if (source->column[k])
+            continue;
+        api_problem_set(problem, API_INVALID_REQUEST,
+                        "lcmsim needs a thickness, a fiber_volume_fraction and a permeability "
+                        "in the drape request; there is no %s",
+                        names[k]);
         return false;
+    }
+    source->packing = encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS,
+                                   column_specs[COLUMN_CELLS_packing_exceeded].name);
     if (fields->element_count == 0) {
         api_problem_set(problem, API_INVALID_REQUEST, "lcmsim needs a mesh with elements");
         return false;
