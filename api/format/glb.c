@@ -40,20 +40,9 @@ struct state {
     double range_deg; /* the shear that has the last colour */
     float low[3], high[3];
     uint16_t colour[COLOURS][4];
-    int part; /* of the buffer */
 };
 
-/* ---- numbers of the buffer ---- */
-
-static void put_float(char *bytes, double value) {
-    float narrow = (float)value;
-    uint32_t bits;
-    memcpy(&bits, &narrow, sizeof bits);
-    bits = htole32(bits);
-    memcpy(bytes, &bits, sizeof bits);
-}
-
-static void put_integer(struct api_text *text, uint64_t value) {
+static void write_u32(struct api_text *text, uint64_t value) {
     uint32_t bits = htole32((uint32_t)value);
     api_text_bytes(text, &bits, sizeof bits);
 }
@@ -64,97 +53,75 @@ static uint64_t buffer_length(const struct state *state) {
 
 /* ---- the description ---- */
 
-static void write_view(struct api_text *text, uint64_t offset, uint64_t length, int target) {
-    api_text_raw(text, offset ? ",{\"buffer\":0" : "{\"buffer\":0");
-    api_text_key_integer(text, "byteOffset", (int64_t)offset);
-    api_text_key_integer(text, "byteLength", (int64_t)length);
-    api_text_key_integer(text, "target", target);
-    api_text_raw(text, "}");
-}
-
-static void write_accessor(struct api_text *text, int view, int type, uint64_t count,
-                           const char *shape) {
-    api_text_raw(text, view ? ",{" : "{");
-    api_text_key_integer(text, "bufferView", view);
-    api_text_key_integer(text, "componentType", type);
-    api_text_key_integer(text, "count", (int64_t)count);
-    api_text_key_string(text, "type", shape);
-}
-
 static void write_floats(struct api_text *text, const char *key, const float *values) {
     api_text_key(text, key);
     api_text_numbers(text, (const double[]){values[0], values[1], values[2]}, 3);
 }
 
-static void write_buffers(struct api_text *text, const struct state *state) {
-    uint64_t colours = state->nodes * POSITION, indices = colours + state->nodes * COLOUR;
-    api_text_key(text, "buffers");
-    api_text_raw(text, "[{");
-    api_text_key_integer(text, "byteLength", (int64_t)buffer_length(state));
-    api_text_raw(text, "}]");
-    api_text_key(text, "bufferViews");
-    api_text_raw(text, "[");
-    write_view(text, 0, colours, ARRAY_BUFFER);
-    write_view(text, colours, indices - colours, ARRAY_BUFFER);
+/* The views of the buffer, and the accessors that say what is in them. */
+static void describe_buffer(struct api_text *json, const struct state *state) {
+    const unsigned long long lengths[3] = {state->nodes * POSITION, state->nodes * COLOUR,
+                                           state->cells * INDICES};
+    unsigned long long offset = 0, nodes = state->nodes;
+    api_text_format(json, ",\"buffers\":[{\"byteLength\":%llu}],\"bufferViews\":[",
+                    (unsigned long long)buffer_length(state));
+    for (int k = 0; k < (state->cells ? 3 : 2); offset += lengths[k++])
+        api_text_format(json,
+                        "%s{\"buffer\":0,\"byteOffset\":%llu,\"byteLength\":%llu,\"target\":%d}",
+                        k ? "," : "", offset, lengths[k], k < 2 ? ARRAY_BUFFER : ELEMENT_BUFFER);
+    api_text_format(json,
+                    "],\"accessors\":[{\"bufferView\":0,\"componentType\":%d,\"count\":%llu,"
+                    "\"type\":\"VEC3\"",
+                    FLOAT, nodes);
+    write_floats(json, "min", state->low);
+    write_floats(json, "max", state->high);
+    api_text_format(json,
+                    "},{\"bufferView\":1,\"componentType\":%d,\"count\":%llu,\"type\":\"VEC4\","
+                    "\"normalized\":true}",
+                    UNSIGNED_SHORT, nodes);
     if (state->cells)
-        write_view(text, indices, state->cells * INDICES, ELEMENT_BUFFER);
-    api_text_raw(text, "]");
-    api_text_key(text, "accessors");
-    api_text_raw(text, "[");
-    write_accessor(text, 0, FLOAT, state->nodes, "VEC3");
-    write_floats(text, "min", state->low);
-    write_floats(text, "max", state->high);
-    api_text_raw(text, "}");
-    write_accessor(text, 1, UNSIGNED_SHORT, state->nodes, "VEC4");
-    api_text_raw(text, ",\"normalized\":true}");
-    if (state->cells) {
-        write_accessor(text, 2, UNSIGNED_INT, state->cells * 6, "SCALAR");
-        api_text_raw(text, "}");
-    }
-    api_text_raw(text, "]");
-}
-
-static void write_scene(struct api_text *text, const struct encoder *encoder) {
-    const struct state *state = encoder->state;
-    double scale = encoder->columns.unit->metres;
-    api_text_raw(text, ",\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0");
-    if (scale != 1) {
-        api_text_key(text, "scale");
-        api_text_numbers(text, (const double[]){scale, scale, scale}, 3);
-    }
-    api_text_raw(text, "}],\"meshes\":[{");
-    api_text_key_string(text, "name", encoder->id);
-    api_text_raw(text, ",\"primitives\":[{\"attributes\":{\"POSITION\":0,\"COLOR_0\":1}");
-    if (state->cells)
-        api_text_raw(text, ",\"indices\":2");
-    api_text_key_integer(text, "mode", state->cells ? TRIANGLES : POINTS);
-    api_text_raw(text, ",\"material\":0}],\"extras\":{\"colour\":\"absolute shear, viridis\"");
-    api_text_key(text, "shear_deg");
-    api_text_numbers(text, (const double[]){0, state->range_deg}, 2);
-    api_text_key_string(text, "length_unit", encoder->columns.unit->name);
-    api_text_raw(text, "}}],\"materials\":[{\"doubleSided\":true,\"pbrMetallicRoughness\":"
-                       "{\"metallicFactor\":0,\"roughnessFactor\":1}}]");
+        api_text_format(
+            json, ",{\"bufferView\":2,\"componentType\":%d,\"count\":%llu,\"type\":\"SCALAR\"}",
+            UNSIGNED_INT, (unsigned long long)state->cells * 6);
+    api_text_raw(json, "]");
 }
 
 /* All that comes before the buffer's bytes. */
 static void write_description(const struct encoder *encoder, struct api_text *text) {
     const struct state *state = encoder->state;
+    double scale = encoder->columns.unit->metres;
     char buffer[API_HEADER_MAX];
     struct api_text json = api_text_over(buffer, sizeof buffer);
-    api_text_raw(&json, "{\"asset\":{\"version\":\"2.0\",\"generator\":\"draped\"}");
-    write_scene(&json, encoder);
-    write_buffers(&json, state);
+    api_text_raw(&json, "{\"asset\":{\"version\":\"2.0\",\"generator\":\"draped\"},\"scene\":0,"
+                        "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0");
+    if (scale != 1) {
+        api_text_key(&json, "scale");
+        api_text_numbers(&json, (const double[]){scale, scale, scale}, 3);
+    }
+    api_text_raw(&json, "}],\"meshes\":[{");
+    api_text_key_string(&json, "name", encoder->id);
+    api_text_format(&json,
+                    ",\"primitives\":[{\"attributes\":{\"POSITION\":0,\"COLOR_0\":1}%s,"
+                    "\"mode\":%d,\"material\":0}],"
+                    "\"extras\":{\"colour\":\"absolute shear, viridis\"",
+                    state->cells ? ",\"indices\":2" : "", state->cells ? TRIANGLES : POINTS);
+    api_text_key(&json, "shear_deg");
+    api_text_numbers(&json, (const double[]){0, state->range_deg}, 2);
+    api_text_key_string(&json, "length_unit", encoder->columns.unit->name);
+    api_text_raw(&json, "}}],\"materials\":[{\"doubleSided\":true,\"pbrMetallicRoughness\":"
+                        "{\"metallicFactor\":0,\"roughnessFactor\":1}}]");
+    describe_buffer(&json, state);
     api_text_raw(&json, "}");
     while (json.length % 4 != 0)
         api_text_raw(&json, " ");
     uint64_t length = HEADER + CHUNK + json.length + CHUNK + buffer_length(state);
     api_text_raw(text, "glTF");
-    put_integer(text, 2);
-    put_integer(text, length);
-    put_integer(text, json.length);
+    write_u32(text, 2);
+    write_u32(text, length);
+    write_u32(text, json.length);
     api_text_raw(text, "JSON");
     api_text_bytes(text, json.bytes, json.length);
-    put_integer(text, buffer_length(state));
+    write_u32(text, buffer_length(state));
     api_text_bytes(text, "BIN", 4);
     text->failed = text->failed || json.failed || length > UINT32_MAX;
 }
@@ -168,8 +135,13 @@ static void write_positions(struct encoder *encoder, size_t count) {
         if (!api_columns_read(encoder->reader, state->position[k], encoder->row, count,
                               encoder->values))
             encoder->failed = true;
-        for (size_t row = 0; row < count && !encoder->failed; row++)
-            put_float(bytes + row * POSITION + 4 * k, encoder->values[row]);
+        for (size_t row = 0; row < count && !encoder->failed; row++) {
+            float narrow = (float)encoder->values[row];
+            uint32_t bits;
+            memcpy(&bits, &narrow, sizeof bits);
+            bits = htole32(bits);
+            memcpy(bytes + row * POSITION + 4 * k, &bits, sizeof bits);
+        }
     }
     encoder->piece.length += count * POSITION;
 }
@@ -191,37 +163,31 @@ static void write_indices(struct encoder *encoder, size_t count) {
     static const int corner[6] = {0, 1, 2, 0, 2, 3};
     struct state *state = encoder->state;
     int32_t corners[ROWS][4];
-    if (!quads_next(&state->quads, count, corners, NULL)) {
-        encoder->failed = true;
-        return;
-    }
-    for (size_t cell = 0; cell < count; cell++)
+    encoder->failed = !quads_next(&state->quads, count, corners, NULL);
+    for (size_t cell = 0; cell < count && !encoder->failed; cell++)
         for (int k = 0; k < 6; k++)
-            put_integer(&encoder->piece, (uint64_t)corners[cell][corner[k]]);
+            write_u32(&encoder->piece, (uint64_t)corners[cell][corner[k]]);
 }
 
-static void next(struct encoder *encoder) {
+/* The encoder's column is the view that is being written. */
+static void next_glb(struct encoder *encoder) {
     struct state *state = encoder->state;
     static void (*const write[])(struct encoder *, size_t) = {write_positions, write_colours,
                                                               write_indices};
     if (!encoder->begun)
         write_description(encoder, &encoder->piece);
     encoder->begun = true;
-    uint64_t rows = state->part < 2 ? state->nodes : state->cells, left = rows - encoder->row;
-    size_t count = left < ROWS ? (size_t)left : ROWS;
-    write[state->part](encoder, count);
-    encoder->row += count;
-    if (encoder->row == rows) {
-        encoder->row = 0;
-        state->part++;
-    }
-    encoder->ended = state->part == 3;
+    size_t rows = (size_t)(encoder->column < 2 ? state->nodes : state->cells);
+    size_t count = encoder_left(encoder, rows, ROWS);
+    write[encoder->column](encoder, count);
+    encoder_advance(encoder, rows, count);
+    encoder->ended = encoder->column == 3;
 }
 
 /* ---- the beginning ---- */
 
-/* The box of the positions, as the numbers that are written. */
-static bool measure(struct encoder *encoder, int k) {
+/* The least and greatest of a coordinate, as the numbers that are written. */
+static bool find_range(struct encoder *encoder, int k) {
     struct state *state = encoder->state;
     size_t rows = (size_t)state->nodes;
     state->low[k] = INFINITY;
@@ -239,18 +205,7 @@ static bool measure(struct encoder *encoder, int k) {
     return rows > 0;
 }
 
-static void make_colours(struct state *state) {
-    for (int k = 0; k < COLOURS; k++) {
-        double srgb[3];
-        colour_viridis((double)k / (COLOURS - 1), srgb);
-        for (int c = 0; c < 4; c++) {
-            double light = c < 3 ? colour_linear(srgb[c]) : 1;
-            state->colour[k][c] = htole16((uint16_t)(light * UINT16_MAX + 0.5));
-        }
-    }
-}
-
-static bool begin(struct encoder *encoder, struct api_problem *problem) {
+static bool begin_glb(struct encoder *encoder, struct api_problem *problem) {
     static const char *const names[] = {"x", "y", "z"};
     struct state *state = encoder->state;
     const struct api_columns *columns = &encoder->columns;
@@ -262,10 +217,17 @@ static bool begin(struct encoder *encoder, struct api_problem *problem) {
         return encoder_damaged(problem);
     for (int k = 0; k < 3; k++) {
         state->position[k] = api_columns_find(columns, API_TABLE_NODES, names[k]);
-        if (!state->position[k] || !measure(encoder, k))
+        if (!state->position[k] || !find_range(encoder, k))
             return encoder_damaged(problem);
     }
-    make_colours(state);
+    for (int k = 0; k < COLOURS; k++) {
+        double srgb[3];
+        colour_viridis((double)k / (COLOURS - 1), srgb);
+        for (int c = 0; c < 4; c++) {
+            double light = c < 3 ? colour_linear(srgb[c]) : 1;
+            state->colour[k][c] = htole16((uint16_t)(light * UINT16_MAX + 0.5));
+        }
+    }
     struct api_text text = api_text_over(encoder->buffer, sizeof encoder->buffer);
     write_description(encoder, &text);
     if (text.failed) {
@@ -283,5 +245,5 @@ const struct format format_glb = {.name = "glb",
                                       "binary glTF: the net coloured by its shear, for viewers",
                                   .exact = "positions as 32-bit floats, colours of 16 bits",
                                   .state_size = sizeof(struct state),
-                                  .begin = begin,
-                                  .next = next};
+                                  .begin = begin_glb,
+                                  .next = next_glb};
