@@ -3,8 +3,8 @@
 #include "dxf_writer.h"
 #include "pattern.h"
 
-static void head(struct api_text *text, const struct pattern_sheet *sheet,
-                 const struct api_unit *unit) {
+static void draw_head(struct api_text *text, const struct pattern_sheet *sheet,
+                      const struct api_unit *unit) {
     static const struct dxf_layer layers[] = {{"CUT", DXF_WHITE},     {"ALLOWANCE", DXF_BLUE},
                                               {"NOTCH", DXF_MAGENTA}, {"START", DXF_GREEN},
                                               {"LOCKED", DXF_RED},    {"TITLE", DXF_WHITE}};
@@ -12,54 +12,31 @@ static void head(struct api_text *text, const struct pattern_sheet *sheet,
     dxf_head(text, unit->name, low, sheet->high, layers, sizeof layers / sizeof *layers);
 }
 
-static const char *const shape_layers[] = {
-    [PATTERN_ALLOWANCE] = "ALLOWANCE", [PATTERN_CUT] = "CUT"};
-
-static void begin_polygon(struct api_text *text, enum pattern_shape shape) {
-    dxf_begin_polygon(text, shape_layers[shape]);
-}
-
-static void corner(struct api_text *text, enum pattern_shape shape, double x, double y) {
-    dxf_corner(text, shape_layers[shape], x, y);
-}
-
-static void end_polygon(struct api_text *text, enum pattern_shape shape) {
-    dxf_end_polygon(text, shape_layers[shape]);
-}
-
-/* Layers need no brackets. */
-static void no_shape(struct api_text *text, enum pattern_shape shape) {
-    (void)text;
-    (void)shape;
-}
-
-static void no_group(struct api_text *text) {
-    (void)text;
+static void draw_corner(struct api_text *text, enum pattern_group shape, double x, double y,
+                        bool first, bool last) {
+    dxf_corner(text, shape == PATTERN_CUT ? "CUT" : "ALLOWANCE", x, y, first, last);
 }
 
 /* R12 has no hatches: a diagonal in every cell. */
-static void locked(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
-                   int count) {
+static void draw_locked(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
+                        int count) {
     for (int k = i; k < i + count; k++)
         dxf_line(text, "LOCKED", k * sheet->step[0], j * sheet->step[1], (k + 1) * sheet->step[0],
                  (j + 1) * sheet->step[1]);
 }
 
-static void notch(struct api_text *text, double x, double y, double to_x, double to_y) {
+static void draw_notch(struct api_text *text, double x, double y, double to_x, double to_y) {
     dxf_line(text, "NOTCH", x, y, to_x, to_y);
 }
 
-static void foot(struct api_text *text, const struct pattern_sheet *sheet) {
+/* The start with a cross and the arrows of warp and weft, the title and the ruler. */
+static void draw_foot(struct api_text *text, const struct pattern_sheet *sheet) {
+    static const double lines[][4] = {{-1, 0, 1, 0},  {0, -1, 0, 1}, {0, 0, 8, 0},  {7, .5, 8, 0},
+                                      {7, -.5, 8, 0}, {0, 0, 0, 8},  {.5, 7, 0, 8}, {-.5, 7, 0, 8}};
     double h = sheet->letter, left = sheet->low[0], bottom = sheet->low[1];
     dxf_circle(text, "START", 0, 0, h / 2);
-    dxf_line(text, "START", -h, 0, h, 0);
-    dxf_line(text, "START", 0, -h, 0, h);
-    dxf_line(text, "START", 0, 0, 8 * h, 0);
-    dxf_line(text, "START", 7 * h, h / 2, 8 * h, 0);
-    dxf_line(text, "START", 7 * h, -h / 2, 8 * h, 0);
-    dxf_line(text, "START", 0, 0, 0, 8 * h);
-    dxf_line(text, "START", h / 2, 7 * h, 0, 8 * h);
-    dxf_line(text, "START", -h / 2, 7 * h, 0, 8 * h);
+    for (size_t k = 0; k < sizeof lines / sizeof *lines; k++)
+        dxf_line(text, "START", lines[k][0] * h, lines[k][1] * h, lines[k][2] * h, lines[k][3] * h);
     dxf_letters(text, "START", 8.5 * h, 0, h, "warp");
     dxf_letters(text, "START", h, 8 * h, h, "weft");
     dxf_letters(text, "TITLE", left, bottom - 2.5 * h, 1.4 * h, sheet->title);
@@ -73,19 +50,16 @@ static void foot(struct api_text *text, const struct pattern_sheet *sheet) {
     dxf_foot(text);
 }
 
+/* Layers need no brackets. */
 static const struct pattern_pen pen = {.metres = 0,
                                        .unit = NULL,
-                                       .head = head,
-                                       .begin_polygon = begin_polygon,
-                                       .corner = corner,
-                                       .end_polygon = end_polygon,
-                                       .begin_shape = no_shape,
-                                       .end_shape = no_shape,
-                                       .begin_locked = no_group,
-                                       .locked = locked,
-                                       .begin_notches = no_group,
-                                       .notch = notch,
-                                       .foot = foot};
+                                       .before = {"", "", "", ""},
+                                       .after_shape = "",
+                                       .head = draw_head,
+                                       .corner = draw_corner,
+                                       .locked = draw_locked,
+                                       .notch = draw_notch,
+                                       .foot = draw_foot};
 
 const struct format format_dxf = {.name = "dxf",
                                   .media_type = "image/vnd.dxf",

@@ -4,148 +4,79 @@
 #include "pattern.h"
 #include <string.h>
 
-static void group(struct api_text *text, int code, const char *value) {
-    api_text_integer(text, code);
-    api_text_raw(text, "\n");
-    api_text_raw(text, value);
-    api_text_raw(text, "\n");
-}
-
-static void group_integer(struct api_text *text, int code, int value) {
-    api_text_integer(text, code);
-    api_text_raw(text, "\n");
-    api_text_integer(text, value);
-    api_text_raw(text, "\n");
-}
-
-static void group_number(struct api_text *text, int code, double value) {
-    api_text_integer(text, code);
-    api_text_raw(text, "\n");
+static void write_number(struct api_text *text, int code, double value) {
+    api_text_format(text, "%d\n", code);
     pattern_number(text, value);
     api_text_raw(text, "\n");
 }
 
 /* The point whose coordinates have the codes `code` and `code` + 10. */
-static void group_point(struct api_text *text, int code, double x, double y) {
-    group_number(text, code, x);
-    group_number(text, code + 10, y);
-}
-
-static void entity(struct api_text *text, const char *kind, const char *layer) {
-    group(text, 0, kind);
-    group(text, 8, layer);
-}
-
-static void section(struct api_text *text, const char *name) {
-    group(text, 0, "SECTION");
-    group(text, 2, name);
-}
-
-static void table(struct api_text *text, const char *name, int entries) {
-    group(text, 0, "TABLE");
-    group(text, 2, name);
-    group_integer(text, 70, entries);
-}
-
-static void layer_entry(struct api_text *text, const struct dxf_layer *layer) {
-    group(text, 0, "LAYER");
-    group(text, 2, layer->name);
-    group_integer(text, 70, 0);
-    group_integer(text, 62, layer->colour);
-    group(text, 6, "CONTINUOUS");
-}
-
-static void tables(struct api_text *text, const struct dxf_layer *layers, int count) {
-    section(text, "TABLES");
-    table(text, "LTYPE", 1);
-    group(text, 0, "LTYPE");
-    group(text, 2, "CONTINUOUS");
-    group_integer(text, 70, 0);
-    group(text, 3, "Solid line");
-    group_integer(text, 72, 65);
-    group_integer(text, 73, 0);
-    group_number(text, 40, 0);
-    group(text, 0, "ENDTAB");
-    table(text, "LAYER", count);
-    for (int k = 0; k < count; k++)
-        layer_entry(text, &layers[k]);
-    group(text, 0, "ENDTAB");
-    group(text, 0, "ENDSEC");
-}
-
-/* The number that $INSUNITS has for a unit. */
-static int unit_number(const char *name) {
-    static const struct {
-        const char *name;
-        int number;
-    } units[] = {{"in", 1}, {"ft", 2}, {"mm", 4}, {"cm", 5}, {"m", 6}, {"um", 13}};
-    for (size_t k = 0; k < sizeof units / sizeof *units; k++)
-        if (strcmp(units[k].name, name) == 0)
-            return units[k].number;
-    return 0;
+static void write_xy(struct api_text *text, int code, double x, double y) {
+    write_number(text, code, x);
+    write_number(text, code + 10, y);
 }
 
 void dxf_head(struct api_text *text, const char *unit, const double low[2], const double high[2],
               const struct dxf_layer *layers, int count) {
-    int number = unit_number(unit);
-    section(text, "HEADER");
-    group(text, 9, "$ACADVER");
-    group(text, 1, "AC1009");
-    group(text, 9, "$INSUNITS");
-    group_integer(text, 70, number);
-    group(text, 9, "$MEASUREMENT");
-    group_integer(text, 70, number > 2); /* 0 for inch and foot */
-    group(text, 9, "$EXTMIN");
-    group_point(text, 10, low[0], low[1]);
-    group_number(text, 30, 0);
-    group(text, 9, "$EXTMAX");
-    group_point(text, 10, high[0], high[1]);
-    group_number(text, 30, 0);
-    group(text, 0, "ENDSEC");
-    tables(text, layers, count);
-    section(text, "ENTITIES");
+    static const struct {
+        const char *name;
+        int number; /* of $INSUNITS */
+    } units[] = {{"in", 1}, {"ft", 2}, {"mm", 4}, {"cm", 5}, {"m", 6}, {"um", 13}};
+    int number = 0;
+    for (size_t k = 0; k < sizeof units / sizeof *units; k++)
+        if (strcmp(units[k].name, unit) == 0)
+            number = units[k].number;
+    api_text_format(text,
+                    "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n9\n$INSUNITS\n70\n%d\n"
+                    "9\n$MEASUREMENT\n70\n%d\n9\n$EXTMIN\n",
+                    number, number > 2); /* 0 for inch and foot */
+    write_xy(text, 10, low[0], low[1]);
+    api_text_raw(text, "30\n0\n9\n$EXTMAX\n");
+    write_xy(text, 10, high[0], high[1]);
+    api_text_format(text,
+                    "30\n0\n0\nENDSEC\n0\nSECTION\n2\nTABLES\n0\nTABLE\n2\nLTYPE\n70\n1\n"
+                    "0\nLTYPE\n2\nCONTINUOUS\n70\n0\n3\nSolid line\n72\n65\n73\n0\n40\n0\n"
+                    "0\nENDTAB\n0\nTABLE\n2\nLAYER\n70\n%d\n",
+                    count);
+    for (int k = 0; k < count; k++)
+        api_text_format(text, "0\nLAYER\n2\n%s\n70\n0\n62\n%d\n6\nCONTINUOUS\n", layers[k].name,
+                        layers[k].colour);
+    api_text_raw(text, "0\nENDTAB\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n");
 }
 
 void dxf_foot(struct api_text *text) {
-    group(text, 0, "ENDSEC");
-    group(text, 0, "EOF");
+    api_text_raw(text, "0\nENDSEC\n0\nEOF\n");
 }
 
 void dxf_line(struct api_text *text, const char *layer, double x, double y, double to_x,
               double to_y) {
-    entity(text, "LINE", layer);
-    group_point(text, 10, x, y);
-    group_point(text, 11, to_x, to_y);
+    api_text_format(text, "0\nLINE\n8\n%s\n", layer);
+    write_xy(text, 10, x, y);
+    write_xy(text, 11, to_x, to_y);
 }
 
 void dxf_circle(struct api_text *text, const char *layer, double x, double y, double radius) {
-    entity(text, "CIRCLE", layer);
-    group_point(text, 10, x, y);
-    group_number(text, 40, radius);
+    api_text_format(text, "0\nCIRCLE\n8\n%s\n", layer);
+    write_xy(text, 10, x, y);
+    write_number(text, 40, radius);
 }
 
 void dxf_letters(struct api_text *text, const char *layer, double x, double y, double height,
                  const char *string) {
-    entity(text, "TEXT", layer);
-    group_point(text, 10, x, y);
-    group_number(text, 40, height);
-    group(text, 1, string);
+    api_text_format(text, "0\nTEXT\n8\n%s\n", layer);
+    write_xy(text, 10, x, y);
+    write_number(text, 40, height);
+    api_text_format(text, "1\n%s\n", string);
 }
 
-void dxf_begin_polygon(struct api_text *text, const char *layer) {
-    entity(text, "POLYLINE", layer);
-    group_integer(text, 66, 1); /* vertices follow */
-    group_integer(text, 70, 1); /* closed */
-    group_point(text, 10, 0, 0);
-    group_number(text, 30, 0);
-}
-
-void dxf_corner(struct api_text *text, const char *layer, double x, double y) {
-    entity(text, "VERTEX", layer);
-    group_point(text, 10, x, y);
-    group_number(text, 30, 0);
-}
-
-void dxf_end_polygon(struct api_text *text, const char *layer) {
-    entity(text, "SEQEND", layer);
+/* A polyline is closed by bit 1 of group 70; that its vertices follow is group 66. */
+void dxf_corner(struct api_text *text, const char *layer, double x, double y, bool first,
+                bool last) {
+    if (first)
+        api_text_format(text, "0\nPOLYLINE\n8\n%s\n66\n1\n70\n1\n10\n0\n20\n0\n30\n0\n", layer);
+    api_text_format(text, "0\nVERTEX\n8\n%s\n", layer);
+    write_xy(text, 10, x, y);
+    api_text_raw(text, "30\n0\n");
+    if (last)
+        api_text_format(text, "0\nSEQEND\n8\n%s\n", layer);
 }

@@ -25,9 +25,8 @@ void dxf_circle(struct api_text *text, const char *layer, double x, double y, do
 void dxf_letters(struct api_text *text, const char *layer, double x, double y, double height,
                  const char *string);
 
-/* A closed polygon: its begin, corners and end. */
-void dxf_begin_polygon(struct api_text *text, const char *layer);
-void dxf_corner(struct api_text *text, const char *layer, double x, double y);
-void dxf_end_polygon(struct api_text *text, const char *layer);
+/* A corner of a closed polygon, whose corners follow each other. */
+void dxf_corner(struct api_text *text, const char *layer, double x, double y, bool first,
+                bool last);
 
 #endif

@@ -30,31 +30,10 @@ double pattern_round_length(double length) {
     return (part >= 5 ? 5 : part >= 2 ? 2 : 1) * power;
 }
 
-static double unit_scale(const struct encoder *encoder, const struct pattern_pen *pen) {
-    return pen->metres > 0 ? encoder->columns.unit->metres / pen->metres : 1;
-}
-
-static void write_titles(const struct encoder *encoder, struct pattern_sheet *sheet) {
+/* Places, sizes and words of the sheet, once the cut and the allowance are known. */
+static void make_sheet(const struct encoder *encoder, struct pattern_state *state) {
     const struct api_columns *columns = &encoder->columns;
     const struct format_options *options = &encoder->options;
-    const double *spacing = columns->grid.spacing;
-    const char *between = options->part[0] && options->ply[0] ? ", ply " : "";
-    if (options->part[0] || options->ply[0])
-        snprintf(sheet->title, sizeof sheet->title, "%s%s%s", options->part, between, options->ply);
-    else
-        snprintf(sheet->title, sizeof sheet->title, "Flat pattern of drape %s", encoder->id);
-    int length =
-        snprintf(sheet->subtitle, sizeof sheet->subtitle,
-                 "scale 1:1, drawn in %s; %zu cells of %g x %g %s, %.0f beyond the locking angle",
-                 sheet->unit, columns->summary.cells, spacing[0], spacing[1], columns->unit->name,
-                 fmax(columns->summary.locked_cells, 0));
-    if (options->allowance > 0)
-        snprintf(sheet->subtitle + length, sizeof sheet->subtitle - (size_t)length,
-                 "; allowance %g %s", options->allowance, columns->unit->name);
-    snprintf(sheet->bar_label, sizeof sheet->bar_label, "%g %s", sheet->bar, sheet->unit);
-}
-
-static void make_sheet(const struct encoder *encoder, struct pattern_state *state) {
     struct pattern_sheet *sheet = &state->sheet;
     double size = 0;
     polygons_bounds(&state->cut.polygons, sheet->cut_low, sheet->cut_high);
@@ -68,45 +47,66 @@ static void make_sheet(const struct encoder *encoder, struct pattern_state *stat
     size = fmax(size, sheet->step[0]);
     sheet->letter = size / 60;
     sheet->bar = pattern_round_length(size / 2);
-    write_titles(encoder, sheet);
+    if (options->part[0] || options->ply[0])
+        snprintf(sheet->title, sizeof sheet->title, "%s%s%s", options->part,
+                 options->part[0] && options->ply[0] ? ", ply " : "", options->ply);
+    else
+        snprintf(sheet->title, sizeof sheet->title, "Flat pattern of drape %s", encoder->id);
+    int length = snprintf(
+        sheet->subtitle, sizeof sheet->subtitle,
+        "scale 1:1, drawn in %s; %zu cells of %g x %g %s, %.0f beyond the locking angle",
+        sheet->unit, columns->summary.cells, columns->grid.spacing[0], columns->grid.spacing[1],
+        columns->unit->name, fmax(columns->summary.locked_cells, 0));
+    if (options->allowance > 0)
+        snprintf(sheet->subtitle + length, sizeof sheet->subtitle - (size_t)length,
+                 "; allowance %g %s", options->allowance, columns->unit->name);
+    snprintf(sheet->bar_label, sizeof sheet->bar_label, "%g %s", sheet->bar, sheet->unit);
 }
 
-/* ---- stages ---- */
+/* ---- drawing ---- */
 
-static void draw_shape(struct encoder *encoder, const struct pattern_pen *pen) {
+/* Goes on to the next group when `at` has reached the end of this one. */
+static void end_group(struct encoder *encoder, const struct pattern_pen *pen, size_t count) {
     struct pattern_state *state = encoder->state;
-    struct api_text *text = &encoder->piece;
-    enum pattern_shape shape = state->shape;
-    const struct polygons *polygons = shape == PATTERN_CUT ? &state->cut.polygons : &state->allowed;
-    if (!state->begun)
-        pen->begin_shape(text, shape);
-    state->begun = true;
-    for (int k = 0; k < CORNERS && state->corner < polygons->count; k++) {
-        const struct polygons_point *point = &polygons->points[state->corner++];
-        if (!state->open)
-            pen->begin_polygon(text, shape);
-        pen->corner(text, shape, point->x, point->y);
-        state->open = !point->last;
-        if (point->last)
-            pen->end_polygon(text, shape);
-    }
-    if (state->corner < polygons->count)
+    if (state->at < count)
         return;
-    pen->end_shape(text, shape);
-    state->begun = false;
-    state->corner = 0;
-    if (shape == PATTERN_CUT) {
-        state->stage = PATTERN_AT_LOCKED;
-        pen->begin_locked(text);
-    }
-    state->shape = PATTERN_CUT;
+    api_text_raw(&encoder->piece, state->group <= PATTERN_CUT ? pen->after_shape : "");
+    state->at = 0;
+    state->group++;
+    if (state->group < PATTERN_GROUPS)
+        api_text_raw(&encoder->piece, pen->before[state->group]);
 }
 
-/* Side by side cells of a row are drawn as one. */
-static void draw_runs(struct encoder *encoder, const struct pattern_pen *pen, size_t count) {
-    const struct pattern_state *state = encoder->state;
-    const double *i = encoder->values, *j = i + CELLS, *locked = j + CELLS;
-    for (size_t k = 0, end; k < count; k = end) {
+static void draw_corners(struct encoder *encoder, const struct pattern_pen *pen) {
+    struct pattern_state *state = encoder->state;
+    const struct polygons *polygons =
+        state->group == PATTERN_CUT ? &state->cut.polygons : &state->allowed;
+    for (int k = 0; k < CORNERS && state->at < polygons->count; k++) {
+        const struct polygons_point *point = &polygons->points[state->at++];
+        pen->corner(&encoder->piece, state->group, point->x, point->y, !state->open, point->last);
+        state->open = !point->last;
+    }
+    end_group(encoder, pen, polygons->count);
+}
+
+/* Side by side cells of a row are drawn as one. A result without a locking angle has none. */
+static void draw_locked(struct encoder *encoder, const struct pattern_pen *pen) {
+    static const char *const names[] = {"locked", "i", "j"};
+    struct pattern_state *state = encoder->state;
+    const double *locked = encoder->values, *i = locked + CELLS, *j = i + CELLS;
+    size_t count = 0, rows = 0;
+    for (int k = 0; k < 3; k++) {
+        const struct api_column *column =
+            api_columns_find(&encoder->columns, API_TABLE_CELLS, names[k]);
+        rows = column ? column->rows : 0;
+        count = rows - state->at < CELLS ? rows - state->at : CELLS;
+        if (!column)
+            break;
+        if (!api_columns_read(encoder->reader, column, state->at, count,
+                              encoder->values + k * CELLS))
+            encoder->failed = true;
+    }
+    for (size_t k = 0, end; k < count && !encoder->failed; k = end) {
         end = k + 1;
         if (locked[k] == 0)
             continue;
@@ -114,68 +114,38 @@ static void draw_runs(struct encoder *encoder, const struct pattern_pen *pen, si
             end++;
         pen->locked(&encoder->piece, &state->sheet, (int)i[k], (int)j[k], (int)(end - k));
     }
-}
-
-static void draw_locked(struct encoder *encoder, const struct pattern_pen *pen) {
-    static const char *const names[] = {"i", "j", "locked"};
-    struct pattern_state *state = encoder->state;
-    const struct api_column *column = NULL;
-    size_t count = 0, rows = 0;
-    for (int k = 2; k >= 0; k--) {
-        column = api_columns_find(&encoder->columns, API_TABLE_CELLS, names[k]);
-        rows = column ? column->rows : 0;
-        count = rows - encoder->row < CELLS ? rows - encoder->row : CELLS;
-        if (!column)
-            break;
-        if (!api_columns_read(encoder->reader, column, encoder->row, count,
-                              encoder->values + k * CELLS))
-            encoder->failed = true;
-    }
-    if (column && !encoder->failed)
-        draw_runs(encoder, pen, count);
-    encoder->row += count;
-    if (encoder->row < rows)
-        return;
-    state->stage = PATTERN_AT_NOTCHES;
-    pen->begin_notches(&encoder->piece);
+    state->at += count;
+    end_group(encoder, pen, rows);
 }
 
 /* A letter long, inwards along the generator. */
 static void draw_notches(struct encoder *encoder, const struct pattern_pen *pen) {
     struct pattern_state *state = encoder->state;
     const struct pattern_sheet *sheet = &state->sheet;
-    for (int k = 0; k < CELLS && state->notch < state->cut.notch_count; k++) {
-        const struct cut_notch *notch = &state->cut.notches[state->notch++];
+    for (int k = 0; k < CELLS && state->at < state->cut.notch_count; k++) {
+        const struct cut_notch *notch = &state->cut.notches[state->at++];
         double x = notch->p * sheet->step[0], y = notch->q * sheet->step[1];
         double in = -notch->way * sheet->letter;
         pen->notch(&encoder->piece, x, y, notch->family ? x : x + in, notch->family ? y + in : y);
     }
-    if (state->notch == state->cut.notch_count)
-        state->stage = PATTERN_AT_FOOT;
+    end_group(encoder, pen, state->cut.notch_count);
 }
 
 void pattern_next(struct encoder *encoder) {
+    static void (*const draw[PATTERN_GROUPS])(struct encoder *, const struct pattern_pen *) = {
+        draw_corners, draw_corners, draw_locked, draw_notches};
     struct pattern_state *state = encoder->state;
     const struct pattern_pen *pen = encoder->format->own;
-    switch (state->stage) {
-    case PATTERN_AT_HEAD:
+    if (!state->begun) {
         pen->head(&encoder->piece, &state->sheet, encoder->columns.unit);
-        state->stage = PATTERN_AT_SHAPES;
-        state->shape = state->allowed.count ? PATTERN_ALLOWANCE : PATTERN_CUT;
-        break;
-    case PATTERN_AT_SHAPES:
-        draw_shape(encoder, pen);
-        break;
-    case PATTERN_AT_LOCKED:
-        draw_locked(encoder, pen);
-        break;
-    case PATTERN_AT_NOTCHES:
-        draw_notches(encoder, pen);
-        break;
-    case PATTERN_AT_FOOT:
+        state->begun = true;
+        state->group = state->allowed.count ? PATTERN_ALLOWANCE : PATTERN_CUT;
+        api_text_raw(&encoder->piece, pen->before[state->group]);
+    } else if (state->group < PATTERN_GROUPS) {
+        draw[state->group](encoder, pen);
+    } else {
         pen->foot(&encoder->piece, &state->sheet);
         encoder->ended = true;
-        break;
     }
 }
 
@@ -206,7 +176,7 @@ bool pattern_begin(struct encoder *encoder, struct api_problem *problem) {
     const struct pattern_pen *pen = encoder->format->own;
     struct pattern_sheet *sheet = &state->sheet;
     struct outline outline = {0};
-    double scale = unit_scale(encoder, pen);
+    double scale = pen->metres > 0 ? encoder->columns.unit->metres / pen->metres : 1;
     if (outline_make(&outline, encoder->reader, &encoder->columns, problem) == API_OK)
         (void)!cut_make(&state->cut, encoder->reader, &encoder->columns, &outline, tolerance,
                         problem);

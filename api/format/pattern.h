@@ -24,45 +24,41 @@ struct pattern_sheet {
     char title[200], subtitle[200], bar_label[60];
 };
 
-enum pattern_shape { PATTERN_ALLOWANCE, PATTERN_CUT };
+/* What is drawn, in this order: both shapes are of corners, the others of marks. */
+enum pattern_group {
+    PATTERN_ALLOWANCE,
+    PATTERN_CUT,
+    PATTERN_LOCKED,
+    PATTERN_NOTCHES,
+    PATTERN_GROUPS
+};
 
 struct pattern_pen {
     /* Metres of the pen's unit; 0 for the drape's own. */
     double metres;
-    const char *unit; /* NULL for the drape's own */
+    const char *unit;                   /* NULL for the drape's own */
+    const char *before[PATTERN_GROUPS]; /* text before each group */
+    const char *after_shape;
     void (*head)(struct api_text *text, const struct pattern_sheet *sheet,
                  const struct api_unit *unit);
-    void (*begin_shape)(struct api_text *text, enum pattern_shape shape);
-    void (*begin_polygon)(struct api_text *text, enum pattern_shape shape);
-    void (*corner)(struct api_text *text, enum pattern_shape shape, double x, double y);
-    void (*end_polygon)(struct api_text *text, enum pattern_shape shape);
-    void (*end_shape)(struct api_text *text, enum pattern_shape shape);
-    void (*begin_locked)(struct api_text *text);
+    /* Of a closed polygon of a shape, its first or last, or both. */
+    void (*corner)(struct api_text *text, enum pattern_group shape, double x, double y, bool first,
+                   bool last);
     /* `count` cells of a row from (i, j) on. */
     void (*locked)(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
                    int count);
-    void (*begin_notches)(struct api_text *text);
     /* Inwards from (x, y). */
     void (*notch)(struct api_text *text, double x, double y, double to_x, double to_y);
     void (*foot)(struct api_text *text, const struct pattern_sheet *sheet);
-};
-
-enum pattern_stage {
-    PATTERN_AT_HEAD,
-    PATTERN_AT_SHAPES,
-    PATTERN_AT_LOCKED,
-    PATTERN_AT_NOTCHES,
-    PATTERN_AT_FOOT
 };
 
 struct pattern_state {
     struct cut cut;          /* its polygons in the pen's unit */
     struct polygons allowed; /* the same with the allowance; empty without one */
     struct pattern_sheet sheet;
-    enum pattern_stage stage;
-    enum pattern_shape shape;
-    size_t corner, notch;
-    bool begun, open; /* the shape is, a polygon is */
+    enum pattern_group group; /* that is being drawn; PATTERN_GROUPS: the foot is next */
+    size_t at;                /* the next corner, cell or notch of it */
+    bool begun, open;         /* the head is drawn; a polygon is begun */
 };
 
 /* What a format of patterns consists of beside its pen, which is its `own`. */

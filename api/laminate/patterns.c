@@ -109,14 +109,10 @@ static void summary_of(const struct patterns *p, char title[TEXT_MAX]) {
 
 static void dxf_shape(struct api_text *text, const struct placed *own) {
     const struct polygons *cut = &own->shape->cut;
-    for (size_t k = 0; k < cut->count; k++) {
-        if (k == 0 || cut->points[k - 1].last)
-            dxf_begin_polygon(text, "CUT");
+    for (size_t k = 0; k < cut->count; k++)
         dxf_corner(text, "CUT", own->x + cut->points[k].x - own->shape->low[0],
-                   own->y + cut->points[k].y - own->shape->low[1]);
-        if (cut->points[k].last)
-            dxf_end_polygon(text, "CUT");
-    }
+                   own->y + cut->points[k].y - own->shape->low[1],
+                   k == 0 || cut->points[k - 1].last, cut->points[k].last);
 }
 
 static void write_dxf(const struct patterns *p, struct api_text *text) {
