@@ -20,7 +20,7 @@ static const double collapsed_sine = 0.12;
 /* A plane whose normal has a smaller sine with BC is parallel to the circle. */
 static const double parallel_sine = 1e-6;
 
-/* A walk ends after so many triangles, or this many chords. */
+/* A way ends after so many triangles, or this many chords. */
 enum { STEPS_MAX = 20000 };
 static const double reach = 2;
 
@@ -71,22 +71,43 @@ static bool solve_in_plane(const struct circle *circle, int32_t t, struct vec3 *
 }
 
 /* Twice the area of the triangle p q r as seen along the normal. */
-static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 normal) {
+static double area_seen(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 normal) {
     return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
 }
 
-static struct vec3 normal_at(const struct mesh *mesh, const struct mesh_point *at) {
-    return mesh->normals[at->triangle];
+bool mesh_cell_is_upright(const struct mesh_cell *cell, struct vec3 na, struct vec3 nb,
+                          struct vec3 nc) {
+    struct vec3 sum = vec3_add(vec3_add(nb, nc), na);
+    return cell->orientation * area_seen(cell->a.r, cell->c.r, cell->b.r, sum) > 0;
 }
 
-/* Whether D in triangle t is the root away from A, on the sheet of B and C. Normals are added up,
- * for on an edge of the mesh's facets either may be at right angles to the cell. */
-static bool right_root(const struct circle *circle, int32_t t, struct vec3 d) {
-    const struct mesh_cell *cell = circle->cell;
-    struct vec3 nb = normal_at(circle->mesh, &cell->b), nc = normal_at(circle->mesh, &cell->c);
-    struct vec3 nd = circle->mesh->normals[t], sum = vec3_add(nd, vec3_add(nb, nc));
+bool mesh_cell_has_corner(const struct mesh_cell *cell, struct vec3 nb, struct vec3 nc,
+                          struct vec3 d, struct vec3 nd) {
+    struct vec3 sum = vec3_add(nd, vec3_add(nb, nc));
     return vec3_dot(nd, nb) > sheet_cosine && vec3_dot(nd, nc) > sheet_cosine &&
-           cell->orientation * turn(cell->c.r, d, cell->b.r, sum) > 0;
+           cell->orientation * area_seen(cell->c.r, d, cell->b.r, sum) > 0;
+}
+
+double mesh_cell_residual(const struct mesh_cell *cell, struct vec3 d) {
+    return fmax(fabs(vec3_distance(d, cell->b.r) / cell->bd - 1),
+                fabs(vec3_distance(d, cell->c.r) / cell->cd - 1));
+}
+
+bool mesh_cell_has_collapsed(const struct mesh *mesh, const struct mesh_cell *cell) {
+    struct vec3 ab = vec3_sub(cell->b.r, cell->a.r), ac = vec3_sub(cell->c.r, cell->a.r);
+    double sine = cell->orientation *
+                  vec3_dot(vec3_cross(ac, ab), mesh->normals[cell->a.triangle]) /
+                  (vec3_norm(ab) * vec3_norm(ac));
+    double apart = vec3_distance(cell->b.r, cell->c.r);
+    return sine < collapsed_sine || apart > (1 - collapsed_sine / 10) * (cell->bd + cell->cd);
+}
+
+/* Whether D in triangle t is the one wanted. */
+static bool is_corner(const struct circle *circle, int32_t t, struct vec3 d) {
+    const struct mesh_cell *cell = circle->cell;
+    const struct vec3 *normals = circle->mesh->normals;
+    return mesh_cell_has_corner(cell, normals[cell->b.triangle], normals[cell->c.triangle], d,
+                                normals[t]);
 }
 
 /* The way from p in triangle t to d in its plane: `edge` is where it leaves, MESH_NONE when d is
@@ -124,19 +145,16 @@ static struct crossing find_crossing(const struct circle *circle, int32_t t, int
     return found;
 }
 
-static enum mesh_corner_end accept(const struct circle *circle, int32_t t, struct vec3 d,
-                                   struct mesh_corner *corner) {
-    const struct mesh_cell *cell = circle->cell;
-    double b = fabs(vec3_distance(d, cell->b.r) / cell->bd - 1);
-    double c = fabs(vec3_distance(d, cell->c.r) / cell->cd - 1);
+static enum mesh_corner_end take_corner(const struct circle *circle, int32_t t, struct vec3 d,
+                                        struct mesh_corner *corner) {
     corner->at = (struct mesh_point){t, d};
-    corner->residual = fmax(b, c);
+    corner->residual = mesh_cell_residual(circle->cell, d);
     return MESH_CORNER_FOUND;
 }
 
 /* Heads for D from B or C. It ends at the mesh's edge with MESH_CORNER_BOUNDARY when the mesh,
  * going on flat, would lead to D, with MESH_CORNER_COLLAPSED when even so it would not. */
-static enum mesh_corner_end walk_from(const struct circle *circle, const struct mesh_point *from,
+static enum mesh_corner_end head_from(const struct circle *circle, const struct mesh_point *from,
                                       struct mesh_corner *corner) {
     const struct mesh *mesh = circle->mesh;
     struct vec3 p = from->r, d;
@@ -150,8 +168,8 @@ static enum mesh_corner_end walk_from(const struct circle *circle, const struct 
         if (way.stuck)
             return MESH_CORNER_NO_CONVERGENCE;
         if (way.edge == MESH_NONE)
-            return real && right_root(circle, t, d) ? accept(circle, t, d, corner)
-                                                    : MESH_CORNER_NO_CONVERGENCE;
+            return real && is_corner(circle, t, d) ? take_corner(circle, t, d, corner)
+                                                   : MESH_CORNER_NO_CONVERGENCE;
         int32_t twin = mesh->twins[3 * t + way.edge];
         if (twin == MESH_NONE)
             return real ? MESH_CORNER_BOUNDARY : MESH_CORNER_COLLAPSED;
@@ -174,27 +192,23 @@ struct search {
     bool unreached;   /* a root was left out because it does not hang together with B and C */
 };
 
-/* Whether the sheet leads from D to B or C without detour. */
-static bool connected(const struct circle *circle, const struct mesh_point *d) {
-    const struct mesh_cell *cell = circle->cell;
-    return mesh_path_connects(circle->mesh, d, &cell->c, reach * cell->cd) ||
-           mesh_path_connects(circle->mesh, d, &cell->b, reach * cell->bd);
-}
-
 static void try_triangle(void *context, int32_t t) {
     struct search *search = context;
     const struct circle *circle = search->circle;
+    const struct mesh_cell *cell = circle->cell;
     struct mesh_point d = {t, {0, 0, 0}};
     search->corner->steps++;
     if (!solve_in_plane(circle, t, &d.r))
         return;
     struct crossing way = find_crossing(circle, t, MESH_NONE, d.r, d.r);
-    double distance2 = vec3_norm2(vec3_sub(d.r, circle->cell->guess));
+    double distance2 = vec3_norm2(vec3_sub(d.r, cell->guess));
     bool better = distance2 < search->distance2 ||
                   (distance2 == search->distance2 && t < search->best.triangle);
-    if (way.edge != MESH_NONE || !better || !right_root(circle, t, d.r))
+    if (way.edge != MESH_NONE || !better || !is_corner(circle, t, d.r))
         return;
-    if (!connected(circle, &d)) {
+    /* the sheet has to lead from D to B or C without detour */
+    if (!mesh_path_connects(circle->mesh, &d, &cell->c, reach * cell->cd) &&
+        !mesh_path_connects(circle->mesh, &d, &cell->b, reach * cell->bd)) {
         search->unreached = true;
         return;
     }
@@ -202,22 +216,7 @@ static void try_triangle(void *context, int32_t t) {
     search->distance2 = distance2;
 }
 
-bool mesh_cell_has_collapsed(const struct mesh *mesh, const struct mesh_cell *cell) {
-    struct vec3 ab = vec3_sub(cell->b.r, cell->a.r), ac = vec3_sub(cell->c.r, cell->a.r);
-    double sine = cell->orientation * vec3_dot(vec3_cross(ac, ab), normal_at(mesh, &cell->a)) /
-                  (vec3_norm(ab) * vec3_norm(ac));
-    double apart = vec3_distance(cell->b.r, cell->c.r);
-    return sine < collapsed_sine || apart > (1 - collapsed_sine / 10) * (cell->bd + cell->cd);
-}
-
-/* Whether A lies on its side of BC, as seen along the normals. */
-static bool starts_well(const struct mesh *mesh, const struct mesh_cell *cell) {
-    struct vec3 sum = vec3_add(normal_at(mesh, &cell->b), normal_at(mesh, &cell->c));
-    sum = vec3_add(sum, normal_at(mesh, &cell->a));
-    return cell->orientation * turn(cell->a.r, cell->c.r, cell->b.r, sum) > 0;
-}
-
-/* Looks everywhere; `ends` is how the walks from C and B ended. */
+/* Looks everywhere; `ends` is how the ways from C and B ended. */
 static enum mesh_corner_end search_all(const struct circle *circle,
                                        const enum mesh_corner_end ends[2],
                                        struct mesh_corner *corner) {
@@ -227,7 +226,7 @@ static enum mesh_corner_end search_all(const struct circle *circle,
     const struct mesh_circle shape = {cell->b.r, cell->c.r, cell->bd, cell->cd};
     mesh_tree_visit(circle->mesh, &shape, try_triangle, &search);
     if (search.best.triangle != MESH_NONE)
-        return accept(circle, search.best.triangle, search.best.r, corner);
+        return take_corner(circle, search.best.triangle, search.best.r, corner);
     if (ends[0] == MESH_CORNER_BOUNDARY || ends[1] == MESH_CORNER_BOUNDARY)
         return MESH_CORNER_BOUNDARY;
     if (mesh_cell_has_collapsed(circle->mesh, cell))
@@ -242,11 +241,13 @@ enum mesh_corner_end mesh_corner_solve(const struct mesh *mesh, const struct mes
     struct circle circle = make_circle(mesh, cell);
     enum mesh_corner_end ends[2];
     corner->steps = 0;
-    if (!(circle.radius2 > 0) || !starts_well(mesh, cell))
+    if (!(circle.radius2 > 0) ||
+        !mesh_cell_is_upright(cell, mesh->normals[cell->a.triangle],
+                              mesh->normals[cell->b.triangle], mesh->normals[cell->c.triangle]))
         return MESH_CORNER_COLLAPSED;
-    ends[0] = walk_from(&circle, &cell->c, corner);
+    ends[0] = head_from(&circle, &cell->c, corner);
     if (ends[0] == MESH_CORNER_FOUND)
         return ends[0];
-    ends[1] = walk_from(&circle, &cell->b, corner);
+    ends[1] = head_from(&circle, &cell->b, corner);
     return ends[1] == MESH_CORNER_FOUND ? ends[1] : search_all(&circle, ends, corner);
 }

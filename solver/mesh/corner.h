@@ -7,7 +7,7 @@
  *       A ---- C
  *
  * The spheres round B and C meet in a circle, and in the plane of a triangle D is one of the two
- * points where that circle passes through it, in closed form. From C a walk heads for the D of the
+ * points where that circle passes through it, in closed form. From C a way heads for the D of the
  * triangle it is in, and so from triangle to triangle until D lies in its own; else one from B.
  * When both fail, all triangles on the circle are tried.
  */
@@ -41,6 +41,20 @@ struct mesh_corner {
  * together with theirs only further away. The point is set only when it was found. */
 enum mesh_corner_end mesh_corner_solve(const struct mesh *mesh, const struct mesh_cell *cell,
                                        struct mesh_corner *corner);
+
+/* ---- what a D must be, on flat triangles and on the smooth surface ---- */
+
+/* Whether A lies on its side of BC, as seen along the sum of the normals at A, B and C. */
+bool mesh_cell_is_upright(const struct mesh_cell *cell, struct vec3 na, struct vec3 nb,
+                          struct vec3 nc);
+
+/* Whether D, with the normal nd, is the root away from A, on the sheet of B and C. Normals are
+ * added up, for on an edge of the mesh any may be at right angles to the cell. */
+bool mesh_cell_has_corner(const struct mesh_cell *cell, struct vec3 nb, struct vec3 nc,
+                          struct vec3 d, struct vec3 nd);
+
+/* The residual of D (`struct mesh_corner`). */
+double mesh_cell_residual(const struct mesh_cell *cell, struct vec3 d);
 
 /* Whether a cell without a D has none because it collapsed: two yarns all but parallel at A, or B
  * and C as far apart as the chords reach. */

@@ -31,10 +31,6 @@ static bool goes_on(const struct mesh *mesh, int32_t edge) {
     return mesh->twins[edge] != MESH_NONE && !mesh_is_fold(mesh, edge);
 }
 
-static int32_t edge_before(int32_t edge) {
-    return edge % 3 == 0 ? edge + 2 : edge - 1;
-}
-
 /* The first corner, clockwise, of the side that a corner of a triangle belongs to. */
 static int32_t first_of_side(const struct mesh *mesh, int32_t corner) {
     int32_t at = corner;
@@ -65,7 +61,7 @@ static size_t number_sides(const struct mesh *mesh, int32_t *side, struct mesh_f
             struct vec3 b = vec3_sub(p[(at + 2) % 3], p[at % 3]);
             sum = vec3_axpy(1 / (vec3_norm2(a) * vec3_norm2(b)), vec3_cross(a, b), sum);
             side[at] = (int32_t)count;
-            int32_t next = goes_on(mesh, edge_before(at)) ? mesh_ring_next(mesh, at) : first;
+            int32_t next = goes_on(mesh, mesh_previous_half(at)) ? mesh_ring_next(mesh, at) : first;
             if (next == first)
                 break;
             at = next;
@@ -116,7 +112,7 @@ static void look_round(struct vicinity *v, const struct mesh_fit *fit, int32_t c
     int32_t first = first_of_side(mesh, corner), at = first;
     do {
         add_triangle(v, fit, at / 3, stamp);
-        at = goes_on(mesh, edge_before(at)) ? mesh_ring_next(mesh, at) : MESH_NONE;
+        at = goes_on(mesh, mesh_previous_half(at)) ? mesh_ring_next(mesh, at) : MESH_NONE;
     } while (at != MESH_NONE && at != first);
     for (int begin = 0; begin < v->triangle_count && v->point_count < POINTS_WANTED;) {
         int end = v->triangle_count;

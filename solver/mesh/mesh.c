@@ -117,7 +117,7 @@ static enum status find_areas(struct mesh *mesh, struct arena *arena) {
         struct mesh_component *component = &mesh->components[mesh->component[t]];
         struct vec3 p[3];
         mesh_corner_points(mesh, (int32_t)t, p);
-        double area = vec3_norm(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]))) / 2;
+        double area = mesh_twice_area(mesh, (int32_t)t) / 2;
         struct vec3 middle = vec3_scale(1.0 / 3, vec3_add(p[0], vec3_add(p[1], p[2])));
         component->triangle_count++;
         for (int k = 0; k < 3; k++)

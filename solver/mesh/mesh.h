@@ -136,13 +136,20 @@ static inline struct vec3 mesh_corner_point(const struct mesh *mesh, int32_t tri
     return mesh->vertices[mesh->corners[triangle][corner]];
 }
 
+/* The half-edges of the same triangle after and before one. */
+static inline int32_t mesh_next_half(int32_t half) {
+    return half % 3 == 2 ? half - 2 : half + 1;
+}
+
+static inline int32_t mesh_previous_half(int32_t half) {
+    return half % 3 == 0 ? half + 2 : half - 1;
+}
+
 /* The half-edge of the border that follows one of it, round the triangles at its end. */
 static inline int32_t mesh_next_on_border(const struct mesh *mesh, int32_t half) {
-    int32_t next = half - half % 3 + (half + 1) % 3;
-    while (mesh->twins[next] != MESH_NONE) {
-        next = mesh->twins[next];
-        next = next - next % 3 + (next + 1) % 3;
-    }
+    int32_t next = mesh_next_half(half);
+    while (mesh->twins[next] != MESH_NONE)
+        next = mesh_next_half(mesh->twins[next]);
     return next;
 }
 
@@ -151,6 +158,19 @@ static inline void mesh_corner_points(const struct mesh *mesh, int32_t triangle,
                                       struct vec3 point[3]) {
     for (int k = 0; k < 3; k++)
         point[k] = mesh_corner_point(mesh, triangle, k);
+}
+
+/* Twice the area of a triangle. */
+static inline double mesh_twice_area(const struct mesh *mesh, int32_t triangle) {
+    struct vec3 p[3];
+    mesh_corner_points(mesh, triangle, p);
+    return vec3_norm(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
+}
+
+/* From the start of a half-edge to its end. */
+static inline struct vec3 mesh_edge_vector(const struct mesh *mesh, int32_t half) {
+    return vec3_sub(mesh_corner_point(mesh, half / 3, mesh_next_half(half) % 3),
+                    mesh_corner_point(mesh, half / 3, half % 3));
 }
 
 /* `direction` projected on the plane of the triangle, unit; zero when it is normal to it. */

@@ -3,33 +3,18 @@
 
 #include "solver/angle.h"
 
-static int32_t following(int32_t edge) {
-    return edge % 3 == 2 ? edge - 2 : edge + 1;
-}
-
-static int32_t preceding(int32_t edge) {
-    return edge % 3 == 0 ? edge + 2 : edge - 1;
-}
-
 int32_t mesh_ring_next(const struct mesh *mesh, int32_t leaving) {
-    return mesh->twins[preceding(leaving)];
+    return mesh->twins[mesh_previous_half(leaving)];
 }
 
 int32_t mesh_ring_previous(const struct mesh *mesh, int32_t leaving) {
     int32_t twin = mesh->twins[leaving];
-    return twin == MESH_NONE ? MESH_NONE : following(twin);
+    return twin == MESH_NONE ? MESH_NONE : mesh_next_half(twin);
 }
 
-/* From the start to the end of a half-edge. */
-static struct vec3 edge_vector(const struct mesh *mesh, int32_t edge) {
-    return vec3_sub(mesh_corner_point(mesh, edge / 3, following(edge) % 3),
-                    mesh_corner_point(mesh, edge / 3, edge % 3));
-}
-
-/* The angle of a triangle at the start of a half-edge. */
-static double corner_angle(const struct mesh *mesh, int32_t edge) {
-    struct vec3 a = edge_vector(mesh, edge);
-    struct vec3 b = vec3_scale(-1, edge_vector(mesh, preceding(edge)));
+double mesh_corner_angle(const struct mesh *mesh, int32_t half) {
+    struct vec3 a = mesh_edge_vector(mesh, half);
+    struct vec3 b = vec3_scale(-1, mesh_edge_vector(mesh, mesh_previous_half(half)));
     return angle_atan2_deg(vec3_norm(vec3_cross(a, b)), vec3_dot(a, b));
 }
 
@@ -44,7 +29,7 @@ struct mesh_ring mesh_ring_make(const struct mesh *mesh, int32_t triangle, int c
     do {
         if (at == asked)
             ring.before = ring.total;
-        ring.total += corner_angle(mesh, at);
+        ring.total += mesh_corner_angle(mesh, at);
         at = mesh_ring_next(mesh, at);
     } while (at != MESH_NONE && at != ring.first);
     return ring;
@@ -52,7 +37,7 @@ struct mesh_ring mesh_ring_make(const struct mesh *mesh, int32_t triangle, int c
 
 double mesh_ring_angle(const struct mesh *mesh, int32_t triangle, int corner,
                        struct vec3 direction) {
-    struct vec3 x = vec3_unit(edge_vector(mesh, 3 * triangle + corner));
+    struct vec3 x = vec3_unit(mesh_edge_vector(mesh, 3 * triangle + corner));
     struct vec3 y = vec3_cross(mesh->normals[triangle], x);
     return angle_atan2_deg(vec3_dot(direction, y), vec3_dot(direction, x));
 }
@@ -62,7 +47,7 @@ void mesh_ring_direction(const struct mesh_ring *ring, double angle, int32_t *tr
     const struct mesh *mesh = ring->mesh;
     int32_t at = ring->first;
     double here, sine, cosine;
-    while (angle > (here = corner_angle(mesh, at))) {
+    while (angle > (here = mesh_corner_angle(mesh, at))) {
         int32_t next = mesh_ring_next(mesh, at);
         if (next == MESH_NONE || next == ring->first) {
             angle = here;
@@ -72,7 +57,7 @@ void mesh_ring_direction(const struct mesh_ring *ring, double angle, int32_t *tr
         at = next;
     }
     angle_sincos_deg(angle, &sine, &cosine);
-    struct vec3 x = vec3_unit(edge_vector(mesh, at));
+    struct vec3 x = vec3_unit(mesh_edge_vector(mesh, at));
     struct vec3 y = vec3_cross(mesh->normals[at / 3], x);
     *triangle = at / 3;
     *corner = at % 3;

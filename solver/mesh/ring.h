@@ -18,6 +18,9 @@ struct mesh_ring {
     double before; /* of those before the triangle it was asked for */
 };
 
+/* The angle of a triangle at the start of one of its half-edges, degrees. */
+double mesh_corner_angle(const struct mesh *mesh, int32_t half);
+
 /* The half-edge that leaves the same vertex in the next triangle counter-clockwise, or clockwise;
  * MESH_NONE beyond the mesh's edge. */
 int32_t mesh_ring_next(const struct mesh *mesh, int32_t leaving);

@@ -100,6 +100,12 @@ void mesh_smooth_jet(const struct mesh_smooth *smooth, const struct mesh_point *
             add_fit(jet, fit_at(smooth, at->triangle, k), weight[k] / sum, at->r);
 }
 
+struct vec3 mesh_smooth_normal(const struct mesh_smooth *smooth, const struct mesh_point *at) {
+    struct mesh_jet jet;
+    mesh_smooth_jet(smooth, at, &jet);
+    return vec3_unit(jet.gradient);
+}
+
 double mesh_jet_form(const struct mesh_jet *jet, struct vec3 a, struct vec3 b) {
     struct vec3 sum = {jet->xx * b.x + jet->xy * b.y + jet->xz * b.z,
                        jet->xy * b.x + jet->yy * b.y + jet->yz * b.z,

@@ -37,6 +37,9 @@ enum status mesh_smooth_make(const struct mesh *mesh, struct arena *arena,
 void mesh_smooth_jet(const struct mesh_smooth *smooth, const struct mesh_point *at,
                      struct mesh_jet *jet);
 
+/* The unit normal at a point near the surface, as its triangle has it. */
+struct vec3 mesh_smooth_normal(const struct mesh_smooth *smooth, const struct mesh_point *at);
+
 /* a^T (-F'') b / |F'|: for unit tangents a = b the normal curvature along them, positive where the
  * surface bends towards the normal. */
 double mesh_jet_form(const struct mesh_jet *jet, struct vec3 a, struct vec3 b);

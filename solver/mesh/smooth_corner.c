@@ -10,18 +10,10 @@ static const double settled = 0.02;
 /* Relative accuracy of the distances wanted, and still taken where rounding keeps from it. */
 static const double wanted = 1e-12, taken = 1e-9;
 
-/* The cosine of 95 degrees. */
-static const double sheet_cosine = -0.087;
-
 enum newton_end { NEWTON_FOUND, NEWTON_BEYOND, NEWTON_FAILED };
 
-static double residual(const struct mesh_cell *cell, struct vec3 d) {
-    return fmax(fabs(vec3_distance(d, cell->b.r) / cell->bd - 1),
-                fabs(vec3_distance(d, cell->c.r) / cell->cd - 1));
-}
-
 /* The step s with rows[k] . s = -f[k], by Cramer's rule; false where the rows are dependent. */
-static bool solve(const struct vec3 rows[3], const double f[3], struct vec3 *step) {
+static bool solve_cramer(const struct vec3 rows[3], const double f[3], struct vec3 *step) {
     struct vec3 a = vec3_cross(rows[1], rows[2]), b = vec3_cross(rows[2], rows[0]);
     struct vec3 c = vec3_cross(rows[0], rows[1]);
     double inverse = -1 / vec3_dot(rows[0], a);
@@ -40,7 +32,7 @@ static enum newton_end newton(const struct mesh_smooth *smooth, const struct mes
         struct vec3 step, wb = vec3_sub(at->r, cell->b.r), wc = vec3_sub(at->r, cell->c.r);
         *edge = mesh_smooth_follow(smooth, at, false, k < FREE_STEPS ? 0 : settled);
         mesh_smooth_jet(smooth, at, &jet);
-        double error = fmax(residual(cell, at->r), fabs(jet.height) / longest);
+        double error = fmax(mesh_cell_residual(cell, at->r), fabs(jet.height) / longest);
         if (error < best) {
             best = error;
             found = *at;
@@ -50,7 +42,7 @@ static enum newton_end newton(const struct mesh_smooth *smooth, const struct mes
         const struct vec3 rows[3] = {jet.gradient, wb, wc};
         const double f[3] = {jet.height, (vec3_norm2(wb) - cell->bd * cell->bd) / 2,
                              (vec3_norm2(wc) - cell->cd * cell->cd) / 2};
-        if (!solve(rows, f, &step))
+        if (!solve_cramer(rows, f, &step))
             return NEWTON_FAILED;
         ++*steps;
         double size = vec3_norm(step);
@@ -63,34 +55,18 @@ static enum newton_end newton(const struct mesh_smooth *smooth, const struct mes
     return *edge == MESH_NONE ? NEWTON_FOUND : NEWTON_BEYOND;
 }
 
-/* Twice the area of the triangle p q r as seen along the normal. */
-static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 normal) {
-    return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
-}
-
-static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *at) {
-    struct mesh_jet jet;
-    mesh_smooth_jet(smooth, at, &jet);
-    return vec3_unit(jet.gradient);
-}
-
-/* Whether D is the root away from A, on the sheet of B and C. */
-static bool right_root(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                       const struct mesh_point *d) {
-    struct vec3 nb = normal_at(smooth, &cell->b), nc = normal_at(smooth, &cell->c);
-    struct vec3 nd = normal_at(smooth, d), sum = vec3_add(nd, vec3_add(nb, nc));
-    return vec3_dot(nd, nb) > sheet_cosine && vec3_dot(nd, nc) > sheet_cosine &&
-           cell->orientation * turn(cell->c.r, d->r, cell->b.r, sum) > 0;
-}
-
 /* From a point on: over as many folds as D turns out to lie beyond. */
-static enum newton_end search(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                              struct mesh_point *at, int *steps) {
+static enum newton_end search_sides(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
+                                    struct mesh_point *at, int *steps) {
     for (int side = 0; side < SIDES_MAX; side++) {
         int32_t edge;
         enum newton_end end = newton(smooth, cell, at, steps, &edge);
         if (end == NEWTON_FOUND)
-            return right_root(smooth, cell, at) ? end : NEWTON_FAILED;
+            return mesh_cell_has_corner(cell, mesh_smooth_normal(smooth, &cell->b),
+                                        mesh_smooth_normal(smooth, &cell->c), at->r,
+                                        mesh_smooth_normal(smooth, at))
+                       ? end
+                       : NEWTON_FAILED;
         if (end == NEWTON_FAILED || smooth->mesh->twins[edge] == MESH_NONE)
             return end;
         at->triangle = smooth->mesh->twins[edge] / 3;
@@ -99,45 +75,43 @@ static enum newton_end search(const struct mesh_smooth *smooth, const struct mes
 }
 
 /* The foot of a point in the plane of its triangle. */
-static struct mesh_point foot(const struct mesh *mesh, const struct mesh_point *at) {
+static struct mesh_point foot_on_triangle(const struct mesh *mesh, const struct mesh_point *at) {
     struct vec3 normal = mesh->normals[at->triangle];
     struct vec3 offset = vec3_sub(at->r, mesh_corner_point(mesh, at->triangle, 0));
     return (struct mesh_point){at->triangle, vec3_axpy(-vec3_dot(offset, normal), normal, at->r)};
 }
 
-static enum mesh_corner_end accept(const struct mesh_cell *cell, const struct mesh_point *d,
-                                   struct mesh_corner *corner) {
-    corner->at = *d;
-    corner->residual = residual(cell, d->r);
-    return MESH_CORNER_FOUND;
-}
-
 enum mesh_corner_end mesh_smooth_corner(const struct mesh_smooth *smooth,
                                         const struct mesh_cell *cell, struct mesh_corner *corner) {
     struct mesh_point d = {cell->c.triangle, cell->guess};
+    enum newton_end end = NEWTON_FAILED;
     int steps = 0;
-    struct vec3 sum = vec3_add(normal_at(smooth, &cell->b), normal_at(smooth, &cell->c));
-    sum = vec3_add(sum, normal_at(smooth, &cell->a));
     corner->steps = 0;
     if (!(cell->bd > 0) || !(cell->cd > 0) ||
-        !(cell->orientation * turn(cell->a.r, cell->c.r, cell->b.r, sum) > 0))
+        !mesh_cell_is_upright(cell, mesh_smooth_normal(smooth, &cell->a),
+                              mesh_smooth_normal(smooth, &cell->b),
+                              mesh_smooth_normal(smooth, &cell->c)))
         return MESH_CORNER_COLLAPSED;
-    if (mesh_smooth_follow(smooth, &d, true, 0) == MESH_NONE &&
-        search(smooth, cell, &d, &steps) == NEWTON_FOUND) {
+    if (mesh_smooth_follow(smooth, &d, true, 0) == MESH_NONE)
+        end = search_sides(smooth, cell, &d, &steps);
+    if (end == NEWTON_FOUND) {
         corner->steps = steps;
-        return accept(cell, &d, corner);
+    } else {
+        struct mesh_cell flat = *cell;
+        flat.a = foot_on_triangle(smooth->mesh, &cell->a);
+        flat.b = foot_on_triangle(smooth->mesh, &cell->b);
+        flat.c = foot_on_triangle(smooth->mesh, &cell->c);
+        enum mesh_corner_end flat_end = mesh_corner_solve(smooth->mesh, &flat, corner);
+        if (flat_end != MESH_CORNER_FOUND)
+            return flat_end;
+        d = corner->at;
+        end = search_sides(smooth, cell, &d, &corner->steps);
     }
-    struct mesh_cell flat = *cell;
-    flat.a = foot(smooth->mesh, &cell->a);
-    flat.b = foot(smooth->mesh, &cell->b);
-    flat.c = foot(smooth->mesh, &cell->c);
-    enum mesh_corner_end end = mesh_corner_solve(smooth->mesh, &flat, corner);
-    if (end != MESH_CORNER_FOUND)
-        return end;
-    d = corner->at;
-    switch (search(smooth, cell, &d, &corner->steps)) {
+    switch (end) {
     case NEWTON_FOUND:
-        return accept(cell, &d, corner);
+        corner->at = d;
+        corner->residual = mesh_cell_residual(cell, d.r);
+        return MESH_CORNER_FOUND;
     case NEWTON_BEYOND:
         return MESH_CORNER_BOUNDARY;
     case NEWTON_FAILED:

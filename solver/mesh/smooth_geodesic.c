@@ -19,15 +19,10 @@ struct shot {
     struct vec3 rate; /* of the end, as the direction turns about the normal: as on a developable */
 };
 
-static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *at) {
-    struct mesh_jet jet;
-    mesh_smooth_jet(smooth, at, &jet);
-    return vec3_unit(jet.gradient);
-}
-
 static struct shot aim(const struct mesh_smooth *smooth, const struct mesh_point *from,
                        struct vec3 way, double length) {
-    struct shot shot = {.from = *from, .normal = normal_at(smooth, from), .length = length};
+    struct shot shot = {
+        .from = *from, .normal = mesh_smooth_normal(smooth, from), .length = length};
     shot.direction = vec3_unit(vec3_axpy(-vec3_dot(way, shot.normal), shot.normal, way));
     return shot;
 }
@@ -50,7 +45,7 @@ static enum mesh_path_end fire(const struct mesh_smooth *smooth, struct shot *sh
     if (!mesh_smooth_path(&shot->end, smooth, &shot->from, shot->direction, vec3_make(0, 0, 0)))
         return MESH_PATH_LOST;
     enum mesh_path_end end = mesh_smooth_length(&shot->end, shot->length);
-    struct vec3 normal = normal_at(smooth, &shot->end.at);
+    struct vec3 normal = mesh_smooth_normal(smooth, &shot->end.at);
     shot->rate = vec3_scale(shot->length, vec3_cross(normal, shot->end.direction));
     return end;
 }
@@ -83,7 +78,8 @@ static bool leads_away(const struct shot *shot, struct vec3 back, int left) {
 /* Both end in D's plane; that from B may have ended on the other side of a fold through D. */
 static void note_yarns(const struct mesh_smooth *smooth, const struct shot *b, const struct shot *c,
                        struct mesh_yarns *yarns) {
-    struct vec3 from = normal_at(smooth, &b->end.at), to = normal_at(smooth, &c->end.at);
+    struct vec3 from = mesh_smooth_normal(smooth, &b->end.at),
+                to = mesh_smooth_normal(smooth, &c->end.at);
     bool same = same_patch(smooth, &b->end.at, &c->end.at);
     yarns->start[0] = b->direction;
     yarns->start[1] = c->direction;

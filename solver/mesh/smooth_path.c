@@ -65,23 +65,16 @@ static int32_t step_on(struct mesh_smooth_path *path, double h, double turn[2]) 
     return stop;
 }
 
-/* The unit normal at a point, as its triangle has it. */
-static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_point *at) {
-    struct mesh_jet jet;
-    mesh_smooth_jet(smooth, at, &jet);
-    return vec3_unit(jet.gradient);
-}
-
 /* From the point on a fold to its other side. */
 static void cross_fold(struct mesh_smooth_path *path, int32_t edge) {
     const struct mesh *mesh = path->smooth->mesh;
     struct vec3 along = vec3_sub(mesh_corner_point(mesh, edge / 3, (edge + 1) % 3),
                                  mesh_corner_point(mesh, edge / 3, edge % 3));
-    struct vec3 n = normal_at(path->smooth, &path->at), x = across(along, n);
+    struct vec3 n = mesh_smooth_normal(path->smooth, &path->at), x = across(along, n);
     double a = vec3_dot(path->direction, x), b = vec3_dot(path->direction, vec3_cross(x, n));
     path->at.triangle = mesh->twins[edge] / 3;
     mesh_smooth_project(path->smooth, &path->at);
-    n = normal_at(path->smooth, &path->at);
+    n = mesh_smooth_normal(path->smooth, &path->at);
     x = across(along, n);
     path->direction = vec3_unit(vec3_axpy(b, vec3_cross(x, n), vec3_scale(a, x)));
 }
@@ -109,15 +102,9 @@ static double step_over(struct mesh_smooth_path *path, double h) {
     return high;
 }
 
-static double side_of(const struct mesh *mesh, int32_t t) {
-    struct vec3 p[3];
-    mesh_corner_points(mesh, t, p);
-    return sqrt(vec3_norm(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]))));
-}
-
 bool mesh_smooth_path(struct mesh_smooth_path *path, const struct mesh_smooth *smooth,
                       const struct mesh_point *from, struct vec3 direction, struct vec3 plane) {
-    struct vec3 n = normal_at(smooth, from), along = vec3_cross(vec3_unit(plane), n);
+    struct vec3 n = mesh_smooth_normal(smooth, from), along = vec3_cross(vec3_unit(plane), n);
     bool section = vec3_norm2(plane) > 0, back = vec3_dot(along, direction) < 0;
     *path = (struct mesh_smooth_path){.smooth = smooth, .at = *from};
     if (section)
@@ -143,7 +130,8 @@ enum mesh_path_end mesh_smooth_length(struct mesh_smooth_path *path, double leng
     const struct mesh *mesh = path->smooth->mesh;
     double left = length;
     for (int step = 0, folds = 0; step < STEPS_MAX && folds < FOLDS_MAX; step++) {
-        double h = fmin(move_share * length, side_share * side_of(mesh, path->at.triangle));
+        double side = sqrt(mesh_twice_area(mesh, path->at.triangle));
+        double h = fmin(move_share * length, side_share * side);
         struct mesh_smooth_path ahead;
         int32_t stop = step_evenly(path, left, least_share * length, &h, &ahead);
         bool last = left <= h;

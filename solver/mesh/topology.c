@@ -169,12 +169,6 @@ static void reach_neighbours(struct topology *g, int32_t t, size_t *length) {
     }
 }
 
-static double area_of(const struct mesh *mesh, int32_t t) {
-    struct vec3 p[3];
-    mesh_corner_points(mesh, t, p);
-    return vec3_norm(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
-}
-
 /* The component of triangle `seed`, wound as it is, or the other way when most of the area was. */
 static void flood(struct topology *g, int32_t seed) {
     size_t length = 1;
@@ -183,7 +177,7 @@ static void flood(struct topology *g, int32_t seed) {
     g->queue[0] = seed;
     for (size_t at = 0; at < length; at++) {
         reach_neighbours(g, g->queue[at], &length);
-        area[g->turned[g->queue[at]]] += area_of(g->mesh, g->queue[at]);
+        area[g->turned[g->queue[at]]] += mesh_twice_area(g->mesh, g->queue[at]);
     }
     for (size_t at = 0; at < length && area[1] > area[0]; at++)
         g->turned[g->queue[at]] ^= 1;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "tube_cut.h"
 
-#include "solver/angle.h"
+#include "ring.h"
 #include <math.h>
 #include <string.h>
 
@@ -71,20 +71,12 @@ static struct heap_entry heap_pop(struct heap *heap) {
 
 /* ---- places ---- */
 
-static int32_t next_of(int32_t half) {
-    return half - half % 3 + (half + 1) % 3;
-}
-
-static int32_t before(int32_t half) {
-    return half - half % 3 + (half + 2) % 3;
-}
-
 static struct vec3 point_of(const struct opener *o, int32_t half) {
     return mesh_corner_point(o->mesh, half / 3, half % 3);
 }
 
 static double length_of(const struct opener *o, int32_t half) {
-    return vec3_distance(point_of(o, half), point_of(o, next_of(half)));
+    return vec3_distance(point_of(o, half), point_of(o, mesh_next_half(half)));
 }
 
 static int32_t root_of(int32_t *parent, int32_t v) {
@@ -109,7 +101,7 @@ static bool number_places(struct opener *o) {
     for (size_t h = 0; h < halves; h++) {
         int32_t twin = mesh->twins[h];
         if (twin != MESH_NONE)
-            parent[root_of(parent, corner[h])] = root_of(parent, corner[next_of(twin)]);
+            parent[root_of(parent, corner[h])] = root_of(parent, corner[mesh_next_half(twin)]);
     }
     o->vertex_count = mesh->vertex_count;
     for (size_t h = 0; h < halves; h++) {
@@ -125,14 +117,6 @@ static bool number_places(struct opener *o) {
 
 /* ---- borders ---- */
 
-/* The angle of a triangle in degrees where half-edge `half` begins. */
-static double corner_angle(const struct opener *o, int32_t half) {
-    struct vec3 at = point_of(o, half);
-    struct vec3 a = vec3_sub(point_of(o, next_of(half)), at);
-    struct vec3 b = vec3_sub(point_of(o, before(half)), at);
-    return angle_atan2_deg(vec3_norm(vec3_cross(a, b)), vec3_dot(a, b));
-}
-
 /* By how much a border turns to the left: at each of its places half a turn less the angles of the
  * triangles there. */
 static double follow_border(struct opener *o, int32_t first, int32_t number) {
@@ -143,7 +127,7 @@ static double follow_border(struct opener *o, int32_t first, int32_t number) {
         o->border[half] = number;
         turn += 180;
         for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
-            turn -= corner_angle(o, o->fan[k]);
+            turn -= mesh_corner_angle(o->mesh, o->fan[k]);
     }
     return turn;
 }
@@ -222,8 +206,9 @@ static bool find_fence(struct opener *o, struct fence *fence) {
             continue;
         end = on_border(o, top.at, o->ends[1]) ? top.at : NOWHERE;
         for (int32_t k = o->first[top.at]; k < o->first[top.at + 1]; k++) {
-            int32_t h = o->fan[k], back = before(h);
-            if (!try_place(&heap, distance, from, top.at, o->vertex[next_of(h)], length_of(o, h)) ||
+            int32_t h = o->fan[k], back = mesh_previous_half(h);
+            if (!try_place(&heap, distance, from, top.at, o->vertex[mesh_next_half(h)],
+                           length_of(o, h)) ||
                 !try_place(&heap, distance, from, top.at, o->vertex[back], length_of(o, back)))
                 return false;
         }
@@ -241,21 +226,21 @@ static void mark_right(struct opener *o, const struct fence *fence, size_t n) {
     int32_t last = n > 0 ? fence->places[n - 1] : NOWHERE;
     for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
         int32_t h = o->fan[k];
-        if (o->vertex[before(h)] == next && o->vertex[before(h)] != NOWHERE)
+        if (o->vertex[mesh_previous_half(h)] == next && o->vertex[mesh_previous_half(h)] != NOWHERE)
             for (int32_t at = h; at != MESH_NONE && !o->right[at];) {
                 o->right[at] = 1;
-                bool done = o->vertex[next_of(at)] == last;
+                bool done = o->vertex[mesh_next_half(at)] == last;
                 int32_t twin = done ? MESH_NONE : o->mesh->twins[at];
-                at = twin == MESH_NONE ? MESH_NONE : next_of(twin);
+                at = twin == MESH_NONE ? MESH_NONE : mesh_next_half(twin);
             }
     }
     for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
         int32_t h = o->fan[k];
-        if (o->vertex[next_of(h)] == last && o->vertex[next_of(h)] != NOWHERE)
+        if (o->vertex[mesh_next_half(h)] == last && o->vertex[mesh_next_half(h)] != NOWHERE)
             for (int32_t at = h; at != MESH_NONE;) {
                 o->right[at] = 1;
-                bool done = o->vertex[before(at)] == next;
-                at = done ? MESH_NONE : o->mesh->twins[before(at)];
+                bool done = o->vertex[mesh_previous_half(at)] == next;
+                at = done ? MESH_NONE : o->mesh->twins[mesh_previous_half(at)];
                 at = at != MESH_NONE && o->right[at] ? MESH_NONE : at;
             }
     }
@@ -294,7 +279,8 @@ static bool spread_over(struct opener *o, struct heap *heap, int32_t half, int l
     int frame = layer - o->right[half];
     double own = o->distance[LAYERS * o->vertex[half] + layer];
     for (int k = 0; k < 2; k++) {
-        int32_t to = k ? before(half) : next_of(half), third = k ? next_of(half) : before(half);
+        int32_t to = k ? mesh_previous_half(half) : mesh_next_half(half),
+                third = k ? mesh_next_half(half) : mesh_previous_half(half);
         int32_t at = entry_of(o, to, frame), with = entry_of(o, third, frame);
         if (at == NOWHERE || o->settled[at])
             continue;
@@ -344,13 +330,13 @@ static int frame_of(const struct opener *o, int32_t half) {
 
 /* Whether the opening passes a half-edge. */
 static bool is_passed(const struct opener *o, int32_t half) {
-    return frame_of(o, half) != frame_of(o, next_of(half));
+    return frame_of(o, half) != frame_of(o, mesh_next_half(half));
 }
 
 /* Where it does, as a share of the edge: where the distances in the frames of its two ends are
  * equal, if they change evenly between. From either side the same. */
 static double share_of(const struct opener *o, int32_t half) {
-    int32_t end = next_of(half);
+    int32_t end = mesh_next_half(half);
     int from = frame_of(o, half), to = frame_of(o, end);
     int32_t entry[4] = {entry_of(o, half, from), entry_of(o, half, to), entry_of(o, end, from),
                         entry_of(o, end, to)};
@@ -367,7 +353,7 @@ static double share_of(const struct opener *o, int32_t half) {
 static int32_t add_line(struct opener *o, int32_t half, struct mesh_tube_cuts *cuts) {
     size_t count = cuts->from[cuts->count], most = o->mesh->triangle_count;
     for (;;) {
-        int32_t out[2] = {next_of(half), before(half)};
+        int32_t out[2] = {mesh_next_half(half), mesh_previous_half(half)};
         bool second = !is_passed(o, out[0]);
         if (second == !is_passed(o, out[1]) || count >= most)
             return NOWHERE;
