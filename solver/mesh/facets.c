@@ -26,7 +26,7 @@ struct key {
 };
 
 /* The bits of x, each followed by a zero. */
-static uint64_t spread(uint32_t x) {
+static uint64_t interleave(uint32_t x) {
     uint64_t b = x;
     b = (b | b << 16) & 0x0000ffff0000ffffU;
     b = (b | b << 8) & 0x00ff00ff00ff00ffU;
@@ -36,56 +36,41 @@ static uint64_t spread(uint32_t x) {
 }
 
 /* The place of a cell on Morton's curve through all places from the least i and j on. */
-static uint64_t key_of(const struct facets *facets, size_t cell) {
+static uint64_t morton_of(const struct facets *facets, size_t cell) {
     const int32_t *place = facets->source.places[cell];
-    return spread((uint32_t)place[0] - (uint32_t)facets->low[0]) |
-           spread((uint32_t)place[1] - (uint32_t)facets->low[1]) << 1;
-}
-
-/* Orders keys that differ by these bits from `from` to `to`. */
-static void sort_by(const struct key *from, struct key *to, size_t count, int shift) {
-    size_t begin[DIGITS + 1] = {0};
-    for (size_t k = 0; k < count; k++)
-        begin[(from[k].morton >> shift) % DIGITS + 1]++;
-    for (int digit = 0; digit < DIGITS; digit++)
-        begin[digit + 1] += begin[digit];
-    for (size_t k = 0; k < count; k++)
-        to[begin[(from[k].morton >> shift) % DIGITS]++] = from[k];
+    return interleave((uint32_t)place[0] - (uint32_t)facets->low[0]) |
+           interleave((uint32_t)place[1] - (uint32_t)facets->low[1]) << 1;
 }
 
 /* Orders the cells by their keys, digit by digit from the lowest. */
 static enum status sort_cells(struct facets *facets, struct arena *arena) {
     struct arena_mark mark = arena_mark(arena);
     size_t count = facets->source.cell_count;
-    struct key *keys = arena_take(arena, count, sizeof *keys);
-    struct key *other = arena_take(arena, count, sizeof *other);
+    struct key *from = arena_take(arena, count, sizeof *from);
+    struct key *to = arena_take(arena, count, sizeof *to);
     uint64_t most = 0;
-    if (!keys || !other)
+    if (!from || !to)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < count; k++) {
-        keys[k] = (struct key){key_of(facets, k), (int32_t)k};
-        most |= keys[k].morton;
+        from[k] = (struct key){morton_of(facets, k), (int32_t)k};
+        most |= from[k].morton;
     }
     for (int shift = 0; shift < 64 && most >> shift; shift += DIGIT_BITS) {
-        struct key *last = keys;
-        sort_by(keys, other, count, shift);
-        keys = other;
-        other = last;
+        size_t begin[DIGITS + 1] = {0};
+        for (size_t k = 0; k < count; k++)
+            begin[(from[k].morton >> shift) % DIGITS + 1]++;
+        for (int digit = 0; digit < DIGITS; digit++)
+            begin[digit + 1] += begin[digit];
+        for (size_t k = 0; k < count; k++)
+            to[begin[(from[k].morton >> shift) % DIGITS]++] = from[k];
+        struct key *last = from;
+        from = to;
+        to = last;
     }
     for (size_t k = 0; k < count; k++)
-        facets->order[k] = keys[k].cell;
+        facets->order[k] = from[k].cell;
     arena_rewind(arena, mark);
     return STATUS_OK;
-}
-
-static void list_cells_around(struct facets *facets) {
-    for (size_t node = 0; node < facets->source.node_count; node++)
-        for (int k = 0; k < 4; k++)
-            facets->around[node][k] = FACETS_NONE;
-    /* A cell has its own place at each corner, since it lies on another side of each. */
-    for (size_t cell = 0; cell < facets->source.cell_count; cell++)
-        for (int k = 0; k < 4; k++)
-            facets->around[facets->source.corners[cell][k]][k] = (int32_t)cell;
 }
 
 static struct vec3 corner_point(const struct facets_source *source, int32_t cell, int corner) {
@@ -146,7 +131,7 @@ static void add_node(struct facets_node *node, const struct facets_node *below) 
 /* The key of the node of this level that the k-th of those below belongs to. */
 static uint64_t parent_of(const struct facets *facets, int level, size_t k) {
     uint64_t own =
-        level == 0 ? key_of(facets, (size_t)facets->order[k]) : facets->level[level - 1][k].key;
+        level == 0 ? morton_of(facets, (size_t)facets->order[k]) : facets->level[level - 1][k].key;
     return own >> 3; /* FACETS_CHILDREN */
 }
 
@@ -182,24 +167,6 @@ static enum status add_level(struct facets *facets, size_t below, struct arena *
     return STATUS_OK;
 }
 
-static enum status make_tree(struct facets *facets, struct arena *arena) {
-    size_t count = facets->source.cell_count;
-    enum status status = STATUS_OK;
-    do
-        status = add_level(facets, count, arena, &count);
-    while (status == STATUS_OK && count > 1);
-    return status;
-}
-
-static void find_low(struct facets *facets) {
-    facets->low[0] = facets->low[1] = INT32_MAX;
-    for (size_t k = 0; k < facets->source.cell_count; k++)
-        for (int side = 0; side < 2; side++) {
-            int32_t own = facets->source.places[k][side];
-            facets->low[side] = own < facets->low[side] ? own : facets->low[side];
-        }
-}
-
 enum status facets_make(const struct facets_source *source, struct arena *arena,
                         struct facets **result) {
     if (source->cell_count == 0)
@@ -212,39 +179,54 @@ enum status facets_make(const struct facets_source *source, struct arena *arena,
     facets->order = arena_take(arena, source->cell_count, sizeof *facets->order);
     if (!facets->around || !facets->order)
         return STATUS_OUT_OF_MEMORY;
-    find_low(facets);
-    if (sort_cells(facets, arena) != STATUS_OK || make_tree(facets, arena) != STATUS_OK)
-        return STATUS_OUT_OF_MEMORY;
-    list_cells_around(facets);
+    facets->low[0] = facets->low[1] = INT32_MAX;
+    for (size_t k = 0; k < source->cell_count; k++)
+        for (int side = 0; side < 2; side++) {
+            int32_t own = source->places[k][side];
+            facets->low[side] = own < facets->low[side] ? own : facets->low[side];
+        }
+    enum status status = sort_cells(facets, arena);
+    for (size_t count = source->cell_count; status == STATUS_OK;) {
+        status = add_level(facets, count, arena, &count);
+        if (count <= 1)
+            break;
+    }
+    for (size_t node = 0; node < source->node_count; node++)
+        for (int k = 0; k < 4; k++)
+            facets->around[node][k] = FACETS_NONE;
+    /* A cell has its own place at each corner, since it lies on another side of each. */
+    for (size_t cell = 0; cell < source->cell_count; cell++)
+        for (int k = 0; k < 4; k++)
+            facets->around[source->corners[cell][k]][k] = (int32_t)cell;
     *result = facets;
-    return STATUS_OK;
+    return status;
 }
 
-/* ---- the search ---- */
+/* ---- the query ---- */
 
-struct search {
+struct query {
     const struct facets *facets;
     struct vec3 point;
     struct facets_point *best;
     double distance, distance2; /* of the best */
 };
 
-static void search_cell(struct search *search, int32_t cell) {
+static void try_cell(struct query *query, int32_t cell) {
     struct facets_cell own;
     struct facets_cell_point place;
-    if (cell == search->best->cell)
+    if (cell == query->best->cell)
         return;
     for (int k = 0; k < FACETS_SIDES; k++)
-        own.corner[k] = corner_point(&search->facets->source, cell, k);
-    own.middle = middle_of(&search->facets->source, cell);
-    facets_cell_nearest(&own, search->point, &place);
-    bool nearer = place.distance2 < search->distance2 ||
-                  (place.distance2 == search->distance2 && cell < search->best->cell);
+        own.corner[k] = corner_point(&query->facets->source, cell, k);
+    own.middle = middle_of(&query->facets->source, cell);
+    facets_cell_nearest(&own, query->point, &place);
+    bool nearer = place.distance2 < query->distance2 ||
+                  (place.distance2 == query->distance2 && cell < query->best->cell);
     if (!nearer)
         return;
-    search->distance2 = place.distance2;
-    search->distance = sqrt(place.distance2);
-    *search->best =
+    query->distance2 = place.distance2;
+    query->distance = sqrt(place.distance2);
+    *query->best =
         (struct facets_point){.cell = cell,
                               .side = place.side,
                               .weight = {place.weight[0], place.weight[1], place.weight[2]},
@@ -283,17 +265,6 @@ static int32_t jump(const struct facets *facets, struct vec3 point, int32_t cell
     return hop(facets, cell, 1, (gb * aa - ga * ab) / area2);
 }
 
-/* Jumps to where the net has the point, or close to it: the tree finds the rest. */
-static int32_t approach(const struct facets *facets, struct vec3 point, int32_t cell) {
-    for (int k = 0; k < JUMPS; k++) {
-        int32_t next = jump(facets, point, cell);
-        if (next == cell)
-            break;
-        cell = next;
-    }
-    return cell;
-}
-
 /* A child in the tree: a node of this level, or with the level -1 the cell order[index]. */
 struct visit {
     double least; /* its distance, or less */
@@ -304,8 +275,8 @@ struct visit {
 /* By how much the squared distance from each child's middle is more than it may be: the ball of
  * radius R about m comes as near as d when |p - m| <= R + d. */
 WIDE_CLONES
-static void measure(const struct facets_node *node, struct vec3 p, double distance,
-                    double excess[FACETS_CHILDREN]) {
+static void measure_balls(const struct facets_node *node, struct vec3 p, double distance,
+                          double excess[FACETS_CHILDREN]) {
     const double *x = node->middle[0], *y = node->middle[1], *z = node->middle[2];
     for (int c = 0; c < FACETS_CHILDREN; c++) {
         double dx = p.x - x[c], dy = p.y - y[c], dz = p.z - z[c];
@@ -315,16 +286,16 @@ static void measure(const struct facets_node *node, struct vec3 p, double distan
 }
 
 /* Puts the children of a node that are near enough on the stack, the nearest on top. */
-static size_t push_children(const struct search *search, struct visit at, struct visit *stack,
+static size_t push_children(const struct query *query, struct visit at, struct visit *stack,
                             size_t height) {
-    const struct facets_node *node = &search->facets->level[at.level][at.index];
+    const struct facets_node *node = &query->facets->level[at.level][at.index];
     double excess[FACETS_CHILDREN];
     size_t bottom = height;
-    measure(node, search->point, search->distance * (1 + rounding), excess);
+    measure_balls(node, query->point, query->distance * (1 + rounding), excess);
     for (int c = 0; c < node->count; c++) {
         if (excess[c] > 0)
             continue;
-        double least = vec3_distance(search->point, ball_middle(node, c)) - node->radius[c];
+        double least = vec3_distance(query->point, ball_middle(node, c)) - node->radius[c];
         size_t k = height++;
         for (; k > bottom && stack[k - 1].least < least; k--)
             stack[k] = stack[k - 1];
@@ -334,86 +305,81 @@ static size_t push_children(const struct search *search, struct visit at, struct
 }
 
 /* All cells under a node. */
-static void search_from(struct search *search, struct visit root) {
+static void descend_from(struct query *query, struct visit root) {
     struct visit stack[STACK];
     size_t height = 0;
     stack[height++] = root;
     while (height > 0) {
         struct visit at = stack[--height];
-        if (at.least > search->distance * (1 + rounding))
+        if (at.least > query->distance * (1 + rounding))
             continue;
         if (at.level >= 0)
-            height = push_children(search, at, stack, height);
+            height = push_children(query, at, stack, height);
         else
-            search_cell(search, search->facets->order[at.index]);
+            try_cell(query, query->facets->order[at.index]);
     }
 }
 
 /* ---- one after the other ---- */
 
-/* Adds a child to those near the middle; false where they are too many. */
-static bool keep(struct facets_search *walk, const struct facets_node *node, int c) {
-    if (walk->count == FACETS_NEAR)
-        return false;
-    struct facets_node *group = &walk->near[walk->count / FACETS_CHILDREN];
-    int own = walk->count % FACETS_CHILDREN;
-    for (int k = 0; k < 3; k++)
-        group->middle[k][own] = node->middle[k][c];
-    group->radius[own] = node->radius[c];
-    group->count = own + 1;
-    walk->node[walk->count++] = node->first + (size_t)c;
-    return true;
-}
-
 /* Notes the nodes over cells that come within `reach` of the point; none if these are many. */
-static void gather(struct facets_search *walk, struct vec3 point, double reach) {
-    const struct facets *facets = walk->facets;
+static void gather_near(struct facets_search *search, struct vec3 point, double reach) {
+    const struct facets *facets = search->facets;
     struct visit stack[STACK];
     size_t height = 0;
-    walk->middle = point;
-    walk->reach = -1;
-    walk->count = 0;
+    search->middle = point;
+    search->reach = -1;
+    search->count = 0;
     stack[height++] = (struct visit){.level = facets->levels - 1};
     while (height > 0 && facets->levels > 1) {
         struct visit at = stack[--height];
         const struct facets_node *node = &facets->level[at.level][at.index];
         double excess[FACETS_CHILDREN];
-        measure(node, point, reach * (1 + rounding), excess);
+        measure_balls(node, point, reach * (1 + rounding), excess);
         for (int c = 0; c < node->count; c++) {
+            size_t child = node->first + (size_t)c;
             if (excess[c] > 0)
                 continue;
-            if (at.level > 1)
-                stack[height++] =
-                    (struct visit){.index = node->first + (size_t)c, .level = at.level - 1};
-            else if (!keep(walk, node, c))
+            if (at.level > 1) {
+                stack[height++] = (struct visit){.index = child, .level = at.level - 1};
+                continue;
+            }
+            if (search->count == FACETS_NEAR)
                 return;
+            struct facets_node *group = &search->near[search->count / FACETS_CHILDREN];
+            int own = search->count % FACETS_CHILDREN;
+            for (int k = 0; k < 3; k++)
+                group->middle[k][own] = node->middle[k][c];
+            group->radius[own] = node->radius[c];
+            group->count = own + 1;
+            search->node[search->count++] = child;
         }
-        walk->reach = height > 0 ? -1 : reach;
+        search->reach = height > 0 ? -1 : reach;
     }
 }
 
-static bool is_near(const struct facets_search *walk, const struct search *search) {
-    return vec3_distance(search->point, walk->middle) + search->distance <=
-           walk->reach * (1 - rounding);
+static bool has_near(const struct facets_search *search, const struct query *query) {
+    return vec3_distance(query->point, search->middle) + query->distance <=
+           search->reach * (1 - rounding);
 }
 
 /* All cells that may be nearer than the best so far, if the point is so near to the middle that
  * they lie under the nodes there. A point that is not, but a small step from the last one, is made
  * the middle, because more of such steps are likely. */
-static bool search_near(struct facets_search *walk, struct search *search) {
-    const double size = walk->facets->size;
-    double step = vec3_distance(search->point, walk->point);
-    if (!is_near(walk, search) && fmax(step, search->distance) < small_steps * size)
-        gather(walk, search->point, search->distance + lasting_steps * size);
-    if (!is_near(walk, search))
+static bool try_near(struct facets_search *search, struct query *query) {
+    const double size = search->facets->size;
+    double step = vec3_distance(query->point, search->point);
+    if (!has_near(search, query) && fmax(step, query->distance) < small_steps * size)
+        gather_near(search, query->point, query->distance + lasting_steps * size);
+    if (!has_near(search, query))
         return false;
-    for (int n = 0; n < walk->count; n += FACETS_CHILDREN) {
-        const struct facets_node *group = &walk->near[n / FACETS_CHILDREN];
+    for (int n = 0; n < search->count; n += FACETS_CHILDREN) {
+        const struct facets_node *group = &search->near[n / FACETS_CHILDREN];
         double excess[FACETS_CHILDREN];
-        measure(group, search->point, search->distance * (1 + rounding), excess);
+        measure_balls(group, query->point, query->distance * (1 + rounding), excess);
         for (int c = 0; c < group->count; c++)
             if (excess[c] <= 0)
-                search_from(search, (struct visit){.index = walk->node[n + c], .level = 0});
+                descend_from(query, (struct visit){.index = search->node[n + c], .level = 0});
     }
     return true;
 }
@@ -432,49 +398,52 @@ static bool is_rim(const struct facets *facets, int32_t cell, int side) {
     return true;
 }
 
-/* Whether the place lies on the rim: on an edge of one cell, or at a corner that is not in the
- * middle of four. */
-static bool on_rim(const struct facets *facets, const struct facets_point *place) {
-    const int32_t *corners = facets->source.corners[place->cell];
-    if (place->weight[0] > 0)
-        return false;
-    if (place->weight[1] > 0 && place->weight[2] > 0)
-        return is_rim(facets, place->cell, place->side);
-    const int32_t *around = facets->around[corners[(place->side + (place->weight[2] > 0)) & 3]];
-    for (int k = 0; k < 4; k++)
-        if (around[k] == FACETS_NONE)
-            return true;
-    return false;
-}
-
-/* How far the point is from the place along the plane of its triangle. */
-static double tangential(const struct facets *facets, const struct facets_point *place,
-                         struct vec3 point, double *edge) {
+/* Whether `at`, the nearest to a point, lies on the rim, on an edge of one cell or at a corner that
+ * is not in the middle of four, and the point beyond it, as seen along the plane of its triangle.
+ */
+static bool is_outside(const struct facets *facets, const struct facets_point *at,
+                       struct vec3 point) {
     const struct facets_source *source = &facets->source;
-    struct vec3 a = corner_point(source, place->cell, place->side);
-    struct vec3 b = corner_point(source, place->cell, place->side + 1);
-    struct vec3 c = corner_point(source, place->cell, place->side + 2);
-    struct vec3 ab = vec3_sub(b, a), gap = vec3_sub(point, place->r);
+    const int32_t *corners = source->corners[at->cell];
+    if (at->weight[0] > 0)
+        return false;
+    if (at->weight[1] > 0 && at->weight[2] > 0) {
+        if (!is_rim(facets, at->cell, at->side))
+            return false;
+    } else {
+        const int32_t *around = facets->around[corners[(at->side + (at->weight[2] > 0)) & 3]];
+        if (around[0] != FACETS_NONE && around[1] != FACETS_NONE && around[2] != FACETS_NONE &&
+            around[3] != FACETS_NONE)
+            return false;
+    }
+    struct vec3 a = corner_point(source, at->cell, at->side);
+    struct vec3 b = corner_point(source, at->cell, at->side + 1);
+    struct vec3 c = corner_point(source, at->cell, at->side + 2);
+    struct vec3 ab = vec3_sub(b, a), gap = vec3_sub(point, at->r);
     struct vec3 normal = vec3_unit(vec3_cross(ab, vec3_sub(c, b)));
-    *edge = vec3_norm(ab);
-    return vec3_norm(vec3_axpy(-vec3_dot(gap, normal), normal, gap));
+    double by = vec3_norm(vec3_axpy(-vec3_dot(gap, normal), normal, gap));
+    return by > beyond * vec3_norm(ab);
 }
 
 struct facets_search facets_search_begin(const struct facets *facets) {
     return (struct facets_search){.facets = facets, .reach = -1};
 }
 
-void facets_nearest(struct facets_search *walk, struct vec3 point, struct facets_point *place) {
-    const struct facets *facets = walk->facets;
-    double edge;
-    *place = (struct facets_point){.cell = INT32_MAX};
-    struct search search = {facets, point, place, HUGE_VAL, HUGE_VAL};
-    search_cell(&search, approach(facets, point, walk->cell));
-    if (!search_near(walk, &search))
-        search_from(&search, (struct visit){.level = facets->levels - 1});
-    place->distance = search.distance;
-    place->outside =
-        on_rim(facets, place) && tangential(facets, place, point, &edge) > beyond * edge;
-    walk->cell = place->cell;
-    walk->point = point;
+void facets_nearest(struct facets_search *search, struct vec3 point, struct facets_point *at) {
+    const struct facets *facets = search->facets;
+    int32_t cell = search->cell, last = FACETS_NONE;
+    *at = (struct facets_point){.cell = INT32_MAX};
+    struct query query = {facets, point, at, HUGE_VAL, HUGE_VAL};
+    /* Jumps to where the net has the point, or close to it; the tree finds the rest. */
+    for (int k = 0; k < JUMPS && cell != last; k++) {
+        last = cell;
+        cell = jump(facets, point, cell);
+    }
+    try_cell(&query, cell);
+    if (!try_near(search, &query))
+        descend_from(&query, (struct visit){.level = facets->levels - 1});
+    at->distance = query.distance;
+    at->outside = is_outside(facets, at, point);
+    search->cell = at->cell;
+    search->point = point;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The draped cloth as a surface of its own, to find the place of it that is nearest to a point:
+ * The draped cloth as a surface of its own, to find the point of it that is nearest to a point:
  * each cell is four flat triangles between its middle, the mean of its corners, and its edges. They
  * join without gaps; and what is known at the middles of the cells can be interpolated on them,
  * with the mean of the surrounding middles at a corner, so that it is continuous over the whole
@@ -9,7 +9,7 @@
  * A tree of balls over the cells makes the search fast: neighbours in the net are neighbours in
  * space, because the yarns do not stretch, so its nodes are squares and rectangles of places (i,
  * j). Each has up to eight children, whose balls are compared at once. A search first hops in the
- * net to a place close by, so that the tree has only to show that no other is nearer.
+ * net to a cell close by, so that the tree has only to show that no other is nearer.
  *
  * Immutable once made; may be read by many threads at once.
  */
@@ -39,7 +39,7 @@ struct facets_node {
     double middle[3][FACETS_CHILDREN], radius[FACETS_CHILDREN];
     size_t first; /* its children are those of the level below from here on, or of `order` */
     int count;
-    uint64_t key; /* of its place among those of its level */
+    uint64_t key; /* its number among those of its level */
 };
 
 struct facets {
@@ -73,7 +73,7 @@ enum { FACETS_GROUPS = 8, FACETS_NEAR = FACETS_GROUPS * FACETS_CHILDREN };
  * by. */
 struct facets_search {
     const struct facets *facets;
-    int32_t cell;      /* that of the last place */
+    int32_t cell;      /* that of the last point found */
     struct vec3 point; /* the last one */
     /* All nodes of level 0 that come within `reach` of the middle, with their balls. */
     struct vec3 middle;
@@ -85,8 +85,8 @@ struct facets_search {
 
 struct facets_search facets_search_begin(const struct facets *facets);
 
-/* The place nearest to `point`, which must be finite; of several as near as each other that of the
- * first cell. It does not depend on what was searched for before. */
-void facets_nearest(struct facets_search *walk, struct vec3 point, struct facets_point *place);
+/* The point of the cloth nearest to `point`, which must be finite; of several as near as each other
+ * that of the first cell. It does not depend on what was searched for before. */
+void facets_nearest(struct facets_search *search, struct vec3 point, struct facets_point *at);
 
 #endif

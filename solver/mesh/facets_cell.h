@@ -18,8 +18,8 @@ struct facets_cell_point {
     double distance2; /* squared */
 };
 
-/* The place of the cell nearest to `point`; of several as near that of the first side. */
+/* The point of the cell nearest to `point`; of several as near that of the first side. */
 void facets_cell_nearest(const struct facets_cell *cell, struct vec3 point,
-                         struct facets_cell_point *place);
+                         struct facets_cell_point *nearest);
 
 #endif

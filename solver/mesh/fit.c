@@ -27,14 +27,14 @@ bool mesh_is_fold(const struct mesh *mesh, int32_t edge) {
 }
 
 /* Whether the surface goes on smoothly across a half-edge. */
-static bool goes_on(const struct mesh *mesh, int32_t edge) {
+static bool is_smooth_across(const struct mesh *mesh, int32_t edge) {
     return mesh->twins[edge] != MESH_NONE && !mesh_is_fold(mesh, edge);
 }
 
 /* The first corner, clockwise, of the side that a corner of a triangle belongs to. */
 static int32_t first_of_side(const struct mesh *mesh, int32_t corner) {
     int32_t at = corner;
-    while (goes_on(mesh, at)) {
+    while (is_smooth_across(mesh, at)) {
         at = mesh_ring_previous(mesh, at);
         if (at == corner)
             break;
@@ -61,7 +61,8 @@ static size_t number_sides(const struct mesh *mesh, int32_t *side, struct mesh_f
             struct vec3 b = vec3_sub(p[(at + 2) % 3], p[at % 3]);
             sum = vec3_axpy(1 / (vec3_norm2(a) * vec3_norm2(b)), vec3_cross(a, b), sum);
             side[at] = (int32_t)count;
-            int32_t next = goes_on(mesh, mesh_previous_half(at)) ? mesh_ring_next(mesh, at) : first;
+            int32_t next =
+                is_smooth_across(mesh, mesh_previous_half(at)) ? mesh_ring_next(mesh, at) : first;
             if (next == first)
                 break;
             at = next;
@@ -83,24 +84,23 @@ struct vicinity {
     int triangle_count, point_count;
 };
 
-static void add_point(struct vicinity *v, const struct mesh_fit *fit, struct vec3 r) {
-    if (v->point_count == POINTS_MAX || vec3_distance(r, fit->origin) == 0)
-        return;
-    for (int k = 0; k < v->point_count; k++)
-        if (vec3_distance(r, v->points[k]) == 0)
-            return;
-    v->points[v->point_count++] = r;
-}
-
-static void add_triangle(struct vicinity *v, const struct mesh_fit *fit, int32_t t, int32_t stamp) {
+/* Notes a triangle and those of its vertices that are not known yet. */
+static void look_at_triangle(struct vicinity *v, const struct mesh_fit *fit, int32_t t,
+                             int32_t stamp) {
     if (v->seen[t] == stamp || v->triangle_count == TRIANGLES_MAX)
         return;
     v->seen[t] = stamp;
     if (!(vec3_dot(v->mesh->normals[t], fit->normal) > same_side))
         return;
     v->triangles[v->triangle_count++] = t;
-    for (int k = 0; k < 3; k++)
-        add_point(v, fit, mesh_corner_point(v->mesh, t, k));
+    for (int k = 0; k < 3; k++) {
+        struct vec3 r = mesh_corner_point(v->mesh, t, k);
+        bool known = v->point_count == POINTS_MAX || vec3_distance(r, fit->origin) == 0;
+        for (int n = 0; n < v->point_count && !known; n++)
+            known = vec3_distance(r, v->points[n]) == 0;
+        if (!known)
+            v->points[v->point_count++] = r;
+    }
 }
 
 /* The triangles of a side, begun at one of its corners, and whole rings round them until there are
@@ -111,15 +111,15 @@ static void look_round(struct vicinity *v, const struct mesh_fit *fit, int32_t c
     v->triangle_count = v->point_count = 0;
     int32_t first = first_of_side(mesh, corner), at = first;
     do {
-        add_triangle(v, fit, at / 3, stamp);
-        at = goes_on(mesh, mesh_previous_half(at)) ? mesh_ring_next(mesh, at) : MESH_NONE;
+        look_at_triangle(v, fit, at / 3, stamp);
+        at = is_smooth_across(mesh, mesh_previous_half(at)) ? mesh_ring_next(mesh, at) : MESH_NONE;
     } while (at != MESH_NONE && at != first);
     for (int begin = 0; begin < v->triangle_count && v->point_count < POINTS_WANTED;) {
         int end = v->triangle_count;
         for (; begin < end; begin++)
             for (int k = 0; k < 3; k++)
-                if (goes_on(mesh, 3 * v->triangles[begin] + k))
-                    add_triangle(v, fit, mesh->twins[3 * v->triangles[begin] + k] / 3, stamp);
+                if (is_smooth_across(mesh, 3 * v->triangles[begin] + k))
+                    look_at_triangle(v, fit, mesh->twins[3 * v->triangles[begin] + k] / 3, stamp);
     }
 }
 
@@ -130,7 +130,7 @@ struct problem {
     int rows;
 };
 
-static double dot(const struct problem *p, int a, int b) {
+static double dot_columns(const struct problem *p, int a, int b) {
     double sum = 0;
     for (int k = 0; k < p->rows; k++)
         sum += p->column[a][k] * p->column[b][k];
@@ -138,8 +138,8 @@ static double dot(const struct problem *p, int a, int b) {
 }
 
 /* Vertices count less the further off they are; lengths in units of `reach`. */
-static void set_up(struct problem *p, const struct vicinity *v, const struct mesh_fit *fit,
-                   double reach) {
+static void set_up_problem(struct problem *p, const struct vicinity *v, const struct mesh_fit *fit,
+                           double reach) {
     p->rows = v->point_count;
     for (int k = 0; k < p->rows; k++) {
         struct vec3 offset = vec3_scale(1 / reach, vec3_sub(v->points[k], fit->origin));
@@ -152,21 +152,21 @@ static void set_up(struct problem *p, const struct vicinity *v, const struct mes
             p->column[m][k] = weight * term[m];
     }
     for (int m = 0; m <= FIT_TERMS; m++)
-        p->size[m] = sqrt(dot(p, m, m));
+        p->size[m] = sqrt(dot_columns(p, m, m));
 }
 
 /* The first `terms` coefficients by the modified Gram-Schmidt process, the heights as one more
  * column; false where they are not determined. The columns are used up. */
-static bool solve(struct problem *p, int terms, double coefficient[FIT_TERMS]) {
+static bool solve_least_squares(struct problem *p, int terms, double coefficient[FIT_TERMS]) {
     double r[FIT_TERMS][FIT_TERMS + 1];
     for (int m = 0; m < terms; m++) {
-        r[m][m] = sqrt(dot(p, m, m));
+        r[m][m] = sqrt(dot_columns(p, m, m));
         if (!(r[m][m] > independent * p->size[m]))
             return false;
         for (int k = 0; k < p->rows; k++)
             p->column[m][k] /= r[m][m];
         for (int n = m + 1; n <= FIT_TERMS; n++) {
-            r[m][n] = dot(p, m, n);
+            r[m][n] = dot_columns(p, m, n);
             for (int k = 0; k < p->rows; k++)
                 p->column[n][k] -= r[m][n] * p->column[m][k];
         }
@@ -182,8 +182,8 @@ static bool solve(struct problem *p, int terms, double coefficient[FIT_TERMS]) {
 
 /* Of each point the rise by second and by third powers counts: they may lie far along a nose and
  * near across it, and its curvature is no matter beyond them. */
-static bool is_sound(const double c[FIT_TERMS], const struct vicinity *v,
-                     const struct mesh_fit *fit, double reach) {
+static bool describes_surface(const double c[FIT_TERMS], const struct vicinity *v,
+                              const struct mesh_fit *fit, double reach) {
     if (!(c[0] * c[0] + c[1] * c[1] < steepest * steepest))
         return false;
     for (int k = 0; k < v->point_count; k++) {
@@ -198,31 +198,27 @@ static bool is_sound(const double c[FIT_TERMS], const struct vicinity *v,
     return true;
 }
 
-static void set_axes(struct mesh_fit *fit) {
-    struct vec3 n = fit->normal;
-    double a = fabs(n.x), b = fabs(n.y), c = fabs(n.z);
-    struct vec3 least = a <= b && a <= c ? vec3_make(1, 0, 0)
-                        : b <= c         ? vec3_make(0, 1, 0)
-                                         : vec3_make(0, 0, 1);
-    fit->x = vec3_unit(vec3_cross(least, n));
-    fit->y = vec3_cross(n, fit->x);
-}
-
 /* The highest polynomial that the vertices around determine; at worst the tangent plane. */
 static void fit_surface(struct mesh_fit *fit, const struct vicinity *v) {
     static const int terms[2] = {FIT_TERMS, TERMS_QUADRATIC};
     static const int least[2] = {POINTS_CUBIC, POINTS_QUADRATIC};
     struct problem problem;
     double reach = 0;
-    set_axes(fit);
+    struct vec3 n = fit->normal;
+    double a = fabs(n.x), b = fabs(n.y), along = fabs(n.z);
+    struct vec3 across = a <= b && a <= along ? vec3_make(1, 0, 0)
+                         : b <= along         ? vec3_make(0, 1, 0)
+                                              : vec3_make(0, 0, 1);
+    fit->x = vec3_unit(vec3_cross(across, n));
+    fit->y = vec3_cross(n, fit->x);
     for (int k = 0; k < v->point_count; k++)
         reach = fmax(reach, vec3_distance(v->points[k], fit->origin));
     for (int k = 0; k < 2; k++) {
         double c[FIT_TERMS] = {0};
         if (v->point_count < least[k])
             continue;
-        set_up(&problem, v, fit, reach);
-        if (!solve(&problem, terms[k], c) || !is_sound(c, v, fit, reach))
+        set_up_problem(&problem, v, fit, reach);
+        if (!solve_least_squares(&problem, terms[k], c) || !describes_surface(c, v, fit, reach))
             continue;
         for (int m = 0; m < 2; m++)
             fit->slope[m] = c[m];

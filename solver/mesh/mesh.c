@@ -12,32 +12,29 @@ static const double coordinate_max = 1e60;
  * its normal would be off by more than 1e-3. */
 static const double height_of_rounding = 1e-13;
 
-static enum status blame(struct mesh_fault *fault, enum mesh_fault_kind kind, size_t index) {
+static enum status refuse_mesh(struct mesh_fault *fault, enum mesh_fault_kind kind, size_t index) {
     fault->kind = kind;
     fault->index = index;
     return STATUS_INVALID;
 }
 
-static bool usable(double x) {
-    return fabs(x) <= coordinate_max;
-}
-
 static enum status check_source(const struct mesh_source *source, struct mesh_fault *fault) {
     if (source->triangle_count == 0)
-        return blame(fault, MESH_FAULT_EMPTY, 0);
+        return refuse_mesh(fault, MESH_FAULT_EMPTY, 0);
     if (source->triangle_count > INT32_MAX / 3 || source->vertex_count > INT32_MAX)
-        return blame(fault, MESH_FAULT_TOO_LARGE, 0);
+        return refuse_mesh(fault, MESH_FAULT_TOO_LARGE, 0);
     for (size_t i = 0; i < source->vertex_count; i++) {
         struct vec3 p = source->vertices[i];
-        if (!usable(p.x) || !usable(p.y) || !usable(p.z))
-            return blame(fault, MESH_FAULT_VERTEX, i);
+        if (!(fabs(p.x) <= coordinate_max && fabs(p.y) <= coordinate_max &&
+              fabs(p.z) <= coordinate_max))
+            return refuse_mesh(fault, MESH_FAULT_VERTEX, i);
     }
     for (size_t t = 0; t < source->triangle_count; t++)
         for (int k = 0; k < 3; k++) {
             int32_t at = source->triangles[t][k];
             fault->corner = k;
             if (at < 0 || (size_t)at >= source->vertex_count)
-                return blame(fault, MESH_FAULT_INDEX, t);
+                return refuse_mesh(fault, MESH_FAULT_INDEX, t);
         }
     return STATUS_OK;
 }
@@ -69,7 +66,7 @@ static enum status copy_source(const struct mesh_source *source, struct arena *a
 }
 
 /* Vertices that no triangle has do not count. */
-static void find_bounds(struct mesh *mesh) {
+static void find_mesh_bounds(struct mesh *mesh) {
     struct vec3 low = mesh_corner_point(mesh, 0, 0), high = low;
     for (size_t t = 0; t < mesh->triangle_count; t++)
         for (int k = 0; k < 3; k++) {
@@ -95,17 +92,12 @@ static enum status find_normals(struct mesh *mesh, double least_height, struct m
         double longest2 =
             fmax(fmax(vec3_norm2(a), vec3_norm2(b)), vec3_norm2(vec3_sub(p[2], p[1])));
         if (!(twice_area > rounding * sqrt(longest2)))
-            return blame(fault, MESH_FAULT_NO_AREA, t);
+            return refuse_mesh(fault, MESH_FAULT_NO_AREA, t);
         if (!(twice_area > least_height * longest2))
-            return blame(fault, MESH_FAULT_SLIVER, t);
+            return refuse_mesh(fault, MESH_FAULT_SLIVER, t);
         mesh->normals[t] = vec3_scale(1 / twice_area, cross);
     }
     return STATUS_OK;
-}
-
-static void add_area(double *area, struct vec3 *moment, double part, struct vec3 middle) {
-    *area += part;
-    *moment = vec3_axpy(part, middle, *moment);
 }
 
 /* Areas and centroids of the components and of them all. */
@@ -122,44 +114,42 @@ static enum status find_areas(struct mesh *mesh, struct arena *arena) {
         component->triangle_count++;
         for (int k = 0; k < 3; k++)
             component->rim_count += mesh->twins[3 * t + (size_t)k] == MESH_NONE;
-        add_area(&component->area, &component->centroid, area, middle);
+        component->area += area;
+        component->centroid = vec3_axpy(area, middle, component->centroid);
     }
     for (size_t k = 0; k < mesh->component_count; k++) {
         struct mesh_component *c = &mesh->components[k];
         c->centroid = vec3_scale(1 / c->area, c->centroid);
-        add_area(&mesh->area, &mesh->centroid, c->area, c->centroid);
+        mesh->area += c->area;
+        mesh->centroid = vec3_axpy(c->area, c->centroid, mesh->centroid);
     }
     mesh->centroid = vec3_scale(1 / mesh->area, mesh->centroid);
     return STATUS_OK;
 }
 
-static enum status assemble(const struct mesh_source *source, struct arena *arena,
-                            struct mesh *mesh, struct mesh_fault *fault) {
-    enum status status = check_source(source, fault);
-    if (status == STATUS_OK)
-        status = copy_source(source, arena, mesh);
-    if (status != STATUS_OK)
-        return status;
-    find_bounds(mesh);
-    status =
-        find_normals(mesh, source->least_height > 0 ? source->least_height : MESH_SLIVER, fault);
-    if (status == STATUS_OK)
-        status = mesh_topology_find(mesh, arena, fault);
-    if (status == STATUS_OK)
-        status = find_areas(mesh, arena);
-    return status == STATUS_OK ? mesh_tree_build(mesh, arena) : status;
-}
-
-enum status mesh_make(const struct mesh_source *source, struct arena *arena, struct mesh **mesh,
+enum status mesh_make(const struct mesh_source *source, struct arena *arena, struct mesh **result,
                       struct mesh_fault *fault) {
     static const char *const reasons[] = {
 #define X(id, reason) reason,
         MESH_FAULT_LIST(X)
 #undef X
     };
+    double least_height = source->least_height > 0 ? source->least_height : MESH_SLIVER;
     struct mesh_fault found = {0};
-    *mesh = arena_alloc(arena, 1, sizeof **mesh);
-    enum status status = *mesh ? assemble(source, arena, *mesh, &found) : STATUS_OUT_OF_MEMORY;
+    struct mesh *mesh = *result = arena_alloc(arena, 1, sizeof *mesh);
+    enum status status = mesh ? check_source(source, &found) : STATUS_OUT_OF_MEMORY;
+    if (status == STATUS_OK)
+        status = copy_source(source, arena, mesh);
+    if (status == STATUS_OK) {
+        find_mesh_bounds(mesh);
+        status = find_normals(mesh, least_height, &found);
+    }
+    if (status == STATUS_OK)
+        status = mesh_topology_find(mesh, arena, &found);
+    if (status == STATUS_OK)
+        status = find_areas(mesh, arena);
+    if (status == STATUS_OK)
+        status = mesh_tree_build(mesh, arena);
     if (status == STATUS_INVALID && fault) {
         *fault = found;
         fault->reason = reasons[found.kind];

@@ -34,38 +34,28 @@ struct way_out {
     double length, share;
 };
 
-static const struct way_out no_way = {MESH_NONE, HUGE_VAL, 0};
-
-/* With x the edge, m = n x x points inward; the line r + l e is beyond it where m . (r - v) + l m .
- * e < 0. */
-static void try_edge(const struct mesh_path *path, int k, struct way_out *best) {
+/* Where the line leaves the triangle. With x an edge, m = n x x points inward; the line r + l e is
+ * beyond it where m . (r - v) + l m . e < 0. */
+static struct way_out find_way_out(const struct mesh_path *path) {
     const struct mesh *mesh = path->mesh;
     int32_t t = path->at.triangle;
-    struct vec3 v = mesh_corner_point(mesh, t, k);
-    struct vec3 x = vec3_sub(mesh_corner_point(mesh, t, (k + 1) % 3), v);
-    struct vec3 inward = vec3_cross(mesh->normals[t], x), offset = vec3_sub(path->at.r, v);
-    double rate = -vec3_dot(inward, path->direction), length2 = vec3_norm2(x);
-    if (!(rate > 0 && rate * rate > same * same * length2))
-        return;
-    double length = fmax(vec3_dot(inward, offset), 0) / rate;
-    if (length >= best->length)
-        return;
-    double share = vec3_dot(vec3_axpy(length, path->direction, offset), x) / length2;
-    *best = (struct way_out){k, length, fmin(fmax(share, 0), 1)};
-}
-
-static struct way_out find_way_out(const struct mesh_path *path) {
-    struct way_out way = no_way;
-    for (int k = 0; k < 3; k++)
-        if (path->corner == MESH_NONE ? k != path->entry : k == (path->corner + 1) % 3)
-            try_edge(path, k, &way);
+    struct way_out way = {MESH_NONE, HUGE_VAL, 0};
+    for (int k = 0; k < 3; k++) {
+        if (path->corner == MESH_NONE ? k == path->entry : k != (path->corner + 1) % 3)
+            continue;
+        struct vec3 x = mesh_edge_vector(mesh, 3 * t + k);
+        struct vec3 inward = vec3_cross(mesh->normals[t], x);
+        struct vec3 offset = vec3_sub(path->at.r, mesh_corner_point(mesh, t, k));
+        double rate = -vec3_dot(inward, path->direction), length2 = vec3_norm2(x);
+        if (!(rate > 0 && rate * rate > same * same * length2))
+            continue;
+        double length = fmax(vec3_dot(inward, offset), 0) / rate;
+        if (length >= way.length)
+            continue;
+        double share = vec3_dot(vec3_axpy(length, path->direction, offset), x) / length2;
+        way = (struct way_out){k, length, fmin(fmax(share, 0), 1)};
+    }
     return way;
-}
-
-static struct vec3 edge_point(const struct mesh *mesh, int32_t t, int edge, double share) {
-    struct vec3 a = mesh_corner_point(mesh, t, edge);
-    struct vec3 b = mesh_corner_point(mesh, t, (edge + 1) % 3);
-    return share >= 1 ? b : vec3_axpy(share, vec3_sub(b, a), a);
 }
 
 static bool is_section(const struct mesh_path *path) {
@@ -74,14 +64,13 @@ static bool is_section(const struct mesh_path *path) {
 
 /* Through an edge: what the direction has along the edge and across stays. False where the mesh
  * ends. */
-static bool cross_edge(struct mesh_path *path, int edge) {
+static bool enter_triangle(struct mesh_path *path, int edge) {
     const struct mesh *mesh = path->mesh;
     int32_t t = path->at.triangle, twin = mesh->twins[3 * t + edge];
     if (twin == MESH_NONE)
         return false;
     int32_t next = twin / 3;
-    struct vec3 x = vec3_unit(
-        vec3_sub(mesh_corner_point(mesh, t, (edge + 1) % 3), mesh_corner_point(mesh, t, edge)));
+    struct vec3 x = vec3_unit(mesh_edge_vector(mesh, 3 * t + edge));
     double along = vec3_dot(path->direction, x);
     double across = vec3_dot(path->direction, vec3_cross(x, mesh->normals[t]));
     struct vec3 ahead = vec3_cross(x, mesh->normals[next]);
@@ -97,22 +86,6 @@ static bool cross_edge(struct mesh_path *path, int edge) {
 static void face(struct mesh_path *path, const struct mesh_ring *ring, double angle) {
     mesh_ring_direction(ring, angle, &path->at.triangle, &path->corner, &path->direction);
     path->entry = MESH_NONE;
-}
-
-/* The angle of the way on for a path that came in to the ring's vertex from the direction `from`;
- * false when it leads off the mesh. */
-static bool straight_angle(struct mesh_path *path, const struct mesh_ring *ring, double from,
-                           double *on) {
-    double left = ring->total - from, right = from;
-    if (ring->closed) {
-        *on = from + ring->total / 2;
-        *on -= *on > ring->total ? ring->total : 0;
-        return true;
-    }
-    double missing = fmax(180 - fmax(left, right), 0);
-    path->bent += missing;
-    *on = left >= right ? fmin(from + 180, ring->total) : fmax(from - 180, 0);
-    return missing <= bend_max && path->bent <= bends_max;
 }
 
 /* The section's way on from a vertex: through the triangle into which its line there points. */
@@ -139,7 +112,8 @@ static bool face_section(struct mesh_path *path, int corner) {
     return false;
 }
 
-/* Through the vertex at a corner of the triangle it has come to. */
+/* Through the vertex at a corner of the triangle it has come to, with half of the angle there on
+ * either side; at the mesh's edge with 180 degrees on one. False when it leads off the mesh. */
 static bool pass_corner(struct mesh_path *path, int corner) {
     const struct mesh *mesh = path->mesh;
     int32_t t = path->at.triangle;
@@ -148,20 +122,32 @@ static bool pass_corner(struct mesh_path *path, int corner) {
     struct mesh_ring ring = mesh_ring_make(mesh, t, corner);
     double on, back = mesh_ring_angle(mesh, t, corner, vec3_scale(-1, path->direction));
     double from = fmin(fmax(ring.before + back, 0), ring.total);
-    if (!straight_angle(path, &ring, from, &on))
-        return false;
+    if (ring.closed) {
+        on = from + ring.total / 2;
+        on -= on > ring.total ? ring.total : 0;
+    } else {
+        double left = ring.total - from, right = from;
+        double missing = fmax(180 - fmax(left, right), 0);
+        path->bent += missing;
+        on = left >= right ? fmin(from + 180, ring.total) : fmax(from - 180, 0);
+        if (!(missing <= bend_max && path->bent <= bends_max))
+            return false;
+    }
     face(path, &ring, on);
     return true;
 }
 
 /* Out of the triangle; false where the mesh ends. */
-static bool leave(struct mesh_path *path, const struct way_out *way) {
-    int32_t t = path->at.triangle;
-    path->at.r = edge_point(path->mesh, t, way->edge, way->share);
-    if (way->share > same && way->share < 1 - same)
-        return cross_edge(path, way->edge);
+static bool leave_triangle(struct mesh_path *path, const struct way_out *way) {
+    const struct mesh *mesh = path->mesh;
+    int32_t half = 3 * path->at.triangle + way->edge;
     int corner = way->share > 0.5 ? (way->edge + 1) % 3 : way->edge;
-    path->at.r = mesh_corner_point(path->mesh, t, corner);
+    if (way->share > same && way->share < 1 - same) {
+        path->at.r = vec3_axpy(way->share, mesh_edge_vector(mesh, half),
+                               mesh_corner_point(mesh, half / 3, way->edge));
+        return enter_triangle(path, way->edge);
+    }
+    path->at.r = mesh_corner_point(mesh, half / 3, corner);
     return pass_corner(path, corner);
 }
 
@@ -185,21 +171,10 @@ static bool passes(const struct mesh_path *path, const struct goal *goal, double
            vec3_norm(vec3_axpy(-along, path->direction, to)) <= goal->near;
 }
 
-/* So many triangles no path passes that is not going in circles. */
-static size_t steps_max(const struct mesh *mesh) {
-    return 10000 + 4 * mesh->triangle_count;
-}
-
-/* Ends the path `length` on in its triangle. */
-static void stop(struct mesh_path *path, double length) {
-    path->at.r = vec3_axpy(length, path->direction, path->at.r);
-    if (length > 0)
-        path->corner = path->entry = MESH_NONE;
-}
-
-static enum mesh_path_end run(struct mesh_path *path, struct goal *goal) {
+/* On to the goal, through as many triangles as a path passes that is not going in circles. */
+static enum mesh_path_end follow_path(struct mesh_path *path, struct goal *goal) {
     path->bent = 0;
-    for (size_t step = steps_max(path->mesh); step > 0; step--) {
+    for (size_t step = 10000 + 4 * path->mesh->triangle_count; step > 0; step--) {
         struct way_out way = find_way_out(path);
         if (way.edge == MESH_NONE)
             return MESH_PATH_LOST;
@@ -209,18 +184,20 @@ static enum mesh_path_end run(struct mesh_path *path, struct goal *goal) {
             return MESH_PATH_DONE;
         if (length <= way.length) {
             bool wound = goal->chord2 < HUGE_VAL && length == goal->length;
-            stop(path, length);
+            path->at.r = vec3_axpy(length, path->direction, path->at.r);
+            if (length > 0)
+                path->corner = path->entry = MESH_NONE;
             return wound ? MESH_PATH_LOST : MESH_PATH_DONE;
         }
         goal->length -= way.length;
-        if (!leave(path, &way))
+        if (!leave_triangle(path, &way))
             return MESH_PATH_BOUNDARY;
     }
     return MESH_PATH_LOST;
 }
 
 /* The corner of its triangle that a point is on, or MESH_NONE. */
-static int corner_at(const struct mesh *mesh, const struct mesh_point *at) {
+static int corner_under(const struct mesh *mesh, const struct mesh_point *at) {
     struct vec3 p[3];
     mesh_corner_points(mesh, at->triangle, p);
     for (int k = 0; k < 3; k++) {
@@ -259,7 +236,7 @@ bool mesh_path_straight(struct mesh_path *path, const struct mesh *mesh,
     path->direction = mesh_tangent(mesh, from->triangle, direction);
     if (!(vec3_norm2(path->direction) > 0.5))
         return false;
-    int corner = corner_at(mesh, from);
+    int corner = corner_under(mesh, from);
     return corner == MESH_NONE || set_off_from_corner(path, corner);
 }
 
@@ -272,7 +249,7 @@ bool mesh_path_section(struct mesh_path *path, const struct mesh *mesh,
         return false;
     path->plane = vec3_scale(sign, vec3_unit(plane));
     path->direction = vec3_scale(sign, vec3_unit(along));
-    int corner = corner_at(mesh, from);
+    int corner = corner_under(mesh, from);
     return corner == MESH_NONE || face_section(path, corner);
 }
 
@@ -285,13 +262,13 @@ bool mesh_path_towards(struct mesh_path *path, const struct mesh *mesh,
 
 enum mesh_path_end mesh_path_length(struct mesh_path *path, double length) {
     struct goal goal = {.length = length, .chord2 = HUGE_VAL};
-    return run(path, &goal);
+    return follow_path(path, &goal);
 }
 
 enum mesh_path_end mesh_path_chord(struct mesh_path *path, double chord) {
     struct goal goal = {
         .length = winding_max * chord, .chord2 = chord * chord, .origin = path->at.r};
-    return run(path, &goal);
+    return follow_path(path, &goal);
 }
 
 bool mesh_path_connects(const struct mesh *mesh, const struct mesh_point *from,
@@ -301,6 +278,6 @@ bool mesh_path_connects(const struct mesh *mesh, const struct mesh_point *from,
     if (from->triangle == to->triangle)
         return true;
     goal.near = 10 * same * (reach + rounding * mesh->magnitude);
-    return mesh_path_towards(&path, mesh, from, to->r) && run(&path, &goal) == MESH_PATH_DONE &&
-           goal.passed;
+    return mesh_path_towards(&path, mesh, from, to->r) &&
+           follow_path(&path, &goal) == MESH_PATH_DONE && goal.passed;
 }

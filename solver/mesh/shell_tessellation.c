@@ -59,7 +59,7 @@ static bool enlarge(struct arena *arena, void **array, size_t count, size_t size
     return larger != NULL;
 }
 
-static int32_t add_point(struct patch *p, const double uv[2], struct vec3 r) {
+static int32_t add_face_point(struct patch *p, const double uv[2], struct vec3 r) {
     size_t rooms[2] = {p->room, p->room};
     void *arrays[2] = {p->uv, p->r};
     if (!enlarge(p->arena, &arrays[0], p->count, sizeof *p->uv, &rooms[0]) ||
@@ -73,7 +73,7 @@ static int32_t add_point(struct patch *p, const double uv[2], struct vec3 r) {
     return (int32_t)p->count++;
 }
 
-static bool add_edge(struct patch *p, int32_t a, int32_t b) {
+static bool add_face_edge(struct patch *p, int32_t a, int32_t b) {
     void *edges = p->edges;
     if (a < 0 || b < 0 ||
         !enlarge(p->arena, &edges, p->edge_count, sizeof *p->edges, &p->edge_room))
@@ -86,19 +86,7 @@ static bool add_edge(struct patch *p, int32_t a, int32_t b) {
 
 /* ---- lines ---- */
 
-/* The point of a line's end, shared with lines that end there. */
-static int32_t end_point(struct patch *p, const double uv[2], struct vec3 r, const int32_t *ends,
-                         size_t end_count) {
-    for (size_t k = 0; k < end_count; k++) {
-        const double *other = p->uv[ends[k]];
-        if (fabs(other[0] - uv[0]) <= one_place * p->length[0] &&
-            fabs(other[1] - uv[1]) <= one_place * p->length[1] &&
-            vec3_distance(p->r[ends[k]], r) == 0)
-            return ends[k];
-    }
-    return add_point(p, uv, r);
-}
-
+/* The lines of the face, which share the points where they end: what its triangles must keep. */
 static enum status add_lines(struct patch *p, const struct shell_line *const *lines, size_t count) {
     int32_t *ends = arena_alloc(p->arena, 2 * count, sizeof *ends);
     size_t end_count = 0;
@@ -109,11 +97,20 @@ static enum status add_lines(struct patch *p, const struct shell_line *const *li
         int32_t last = -1;
         for (size_t at = 0; at < line->count; at++) {
             bool end = at == 0 || at + 1 == line->count;
-            int32_t point = end ? end_point(p, line->uv[at], line->r[at], ends, end_count)
-                                : add_point(p, line->uv[at], line->r[at]);
+            const double *uv = line->uv[at];
+            int32_t point = -1;
+            for (size_t e = 0; end && e < end_count && point < 0; e++) {
+                const double *other = p->uv[ends[e]];
+                if (fabs(other[0] - uv[0]) <= one_place * p->length[0] &&
+                    fabs(other[1] - uv[1]) <= one_place * p->length[1] &&
+                    vec3_distance(p->r[ends[e]], line->r[at]) == 0)
+                    point = ends[e];
+            }
+            if (point < 0)
+                point = add_face_point(p, uv, line->r[at]);
             if (end && point >= 0)
                 ends[end_count++] = point;
-            if (point < 0 || (at > 0 && last != point && !add_edge(p, last, point)))
+            if (point < 0 || (at > 0 && last != point && !add_face_edge(p, last, point)))
                 return STATUS_OUT_OF_MEMORY;
             last = point;
         }
@@ -145,7 +142,7 @@ static bool is_near_piece(void *context, int32_t number) {
 }
 
 /* Whether inner parameters lie in the face's region. */
-static bool contains(const struct patch *p, const double uv[2]) {
+static bool face_contains(const struct patch *p, const double uv[2]) {
     double outer[2];
     for (int k = 0; k < 2; k++)
         if (!(uv[k] >= p->low[k] && uv[k] <= p->low[k] + p->length[k]))
@@ -162,28 +159,28 @@ static bool has_seam(const struct patch *p, int k, double at) {
         double uv[2];
         uv[1 - k] = fmin(fmax(at, low), high - inset[1 - k]);
         uv[k] = side ? p->low[k] + p->length[k] - inset[k] : p->low[k] + inset[k];
-        if (!contains(p, uv))
+        if (!face_contains(p, uv))
             return false;
     }
     return true;
 }
 
-/* The same of points on a side of the domain: those on both sides of a seam are kept alike. */
-static bool keeps(const struct patch *p, const double uv[2]) {
-    for (int k = 0; k < 2; k++)
-        if (p->surface->axis[k].closed && (uv[k] <= p->low[k] || uv[k] >= p->low[k] + p->length[k]))
-            return has_seam(p, k, uv[1 - k]);
-    return contains(p, uv);
-}
-
-static enum status add_points(struct patch *p, const struct tessellation_points *points) {
-    for (size_t k = 0; k < points->count; k++) {
-        struct near near = {.patch = p, .r = points->r[k]};
+/* The points of the tessellation that lie in the face and clear of its lines; those on a side of
+ * the domain on both sides of a seam alike. */
+static enum status add_inner_points(struct patch *p, const struct tessellation_points *points) {
+    for (size_t n = 0; n < points->count; n++) {
+        const double *uv = points->uv[n];
+        struct near near = {.patch = p, .r = points->r[n]};
         struct box box = box_round(near.r, near.r, 0);
-        if (!keeps(p, points->uv[k]))
+        int seam = -1;
+        for (int k = 1; k >= 0; k--)
+            if (p->surface->axis[k].closed &&
+                (uv[k] <= p->low[k] || uv[k] >= p->low[k] + p->length[k]))
+                seam = k;
+        if (seam >= 0 ? !has_seam(p, seam, uv[1 - seam]) : !face_contains(p, uv))
             continue;
         boxes_visit(p->boxes, &box, is_near_piece, &near);
-        if (!near.found && add_point(p, points->uv[k], near.r) < 0)
+        if (!near.found && add_face_point(p, uv, near.r) < 0)
             return STATUS_OUT_OF_MEMORY;
     }
     return STATUS_OK;
@@ -191,44 +188,40 @@ static enum status add_points(struct patch *p, const struct tessellation_points 
 
 /* ---- seams of closed directions ---- */
 
-struct spot {
+struct on_seam {
     double at;
     int32_t point;
 };
 
-static int compare_spots(const void *a, const void *b) {
-    const struct spot *p = a, *q = b;
+static int compare_on_seam(const void *a, const void *b) {
+    const struct on_seam *p = a, *q = b;
     if (p->at != q->at)
         return p->at < q->at ? -1 : 1;
     return p->point - q->point;
 }
 
-/* The line along one side of the domain, through the points that lie there. */
-static enum status add_seam(struct patch *p, int k, int side) {
-    struct spot *spots = arena_alloc(p->arena, p->count, sizeof *spots);
-    double at = side ? p->low[k] + p->length[k] : p->low[k];
-    size_t count = 0;
-    if (!spots)
-        return STATUS_OUT_OF_MEMORY;
-    for (size_t n = 0; n < p->count; n++)
-        if (fabs(p->uv[n][k] - at) <= one_place * p->length[k])
-            spots[count++] = (struct spot){p->uv[n][1 - k], (int32_t)n};
-    if (count)
-        qsort(spots, count, sizeof *spots, compare_spots);
-    for (size_t n = 1; n < count; n++)
-        if (has_seam(p, k, (spots[n - 1].at + spots[n].at) / 2) &&
-            !add_edge(p, spots[n - 1].point, spots[n].point))
-            return STATUS_OUT_OF_MEMORY;
-    return STATUS_OK;
-}
-
+/* The lines along the sides of the domain that are seams, through the points that lie there. */
 static enum status add_seams(struct patch *p) {
-    enum status status = STATUS_OK;
-    for (int k = 0; k < 2; k++)
-        for (int side = 0; side < 2 && status == STATUS_OK; side++)
-            if (p->surface->axis[k].closed)
-                status = add_seam(p, k, side);
-    return status;
+    for (int n = 0; n < 4; n++) {
+        int k = n / 2, side = n % 2;
+        double at = side ? p->low[k] + p->length[k] : p->low[k];
+        size_t count = 0;
+        if (!p->surface->axis[k].closed)
+            continue;
+        struct on_seam *found = arena_alloc(p->arena, p->count, sizeof *found);
+        if (!found)
+            return STATUS_OUT_OF_MEMORY;
+        for (size_t m = 0; m < p->count; m++)
+            if (fabs(p->uv[m][k] - at) <= one_place * p->length[k])
+                found[count++] = (struct on_seam){p->uv[m][1 - k], (int32_t)m};
+        if (count)
+            qsort(found, count, sizeof *found, compare_on_seam);
+        for (size_t m = 1; m < count; m++)
+            if (has_seam(p, k, (found[m - 1].at + found[m].at) / 2) &&
+                !add_face_edge(p, found[m - 1].point, found[m].point))
+                return STATUS_OUT_OF_MEMORY;
+    }
+    return STATUS_OK;
 }
 
 /* ---- triangles ---- */
@@ -254,7 +247,8 @@ static enum status to_plane(struct patch *p, double (**plane)[2]) {
 }
 
 /* Chooses the regions that are in the face, by the middle of the largest triangle of each. */
-static enum status choose(const struct patch *p, const struct triangulation *t, bool **chosen) {
+static enum status choose_regions(const struct patch *p, const struct triangulation *t,
+                                  bool **chosen) {
     double *largest = arena_alloc(p->arena, t->region_count, sizeof *largest);
     *chosen = arena_alloc(p->arena, t->region_count, sizeof **chosen);
     if (!largest || !*chosen)
@@ -272,13 +266,13 @@ static enum status choose(const struct patch *p, const struct triangulation *t, 
         largest[t->region[n]] = area;
         for (int k = 0; k < 2 && own; k++)
             uv[k] = (p->uv[c[0]][k] + p->uv[c[1]][k] + p->uv[c[2]][k]) / 3;
-        (*chosen)[t->region[n]] = own && contains(p, uv);
+        (*chosen)[t->region[n]] = own && face_contains(p, uv);
     }
     return STATUS_OK;
 }
 
 /* Whether a triangle has a height, as far as numbers tell. */
-static bool has_area(const struct patch *p, const int32_t c[3]) {
+static bool has_height(const struct patch *p, const int32_t c[3]) {
     struct vec3 a = vec3_sub(p->r[c[1]], p->r[c[0]]), b = vec3_sub(p->r[c[2]], p->r[c[0]]);
     double longest2 =
         fmax(fmax(vec3_norm2(a), vec3_norm2(b)), vec3_norm2(vec3_sub(p->r[c[2]], p->r[c[1]])));
@@ -287,7 +281,7 @@ static bool has_area(const struct patch *p, const int32_t c[3]) {
            twice > 2 * rounding * p->surface->magnitude * sqrt(longest2);
 }
 
-static bool make_room(struct sheet *sheet, size_t more) {
+static bool make_room_for_vertices(struct sheet *sheet, size_t more) {
     size_t count = sheet->vertex_count;
     if (count + more <= sheet->vertex_room)
         return true;
@@ -308,7 +302,7 @@ static bool make_room(struct sheet *sheet, size_t more) {
 static enum status add_triangles(struct sheet *sheet, const struct patch *p,
                                  const struct triangulation *t, const bool *chosen) {
     size_t base = sheet->vertex_count;
-    if (!make_room(sheet, p->count))
+    if (!make_room_for_vertices(sheet, p->count))
         return STATUS_OUT_OF_MEMORY;
     for (size_t n = 0; n < p->count; n++) {
         sheet->vertices[base + n] = p->r[n];
@@ -318,7 +312,7 @@ static enum status add_triangles(struct sheet *sheet, const struct patch *p,
     bool turned = p->surface->side < 0;
     for (size_t n = 0; n < t->count; n++) {
         const int32_t *c = t->corners[n];
-        if (!chosen[t->region[n]] || !has_area(p, c))
+        if (!chosen[t->region[n]] || !has_height(p, c))
             continue;
         void *triangles = sheet->triangles, *faces = sheet->faces;
         if (!enlarge(sheet->arena, &triangles, sheet->triangle_count, sizeof *sheet->triangles,
@@ -336,9 +330,9 @@ static enum status add_triangles(struct sheet *sheet, const struct patch *p,
     return sheet->triangle_count > sheet->most ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
 
-static enum status add_face(struct sheet *sheet, const struct shell *shell, int32_t number,
-                            const struct shell_line *const *lines, size_t line_count, double size,
-                            struct arena *scratch) {
+static enum status add_face_triangles(struct sheet *sheet, const struct shell *shell,
+                                      int32_t number, const struct shell_line *const *lines,
+                                      size_t line_count, double size, struct arena *scratch) {
     struct patch p = {.surface = shell_surface(shell, number),
                       .trim = shell_trim(shell, number),
                       .arena = scratch,
@@ -355,7 +349,7 @@ static enum status add_face(struct sheet *sheet, const struct shell *shell, int3
     if (status == STATUS_OK)
         status = add_lines(&p, lines, line_count);
     if (status == STATUS_OK)
-        status = add_points(&p, &points);
+        status = add_inner_points(&p, &points);
     if (status == STATUS_OK)
         status = add_seams(&p);
     if (status == STATUS_OK)
@@ -364,7 +358,7 @@ static enum status add_face(struct sheet *sheet, const struct shell *shell, int3
         status = triangulate((const double(*)[2])plane, p.count, (const int32_t(*)[2])p.edges,
                              p.edge_count, scratch, &t);
     if (status == STATUS_OK)
-        status = choose(&p, t, &chosen);
+        status = choose_regions(&p, t, &chosen);
     if (status == STATUS_OK)
         status = triangulation_improve(t, p.r, chosen, scratch);
     return status == STATUS_OK ? add_triangles(sheet, &p, t, chosen) : status;
@@ -396,7 +390,7 @@ static enum status list_lines(const struct shell *shell, const struct shell_line
 }
 
 /* The mesh of all triangles, less a few that make an edge of three. */
-static enum status make_mesh(struct sheet *sheet, struct arena *arena, struct mesh **mesh) {
+static enum status make_shell_mesh(struct sheet *sheet, struct arena *arena, struct mesh **mesh) {
     struct mesh_fault fault = {0};
     enum status status = STATUS_INVALID;
     for (int misfits = 0; status == STATUS_INVALID && misfits < MISFITS_MOST; misfits++) {
@@ -436,11 +430,11 @@ enum status mesh_from_shell(const struct shell *shell, int32_t face, double size
     for (int32_t k = 0; k < (int32_t)shell_face_count(shell) && status == STATUS_OK; k++) {
         size_t first = lists.first[k], count = lists.first[k + 1] - first;
         if (shell_component(shell, k) == component && !shell_is_duplicate(shell, k))
-            status = add_face(&sheet, shell, k, lists.list + first, count, size, scratch);
+            status = add_face_triangles(&sheet, shell, k, lists.list + first, count, size, scratch);
         arena_rewind(scratch, (struct arena_mark){0});
     }
     if (status == STATUS_OK)
-        status = make_mesh(&sheet, arena, mesh);
+        status = make_shell_mesh(&sheet, arena, mesh);
     arena_rewind(apart, (struct arena_mark){0});
     return status;
 }

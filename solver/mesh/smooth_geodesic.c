@@ -19,22 +19,17 @@ struct shot {
     struct vec3 rate; /* of the end, as the direction turns about the normal: as on a developable */
 };
 
-static struct shot aim(const struct mesh_smooth *smooth, const struct mesh_point *from,
-                       struct vec3 way, double length) {
+static struct shot aim_shot(const struct mesh_smooth *smooth, const struct mesh_point *from,
+                            struct vec3 way, double length) {
     struct shot shot = {
         .from = *from, .normal = mesh_smooth_normal(smooth, from), .length = length};
     shot.direction = vec3_unit(vec3_axpy(-vec3_dot(way, shot.normal), shot.normal, way));
     return shot;
 }
 
-static bool same_patch(const struct mesh_smooth *smooth, const struct mesh_point *a,
-                       const struct mesh_point *b) {
-    return smooth->patch[a->triangle] == smooth->patch[b->triangle];
-}
-
 /* A tangent at one point as it is at another over a fold: turned as the one normal turns into the
  * other (Rodrigues), which unfolds a straight fold. */
-static struct vec3 unfold(struct vec3 v, struct vec3 from, struct vec3 to) {
+static struct vec3 turn_over_fold(struct vec3 v, struct vec3 from, struct vec3 to) {
     struct vec3 axis = vec3_unit(vec3_cross(from, to));
     double cosine = vec3_dot(from, to), sine = vec3_norm(vec3_cross(from, to));
     struct vec3 turned = vec3_axpy(sine, vec3_cross(axis, v), vec3_scale(cosine, v));
@@ -80,17 +75,18 @@ static void note_yarns(const struct mesh_smooth *smooth, const struct shot *b, c
                        struct mesh_yarns *yarns) {
     struct vec3 from = mesh_smooth_normal(smooth, &b->end.at),
                 to = mesh_smooth_normal(smooth, &c->end.at);
-    bool same = same_patch(smooth, &b->end.at, &c->end.at);
+    bool same = smooth->patch[b->end.at.triangle] == smooth->patch[c->end.at.triangle];
     yarns->start[0] = b->direction;
     yarns->start[1] = c->direction;
-    yarns->end[0] = same ? b->end.direction : unfold(b->end.direction, from, to);
+    yarns->end[0] = same ? b->end.direction : turn_over_fold(b->end.direction, from, to);
     yarns->end[1] = c->end.direction;
 }
 
 /* Newton's method from two directions on. */
-static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                                 const struct vec3 back[2], struct shot b, struct shot c,
-                                 struct mesh_corner *corner, struct mesh_yarns *yarns) {
+static enum mesh_corner_end shoot_until_met(const struct mesh_smooth *smooth,
+                                            const struct mesh_cell *cell, const struct vec3 back[2],
+                                            struct shot b, struct shot c,
+                                            struct mesh_corner *corner, struct mesh_yarns *yarns) {
     double shorter = fmin(cell->bd, cell->cd), least = HUGE_VAL;
     int stalled = 0;
     for (int k = 0; k < NEWTON_MAX && least > wanted; k++) {
@@ -121,12 +117,12 @@ static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct 
 enum mesh_corner_end mesh_smooth_geodesics(const struct mesh_smooth *smooth,
                                            const struct mesh_cell *cell, const struct vec3 back[2],
                                            struct mesh_corner *corner, struct mesh_yarns *yarns) {
-    struct shot b = aim(smooth, &cell->b, yarns->start[0], cell->bd);
-    struct shot c = aim(smooth, &cell->c, yarns->start[1], cell->cd);
-    enum mesh_corner_end end = meet(smooth, cell, back, b, c, corner, yarns);
+    struct shot b = aim_shot(smooth, &cell->b, yarns->start[0], cell->bd);
+    struct shot c = aim_shot(smooth, &cell->c, yarns->start[1], cell->cd);
+    enum mesh_corner_end end = shoot_until_met(smooth, cell, back, b, c, corner, yarns);
     if (end == MESH_CORNER_FOUND)
         return end;
-    b = aim(smooth, &cell->b, vec3_sub(cell->guess, cell->b.r), cell->bd);
-    c = aim(smooth, &cell->c, vec3_sub(cell->guess, cell->c.r), cell->cd);
-    return meet(smooth, cell, back, b, c, corner, yarns);
+    b = aim_shot(smooth, &cell->b, vec3_sub(cell->guess, cell->b.r), cell->bd);
+    c = aim_shot(smooth, &cell->c, vec3_sub(cell->guess, cell->c.r), cell->cd);
+    return shoot_until_met(smooth, cell, back, b, c, corner, yarns);
 }

@@ -25,8 +25,8 @@ static struct vec3 across(struct vec3 t, struct vec3 n) {
     return vec3_unit(vec3_axpy(-vec3_dot(t, n), n, t));
 }
 
-static struct rate rate_at(const struct mesh_smooth_path *path, struct mesh_point at,
-                           struct vec3 t) {
+static struct rate path_rate(const struct mesh_smooth_path *path, struct mesh_point at,
+                             struct vec3 t) {
     struct mesh_jet jet;
     (void)mesh_smooth_follow(path->smooth, &at, false, 0);
     mesh_smooth_jet(path->smooth, &at, &jet);
@@ -36,10 +36,10 @@ static struct rate rate_at(const struct mesh_smooth_path *path, struct mesh_poin
     return (struct rate){t, vec3_scale(mesh_jet_form(&jet, t, t), n)};
 }
 
-static struct rate rate_ahead(const struct mesh_smooth_path *path, double h,
-                              const struct rate *by) {
+static struct rate path_rate_ahead(const struct mesh_smooth_path *path, double h,
+                                   const struct rate *by) {
     struct mesh_point at = {path->at.triangle, vec3_axpy(h, by->first, path->at.r)};
-    return rate_at(path, at, vec3_axpy(h, by->second, path->direction));
+    return path_rate(path, at, vec3_axpy(h, by->second, path->direction));
 }
 
 static struct vec3 mean(double h, struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 d) {
@@ -50,9 +50,9 @@ static struct vec3 mean(double h, struct vec3 a, struct vec3 b, struct vec3 c, s
  * the angle by which the path turns with the curvature at its beginning, and by how much more or
  * less it would with that at its end. */
 static int32_t step_on(struct mesh_smooth_path *path, double h, double turn[2]) {
-    struct rate a = rate_at(path, path->at, path->direction);
-    struct rate b = rate_ahead(path, h / 2, &a), c = rate_ahead(path, h / 2, &b);
-    struct rate d = rate_ahead(path, h, &c);
+    struct rate a = path_rate(path, path->at, path->direction);
+    struct rate b = path_rate_ahead(path, h / 2, &a), c = path_rate_ahead(path, h / 2, &b);
+    struct rate d = path_rate_ahead(path, h, &c);
     turn[0] = h * vec3_norm(a.second);
     turn[1] = h * vec3_norm(vec3_sub(d.second, a.second));
     path->at.r = vec3_add(path->at.r, mean(h, a.first, b.first, c.first, d.first));

@@ -69,35 +69,6 @@ static double speed_at(struct tessellation *g, int k, double x, double y) {
     return vec3_norm(tangent_at(g, k, x, y, &r));
 }
 
-/* Sums the speeds up, by the rule of the middle points. */
-static void add_speed(struct ruler *ruler, int k, double speed) {
-    ruler->at[k + 1] = ruler->at[k] + speed * ruler->width / STEPS;
-}
-
-static struct ruler make_ruler(const struct surface_axis *axis, int span) {
-    return (struct ruler){.from = axis->breaks[span],
-                          .width = axis->breaks[span + 1] - axis->breaks[span]};
-}
-
-static double middle_of_step(const struct ruler *ruler, int k) {
-    return ruler->from + ruler->width * (k + 0.5) / STEPS;
-}
-
-/* Along the row at y, in one span. */
-static struct ruler measure_row(struct tessellation *g, int span, double y) {
-    struct ruler ruler = make_ruler(axis_of(g, g->along), span);
-    for (int k = 0; k < STEPS; k++)
-        add_speed(&ruler, k, speed_at(g, g->along, middle_of_step(&ruler, k), y));
-    return ruler;
-}
-
-static double row_length(struct tessellation *g, double y) {
-    double sum = 0;
-    for (int span = 0; span < axis_of(g, g->along)->span_count; span++)
-        sum += measure_row(g, span, y).at[STEPS];
-    return sum;
-}
-
 /* The fastest that any of many lines goes across the rows at y. */
 static double fastest_across(struct tessellation *g, double y) {
     const struct surface_axis *axis = axis_of(g, g->along);
@@ -112,15 +83,29 @@ static double fastest_across(struct tessellation *g, double y) {
     return fastest;
 }
 
-static struct ruler measure_across(struct tessellation *g, int span) {
-    struct ruler ruler = make_ruler(axis_of(g, 1 - g->along), span);
-    for (int k = 0; k < STEPS; k++)
-        add_speed(&ruler, k, fastest_across(g, middle_of_step(&ruler, k)));
+/* The arc length over a span of direction k, by the rule of the middle points: of the row at y, or
+ * across the rows, where they are furthest apart. */
+static struct ruler measure_span(struct tessellation *g, int k, int span, double y) {
+    const struct surface_axis *axis = axis_of(g, k);
+    struct ruler ruler = {.from = axis->breaks[span],
+                          .width = axis->breaks[span + 1] - axis->breaks[span]};
+    for (int step = 0; step < STEPS; step++) {
+        double middle = ruler.from + ruler.width * (step + 0.5) / STEPS;
+        double speed = k == g->along ? speed_at(g, k, middle, y) : fastest_across(g, middle);
+        ruler.at[step + 1] = ruler.at[step] + speed * ruler.width / STEPS;
+    }
     return ruler;
 }
 
+static double row_length(struct tessellation *g, double y) {
+    double sum = 0;
+    for (int span = 0; span < axis_of(g, g->along)->span_count; span++)
+        sum += measure_span(g, g->along, span, y).at[STEPS];
+    return sum;
+}
+
 /* The parameter at a share of the ruler's length, linear within its steps. */
-static double parameter_at(const struct ruler *ruler, double share) {
+static double parameter_at_share(const struct ruler *ruler, double share) {
     double length = share * ruler->at[STEPS];
     int k = 0;
     while (k < STEPS - 1 && ruler->at[k + 1] < length)
@@ -135,13 +120,6 @@ static size_t pieces_of(const struct tessellation *g, double length, size_t leas
     double wanted = length / g->size;
     size_t pieces = wanted < (double)g->most ? (size_t)ceil(wanted * (1 - 1e-9)) : g->most + 1;
     return pieces > least ? pieces : least;
-}
-
-/* Pieces that each span of a direction has at least. */
-static size_t least_pieces(const struct tessellation *g, int k) {
-    const struct surface_axis *axis = axis_of(g, k);
-    bool many = axis->closed || axis->pole[0] || axis->pole[1];
-    return many ? (size_t)((AROUND - 1) / axis->span_count + 1) : 1;
 }
 
 /* ---- where the points are ---- */
@@ -160,24 +138,21 @@ static double evenness(struct tessellation *g, int k) {
     return shortest / longest;
 }
 
-/* Rows may have different numbers of points; so they run where lines differ most in length. */
-static void choose_direction(struct tessellation *g) {
-    double along_u = evenness(g, 0), along_v = evenness(g, 1);
-    g->along = along_v < along_u ? 1 : 0;
-}
-
 /* Counts the rows, or with g->rows sets their parameters. */
-static enum status value_rows(struct tessellation *g) {
-    const struct surface_axis *axis = axis_of(g, 1 - g->along);
-    size_t least = least_pieces(g, 1 - g->along);
+static enum status place_rows(struct tessellation *g) {
+    int across = 1 - g->along;
+    const struct surface_axis *axis = axis_of(g, across);
+    bool many = axis->closed || axis->pole[0] || axis->pole[1];
+    size_t least = many ? (size_t)((AROUND - 1) / axis->span_count + 1) : 1;
     g->row_count = 0;
     for (int span = 0; span < axis->span_count; span++) {
-        struct ruler ruler = measure_across(g, span);
+        struct ruler ruler = measure_span(g, across, span, 0);
         size_t pieces = pieces_of(g, ruler.at[STEPS], least);
         if (g->row_count + pieces > g->most)
             return STATUS_TOO_MANY_NODES;
         for (size_t k = 0; k < pieces && g->rows; k++)
-            g->rows[g->row_count + k].across = parameter_at(&ruler, (double)k / (double)pieces);
+            g->rows[g->row_count + k].across =
+                parameter_at_share(&ruler, (double)k / (double)pieces);
         g->row_count += pieces;
     }
     if (g->rows)
@@ -186,22 +161,11 @@ static enum status value_rows(struct tessellation *g) {
     return STATUS_OK;
 }
 
-static void cut_row(struct tessellation *g, struct row *row) {
-    const struct surface_axis *axis = axis_of(g, g->along);
-    size_t least = axis->closed ? (size_t)((AROUND - 1) / axis->span_count + 1) : 1;
-    row->pole = row_length(g, row->across) <= pole_length * g->surface->size;
-    for (int span = 0; span < axis->span_count && !row->pole; span++) {
-        double length = measure_row(g, span, row->across).at[STEPS];
-        size_t pieces = pieces_of(g, length, least);
-        row->pieces[span] = (int)pieces;
-        row->total += pieces;
-    }
-}
-
 /* Cuts all rows; a closed surface's last one as the first, of which it is the copy. */
 static enum status cut_rows(struct tessellation *g) {
     const struct surface_axis *axis = axis_of(g, g->along);
     size_t spans = (size_t)axis->span_count, triangles = 0;
+    size_t least = axis->closed ? (AROUND - 1) / spans + 1 : 1;
     bool closed = axis_of(g, 1 - g->along)->closed;
     for (size_t k = 0; k < g->row_count; k++) {
         struct row *row = &g->rows[k];
@@ -211,7 +175,13 @@ static enum status cut_rows(struct tessellation *g) {
             row->total = g->rows[0].total;
             row->pole = g->rows[0].pole;
         } else {
-            cut_row(g, row);
+            row->pole = row_length(g, row->across) <= pole_length * g->surface->size;
+            for (size_t span = 0; span < spans && !row->pole; span++) {
+                struct ruler ruler = measure_span(g, g->along, (int)span, row->across);
+                size_t pieces = pieces_of(g, ruler.at[STEPS], least);
+                row->pieces[span] = (int)pieces;
+                row->total += pieces;
+            }
         }
         triangles += row->total * (k == 0 || k + 1 == g->row_count ? 1 : 2);
         if (triangles > g->most)
@@ -221,43 +191,36 @@ static enum status cut_rows(struct tessellation *g) {
     return STATUS_OK;
 }
 
-static void add_point(struct tessellation *g, double x, double y, struct vec3 r) {
+static void add_row_point(struct tessellation *g, double x, double y, struct vec3 r) {
     g->points[g->point_count] = r;
     g->parameters[g->point_count][g->along] = x;
     g->parameters[g->point_count][1 - g->along] = y;
     g->point_count++;
 }
 
-static void set_row(struct tessellation *g, struct row *row) {
+static void set_row_points(struct tessellation *g, struct row *row) {
     const struct surface_axis *axis = axis_of(g, g->along);
     struct vec3 r;
     row->first = g->point_count;
     if (row->pole)
         return;
     for (int span = 0; span < axis->span_count; span++) {
-        struct ruler ruler = measure_row(g, span, row->across);
+        struct ruler ruler = measure_span(g, g->along, span, row->across);
         for (int k = 0; k < row->pieces[span]; k++) {
-            double x = parameter_at(&ruler, (double)k / row->pieces[span]);
+            double x = parameter_at_share(&ruler, (double)k / row->pieces[span]);
             tangent_at(g, 0, x, row->across, &r);
-            add_point(g, x, row->across, r);
+            add_row_point(g, x, row->across, r);
         }
     }
     tangent_at(g, 0, surface_axis_upper(axis), row->across, &r);
-    add_point(g, surface_axis_upper(axis), row->across, axis->closed ? g->points[row->first] : r);
-}
-
-/* The first row's points with the parameter of the last. */
-static void repeat_row(struct tessellation *g, const struct row *from, struct row *row) {
-    row->first = g->point_count;
-    for (size_t k = 0; k <= from->total && !row->pole; k++)
-        add_point(g, g->parameters[from->first + k][g->along], row->across,
-                  g->points[from->first + k]);
+    add_row_point(g, surface_axis_upper(axis), row->across,
+                  axis->closed ? g->points[row->first] : r);
 }
 
 /* ---- triangles ---- */
 
 /* Turned over where rows run along v, so that the normal is along r_u x r_v. */
-static void add_triangle(struct tessellation *g, size_t a, size_t b, size_t c) {
+static void add_strip_triangle(struct tessellation *g, size_t a, size_t b, size_t c) {
     int32_t *corner = g->triangles[g->triangle_count++];
     corner[0] = (int32_t)a;
     corner[1] = (int32_t)(g->along == 0 ? b : c);
@@ -272,8 +235,8 @@ static void join_pole(struct tessellation *g, const struct row *row, const struc
     for (size_t k = row->first; k < row->first + row->total; k++) {
         double x = (g->parameters[k][g->along] + g->parameters[k + 1][g->along]) / 2;
         tangent_at(g, 0, surface_axis_lower(axis_of(g, g->along)), pole->across, &r);
-        add_triangle(g, pole_first ? k + 1 : k, pole_first ? k : k + 1, g->point_count);
-        add_point(g, x, pole->across, r);
+        add_strip_triangle(g, pole_first ? k + 1 : k, pole_first ? k : k + 1, g->point_count);
+        add_row_point(g, x, pole->across, r);
     }
 }
 
@@ -298,40 +261,37 @@ static bool next_on_p(const struct tessellation *g, const struct strip *s) {
     return by_p <= by_q;
 }
 
-static void join_span(struct tessellation *g, struct strip s) {
-    while (s.p < s.p_end || s.q < s.q_end) {
-        if (next_on_p(g, &s)) {
-            add_triangle(g, s.p, s.p + 1, s.q);
-            s.p++;
-        } else {
-            add_triangle(g, s.p, s.q + 1, s.q);
-            s.q++;
-        }
-    }
-}
-
-static void join_rows(struct tessellation *g, const struct row *p, const struct row *q) {
+/* The triangles between two rows, span by span. */
+static void join_two_rows(struct tessellation *g, const struct row *p, const struct row *q) {
     if (p->pole && !q->pole)
         join_pole(g, q, p, true);
     else if (q->pole && !p->pole)
         join_pole(g, p, q, false);
     if (p->pole || q->pole)
         return;
-    struct strip s = {.p_end = p->first, .q_end = q->first};
+    struct strip s = {.p = p->first, .p_end = p->first, .q = q->first, .q_end = q->first};
     for (int span = 0; span < axis_of(g, g->along)->span_count; span++) {
-        s.p = s.p_end;
-        s.q = s.q_end;
         s.p_end += (size_t)p->pieces[span];
         s.q_end += (size_t)q->pieces[span];
-        join_span(g, s);
+        while (s.p < s.p_end || s.q < s.q_end) {
+            if (next_on_p(g, &s)) {
+                add_strip_triangle(g, s.p, s.p + 1, s.q);
+                s.p++;
+            } else {
+                add_strip_triangle(g, s.p, s.q + 1, s.q);
+                s.q++;
+            }
+        }
     }
 }
 
 /* ---- the whole ---- */
 
-static enum status make_rows(struct tessellation *g) {
-    choose_direction(g);
-    enum status status = value_rows(g);
+/* Rows may have different numbers of points; so they run where lines differ most in length. */
+static enum status lay_out_rows(struct tessellation *g) {
+    double along_u = evenness(g, 0), along_v = evenness(g, 1);
+    g->along = along_v < along_u ? 1 : 0;
+    enum status status = place_rows(g);
     if (status != STATUS_OK)
         return status;
     size_t spans = (size_t)axis_of(g, g->along)->span_count;
@@ -339,47 +299,43 @@ static enum status make_rows(struct tessellation *g) {
     g->pieces = arena_alloc(g->arena, g->row_count * spans, sizeof *g->pieces);
     if (!g->rows || !g->pieces)
         return STATUS_OUT_OF_MEMORY;
-    status = value_rows(g);
+    status = place_rows(g);
     return status == STATUS_OK ? cut_rows(g) : status;
 }
 
-/* Room for a point of each row's piece and one more, and one at a pole for each triangle. */
-static bool alloc_points(struct tessellation *g) {
-    size_t most = 0;
+static enum status tessellate(struct tessellation *g) {
+    enum status status = lay_out_rows(g);
+    if (status != STATUS_OK)
+        return status;
+    size_t most =
+        0; /* a point of each row's piece and one more, and one at a pole for each triangle */
     for (size_t k = 0; k < g->row_count; k++)
         most += 3 * g->rows[k].total + 1;
     g->points = arena_alloc(g->arena, most, sizeof *g->points);
     g->parameters = arena_alloc(g->arena, most, sizeof *g->parameters);
     g->triangles = arena_alloc(g->arena, g->triangle_count, sizeof *g->triangles);
-    return g->points && g->parameters && g->triangles;
-}
-
-static void fill(struct tessellation *g) {
-    bool closed = axis_of(g, 1 - g->along)->closed;
-    for (size_t k = 0; k < g->row_count; k++)
-        if (closed && k + 1 == g->row_count)
-            repeat_row(g, &g->rows[0], &g->rows[k]);
-        else
-            set_row(g, &g->rows[k]);
-    g->triangle_count = 0;
-    for (size_t k = 0; k + 1 < g->row_count; k++)
-        join_rows(g, &g->rows[k], &g->rows[k + 1]);
-}
-
-static enum status make(struct tessellation *g) {
-    enum status status = make_rows(g);
-    if (status != STATUS_OK)
-        return status;
-    if (!alloc_points(g))
+    if (!g->points || !g->parameters || !g->triangles)
         return STATUS_OUT_OF_MEMORY;
-    fill(g);
+    bool closed = axis_of(g, 1 - g->along)->closed;
+    struct row *first = &g->rows[0], *last = &g->rows[g->row_count - 1];
+    for (struct row *row = first; row <= last - closed; row++)
+        set_row_points(g, row);
+    if (closed) { /* the first row's points with the parameter of the last */
+        last->first = g->point_count;
+        for (size_t k = 0; k <= first->total && !last->pole; k++)
+            add_row_point(g, g->parameters[first->first + k][g->along], last->across,
+                          g->points[first->first + k]);
+    }
+    g->triangle_count = 0;
+    for (struct row *row = first; row < last; row++)
+        join_two_rows(g, row, row + 1);
     return STATUS_OK;
 }
 
 enum status tessellation_points(const struct surface *surface, double size, size_t most,
                                 struct arena *arena, struct tessellation_points *points) {
     struct tessellation g = {.surface = surface, .arena = arena, .size = size, .most = most};
-    enum status status = make(&g);
+    enum status status = tessellate(&g);
     *points = (struct tessellation_points){g.points, g.parameters, g.point_count};
     return status;
 }
@@ -387,7 +343,7 @@ enum status tessellation_points(const struct surface *surface, double size, size
 enum status mesh_from_surface(const struct surface *surface, double size, size_t most,
                               struct arena *arena, struct mesh **mesh) {
     struct tessellation g = {.surface = surface, .arena = arena, .size = size, .most = most};
-    enum status status = make(&g);
+    enum status status = tessellate(&g);
     if (status != STATUS_OK)
         return status;
     for (size_t k = 0; k < g.point_count; k++)

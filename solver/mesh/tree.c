@@ -15,39 +15,21 @@ struct item {
     int32_t triangle;
 };
 
-struct builder {
-    struct mesh *mesh;
-    struct item *items;
-};
-
 /* A node and the leaves under it. */
 struct span {
     size_t node, leaf, leaves;
 };
 
-static struct span left_of(struct span s) {
+static struct span left_child(struct span s) {
     return (struct span){s.node + 1, s.leaf, s.leaves / 2};
 }
 
-static struct span right_of(struct span s) {
+static struct span right_child(struct span s) {
     size_t left = s.leaves / 2;
     return (struct span){s.node + 2 * left, s.leaf + left, s.leaves - left};
 }
 
 /* ---- building ---- */
-
-static void fill_items(struct builder *b) {
-    const struct mesh *mesh = b->mesh;
-    double scale = 1 / (3 * mesh->size);
-    for (size_t t = 0; t < mesh->triangle_count; t++) {
-        struct vec3 p[3];
-        mesh_corner_points(mesh, (int32_t)t, p);
-        struct vec3 middle = vec3_add(p[0], vec3_add(p[1], p[2]));
-        middle = vec3_scale(scale, vec3_axpy(-3, mesh->lower, middle));
-        b->items[t] =
-            (struct item){{(float)middle.x, (float)middle.y, (float)middle.z}, (int32_t)t};
-    }
-}
 
 /* The direction in which the centres of the items spread most. */
 static int widest(const struct item *items, size_t count) {
@@ -67,39 +49,35 @@ static int widest(const struct item *items, size_t count) {
 }
 
 /* A total order, without branches. */
-static bool before(const struct item *a, const struct item *b, int axis) {
+static bool comes_first(const struct item *a, const struct item *b, int axis) {
     return (a->at[axis] < b->at[axis]) |
            ((a->at[axis] == b->at[axis]) & (a->triangle < b->triangle));
 }
 
 /* Brings the items before `pivot` to the front; how many they are. The exchange is made always and
  * counted when it should be, for a processor cannot foresee which way a branch would go. */
-static size_t divide(struct item *items, size_t count, struct item pivot, int axis) {
+static size_t split_items(struct item *items, size_t count, struct item pivot, int axis) {
     size_t less = 0;
     for (size_t i = 0; i < count; i++) {
         struct item item = items[i];
         items[i] = items[less];
         items[less] = item;
-        less += before(&item, &pivot, axis);
+        less += comes_first(&item, &pivot, axis);
     }
     return less;
 }
 
-static uint64_t scattered(uint64_t state) {
-    return state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-}
-
-/* The middle one of three items, whose places are scattered, so that no order of the triangles
- * makes the selection slow. */
+/* The middle one of three items, whose places are scattered (a linear congruential generator), so
+ * that no order of the triangles makes the selection slow. */
 static struct item choose_pivot(const struct item *items, size_t count, int axis,
                                 uint64_t *scatter) {
     struct item pick[3];
     for (int k = 0; k < 3; k++) {
-        *scatter = scattered(*scatter);
+        *scatter = *scatter * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
         pick[k] = items[(size_t)(*scatter >> 33) % count];
     }
-    bool ab = before(&pick[0], &pick[1], axis), bc = before(&pick[1], &pick[2], axis);
-    bool ac = before(&pick[0], &pick[2], axis);
+    bool ab = comes_first(&pick[0], &pick[1], axis), bc = comes_first(&pick[1], &pick[2], axis);
+    bool ac = comes_first(&pick[0], &pick[2], axis);
     return ab == bc ? pick[1] : ab == ac ? pick[2] : pick[0];
 }
 
@@ -108,7 +86,7 @@ static void select_least(struct item *items, size_t count, size_t rank, int axis
     uint64_t scatter = count;
     while (count > 1) {
         struct item pivot = choose_pivot(items, count, axis, &scatter);
-        size_t less = divide(items, count, pivot, axis);
+        size_t less = split_items(items, count, pivot, axis);
         if (less == rank)
             return;
         if (less > rank) {
@@ -121,25 +99,6 @@ static void select_least(struct item *items, size_t count, size_t rank, int axis
     }
 }
 
-static struct mesh_box empty_box(void) {
-    return (struct mesh_box){{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
-}
-
-static void include_point(struct mesh_box *box, struct vec3 p) {
-    const double at[3] = {p.x, p.y, p.z};
-    for (int k = 0; k < 3; k++) {
-        box->lower[k] = at[k] < box->lower[k] ? at[k] : box->lower[k];
-        box->upper[k] = at[k] > box->upper[k] ? at[k] : box->upper[k];
-    }
-}
-
-static void include_box(struct mesh_box *box, const struct mesh_box *other) {
-    for (int k = 0; k < 3; k++) {
-        box->lower[k] = fmin(box->lower[k], other->lower[k]);
-        box->upper[k] = fmax(box->upper[k], other->upper[k]);
-    }
-}
-
 /* The triangles of a leaf: `first` and how many. */
 static size_t leaf_range(const struct mesh *mesh, size_t leaf, size_t *first) {
     *first = LEAF * leaf;
@@ -147,53 +106,60 @@ static size_t leaf_range(const struct mesh *mesh, size_t leaf, size_t *first) {
     return rest < LEAF ? rest : LEAF;
 }
 
-static void build_leaf(struct builder *b, struct span s) {
-    struct mesh *mesh = b->mesh;
+/* The boxes of a node over `items` and of all below it. As deep as the logarithm of the number of
+ * leaves. */
+static void build_node(struct mesh *mesh, struct item *items, struct span s) {
     struct mesh_box *box = &mesh->boxes[s.node];
-    size_t first, count = leaf_range(mesh, s.leaf, &first);
-    *box = empty_box();
-    for (size_t i = first; i < first + count; i++) {
-        int32_t t = mesh->order[i] = b->items[i].triangle;
-        for (int k = 0; k < 3; k++)
-            include_point(box, mesh_corner_point(mesh, t, k));
-    }
-}
-
-/* As deep as the logarithm of the number of leaves. */
-static void build_node(struct builder *b, struct span s) {
     if (s.leaves == 1) {
-        build_leaf(b, s);
+        size_t first, count = leaf_range(mesh, s.leaf, &first);
+        *box = (struct mesh_box){{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+        for (size_t i = 0; i < 3 * count; i++) {
+            int32_t t = mesh->order[first + i / 3] = items[first + i / 3].triangle;
+            struct vec3 p = mesh_corner_point(mesh, t, (int)(i % 3));
+            const double at[3] = {p.x, p.y, p.z};
+            for (int k = 0; k < 3; k++) {
+                box->lower[k] = at[k] < box->lower[k] ? at[k] : box->lower[k];
+                box->upper[k] = at[k] > box->upper[k] ? at[k] : box->upper[k];
+            }
+        }
         return;
     }
-    struct span left = left_of(s), right = right_of(s);
-    size_t first = LEAF * s.leaf, middle = LEAF * right.leaf, last;
-    last = LEAF * (s.leaf + s.leaves);
-    if (last > b->mesh->triangle_count)
-        last = b->mesh->triangle_count;
-    struct item *items = b->items + first;
-    select_least(items, last - first, middle - first, widest(items, last - first));
-    build_node(b, left);
-    build_node(b, right);
-    b->mesh->boxes[s.node] = b->mesh->boxes[left.node];
-    include_box(&b->mesh->boxes[s.node], &b->mesh->boxes[right.node]);
+    struct span left = left_child(s), right = right_child(s);
+    size_t first = LEAF * s.leaf, middle = LEAF * right.leaf, last = LEAF * (s.leaf + s.leaves);
+    if (last > mesh->triangle_count)
+        last = mesh->triangle_count;
+    select_least(items + first, last - first, middle - first, widest(items + first, last - first));
+    build_node(mesh, items, left);
+    build_node(mesh, items, right);
+    const struct mesh_box *a = &mesh->boxes[left.node], *b = &mesh->boxes[right.node];
+    for (int k = 0; k < 3; k++) {
+        box->lower[k] = fmin(a->lower[k], b->lower[k]);
+        box->upper[k] = fmax(a->upper[k], b->upper[k]);
+    }
 }
 
 enum status mesh_tree_build(struct mesh *mesh, struct arena *arena) {
-    struct builder b = {.mesh = mesh};
+    double scale = 1 / (3 * mesh->size);
     mesh->leaf_count = (mesh->triangle_count + LEAF - 1) / LEAF;
     mesh->boxes = arena_alloc(arena, 2 * mesh->leaf_count - 1, sizeof *mesh->boxes);
     mesh->order = arena_alloc(arena, mesh->triangle_count, sizeof *mesh->order);
     struct arena_mark mark = arena_mark(arena);
-    b.items = arena_alloc(arena, mesh->triangle_count, sizeof *b.items);
-    if (!mesh->boxes || !mesh->order || !b.items)
+    struct item *items = arena_alloc(arena, mesh->triangle_count, sizeof *items);
+    if (!mesh->boxes || !mesh->order || !items)
         return STATUS_OUT_OF_MEMORY;
-    fill_items(&b);
-    build_node(&b, (struct span){0, 0, mesh->leaf_count});
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        struct vec3 p[3];
+        mesh_corner_points(mesh, (int32_t)t, p);
+        struct vec3 middle = vec3_add(p[0], vec3_add(p[1], p[2]));
+        middle = vec3_scale(scale, vec3_axpy(-3, mesh->lower, middle));
+        items[t] = (struct item){{(float)middle.x, (float)middle.y, (float)middle.z}, (int32_t)t};
+    }
+    build_node(mesh, items, (struct span){0, 0, mesh->leaf_count});
     arena_rewind(arena, mark);
     return STATUS_OK;
 }
 
-/* ---- the nearest place ---- */
+/* ---- the nearest point ---- */
 
 static double distance2_to_box(const struct mesh_box *box, const double at[3]) {
     double sum = 0;
@@ -205,13 +171,6 @@ static double distance2_to_box(const struct mesh_box *box, const double at[3]) {
     return sum;
 }
 
-/* The point of the segment p q nearest to `at`. */
-static struct vec3 nearest_on_edge(struct vec3 p, struct vec3 q, struct vec3 at) {
-    struct vec3 along = vec3_sub(q, p);
-    double share = vec3_dot(vec3_sub(at, p), along) / vec3_norm2(along);
-    return share <= 0 ? p : share >= 1 ? q : vec3_axpy(share, along, p);
-}
-
 /* The point of a triangle nearest to `at`: its foot on the plane, or a point of one of the edges
  * beyond which the foot lies (the nearest of them). */
 static struct vec3 nearest_on_triangle(const struct mesh *mesh, int32_t t, struct vec3 at) {
@@ -220,9 +179,11 @@ static struct vec3 nearest_on_triangle(const struct mesh *mesh, int32_t t, struc
     double least = HUGE_VAL;
     for (int k = 0; k < 3; k++) {
         struct vec3 from = p[k], to = p[(k + 1) % 3];
-        if (vec3_dot(vec3_cross(vec3_sub(to, from), vec3_sub(at, from)), normal) >= 0)
+        struct vec3 along = vec3_sub(to, from), offset = vec3_sub(at, from);
+        if (vec3_dot(vec3_cross(along, offset), normal) >= 0)
             continue;
-        struct vec3 point = nearest_on_edge(from, to, at);
+        double share = vec3_dot(offset, along) / vec3_norm2(along);
+        struct vec3 point = share <= 0 ? from : share >= 1 ? to : vec3_axpy(share, along, from);
         double distance2 = vec3_norm2(vec3_sub(point, at));
         if (distance2 < least) {
             least = distance2;
@@ -232,65 +193,46 @@ static struct vec3 nearest_on_triangle(const struct mesh *mesh, int32_t t, struc
     return least < HUGE_VAL ? best : vec3_axpy(-vec3_dot(vec3_sub(at, p[0]), normal), normal, at);
 }
 
-struct search {
-    const struct mesh *mesh;
-    struct vec3 point;
-    int32_t component;
-    struct mesh_point best;
-    double distance2;
-};
-
-static void search_leaf(struct search *search, size_t leaf) {
-    const struct mesh *mesh = search->mesh;
-    size_t first, count = leaf_range(mesh, leaf, &first);
-    for (size_t i = first; i < first + count; i++) {
-        int32_t t = mesh->order[i];
-        if (search->component != MESH_ANY && mesh->component[t] != search->component)
-            continue;
-        struct vec3 r = nearest_on_triangle(mesh, t, search->point);
-        double distance2 = vec3_norm2(vec3_sub(r, search->point));
-        if (distance2 < search->distance2 ||
-            (distance2 == search->distance2 && t < search->best.triangle)) {
-            search->best = (struct mesh_point){t, r};
-            search->distance2 = distance2;
-        }
-    }
-}
-
 /* A node that waits, with the distance to its box. */
 struct waiting {
     struct span span;
     double distance2;
 };
 
-static void search_tree(struct search *search) {
-    const struct mesh *mesh = search->mesh;
-    const double at[3] = {search->point.x, search->point.y, search->point.z};
-    struct waiting stack[STACK_MAX] = {{{0, 0, mesh->leaf_count}, 0}};
-    for (size_t depth = 1; depth > 0;) {
-        struct waiting w = stack[--depth];
-        if (w.distance2 > search->distance2)
-            continue;
-        if (w.span.leaves == 1) {
-            search_leaf(search, w.span.leaf);
-            continue;
-        }
-        struct waiting near = {left_of(w.span), 0}, far = {right_of(w.span), 0};
-        near.distance2 = distance2_to_box(&mesh->boxes[near.span.node], at);
-        far.distance2 = distance2_to_box(&mesh->boxes[far.span.node], at);
-        bool swapped = far.distance2 < near.distance2;
-        stack[depth++] = swapped ? near : far;
-        stack[depth++] = swapped ? far : near;
-    }
-}
-
 bool mesh_nearest(const struct mesh *mesh, struct vec3 point, int32_t component,
                   struct mesh_point *nearest, double *distance) {
-    struct search search = {mesh, point, component, {MESH_NONE, point}, HUGE_VAL};
-    search_tree(&search);
-    *nearest = search.best;
+    const double at[3] = {point.x, point.y, point.z};
+    double least2 = HUGE_VAL;
+    struct waiting stack[STACK_MAX] = {{{0, 0, mesh->leaf_count}, 0}};
+    *nearest = (struct mesh_point){MESH_NONE, point};
+    for (size_t depth = 1; depth > 0;) {
+        struct waiting w = stack[--depth];
+        if (w.distance2 > least2)
+            continue;
+        if (w.span.leaves > 1) {
+            struct waiting near = {left_child(w.span), 0}, far = {right_child(w.span), 0};
+            near.distance2 = distance2_to_box(&mesh->boxes[near.span.node], at);
+            far.distance2 = distance2_to_box(&mesh->boxes[far.span.node], at);
+            bool swapped = far.distance2 < near.distance2;
+            stack[depth++] = swapped ? near : far;
+            stack[depth++] = swapped ? far : near;
+            continue;
+        }
+        size_t first, count = leaf_range(mesh, w.span.leaf, &first);
+        for (size_t i = first; i < first + count; i++) {
+            int32_t t = mesh->order[i];
+            if (component != MESH_ANY && mesh->component[t] != component)
+                continue;
+            struct vec3 r = nearest_on_triangle(mesh, t, point);
+            double own2 = vec3_norm2(vec3_sub(r, point));
+            if (own2 < least2 || (own2 == least2 && t < nearest->triangle)) {
+                *nearest = (struct mesh_point){t, r};
+                least2 = own2;
+            }
+        }
+    }
     if (distance)
-        *distance = sqrt(search.distance2);
+        *distance = sqrt(least2);
     return nearest->triangle != MESH_NONE;
 }
 
@@ -316,8 +258,8 @@ void mesh_tree_visit(const struct mesh *mesh, const struct mesh_circle *circle,
         if (!meets_sphere(box, circle->b, circle->bd) || !meets_sphere(box, circle->c, circle->cd))
             continue;
         if (s.leaves > 1) {
-            stack[depth++] = right_of(s);
-            stack[depth++] = left_of(s);
+            stack[depth++] = right_child(s);
+            stack[depth++] = left_child(s);
             continue;
         }
         size_t first, count = leaf_range(mesh, s.leaf, &first);

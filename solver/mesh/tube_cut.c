@@ -23,22 +23,22 @@ struct heap {
     struct arena *arena;
 };
 
-struct opener {
+struct tube {
     const struct mesh *mesh;
     struct arena *arena;
     int32_t component;
-    int32_t *vertex; /* of half-edge h: the number of the place where it begins */
+    int32_t *vertex; /* of half-edge h: the number of the vertex where it begins */
     size_t vertex_count;
-    int32_t *first, *fan; /* of place v: the half-edges that begin there, fan[first[v]] .. */
-    int32_t *border;      /* of half-edge h: the number of the border it is part of, or NOWHERE */
-    int32_t ends[2];      /* the borders that are ends */
+    int32_t *first, *around; /* of vertex v: the half-edges that begin there, around[first[v]] .. */
+    int32_t *border;  /* of half-edge h: the number of the border it is part of, or NOWHERE */
+    int32_t ends[2];  /* the borders that are ends */
     uint8_t *right;   /* of half-edge h: it begins on the fence, its triangle lies right of it */
-    double *distance; /* of place v in layer l: LAYERS v + l */
+    double *distance; /* of vertex v in layer l: LAYERS v + l */
     uint8_t *settled;
-    int8_t *nearest; /* of place v: the layer of its least distance */
+    int8_t *nearest; /* of vertex v: the layer of its least distance */
 };
 
-/* ---- a heap of places by distance ---- */
+/* ---- a heap of vertices by distance ---- */
 
 static bool heap_push(struct heap *heap, double key, int32_t at) {
     if (heap->count == heap->room) {
@@ -69,31 +69,31 @@ static struct heap_entry heap_pop(struct heap *heap) {
     return top;
 }
 
-/* ---- places ---- */
+/* ---- vertices ---- */
 
-static struct vec3 point_of(const struct opener *o, int32_t half) {
+static struct vec3 start_of_half(const struct tube *o, int32_t half) {
     return mesh_corner_point(o->mesh, half / 3, half % 3);
 }
 
-static double length_of(const struct opener *o, int32_t half) {
-    return vec3_distance(point_of(o, half), point_of(o, mesh_next_half(half)));
+static double half_length(const struct tube *o, int32_t half) {
+    return vec3_distance(start_of_half(o, half), start_of_half(o, mesh_next_half(half)));
 }
 
-static int32_t root_of(int32_t *parent, int32_t v) {
+static int32_t root_vertex(int32_t *parent, int32_t v) {
     while (parent[v] != v)
         v = parent[v] = parent[parent[v]];
     return v;
 }
 
-/* Numbers the places: vertices that edges with the same ends share are one. */
-static bool number_places(struct opener *o) {
+/* Numbers the vertices; those that edges with the same ends share are one. */
+static bool number_vertices(struct tube *o) {
     const struct mesh *mesh = o->mesh;
     size_t halves = 3 * mesh->triangle_count;
     int32_t *parent = arena_alloc(o->arena, mesh->vertex_count, sizeof *parent);
     o->vertex = arena_alloc(o->arena, halves, sizeof *o->vertex);
     o->first = arena_alloc(o->arena, mesh->vertex_count + 2, sizeof *o->first);
-    o->fan = arena_alloc(o->arena, halves, sizeof *o->fan);
-    if (!parent || !o->vertex || !o->first || !o->fan)
+    o->around = arena_alloc(o->arena, halves, sizeof *o->around);
+    if (!parent || !o->vertex || !o->first || !o->around)
         return false;
     for (size_t v = 0; v < mesh->vertex_count; v++)
         parent[v] = (int32_t)v;
@@ -101,25 +101,26 @@ static bool number_places(struct opener *o) {
     for (size_t h = 0; h < halves; h++) {
         int32_t twin = mesh->twins[h];
         if (twin != MESH_NONE)
-            parent[root_of(parent, corner[h])] = root_of(parent, corner[mesh_next_half(twin)]);
+            parent[root_vertex(parent, corner[h])] =
+                root_vertex(parent, corner[mesh_next_half(twin)]);
     }
     o->vertex_count = mesh->vertex_count;
     for (size_t h = 0; h < halves; h++) {
-        o->vertex[h] = root_of(parent, corner[h]);
+        o->vertex[h] = root_vertex(parent, corner[h]);
         o->first[o->vertex[h] + 2]++;
     }
     for (size_t v = 2; v < o->vertex_count + 2; v++)
         o->first[v] += o->first[v - 1];
     for (size_t h = 0; h < halves; h++)
-        o->fan[o->first[o->vertex[h] + 1]++] = (int32_t)h;
+        o->around[o->first[o->vertex[h] + 1]++] = (int32_t)h;
     return true;
 }
 
 /* ---- borders ---- */
 
-/* By how much a border turns to the left: at each of its places half a turn less the angles of the
- * triangles there. */
-static double follow_border(struct opener *o, int32_t first, int32_t number) {
+/* By how much a border turns to the left: at each of its vertices half a turn less the angles of
+ * the triangles there. */
+static double border_turn(struct tube *o, int32_t first, int32_t number) {
     double turn = 0;
     for (int32_t half = first; o->border[half] == NOWHERE;
          half = mesh_next_on_border(o->mesh, half)) {
@@ -127,13 +128,13 @@ static double follow_border(struct opener *o, int32_t first, int32_t number) {
         o->border[half] = number;
         turn += 180;
         for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
-            turn -= mesh_corner_angle(o->mesh, o->fan[k]);
+            turn -= mesh_corner_angle(o->mesh, o->around[k]);
     }
     return turn;
 }
 
 /* Whether the component is a tube; finds its borders. */
-static bool find_ends(struct opener *o) {
+static bool find_ends(struct tube *o) {
     const struct mesh *mesh = o->mesh;
     int32_t halves = (int32_t)(3 * mesh->triangle_count), borders = 0, ends = 0;
     int64_t corners = 0, edges = 0, triangles = 0;
@@ -145,10 +146,10 @@ static bool find_ends(struct opener *o) {
         bool free = mesh->twins[h] == MESH_NONE;
         triangles += h % 3 == 0;
         edges += free || h < mesh->twins[h];
-        corners += o->fan[o->first[o->vertex[h]]] == h;
+        corners += o->around[o->first[o->vertex[h]]] == h;
         if (!free || o->border[h] != NOWHERE)
             continue;
-        double turn = follow_border(o, h, borders);
+        double turn = border_turn(o, h, borders);
         if (turn > turn_most)
             return false;
         if (turn >= -turn_most && ends < 2)
@@ -162,19 +163,19 @@ static bool find_ends(struct opener *o) {
 /* ---- the fence: the shortest way along edges from one end to the other ---- */
 
 struct fence {
-    int32_t *places;
+    int32_t *vertices;
     size_t count;
 };
 
-static bool on_border(const struct opener *o, int32_t v, int32_t border) {
+static bool touches_border(const struct tube *o, int32_t v, int32_t border) {
     for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
-        if (o->border[o->fan[k]] == border)
+        if (o->border[o->around[k]] == border)
             return true;
     return false;
 }
 
-static bool try_place(struct heap *heap, double *distance, int32_t *from, int32_t v, int32_t to,
-                      double by) {
+static bool try_vertex(struct heap *heap, double *distance, int32_t *from, int32_t v, int32_t to,
+                       double by) {
     if (!(distance[v] + by < distance[to]))
         return true;
     distance[to] = distance[v] + by;
@@ -182,13 +183,13 @@ static bool try_place(struct heap *heap, double *distance, int32_t *from, int32_
     return heap_push(heap, distance[to], to);
 }
 
-static bool find_fence(struct opener *o, struct fence *fence) {
+static bool find_fence(struct tube *o, struct fence *fence) {
     struct heap heap = {.arena = o->arena};
     double *distance = arena_alloc(o->arena, o->vertex_count, sizeof *distance);
     int32_t *from = arena_alloc(o->arena, o->vertex_count, sizeof *from);
     int32_t halves = (int32_t)(3 * o->mesh->triangle_count), end = NOWHERE;
-    fence->places = arena_alloc(o->arena, o->vertex_count, sizeof *fence->places);
-    if (!distance || !from || !fence->places)
+    fence->vertices = arena_alloc(o->arena, o->vertex_count, sizeof *fence->vertices);
+    if (!distance || !from || !fence->vertices)
         return false;
     for (size_t v = 0; v < o->vertex_count; v++) {
         distance[v] = HUGE_VAL;
@@ -204,28 +205,29 @@ static bool find_fence(struct opener *o, struct fence *fence) {
         struct heap_entry top = heap_pop(&heap);
         if (top.key > distance[top.at])
             continue;
-        end = on_border(o, top.at, o->ends[1]) ? top.at : NOWHERE;
+        end = touches_border(o, top.at, o->ends[1]) ? top.at : NOWHERE;
         for (int32_t k = o->first[top.at]; k < o->first[top.at + 1]; k++) {
-            int32_t h = o->fan[k], back = mesh_previous_half(h);
-            if (!try_place(&heap, distance, from, top.at, o->vertex[mesh_next_half(h)],
-                           length_of(o, h)) ||
-                !try_place(&heap, distance, from, top.at, o->vertex[back], length_of(o, back)))
+            int32_t h = o->around[k], back = mesh_previous_half(h);
+            if (!try_vertex(&heap, distance, from, top.at, o->vertex[mesh_next_half(h)],
+                            half_length(o, h)) ||
+                !try_vertex(&heap, distance, from, top.at, o->vertex[back], half_length(o, back)))
                 return false;
         }
     }
     for (int32_t v = end; v != NOWHERE; v = from[v])
-        fence->places[fence->count++] = v;
+        fence->vertices[fence->count++] = v;
     return true;
 }
 
-/* Marks the triangles to the right of the fence round its place n: from the edge to the next place
- * on clockwise, and from that to the last one on the other way round, as far as there are some. */
-static void mark_right(struct opener *o, const struct fence *fence, size_t n) {
-    int32_t v = fence->places[n];
-    int32_t next = n + 1 < fence->count ? fence->places[n + 1] : NOWHERE;
-    int32_t last = n > 0 ? fence->places[n - 1] : NOWHERE;
+/* Marks the triangles to the right of the fence round its vertex n: from the edge to the next
+ * vertex on clockwise, and from that to the last one on the other way round, as far as there are
+ * some. */
+static void mark_right(struct tube *o, const struct fence *fence, size_t n) {
+    int32_t v = fence->vertices[n];
+    int32_t next = n + 1 < fence->count ? fence->vertices[n + 1] : NOWHERE;
+    int32_t last = n > 0 ? fence->vertices[n - 1] : NOWHERE;
     for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
-        int32_t h = o->fan[k];
+        int32_t h = o->around[k];
         if (o->vertex[mesh_previous_half(h)] == next && o->vertex[mesh_previous_half(h)] != NOWHERE)
             for (int32_t at = h; at != MESH_NONE && !o->right[at];) {
                 o->right[at] = 1;
@@ -235,7 +237,7 @@ static void mark_right(struct opener *o, const struct fence *fence, size_t n) {
             }
     }
     for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
-        int32_t h = o->fan[k];
+        int32_t h = o->around[k];
         if (o->vertex[mesh_next_half(h)] == last && o->vertex[mesh_next_half(h)] != NOWHERE)
             for (int32_t at = h; at != MESH_NONE;) {
                 o->right[at] = 1;
@@ -250,7 +252,8 @@ static void mark_right(struct opener *o, const struct fence *fence, size_t n) {
 
 /* The distance of C over the edge A B from the point, on the other side of it, that has the
  * distances a and b from its ends; HUGE_VAL when the straight way does not pass between them. */
-static double unfold(struct vec3 from_a, struct vec3 from_b, struct vec3 at, double a, double b) {
+static double unfolded_distance(struct vec3 from_a, struct vec3 from_b, struct vec3 at, double a,
+                                double b) {
     struct vec3 edge = vec3_sub(from_b, from_a), to = vec3_sub(at, from_a);
     double c = vec3_norm(edge), x = (a * a - b * b + c * c) / (2 * c), y2 = a * a - x * x;
     double cx = vec3_dot(to, edge) / c, cy2 = vec3_norm2(to) - cx * cx;
@@ -261,21 +264,21 @@ static double unfold(struct vec3 from_a, struct vec3 from_b, struct vec3 at, dou
     return passes >= 0 && passes <= c ? sqrt(dx * dx + dy * dy) : HUGE_VAL;
 }
 
-static bool try_distance(struct opener *o, struct heap *heap, int32_t at, double distance) {
+static bool try_distance(struct tube *o, struct heap *heap, int32_t at, double distance) {
     if (!(distance < o->distance[at]))
         return true;
     o->distance[at] = distance;
     return heap_push(heap, distance, at);
 }
 
-/* The layer of the place where a half-edge begins, in the frame of its triangle. */
-static int32_t entry_of(const struct opener *o, int32_t half, int frame) {
+/* The layer of the vertex where a half-edge begins, in the frame of its triangle. */
+static int32_t entry_of(const struct tube *o, int32_t half, int frame) {
     int layer = frame + o->right[half];
     return layer < 0 || layer >= LAYERS ? NOWHERE : LAYERS * o->vertex[half] + layer;
 }
 
 /* Over the triangle of `half`, where that begins, in a layer, the distance is settled now. */
-static bool spread_over(struct opener *o, struct heap *heap, int32_t half, int layer) {
+static bool spread_distance(struct tube *o, struct heap *heap, int32_t half, int layer) {
     int frame = layer - o->right[half];
     double own = o->distance[LAYERS * o->vertex[half] + layer];
     for (int k = 0; k < 2; k++) {
@@ -284,24 +287,25 @@ static bool spread_over(struct opener *o, struct heap *heap, int32_t half, int l
         int32_t at = entry_of(o, to, frame), with = entry_of(o, third, frame);
         if (at == NOWHERE || o->settled[at])
             continue;
-        double distance = own + vec3_distance(point_of(o, half), point_of(o, to));
+        double distance = own + vec3_distance(start_of_half(o, half), start_of_half(o, to));
         if (with != NOWHERE && o->settled[with])
-            distance = fmin(distance, unfold(point_of(o, half), point_of(o, third), point_of(o, to),
-                                             own, o->distance[with]));
+            distance =
+                fmin(distance, unfolded_distance(start_of_half(o, half), start_of_half(o, third),
+                                                 start_of_half(o, to), own, o->distance[with]));
         if (!try_distance(o, heap, at, distance))
             return false;
     }
     return true;
 }
 
-static bool find_distances(struct opener *o, const struct mesh_point *start) {
+static bool find_distances(struct tube *o, const struct mesh_point *start) {
     struct heap heap = {.arena = o->arena};
     size_t count = LAYERS * o->vertex_count;
     for (size_t k = 0; k < count; k++)
         o->distance[k] = HUGE_VAL;
     for (int32_t h = 3 * start->triangle; h < 3 * start->triangle + 3; h++)
         if (!try_distance(o, &heap, entry_of(o, h, PASSES_MOST),
-                          vec3_distance(point_of(o, h), start->r)))
+                          vec3_distance(start_of_half(o, h), start->r)))
             return false;
     while (heap.count > 0) {
         struct heap_entry top = heap_pop(&heap);
@@ -310,7 +314,7 @@ static bool find_distances(struct opener *o, const struct mesh_point *start) {
         o->settled[top.at] = 1;
         int32_t v = top.at / LAYERS;
         for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
-            if (!spread_over(o, &heap, o->fan[k], top.at % LAYERS))
+            if (!spread_distance(o, &heap, o->around[k], top.at % LAYERS))
                 return false;
     }
     for (size_t v = 0; v < o->vertex_count; v++)
@@ -323,21 +327,22 @@ static bool find_distances(struct opener *o, const struct mesh_point *start) {
 
 /* ---- the line ---- */
 
-/* The frame of its triangle in which the place where a half-edge begins is nearest to the start. */
-static int frame_of(const struct opener *o, int32_t half) {
+/* The frame of its triangle in which the vertex where a half-edge begins is nearest to the start.
+ */
+static int nearest_frame(const struct tube *o, int32_t half) {
     return o->nearest[o->vertex[half]] - o->right[half];
 }
 
-/* Whether the opening passes a half-edge. */
-static bool is_passed(const struct opener *o, int32_t half) {
-    return frame_of(o, half) != frame_of(o, mesh_next_half(half));
+/* Whether the cut passes a half-edge. */
+static bool is_passed(const struct tube *o, int32_t half) {
+    return nearest_frame(o, half) != nearest_frame(o, mesh_next_half(half));
 }
 
 /* Where it does, as a share of the edge: where the distances in the frames of its two ends are
  * equal, if they change evenly between. From either side the same. */
-static double share_of(const struct opener *o, int32_t half) {
+static double share_of(const struct tube *o, int32_t half) {
     int32_t end = mesh_next_half(half);
-    int from = frame_of(o, half), to = frame_of(o, end);
+    int from = nearest_frame(o, half), to = nearest_frame(o, end);
     int32_t entry[4] = {entry_of(o, half, from), entry_of(o, half, to), entry_of(o, end, from),
                         entry_of(o, end, to)};
     for (int k = 0; k < 4; k++)
@@ -348,9 +353,9 @@ static double share_of(const struct opener *o, int32_t half) {
     return a + b > 0 ? a / (a + b) : 0.5;
 }
 
-/* Follows the opening from a border into the mesh, up to a border, and adds a line for it: the
+/* Follows the cut from a border into the mesh, up to a border, and adds a line for it: the
  * half-edge there; NOWHERE where it does not go through. */
-static int32_t add_line(struct opener *o, int32_t half, struct mesh_tube_cuts *cuts) {
+static int32_t add_cut_line(struct tube *o, int32_t half, struct mesh_tube_cuts *cuts) {
     size_t count = cuts->from[cuts->count], most = o->mesh->triangle_count;
     for (;;) {
         int32_t out[2] = {mesh_next_half(half), mesh_previous_half(half)};
@@ -367,17 +372,9 @@ static int32_t add_line(struct opener *o, int32_t half, struct mesh_tube_cuts *c
     }
 }
 
-/* The half-edge of a border, not seen yet, that the opening passes; NOWHERE: there is none. */
-static int32_t find_passed(const struct opener *o, int32_t border, const uint8_t *seen) {
-    int32_t halves = (int32_t)(3 * o->mesh->triangle_count);
-    for (int32_t h = 0; h < halves; h++)
-        if (o->border[h] == border && !seen[h] && is_passed(o, h))
-            return h;
-    return NOWHERE;
-}
-
-/* From one end to the other, over the holes between. */
-static bool find_lines(struct opener *o, struct mesh_tube_cuts *cuts) {
+/* From one end to the other, over the holes between: each line from a half-edge of the last border
+ * that the cut passes and that is not seen yet. */
+static bool find_cut_lines(struct tube *o, struct mesh_tube_cuts *cuts) {
     size_t triangles = o->mesh->triangle_count;
     uint8_t *seen = arena_alloc(o->arena, 3 * triangles, sizeof *seen);
     cuts->slits = arena_alloc(o->arena, triangles, sizeof *cuts->slits);
@@ -385,8 +382,10 @@ static bool find_lines(struct opener *o, struct mesh_tube_cuts *cuts) {
     if (!seen || !cuts->slits || !cuts->from)
         return false;
     for (int32_t border = o->ends[0]; border != o->ends[1];) {
-        int32_t half = find_passed(o, border, seen);
-        int32_t last = half == NOWHERE ? NOWHERE : add_line(o, half, cuts);
+        int32_t half = 0, end = (int32_t)(3 * triangles);
+        while (half < end && !(o->border[half] == border && !seen[half] && is_passed(o, half)))
+            half++;
+        int32_t last = half < end ? add_cut_line(o, half, cuts) : NOWHERE;
         if (last == NOWHERE) {
             cuts->count = 0;
             return true;
@@ -400,12 +399,12 @@ static bool find_lines(struct opener *o, struct mesh_tube_cuts *cuts) {
 enum status mesh_find_tube_cuts(const struct mesh *mesh, const struct mesh_point *start,
                                 struct arena *arena, struct mesh_tube_cuts *cuts) {
     size_t halves = 3 * mesh->triangle_count;
-    struct opener o = {.mesh = mesh, .arena = arena, .component = mesh->component[start->triangle]};
+    struct tube o = {.mesh = mesh, .arena = arena, .component = mesh->component[start->triangle]};
     struct fence fence = {.count = 0};
     *cuts = (struct mesh_tube_cuts){.count = 0};
     o.border = arena_alloc(arena, halves, sizeof *o.border);
     o.right = arena_alloc(arena, halves, sizeof *o.right);
-    if (!o.border || !o.right || !number_places(&o))
+    if (!o.border || !o.right || !number_vertices(&o))
         return STATUS_OUT_OF_MEMORY;
     if (!find_ends(&o))
         return STATUS_OK;
@@ -416,7 +415,7 @@ enum status mesh_find_tube_cuts(const struct mesh *mesh, const struct mesh_point
         return STATUS_OUT_OF_MEMORY;
     for (size_t n = 0; n < fence.count; n++)
         mark_right(&o, &fence, n);
-    if (!find_distances(&o, start) || !find_lines(&o, cuts))
+    if (!find_distances(&o, start) || !find_cut_lines(&o, cuts))
         return STATUS_OUT_OF_MEMORY;
     return STATUS_OK;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Where a mesh that is a tube is to be cut open, so that it becomes a sheet: along the places that
+ * Where a mesh that is a tube is to be cut open, so that it becomes a sheet: along the points that
  * are as far from a start one way round as the other, opposite it.
  *
  * A tube is a component without handles of whose borders two are ends. A border that turns by more
@@ -29,9 +29,9 @@ struct mesh_tube_cuts {
 };
 
 /*
- * The opening opposite `start` of the component that it is in. With d_l(x) the length of the
+ * The cuts opposite `start` of the component that it is in. With d_l(x) the length of the
  * shortest way to x among those that pass a fence from one end of the tube to the other l times
- * more to one side than to the other, it consists of the places whose two shortest of these are
+ * more to one side than to the other, they consist of the points whose two shortest of these are
  * equal. Ways are found as straight lines over unfolded triangles, from each triangle's edge on as
  * if they came from one point, which on developable meshes is exact.
  *
