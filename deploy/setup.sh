@@ -14,7 +14,7 @@ build="$compile $import $page"
 package='build-essential debhelper' # for make deb
 # The last lines: readers of result formats that others wrote, a solver that runs decks, the browser.
 tests='bats libcmocka-dev clang-format-14 procps wrk gcovr valgrind
-    man-db systemd lintian sqlite3 openssl zstd postgresql-15 pgbouncer
+    man-db systemd lintian sqlite3 openssl zstd postgresql-15 postgresql-client-15 pgbouncer
     iproute2 util-linux mount e2fsprogs
     python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip
     calculix-ccx python3-h5py chromium'

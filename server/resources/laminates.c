@@ -108,7 +108,7 @@ static enum store_answer stack_get(struct store *store, const char *id, struct s
 
 static const struct store_job *member_of(const struct stack *stack, size_t part) {
     for (size_t k = 0; k < stack->members.count; k++)
-        if (stack->members.jobs[k].part == (int64_t)part)
+        if (stack->members.jobs[k].position == (int64_t)part)
             return &stack->members.jobs[k];
     return NULL;
 }

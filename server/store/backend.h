@@ -19,12 +19,12 @@
 enum { STORE_CHUNK_BYTES = 1 << 16, STORE_CHUNKS_BITS = 24, STORE_CHUNKS_MAX = 1 << 24 };
 
 /* They are written several at a time: a transaction is worth that many. */
-enum { STORE_PART_CHUNKS = 16, STORE_PART_BYTES = STORE_PART_CHUNKS * STORE_CHUNK_BYTES };
+enum { STORE_SEGMENT_CHUNKS = 16, STORE_SEGMENT_BYTES = STORE_SEGMENT_CHUNKS * STORE_CHUNK_BYTES };
 
 /* Consecutive chunks of a result that is being written under a claim. */
-struct store_part {
+struct store_segment {
     const struct store_claim *claim;
-    int64_t number; /* of the result; 0 until its first part is stored */
+    int64_t number; /* of the result; 0 until its first segment is stored */
     int64_t index;  /* of the first chunk */
     unsigned char *const *chunks;
     size_t length;       /* of all of them */
@@ -57,6 +57,12 @@ enum store_step {
 
 /* Where a submission is to come in the queue of its owner. */
 int64_t store_rank(const struct store_submission *submission, int64_t now);
+
+/* The tables that this version of draped makes and uses, in both databases. */
+enum { STORE_SCHEMA = 10 };
+
+/* Whether tables of that version are these; else `why` says what to do. `what` names the store. */
+bool store_schema_known(const char *what, int64_t schema, char why[STORE_WHY_SIZE]);
 
 /* Completes a job as its row has it: that has begun a round when `round` is not 0. */
 void store_job_show(struct store_job *job, int64_t status, int64_t round);
@@ -125,11 +131,11 @@ struct store_ops {
     enum store_answer (*step)(struct store *store, enum store_step step, int64_t *done);
     /* At the end of a sweep; NULL: nothing. */
     enum store_answer (*checkpoint)(struct store *store);
-    /* Stores a part; for the first one begins the result and sets `part->number`. */
-    enum store_answer (*result_append)(struct store *store, struct store_part *part);
-    /* Stores the last part (which may be the only one, or empty) and ends the job. Sets
-     * `part->number`; to 0 when the result of another job was taken. */
-    enum store_answer (*result_commit)(struct store *store, struct store_part *part);
+    /* Stores a segment; for the first one begins the result and sets `segment->number`. */
+    enum store_answer (*result_append)(struct store *store, struct store_segment *segment);
+    /* Stores the last segment (which may be the only one, or empty) and ends the job. Sets
+     * `segment->number`; to 0 when the result of another job was taken. */
+    enum store_answer (*result_commit)(struct store *store, struct store_segment *segment);
     /* Drops a result that was begun and not committed. */
     enum store_answer (*result_drop)(struct store *store, int64_t number);
     enum store_answer (*result_find)(struct store *store, const char *id,

@@ -49,14 +49,6 @@ bool backup_same(const struct backup_contents *found, const struct backup_conten
     return true;
 }
 
-bool backup_known(const char *path, int64_t schema, int64_t current, char why[STORE_WHY_SIZE]) {
-    if (schema <= current)
-        return true;
-    return backup_fail(
-        why, "%s has schema %" PRId64 ", this version of draped knows %" PRId64 ": use a newer one",
-        path, schema, current);
-}
-
 void backup_time(char text[BACKUP_TIME_SIZE]) {
     int64_t now = clock_utc_us();
     time_t seconds = (time_t)(now / 1000000);

@@ -2,14 +2,12 @@
 /*
  * Copies of a whole store in one file, made while daemons use it, and put back.
  *
- * A copy is of one moment: SQLite's is a database again, made by its online back-up from one
- * read transaction; PostgreSQL's has every table as COPY gives it, in binary, from one snapshot (no
- * program of the server's version is needed for it). Both hold the number of rows and a checksum of
- * every table, taken as the store was read: what is in the file is compared with them when it is
- * made, and again before it is put back.
+ * A copy is of one moment: SQLite's is a database again, made by its online back-up from one read
+ * transaction, with the number of rows and a checksum of every table, by which it is compared when
+ * it is made and before it is put back; PostgreSQL's is made by `pg_dump` and read back to its end.
  *
  * Putting back never destroys: what the store held until then stays under another name, and until
- * everything has arrived and was compared, nothing has changed.
+ * everything has arrived whole, nothing has changed.
  */
 #ifndef SERVER_STORE_BACKUP_H
 #define SERVER_STORE_BACKUP_H
@@ -68,10 +66,6 @@ bool postgres_backup_restore(const char *url, const char *path, struct backup_co
 /* Formats `why`, cut to its size; always false. */
 bool backup_fail(char why[STORE_WHY_SIZE], const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-
-/* Whether a copy of that version of the tables can be taken by a program that knows up to
- * `current`; else `why` says so. */
-bool backup_known(const char *path, int64_t schema, int64_t current, char why[STORE_WHY_SIZE]);
 
 /* The UTC time as names have it, 20250102T030405.678Z. */
 enum { BACKUP_TIME_SIZE = 21 };

@@ -13,6 +13,16 @@ const struct store_options store_options_default = {
     .clock_trust_us = INT64_C(300) * 1000000,
 };
 
+bool store_schema_known(const char *what, int64_t schema, char why[STORE_WHY_SIZE]) {
+    if (schema != STORE_SCHEMA)
+        snprintf(why, STORE_WHY_SIZE, "%s has schema %lld, and this version of draped uses %d: %s",
+                 what, (long long)schema, (int)STORE_SCHEMA,
+                 schema > STORE_SCHEMA
+                     ? "use a newer one"
+                     : "use the older version that made it, or name an empty store by --store");
+    return schema == STORE_SCHEMA;
+}
+
 bool store_url_remote(const char *url) {
     return !strncmp(url, "postgresql://", 13) || !strncmp(url, "postgres://", 11);
 }

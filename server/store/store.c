@@ -273,7 +273,7 @@ enum store_answer store_numbers(struct store *store, const struct store_claim *c
 struct store_writer {
     struct store *store;
     struct store_claim claim;
-    int64_t number; /* of the stored parts; 0 while all is in memory */
+    int64_t number; /* of the stored segments; 0 while all is in memory */
     bool committed;
     struct store_uncommitted *uncommitted; /* what is not stored yet; NULL after the commit */
 };
@@ -292,9 +292,9 @@ struct store_writer *store_writer_new(struct store *store, const struct store_cl
     return writer;
 }
 
-static struct store_part part_of(const struct store_writer *writer) {
+static struct store_segment segment_of(const struct store_writer *writer) {
     const struct store_uncommitted *uncommitted = writer->uncommitted;
-    return (struct store_part){
+    return (struct store_segment){
         .claim = &writer->claim,
         .number = writer->number,
         .index = uncommitted->index,
@@ -305,14 +305,14 @@ static struct store_part part_of(const struct store_writer *writer) {
 }
 
 static enum store_answer flush(struct store_writer *writer) {
-    if (writer->uncommitted->index + STORE_PART_CHUNKS >= STORE_CHUNKS_MAX)
+    if (writer->uncommitted->index + STORE_SEGMENT_CHUNKS >= STORE_CHUNKS_MAX)
         return STORE_DOWN;
-    struct store_part part = part_of(writer);
+    struct store_segment segment = segment_of(writer);
     struct store *store = writer->store;
-    enum store_answer answer = store_note(store, store->ops->result_append(store, &part));
+    enum store_answer answer = store_note(store, store->ops->result_append(store, &segment));
     if (answer == STORE_OK) {
-        writer->number = part.number;
-        writer->uncommitted->index += STORE_PART_CHUNKS;
+        writer->number = segment.number;
+        writer->uncommitted->index += STORE_SEGMENT_CHUNKS;
         writer->uncommitted->length = 0;
     }
     return answer;
@@ -332,7 +332,7 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
     const unsigned char *from = bytes;
     while (length > 0) {
         enum store_answer answer =
-            uncommitted->length == STORE_PART_BYTES ? flush(writer) : STORE_OK;
+            uncommitted->length == STORE_SEGMENT_BYTES ? flush(writer) : STORE_OK;
         unsigned char *chunk = answer == STORE_OK ? open_chunk(uncommitted) : NULL;
         if (!chunk)
             return answer == STORE_OK ? STORE_DOWN : answer;
@@ -348,17 +348,17 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
 }
 
 enum store_answer store_writer_commit(struct store_writer *writer, const char *summary) {
-    struct store_part part = part_of(writer);
-    part.summary = summary;
+    struct store_segment segment = segment_of(writer);
+    segment.summary = summary;
     struct store *store = writer->store;
-    if (part.index == 0 && !writer->uncommitted->listed) {
+    if (segment.index == 0 && !writer->uncommitted->listed) {
         uncommitted_list(writer->uncommitted);
         job_events_notify(store->events, writer->claim.id, JOB_RESULT_READABLE);
     }
-    enum store_answer answer = store_note(store, store->ops->result_commit(store, &part));
+    enum store_answer answer = store_note(store, store->ops->result_commit(store, &segment));
     if (answer == STORE_OK) {
         writer->committed = true;
-        uncommitted_close(writer->uncommitted, part.number);
+        uncommitted_close(writer->uncommitted, segment.number);
         writer->uncommitted = NULL;
         tell_end(writer->store, &writer->claim);
     }

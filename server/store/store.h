@@ -108,9 +108,9 @@ bool store_url_remote(const char *url);
 
 /* Opens the store at `url`: a path, or `sqlite:PATH`; the file is created when missing, its folder
  * is not. Or `postgresql://...`: what is missing is created in the database's schema `draped`.
- * Migrates an older schema. `events` is notified of every change and must outlive the store. NULL
+ * `events` is notified of every change and must outlive the store. NULL
  * with a sentence in `why` when it cannot be used: wrong folder, read-only, open elsewhere (unless
- * both share it), corrupt, of another program, of a newer version of this one, of an unknown kind;
+ * both share it), corrupt, of another program, of another version's tables, of an unknown kind;
  * a server that cannot be reached, refuses the user, is older than 13, is a replica, forgets what
  * it acknowledged. The sentence never holds a password. */
 struct store *store_open(const char *url, const struct store_options *options,
@@ -158,8 +158,8 @@ struct store_job {
     int64_t created, started, finished;
     int attempts;
     int priority;
-    int64_t part; /* its place in the laminate it belongs to, from 0 */
-    bool expired; /* request and result were removed by retention: answer 410 */
+    int64_t position; /* its place in the laminate it belongs to, from 0 */
+    bool expired;     /* request and result were removed by retention: answer 410 */
     char owner[STORE_OWNER_SIZE];
     char surface[STORE_DIGEST_SIZE]; /* the stored surface it names; "" when it has its own */
     char digest[STORE_DIGEST_SIZE];  /* of the request as understood, with the solver's version */
@@ -408,7 +408,7 @@ struct store_family {
 enum store_answer store_submit_family(struct store *store, const struct store_family *family,
                                       struct store_receipt *receipt) STORE_MUST_USE;
 
-/* The drapes of a laminate that have not been removed, in their order; `part` of each says its
+/* The drapes of a laminate that have not been removed, in their order; `position` of each says its
  * place. The caller clears the page, whatever the answer. */
 enum store_answer store_members(struct store *store, const char *id,
                                 struct store_page *page) STORE_MUST_USE;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * A look at a store from outside, by reading alone: beside the daemons that use it, or without any.
- * Nothing is made, migrated or locked.
+ * Nothing is made, changed or locked.
  */
 #ifndef SERVER_STORE_SURVEY_H
 #define SERVER_STORE_SURVEY_H
@@ -25,14 +25,11 @@ struct survey {
 };
 
 /* Fills it from the store at `url`. False with a sentence in `why`, without any password: it cannot
- * be read, is none of ours, or of an older schema than this version's, or a newer one. */
+ * be read, is none of ours, or has the tables of another version. */
 bool survey_store(const char *url, struct survey *survey, char why[STORE_WHY_SIZE]) STORE_MUST_USE;
 
 /* Of each backend. */
 bool sqlite_survey(const char *path, struct survey *survey, char why[STORE_WHY_SIZE]);
 bool postgres_survey(const char *url, struct survey *survey, char why[STORE_WHY_SIZE]);
-
-/* The reason for a schema that is not this version's; false. */
-bool survey_refuse(int64_t schema, int64_t current, char why[STORE_WHY_SIZE]);
 
 #endif

@@ -65,7 +65,7 @@ void store_uncommitted_drop(struct store_uncommitted *uncommitted) {
         return;
     int64_t number = atomic_load(&uncommitted->number);
     size_t left = uncommitted->length;
-    for (int64_t k = 0; k < STORE_PART_CHUNKS; k++) {
+    for (int64_t k = 0; k < STORE_SEGMENT_CHUNKS; k++) {
         size_t length = left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES;
         if (number && length)
             store_cache_put(uncommitted->store->cache, number, uncommitted->index + k,

@@ -19,7 +19,7 @@ struct store_uncommitted {
     atomic_int_fast64_t number; /* of the result in the store; 0: not yet, or never */
     int64_t index;              /* of the first chunk */
     size_t length;
-    unsigned char *chunks[STORE_PART_CHUNKS]; /* malloc'ed when they are needed */
+    unsigned char *chunks[STORE_SEGMENT_CHUNKS]; /* malloc'ed when they are needed */
     bool listed;
     struct store_uncommitted *next;
 };

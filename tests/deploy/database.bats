@@ -118,8 +118,7 @@ contents() {
     contents >"$BATS_TEST_TMPDIR/before"
     good=$COPIES/$(copies) bad=$BATS_TEST_TMPDIR/bad
     size=$(stat -c %s "$good")
-    damages=("head -c $((size / 2))" "head -c $((size - 4))" "sed s/^rows.1/rows.2/"
-        "sed s/^table.owners/table.jobs;/" "sed s/postgresql.[0-9]*/postgresql.99/")
+    damages=("head -c $((size / 2))" "head -c $((size - 4))" "sed s/PGDMP/PGDUM/")
     for damage in "${damages[@]}"; do
         LC_ALL=C $damage "$good" >"$bad"
         run "$DRAPED" restore "$bad"
@@ -131,9 +130,33 @@ contents() {
     run "$DRAPED" restore "$bad"
     unharmed
     contents | cmp - "$BATS_TEST_TMPDIR/before"
+    # A copy of another version's tables.
+    ask draped 'UPDATE draped.schema_version SET version = 99'
+    "$DRAPED" backup "$BATS_TEST_TMPDIR/strange"
+    ask draped 'UPDATE draped.schema_version SET version = 10'
+    run "$DRAPED" restore "$BATS_TEST_TMPDIR/strange"
+    unharmed
+    [[ "$output" == *"made by another version of draped"* ]]
+    contents | cmp - "$BATS_TEST_TMPDIR/before"
     # One kind of store is not the other.
     run "$DRAPED" restore --store "$BATS_TEST_TMPDIR/some.db" "$good"
     unharmed
+}
+
+@test "deploy: without PostgreSQL's programs it is said what to install, and of the password nothing" {
+    start_daemon "$BATS_TEST_TMPDIR/daemon"
+    PATH=$BATS_TEST_TMPDIR run "$DRAPED" backup "$COPIES"
+    [ "$status" = 1 ]
+    [[ "$output" == *"pg_dump cannot be started: install PostgreSQL's client programs"* ]]
+    [ -z "$(ls "$COPIES")" ]
+    # What everybody can read of a program that runs.
+    mkdir "$BATS_TEST_TMPDIR/spy"
+    printf '#!/bin/sh\necho "$0 $*" >"%s/arguments"\nexit 1\n' "$BATS_TEST_TMPDIR" >"$BATS_TEST_TMPDIR/spy/pg_dump"
+    chmod +x "$BATS_TEST_TMPDIR/spy/pg_dump"
+    PATH=$BATS_TEST_TMPDIR/spy:$PATH run "$DRAPED" backup "$COPIES"
+    [ "$status" = 1 ]
+    grep -q -- '--format=custom' "$BATS_TEST_TMPDIR/arguments"
+    not grep SECRET "$BATS_TEST_TMPDIR/arguments"
 }
 
 @test "deploy: a restore into PostgreSQL that is killed at any moment leaves the old store or the new one" {

@@ -556,7 +556,7 @@ static void test_store_laminate_ends_with_its_drapes(void **state) {
     assert_int_equal(page.count, 3);
     for (int k = 0; k < 3; k++) {
         assert_int_equal(page.jobs[k].kind, STORE_DRAPE);
-        assert_int_equal(page.jobs[k].part, k);
+        assert_int_equal(page.jobs[k].position, k);
         assert_int_equal(page.jobs[k].status, STORE_QUEUED);
         expect_request(&scratch, page.jobs[k].id, requests[k]);
     }

@@ -114,10 +114,10 @@ static void test_postgres_missing_rights_are_named(void **state) {
     char url[CLUSTER_URL_SIZE];
     cluster_url(&scratch_cluster, "guest", "hush", "draped", url);
     scratch_script(scratch, "CREATE ROLE guest LOGIN PASSWORD 'hush'");
-    expect_refused(scratch, url, "lacks a right");
+    expect_refused(scratch, url, "no privilege");
     scratch_start(scratch);
     scratch_stop(scratch);
-    expect_refused(scratch, url, "lacks a right");
+    expect_refused(scratch, url, "no privilege");
     scratch_script(scratch, "GRANT USAGE ON SCHEMA draped TO guest;"
                             "GRANT SELECT ON ALL TABLES IN SCHEMA draped TO guest");
     expect_refused(scratch, url, "GRANT SELECT, INSERT, UPDATE, DELETE");

@@ -40,7 +40,7 @@ static unsigned char *random_bytes(uint64_t *state, size_t length) {
 
 static void test_store_result_of_every_size_reads_back(void **state) {
     struct scratch *scratch = *state;
-    static const size_t chunk = STORE_CHUNK_BYTES, part = STORE_PART_BYTES;
+    static const size_t chunk = STORE_CHUNK_BYTES, part = STORE_SEGMENT_BYTES;
     const size_t sizes[] = {0,    1,        chunk - 1,    chunk,    chunk + 1,
                             part, part + 1, 2 * part - 1, 2 * part, 2 * part + chunk + 5};
     uint64_t seed = check_seed(1);
@@ -61,7 +61,7 @@ static void test_store_result_of_every_size_reads_back(void **state) {
 
 static void test_store_result_appended_in_pieces_reads_back(void **state) {
     struct scratch *scratch = *state;
-    enum { LENGTH = 3 * STORE_PART_BYTES + 12345 };
+    enum { LENGTH = 3 * STORE_SEGMENT_BYTES + 12345 };
     uint64_t seed = check_seed(1);
     unsigned char *bytes = random_bytes(&seed, LENGTH);
     struct store_claim claim = scratch_claimed(scratch, "pieces");
@@ -126,14 +126,14 @@ static void test_store_second_result_of_a_digest_is_dropped(void **state) {
     struct scratch *scratch = *state;
     char id[ID_SIZE];
     struct store_claim first, second;
-    unsigned char *large = calloc(1, STORE_PART_BYTES + 1);
+    unsigned char *large = calloc(1, STORE_SEGMENT_BYTES + 1);
     struct store_result one, two;
     scratch_submit(scratch, "same", id);
     scratch_submit(scratch, "same", id);
     assert_int_equal(store_claim(scratch->store, &first), STORE_OK);
     assert_int_equal(store_claim(scratch->store, &second), STORE_OK);
     assert_int_equal(scratch_commit(scratch, &first, "result", 6), STORE_OK);
-    assert_int_equal(scratch_commit(scratch, &second, large, STORE_PART_BYTES + 1), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &second, large, STORE_SEGMENT_BYTES + 1), STORE_OK);
     assert_int_equal(store_result_find(scratch->store, first.id, &one), STORE_OK);
     assert_int_equal(store_result_find(scratch->store, second.id, &two), STORE_OK);
     assert_int_equal(one.number, two.number);
@@ -226,10 +226,10 @@ static void test_store_draft_that_is_not_the_result_is_not_kept(void **state) {
     store_uncommitted_drop(reader.uncommitted);
     scratch_expect_result(scratch, second.id, "result", 6, 6);
 
-    unsigned char *large = calloc(1, STORE_PART_BYTES + 1);
+    unsigned char *large = calloc(1, STORE_SEGMENT_BYTES + 1);
     struct store_claim claim = scratch_claimed(scratch, "large");
     reader = (struct reader){.scratch = scratch};
-    assert_int_equal(commit_before(&reader, &claim, large, STORE_PART_BYTES + 1), STORE_OK);
+    assert_int_equal(commit_before(&reader, &claim, large, STORE_SEGMENT_BYTES + 1), STORE_OK);
     assert_null(reader.uncommitted);
     free(large);
 }
@@ -238,13 +238,13 @@ static void test_store_draft_that_is_not_the_result_is_not_kept(void **state) {
 
 static void test_store_writer_of_a_lost_claim_leaves_nothing(void **state) {
     struct scratch *scratch = *state;
-    unsigned char *bytes = calloc(2, STORE_PART_BYTES);
+    unsigned char *bytes = calloc(2, STORE_SEGMENT_BYTES);
     struct store_claim claim = scratch_claimed(scratch, "a");
     struct store_writer *writer = store_writer_new(scratch->store, &claim);
-    assert_int_equal(store_writer_append(writer, bytes, STORE_PART_BYTES + 1), STORE_OK);
+    assert_int_equal(store_writer_append(writer, bytes, STORE_SEGMENT_BYTES + 1), STORE_OK);
     assert_true(scratch_number(scratch, CHUNKS) > 0);
     assert_int_equal(store_cancel(scratch->store, claim.id), STORE_OK);
-    assert_int_equal(store_writer_append(writer, bytes, STORE_PART_BYTES), STORE_CONFLICT);
+    assert_int_equal(store_writer_append(writer, bytes, STORE_SEGMENT_BYTES), STORE_CONFLICT);
     assert_int_equal(store_writer_commit(writer, "{}"), STORE_CONFLICT);
     store_writer_free(writer);
     (void)scratch_sweep(scratch);
@@ -255,7 +255,7 @@ static void test_store_writer_of_a_lost_claim_leaves_nothing(void **state) {
 
 /* Claims a job, begins its result and is gone. */
 static void die_while_writing(struct scratch *scratch) {
-    static unsigned char bytes[STORE_PART_BYTES + 1];
+    static unsigned char bytes[STORE_SEGMENT_BYTES + 1];
     struct store_claim claim;
     scratch_start(scratch);
     bool good = store_claim(scratch->store, &claim) == STORE_OK &&

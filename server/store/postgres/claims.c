@@ -180,7 +180,7 @@ static enum store_answer requeue(struct store *store, const struct store_claim *
         "task),"
         " excused = excused + $3::integer"
         " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING " RETURNING " POSTGRES_LAZY
-        ", CASE WHEN $4 > 0 THEN draped.count_owner(owner, 0, 0, 0, 0,"
+        ", CASE WHEN $4 > 0 THEN draped.count_owner(owner, 0, 0, 0, 0, 0,"
         "  pg_sequence_last_value('draped.turns') + $4)::text END");
     pg_bind_int(&query, claim->sequence);
     pg_bind_int(&query, claim->token);

@@ -93,12 +93,13 @@ static const char submit_family_sql[] =
     " lists AS MATERIALIZED (SELECT string_to_array($16, ',') AS ids,"
     "  string_to_array($17, ',') AS digests, ('{0,' || $18 || '}')::integer[] AS ends),"
     " members AS (INSERT INTO draped.jobs (id, status, rank, priority, owner, digest, surface,"
-    "   created, request_bytes, origin, total, parent, part)"
+    "   created, request_bytes, origin, total, parent, position)"
     "  SELECT ids[k], " SQL_QUEUED ", made.rank, $3, $5, digests[k], $7, made.created,"
     "   ends[k + 1] - ends[k], $13, 1, made.sequence, k - 1"
-    "  FROM made, lists, generate_series(1, $15::integer) k RETURNING sequence, part),"
+    "  FROM made, lists, generate_series(1, $15::integer) k RETURNING sequence, position),"
     " kept AS (INSERT INTO draped.requests (job, bytes) SELECT sequence, $9 FROM made UNION ALL"
-    "  SELECT sequence, substring($19 FROM ends[part + 1] + 1 FOR ends[part + 2] - ends[part + 1])"
+    "  SELECT sequence, substring($19 FROM ends[position + 1] + 1 FOR ends[position + 2] - "
+    "ends[position + 1])"
     "  FROM members, lists)"
     " SELECT CASE WHEN same THEN 0 ELSE 2 END, id, status, id <> $2, 0" /* STORE_CONFLICT */
     "  FROM known"
@@ -225,7 +226,7 @@ enum store_answer postgres_submit_family(struct store *store, const struct store
 #define JOB_COLUMNS                                                                                \
     "j.sequence, j.id, j.status, j.progress, j.created, j.started, j.finished, j.attempts,"        \
     " j.priority, j.expired, j.owner, j.surface, j.digest, j.error,"                               \
-    " coalesce(r.summary, j.summary), j.kind, j.done, j.total, j.part, j.round"                    \
+    " coalesce(r.summary, j.summary), j.kind, j.done, j.total, j.position, j.round"                \
     " FROM draped.jobs j LEFT JOIN draped.results r ON r.number = j.result"
 
 static void read_job(struct pg_query *query, size_t row, struct store_job *job) {
@@ -246,7 +247,7 @@ static void read_job(struct pg_query *query, size_t row, struct store_job *job) 
     job->kind = (enum store_kind)pg_int(query, row, 15);
     job->done = pg_int(query, row, 16);
     job->total = pg_int(query, row, 17);
-    job->part = pg_int(query, row, 18);
+    job->position = pg_int(query, row, 18);
     store_job_show(job, pg_int(query, row, 2), pg_int(query, row, 19));
 }
 
@@ -274,7 +275,7 @@ enum store_answer postgres_request(struct store *store, const char *id, char **b
 enum store_answer postgres_members(struct store *store, const char *id, struct store_page *page) {
     struct pg_query query = postgres_query(
         store, "SELECT " JOB_COLUMNS " WHERE j.parent = (SELECT sequence FROM draped.jobs"
-               " WHERE id = $1 AND kind = " SQL_LAMINATE ") ORDER BY j.part");
+               " WHERE id = $1 AND kind = " SQL_LAMINATE ") ORDER BY j.position");
     pg_bind_text(&query, id);
     size_t rows = pg_run(&query);
     page->jobs = calloc(rows + 1, sizeof *page->jobs);

@@ -163,7 +163,8 @@ struct store *store_postgres_open(const char *url, const struct store_options *o
     store->base.events = events;
     store->base.options = *options;
     store->pool = pool_open(url, options->busy_ms, why);
-    if (store->pool && check_server(store->pool, why) && postgres_migrate(store->pool, why)) {
+    if (store->pool && check_server(store->pool, why) &&
+        postgres_prepare_tables(store->pool, why)) {
         store->notify = notify_start(store->pool, events);
         if (store->notify)
             return &store->base;

@@ -36,23 +36,9 @@ enum store_answer postgres_end(struct pg_query *query, size_t rows, enum store_a
 
 /* --- schema.c */
 
-/* Brings the database to the current schema; any number of processes may do so at once. False with
- * `why`. */
-bool postgres_migrate(struct pool *pool, char why[STORE_WHY_SIZE]);
-
-/* The version that it leads to, and the statements of the step to a version from the one before, 1
- * and up; false when they have no room. Before the first come a schema `draped` and
- * POSTGRES_VERSIONS. */
-enum { POSTGRES_SCRIPT_SIZE = 24576 };
-int64_t postgres_schema(void);
-bool postgres_schema_step(int64_t version, char script[POSTGRES_SCRIPT_SIZE]);
-#define POSTGRES_VERSIONS                                                                          \
-    "CREATE TABLE IF NOT EXISTS draped.schema_version"                                             \
-    " (version integer PRIMARY KEY, applied timestamptz NOT NULL);"
-
-/* Takes the lock that is held, to the end of the transaction, while the schema changes: any number
- * of our own. */
-#define POSTGRES_SCHEMA_LOCK "SELECT pg_advisory_xact_lock(7237965216410200);"
+/* Makes the tables where there are none; checks their version, and the user's privileges. Any
+ * number of processes may do so at once. False with `why`. */
+bool postgres_prepare_tables(struct pool *pool, char why[STORE_WHY_SIZE]);
 
 /* --- hosts.c */
 
@@ -127,8 +113,8 @@ enum store_answer postgres_numbers(struct store *store, const struct store_claim
 
 /* --- results.c */
 
-enum store_answer postgres_result_append(struct store *store, struct store_part *part);
-enum store_answer postgres_result_commit(struct store *store, struct store_part *part);
+enum store_answer postgres_result_append(struct store *store, struct store_segment *segment);
+enum store_answer postgres_result_commit(struct store *store, struct store_segment *segment);
 enum store_answer postgres_result_drop(struct store *store, int64_t number);
 enum store_answer postgres_result_find(struct store *store, const char *id,
                                        struct store_result *result);

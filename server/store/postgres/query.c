@@ -192,7 +192,7 @@ enum store_answer pg_end(struct pg_query *query) {
 
 static void explain(const struct pool *pool, char why[STORE_WHY_SIZE], const PGresult *result) {
     pool_say(why, "%s: %s",
-             among(state_of(result), "42501") ? "this user of the database lacks a right"
+             among(state_of(result), "42501") ? "this user of the database has no privilege"
                                               : "the database refuses",
              result ? message_of(result) : "the connection was lost");
     pool_hide_password(pool, why);

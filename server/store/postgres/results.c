@@ -8,7 +8,7 @@ enum { COMMIT_TRIES = 3 };
 
 /* ------------------------------------------------------------------ writing */
 
-/* The part travels as one value and is cut by the server. $4: index of the first chunk, $5: the
+/* The segment travels as one value and is cut by the server. $4: index of the first chunk, $5: the
  * bytes; `result` is a row with a `number`. A statement that runs once more finds its chunks. */
 #define STORE_CHUNKS(result)                                                                       \
     " stored AS (INSERT INTO draped.chunks (result, index, bytes)"                                 \
@@ -25,7 +25,7 @@ static const char append_first_sql[] =
     ", sequence, token, 0 FROM draped.jobs WHERE $1::bigint IS NOT NULL AND" HELD
     " RETURNING number)," STORE_CHUNKS("made") " SELECT number, " POSTGRES_LAZY " FROM made";
 
-/* Between two parts the result may have been given up (its job cancelled, say). */
+/* Between two segments the result may have been given up (its job cancelled, say). */
 static const char append_sql[] =
     "WITH building AS (SELECT r.number FROM draped.results r"
     " JOIN draped.jobs j ON j.sequence = r.job AND j.token = r.token"
@@ -66,80 +66,80 @@ static const char commit_twin_sql[] =
     " WHERE j.sequence = $2 FOR SHARE OF r) " END_JOB("twin.number") " FROM twin WHERE" HELD
                                                                      " RETURNING 1";
 
-/* The part in one piece, malloc'ed. */
-static unsigned char *join(const struct store_part *part) {
-    unsigned char *bytes = malloc(part->length + 1);
-    for (size_t at = 0; at < part->length && bytes; at += STORE_CHUNK_BYTES) {
-        size_t left = part->length - at;
-        memcpy(bytes + at, part->chunks[at / STORE_CHUNK_BYTES],
+/* The segment in one piece, malloc'ed. */
+static unsigned char *join(const struct store_segment *segment) {
+    unsigned char *bytes = malloc(segment->length + 1);
+    for (size_t at = 0; at < segment->length && bytes; at += STORE_CHUNK_BYTES) {
+        size_t left = segment->length - at;
+        memcpy(bytes + at, segment->chunks[at / STORE_CHUNK_BYTES],
                left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES);
     }
     return bytes;
 }
 
-static void bind_part(struct pg_query *query, const struct store_part *part,
-                      const unsigned char *bytes) {
-    pg_bind_int(query, part->claim->sequence);
-    pg_bind_int(query, part->claim->token);
-    pg_bind_int(query, part->index);
-    pg_bind_bytes(query, bytes, part->length);
+static void bind_segment(struct pg_query *query, const struct store_segment *segment,
+                         const unsigned char *bytes) {
+    pg_bind_int(query, segment->claim->sequence);
+    pg_bind_int(query, segment->claim->token);
+    pg_bind_int(query, segment->index);
+    pg_bind_bytes(query, bytes, segment->length);
 }
 
-enum store_answer postgres_result_append(struct store *store, struct store_part *part) {
-    unsigned char *bytes = join(part);
+enum store_answer postgres_result_append(struct store *store, struct store_segment *segment) {
+    unsigned char *bytes = join(segment);
     if (!bytes)
         return STORE_DOWN;
-    struct pg_query query = postgres_query(store, part->index ? append_sql : append_first_sql);
-    pg_bind_int(&query, part->number);
-    bind_part(&query, part, bytes);
+    struct pg_query query = postgres_query(store, segment->index ? append_sql : append_first_sql);
+    pg_bind_int(&query, segment->number);
+    bind_segment(&query, segment, bytes);
     size_t rows = pg_run(&query);
     if (rows)
-        part->number = pg_int(&query, 0, 0);
+        segment->number = pg_int(&query, 0, 0);
     free(bytes);
     return postgres_end(&query, rows, STORE_CONFLICT);
 }
 
 /* `*taken`: there is a result of that digest. */
-static enum store_answer commit_own(struct store *store, struct store_part *part,
+static enum store_answer commit_own(struct store *store, struct store_segment *segment,
                                     const unsigned char *bytes, bool *taken) {
     struct pg_query query =
-        postgres_query_now(store, part->number ? commit_begun_sql : commit_new_sql);
-    bind_part(&query, part, bytes);
-    pg_bind_int(&query, part->total);
-    pg_bind_text(&query, part->summary);
-    if (part->number)
-        pg_bind_int(&query, part->number);
+        postgres_query_now(store, segment->number ? commit_begun_sql : commit_new_sql);
+    bind_segment(&query, segment, bytes);
+    pg_bind_int(&query, segment->total);
+    pg_bind_text(&query, segment->summary);
+    if (segment->number)
+        pg_bind_int(&query, segment->number);
     size_t rows = pg_run(&query);
     if (rows)
-        part->number = pg_int(&query, 0, 0);
+        segment->number = pg_int(&query, 0, 0);
     *taken = query.taken;
     return postgres_end(&query, rows, STORE_CONFLICT);
 }
 
-static enum store_answer commit_twin(struct store *store, struct store_part *part) {
+static enum store_answer commit_twin(struct store *store, struct store_segment *segment) {
     struct pg_query query = postgres_query_now(store, commit_twin_sql);
-    pg_bind_int(&query, part->claim->sequence);
-    pg_bind_int(&query, part->claim->token);
+    pg_bind_int(&query, segment->claim->sequence);
+    pg_bind_int(&query, segment->claim->token);
     enum store_answer answer = postgres_end(&query, pg_run(&query), STORE_CONFLICT);
     if (answer != STORE_OK)
         return answer;
-    if (part->number)
-        (void)!postgres_result_drop(store, part->number); /* else the sweep finds it */
-    part->number = 0;
+    if (segment->number)
+        (void)!postgres_result_drop(store, segment->number); /* else the sweep finds it */
+    segment->number = 0;
     return STORE_OK;
 }
 
 /* A twin that was there may be gone when it is to be taken: then the own result is stored. */
-enum store_answer postgres_result_commit(struct store *store, struct store_part *part) {
-    unsigned char *bytes = join(part);
+enum store_answer postgres_result_commit(struct store *store, struct store_segment *segment) {
+    unsigned char *bytes = join(segment);
     enum store_answer answer = bytes ? STORE_CONFLICT : STORE_DOWN;
     for (int k = 0; k < COMMIT_TRIES && answer == STORE_CONFLICT; k++) {
         bool taken = false;
-        answer = commit_own(store, part, bytes, &taken);
+        answer = commit_own(store, segment, bytes, &taken);
         if (answer == STORE_CONFLICT && !taken)
             break;
         if (taken)
-            answer = commit_twin(store, part);
+            answer = commit_twin(store, segment);
     }
     free(bytes);
     return answer;

@@ -22,7 +22,7 @@ static const char begin_sql[] =
     "  ('{' || $7 || '}')::bigint[] AS variants, (octet_length($5) / $4)::integer AS size),"
     " made AS (INSERT INTO draped.jobs (id, status, rank, priority, owner, digest, surface, "
     "origin, created,"
-    "   kind, parent, round, part, total, task)"
+    "   kind, parent, round, position, total, task)"
     "  SELECT ids[k], " SQL_QUEUED
     ", rank, priority, owner, '', surface, origin, created, " SQL_TASK ","
     "   sequence, round, k - 1, variants[k], substring($5 FROM (k - 1) * size + 1 FOR size)"
@@ -64,9 +64,9 @@ enum store_answer postgres_end_task(struct store *store, const struct store_clai
     struct pg_query query = postgres_query_now(
         store, "WITH ended AS (UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", finished ="
                " " POSTGRES_NOW ", spent = $5, lease = NULL, task = NULL WHERE" HELD
-               " RETURNING parent, round, part),"
-               " kept AS (INSERT INTO draped.task_numbers (parent, round, part, bytes)"
-               "  SELECT parent, round, part, $4 FROM ended)"
+               " RETURNING parent, round, position),"
+               " kept AS (INSERT INTO draped.task_numbers (parent, round, position, bytes)"
+               "  SELECT parent, round, position, $4 FROM ended)"
                " SELECT 1, " POSTGRES_LAZY " FROM ended");
     pg_bind_int(&query, claim->sequence);
     pg_bind_int(&query, claim->token);
@@ -79,10 +79,9 @@ enum store_answer postgres_end_task(struct store *store, const struct store_clai
 
 enum store_answer postgres_numbers(struct store *store, const struct store_claim *claim,
                                    void **bytes, size_t *length) {
-    struct pg_query query = postgres_query(
-        store,
-        "SELECT coalesce(string_agg(bytes, '' ORDER BY round, part), '') FROM draped.task_numbers"
-        " WHERE parent = $1");
+    struct pg_query query = postgres_query(store, "SELECT coalesce(string_agg(bytes, '' ORDER BY "
+                                                  "round, position), '') FROM draped.task_numbers"
+                                                  " WHERE parent = $1");
     char *all = NULL;
     pg_bind_int(&query, claim->sequence);
     if (pg_run(&query))

@@ -55,8 +55,8 @@ bool postgres_survey(const char *url, struct survey *survey, char why[STORE_WHY_
     bool good = read_schema(pool, survey);
     if (!good)
         pool_say(why, "the database holds no store of draped, or it cannot be read (see above)");
-    else if (survey->schema != postgres_schema())
-        good = survey_refuse(survey->schema, postgres_schema(), why);
+    else if (!store_schema_known("the store", survey->schema, why))
+        good = false;
     else if (!(good = postgres_read_counts(pool, survey->now, &survey->counts) == STORE_OK &&
                       read_hosts(pool, survey) && read_failure(pool, survey)))
         pool_say(why, "the database cannot be read (see above)");

@@ -19,9 +19,8 @@
 #include <unistd.h>
 
 enum {
-    BUSY_MS = 30000,   /* to wait for locks of other processes */
-    STEP_PAGES = 4096, /* copied at a time */
-    APPLICATION = 0x64726170
+    BUSY_MS = 30000,  /* to wait for locks of other processes */
+    STEP_PAGES = 4096 /* copied at a time */
 };
 
 static bool say(char why[STORE_WHY_SIZE], sqlite3 *handle, const char *path) {
@@ -94,7 +93,7 @@ static bool read_contents(sqlite3 *handle, const char *path, struct backup_conte
     memset(contents, 0, sizeof *contents);
     if (!read_number(handle, "PRAGMA application_id", &application))
         return say(why, handle, path);
-    if (application != APPLICATION ||
+    if (application != SQLITE_APPLICATION ||
         !read_number(handle, "SELECT max(version) FROM schema_version", &contents->schema)) {
         return backup_fail(why, "%s is no database of draped", path);
     }
@@ -315,8 +314,7 @@ static sqlite3 *open_backup(const char *path, struct backup_contents *contents,
     if (from && run(from, path, "BEGIN", why) && check_pages(from, path, why) &&
         read_contents(from, path, &found, why) &&
         read_manifest(from, path, found.schema, contents, why) &&
-        backup_same(&found, contents, why) &&
-        backup_known(path, found.schema, sqlite_schema(), why))
+        backup_same(&found, contents, why) && store_schema_known(path, found.schema, why))
         return from;
     sqlite3_close(from);
     return NULL;

@@ -182,7 +182,7 @@ static enum store_answer insert_member(struct db *db, const struct submit *submi
         answer = insert_request(db, member->request, member->request_length);
     if (answer != STORE_OK)
         return answer;
-    struct query query = db_query(db, "UPDATE jobs SET parent = ?, part = ? WHERE id = ?");
+    struct query query = db_query(db, "UPDATE jobs SET parent = ?, position = ? WHERE id = ?");
     query_bind_int(&query, parent);
     query_bind_int(&query, (int64_t)part);
     query_bind_text(&query, receipt.id);
@@ -274,7 +274,7 @@ enum store_answer sqlite_submit_family(struct store *store, const struct store_f
 #define JOB_COLUMNS                                                                                \
     "j.sequence, j.id, j.status, j.progress, j.created, j.started, j.finished, j.attempts,"        \
     " j.priority, j.expired, j.owner, j.surface, j.digest, j.error,"                               \
-    " coalesce(r.summary, j.summary), j.kind, j.done, j.total, j.part, j.round"                    \
+    " coalesce(r.summary, j.summary), j.kind, j.done, j.total, j.position, j.round"                \
     " FROM jobs j LEFT JOIN results r ON r.number = j.result"
 
 static void read_job(struct query *query, struct store_job *job) {
@@ -295,7 +295,7 @@ static void read_job(struct query *query, struct store_job *job) {
     job->kind = (enum store_kind)query_int(query, 15);
     job->done = query_int(query, 16);
     job->total = query_int(query, 17);
-    job->part = query_int(query, 18);
+    job->position = query_int(query, 18);
     store_job_show(job, query_int(query, 2), query_int(query, 19));
 }
 
@@ -328,7 +328,7 @@ enum store_answer sqlite_members(struct store *store, const char *id, struct sto
     size_t room = 0;
     struct query query = db_query(
         db, "SELECT " JOB_COLUMNS " WHERE j.parent = (SELECT sequence FROM jobs WHERE id = ? AND"
-            " kind = " SQL_LAMINATE ") ORDER BY j.part");
+            " kind = " SQL_LAMINATE ") ORDER BY j.position");
     query_bind_text(&query, id);
     while (query_row(&query)) {
         if (page->count == room) {

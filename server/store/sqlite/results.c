@@ -19,36 +19,36 @@ static enum store_answer insert_chunk(struct db *db, int64_t row, const void *by
     return query_run(&query);
 }
 
-static enum store_answer insert_chunks(struct db *db, const struct store_part *part,
+static enum store_answer insert_chunks(struct db *db, const struct store_segment *segment,
                                        int64_t number) {
     enum store_answer answer = STORE_OK;
-    int64_t row = chunk_row(number, part->index);
-    for (size_t at = 0; at < part->length && answer == STORE_OK; at += STORE_CHUNK_BYTES) {
-        size_t left = part->length - at;
-        answer = insert_chunk(db, row++, part->chunks[at / STORE_CHUNK_BYTES],
+    int64_t row = chunk_row(number, segment->index);
+    for (size_t at = 0; at < segment->length && answer == STORE_OK; at += STORE_CHUNK_BYTES) {
+        size_t left = segment->length - at;
+        answer = insert_chunk(db, row++, segment->chunks[at / STORE_CHUNK_BYTES],
                               left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES);
     }
     return answer;
 }
 
 /* A result of the claim's job, which must still be running under it. */
-static enum store_answer insert_result(struct db *db, const struct store_part *part, int state,
-                                       int64_t *number) {
+static enum store_answer insert_result(struct db *db, const struct store_segment *segment,
+                                       int state, int64_t *number) {
     struct query query =
         db_query(db, "INSERT INTO results (owner, digest, state, job, token, length, summary)"
                      " SELECT owner, digest, ?, sequence, token, ?, ? FROM jobs"
                      " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind_int(&query, state);
-    query_bind_int(&query, part->total);
-    query_bind_text(&query, part->summary);
-    query_bind_int(&query, part->claim->sequence);
-    query_bind_int(&query, part->claim->token);
+    query_bind_int(&query, segment->total);
+    query_bind_text(&query, segment->summary);
+    query_bind_int(&query, segment->claim->sequence);
+    query_bind_int(&query, segment->claim->token);
     enum store_answer answer = query_run(&query);
     *number = db_last_row(db);
     return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
 }
 
-/* Between two parts the result may have been given up (its job cancelled, say). */
+/* Between two segments the result may have been given up (its job cancelled, say). */
 static enum store_answer still_building(struct db *db, int64_t number) {
     struct query query = db_query(
         db, "SELECT 1 FROM results r JOIN jobs j ON j.sequence = r.job AND j.token = r.token"
@@ -62,20 +62,20 @@ static enum store_answer still_building(struct db *db, int64_t number) {
 static enum store_answer append_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
     (void)store;
-    struct store_part *part = context;
-    enum store_answer answer = part->index == 0
-                                   ? insert_result(db, part, RESULT_BUILDING, &part->number)
-                                   : still_building(db, part->number);
-    return answer == STORE_OK ? insert_chunks(db, part, part->number) : answer;
+    struct store_segment *segment = context;
+    enum store_answer answer = segment->index == 0
+                                   ? insert_result(db, segment, RESULT_BUILDING, &segment->number)
+                                   : still_building(db, segment->number);
+    return answer == STORE_OK ? insert_chunks(db, segment, segment->number) : answer;
 }
 
 /* Small results are not worth a wait of their own. */
-enum store_answer sqlite_result_append(struct store *store, struct store_part *part) {
-    int64_t end = part->index + (int64_t)(part->length / STORE_CHUNK_BYTES);
-    enum store_answer answer = sqlite_room_for(store, part->length);
+enum store_answer sqlite_result_append(struct store *store, struct store_segment *segment) {
+    int64_t end = segment->index + (int64_t)(segment->length / STORE_CHUNK_BYTES);
+    enum store_answer answer = sqlite_room_for(store, segment->length);
     if (answer == STORE_OK)
-        answer = sqlite_write_lazy(store, append_operation, part);
-    if (answer == STORE_OK && end / PACE_CHUNKS > part->index / PACE_CHUNKS)
+        answer = sqlite_write_lazy(store, append_operation, segment);
+    if (answer == STORE_OK && end / PACE_CHUNKS > segment->index / PACE_CHUNKS)
         answer = sqlite_pace(store, PACE_CHUNKS * STORE_CHUNK_BYTES);
     return answer;
 }
@@ -99,39 +99,39 @@ static enum store_answer set_state(struct db *db, int64_t number, int state) {
     return query_run(&query);
 }
 
-static enum store_answer complete(struct db *db, const struct store_part *part) {
+static enum store_answer complete(struct db *db, const struct store_segment *segment) {
     struct query query =
         db_query(db, "UPDATE results SET state = " SQL_COMPLETE
                      ", length = ?, summary = ? WHERE number = ? AND state = " SQL_BUILDING);
-    query_bind_int(&query, part->total);
-    query_bind_text(&query, part->summary);
-    query_bind_int(&query, part->number);
+    query_bind_int(&query, segment->total);
+    query_bind_text(&query, segment->summary);
+    query_bind_int(&query, segment->number);
     enum store_answer answer = query_run(&query);
     return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
 }
 
 /* Makes the result whole, or drops it for a twin that was first; `*number` is the one the job
  * gets. */
-static enum store_answer settle(struct db *db, struct store_part *part, int64_t *number) {
-    enum store_answer answer = find_twin(db, part->claim, number);
+static enum store_answer settle(struct db *db, struct store_segment *segment, int64_t *number) {
+    enum store_answer answer = find_twin(db, segment->claim, number);
     if (answer != STORE_OK)
         return answer;
     if (*number != 0) {
-        int64_t dropped = part->number;
-        part->number = 0;
+        int64_t dropped = segment->number;
+        segment->number = 0;
         return dropped ? set_state(db, dropped, RESULT_DOOMED) : STORE_OK;
     }
-    answer =
-        part->number ? complete(db, part) : insert_result(db, part, RESULT_COMPLETE, &part->number);
-    *number = part->number;
-    return answer == STORE_OK ? insert_chunks(db, part, *number) : answer;
+    answer = segment->number ? complete(db, segment)
+                             : insert_result(db, segment, RESULT_COMPLETE, &segment->number);
+    *number = segment->number;
+    return answer == STORE_OK ? insert_chunks(db, segment, *number) : answer;
 }
 
 static enum store_answer commit_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
-    struct store_part *part = context;
+    struct store_segment *segment = context;
     int64_t number = 0;
-    enum store_answer answer = settle(db, part, &number);
+    enum store_answer answer = settle(db, segment, &number);
     if (answer != STORE_OK)
         return answer;
     struct query query = db_query(
@@ -140,15 +140,15 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
         " lease = NULL, holder = NULL WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind_int(&query, sqlite_now(store));
     query_bind_int(&query, number);
-    query_bind_int(&query, part->claim->sequence);
-    query_bind_int(&query, part->claim->token);
+    query_bind_int(&query, segment->claim->sequence);
+    query_bind_int(&query, segment->claim->token);
     answer = query_run(&query);
     return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
 }
 
-enum store_answer sqlite_result_commit(struct store *store, struct store_part *part) {
-    enum store_answer room = sqlite_room_for(store, part->length);
-    return room == STORE_OK ? sqlite_write(store, commit_operation, part) : room;
+enum store_answer sqlite_result_commit(struct store *store, struct store_segment *segment) {
+    enum store_answer room = sqlite_room_for(store, segment->length);
+    return room == STORE_OK ? sqlite_write(store, commit_operation, segment) : room;
 }
 
 static enum store_answer drop_operation(struct sqlite_store *store, struct db *db, void *context) {

@@ -43,7 +43,7 @@ static enum store_answer insert_task(struct db *db, const struct step *step, siz
     id_make(id);
     struct query query = db_query(db, "INSERT INTO jobs (id, status, rank, priority, owner, "
                                       "digest, surface, origin, created, kind,"
-                                      " parent, round, part, total, task) SELECT ?, " SQL_QUEUED
+                                      " parent, round, position, total, task) SELECT ?, " SQL_QUEUED
                                       ", rank, priority, owner, '', surface,"
                                       " origin, created, " SQL_TASK
                                       ", sequence, round, ?, ?, ? FROM jobs WHERE sequence = ?");
@@ -76,10 +76,10 @@ enum store_answer sqlite_begin_round(struct store *store, const struct store_cla
 
 static enum store_answer end_operation(struct sqlite_store *store, struct db *db, void *context) {
     const struct step *step = context;
-    struct query query =
-        db_query(db, "INSERT INTO task_numbers (parent, round, part, bytes) SELECT parent, round, "
-                     "part, ? FROM jobs"
-                     " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
+    struct query query = db_query(
+        db, "INSERT INTO task_numbers (parent, round, position, bytes) SELECT parent, round, "
+            "position, ? FROM jobs"
+            " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind_bytes(&query, step->numbers, step->length);
     query_bind_int(&query, step->claim->sequence);
     query_bind_int(&query, step->claim->token);
@@ -123,7 +123,7 @@ enum store_answer sqlite_numbers(struct store *store, const struct store_claim *
     size_t room = 0;
     struct db *db = sqlite_take_reader(store);
     struct query query =
-        db_query(db, "SELECT bytes FROM task_numbers WHERE parent = ? ORDER BY round, part");
+        db_query(db, "SELECT bytes FROM task_numbers WHERE parent = ? ORDER BY round, position");
     query_bind_int(&query, claim->sequence);
     bool good = add(bytes, length, &room, NULL, 0);
     while (good && query_row(&query)) {

@@ -325,7 +325,7 @@ static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) 
                    "BEGIN IMMEDIATE",
                    why))
         return false;
-    bool good = sqlite_migrate(db, why) && db_set_up(db, "COMMIT", why);
+    bool good = sqlite_prepare_tables(db, why) && db_set_up(db, "COMMIT", why);
     if (!good && db_in_transaction(db))
         (void)db_run(db, "ROLLBACK");
     return good && db_check(db, "PRAGMA quick_check('jobs')", why) &&

@@ -74,12 +74,12 @@ enum store_answer sqlite_count_hosts(struct db *db, int64_t now, struct store_co
 
 /* --- schema.c */
 
-/* Checks whose the file is and brings it to the current schema; runs in a transaction. False with
- * `why`. */
-bool sqlite_migrate(struct db *db, char why[STORE_WHY_SIZE]);
+/* Marks a file as ours: "drap". */
+enum { SQLITE_APPLICATION = 0x64726170 };
 
-/* The version of the schema that it brings a file to. */
-int64_t sqlite_schema(void);
+/* Makes the tables in an empty file; checks whose they are, and of which version, in another. Runs
+ * in a transaction. False with `why`. */
+bool sqlite_prepare_tables(struct db *db, char why[STORE_WHY_SIZE]);
 
 /* --- jobs.c */
 
@@ -132,8 +132,8 @@ enum store_answer sqlite_numbers(struct store *store, const struct store_claim *
 
 /* --- results.c */
 
-enum store_answer sqlite_result_append(struct store *store, struct store_part *part);
-enum store_answer sqlite_result_commit(struct store *store, struct store_part *part);
+enum store_answer sqlite_result_append(struct store *store, struct store_segment *segment);
+enum store_answer sqlite_result_commit(struct store *store, struct store_segment *segment);
 enum store_answer sqlite_result_drop(struct store *store, int64_t number);
 enum store_answer sqlite_result_find(struct store *store, const char *id,
                                      struct store_result *result);

@@ -47,8 +47,8 @@ static bool read_all(struct db *db, struct survey *survey, char why[STORE_WHY_SI
         db_explain(db, why);
         return false;
     }
-    if (survey->schema != sqlite_schema())
-        return survey_refuse(survey->schema, sqlite_schema(), why);
+    if (!store_schema_known("the store", survey->schema, why))
+        return false;
     bool good = sqlite_read_counts(db, survey->now, &survey->counts) == STORE_OK &&
                 read_hosts(db, survey) == STORE_OK && read_failure(db, survey) == STORE_OK;
     if (!good)
