@@ -27,12 +27,8 @@ static const double end_reach = 4;
  * met there, and it is inside out beyond. */
 static const double turned = 0.5;
 
-static const struct face *face_of(const struct surface *surface) {
-    return &surface->shell->faces[surface->face];
-}
-
 bool crossing_within(const struct surface *surface, const double uv[2]) {
-    return face_contains(face_of(surface), uv);
+    return face_contains(face_of_surface(surface), uv);
 }
 
 /* Puts parameters into the turn of a near place. */
@@ -61,37 +57,13 @@ struct edge_search {
     struct hit hit[BEYONDS];
 };
 
-/* Takes the place of a segment that is nearest, the first of equals. */
-static void try_segment(const struct edge_search *search, const struct face_segment *segment,
-                        struct hit *best) {
-    const double *metric = search->metric;
-    double p[2], e[2];
-    for (int k = 0; k < 2; k++) {
-        p[k] = face_way(&search->surface->axis[k], search->at[k], segment->a[k]);
-        e[k] = (p[k] + segment->b[k] - segment->a[k]) - p[k];
-    }
-    double ee = surface_point_form(metric, e);
-    double pe =
-        metric[0] * p[0] * e[0] + metric[1] * (p[0] * e[1] + p[1] * e[0]) + metric[2] * p[1] * e[1];
-    double share = ee > 0 ? fmin(fmax(-pe / ee, 0), 1) : 0;
-    const double offset[2] = {p[0] + share * e[0], p[1] + share * e[1]};
-    double distance2 = surface_point_form(metric, offset);
-    if (distance2 < best->distance2 || (distance2 == best->distance2 && segment < best->segment))
-        *best = (struct hit){segment, share, distance2, {offset[0], offset[1]}};
-}
-
-/* The surface of the face that an edge belongs to. */
-static const struct surface *beyond_edge(const struct shell *shell, int32_t edge) {
-    return &shell->faces[shell->curves[shell->edges[edge].curve].face].surface;
-}
-
 /* What lies beyond the edge of a run; BEYONDS where that is not looked for. */
 static int beyond_run(const struct edge_search *search, const struct face_run *run) {
     const struct shell *shell = search->surface->shell;
     int32_t mate = shell->edges[run->edge].mate;
     if (mate == EDGE_FREE)
         return search->beyond ? BEYONDS : TO_NOTHING;
-    const struct surface *to = beyond_edge(shell, mate);
+    const struct surface *to = &shell->faces[edge_face(shell, (size_t)mate)].surface;
     if (search->beyond && to != search->beyond)
         return BEYONDS;
     return search->before && to == search->before ? TO_BEFORE : TO_FACE;
@@ -109,22 +81,27 @@ static double least_to_run(const struct edge_search *search, const struct face_r
     return least;
 }
 
+/* Takes the place of a run that is nearest, the first of equals. */
 static void try_run(struct edge_search *search, const struct face_run *run, int beyond) {
-    const struct face_segment *segments = face_of(search->surface)->segments + run->first;
-    for (uint32_t s = 0; s < run->count; s++)
-        try_segment(search, &segments[s], &search->hit[beyond]);
-}
-
-static void begin_search(const struct surface_point *point, struct edge_search *search) {
-    const double *metric = search->metric = point->first;
-    double determinant = metric[0] * metric[2] - metric[1] * metric[1];
-    search->surface = point->surface;
-    for (int k = 0; k < 2; k++) {
-        search->at[k] = surface_axis_wrap(&point->surface->axis[k], point->uv[k]);
-        search->least[k] = determinant > 0 ? (1 - as_near) * determinant / metric[2 - 2 * k] : 0;
+    const struct face_segment *segment = face_of_surface(search->surface)->segments + run->first;
+    const double *metric = search->metric;
+    struct hit *best = &search->hit[beyond];
+    for (const struct face_segment *end = segment + run->count; segment < end; segment++) {
+        double p[2], e[2];
+        for (int k = 0; k < 2; k++) {
+            p[k] = face_way(&search->surface->axis[k], search->at[k], segment->a[k]);
+            e[k] = (p[k] + segment->b[k] - segment->a[k]) - p[k];
+        }
+        double ee = surface_point_form(metric, e);
+        double pe = metric[0] * p[0] * e[0] + metric[1] * (p[0] * e[1] + p[1] * e[0]) +
+                    metric[2] * p[1] * e[1];
+        double share = ee > 0 ? fmin(fmax(-pe / ee, 0), 1) : 0;
+        const double offset[2] = {p[0] + share * e[0], p[1] + share * e[1]};
+        double distance2 = surface_point_form(metric, offset);
+        if (distance2 < best->distance2 ||
+            (distance2 == best->distance2 && segment < best->segment))
+            *best = (struct hit){segment, share, distance2, {offset[0], offset[1]}};
     }
-    for (int b = 0; b < BEYONDS; b++)
-        search->hit[b] = (struct hit){.distance2 = HUGE_VAL};
 }
 
 /* Whether a run may have what decides: something of its own kind that is nearer, and about as near
@@ -138,7 +115,7 @@ static bool may_decide(const struct edge_search *search, double least, int to) {
 
 /* Looks first into the run of each kind that may be nearest, the nearest of them first. */
 static void try_likely_runs(struct edge_search *search) {
-    const struct face *face = face_of(search->surface);
+    const struct face *face = face_of_surface(search->surface);
     double least[BEYONDS] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
     for (uint32_t r = 0; r < face->run_count; r++) {
         int to = beyond_run(search, &face->runs[r]);
@@ -163,9 +140,17 @@ static void try_likely_runs(struct edge_search *search) {
  * than what decides, the one or the other, nothing is told. */
 static void nearest_edges(const struct surface_point *point, const struct surface *beyond,
                           const struct surface *before, struct hit *joint, struct hit *free) {
-    const struct face *face = face_of(point->surface);
-    struct edge_search search = {.beyond = beyond, .before = before};
-    begin_search(point, &search);
+    const struct face *face = face_of_surface(point->surface);
+    const double *metric = point->first;
+    double determinant = metric[0] * metric[2] - metric[1] * metric[1];
+    struct edge_search search = {
+        .surface = point->surface, .beyond = beyond, .before = before, .metric = metric};
+    for (int k = 0; k < 2; k++) {
+        search.at[k] = surface_axis_wrap(&point->surface->axis[k], point->uv[k]);
+        search.least[k] = determinant > 0 ? (1 - as_near) * determinant / metric[2 - 2 * k] : 0;
+    }
+    for (int b = 0; b < BEYONDS; b++)
+        search.hit[b] = (struct hit){.distance2 = HUGE_VAL};
     try_likely_runs(&search);
     for (uint32_t r = 0; r < face->run_count; r++) {
         const struct face_run *run = &face->runs[r];
@@ -183,20 +168,20 @@ static void nearest_edges(const struct surface_point *point, const struct surfac
 /* The place at t of an edge, or of its curve as it goes on beyond it, with the derivatives that the
  * edge has there: an end may be a corner of its curve, which goes on from there in another
  * direction. */
-static void edge_at(const struct shell *shell, const struct face_edge *edge, double t,
-                    struct curve_place *place) {
+static void edge_continued_at(const struct shell *shell, const struct face_edge *edge, double t,
+                              struct curve_place *place) {
     double within = inside_end * (edge->t[1] - edge->t[0]);
     double from = fmin(fmax(t, edge->t[0] + within), edge->t[1] - within);
     curve_beyond(shell, &shell->curves[edge->curve], from, t, place);
 }
 
-static bool frame_at(const struct shell *shell, const struct face_edge *edge, double t,
-                     struct vec3 along, bool out, double uv[2], struct crossing_frame *frame) {
+static bool edge_frame_at(const struct shell *shell, const struct face_edge *edge, double t,
+                          struct vec3 along, bool out, double uv[2], struct crossing_frame *frame) {
     const struct face_curve *curve = &shell->curves[edge->curve];
     const struct surface *surface = &shell->faces[curve->face].surface;
     struct curve_place place;
     struct surface_point point;
-    edge_at(shell, edge, t, &place);
+    edge_continued_at(shell, edge, t, &place);
     point.uv[0] = place.uv[0];
     point.uv[1] = place.uv[1];
     point.jet = place.jet;
@@ -215,24 +200,12 @@ static bool frame_at(const struct shell *shell, const struct face_edge *edge, do
     return vec3_norm2(tangent) > 0;
 }
 
-/* The derivative of the edge's inner parameters by t. */
-static void rate_at(const struct surface *surface, const struct crossing *crossing,
-                    double rate[2]) {
-    const struct shell *shell = surface->shell;
-    const struct face_edge *edge = &shell->edges[crossing->number];
-    struct curve_place place;
-    double t = crossing->continued ? crossing->t : fmin(fmax(crossing->t, edge->t[0]), edge->t[1]);
-    edge_at(shell, edge, t, &place);
-    rate[0] = place.rate[0];
-    rate[1] = place.rate[1];
-}
-
 /* The place of an edge, or of its curve beyond an end, nearest to a point, from the place at t. */
 static double go_near(const struct shell *shell, const struct face_edge *edge, struct vec3 point,
                       double t) {
     struct curve_place place;
     for (int round = 0; round < END_ROUNDS; round++) {
-        edge_at(shell, edge, t, &place);
+        edge_continued_at(shell, edge, t, &place);
         t += vec3_dot(vec3_sub(point, place.r), place.tangent) / vec3_norm2(place.tangent);
     }
     return t;
@@ -251,11 +224,12 @@ static bool continue_joint(const struct surface *surface, double t, struct cross
     const struct face_edge *edge = &shell->edges[crossing->number],
                            *mate = &shell->edges[edge->mate];
     struct crossing on = *crossing;
-    if (!frame_at(shell, edge, t, crossing->from.along, true, on.edge, &on.from))
+    if (!edge_frame_at(shell, edge, t, crossing->from.along, true, on.edge, &on.from))
         return false;
     double there = go_near(shell, mate, on.from.at, mate_parameter(edge, mate, t));
     double far = vec3_distance(on.from.at, crossing->from.at);
-    if (!isfinite(there) || !frame_at(shell, mate, there, on.from.along, false, on.entry, &on.to) ||
+    if (!isfinite(there) ||
+        !edge_frame_at(shell, mate, there, on.from.along, false, on.entry, &on.to) ||
         !(vec3_dot(on.from.normal, crossing->from.normal) > turned) ||
         !(vec3_dot(on.to.normal, crossing->to.normal) > turned) ||
         !(vec3_distance(on.from.at, on.to.at) <= alike * far + 2 * shell->found.largest_gap))
@@ -267,13 +241,13 @@ static bool continue_joint(const struct surface *surface, double t, struct cross
 
 /* The same where they do not: straight on in the parameters of the face that is left, with the
  * frames of the end. */
-static bool go_straight(const struct surface *surface, double t, struct crossing *crossing) {
+static bool joint_straight_on(const struct surface *surface, double t, struct crossing *crossing) {
     const struct face_edge *edge = &surface->shell->edges[crossing->number];
     struct surface_cursor cursor = {0, 0};
     struct curve_place end;
     struct surface_point place;
     double on_edge = fmin(fmax(t, edge->t[0]), edge->t[1]), uv[2];
-    edge_at(surface->shell, edge, on_edge, &end);
+    edge_continued_at(surface->shell, edge, on_edge, &end);
     for (int k = 0; k < 2; k++)
         crossing->edge[k] += (t - on_edge) * end.rate[k];
     if (!surface_point_at(surface, &cursor, crossing->edge, &place) ||
@@ -295,7 +269,8 @@ static bool joint_at(const struct surface *surface, int32_t number, double t,
     const struct face_curve *curve = &shell->curves[mate->curve];
     struct curve_place there;
     double on_edge = fmin(fmax(t, edge->t[0]), edge->t[1]);
-    if (!frame_at(shell, edge, on_edge, vec3_make(0, 0, 0), true, crossing->edge, &crossing->from))
+    if (!edge_frame_at(shell, edge, on_edge, vec3_make(0, 0, 0), true, crossing->edge,
+                       &crossing->from))
         return false;
     (void)curve_nearest(shell, curve, crossing->from.at, mate_parameter(edge, mate, t), mate->t,
                         &there);
@@ -304,10 +279,10 @@ static bool joint_at(const struct surface *surface, int32_t number, double t,
     crossing->number = number;
     crossing->t = t;
     crossing->beyond = &shell->faces[curve->face].surface;
-    return frame_at(shell, mate, there.t, crossing->from.along, false, crossing->entry,
-                    &crossing->to) &&
+    return edge_frame_at(shell, mate, there.t, crossing->from.along, false, crossing->entry,
+                         &crossing->to) &&
            (t == on_edge || continue_joint(surface, t, crossing) ||
-            go_straight(surface, t, crossing));
+            joint_straight_on(surface, t, crossing));
 }
 
 /* Whether a place of a joint is an end of it that lies on the boundary of the shell. */
@@ -339,25 +314,12 @@ static bool joint_near(const struct surface_point *point, const struct hit *hit,
     return joint_at(surface, segment->edge, t, crossing);
 }
 
-/* Whether a place lies beyond an end of a joint, and past the line in which the joint goes on. */
-static bool is_past_end(const struct surface_point *point, int32_t number, int end,
-                        struct crossing *crossing) {
-    const struct surface *surface = point->surface;
-    const struct face_edge *edge = &surface->shell->edges[number];
-    double t = go_near(surface->shell, edge, point->jet.r, edge->t[end]), uv[2];
-    struct crossing_frame line;
-    return (end ? t > edge->t[1] : t < edge->t[0]) &&
-           frame_at(surface->shell, edge, t, vec3_make(0, 0, 0), true, uv, &line) &&
-           vec3_dot(vec3_sub(point->jet.r, line.at), line.across) > 0 &&
-           joint_at(surface, number, t, crossing) && crossing->continued;
-}
-
 /* The joint that a place beyond a free edge, so far away, is past by that: of those with an open
- * end not much further. */
+ * end not much further, beyond which it lies past the line in which the joint goes on. */
 static bool past_open_end(const struct surface_point *point, double distance,
                           struct crossing *crossing) {
     const struct shell *shell = point->surface->shell;
-    const struct face *face = face_of(point->surface);
+    const struct face *face = face_of_surface(point->surface);
     double nearest = end_reach * distance;
     for (uint32_t r = 0; r < face->run_count; r++) {
         int32_t number = face->runs[r].edge;
@@ -365,11 +327,18 @@ static bool past_open_end(const struct surface_point *point, double distance,
         bool first = r == 0 || face->runs[r - 1].edge != number;
         for (int k = 0; k < 2 && first && edge->mate != EDGE_FREE; k++) {
             struct crossing past = *crossing;
-            double far = vec3_distance(edge->end[k], point->jet.r);
-            if (!edge->open[k] || !(far < nearest) || !is_past_end(point, number, k, &past))
+            struct crossing_frame line;
+            double far = vec3_distance(edge->end[k], point->jet.r), uv[2];
+            if (!edge->open[k] || !(far < nearest))
                 continue;
-            *crossing = past;
-            nearest = far;
+            double t = go_near(shell, edge, point->jet.r, edge->t[k]);
+            if ((k ? t > edge->t[1] : t < edge->t[0]) &&
+                edge_frame_at(shell, edge, t, vec3_make(0, 0, 0), true, uv, &line) &&
+                vec3_dot(vec3_sub(point->jet.r, line.at), line.across) > 0 &&
+                joint_at(point->surface, number, t, &past) && past.continued) {
+                *crossing = past;
+                nearest = far;
+            }
         }
     }
     return nearest < end_reach * distance;
@@ -418,7 +387,13 @@ bool crossing_move(const struct surface *surface, double t, struct crossing *cro
 }
 
 void crossing_rate(const struct surface *surface, const struct crossing *crossing, double rate[2]) {
-    rate_at(surface, crossing, rate);
+    const struct shell *shell = surface->shell;
+    const struct face_edge *edge = &shell->edges[crossing->number];
+    struct curve_place place;
+    double t = crossing->continued ? crossing->t : fmin(fmax(crossing->t, edge->t[0]), edge->t[1]);
+    edge_continued_at(shell, edge, t, &place);
+    rate[0] = place.rate[0];
+    rate[1] = place.rate[1];
 }
 
 bool crossing_between(const struct surface_point *point, const struct surface *beyond,
@@ -432,19 +407,11 @@ bool crossing_between(const struct surface_point *point, const struct surface *b
     return joint_near(point, &joint, crossing);
 }
 
-static struct vec3 change_frame(const struct crossing_frame *from, const struct crossing_frame *to,
-                                struct vec3 v) {
+struct vec3 crossing_turn(const struct crossing *crossing, struct vec3 v) {
+    const struct crossing_frame *from = &crossing->from, *to = &crossing->to;
     struct vec3 sum = vec3_scale(vec3_dot(v, from->along), to->along);
     sum = vec3_axpy(vec3_dot(v, from->across), to->across, sum);
     return vec3_axpy(vec3_dot(v, from->normal), to->normal, sum);
-}
-
-struct vec3 crossing_turn(const struct crossing *crossing, struct vec3 v) {
-    return change_frame(&crossing->from, &crossing->to, v);
-}
-
-struct vec3 crossing_turn_back(const struct crossing *crossing, struct vec3 v) {
-    return change_frame(&crossing->to, &crossing->from, v);
 }
 
 bool crossing_carry(const struct crossing *crossing, struct surface_cursor *cursor,

@@ -51,7 +51,6 @@ bool crossing_between(const struct surface_point *point, const struct surface *b
 
 /* A vector at the place as it is beyond the edge. */
 struct vec3 crossing_turn(const struct crossing *crossing, struct vec3 v);
-struct vec3 crossing_turn_back(const struct crossing *crossing, struct vec3 v);
 
 /* The parameters, beyond a joint, of the place that the point is carried to: to second order in
  * its distance, and after some rounds exactly what is nearest to it. False where there are none. */
@@ -65,8 +64,8 @@ bool crossing_settle(struct surface_cursor *cursor, struct surface_point *point)
 /* Whether a place is in the region of its face of a shell. */
 bool crossing_within(const struct surface *surface, const double uv[2]);
 
-/* Whether a rectangle of parameters lies well inside the face's region, as far as can be told at a
- * glance. */
+/* Whether a rectangle of parameters lies well inside the face's region, as far as its grid tells.
+ */
 bool crossing_none_within(const struct surface *surface, const double low[2], const double high[2]);
 
 /* The joint over which the way from one place of a face to another first leaves its region: the

@@ -13,19 +13,9 @@ static const double open_reach = 2;
 /* A way that misses the end of a segment by this share of the domain goes through it. */
 static const double touch = 1e-9;
 
-static const struct face *face_of(const struct surface *surface) {
-    return &surface->shell->faces[surface->face];
-}
-
-/* What takes a place into the domain of closed directions. */
-static void turn_of(const struct surface *surface, const double uv[2], double turn[2]) {
-    for (int k = 0; k < 2; k++)
-        turn[k] = uv[k] - surface_axis_wrap(&surface->axis[k], uv[k]);
-}
-
 bool crossing_none_within(const struct surface *surface, const double low[2],
                           const double high[2]) {
-    return face_holds_way(face_of(surface), low, high);
+    return face_holds_way(face_of_surface(surface), low, high);
 }
 
 /* A straight way over a face, from p by e, and the joint that it leaves the region through first.
@@ -38,44 +28,34 @@ struct leaving {
     const struct face_segment *segment;
 };
 
-/* The share of the way at which it leaves the region through a segment from a to b, whose inside
- * lies as the edge says; HUGE_VAL where it does not. `at` gets the share of the segment. */
-static double leaves_through(const struct leaving *way, const double a[2], const double b[2],
-                             int inside, const bool open[2], double *at) {
-    const double *p = way->p, *e = way->e, *by = way->by;
-    double sx = b[0] - a[0], sy = b[1] - a[1];
-    double out = (e[0] * sy - e[1] * sx) * inside; /* > 0: from left to right of the segment */
-    if (!(out > 0))
-        return HUGE_VAL;
-    double cross = e[0] * sy - e[1] * sx;
-    double ax = a[0] - p[0], ay = a[1] - p[1];
-    double share = (ax * sy - ay * sx) / cross;
-    *at = (ax * e[1] - ay * e[0]) / cross;
-    double whole = 1 / (fabs(sx) * by[0] + fabs(sy) * by[1]);
-    bool hits = share >= -as_near && share <= 1 && *at >= -(open[0] ? open_reach : touch) * whole &&
-                *at <= 1 + (open[1] ? open_reach : touch) * whole;
-    return hits ? fmax(share, 0) : HUGE_VAL;
-}
-
+/* Takes the segment s, from a on, where the way leaves the region through it, or beyond an open end
+ * of its edge: from its left to its right if the face lies to the left of it. */
 static void leave_through(struct leaving *leaving, const struct face_segment *segment) {
     const struct surface *surface = leaving->surface;
     const struct face_edge *edge = &surface->shell->edges[segment->edge];
-    const bool open[2] = {edge->open[0] && segment->t[0] == edge->t[0],
-                          edge->open[1] && segment->t[1] == edge->t[1]};
-    double a[2], b[2], at;
+    const double *p = leaving->p, *e = leaving->e, *by = leaving->by;
+    double from[2], to[2], reach[2];
     for (int k = 0; k < 2; k++) {
-        a[k] = leaving->p[k] + face_way(&surface->axis[k], leaving->p[k], segment->a[k]);
-        b[k] = a[k] + segment->b[k] - segment->a[k];
+        bool open = edge->open[k] && segment->t[k] == edge->t[k];
+        from[k] = p[k] + face_way(&surface->axis[k], p[k], segment->a[k]);
+        to[k] = from[k] + segment->b[k] - segment->a[k];
+        reach[k] = open ? open_reach : touch;
     }
-    double met = leaves_through(leaving, a, b, edge->inside, open, &at);
-    if (met == HUGE_VAL)
+    double sx = to[0] - from[0], sy = to[1] - from[1], ax = from[0] - p[0], ay = from[1] - p[1];
+    double cross = e[0] * sy - e[1] * sx;
+    if (!(cross * edge->inside > 0))
         return;
-    const double there[2] = {leaving->p[0] + met * leaving->e[0],
-                             leaving->p[1] + met * leaving->e[1]};
+    double share = (ax * sy - ay * sx) / cross, at = (ax * e[1] - ay * e[0]) / cross;
+    double whole = 1 / (fabs(sx) * by[0] + fabs(sy) * by[1]);
+    if (!(share >= -as_near && share <= 1 && at >= -reach[0] * whole && at <= 1 + reach[1] * whole))
+        return;
+    double met = fmax(share, 0);
+    const double there[2] = {p[0] + met * e[0], p[1] + met * e[1]};
     bool beyond_end = fmax(-at, at - 1) > touch;
     /* Joints of one line meet the way at one place: the one that is there goes first. */
     double ahead = leaving->beyond_end == beyond_end ? 0 : beyond_end ? -as_near : as_near;
-    if (met < leaving->least + ahead && (!beyond_end || !face_contains(face_of(surface), there))) {
+    if (met < leaving->least + ahead &&
+        (!beyond_end || !face_contains(face_of_surface(surface), there))) {
         leaving->least = met;
         leaving->segment = segment;
         leaving->place = at;
@@ -100,15 +80,15 @@ static bool may_leave_through(const struct leaving *leaving, const struct face_r
 
 bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
                      double *share, struct crossing *crossing) {
-    const struct face *face = face_of(surface);
+    const struct face *face = face_of_surface(surface);
     struct leaving leaving = {.surface = surface, .least = HUGE_VAL};
-    double turn[2], end[2];
-    turn_of(surface, from, turn);
+    double end[2];
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
-        leaving.p[k] = from[k] - turn[k];
+        /* in the turn of closed directions that is the domain */
+        leaving.p[k] = from[k] - (from[k] - surface_axis_wrap(axis, from[k]));
         leaving.e[k] = to[k] - from[k];
-        leaving.by[k] = 1 / (surface_axis_upper(axis) - surface_axis_lower(axis));
+        leaving.by[k] = 1 / surface_axis_length(axis);
         end[k] = leaving.p[k] + leaving.e[k];
     }
     if (face_holds_way(face, leaving.p, end))

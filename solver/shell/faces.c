@@ -1,20 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "faces.h"
 
-enum { NEWTON_MAX = 40, HALVINGS_MAX = 20, RUN_MAX = 32 };
+enum { NEWTON_MAX = 40, HALVINGS_MAX = 20, RUN_MAX = 32, POINT_SAMPLES = 4 };
 
 /* A place this close outside the domain, as a share of it, is on its border. */
 static const double border = 1e-9;
 
 /* Loops that run along the seam of a closed direction may be off by this share of the domain. */
 static const double seam = 2e-6;
-
-static void line_at(const struct face_curve *curve, double t, double uv[2], double rate[2]) {
-    for (int k = 0; k < 2; k++) {
-        rate[k] = curve->line[1][k] - curve->line[0][k];
-        uv[k] = t == 1 ? curve->line[1][k] : curve->line[0][k] + t * rate[k];
-    }
-}
 
 void curve_beyond(const struct shell *shell, const struct face_curve *curve, double from, double t,
                   struct curve_place *place) {
@@ -28,7 +21,11 @@ void curve_beyond(const struct shell *shell, const struct face_curve *curve, dou
         for (int k = 0; k < 2; k++)
             place->rate[k] *= surface_axis_rate(&surface->axis[k], place->uv[k], NULL);
     } else {
-        line_at(curve, t, place->uv, place->rate);
+        for (int k = 0; k < 2; k++) {
+            const double *line[2] = {curve->line[0], curve->line[1]};
+            place->rate[k] = line[1][k] - line[0][k];
+            place->uv[k] = t == 1 ? line[1][k] : line[0][k] + t * place->rate[k];
+        }
     }
     surface_jet_at(surface, &cursor, place->uv[0], place->uv[1], &place->jet);
     place->r = place->jet.r;
@@ -71,6 +68,17 @@ double curve_nearest(const struct shell *shell, const struct face_curve *curve, 
         distance = closer;
     }
     return distance;
+}
+
+bool edge_is_point(const struct shell *shell, const struct face_edge *edge, double reach) {
+    for (int k = 1; k < POINT_SAMPLES; k++) {
+        struct curve_place place;
+        curve_at(shell, &shell->curves[edge->curve],
+                 edge->t[0] + k * (edge->t[1] - edge->t[0]) / POINT_SAMPLES, &place);
+        if (vec3_distance(place.r, edge->end[0]) > reach)
+            return false;
+    }
+    return vec3_distance(edge->end[0], edge->end[1]) <= reach;
 }
 
 /* The run that begins at a segment: up to RUN_MAX of the same edge. */
@@ -119,16 +127,12 @@ static int grid_index(const struct face *face, int k, double x) {
     return at > 0 ? (int)fmin(at, FACE_GRID - 1) : 0;
 }
 
-static int cell_at(const struct face *face, const double uv[2]) {
-    return face->cells[grid_index(face, 0, uv[0]) * FACE_GRID + grid_index(face, 1, uv[1])];
-}
-
 /* Marks the cells within a hundredth of one round a segment, by steps of half a cell. */
 static void mark_segment(struct face *face, const struct face_segment *segment, uint8_t *marks) {
     double size[2], steps = 1;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &face->surface.axis[k];
-        size[k] = (surface_axis_upper(axis) - surface_axis_lower(axis)) / FACE_GRID;
+        size[k] = surface_axis_length(axis) / FACE_GRID;
         steps = fmax(steps, ceil(2 * fabs(segment->b[k] - segment->a[k]) / size[k]));
     }
     for (int n = 0; n < (int)steps; n++) {
@@ -190,7 +194,7 @@ double face_way(const struct surface_axis *axis, double from, double to) {
     double difference = to - from;
     if (!axis->closed)
         return difference;
-    double period = surface_axis_upper(axis) - surface_axis_lower(axis);
+    double period = surface_axis_length(axis);
     return difference - period * floor(difference / period + 0.5);
 }
 
@@ -208,7 +212,10 @@ bool face_contains(const struct face *face, const double uv[2]) {
     }
     if (!face->trim)
         return true;
-    int cell = face->cells ? cell_at(face, at) : FACE_CELL_MIXED;
+    int cell =
+        face->cells
+            ? face->cells[grid_index(face, 0, at[0]) * FACE_GRID + grid_index(face, 1, at[1])]
+            : FACE_CELL_MIXED;
     if (cell != FACE_CELL_MIXED)
         return cell == FACE_CELL_INSIDE;
     surface_outer(&face->surface, at, outer);

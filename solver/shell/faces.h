@@ -88,7 +88,16 @@ struct shell {
     uint32_t *ends;       /* those of them that may be ends of a tube */
 };
 
-/* A place on a curve: inner parameters and their derivative by t, the point and its derivative. */
+/* The face that edge `number` bounds, and the one that a surface of a shell is. */
+static inline int32_t edge_face(const struct shell *shell, size_t number) {
+    return shell->curves[shell->edges[number].curve].face;
+}
+
+static inline const struct face *face_of_surface(const struct surface *surface) {
+    return &surface->shell->faces[surface->face];
+}
+
+/* A point on a curve: inner parameters and their derivative by t, the point and its derivative. */
 struct curve_place {
     double t, uv[2], rate[2];
     struct surface_jet jet;
@@ -98,6 +107,13 @@ struct curve_place {
 void curve_at(const struct shell *shell, const struct face_curve *curve, double t,
               struct curve_place *place);
 
+/* The point at a share, 0..1, of an edge. */
+static inline void edge_at_share(const struct shell *shell, const struct face_edge *edge,
+                                 double share, struct curve_place *place) {
+    curve_at(shell, &shell->curves[edge->curve], edge->t[0] + share * (edge->t[1] - edge->t[0]),
+             place);
+}
+
 /* The same by the polynomials that the curve has at `from`, wherever t is. */
 void curve_beyond(const struct shell *shell, const struct face_curve *curve, double from, double t,
                   struct curve_place *place);
@@ -106,6 +122,9 @@ void curve_beyond(const struct shell *shell, const struct face_curve *curve, dou
  * its distance. */
 double curve_nearest(const struct shell *shell, const struct face_curve *curve, struct vec3 point,
                      double from, const double range[2], struct curve_place *place);
+
+/* Whether an edge is one point, as far as `reach`. */
+bool edge_is_point(const struct shell *shell, const struct face_edge *edge, double reach);
 
 /* The unit normals of the faces on both sides of a joined edge, on the shell's side, at `share` of
  * it; and where that is. */
@@ -130,7 +149,7 @@ bool face_contains(const struct face *face, const double uv[2]);
 
 /* Cuts the boundaries into edges and joins them; sets curves, edges, segments and what was found.
  * Errors: STATUS_OUT_OF_MEMORY, STATUS_INVALID with SHELL_THREE_FACES. */
-enum status faces_join(struct shell *shell, const struct shell_patch *parts, struct arena *arena,
+enum status faces_join(struct shell *shell, const struct shell_patch *patches, struct arena *arena,
                        struct shell_fault *fault) STATUS_MUST_USE;
 
 #endif

@@ -8,8 +8,8 @@ enum { LOOKS = 5 }; /* places of an edge at which its fold is looked at */
 static const double ROUNDING_DEG = 1e-6;
 
 /* The normal of the face on its shell's side. */
-static struct vec3 normal_at(const struct shell *shell, const struct face_curve *curve,
-                             const struct curve_place *place) {
+static struct vec3 face_normal_at(const struct shell *shell, const struct face_curve *curve,
+                                  const struct curve_place *place) {
     const struct face *face = &shell->faces[curve->face];
     return vec3_scale(face->side, vec3_unit(vec3_cross(place->jet.u, place->jet.v)));
 }
@@ -17,15 +17,14 @@ static struct vec3 normal_at(const struct shell *shell, const struct face_curve 
 void edge_normals(const struct shell *shell, const struct face_edge *edge, double share,
                   struct vec3 normal[2], struct vec3 *at) {
     const struct face_edge *mate = &shell->edges[edge->mate];
-    const struct face_curve *curve = &shell->curves[edge->curve];
     const struct face_curve *other = &shell->curves[mate->curve];
     struct curve_place here, there;
     double across = edge->reversed ? 1 - share : share;
-    curve_at(shell, curve, edge->t[0] + share * (edge->t[1] - edge->t[0]), &here);
+    edge_at_share(shell, edge, share, &here);
     curve_nearest(shell, other, here.r, mate->t[0] + across * (mate->t[1] - mate->t[0]), mate->t,
                   &there);
-    normal[0] = normal_at(shell, curve, &here);
-    normal[1] = normal_at(shell, other, &there);
+    normal[0] = face_normal_at(shell, &shell->curves[edge->curve], &here);
+    normal[1] = face_normal_at(shell, other, &there);
     *at = here.r;
 }
 
@@ -45,8 +44,8 @@ bool shell_joint(const struct shell *shell, size_t number, int32_t face[2], doub
     const struct face_edge *edge = &shell->edges[number];
     if (edge->mate < (int64_t)number) /* free, or told already */
         return false;
-    face[0] = shell->curves[edge->curve].face;
-    face[1] = shell->curves[shell->edges[edge->mate].curve].face;
+    face[0] = edge_face(shell, number);
+    face[1] = edge_face(shell, (size_t)edge->mate);
     *fold = fold_deg(shell, edge);
     return true;
 }
@@ -66,9 +65,9 @@ enum status shell_grow(const struct shell *shell, int32_t face, double up_to_deg
         grew = false;
         for (size_t k = 0; k < shell->edge_count; k++) {
             const struct face_edge *edge = &shell->edges[k];
-            if (!smooth[k] || !reached[shell->curves[edge->curve].face])
+            if (!smooth[k] || !reached[edge_face(shell, k)])
                 continue;
-            uint8_t *next = &reached[shell->curves[shell->edges[edge->mate].curve].face];
+            uint8_t *next = &reached[edge_face(shell, (size_t)edge->mate)];
             grew = grew || !*next;
             *next = 1;
         }

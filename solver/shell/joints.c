@@ -21,15 +21,6 @@ struct mates {
     int count;
 };
 
-/* The edge of the curve of a step that t lies in. */
-static int32_t edge_at(const struct join *join, int32_t curve, double t) {
-    const struct shell *shell = join->shell;
-    for (int32_t e = join->edge_of[curve]; e < join->edge_of[curve + 1]; e++)
-        if (t >= shell->edges[e].t[0] && t <= shell->edges[e].t[1])
-            return e;
-    return EDGE_FREE;
-}
-
 /* Whether the two edges coincide; `gap` gets by how much they miss each other. */
 static bool coincide(const struct mates *mates, const struct face_edge *other, double middle,
                      bool *reversed, double *gap) {
@@ -64,6 +55,7 @@ static bool coincide(const struct mates *mates, const struct face_edge *other, d
     return true;
 }
 
+/* Takes the edge that a step belongs to, if it coincides with the one whose mates are sought. */
 static bool try_mate(void *context, int32_t step) {
     struct mates *mates = context;
     struct join *join = mates->join;
@@ -75,8 +67,10 @@ static bool try_mate(void *context, int32_t step) {
     if (!(join_nearest(join, (uint32_t)step, middle, curve->range, &place) <=
           shell->tolerance * (1 + 1e-9)))
         return true;
-    int32_t e = edge_at(join, number, place.t);
-    if (e == EDGE_FREE || &shell->edges[e] == mates->edge || shell->edges[e].bare)
+    int32_t e = join->edge_of[number], end = join->edge_of[number + 1];
+    while (e < end && !(place.t >= shell->edges[e].t[0] && place.t <= shell->edges[e].t[1]))
+        e++;
+    if (e == end || &shell->edges[e] == mates->edge || shell->edges[e].bare)
         return true;
     for (int k = 0; k < mates->count; k++)
         if (mates->found[k] == e)
@@ -91,18 +85,12 @@ static void find_mates(struct join *join, const struct face_edge *edge, struct m
     *mates = (struct mates){.join = join, .edge = edge};
     for (int k = 0; k < JOIN_SAMPLES; k++) {
         struct curve_place place;
-        double share = (k + 1.0) / (JOIN_SAMPLES + 1);
-        curve_at(join->shell, &join->shell->curves[edge->curve],
-                 edge->t[0] + share * (edge->t[1] - edge->t[0]), &place);
+        edge_at_share(join->shell, edge, (k + 1.0) / (JOIN_SAMPLES + 1), &place);
         mates->sample[k] = place.r;
     }
     struct vec3 middle = mates->sample[JOIN_SAMPLES / 2];
     struct box box = box_round(middle, middle, join->shell->tolerance);
     boxes_visit(join->boxes, &box, try_mate, mates);
-}
-
-static int32_t face_of(const struct shell *shell, int32_t edge) {
-    return shell->curves[shell->edges[edge].curve].face;
 }
 
 /* Whether each edge of a face, but those that are no boundary, coincides with one of another. */
@@ -112,11 +100,11 @@ static bool has_edges_of(struct join *join, int32_t face, int32_t other) {
         struct mates mates;
         const struct face_edge *edge = &join->shell->edges[e];
         bool found = false;
-        if (face_of(join->shell, (int32_t)e) != face || edge->bare)
+        if (edge_face(join->shell, e) != face || edge->bare)
             continue;
         find_mates(join, edge, &mates);
         for (int k = 0; k < mates.count; k++)
-            found = found || face_of(join->shell, mates.found[k]) == other;
+            found = found || edge_face(join->shell, (size_t)mates.found[k]) == other;
         if (!found)
             return false;
         any = true;
@@ -125,7 +113,7 @@ static bool has_edges_of(struct join *join, int32_t face, int32_t other) {
 }
 
 /* Whether a place well inside a face lies on another. */
-static bool lies_on(const struct shell *shell, int32_t face, int32_t other) {
+static bool middle_lies_on(const struct shell *shell, int32_t face, int32_t other) {
     const struct face *f = &shell->faces[face];
     struct surface_cursor cursor = {0, 0};
     struct surface_jet jet;
@@ -164,19 +152,19 @@ static struct vec3 inward_at(const struct shell *shell, const struct face_edge *
  * no boundary any more. Whether there were such. */
 static bool leave_duplicate_out(struct join *join, int32_t edge, const struct mates *mates) {
     struct shell *shell = join->shell;
-    int32_t face[MATES_MAX + 1] = {face_of(shell, edge)};
+    int32_t face[MATES_MAX + 1] = {edge_face(shell, (size_t)edge)};
     for (int k = 0; k < mates->count; k++)
-        face[k + 1] = face_of(shell, mates->found[k]);
+        face[k + 1] = edge_face(shell, (size_t)mates->found[k]);
     for (int a = 0; a <= mates->count; a++)
         for (int b = 0; b <= mates->count; b++) {
             if (face[a] <= face[b] || !has_edges_of(join, face[a], face[b]) ||
-                !has_edges_of(join, face[b], face[a]) || !lies_on(shell, face[a], face[b]))
+                !has_edges_of(join, face[b], face[a]) || !middle_lies_on(shell, face[a], face[b]))
                 continue;
             shell->faces[face[a]].duplicate = true;
             shell->faces[face[a]].twin = face[b];
             shell->found.duplicates++;
             for (size_t e = 0; e < shell->edge_count; e++)
-                if (face_of(shell, (int32_t)e) == face[a])
+                if (edge_face(shell, e) == face[a])
                     take_out(shell, &shell->edges[e]);
             return true;
         }
@@ -191,7 +179,7 @@ static bool is_thin_between(const struct shell *shell, int32_t first, int32_t se
     struct surface_cursor cursor = {0, 0};
     struct surface_jet jet;
     double way[2], middle[2];
-    if (face_of(shell, first) != face_of(shell, second))
+    if (edge_face(shell, (size_t)first) != edge_face(shell, (size_t)second))
         return false;
     curve_at(shell, &shell->curves[edges[0]->curve], (edges[0]->t[0] + edges[0]->t[1]) / 2,
              &place[0]);
@@ -206,8 +194,8 @@ static bool is_thin_between(const struct shell *shell, int32_t first, int32_t se
         if (!(edges[k]->inside * (k ? -left : left) > 0))
             return false;
     }
-    surface_jet_at(&shell->faces[face_of(shell, first)].surface, &cursor, middle[0], middle[1],
-                   &jet);
+    surface_jet_at(&shell->faces[edge_face(shell, (size_t)first)].surface, &cursor, middle[0],
+                   middle[1], &jet);
     return vec3_distance(jet.r, place[0].r) <= 2 * shell->tolerance;
 }
 
@@ -268,21 +256,15 @@ static void keep_nearest(struct mates *mates) {
         forget_mate(mates, mates->gap[0] < mates->gap[mates->count - 1] ? mates->count - 1 : 0);
 }
 
-/* Whether both sides of a thin face are among the mates. */
-static bool are_of_thin(const struct shell *shell, const struct mates *mates) {
-    for (int a = 0; a < mates->count; a++)
-        for (int b = a + 1; b < mates->count; b++)
-            if (is_thin_between(shell, mates->found[a], mates->found[b]))
-                return true;
-    return false;
-}
-
 /* Beside a face that is no wider than the tolerance its neighbours coincide with both its sides,
  * and with each other: they are joined to each other, or else to the side that is theirs. */
 static void choose_mate(const struct shell *shell, int32_t edge, struct mates *mates) {
     if (mates->count < 2 || !have_slivers(shell))
         return;
-    bool thin = are_of_thin(shell, mates);
+    bool thin = false; /* both sides of a thin face are among the mates */
+    for (int a = 0; a < mates->count; a++)
+        for (int b = a + 1; b < mates->count; b++)
+            thin = thin || is_thin_between(shell, mates->found[a], mates->found[b]);
     prefer(shell, edge, is_thin_between, mates);
     prefer(shell, edge, turn_back, mates);
     prefer(shell, edge, is_of_sliver, mates);
@@ -290,15 +272,10 @@ static void choose_mate(const struct shell *shell, int32_t edge, struct mates *m
         keep_nearest(mates);
 }
 
-/* Whether more than two faces meet at an edge, or two that turn back on each other there. */
-static bool lie_on_each_other(const struct shell *shell, int32_t edge, const struct mates *mates) {
-    return mates->count > 1 || (mates->count == 1 && turn_back(shell, edge, mates->found[0]));
-}
-
 static enum status three_faces(const struct shell *shell, int32_t edge, const struct mates *mates,
                                struct shell_fault *fault) {
-    int32_t face[3] = {face_of(shell, edge), face_of(shell, mates->found[0]),
-                       face_of(shell, mates->found[1])};
+    int32_t face[3] = {edge_face(shell, (size_t)edge), edge_face(shell, (size_t)mates->found[0]),
+                       edge_face(shell, (size_t)mates->found[1])};
     for (int a = 0; a < 2; a++)
         for (int b = 0; b < 2; b++)
             if (face[b] > face[b + 1]) {
@@ -314,33 +291,18 @@ static enum status three_faces(const struct shell *shell, int32_t edge, const st
     return STATUS_INVALID;
 }
 
-/* Whether an edge comes before all those that it meets: a place is counted once. */
-static bool is_first(const struct mates *mates, int32_t edge) {
-    for (int k = 0; k < mates->count; k++)
-        if (mates->found[k] < edge)
-            return false;
-    return true;
-}
-
-/* How far the ends of an edge are from the curve of its mate. */
-static double gap_at_ends(const struct shell *shell, const struct face_edge *edge) {
-    const struct face_edge *mate = &shell->edges[edge->mate];
-    const struct face_curve *curve = &shell->curves[mate->curve];
-    double gap = 0;
-    for (int k = 0; k < 2; k++) {
-        struct curve_place place;
-        double from = mate->t[edge->reversed ? 1 - k : k];
-        gap = fmax(gap, curve_nearest(shell, curve, edge->end[k], from, curve->range, &place));
-    }
-    return gap;
-}
-
 static void join_pair(struct shell *shell, int32_t edge, const struct mates *mates) {
     struct face_edge *first = &shell->edges[edge], *second = &shell->edges[mates->found[0]];
     first->mate = mates->found[0];
     second->mate = edge;
     first->reversed = second->reversed = mates->reversed[0];
-    double gap = fmax(mates->gap[0], gap_at_ends(shell, first));
+    double gap = mates->gap[0]; /* and that of its ends from the curve of the other */
+    for (int k = 0; k < 2; k++) {
+        const struct face_curve *curve = &shell->curves[second->curve];
+        double from = second->t[first->reversed ? 1 - k : k];
+        struct curve_place place;
+        gap = fmax(gap, curve_nearest(shell, curve, first->end[k], from, curve->range, &place));
+    }
     shell->found.joined++;
     shell->found.largest_gap = fmax(shell->found.largest_gap, gap);
 }
@@ -351,8 +313,9 @@ static enum status join_edge(struct join *join, int32_t number, struct shell_fau
     struct shell *shell = join->shell;
     struct face_edge *edge = &shell->edges[number];
     find_mates(join, edge, &mates);
-    while (lie_on_each_other(shell, number, &mates) && !edge->bare &&
-           leave_duplicate_out(join, number, &mates))
+    /* More than two faces meet there, or two that turn back on each other. */
+    while ((mates.count > 1 || (mates.count == 1 && turn_back(shell, number, mates.found[0]))) &&
+           !edge->bare && leave_duplicate_out(join, number, &mates))
         find_mates(join, edge, &mates);
     choose_mate(shell, number, &mates);
     bool alone = mates.count == 1 && turn_back(shell, number, mates.found[0]);
@@ -362,10 +325,14 @@ static enum status join_edge(struct join *join, int32_t number, struct shell_fau
         mates.found[mates.count++] = shell->edges[mates.found[0]].mate;
     if (mates.count > 1 && !shell->lenient)
         return three_faces(shell, number, &mates, fault);
-    if (mates.count > 1)
-        shell->found.faulty += is_first(&mates, number);
-    else
+    if (mates.count == 1) {
         join_pair(shell, number, &mates);
+        return STATUS_OK;
+    }
+    bool first = true; /* of all that meet there: the fault is counted once */
+    for (int k = 0; k < mates.count; k++)
+        first = first && mates.found[k] > number;
+    shell->found.faulty += first;
     return STATUS_OK;
 }
 
@@ -389,7 +356,7 @@ static void join_sliver(struct join *join, int32_t number) {
 }
 
 /* The first edge of each curve. */
-static bool list_edges(struct join *join) {
+static bool list_first_edges(struct join *join) {
     const struct shell *shell = join->shell;
     join->edge_of = arena_alloc(join->scratch, shell->curve_count + 1, sizeof *join->edge_of);
     if (!join->edge_of)
@@ -408,9 +375,9 @@ static bool list_edges(struct join *join) {
 }
 
 /* Those of slivers last: they take what the others leave. */
-static enum status join_edges(struct join *join, struct shell_fault *fault) {
+static enum status join_all_edges(struct join *join, struct shell_fault *fault) {
     struct shell *shell = join->shell;
-    enum status status = list_edges(join) ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    enum status status = list_first_edges(join) ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (int slivers = 0; slivers < 2; slivers++)
         for (size_t e = 0; e < shell->edge_count && status == STATUS_OK; e++) {
             const struct face_edge *edge = &shell->edges[e];
@@ -457,7 +424,7 @@ static enum status gather_segments(struct join *join, struct arena *arena) {
     struct shell *shell = join->shell;
     for (int pass = 0; pass < 2; pass++) {
         for (size_t e = 0; e < shell->edge_count; e++) {
-            struct face *face = &shell->faces[face_of(shell, (int32_t)e)];
+            struct face *face = &shell->faces[edge_face(shell, e)];
             if (!shell->edges[e].bare)
                 face->segment_count += make_segments(
                     join, (int32_t)e, pass ? face->segments + face->segment_count : NULL);
@@ -473,10 +440,10 @@ static enum status gather_segments(struct join *join, struct arena *arena) {
     return STATUS_OK;
 }
 
-static enum status join_faces(struct join *join, const struct shell_patch *parts,
+static enum status join_faces(struct join *join, const struct shell_patch *patches,
                               struct shell_fault *fault) {
     struct shell *shell = join->shell;
-    join_gather_curves(join, parts);
+    join_gather_curves(join, patches);
     for (size_t c = 0; c < shell->curve_count && !join->failed; c++)
         join_sample_curve(join, (int32_t)c);
     enum status status =
@@ -486,21 +453,21 @@ static enum status join_faces(struct join *join, const struct shell_patch *parts
     join_cut_curves(join);
     status = join->failed ? STATUS_OUT_OF_MEMORY : join_make_edges(join);
     if (status == STATUS_OK)
-        status = join_edges(join, fault);
+        status = join_all_edges(join, fault);
     return status == STATUS_OK ? gather_segments(join, join->arena) : status;
 }
 
-enum status faces_join(struct shell *shell, const struct shell_patch *parts, struct arena *arena,
+enum status faces_join(struct shell *shell, const struct shell_patch *patches, struct arena *arena,
                        struct shell_fault *fault) {
-    struct arena *apart[3] = {arena_child(arena), arena_child(arena), arena_child(arena)};
+    struct arena *own[3] = {arena_child(arena), arena_child(arena), arena_child(arena)};
     struct join join = {
-        .shell = shell, .arena = arena, .scratch = apart[0], .pool = {apart[1], apart[2]}};
+        .shell = shell, .arena = arena, .scratch = own[0], .pool = {own[1], own[2]}};
     enum status status = STATUS_OUT_OF_MEMORY;
-    if (apart[0] && apart[1] && apart[2])
-        status = join_faces(&join, parts, fault);
+    if (own[0] && own[1] && own[2])
+        status = join_faces(&join, patches, fault);
     for (int k = 0; k < 3; k++)
-        if (apart[k])
-            arena_rewind(apart[k], (struct arena_mark){0});
+        if (own[k])
+            arena_rewind(own[k], (struct arena_mark){0});
     for (size_t k = 0; k < shell->face_count && status == STATUS_OK; k++) {
         status = face_make_runs(&shell->faces[k], arena);
         if (status == STATUS_OK)

@@ -43,12 +43,8 @@ struct join_cut {
         before; /* the cut of the same curve that was added before, or -1; until they are sorted */
 };
 
-/* Room for one more element; false, and `failed` set, without memory. */
-bool join_room(struct join *join, struct arena *arena, void **array, size_t count, size_t *room,
-               size_t size);
-
 /* The curves of all faces: their trims, or their domains' sides. */
-void join_gather_curves(struct join *join, const struct shell_patch *parts);
+void join_gather_curves(struct join *join, const struct shell_patch *patches);
 
 /* The place at t of a curve. */
 struct join_point join_sample(const struct shell *shell, const struct face_curve *curve, double t);

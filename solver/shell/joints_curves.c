@@ -8,51 +8,40 @@ enum { HALVINGS = 12, FIRST_PIECES = 4 };
 /* Segments leave their curve by less than this share of the domain. */
 static const double flatness = 1e-6;
 
-bool join_room(struct join *join, struct arena *arena, void **array, size_t count, size_t *room,
-               size_t size) {
-    if (count < *room)
-        return true;
-    size_t wanted = *room ? 2 * *room : 256;
-    void *to = arena_alloc(arena, wanted, size);
-    join->failed = join->failed || !to;
-    if (!to)
-        return false;
-    if (count)
-        memcpy(to, *array, count * size);
-    *array = to;
-    *room = wanted;
-    return true;
-}
-
-static void add_point(struct join *join, const struct join_point *point) {
-    void *points = join->points;
-    if (!join_room(join, join->pool[1], &points, join->point_count, &join->point_room,
-                   sizeof *join->points))
+static void add_join_point(struct join *join, const struct join_point *point) {
+    if (join->failed)
         return;
-    if (points != join->points) {
-        struct arena *left = join->pool[0];
-        arena_rewind(left, (struct arena_mark){0});
+    if (join->point_count == join->point_room) { /* what they are copied from is given back */
+        struct arena *from = join->pool[0];
+        join->points = arena_enlarge(join->pool[1], join->points, join->point_count,
+                                     sizeof *join->points, &join->point_room);
+        arena_rewind(from, (struct arena_mark){0});
         join->pool[0] = join->pool[1];
-        join->pool[1] = left;
+        join->pool[1] = from;
     }
-    join->points = points;
-    join->points[join->point_count++] = *point;
+    join->failed = join->failed || !join->points;
+    if (!join->failed)
+        join->points[join->point_count++] = *point;
 }
 
-static struct face_curve *add_curve(struct join *join, int32_t face) {
+static struct face_curve *add_face_curve(struct join *join, int32_t face) {
     struct shell *shell = join->shell;
-    void *curves = shell->curves;
-    if (!join_room(join, join->arena, &curves, shell->curve_count, &join->curve_room,
-                   sizeof *shell->curves))
+    if (join->failed)
         return NULL;
-    shell->curves = curves;
+    if (shell->curve_count == join->curve_room)
+        shell->curves = arena_enlarge(join->arena, shell->curves, shell->curve_count,
+                                      sizeof *shell->curves, &join->curve_room);
+    join->failed = join->failed || !shell->curves;
+    if (join->failed)
+        return NULL;
     struct face_curve *curve = &shell->curves[shell->curve_count++];
     *curve = (struct face_curve){.face = face, .range = {0, 1}};
     return curve;
 }
 
-static void add_line(struct join *join, int32_t face, const double from[2], const double to[2]) {
-    struct face_curve *curve = add_curve(join, face);
+static void add_straight_curve(struct join *join, int32_t face, const double from[2],
+                               const double to[2]) {
+    struct face_curve *curve = add_face_curve(join, face);
     if (!curve)
         return;
     memcpy(curve->line[0], from, sizeof curve->line[0]);
@@ -72,12 +61,12 @@ static void add_domain(struct join *join, int32_t face) {
                 end[e][k] =
                     corner[side + e][k] ? surface_axis_upper(axis) : surface_axis_lower(axis);
             }
-        add_line(join, face, end[0], end[1]);
+        add_straight_curve(join, face, end[0], end[1]);
     }
 }
 
 /* Whether two places are one, as far as curves are meant to meet. */
-static bool meets(const struct surface *surface, const double a[2], const double b[2]) {
+static bool same_corner(const struct surface *surface, const double a[2], const double b[2]) {
     bool same = true;
     for (int k = 0; k < 2; k++) {
         const double *outer = surface->axis[k].outer;
@@ -86,14 +75,7 @@ static bool meets(const struct surface *surface, const double a[2], const double
     return same;
 }
 
-static void close_loop(struct join *join, int32_t face, const double from[2], const double to[2]) {
-    double line[2][2];
-    surface_inner(&join->shell->faces[face].surface, from, line[0]);
-    surface_inner(&join->shell->faces[face].surface, to, line[1]);
-    add_line(join, face, line[0], line[1]);
-}
-
-static void add_loop(struct join *join, int32_t face, const struct trim_loop *loop) {
+static void add_trim_loop(struct join *join, int32_t face, const struct trim_loop *loop) {
     const struct surface *surface = &join->shell->faces[face].surface;
     double first[2] = {0, 0}, last[2] = {0, 0};
     for (size_t k = 0; k <= loop->count; k++) {
@@ -107,9 +89,13 @@ static void add_loop(struct join *join, int32_t face, const struct trim_loop *lo
         }
         if (k == 0)
             memcpy(first, begin, sizeof first);
-        else if (!meets(surface, last, begin))
-            close_loop(join, face, last, begin);
-        struct face_curve *curve = trim ? add_curve(join, face) : NULL;
+        else if (!same_corner(surface, last, begin)) { /* the loop is closed by a straight line */
+            double line[2][2];
+            surface_inner(surface, last, line[0]);
+            surface_inner(surface, begin, line[1]);
+            add_straight_curve(join, face, line[0], line[1]);
+        }
+        struct face_curve *curve = trim ? add_face_curve(join, face) : NULL;
         if (!curve)
             continue;
         curve->trim = trim;
@@ -118,12 +104,12 @@ static void add_loop(struct join *join, int32_t face, const struct trim_loop *lo
     }
 }
 
-void join_gather_curves(struct join *join, const struct shell_patch *parts) {
+void join_gather_curves(struct join *join, const struct shell_patch *patches) {
     for (size_t k = 0; k < join->shell->face_count; k++) {
         bool keeps = false;
-        for (size_t loop = 0; loop < parts[k].loop_count; loop++) {
-            add_loop(join, (int32_t)k, &parts[k].loops[loop]);
-            keeps = keeps || parts[k].loops[loop].reversed;
+        for (size_t loop = 0; loop < patches[k].loop_count; loop++) {
+            add_trim_loop(join, (int32_t)k, &patches[k].loops[loop]);
+            keeps = keeps || patches[k].loops[loop].reversed;
         }
         if (!keeps)
             add_domain(join, (int32_t)k);
@@ -144,35 +130,14 @@ static double off_line2(struct vec3 a, struct vec3 b, struct vec3 x) {
     return vec3_norm2(vec3_axpy(-share, way, to));
 }
 
-/* How far a step may leave its curve in space. */
-static double sagitta_of(const struct shell *shell, const struct join_point *a,
-                         const struct join_point *b) {
-    return join_sagitta * vec3_distance(a->r, b->r) + shell->tolerance / 4;
-}
-
-/* The same where a step, straight in parameters, crosses knot lines: a short span may bend between
- * all other places that are looked at. */
-static bool is_flat_at_knots(const struct shell *shell, const struct face_curve *curve,
-                             const struct join_point *a, const struct join_point *b) {
-    double allowed = sagitta_of(shell, a, b);
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &shell->faces[curve->face].surface.axis[k];
-        struct surface_walk walk = surface_walk_begin(axis, a->uv[k], b->uv[k]);
-        while (surface_walk_next(&walk)) {
-            struct join_point at = join_sample(shell, curve, a->t + walk.share * (b->t - a->t));
-            if (off_line2(a->r, b->r, at.r) > allowed * allowed)
-                return false;
-        }
-    }
-    return true;
-}
-
-static bool is_flat(const struct shell *shell, const struct face_curve *curve,
-                    const struct join_point *a, const struct join_point *b) {
+/* Whether a step, straight in parameters, stays near its curve: at its quarters, and where it
+ * crosses knot lines, for a short span may bend between all other points that are looked at. */
+static bool step_is_flat(const struct shell *shell, const struct face_curve *curve,
+                         const struct join_point *a, const struct join_point *b) {
     const struct surface_axis *axis = shell->faces[curve->face].surface.axis;
-    double allowed = sagitta_of(shell, a, b), by[2];
+    double allowed = join_sagitta * vec3_distance(a->r, b->r) + shell->tolerance / 4, by[2];
     for (int k = 0; k < 2; k++)
-        by[k] = 1 / (surface_axis_upper(&axis[k]) - surface_axis_lower(&axis[k]));
+        by[k] = 1 / surface_axis_length(&axis[k]);
     struct vec3 from = {by[0] * a->uv[0], by[1] * a->uv[1], 0};
     struct vec3 to = {by[0] * b->uv[0], by[1] * b->uv[1], 0};
     for (int quarter = 1; quarter <= 3; quarter++) {
@@ -182,7 +147,15 @@ static bool is_flat(const struct shell *shell, const struct face_curve *curve,
             off_line2(a->r, b->r, at.r) > allowed * allowed)
             return false;
     }
-    return is_flat_at_knots(shell, curve, a, b);
+    for (int k = 0; k < 2; k++) {
+        struct surface_walk walk = surface_walk_begin(&axis[k], a->uv[k], b->uv[k]);
+        while (surface_walk_next(&walk)) {
+            struct join_point at = join_sample(shell, curve, a->t + walk.share * (b->t - a->t));
+            if (off_line2(a->r, b->r, at.r) > allowed * allowed)
+                return false;
+        }
+    }
+    return true;
 }
 
 /* The points after `a` up to `b`. */
@@ -193,8 +166,8 @@ static void sample_between(struct join *join, const struct face_curve *curve, st
     stack[0] = b;
     while (depth >= 0) {
         struct join_point end = stack[depth];
-        if (depth == HALVINGS || is_flat(join->shell, curve, &a, &end)) {
-            add_point(join, &end);
+        if (depth == HALVINGS || step_is_flat(join->shell, curve, &a, &end)) {
+            add_join_point(join, &end);
             a = end;
             depth--;
             continue;
@@ -221,7 +194,7 @@ void join_sample_curve(struct join *join, int32_t number) {
     struct face_curve *curve = &join->shell->curves[number];
     struct join_point at = join_sample(join->shell, curve, curve->range[0]);
     curve->first = (uint32_t)join->point_count;
-    add_point(join, &at);
+    add_join_point(join, &at);
     while (at.t < curve->range[1] && !join->failed) {
         double from = at.t, to = next_break(curve, from);
         int pieces = curve->trim && !curve->trim->knots ? 1 : FIRST_PIECES;

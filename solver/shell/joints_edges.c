@@ -48,22 +48,17 @@ double join_nearest(const struct join *join, uint32_t at, struct vec3 point, con
     return curve_nearest(join->shell, curve, point, p->t + share * length, range, place);
 }
 
-static void add_cut(struct join *join, int32_t curve, double t, struct vec3 r) {
-    void *cuts = join->cuts;
-    if (join_room(join, join->scratch, &cuts, join->cut_count, &join->cut_room,
-                  sizeof *join->cuts)) {
-        join->cuts = cuts;
-        join->cuts[join->cut_count] = (struct join_cut){curve, t, r, join->last_cut[curve]};
-        join->last_cut[curve] = (int32_t)join->cut_count++;
-    }
-}
-
-/* Whether a curve is cut within the tolerance of a place. */
-static bool is_cut_near(const struct join *join, int32_t curve, struct vec3 r) {
-    for (int32_t k = join->last_cut[curve]; k >= 0; k = join->cuts[k].before)
-        if (vec3_distance(join->cuts[k].r, r) <= join->shell->tolerance)
-            return true;
-    return false;
+static void add_join_cut(struct join *join, int32_t curve, double t, struct vec3 r) {
+    if (join->failed)
+        return;
+    if (join->cut_count == join->cut_room)
+        join->cuts = arena_enlarge(join->scratch, join->cuts, join->cut_count, sizeof *join->cuts,
+                                   &join->cut_room);
+    join->failed = join->failed || !join->cuts;
+    if (join->failed)
+        return;
+    join->cuts[join->cut_count] = (struct join_cut){curve, t, r, join->last_cut[curve]};
+    join->last_cut[curve] = (int32_t)join->cut_count++;
 }
 
 struct vertex {
@@ -84,9 +79,13 @@ static bool cut_at_vertex(void *context, int32_t step) {
     if (vec3_distance(ends[0].r, vertex->r) <= tolerance ||
         vec3_distance(ends[curve->count - 1].r, vertex->r) <= tolerance)
         return true;
-    if (join_nearest(join, (uint32_t)step, vertex->r, curve->range, &place) <= tolerance &&
-        !(vertex->once && is_cut_near(join, number, place.r)))
-        add_cut(join, number, place.t, place.r);
+    if (!(join_nearest(join, (uint32_t)step, vertex->r, curve->range, &place) <= tolerance))
+        return true;
+    bool cut = false; /* it is cut there already */
+    for (int32_t k = join->last_cut[number]; k >= 0 && vertex->once; k = join->cuts[k].before)
+        cut = cut || vec3_distance(join->cuts[k].r, place.r) <= tolerance;
+    if (!cut)
+        add_join_cut(join, number, place.t, place.r);
     return !join->failed;
 }
 
@@ -127,7 +126,7 @@ void join_cut_curves(struct join *join) {
         const struct join_point *points = join->points + curve->first;
         for (uint32_t k = 1; k + 1 < curve->count; k++)
             if (is_corner(join, curve->first + k)) {
-                add_cut(join, (int32_t)c, points[k].t, points[k].r);
+                add_join_cut(join, (int32_t)c, points[k].t, points[k].r);
                 cut_at(join, points[k].r, false);
             }
         cut_at(join, points[0].r, false);
@@ -139,7 +138,7 @@ void join_cut_curves(struct join *join) {
         cut_at(join, join->cuts[k].r, k >= count);
 }
 
-static int compare_cuts(const void *a, const void *b) {
+static int compare_join_cuts(const void *a, const void *b) {
     const struct join_cut *p = a, *q = b;
     if (p->curve != q->curve)
         return p->curve < q->curve ? -1 : 1;
@@ -155,15 +154,14 @@ static bool free_of(const struct face *face, const double uv[2], const double st
 static const double looked_at = 0.38;
 
 /* On which side of an edge its face lies; 0 on both or neither. */
-static int8_t side_of(const struct shell *shell, const struct face_edge *edge) {
-    const struct face_curve *curve = &shell->curves[edge->curve];
-    const struct face *face = &shell->faces[curve->face];
+static int8_t side_with_face(const struct shell *shell, const struct face_edge *edge) {
+    const struct face *face = &shell->faces[shell->curves[edge->curve].face];
     struct curve_place place;
     double length[2], rate[2];
-    curve_at(shell, curve, edge->t[0] + looked_at * (edge->t[1] - edge->t[0]), &place);
+    edge_at_share(shell, edge, looked_at, &place);
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &face->surface.axis[k];
-        length[k] = surface_axis_upper(axis) - surface_axis_lower(axis);
+        length[k] = surface_axis_length(axis);
         rate[k] = place.rate[k] / length[k];
     }
     double speed = sqrt(rate[0] * rate[0] + rate[1] * rate[1]);
@@ -182,25 +180,13 @@ bool join_is_sliver(const struct shell *shell, const struct face_edge *edge, dou
                     double width) {
     const struct face_curve *curve = &shell->curves[edge->curve];
     struct curve_place place;
-    curve_at(shell, curve, edge->t[0] + share * (edge->t[1] - edge->t[0]), &place);
+    edge_at_share(shell, edge, share, &place);
     struct vec3 u = place.jet.u, v = place.jet.v, normal = vec3_cross(u, v);
     struct vec3 inward = vec3_unit(vec3_scale(edge->inside, vec3_cross(normal, place.tangent)));
     double step = width / vec3_norm2(normal);
     const double across[2] = {step * vec3_dot(vec3_cross(inward, v), normal),
                               step * vec3_dot(vec3_cross(u, inward), normal)};
     return free_of(&shell->faces[curve->face], place.uv, across);
-}
-
-/* Whether all of an edge is one point within the tolerance. */
-static bool is_point(const struct shell *shell, const struct face_edge *edge) {
-    for (int k = 1; k <= JOIN_SAMPLES; k++) {
-        struct curve_place place;
-        curve_at(shell, &shell->curves[edge->curve],
-                 edge->t[0] + (edge->t[1] - edge->t[0]) * k / (JOIN_SAMPLES + 1), &place);
-        if (vec3_distance(place.r, edge->end[0]) > 2 * shell->tolerance)
-            return false;
-    }
-    return vec3_distance(edge->end[1], edge->end[0]) <= 2 * shell->tolerance;
 }
 
 /* How far a curve goes from one of two cuts on its way to the other, at a few places, or the first
@@ -218,13 +204,13 @@ static double reach_between(const struct shell *shell, const struct join_cut *fr
     return reach;
 }
 
-static void add_edge(struct shell *shell, int32_t number, const struct join_cut *from,
-                     const struct join_cut *to) {
+static void add_face_edge(struct shell *shell, int32_t number, const struct join_cut *from,
+                          const struct join_cut *to) {
     struct face_edge *edge = &shell->edges[shell->edge_count];
     *edge = (struct face_edge){
         .curve = number, .t = {from->t, to->t}, .mate = EDGE_FREE, .end = {from->r, to->r}};
-    edge->bare = is_point(shell, edge);
-    edge->inside = edge->bare ? 0 : side_of(shell, edge);
+    edge->bare = edge_is_point(shell, edge, 2 * shell->tolerance);
+    edge->inside = edge->bare ? 0 : side_with_face(shell, edge);
     edge->bare = edge->bare || edge->inside == 0;
     shell->edge_count++;
 }
@@ -232,7 +218,7 @@ static void add_edge(struct shell *shell, int32_t number, const struct join_cut 
 enum status join_make_edges(struct join *join) {
     struct shell *shell = join->shell;
     if (join->cut_count)
-        qsort(join->cuts, join->cut_count, sizeof *join->cuts, compare_cuts);
+        qsort(join->cuts, join->cut_count, sizeof *join->cuts, compare_join_cuts);
     shell->edges =
         arena_alloc(join->arena, shell->curve_count + join->cut_count, sizeof *shell->edges);
     if (!shell->edges)
@@ -253,15 +239,15 @@ enum status join_make_edges(struct join *join) {
             bool is_edge = before > shell->tolerance && after > shell->tolerance;
             bool is_pole = before <= one_point * shell->tolerance;
             if (is_edge || is_pole) {
-                add_edge(shell, (int32_t)c, &from, cut);
+                add_face_edge(shell, (int32_t)c, &from, cut);
                 from = *cut;
             }
             to = after <= one_point * shell->tolerance ? *cut : to;
         }
         if (from.t < to.t)
-            add_edge(shell, (int32_t)c, &from, &to);
+            add_face_edge(shell, (int32_t)c, &from, &to);
         if (to.t < end.t)
-            add_edge(shell, (int32_t)c, &to, &end);
+            add_face_edge(shell, (int32_t)c, &to, &end);
     }
     return STATUS_OK;
 }

@@ -240,7 +240,7 @@ struct look {
     double height, share, uv[2];
 };
 
-/* The greatest of h k1 and h k2: of k^2 - 2 H k + K = 0. -1 where it is not to be known: beside a
+/* The greatest of h k1 and h k2; -1 where it is not to be known: beside a
  * pole the forms lose their digits, and what is known around it has to do. */
 static double share_at(struct look *look, const double uv[2]) {
     const struct surface_axis *axis = look->base.axis;
@@ -254,13 +254,11 @@ static double share_at(struct look *look, const double uv[2]) {
         (look->trim && !trim_contains(look->trim, outer)) ||
         !surface_point_at(&look->base, &look->cursor, uv, &s))
         return -1;
-    const double *a = s.first, *b = s.second;
-    double determinant = surface_point_determinant(&s), h = look->height;
-    if (!(determinant > regular_share * a[0] * a[2]))
+    if (!(surface_point_determinant(&s) > regular_share * s.first[0] * s.first[2]))
         return -1;
-    double mean = (a[0] * b[2] - 2 * a[1] * b[1] + a[2] * b[0]) / (2 * determinant);
-    double gauss = (b[0] * b[2] - b[1] * b[1]) / determinant;
-    return h * mean + fabs(h) * sqrt(fmax(mean * mean - gauss, 0));
+    double mean, radius, h = look->height;
+    surface_point_principal_curvatures(&s, &mean, &radius);
+    return h * mean + fabs(h) * radius;
 }
 
 static bool improve(struct look *look, const double uv[2]) {

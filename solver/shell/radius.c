@@ -8,15 +8,6 @@ enum { SAMPLES = 1024, SAMPLES_PER_SPAN = 25 };
 /* Near poles the parameters' own bends grow beyond what the surface's can be told from. */
 static const double regular_share = 1e-3;
 
-/* The larger principal curvature by its absolute value: of k^2 - 2 H k + K = 0. */
-static double largest_curvature(const struct surface_point *s) {
-    const double *a = s->first, *b = s->second;
-    double determinant = surface_point_determinant(s);
-    double mean = (a[0] * b[2] - 2 * a[1] * b[1] + a[2] * b[0]) / (2 * determinant);
-    double gauss = (b[0] * b[2] - b[1] * b[1]) / determinant;
-    return fabs(mean) + sqrt(fmax(mean * mean - gauss, 0));
-}
-
 double surface_least_radius(const struct surface *surface, const struct trim *trim) {
     const struct surface_axis *u = &surface->axis[0], *v = &surface->axis[1];
     double spans = (double)u->span_count * v->span_count, most = 0;
@@ -35,9 +26,11 @@ double surface_least_radius(const struct surface *surface, const struct trim *tr
             bool inside = !trim || trim_contains(trim, outer);
             if (!inside || !surface_point_at(surface, &cursor, uv, &point))
                 continue;
-            double area2 = point.first[0] * point.first[2];
-            if (surface_point_determinant(&point) > regular_share * area2)
-                most = fmax(most, largest_curvature(&point));
+            double area2 = point.first[0] * point.first[2], mean, radius;
+            if (!(surface_point_determinant(&point) > regular_share * area2))
+                continue;
+            surface_point_principal_curvatures(&point, &mean, &radius);
+            most = fmax(most, fabs(mean) + radius);
         }
     return 1 / most;
 }

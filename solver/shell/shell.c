@@ -5,38 +5,38 @@
 #include "surface_point.h"
 #include <string.h>
 
-static enum status fail(struct shell_fault *fault, enum shell_fault_kind kind, int32_t face) {
+static enum status shell_fail(struct shell_fault *fault, enum shell_fault_kind kind, int32_t face) {
     if (fault)
         *fault = (struct shell_fault){.kind = kind, .face_count = face >= 0, .face = {face}};
     return kind == SHELL_NOTHING_LEFT ? STATUS_DEGENERATE_SURFACE : STATUS_INVALID;
 }
 
-static enum status make_face(const struct shell_patch *part, struct arena *arena,
-                             struct face *face) {
-    face->plain = part->surface;
-    face->surface = *part->surface;
+static enum status make_shell_face(const struct shell_patch *patch, struct arena *arena,
+                                   struct face *face) {
+    face->plain = patch->surface;
+    face->surface = *patch->surface;
     face->side = 1;
-    if (part->loop_count == 0) {
-        face->area = surface_area(part->surface, &face->centroid);
+    if (patch->loop_count == 0) {
+        face->area = surface_area(patch->surface, &face->centroid);
         return STATUS_OK;
     }
     enum status status =
-        trim_make(part->surface, part->loops, part->loop_count, arena, &face->trim);
+        trim_make(patch->surface, patch->loops, patch->loop_count, arena, &face->trim);
     if (status == STATUS_OK)
         face->area = trim_area(face->trim, &face->centroid);
     return status;
 }
 
-static enum status check_loops(const struct shell *shell, const struct shell_patch *parts,
+static enum status check_loops(const struct shell *shell, const struct shell_patch *patches,
                                struct arena *arena, struct shell_fault *fault) {
     struct loop_fault loop;
     for (size_t k = 0; k < shell->face_count; k++) {
         if (!shell->faces[k].trim)
             continue;
-        enum status status = loops_check(parts[k].loops, shell->faces[k].trim, parts[k].surface,
+        enum status status = loops_check(patches[k].loops, shell->faces[k].trim, patches[k].surface,
                                          shell->tolerance, arena, &loop);
         if (status == STATUS_OK && loop.kind != LOOP_SOUND) {
-            status = fail(fault, SHELL_LOOP_BAD, (int32_t)k);
+            status = shell_fail(fault, SHELL_LOOP_BAD, (int32_t)k);
             if (fault)
                 fault->loop = loop;
         }
@@ -46,7 +46,7 @@ static enum status check_loops(const struct shell *shell, const struct shell_pat
     return STATUS_OK;
 }
 
-static void find_bounds(struct shell *shell) {
+static void find_shell_bounds(struct shell *shell) {
     for (size_t k = 0; k < shell->face_count; k++) {
         struct vec3 low, high;
         bounds_tight(&shell->faces[k].surface, &low, &high);
@@ -71,10 +71,11 @@ static int32_t face_beyond(const struct shell *shell, const struct face_edge *ed
         return -1;
     const struct face_edge *mate = &shell->edges[edge->mate];
     *turn = (edge->inside == mate->inside) != edge->reversed;
-    return shell->curves[mate->curve].face;
+    return edge_face(shell, (size_t)edge->mate);
 }
 
-static void part(struct shell *shell, struct face_edge *edge) {
+/* Takes the joint of an edge and its mate apart: both are free. */
+static void open_joint(struct shell *shell, struct face_edge *edge) {
     shell->edges[edge->mate].mate = EDGE_FREE;
     edge->mate = EDGE_FREE;
     shell->found.joined--;
@@ -83,12 +84,12 @@ static void part(struct shell *shell, struct face_edge *edge) {
 
 /* A face that would have to be turned against itself is not joined there: a band with one side ends
  * at its seam. */
-static void part_moebius_seams(struct shell *shell) {
+static void open_moebius_seams(struct shell *shell) {
     for (size_t e = 0; e < shell->edge_count; e++) {
         bool turn = false;
         struct face_edge *edge = &shell->edges[e];
-        if (face_beyond(shell, edge, &turn) == shell->curves[edge->curve].face && turn)
-            part(shell, edge);
+        if (face_beyond(shell, edge, &turn) == edge_face(shell, e) && turn)
+            open_joint(shell, edge);
     }
 }
 
@@ -98,18 +99,18 @@ struct edge_lists {
     int32_t *list;
 };
 
-static enum status list_edges(const struct shell *shell, struct arena *arena,
-                              struct edge_lists *lists) {
+static enum status list_edges_of_faces(const struct shell *shell, struct arena *arena,
+                                       struct edge_lists *lists) {
     lists->first = arena_alloc(arena, shell->face_count + 2, sizeof *lists->first);
     lists->list = arena_alloc(arena, shell->edge_count, sizeof *lists->list);
     if (!lists->first || !lists->list)
         return STATUS_OUT_OF_MEMORY;
     for (size_t e = 0; e < shell->edge_count; e++)
-        lists->first[shell->curves[shell->edges[e].curve].face + 2]++;
+        lists->first[edge_face(shell, e) + 2]++;
     for (size_t k = 0; k < shell->face_count; k++)
         lists->first[k + 2] += lists->first[k + 1];
     for (size_t e = 0; e < shell->edge_count; e++)
-        lists->list[lists->first[shell->curves[shell->edges[e].curve].face + 1]++] = (int32_t)e;
+        lists->list[lists->first[edge_face(shell, e) + 1]++] = (int32_t)e;
     return STATUS_OK;
 }
 
@@ -130,8 +131,8 @@ static enum status find_components(struct shell *shell, struct arena *arena,
                                    struct shell_fault *fault) {
     struct edge_lists lists;
     int32_t *queue = arena_alloc(arena, shell->face_count, sizeof *queue);
-    part_moebius_seams(shell);
-    enum status status = list_edges(shell, arena, &lists);
+    open_moebius_seams(shell);
+    enum status status = list_edges_of_faces(shell, arena, &lists);
     if (status != STATUS_OK || !queue)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < shell->face_count; k++)
@@ -159,7 +160,7 @@ static enum status find_components(struct shell *shell, struct arena *arena,
                 } else if (next->side != side && !shell->lenient) {
                     return one_sided(shell, edge, queue[head], number, fault);
                 } else if (next->side != side) {
-                    part(shell, edge);
+                    open_joint(shell, edge);
                     shell->found.faulty++;
                 }
             }
@@ -182,7 +183,7 @@ struct chains {
     int32_t from; /* the chain of the edge whose end is looked at */
 };
 
-static int32_t root_of(const struct chains *chains, int32_t k) {
+static int32_t root_of_chain(const struct chains *chains, int32_t k) {
     while (chains->root[k] != k)
         k = chains->root[k] = chains->root[chains->root[k]];
     return k;
@@ -194,7 +195,7 @@ static bool link_chains(void *context, int32_t number) {
     const struct face_edge *edge = &chains->shell->edges[chains->edge[number / 2]];
     if (vec3_distance(edge->end[number % 2], chains->end) > 3 * chains->shell->tolerance)
         return true;
-    int32_t a = root_of(chains, chains->from), b = root_of(chains, number / 2);
+    int32_t a = root_of_chain(chains, chains->from), b = root_of_chain(chains, number / 2);
     chains->root[a > b ? a : b] = a > b ? b : a;
     return true;
 }
@@ -263,11 +264,6 @@ static void add_to_round(const struct shell *shell, const struct face_edge *edge
     }
 }
 
-static bool is_end(const struct round *round) {
-    double across = vec3_dot(round->area, round->normal);
-    return fabs(across) < end_share * round->length * vec3_norm(round->area);
-}
-
 /* How many pieces the boundary of each component consists of, and how many of them may be ends of a
  * tube. */
 static enum status count_boundaries(struct shell *shell, struct arena *arena) {
@@ -302,13 +298,15 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
     if (status == STATUS_OK)
         find_open_ends(shell, &chains, boxes);
     for (size_t k = 0; k < count && status == STATUS_OK; k++)
-        add_to_round(shell, &shell->edges[chains.edge[k]], &rounds[root_of(&chains, (int32_t)k)]);
+        add_to_round(shell, &shell->edges[chains.edge[k]],
+                     &rounds[root_of_chain(&chains, (int32_t)k)]);
     for (size_t k = 0; k < count && status == STATUS_OK; k++)
         if (chains.root[k] == (int32_t)k) {
-            const struct face_edge *edge = &shell->edges[chains.edge[k]];
-            int32_t component = shell->faces[shell->curves[edge->curve].face].component;
+            int32_t component = shell->faces[edge_face(shell, (size_t)chains.edge[k])].component;
             shell->boundaries[component]++;
-            shell->ends[component] += is_end(&rounds[k]);
+            double across = vec3_dot(rounds[k].area, rounds[k].normal);
+            shell->ends[component] +=
+                fabs(across) < end_share * rounds[k].length * vec3_norm(rounds[k].area);
         }
     return status;
 }
@@ -333,7 +331,7 @@ enum status shell_orient(const struct shell *shell, int32_t face, struct arena *
 
 /* ---- the nearest place ---- */
 
-static struct shell_point place_of(const struct face *face, const double uv[2]) {
+static struct shell_point point_on_face(const struct face *face, const double uv[2]) {
     struct shell_point place = {.face = face->surface.face, .inner = {uv[0], uv[1]}};
     surface_outer(&face->surface, uv, place.uv);
     return place;
@@ -349,7 +347,7 @@ static void nearest_of_face(const struct shell *shell, const struct face *face, 
         return;
     if (face_contains(face, uv)) {
         *distance = away;
-        *place = place_of(face, uv);
+        *place = point_on_face(face, uv);
         return;
     }
     for (uint32_t k = 0; k < face->segment_count; k++) {
@@ -360,11 +358,11 @@ static void nearest_of_face(const struct shell *shell, const struct face *face, 
         if (!(away < *distance))
             continue;
         *distance = away;
-        *place = place_of(face, at.uv);
+        *place = point_on_face(face, at.uv);
     }
 }
 
-static bool is_of(const struct face *face, int32_t component) {
+static bool face_is_of(const struct face *face, int32_t component) {
     return !face->duplicate && (component == SHELL_ANY || face->component == component);
 }
 
@@ -376,7 +374,7 @@ void shell_nearest(const struct shell *shell, struct vec3 point, int32_t compone
     for (size_t k = 0; k < shell->face_count; k++) {
         const struct face *face = &shell->faces[k];
         double away = box_distance2(&face->box, point);
-        if (is_of(face, component) && away < least) {
+        if (face_is_of(face, component) && away < least) {
             least = away;
             first = (int32_t)k;
         }
@@ -386,42 +384,42 @@ void shell_nearest(const struct shell *shell, struct vec3 point, int32_t compone
     nearest_of_face(shell, &shell->faces[first], point, place, distance);
     for (size_t k = 0; k < shell->face_count; k++) {
         const struct face *face = &shell->faces[k];
-        if ((int32_t)k != first && is_of(face, component) &&
+        if ((int32_t)k != first && face_is_of(face, component) &&
             box_distance2(&face->box, point) < *distance * *distance)
             nearest_of_face(shell, face, point, place, distance);
     }
 }
 
-static enum status make(const struct shell_patch *parts, size_t count, double tolerance,
-                        bool lenient, struct arena *arena, struct shell **shell,
-                        struct shell_fault *fault) {
+static enum status make_shell(const struct shell_patch *patches, size_t count, double tolerance,
+                              bool lenient, struct arena *arena, struct shell **shell,
+                              struct shell_fault *fault) {
     struct shell *made = arena_alloc(arena, 1, sizeof *made);
     if (fault)
         *fault = (struct shell_fault){.kind = SHELL_FAULTLESS};
     if (count == 0 || count > SHELL_FACES_MAX)
-        return fail(fault, SHELL_TOO_MANY, -1);
+        return shell_fail(fault, SHELL_TOO_MANY, -1);
     if (!made || !(made->faces = arena_alloc(arena, count, sizeof *made->faces)))
         return STATUS_OUT_OF_MEMORY;
     made->face_count = count;
     made->lenient = lenient;
     for (size_t k = 0; k < count; k++) {
-        enum status status = make_face(&parts[k], arena, &made->faces[k]);
+        enum status status = make_shell_face(&patches[k], arena, &made->faces[k]);
         if (status == STATUS_DEGENERATE_SURFACE)
-            return fail(fault, SHELL_NOTHING_LEFT, (int32_t)k);
+            return shell_fail(fault, SHELL_NOTHING_LEFT, (int32_t)k);
         if (status != STATUS_OK)
             return status;
     }
-    find_bounds(made);
+    find_shell_bounds(made);
     made->tolerance = tolerance == 0 ? SHELL_TOLERANCE * made->size : tolerance;
     if (!(made->tolerance > 0 && made->tolerance < made->size))
-        return fail(fault, SHELL_TOLERANCE_BAD, -1);
+        return shell_fail(fault, SHELL_TOLERANCE_BAD, -1);
     for (size_t k = 0; k < count; k++) {
         made->faces[k].surface.shell = made;
         made->faces[k].surface.face = (int32_t)k;
     }
-    enum status status = lenient ? STATUS_OK : check_loops(made, parts, arena, fault);
+    enum status status = lenient ? STATUS_OK : check_loops(made, patches, arena, fault);
     if (status == STATUS_OK)
-        status = faces_join(made, parts, arena, fault);
+        status = faces_join(made, patches, arena, fault);
     if (status == STATUS_OK)
         status = find_components(made, arena, fault);
     if (status == STATUS_OK)
@@ -430,14 +428,14 @@ static enum status make(const struct shell_patch *parts, size_t count, double to
     return status;
 }
 
-enum status shell_make(const struct shell_patch *parts, size_t count, double tolerance,
+enum status shell_make(const struct shell_patch *patches, size_t count, double tolerance,
                        struct arena *arena, struct shell **shell, struct shell_fault *fault) {
-    return make(parts, count, tolerance, false, arena, shell, fault);
+    return make_shell(patches, count, tolerance, false, arena, shell, fault);
 }
 
-enum status shell_make_lenient(const struct shell_patch *parts, size_t count, double tolerance,
+enum status shell_make_lenient(const struct shell_patch *patches, size_t count, double tolerance,
                                struct arena *arena, struct shell **shell) {
-    return make(parts, count, tolerance, true, arena, shell, NULL);
+    return make_shell(patches, count, tolerance, true, arena, shell, NULL);
 }
 
 size_t shell_face_count(const struct shell *shell) {
@@ -508,7 +506,7 @@ bool shell_is_closed(const struct shell *shell, int32_t face) {
     for (size_t e = 0; e < shell->edge_count; e++) {
         const struct face_edge *edge = &shell->edges[e];
         if (!edge->bare && edge->mate == EDGE_FREE &&
-            shell->faces[shell->curves[edge->curve].face].component == shell->faces[face].component)
+            shell->faces[edge_face(shell, e)].component == shell->faces[face].component)
             return false;
     }
     return true;
@@ -529,14 +527,14 @@ bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, doub
     for (size_t k = 0; k < shell->face_count; k++) {
         const struct face *other = &shell->faces[k];
         double uv[2], distance;
-        if ((int32_t)k == face || !is_of(other, shell->faces[face].component) ||
+        if ((int32_t)k == face || !face_is_of(other, shell->faces[face].component) ||
             box_distance2(&other->box, point) > least * least)
             continue;
         surface_nearest_at(&other->surface, point, uv, &distance);
         if (!(distance < least) || !face_contains(other, uv))
             continue;
         least = distance;
-        *place = place_of(other, uv);
+        *place = point_on_face(other, uv);
         found = true;
     }
     return found;

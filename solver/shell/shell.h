@@ -70,7 +70,7 @@ struct shell_edges {
 /* Joins the faces; `tolerance` 0 is the default. The loops' regions are made in `arena`, too.
  * Errors: STATUS_OUT_OF_MEMORY; STATUS_INVALID, and STATUS_DEGENERATE_SURFACE of
  * SHELL_NOTHING_LEFT, with the fault (may be NULL). */
-enum status shell_make(const struct shell_patch *parts, size_t count, double tolerance,
+enum status shell_make(const struct shell_patch *patches, size_t count, double tolerance,
                        struct arena *arena, struct shell **shell,
                        struct shell_fault *fault) STATUS_MUST_USE;
 
@@ -78,7 +78,7 @@ enum status shell_make(const struct shell_patch *parts, size_t count, double tol
  * or more meet at an edge they are not joined there, nor are two over an edge that wants them
  * turned otherwise than others do, and loops are not asked whether they are sound. Fails as
  * `shell_make` does of faces without area and a bad tolerance. */
-enum status shell_make_lenient(const struct shell_patch *parts, size_t count, double tolerance,
+enum status shell_make_lenient(const struct shell_patch *patches, size_t count, double tolerance,
                                struct arena *arena, struct shell **shell) STATUS_MUST_USE;
 
 /* The faces as they were given. */
@@ -178,12 +178,12 @@ enum status shell_orient(const struct shell *shell, int32_t face, struct arena *
 
 /*
  * The shell of the same faces, each moved along its normal by `height` (`offset.h`), to the side to
- * which the first face of its component has r_u x r_v. `parts` are those that the shell was made
+ * which the first face of its component has r_u x r_v. `patches` are those that the shell was made
  * of. Faces that fold by up to a degree or what the tolerance hides are joined all the same, over
  * the gap. Errors: as `shell_make`; STATUS_INVALID with SHELL_TOO_CURVED or SHELL_FOLDS.
  */
-enum status shell_offset(const struct shell *shell, const struct shell_patch *parts, double height,
-                         struct arena *arena, struct shell **moved,
+enum status shell_offset(const struct shell *shell, const struct shell_patch *patches,
+                         double height, struct arena *arena, struct shell **moved,
                          struct shell_fault *fault) STATUS_MUST_USE;
 
 /* The joint that edge `number` is the first side of: its faces, and the largest angle in degrees

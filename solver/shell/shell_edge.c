@@ -22,7 +22,7 @@ static const struct face_segment *segments_of(const struct face *face, int32_t e
 enum status shell_edge(const struct shell *shell, size_t number, int32_t component,
                        struct arena *arena, struct shell_edge *edge) {
     const struct face_edge *own = &shell->edges[number];
-    int32_t number_of_face = shell->curves[own->curve].face;
+    int32_t number_of_face = edge_face(shell, number);
     const struct face *face = &shell->faces[number_of_face];
     size_t count;
     *edge = (struct shell_edge){.face = number_of_face};

@@ -7,7 +7,7 @@
 static const double turn_most = 0.4;
 
 /* Pieces of an edge that is one point in space, but not in the parameters: a pole. */
-enum { PIECES_OF_POLE = 8, SEAM_SAMPLES = 4 };
+enum { PIECES_OF_POLE = 8 };
 
 /* Ends of edges this near to each other, in tolerances, are one. */
 static const double same_end = 3;
@@ -20,7 +20,8 @@ struct ruler {
     double turn;
 };
 
-static enum status measure(const struct shell *shell, struct arena *arena, struct ruler *ruler) {
+static enum status measure_ruler(const struct shell *shell, struct arena *arena,
+                                 struct ruler *ruler) {
     const struct face_edge *edge = &shell->edges[ruler->segments[0].edge];
     const struct face_curve *curve = &shell->curves[edge->curve];
     struct curve_place place;
@@ -42,7 +43,7 @@ static enum status measure(const struct shell *shell, struct arena *arena, struc
 }
 
 /* The curve's parameter at a share of the length. */
-static double parameter_at(const struct ruler *ruler, double share) {
+static double ruler_parameter(const struct ruler *ruler, double share) {
     double length = share * ruler->at[ruler->count];
     size_t k = 0;
     while (k + 1 < ruler->count && ruler->at[k + 1] < length)
@@ -102,7 +103,7 @@ static enum status alloc_line(struct shell_line *line, size_t pieces, struct are
     return line->uv && line->r ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
-static void set_ends(const struct ends *ends, size_t number, struct shell_line *line) {
+static void set_line_ends(const struct ends *ends, size_t number, struct shell_line *line) {
     line->r[0] = ends->at[2 * number];
     line->r[line->count - 1] = ends->at[2 * number + 1];
 }
@@ -115,14 +116,12 @@ static enum status make_point(const struct ends *ends, size_t number, struct are
     enum status status = alloc_line(line, PIECES_OF_POLE, arena);
     for (size_t k = 0; status == STATUS_OK && k < line->count; k++) {
         struct curve_place place;
-        double share = (double)k / PIECES_OF_POLE;
-        curve_at(shell, &shell->curves[edge->curve], edge->t[0] + share * (edge->t[1] - edge->t[0]),
-                 &place);
+        edge_at_share(shell, edge, (double)k / PIECES_OF_POLE, &place);
         memcpy(line->uv[k], place.uv, sizeof *line->uv);
         line->r[k] = ends->at[2 * number];
     }
     if (status == STATUS_OK)
-        set_ends(ends, number, line);
+        set_line_ends(ends, number, line);
     return status;
 }
 
@@ -135,12 +134,13 @@ static enum status make_line(const struct ends *ends, const struct ruler *ruler,
     enum status status = alloc_line(line, (size_t)fmax(ceil(pieces), 1), arena);
     for (size_t k = 0; status == STATUS_OK && k < line->count; k++) {
         struct curve_place place;
-        curve_at(shell, curve, parameter_at(ruler, (double)k / (double)(line->count - 1)), &place);
+        curve_at(shell, curve, ruler_parameter(ruler, (double)k / (double)(line->count - 1)),
+                 &place);
         memcpy(line->uv[k], place.uv, sizeof *line->uv);
         line->r[k] = place.r;
     }
     if (status == STATUS_OK)
-        set_ends(ends, number, line);
+        set_line_ends(ends, number, line);
     return status;
 }
 
@@ -156,7 +156,7 @@ static enum status make_mate(const struct ends *ends, const struct ruler *ruler,
         double share = (double)k / (double)(line->count - 1);
         line->r[k] = first->r[edge->reversed ? line->count - 1 - k : k];
         bool end = k == 0 || k + 1 == line->count;
-        double from = parameter_at(ruler, share);
+        double from = ruler_parameter(ruler, share);
         if (end)
             curve_at(shell, &shell->curves[edge->curve], from, &place);
         else
@@ -168,8 +168,8 @@ static enum status make_mate(const struct ends *ends, const struct ruler *ruler,
 }
 
 /* The lines of one face, in the order of its segments. */
-static enum status add_face(const struct ends *ends, const struct face *face, double size,
-                            struct arena *arena, struct shell_line *lines) {
+static enum status add_face_lines(const struct ends *ends, const struct face *face, double size,
+                                  struct arena *arena, struct shell_line *lines) {
     enum status status = STATUS_OK;
     for (uint32_t s = 0; s < face->segment_count && status == STATUS_OK;) {
         struct ruler ruler = {.segments = face->segments + s};
@@ -178,25 +178,13 @@ static enum status add_face(const struct ends *ends, const struct face *face, do
             ruler.count++;
         const struct face_edge *edge = &ends->shell->edges[number];
         bool second = edge->mate != EDGE_FREE && lines[edge->mate].count > 0;
-        status = measure(ends->shell, arena, &ruler);
+        status = measure_ruler(ends->shell, arena, &ruler);
         if (status != STATUS_OK)
             return status;
         status = second ? make_mate(ends, &ruler, &lines[edge->mate], arena, &lines[number])
                         : make_line(ends, &ruler, size, arena, &lines[number]);
     }
     return status;
-}
-
-static bool is_point(const struct shell *shell, const struct face_edge *edge) {
-    double reach = same_end * shell->tolerance;
-    for (int k = 1; k < SEAM_SAMPLES; k++) {
-        struct curve_place place;
-        curve_at(shell, &shell->curves[edge->curve],
-                 edge->t[0] + k * (edge->t[1] - edge->t[0]) / SEAM_SAMPLES, &place);
-        if (vec3_distance(place.r, edge->end[0]) > reach)
-            return false;
-    }
-    return vec3_distance(edge->end[0], edge->end[1]) <= reach;
 }
 
 enum status shell_lines(const struct shell *shell, int32_t component, double size,
@@ -206,12 +194,13 @@ enum status shell_lines(const struct shell *shell, int32_t component, double siz
     enum status status = made ? gather_ends(shell, arena, &ends) : STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < shell->face_count && status == STATUS_OK; k++)
         if (shell->faces[k].component == component && !shell->faces[k].duplicate)
-            status = add_face(&ends, &shell->faces[k], size, arena, made);
+            status = add_face_lines(&ends, &shell->faces[k], size, arena, made);
     for (size_t e = 0; e < shell->edge_count && status == STATUS_OK; e++) {
         const struct face_edge *edge = &shell->edges[e];
-        const struct face *face = &shell->faces[shell->curves[edge->curve].face];
+        const struct face *face = &shell->faces[edge_face(shell, e)];
         made[e].face = face->surface.face;
-        if (edge->bare && face->component == component && !face->duplicate && is_point(shell, edge))
+        if (edge->bare && face->component == component && !face->duplicate &&
+            edge_is_point(shell, edge, same_end * shell->tolerance))
             status = make_point(&ends, e, arena, &made[e]);
     }
     *lines = made;

@@ -21,8 +21,8 @@ static bool find_fold(const struct shell *shell, double height, struct shell_fau
             double apart = vec3_distance(normal[0], normal[1]);
             if (!(fabs(height) * apart > smooth_fold * fabs(height) + shell->tolerance))
                 continue;
-            int32_t a = shell->curves[edge->curve].face;
-            int32_t b = shell->curves[shell->edges[edge->mate].curve].face;
+            int32_t a = edge_face(shell, e);
+            int32_t b = edge_face(shell, (size_t)edge->mate);
             double sine = vec3_norm(vec3_cross(normal[0], normal[1]));
             *fault = (struct shell_fault){
                 .kind = SHELL_FOLDS,
@@ -51,8 +51,9 @@ static bool face_holds(const struct surface *moved, const struct face *face, int
     return false;
 }
 
-enum status shell_offset(const struct shell *shell, const struct shell_patch *parts, double height,
-                         struct arena *arena, struct shell **moved, struct shell_fault *fault) {
+enum status shell_offset(const struct shell *shell, const struct shell_patch *patches,
+                         double height, struct arena *arena, struct shell **moved,
+                         struct shell_fault *fault) {
     double tolerance = shell->tolerance + smooth_fold * fabs(height);
     struct shell_patch *own = arena_alloc(arena, shell->face_count, sizeof *own);
     if (!own)
@@ -62,12 +63,13 @@ enum status shell_offset(const struct shell *shell, const struct shell_patch *pa
     for (size_t k = 0; k < shell->face_count; k++) {
         const struct face *face = &shell->faces[k];
         struct surface *surface;
-        enum status status = surface_offset(parts[k].surface, face->side * height, arena, &surface);
+        enum status status =
+            surface_offset(patches[k].surface, face->side * height, arena, &surface);
         if (status == STATUS_OUT_OF_MEMORY)
             return status;
         if (status != STATUS_OK || !face_holds(surface, face, (int32_t)k, tolerance, fault))
             return STATUS_INVALID;
-        own[k] = parts[k];
+        own[k] = patches[k];
         own[k].surface = surface;
     }
     return shell_make(own, shell->face_count, tolerance, arena, moved, fault);

@@ -22,10 +22,6 @@ enum { POLE_SAMPLES = 64, POLE_REFINEMENTS = 40, POLE_TURNS = 8 };
  * before the last step of Newton's method: that leaves the square. */
 static const double pole_sine = 1e-6;
 
-static double axis_length(const struct surface_axis *axis) {
-    return surface_axis_upper(axis) - surface_axis_lower(axis);
-}
-
 /* Which tangent has vanished: 0 r_u, 1 r_v, -1 neither, 2 both. */
 static int vanished_tangent(const struct surface *surface, const struct surface_point *point) {
     bool u = !(point->first[0] > surface->least_tangent2[0]);
@@ -69,13 +65,6 @@ bool surface_point_at(const struct surface *surface, struct surface_cursor *curs
     point->uv[1] = uv[1];
     surface_jet_at(surface, cursor, uv[0], uv[1], &point->jet);
     return surface_point_complete(surface, point);
-}
-
-/* r_uu a^2 + 2 r_uv a b + r_vv b^2 */
-static struct vec3 second_derivative(const struct surface_jet *jet, const double ab[2]) {
-    struct vec3 sum = vec3_scale(ab[0] * ab[0], jet->uu);
-    sum = vec3_axpy(2 * ab[0] * ab[1], jet->uv, sum);
-    return vec3_axpy(ab[1] * ab[1], jet->vv, sum);
 }
 
 /* A pole: the end of an axis where the domain's edge is one point. */
@@ -143,7 +132,8 @@ static double pole_alignment(const struct surface *surface, struct surface_curso
 static bool turn_to(const struct surface *surface, struct surface_cursor *cursor,
                     const struct pole *pole, struct vec3 direction, double *w, double *speed) {
     const struct surface_axis *around = &surface->axis[1 - pole->axis];
-    double low = surface_axis_lower(around), width = axis_length(around), high = low + width;
+    double low = surface_axis_lower(around), width = surface_axis_length(around),
+           high = low + width;
     for (int k = 0; k < POLE_TURNS; k++) {
         struct vec3 turning, line = line_from_pole(surface, cursor, pole, *w, &turning);
         struct vec3 normal = vec3_cross(line, turning), aside = vec3_cross(line, direction);
@@ -163,37 +153,12 @@ static bool turn_to(const struct surface *surface, struct surface_cursor *cursor
     return false;
 }
 
-/* Golden-section search for the best aligned line between a and b. */
-static double refine_alignment(const struct surface *surface, struct surface_cursor *cursor,
-                               const struct pole *pole, struct vec3 direction, double a, double b) {
-    const double golden = 0.61803398874989485;
-    double speed, x = b - golden * (b - a), y = a + golden * (b - a);
-    double fx = pole_alignment(surface, cursor, pole, x, direction, &speed);
-    double fy = pole_alignment(surface, cursor, pole, y, direction, &speed);
-    for (int k = 0; k < POLE_REFINEMENTS; k++) {
-        if (fx > fy) {
-            b = y;
-            y = x;
-            fy = fx;
-            x = b - golden * (b - a);
-            fx = pole_alignment(surface, cursor, pole, x, direction, &speed);
-        } else {
-            a = x;
-            x = y;
-            fx = fy;
-            y = a + golden * (b - a);
-            fy = pole_alignment(surface, cursor, pole, y, direction, &speed);
-        }
-    }
-    return (a + b) / 2;
-}
-
-/* The line along `direction` among samples around the pole, refined; false when none points there.
- */
+/* The line along `direction` among samples around the pole, refined by golden sections; false when
+ * none points there. */
 static bool search_line(const struct surface *surface, struct surface_cursor *cursor,
                         const struct pole *pole, struct vec3 direction, double *w, double *speed) {
     const struct surface_axis *around = &surface->axis[1 - pole->axis];
-    double low = surface_axis_lower(around), width = axis_length(around) / POLE_SAMPLES;
+    double low = surface_axis_lower(around), width = surface_axis_length(around) / POLE_SAMPLES;
     double best = -2, at = low;
     for (int k = 0; k <= POLE_SAMPLES; k++) {
         double cosine = pole_alignment(surface, cursor, pole, low + k * width, direction, speed);
@@ -204,7 +169,26 @@ static bool search_line(const struct surface *surface, struct surface_cursor *cu
     }
     if (!(best > 0))
         return false;
-    *w = refine_alignment(surface, cursor, pole, direction, at - width, at + width);
+    const double golden = 0.61803398874989485;
+    double a = at - width, b = at + width, x = b - golden * (b - a), y = a + golden * (b - a);
+    double fx = pole_alignment(surface, cursor, pole, x, direction, speed);
+    double fy = pole_alignment(surface, cursor, pole, y, direction, speed);
+    for (int k = 0; k < POLE_REFINEMENTS; k++) {
+        if (fx > fy) {
+            b = y;
+            y = x;
+            fy = fx;
+            x = b - golden * (b - a);
+            fx = pole_alignment(surface, cursor, pole, x, direction, speed);
+        } else {
+            a = x;
+            x = y;
+            fx = fy;
+            y = a + golden * (b - a);
+            fy = pole_alignment(surface, cursor, pole, y, direction, speed);
+        }
+    }
+    *w = (a + b) / 2;
     best = pole_alignment(surface, cursor, pole, *w, direction, speed);
     return best > normal_cosine && *speed > 0;
 }
@@ -239,7 +223,10 @@ bool surface_point_pull(const struct surface *surface, struct surface_cursor *cu
     double ab[2];
     if (!surface_point_components(from, step, ab))
         return false;
-    struct vec3 bend = second_derivative(&from->jet, ab);
+    /* r_uu a^2 + 2 r_uv a b + r_vv b^2 */
+    struct vec3 bend = vec3_scale(ab[0] * ab[0], from->jet.uu);
+    bend = vec3_axpy(2 * ab[0] * ab[1], from->jet.uv, bend);
+    bend = vec3_axpy(ab[1] * ab[1], from->jet.vv, bend);
     if (!surface_point_components(from, vec3_axpy(-0.5, bend, step), ab))
         return false;
     uv[0] = from->uv[0] + ab[0];
@@ -247,7 +234,7 @@ bool surface_point_pull(const struct surface *surface, struct surface_cursor *cu
     return true;
 }
 
-static bool within(double ratio) {
+static bool metric_alike(double ratio) {
     return ratio < metric_factor * metric_factor && ratio * metric_factor * metric_factor > 1;
 }
 
@@ -257,8 +244,8 @@ static bool healthy(const struct surface *surface, struct surface_cursor *cursor
     struct surface_point edge;
     if (!surface_point_at(surface, cursor, edge_uv, &edge))
         return false;
-    return within(vec3_norm2(point->jet.u) / vec3_norm2(edge.jet.u)) &&
-           within(vec3_norm2(point->jet.v) / vec3_norm2(edge.jet.v)) &&
+    return metric_alike(vec3_norm2(point->jet.u) / vec3_norm2(edge.jet.u)) &&
+           metric_alike(vec3_norm2(point->jet.v) / vec3_norm2(edge.jet.v)) &&
            vec3_dot(point->normal, edge.normal) > normal_cosine &&
            vec3_distance(point->jet.r, edge.jet.r) <
                reach * (surface->shell ? shell_size(surface->shell) : surface->size);
@@ -267,7 +254,7 @@ static bool healthy(const struct surface *surface, struct surface_cursor *cursor
 double surface_point_cut_turn(const struct surface *surface, int k) {
     const struct surface_axis *axis = &surface->axis[k], *other = &surface->axis[1 - k];
     bool cut = axis->closed && !other->pole[0] && !other->pole[1];
-    return cut ? axis_length(axis) / 2 : HUGE_VAL;
+    return cut ? surface_axis_length(axis) / 2 : HUGE_VAL;
 }
 
 /* Beyond the cut its ghosts end a full turn from there. */

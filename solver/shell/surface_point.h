@@ -77,4 +77,15 @@ enum surface_point_zone surface_point_zone_on_face(struct surface_cursor *cursor
 
 #include "tangent_plane.h"
 
+/* The principal curvatures k1 and k2 are m + r and m - r: the roots of k^2 - 2 m k + K = 0 with the
+ * mean curvature m and the Gaussian curvature K. */
+static inline void surface_point_principal_curvatures(const struct surface_point *point, double *m,
+                                                      double *r) {
+    const double *a = point->first, *b = point->second;
+    double determinant = surface_point_determinant(point);
+    double gauss = surface_point_gauss_curvature(point);
+    *m = (a[0] * b[2] - 2 * a[1] * b[1] + a[2] * b[0]) / (2 * determinant);
+    *r = sqrt(fmax(*m * *m - gauss, 0));
+}
+
 #endif

@@ -80,6 +80,11 @@ static inline double surface_axis_upper(const struct surface_axis *axis) {
     return axis->breaks[axis->span_count];
 }
 
+/* The length of the domain in the inner parameter. */
+static inline double surface_axis_length(const struct surface_axis *axis) {
+    return surface_axis_upper(axis) - surface_axis_lower(axis);
+}
+
 /* Parameter x of `axis` brought into the domain when the direction is closed. */
 double surface_axis_wrap(const struct surface_axis *axis, double x);
 
@@ -90,7 +95,7 @@ double surface_axis_outer(const struct surface_axis *axis, double inner);
 
 /* The latter strictly between the ends of an axis that is not closed. */
 static inline double surface_axis_outer_between(const struct surface_axis *axis, double inner) {
-    double length = surface_axis_upper(axis) - surface_axis_lower(axis), c = axis->factor;
+    double length = surface_axis_length(axis), c = axis->factor;
     return c == 1 ? inner + axis->origin
                   : axis->outer[0] + length * inner / (c * length - (c - 1) * inner);
 }
