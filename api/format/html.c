@@ -29,12 +29,3 @@ void html_say(struct api_text *text, const char *format, ...) {
     va_end(arguments);
     html_escape(text, string, strlen(string));
 }
-
-void html_draw(struct api_text *text, const char *format, ...) {
-    char element[256];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(element, sizeof element, format, arguments);
-    va_end(arguments);
-    api_text_raw(text, element);
-}

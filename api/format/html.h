@@ -11,8 +11,4 @@ void html_escape(struct api_text *text, const char *string, size_t length);
 /* As printf; escaped, of what is longer than 511 bytes the beginning. */
 void html_say(struct api_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* As printf; as it is, for elements with their quotes of at most 255 bytes. */
-void html_draw(struct api_text *text, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-
 #endif

@@ -39,17 +39,6 @@ void part_picture_colour(double share, uint8_t rgb[3]) {
         rgb[c] = (uint8_t)(255 * srgb[c] + 0.5);
 }
 
-static void make_palette(struct raster *raster) {
-    memset(raster->palette, 0xff, 3);
-    for (int k = 0; k < PICTURE_SHADES; k++) {
-        uint8_t *rgb = raster->palette[SHADE + k], *dark = raster->palette[DARK + k];
-        part_picture_colour((double)k / (PICTURE_SHADES - 1), rgb);
-        for (int c = 0; c < 3; c++)
-            dark[c] = (uint8_t)(yarn_shade * rgb[c]);
-    }
-    memcpy(raster->palette[LOCKED], marks, sizeof marks);
-}
-
 /* ---- reading ---- */
 
 /* Points of a table by their rows, which go forward but for steps within a block. */
@@ -79,7 +68,8 @@ struct scene {
     struct edge *edge;
 };
 
-static bool find_points(const struct scene *scene, enum api_table table, struct points *points) {
+static bool find_point_columns(const struct scene *scene, enum api_table table,
+                               struct points *points) {
     static const char *const names[] = {"x", "y", "z", "loop"};
     points->held = 0;
     for (int k = 0; k < 4; k++)
@@ -87,8 +77,8 @@ static bool find_points(const struct scene *scene, enum api_table table, struct 
     return points->column[0] && points->column[1] && points->column[2];
 }
 
-static bool read_point(const struct scene *scene, struct points *points, size_t row,
-                       struct vec3 *point) {
+static bool read_corner(const struct scene *scene, struct points *points, size_t row,
+                        struct vec3 *point) {
     if (row < points->first || row >= points->first + points->held) {
         size_t left = points->column[0]->rows - row;
         points->first = row;
@@ -119,14 +109,6 @@ struct cell {
 
 typedef void visitor(struct part_picture *picture, struct scene *scene, const struct cell *cell);
 
-static bool read_block(struct scene *scene, size_t first, size_t count) {
-    memset(scene->is_locked, 0, sizeof scene->is_locked);
-    return quads_next(&scene->quads, count, scene->corners, scene->places) &&
-           api_columns_read(scene->reader, scene->shear, first, count, scene->shear_deg) &&
-           (!scene->locked ||
-            api_columns_read(scene->reader, scene->locked, first, count, scene->is_locked));
-}
-
 /* Calls for every cell. False when they cannot be read. */
 static bool visit_cells(struct part_picture *picture, struct scene *scene, visitor *visit) {
     size_t rows = scene->shear->rows, count;
@@ -135,7 +117,11 @@ static bool visit_cells(struct part_picture *picture, struct scene *scene, visit
         return false;
     for (size_t first = 0; first < rows; first += count) {
         count = rows - first < BLOCK ? rows - first : BLOCK;
-        if (!read_block(scene, first, count))
+        memset(scene->is_locked, 0, sizeof scene->is_locked);
+        if (!quads_next(&scene->quads, count, scene->corners, scene->places) ||
+            !api_columns_read(scene->reader, scene->shear, first, count, scene->shear_deg) ||
+            (scene->locked &&
+             !api_columns_read(scene->reader, scene->locked, first, count, scene->is_locked)))
             return false;
         for (size_t k = 0; k < count; k++) {
             struct cell cell = {.place = scene->places[k],
@@ -143,8 +129,8 @@ static bool visit_cells(struct part_picture *picture, struct scene *scene, visit
                                 .locked = scene->is_locked[k] > 0,
                                 .yarns = ALL_EDGES};
             for (int c = 0; c < 4; c++)
-                if (!read_point(scene, c < 2 ? &scene->low : &scene->high,
-                                (size_t)scene->corners[k][c], &cell.corner[c]))
+                if (!read_corner(scene, c < 2 ? &scene->low : &scene->high,
+                                 (size_t)scene->corners[k][c], &cell.corner[c]))
                     return false;
             visit(picture, scene, &cell);
         }
@@ -155,7 +141,7 @@ static bool visit_cells(struct part_picture *picture, struct scene *scene, visit
 /* ---- the view ---- */
 
 /* Half the product of the diagonals. */
-static void add_area(struct part_picture *picture, struct scene *scene, const struct cell *cell) {
+static void sum_area(struct part_picture *picture, struct scene *scene, const struct cell *cell) {
     const struct vec3 *corner = cell->corner;
     struct vec3 area =
         vec3_scale(0.5, vec3_cross(vec3_sub(corner[2], corner[0]), vec3_sub(corner[3], corner[1])));
@@ -181,8 +167,8 @@ static void choose_view(struct scene *scene) {
 }
 
 /* In pixels; before the scale is set in length units. */
-static void project(const struct part_picture *picture, const struct scene *scene,
-                    struct vec3 point, double pixel[3]) {
+static void project_point(const struct part_picture *picture, const struct scene *scene,
+                          struct vec3 point, double pixel[3]) {
     struct vec3 offset = vec3_sub(point, scene->origin);
     for (int k = 0; k < 3; k++)
         pixel[k] =
@@ -190,19 +176,19 @@ static void project(const struct part_picture *picture, const struct scene *scen
 }
 
 /* The box of nodes and rim, the start within, into the picture with a margin. */
-static bool fit(struct part_picture *picture, struct scene *scene) {
+static bool fit_into_picture(struct part_picture *picture, struct scene *scene) {
     static const enum api_table tables[] = {API_TABLE_NODES, API_TABLE_RIM};
     double low[2] = {0, 0}, high[2] = {0, 0}, pixel[3];
     struct vec3 point;
     picture->scale = 1;
     for (int t = 0; t < 2; t++) {
         size_t rows = api_columns_rows(scene->columns, tables[t]);
-        if (rows && !find_points(scene, tables[t], &scene->low))
+        if (rows && !find_point_columns(scene, tables[t], &scene->low))
             return false;
         for (size_t row = 0; row < rows; row++) {
-            if (!read_point(scene, &scene->low, row, &point))
+            if (!read_corner(scene, &scene->low, row, &point))
                 return false;
-            project(picture, scene, point, pixel);
+            project_point(picture, scene, point, pixel);
             for (int k = 0; k < 2; k++) {
                 low[k] = fmin(low[k], pixel[k]);
                 high[k] = fmax(high[k], pixel[k]);
@@ -216,7 +202,7 @@ static bool fit(struct part_picture *picture, struct scene *scene) {
         scene->shift[k] = MARGIN - picture->scale * low[k];
     scene->shift[0] += (WIDTH - 2 * MARGIN - picture->scale * size[0]) / 2;
     scene->height = (int)ceil(picture->scale * size[1]) + 2 * MARGIN;
-    return find_points(scene, API_TABLE_NODES, &scene->low);
+    return find_point_columns(scene, API_TABLE_NODES, &scene->low);
 }
 
 /* ---- drawing ---- */
@@ -226,7 +212,7 @@ static void fill_cell(struct part_picture *picture, struct scene *scene, const s
     double share = fmin(fabs(cell->shear_deg) / picture->range_deg, 1);
     uint8_t colour = (uint8_t)(SHADE + (int)(share * (PICTURE_SHADES - 1) + 0.5));
     for (int c = 0; c < 4; c++)
-        project(picture, scene, cell->corner[c], pixel[c]);
+        project_point(picture, scene, cell->corner[c], pixel[c]);
     for (int k = 1; k < 3; k++) {
         raster_triangle(&picture->raster, pixel[0], pixel[k], pixel[k + 1], colour, 0);
         if (cell->locked)
@@ -237,8 +223,8 @@ static void fill_cell(struct part_picture *picture, struct scene *scene, const s
 static void draw_edge(struct part_picture *picture, struct scene *scene, struct vec3 from,
                       struct vec3 to, int width, const uint8_t *over) {
     double a[3], b[3];
-    project(picture, scene, from, a);
-    project(picture, scene, to, b);
+    project_point(picture, scene, from, a);
+    project_point(picture, scene, to, b);
     raster_line(&picture->raster, a, b, width, lift, over);
 }
 
@@ -248,18 +234,8 @@ static void under_line(int colour, uint8_t over[RASTER_COLOURS]) {
         over[k] = (uint8_t)(colour ? colour : k >= SHADE && k < DARK ? k + PICTURE_SHADES : k);
 }
 
-/* Where the generators end, for their names. */
-static void note_end(struct part_picture *picture, struct scene *scene, const struct cell *cell,
-                     int family) {
-    double pixel[3];
-    if (cell->place[family] < scene->last[family])
-        return;
-    scene->last[family] = cell->place[family];
-    project(picture, scene, cell->corner[family ? 3 : 1], pixel);
-    memcpy(picture->end[family], pixel, sizeof picture->end[family]);
-}
-
-/* The cell's edges on yarns that are drawn: those of the generators in their colours. */
+/* The cell's edges on yarns that are drawn: those of the generators in their colours, and where
+ * these end, for their names. */
 static void draw_yarns(struct part_picture *picture, struct scene *scene, const struct cell *cell) {
     uint8_t over[RASTER_COLOURS];
     for (int k = 0; k < 4; k++) {
@@ -269,31 +245,23 @@ static void draw_yarns(struct part_picture *picture, struct scene *scene, const 
         under_line(number ? 0 : family ? WEFT : WARP, over);
         draw_edge(picture, scene, cell->corner[edges[k][0]], cell->corner[edges[k][1]],
                   number ? 1 : 3, over);
-        if (number == 0 && k % 2 == 0)
-            note_end(picture, scene, cell, family);
+        if (number == 0 && k % 2 == 0 && cell->place[family] >= scene->last[family]) {
+            double pixel[3];
+            scene->last[family] = cell->place[family];
+            project_point(picture, scene, cell->corner[family ? 3 : 1], pixel);
+            memcpy(picture->end[family], pixel, sizeof picture->end[family]);
+        }
     }
 }
 
 /* ---- the cells that the rim cuts ---- */
 
 /* On the bilinear patch of a cell's corners, from a and b in 0..1. */
-static struct vec3 place_in(const struct cell *cell, double a, double b) {
+static struct vec3 point_in_cell(const struct cell *cell, double a, double b) {
     const struct vec3 *corner = cell->corner;
     struct vec3 low = vec3_axpy(a, vec3_sub(corner[1], corner[0]), corner[0]);
     struct vec3 high = vec3_axpy(a, vec3_sub(corner[2], corner[3]), corner[3]);
     return vec3_axpy(b, vec3_sub(high, low), low);
-}
-
-/* How many strips along warp a cell is drawn in: of a pixel's height. */
-static int strip_count(const struct part_picture *picture, const struct scene *scene,
-                       const struct cell *cell) {
-    double low = HUGE_VAL, high = -HUGE_VAL, pixel[3];
-    for (int c = 0; c < 4; c++) {
-        project(picture, scene, cell->corner[c], pixel);
-        low = fmin(low, fmin(pixel[0], pixel[1]));
-        high = fmax(high, fmax(pixel[0], pixel[1]));
-    }
-    return (int)fmin(fmax(ceil(high - low), 1), WIDTH);
 }
 
 /* Strip k of n of a cell up to the rim, and half of those beside it. Its ends there are moved onto
@@ -310,9 +278,9 @@ static void visit_strip(struct part_picture *picture, struct scene *scene, visit
             const struct edge_end *end = &stretch[s][e];
             struct vec3 shift = {0};
             if (end->known)
-                shift = vec3_sub(end->point, place_in(cell, end->p - i, middle));
+                shift = vec3_sub(end->point, point_in_cell(cell, end->p - i, middle));
             for (int h = 0; h < 2; h++)
-                strip.corner[edges[h][e]] = vec3_add(place_in(cell, end->p - i, at[h]), shift);
+                strip.corner[edges[h][e]] = vec3_add(point_in_cell(cell, end->p - i, at[h]), shift);
         }
         strip.yarns = (k == 0) | (unsigned)(k == n - 1) << 1 |
                       (unsigned)(stretch[s][0].p <= i) << 2 |
@@ -321,10 +289,10 @@ static void visit_strip(struct part_picture *picture, struct scene *scene, visit
     }
 }
 
-/* Row k of the block. */
+/* Row k of the block, in strips along warp of a pixel's height. */
 static void visit_cut_cell(struct part_picture *picture, struct scene *scene, visitor *visit,
                            size_t k) {
-    double(*block)[BLOCK] = scene->cut_block;
+    double(*block)[BLOCK] = scene->cut_block, low = HUGE_VAL, high = -HUGE_VAL, pixel[3];
     const int32_t place[2] = {(int32_t)block[CUT_I][k], (int32_t)block[CUT_J][k]};
     struct cell cell = {.place = place,
                         .shear_deg = block[CUT_SHEAR][k],
@@ -332,8 +300,11 @@ static void visit_cut_cell(struct part_picture *picture, struct scene *scene, vi
     for (int c = 0; c < 4; c++) {
         double(*corner)[BLOCK] = block + CUT_CORNERS + 3 * c;
         cell.corner[c] = vec3_make(corner[0][k], corner[1][k], corner[2][k]);
+        project_point(picture, scene, cell.corner[c], pixel);
+        low = fmin(low, fmin(pixel[0], pixel[1]));
+        high = fmax(high, fmax(pixel[0], pixel[1]));
     }
-    int strips = strip_count(picture, scene, &cell);
+    int strips = (int)fmin(fmax(ceil(high - low), 1), WIDTH);
     for (int s = 0; s < strips; s++)
         visit_strip(picture, scene, visit, &cell, s, strips);
 }
@@ -355,16 +326,6 @@ static bool visit_cut(struct part_picture *picture, struct scene *scene, visitor
     return true;
 }
 
-static void find_cut(struct scene *scene) {
-    static const char *const names[] = {
-        [CUT_I] = "i", [CUT_J] = "j", [CUT_SHEAR] = "shear_deg", [CUT_LOCKED] = "locked"};
-    for (int c = 0; c < CUT_COLUMNS; c++) {
-        bool corner = c >= CUT_CORNERS && c < CUT_SHEAR;
-        scene->cut[c] = api_columns_find(scene->columns, API_TABLE_CUT,
-                                         corner ? api_fields_corners[c - CUT_CORNERS] : names[c]);
-    }
-}
-
 /* ---- the rim ---- */
 
 /* Each point to the one before; the last of a loop to its first. */
@@ -374,10 +335,10 @@ static bool draw_rim(struct part_picture *picture, struct scene *scene) {
     uint8_t over[RASTER_COLOURS];
     double loop, before = -1;
     under_line(RIM, over);
-    if (rows && !find_points(scene, API_TABLE_RIM, &scene->low))
+    if (rows && !find_point_columns(scene, API_TABLE_RIM, &scene->low))
         return false;
     for (size_t row = 0; row < rows; row++, before = loop, last = point) {
-        if (!read_point(scene, &scene->low, row, &point))
+        if (!read_corner(scene, &scene->low, row, &point))
             return false;
         loop = scene->low.block[3][row - scene->low.first];
         bool same = row && loop == before; /* both are whole numbers */
@@ -391,28 +352,49 @@ static bool draw_rim(struct part_picture *picture, struct scene *scene) {
     return true;
 }
 
-static bool prepare(struct scene *scene) {
+/* The columns that the picture is drawn from. */
+static bool find_columns(struct scene *scene) {
+    static const char *const names[] = {
+        [CUT_I] = "i", [CUT_J] = "j", [CUT_SHEAR] = "shear_deg", [CUT_LOCKED] = "locked"};
     scene->shear = api_columns_find(scene->columns, API_TABLE_CELLS, "shear_deg");
     scene->locked = api_columns_find(scene->columns, API_TABLE_CELLS, "locked");
-    find_cut(scene);
-    return scene->shear && find_points(scene, API_TABLE_NODES, &scene->low) &&
-           find_points(scene, API_TABLE_NODES, &scene->high);
+    for (int c = 0; c < CUT_COLUMNS; c++) {
+        bool corner = c >= CUT_CORNERS && c < CUT_SHEAR;
+        scene->cut[c] = api_columns_find(scene->columns, API_TABLE_CUT,
+                                         corner ? api_fields_corners[c - CUT_CORNERS] : names[c]);
+    }
+    return scene->shear && find_point_columns(scene, API_TABLE_NODES, &scene->low) &&
+           find_point_columns(scene, API_TABLE_NODES, &scene->high);
 }
 
-static bool draw(struct part_picture *picture, struct scene *scene, struct api_problem *problem) {
+/* Paper, shades, darker ones, and the marks' colours. */
+static void make_palette(struct raster *raster) {
+    memset(raster->palette, 0xff, 3);
+    for (int k = 0; k < PICTURE_SHADES; k++) {
+        uint8_t *rgb = raster->palette[SHADE + k], *dark = raster->palette[DARK + k];
+        part_picture_colour((double)k / (PICTURE_SHADES - 1), rgb);
+        for (int c = 0; c < 3; c++)
+            dark[c] = (uint8_t)(yarn_shade * rgb[c]);
+    }
+    memcpy(raster->palette[LOCKED], marks, sizeof marks);
+}
+
+/* False when the result is damaged. */
+static bool draw_scene(struct part_picture *picture, struct scene *scene,
+                       struct api_problem *problem) {
     const struct api_grid *grid = &scene->columns->grid;
     double start[3];
-    if (!prepare(scene) || !visit_cells(picture, scene, add_area))
+    if (!find_columns(scene) || !visit_cells(picture, scene, sum_area))
         return false;
     choose_view(scene);
-    if (!fit(picture, scene))
+    if (!fit_into_picture(picture, scene))
         return false;
     if (!raster_begin(&picture->raster, WIDTH, scene->height)) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
         return true;
     }
     make_palette(&picture->raster);
-    project(picture, scene, scene->origin, start);
+    project_point(picture, scene, scene->origin, start);
     for (int k = 0; k < 2; k++)
         picture->start[k] = picture->end[0][k] = picture->end[1][k] = start[k];
     int warp = grid->warp[1] - grid->warp[0], weft = grid->weft[1] - grid->weft[0];
@@ -436,7 +418,7 @@ enum api_problem_id part_picture_draw(struct part_picture *picture, const struct
     scene->columns = columns;
     picture->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
     if (edge_make(reader, columns, arena, &scene->edge, problem) == API_OK &&
-        !draw(picture, scene, problem))
+        !draw_scene(picture, scene, problem))
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     arena_free(arena);
     return problem->id;

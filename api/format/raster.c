@@ -23,19 +23,19 @@ void raster_free(struct raster *raster) {
 }
 
 /* The first and last of `size` pixels whose middles lie between two coordinates. */
-static void span(double low, double high, int size, int range[2]) {
+static void pixel_span(double low, double high, int size, int range[2]) {
     range[0] = (int)fmin(fmax(ceil(low - 0.5), 0), size);
     range[1] = (int)fmax(fmin(floor(high - 0.5), size - 1), -1);
 }
 
 /* Twice the area of (a, b, (x, y)), positive when it turns as the triangle. */
-static double side(const double a[3], const double b[3], double x, double y) {
+static double turn_area(const double a[3], const double b[3], double x, double y) {
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
 }
 
 /* The columns about the stretch of a row's middle line that a triangle has; those beside it are for
  * rounding. */
-static void find_columns(const double *const corner[3], double y, int size, int range[2]) {
+static void row_columns(const double *const corner[3], double y, int size, int range[2]) {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (int k = 0; k < 3; k++) {
         const double *a = corner[k], *b = corner[(k + 1) % 3];
@@ -47,22 +47,22 @@ static void find_columns(const double *const corner[3], double y, int size, int 
         low = fmin(low, fmin(x[0], x[1]));
         high = fmax(high, fmax(x[0], x[1]));
     }
-    span(low - 1, high + 1, size, range);
+    pixel_span(low - 1, high + 1, size, range);
 }
 
 /* Barycentric coordinates by the areas opposite to the corners. */
 void raster_triangle(struct raster *raster, const double a[3], const double b[3], const double c[3],
                      uint8_t colour, int hatch) {
-    double area = side(a, b, c[0], c[1]);
+    double area = turn_area(a, b, c[0], c[1]);
     int x[2], y[2];
     if (!(fabs(area) > 0))
         return;
-    span(fmin(fmin(a[1], b[1]), c[1]), fmax(fmax(a[1], b[1]), c[1]), raster->height, y);
+    pixel_span(fmin(fmin(a[1], b[1]), c[1]), fmax(fmax(a[1], b[1]), c[1]), raster->height, y);
     for (int row = y[0]; row <= y[1]; row++) {
-        find_columns((const double *const[]){a, b, c}, row + 0.5, raster->width, x);
+        row_columns((const double *const[]){a, b, c}, row + 0.5, raster->width, x);
         for (int column = x[0]; column <= x[1]; column++) {
             double px = column + 0.5, py = row + 0.5;
-            double wa = side(b, c, px, py) / area, wb = side(c, a, px, py) / area;
+            double wa = turn_area(b, c, px, py) / area, wb = turn_area(c, a, px, py) / area;
             size_t at = (size_t)row * (size_t)raster->width + (size_t)column;
             float z = (float)(wa * a[2] + wb * b[2] + (1 - wa - wb) * c[2]);
             if (wa < 0 || wb < 0 || wa + wb > 1 || z < raster->depth[at] ||
@@ -74,23 +74,13 @@ void raster_triangle(struct raster *raster, const double a[3], const double b[3]
     }
 }
 
-static void dot(struct raster *raster, int column, int row, double z, const uint8_t *over) {
-    if (column < 0 || row < 0 || column >= raster->width || row >= raster->height)
-        return;
-    size_t at = (size_t)row * (size_t)raster->width + (size_t)column;
-    if (z < (double)raster->depth[at])
-        return;
-    raster->depth[at] = (float)z;
-    raster->pixels[at] = over[raster->pixels[at]];
-}
-
 /* A pixel of each column or row, whichever it crosses more of, and its neighbours across. */
 void raster_line(struct raster *raster, const double from[3], const double to[3], int width,
                  double lift, const uint8_t over[RASTER_COLOURS]) {
     int along = fabs(to[0] - from[0]) >= fabs(to[1] - from[1]) ? 0 : 1, range[2];
     const double *low = from[along] < to[along] ? from : to, *high = low == from ? to : from;
     double length = high[along] - low[along];
-    span(low[along], high[along], along ? raster->height : raster->width, range);
+    pixel_span(low[along], high[along], along ? raster->height : raster->width, range);
     for (int k = range[0]; k <= range[1] && length > 0; k++) {
         double t = (k + 0.5 - low[along]) / length;
         double across = low[1 - along] + t * (high[1 - along] - low[1 - along]);
@@ -98,7 +88,15 @@ void raster_line(struct raster *raster, const double from[3], const double to[3]
         if (!(fabs(across) < 1e6))
             continue;
         int first = (int)floor(across - 0.5 * width + 0.5);
-        for (int w = first; w < first + width; w++)
-            dot(raster, along ? w : k, along ? k : w, z, over);
+        for (int w = first; w < first + width; w++) {
+            int column = along ? w : k, row = along ? k : w;
+            if (column < 0 || row < 0 || column >= raster->width || row >= raster->height)
+                continue;
+            size_t at = (size_t)row * (size_t)raster->width + (size_t)column;
+            if (z < (double)raster->depth[at])
+                continue;
+            raster->depth[at] = (float)z;
+            raster->pixels[at] = over[raster->pixels[at]];
+        }
     }
 }

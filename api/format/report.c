@@ -48,7 +48,7 @@ static void end_row(struct api_text *text) {
     api_text_raw(text, "</td></tr>\n");
 }
 
-static void row(struct api_text *text, const char *name, const char *value) {
+static void write_row(struct api_text *text, const char *name, const char *value) {
     if (!value || !*value)
         return;
     begin_row(text, name);
@@ -85,8 +85,11 @@ static void write_title(struct api_text *text, const struct encoder *encoder) {
                  options->ply);
 }
 
-static void write_head(struct encoder *encoder) {
+/* Up to the picture's bytes. */
+static void write_page_head(struct encoder *encoder) {
     const struct api_summary *summary = &encoder->columns.summary;
+    const struct raster *raster = &((struct state *)encoder->state)->picture.raster;
+    bool complete = summary->outcome == DRAPE_COMPLETE;
     struct api_text *text = &encoder->piece;
     api_text_raw(text, "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
                        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src "
@@ -97,26 +100,19 @@ static void write_head(struct encoder *encoder) {
     api_text_raw(text, style);
     api_text_raw(text, "</style>\n</head>\n<body>\n<header>\n<h1>");
     write_title(text, encoder);
-    api_text_raw(text, summary->outcome == DRAPE_COMPLETE ? "</h1>\n<p>"
-                                                          : "</h1>\n<p class=\"partial\">");
+    api_text_raw(text, complete ? "</h1>\n<p>" : "</h1>\n<p class=\"partial\">");
     html_say(text, "%s: %.4g %% of the part is covered, the greatest shear is %.1f degrees.",
-             summary->outcome == DRAPE_COMPLETE ? "Complete" : "Partial",
-             100 * summary->cloth_coverage, summary->max_shear_deg);
-    api_text_raw(text, "</p>\n</header>\n<figure class=\"part\">\n");
+             complete ? "Complete" : "Partial", 100 * summary->cloth_coverage,
+             summary->max_shear_deg);
+    api_text_format(text,
+                    "</p>\n</header>\n<figure class=\"part\">\n"
+                    "<svg role=\"img\" aria-label=\"The draped part, coloured by its shear\" "
+                    "viewBox=\"0 0 %d %d\">\n"
+                    "<image width=\"%d\" height=\"%d\" href=\"data:image/png;base64,",
+                    raster->width, raster->height + LEGEND, raster->width, raster->height);
 }
 
 /* ---- the part ---- */
-
-static void begin_picture(struct encoder *encoder) {
-    const struct raster *raster = &((struct state *)encoder->state)->picture.raster;
-    struct api_text *text = &encoder->piece;
-    html_draw(text,
-              "<svg role=\"img\" aria-label=\"The draped part, coloured by its shear\" "
-              "viewBox=\"0 0 %d %d\">\n",
-              raster->width, raster->height + LEGEND);
-    html_draw(text, "<image width=\"%d\" height=\"%d\" href=\"data:image/png;base64,",
-              raster->width, raster->height);
-}
 
 /* The next bytes of the picture in Base64 (RFC 4648). */
 static void write_picture(struct encoder *encoder) {
@@ -137,61 +133,52 @@ static void write_picture(struct encoder *encoder) {
         state->stage = AT_SCALE;
 }
 
-/* The colours from 0 to the range, below the picture on its left. */
-static void draw_scale(struct api_text *text, const struct part_picture *picture) {
-    enum { LEFT = 30, LENGTH = 700, THICK = 24 };
-    int top = picture->raster.height + 20;
+/* Below the picture: on its left the colours from 0 to the range, on its right a bar of 1, 2 or 5
+ * times a power of ten. */
+static void draw_legend(struct api_text *text, const struct part_picture *picture,
+                        const char *unit) {
+    enum { LEFT = 30, LENGTH = 700, THICK = 24, RIGHT = 1470, BAR_MOST = 500 };
+    int top = picture->raster.height + 20, y = picture->raster.height + 32;
     for (int k = 0; k < SCALE_STEPS; k++) {
         uint8_t rgb[3];
         part_picture_colour((k + 0.5) / SCALE_STEPS, rgb);
-        html_draw(text,
-                  "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"#%02x%02x%02x\"/>\n",
-                  LEFT + k * LENGTH / SCALE_STEPS, top, LENGTH / SCALE_STEPS + 1, THICK, rgb[0],
-                  rgb[1], rgb[2]);
+        api_text_format(
+            text, "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"#%02x%02x%02x\"/>\n",
+            LEFT + k * LENGTH / SCALE_STEPS, top, LENGTH / SCALE_STEPS + 1, THICK, rgb[0], rgb[1],
+            rgb[2]);
     }
     for (int k = 0; k <= TICKS; k++)
-        html_draw(text, "<text x=\"%d\" y=\"%d\" text-anchor=\"middle\">%.3g</text>\n",
-                  LEFT + k * LENGTH / TICKS, top + THICK + 30, k * picture->range_deg / TICKS);
-    html_draw(text, "<text x=\"%d\" y=\"%d\">Absolute shear of the cells, degrees</text>\n", LEFT,
-              top + THICK + 64);
-}
-
-/* A length of 1, 2 or 5 times a power of ten, below the picture on its right. */
-static void draw_bar(struct api_text *text, const struct part_picture *picture, const char *unit) {
-    enum { RIGHT = 1470, MOST = 500 };
-    double length = pattern_round_length(MOST / picture->scale);
-    double left = RIGHT - length * picture->scale;
-    int y = picture->raster.height + 32;
-    html_draw(text,
-              "<path d=\"M%.1f %dv-12v24v-12H%dv-12v24\" fill=\"none\" stroke=\"#1b2330\" "
-              "stroke-width=\"3\"/>\n",
-              left, y, RIGHT);
-    html_draw(
+        api_text_format(text, "<text x=\"%d\" y=\"%d\" text-anchor=\"middle\">%.3g</text>\n",
+                        LEFT + k * LENGTH / TICKS, top + THICK + 30,
+                        k * picture->range_deg / TICKS);
+    api_text_format(text, "<text x=\"%d\" y=\"%d\">Absolute shear of the cells, degrees</text>\n",
+                    LEFT, top + THICK + 64);
+    double length = pattern_round_length(BAR_MOST / picture->scale);
+    api_text_format(
         text,
+        "<path d=\"M%.1f %dv-12v24v-12H%dv-12v24\" fill=\"none\" stroke=\"#1b2330\" "
+        "stroke-width=\"3\"/>\n"
         "<text x=\"%d\" y=\"%d\" text-anchor=\"end\">%g %s at right angles to the view</text>\n",
-        RIGHT, y + 42, length, unit);
+        RIGHT - length * picture->scale, y, RIGHT, RIGHT, y + 42, length, unit);
 }
 
-static void draw_names(struct api_text *text, const struct part_picture *picture) {
-    static const char *const names[] = {"warp", "weft"}, *const colours[] = {"#b45f06", "#0b6aa2"};
-    for (int k = 0; k < 2; k++)
-        html_draw(text,
-                  "<text x=\"%.1f\" y=\"%.1f\" fill=\"%s\" stroke=\"#fff\" stroke-width=\"6\" "
-                  "paint-order=\"stroke\" font-weight=\"700\">%s</text>\n",
-                  picture->end[k][0] + 8, picture->end[k][1] - 8, colours[k], names[k]);
-    html_draw(text,
-              "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\" fill=\"#fff\" stroke=\"#1b2330\" "
-              "stroke-width=\"4\"/>\n",
-              picture->start[0], picture->start[1]);
-}
-
+/* What follows the picture's bytes: names of the directions, the start, the legend. */
 static void end_picture(struct encoder *encoder) {
+    static const char *const names[] = {"warp", "weft"}, *const colours[] = {"#b45f06", "#0b6aa2"};
     const struct part_picture *picture = &((struct state *)encoder->state)->picture;
     struct api_text *text = &encoder->piece;
     api_text_raw(text, "\"/>\n<g font-size=\"26\" fill=\"#1b2330\">\n");
-    draw_names(text, picture);
-    draw_scale(text, picture);
-    draw_bar(text, picture, encoder->columns.unit->name);
+    for (int k = 0; k < 2; k++)
+        api_text_format(
+            text,
+            "<text x=\"%.1f\" y=\"%.1f\" fill=\"%s\" stroke=\"#fff\" stroke-width=\"6\" "
+            "paint-order=\"stroke\" font-weight=\"700\">%s</text>\n",
+            picture->end[k][0] + 8, picture->end[k][1] - 8, colours[k], names[k]);
+    api_text_format(text,
+                    "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\" fill=\"#fff\" stroke=\"#1b2330\" "
+                    "stroke-width=\"4\"/>\n",
+                    picture->start[0], picture->start[1]);
+    draw_legend(text, picture, encoder->columns.unit->name);
     api_text_raw(text, "</g>\n</svg>\n<figcaption>");
     html_say(
         text,
@@ -216,7 +203,7 @@ static const struct {
     const char *unit;
     int power;     /* of the length unit */
     bool optional; /* there is none when it is negative */
-} numbers[] = {
+} figures[] = {
 #define MEMBER(name) offsetof(struct api_summary, name)
     {"Covered area", MEMBER(cloth_coverage), 100, " %", 0, false},
     {"In whole cells", MEMBER(coverage), 100, " %", 0, false},
@@ -235,40 +222,41 @@ static const struct {
 #undef MEMBER
 };
 
-/* A coordinate that is nothing beside the others is 0. */
-static void write_point(struct api_text *text, const double *point) {
-    double size = fmax(fmax(fabs(point[0]), fabs(point[1])), fabs(point[2]));
-    for (int k = 0; k < 3; k++)
-        html_say(text, "%s%.5g", k ? ", " : "", fabs(point[k]) < 1e-9 * size ? 0 : point[k]);
-}
-
-static void write_numbers(struct api_text *text, const struct api_columns *columns) {
+static void write_figures(struct api_text *text, const struct api_columns *columns) {
     static const char *const powers[] = {"", "", "²", "³"};
     const struct api_summary *summary = &columns->summary;
+    const double *at = summary->max_shear_at + 2;
+    double size = fmax(fmax(fabs(at[0]), fabs(at[1])), fabs(at[2]));
     begin_row(text, "Net");
     html_say(text, "%zu nodes, %zu cells of %g x %g %s", summary->nodes, summary->cells,
              columns->grid.spacing[0], columns->grid.spacing[1], columns->unit->name);
     end_row(text);
-    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
+    for (size_t k = 0; k < sizeof figures / sizeof *figures; k++) {
         double value;
-        memcpy(&value, (const char *)summary + numbers[k].offset, sizeof value);
-        if (numbers[k].optional && value < 0)
+        memcpy(&value, (const char *)summary + figures[k].offset, sizeof value);
+        if (figures[k].optional && value < 0)
             continue;
-        begin_row(text, numbers[k].name);
-        html_say(text, "%.*g%s", numbers[k].power ? 6 : 4, numbers[k].factor * value,
-                 numbers[k].unit);
-        if (numbers[k].power)
-            html_say(text, " %s%s", columns->unit->name, powers[numbers[k].power]);
+        begin_row(text, figures[k].name);
+        html_say(text, "%.*g%s", figures[k].power ? 6 : 4, figures[k].factor * value,
+                 figures[k].unit);
+        if (figures[k].power)
+            html_say(text, " %s%s", columns->unit->name, powers[figures[k].power]);
         end_row(text);
     }
     begin_row(text, "Greatest shear at");
-    write_point(text, summary->max_shear_at + 2);
+    for (int k = 0; k < 3; k++) /* a coordinate that is nothing beside the others is 0 */
+        html_say(text, "%s%.5g", k ? ", " : "", fabs(at[k]) < 1e-9 * size ? 0 : at[k]);
     html_say(text, " %s", columns->unit->name);
     end_row(text);
 }
 
-static void write_warnings(struct api_text *text, const struct api_warnings *warnings) {
-    api_text_raw(text, "<h2>Warnings</h2>\n");
+/* The summary and the warnings, up to the pattern. */
+static void write_results(struct encoder *encoder) {
+    const struct api_warnings *warnings = &encoder->columns.summary.warnings;
+    struct api_text *text = &encoder->piece;
+    api_text_raw(text, "<h2>Summary</h2>\n<div class=\"columns\"><table>\n");
+    write_figures(text, &encoder->columns);
+    api_text_raw(text, "</table></div>\n<h2>Warnings</h2>\n");
     api_text_raw(text, warnings->count ? "<ul>\n" : "<p>None.</p>\n");
     for (size_t k = 0; k < warnings->count; k++) {
         api_text_raw(text, "<li><b>");
@@ -279,14 +267,6 @@ static void write_warnings(struct api_text *text, const struct api_warnings *war
     }
     if (warnings->count)
         api_text_raw(text, "</ul>\n");
-}
-
-static void write_summary(struct encoder *encoder) {
-    struct api_text *text = &encoder->piece;
-    api_text_raw(text, "<h2>Summary</h2>\n<div class=\"columns\"><table>\n");
-    write_numbers(text, &encoder->columns);
-    api_text_raw(text, "</table></div>\n");
-    write_warnings(text, &encoder->columns.summary.warnings);
     api_text_raw(text, "<figure class=\"pattern\">\n<figcaption>Flat pattern: where to cut, with "
                        "the directions of warp and weft from the start");
     if (encoder->options.allowance > 0)
@@ -297,16 +277,10 @@ static void write_summary(struct encoder *encoder) {
 
 /* ---- inputs and versions ---- */
 
-/* Characters are not cut in two. */
-static size_t shown_length(const struct inputs_row *input) {
+static void write_input(struct api_text *text, const struct inputs_row *input) {
     size_t length = input->length < VALUE_SHOWN ? input->length : VALUE_SHOWN;
     while (length > 0 && length < input->length && (input->value[length] & 0xc0) == 0x80)
-        length--;
-    return length;
-}
-
-static void write_input(struct api_text *text, const struct inputs_row *input) {
-    size_t length = shown_length(input);
+        length--; /* characters are not cut in two */
     begin_row(text, input->name);
     if (input->count)
         html_say(text, "%zu entries", input->count);
@@ -330,11 +304,11 @@ static void write_inputs(struct encoder *encoder) {
         }
         api_text_raw(text, "</table></div>\n<h2>Versions</h2>\n"
                            "<div class=\"columns\"><table>\n");
-        row(text, "Drape", encoder->id);
-        row(text, "Digest of the request", encoder->record.digest);
-        row(text, "Finished", encoder->record.finished);
-        row(text, "Solver", encoder->columns.summary.solver_version);
-        row(text, "Report by", encoder->record.program);
+        write_row(text, "Drape", encoder->id);
+        write_row(text, "Digest of the request", encoder->record.digest);
+        write_row(text, "Finished", encoder->record.finished);
+        write_row(text, "Solver", encoder->columns.summary.solver_version);
+        write_row(text, "Report by", encoder->record.program);
         api_text_raw(text, "</table></div>\n</body>\n</html>\n");
         encoder->ended = true;
         return;
@@ -343,12 +317,11 @@ static void write_inputs(struct encoder *encoder) {
 
 /* ---- the whole ---- */
 
-static void next(struct encoder *encoder) {
+static void next_html(struct encoder *encoder) {
     struct state *state = encoder->state;
     switch (state->stage) {
     case AT_HEAD:
-        write_head(encoder);
-        begin_picture(encoder);
+        write_page_head(encoder);
         state->stage = AT_PICTURE;
         break;
     case AT_PICTURE:
@@ -356,7 +329,7 @@ static void next(struct encoder *encoder) {
         break;
     case AT_SCALE:
         end_picture(encoder);
-        write_summary(encoder);
+        write_results(encoder);
         state->stage = AT_PATTERN;
         break;
     case AT_PATTERN:
@@ -374,7 +347,7 @@ static void next(struct encoder *encoder) {
     }
 }
 
-static bool begin(struct encoder *encoder, struct api_problem *problem) {
+static bool begin_html(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
     struct part_picture *picture = &state->picture;
     state->inputs = inputs_of(encoder->record.inputs ? encoder->record.inputs : "");
@@ -387,7 +360,7 @@ static bool begin(struct encoder *encoder, struct api_problem *problem) {
     return state->png != NULL;
 }
 
-static void end(struct encoder *encoder) {
+static void end_html(struct encoder *encoder) {
     struct state *state = encoder->state;
     pattern_end(encoder);
     part_picture_free(&state->picture);
@@ -402,6 +375,6 @@ const struct format format_html = {.name = "html",
                                    .exact = "four to six digits",
                                    .own = &svg_inset,
                                    .state_size = sizeof(struct state),
-                                   .begin = begin,
-                                   .next = next,
-                                   .end = end};
+                                   .begin = begin_html,
+                                   .next = next_html,
+                                   .end = end_html};

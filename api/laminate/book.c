@@ -115,9 +115,10 @@ static void draw_cut(struct api_text *text, const struct laminate_shape *shape, 
     api_text_raw(text, "<path fill=\"#eef2f8\" fill-rule=\"evenodd\" stroke=\"#1b2330\" "
                        "stroke-width=\"1.5\" d=\"");
     for (size_t n = 0; n < cut->count; n++) {
-        html_draw(text, "%s%.2f %.2f%s", n == 0 || cut->points[n - 1].last ? "M" : "L",
-                  (cut->points[n].x - shape->low[0]) * scale,
-                  (shape->high[1] - cut->points[n].y) * scale, cut->points[n].last ? "Z" : "");
+        api_text_format(text, "%s%.2f %.2f%s", n == 0 || cut->points[n - 1].last ? "M" : "L",
+                        (cut->points[n].x - shape->low[0]) * scale,
+                        (shape->high[1] - cut->points[n].y) * scale,
+                        cut->points[n].last ? "Z" : "");
     }
     api_text_raw(text, "\"/>\n");
 }
@@ -127,16 +128,18 @@ static void draw_pattern(const struct book *book, const struct laminate_shape *s
     double length = shape->high[0] - shape->low[0], width = shape->high[1] - shape->low[1];
     double longest = fmax(length, width), scale = longest > 0 ? FIGURE / longest : 1;
     double arrow = length * scale / 4, x = length * scale * 3 / 8, y = width * scale / 2;
-    html_draw(text, "<svg role=\"img\" aria-label=\"Flat pattern\" viewBox=\"-4 -4 %.2f %.2f\" ",
-              length * scale + 8, width * scale + 8);
-    html_draw(text, "width=\"%.0f\">\n", length * scale + 8);
+    api_text_format(text,
+                    "<svg role=\"img\" aria-label=\"Flat pattern\" viewBox=\"-4 -4 %.2f %.2f\" ",
+                    length * scale + 8, width * scale + 8);
+    api_text_format(text, "width=\"%.0f\">\n", length * scale + 8);
     draw_cut(text, shape, scale);
-    html_draw(text,
-              "<path d=\"M%.2f %.2fh%.2fm-10-5l10 5-10 5\" fill=\"none\" stroke=\"#b45f06\" "
-              "stroke-width=\"2\"/>\n",
-              x, y, arrow);
-    html_draw(text, "<text x=\"%.2f\" y=\"%.2f\" font-size=\"14\" fill=\"#b45f06\">warp</text>\n",
-              x, y - 8);
+    api_text_format(text,
+                    "<path d=\"M%.2f %.2fh%.2fm-10-5l10 5-10 5\" fill=\"none\" stroke=\"#b45f06\" "
+                    "stroke-width=\"2\"/>\n",
+                    x, y, arrow);
+    api_text_format(text,
+                    "<text x=\"%.2f\" y=\"%.2f\" font-size=\"14\" fill=\"#b45f06\">warp</text>\n",
+                    x, y - 8);
     api_text_raw(text, "</svg>\n<p>");
     html_say(text, "%.5g along the warp, %.5g across, in %s; %d of it.", length, width,
              book->laminate->length_unit->name,
