@@ -13,7 +13,7 @@
 enum { WIDTH = 20, SET_ROW = 12 };
 
 /* The keyword where the kind of elements changes from one to the next. */
-static void write_shell(struct encoder *encoder, const struct deck_item *item) {
+static void write_s3_or_s4(struct encoder *encoder, const struct deck_item *item) {
     const struct map_fields *fields = &encoder->fields;
     bool triangle = item->corners[3] < 0;
     if (item->element == 0 || triangle != (fields->elements[item->element - 1][3] < 0))
@@ -25,7 +25,7 @@ static void write_shell(struct encoder *encoder, const struct deck_item *item) {
 }
 
 /* The first line is what elements have that are not listed. */
-static void write_direction(struct encoder *encoder, const struct deck_item *item) {
+static void write_ply_directions(struct encoder *encoder, const struct deck_item *item) {
     struct api_text *text = &encoder->piece;
     const struct map_ply_row *row = stack_row(&encoder->fields, item->element, item->ply);
     if (item->first)
@@ -53,7 +53,7 @@ static void write_direction(struct encoder *encoder, const struct deck_item *ite
 }
 
 /* Members in lines of at most SET_ROW numbers. */
-static void write_member(struct encoder *encoder, const struct deck_item *item) {
+static void write_set_member(struct encoder *encoder, const struct deck_item *item) {
     const struct stack_groups *groups = &((struct deck_state *)encoder->state)->groups;
     int32_t group = groups->group[item->element];
     size_t place = item->number - groups->start[group];
@@ -63,7 +63,7 @@ static void write_member(struct encoder *encoder, const struct deck_item *item) 
                     item->last || place % SET_ROW == SET_ROW - 1 ? "\n" : ", ");
 }
 
-static void write_section(struct encoder *encoder, const struct deck_item *item) {
+static void write_group_section(struct encoder *encoder, const struct deck_item *item) {
     api_text_format(&encoder->piece, "*SHELL SECTION, COMPOSITE, ELSET=STACK_%zu\n",
                     item->number + 1);
     for (size_t k = 0; k < item->layers; k++) {
@@ -84,11 +84,11 @@ static const struct deck deck = {
     .grouping = DECK_BY_THICKNESS,
     .point = {"", 0, {", ", ", ", ", "}, WIDTH},
     .sections = {{DECK_VERTICES, deck_write_vertex, NULL},
-                 {DECK_ELEMENTS, write_shell, NULL},
+                 {DECK_ELEMENTS, write_s3_or_s4, NULL},
                  {DECK_ONCE, NULL, "*DISTRIBUTION TABLE, NAME=DIRECTIONS\nCOORD3D, COORD3D\n"},
-                 {DECK_PLY_ELEMENTS, write_direction, NULL},
-                 {DECK_MEMBERS, write_member, NULL},
-                 {DECK_GROUPS, write_section, NULL}}};
+                 {DECK_PLY_ELEMENTS, write_ply_directions, NULL},
+                 {DECK_MEMBERS, write_set_member, NULL},
+                 {DECK_GROUPS, write_group_section, NULL}}};
 
 const struct format format_abaqus = {
     .name = "abaqus",

@@ -56,7 +56,7 @@ static void write_middle(struct encoder *encoder, const struct deck_item *item) 
                      vec3_scale(0.5, vec3_add(v[edge->a], v[edge->b])));
 }
 
-static void write_shell(struct encoder *encoder, const struct deck_item *item) {
+static void write_s6_or_s8r(struct encoder *encoder, const struct deck_item *item) {
     const struct deck_state *state = encoder->state;
     int sides = item->corners[3] < 0 ? 3 : 4;
     api_text_format(&encoder->piece, "*ELEMENT, TYPE=%s, ELSET=E%d\n%d", sides == 3 ? "S6" : "S8R",
@@ -70,7 +70,7 @@ static void write_shell(struct encoder *encoder, const struct deck_item *item) {
     api_text_raw(&encoder->piece, "\n");
 }
 
-static void write_section(struct encoder *encoder, const struct deck_item *item) {
+static void write_shell_section(struct encoder *encoder, const struct deck_item *item) {
     const struct map_fields *fields = &encoder->fields;
     struct api_text *text = &encoder->piece;
     struct element_frame frame = stack_frame(fields, item->element);
@@ -105,8 +105,8 @@ static const struct deck deck = {
     .point = {"", 0, {",", ",", ","}, WIDTH},
     .sections = {{DECK_VERTICES, deck_write_vertex, NULL},
                  {DECK_MIDDLES, write_middle, NULL},
-                 {DECK_STACKS, write_shell, NULL},
-                 {DECK_STACKS, write_section, NULL}}};
+                 {DECK_STACKS, write_s6_or_s8r, NULL},
+                 {DECK_STACKS, write_shell_section, NULL}}};
 
 const struct format format_calculix = {
     .name = "calculix",

@@ -113,7 +113,7 @@ static void write_comment(struct encoder *encoder, const char *words) {
 }
 
 /* The drape, the unit, what `about` says, the plies, bare elements, warnings and the groups. */
-static void write_head(struct encoder *encoder) {
+static void write_deck_head(struct encoder *encoder) {
     const struct map_fields *fields = &encoder->fields;
     const struct deck *deck = encoder->format->own;
     const struct deck_state *state = encoder->state;
@@ -204,7 +204,7 @@ static void write_item(struct encoder *encoder, const struct deck_section *secti
 void deck_next(struct encoder *encoder) {
     const struct deck *deck = encoder->format->own;
     if (!encoder->begun)
-        write_head(encoder);
+        write_deck_head(encoder);
     encoder->begun = true;
     while (deck->sections[encoder->column].items &&
            encoder->piece.capacity - encoder->piece.length >= DECK_ITEM) {

@@ -3,8 +3,8 @@
 #include "dxf_writer.h"
 #include "pattern.h"
 
-static void draw_head(struct api_text *text, const struct pattern_sheet *sheet,
-                      const struct api_unit *unit) {
+static void draw_dxf_head(struct api_text *text, const struct pattern_sheet *sheet,
+                          const struct api_unit *unit) {
     static const struct dxf_layer layers[] = {{"CUT", DXF_WHITE},     {"ALLOWANCE", DXF_BLUE},
                                               {"NOTCH", DXF_MAGENTA}, {"START", DXF_GREEN},
                                               {"LOCKED", DXF_RED},    {"TITLE", DXF_WHITE}};
@@ -12,25 +12,25 @@ static void draw_head(struct api_text *text, const struct pattern_sheet *sheet,
     dxf_head(text, unit->name, low, sheet->high, layers, sizeof layers / sizeof *layers);
 }
 
-static void draw_corner(struct api_text *text, enum pattern_group shape, double x, double y,
-                        bool first, bool last) {
+static void draw_dxf_corner(struct api_text *text, enum pattern_group shape, double x, double y,
+                            bool first, bool last) {
     dxf_corner(text, shape == PATTERN_CUT ? "CUT" : "ALLOWANCE", x, y, first, last);
 }
 
 /* R12 has no hatches: a diagonal in every cell. */
-static void draw_locked(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
-                        int count) {
+static void draw_diagonals(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
+                           int count) {
     for (int k = i; k < i + count; k++)
         dxf_line(text, "LOCKED", k * sheet->step[0], j * sheet->step[1], (k + 1) * sheet->step[0],
                  (j + 1) * sheet->step[1]);
 }
 
-static void draw_notch(struct api_text *text, double x, double y, double to_x, double to_y) {
+static void draw_dxf_notch(struct api_text *text, double x, double y, double to_x, double to_y) {
     dxf_line(text, "NOTCH", x, y, to_x, to_y);
 }
 
 /* The start with a cross and the arrows of warp and weft, the title and the ruler. */
-static void draw_foot(struct api_text *text, const struct pattern_sheet *sheet) {
+static void draw_dxf_foot(struct api_text *text, const struct pattern_sheet *sheet) {
     static const double lines[][4] = {{-1, 0, 1, 0},  {0, -1, 0, 1}, {0, 0, 8, 0},  {7, .5, 8, 0},
                                       {7, -.5, 8, 0}, {0, 0, 0, 8},  {.5, 7, 0, 8}, {-.5, 7, 0, 8}};
     double h = sheet->letter, left = sheet->low[0], bottom = sheet->low[1];
@@ -55,11 +55,11 @@ static const struct pattern_pen pen = {.metres = 0,
                                        .unit = NULL,
                                        .before = {"", "", "", ""},
                                        .after_shape = "",
-                                       .head = draw_head,
-                                       .corner = draw_corner,
-                                       .locked = draw_locked,
-                                       .notch = draw_notch,
-                                       .foot = draw_foot};
+                                       .head = draw_dxf_head,
+                                       .corner = draw_dxf_corner,
+                                       .locked = draw_diagonals,
+                                       .notch = draw_dxf_notch,
+                                       .foot = draw_dxf_foot};
 
 const struct format format_dxf = {.name = "dxf",
                                   .media_type = "image/vnd.dxf",

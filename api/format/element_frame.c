@@ -15,7 +15,7 @@ struct vec3 element_middle(const struct vec3 *vertices, const int32_t corners[4]
 }
 
 /* v - (v . n) n, made unit; false when next to nothing is left of it. */
-static bool project(struct vec3 v, struct vec3 normal, struct vec3 *projected) {
+static bool project_on_plane(struct vec3 v, struct vec3 normal, struct vec3 *projected) {
     struct vec3 unit = vec3_unit(v), flat = vec3_axpy(-vec3_dot(unit, normal), normal, unit);
     *projected = vec3_unit(flat);
     return vec3_norm(flat) > sine_min;
@@ -33,13 +33,13 @@ enum element_fault element_frame_make(const struct vec3 *vertices, const int32_t
     struct vec3 area = vec3_cross(one, other);
     *frame = (struct element_frame){.normal = vec3_unit(area)};
     if (!(vec3_norm(area) > sine_min * vec3_norm(one) * vec3_norm(other)) ||
-        !project(edge, frame->normal, &frame->reference))
+        !project_on_plane(edge, frame->normal, &frame->reference))
         return ELEMENT_FLAT;
     frame->across = vec3_cross(frame->normal, frame->reference);
     if (!reference)
         return ELEMENT_SOUND;
     frame->edge_deg = element_angle_deg(frame, *reference);
-    if (!project(*reference, frame->normal, &frame->reference))
+    if (!project_on_plane(*reference, frame->normal, &frame->reference))
         return ELEMENT_PERPENDICULAR;
     frame->across = vec3_cross(frame->normal, frame->reference);
     return ELEMENT_SOUND;

@@ -32,20 +32,17 @@ const struct api_column_source *encoder_find(const struct api_column_source *col
     return NULL;
 }
 
-/* What a variant has no number for becomes NaN. */
-static void blank(const struct api_column_source *column, size_t count, double *values) {
-    const struct column_spec *spec = column_spec_find(column->table, column->name);
-    for (size_t k = 0; spec && spec->kind == COLUMN_POSITIVE && k < count; k++)
-        if (values[k] < 0)
-            values[k] = (double)NAN;
-}
-
 bool encoder_fill(struct encoder *encoder, const struct api_column_source *column, size_t first,
                   size_t count, double *values) {
     if (!column->fill(column->context, first, count, values))
         encoder->failed = true;
-    if (encoder->columns.document == API_DOCUMENT_STUDY && !encoder->failed)
-        blank(column, count, values);
+    if (encoder->columns.document == API_DOCUMENT_STUDY && !encoder->failed) {
+        /* what a variant has no number for is stored as one below 0 */
+        const struct column_spec *spec = column_spec_find(column->table, column->name);
+        for (size_t k = 0; spec && spec->kind == COLUMN_POSITIVE && k < count; k++)
+            if (values[k] < 0)
+                values[k] = (double)NAN;
+    }
     return !encoder->failed;
 }
 
@@ -120,39 +117,35 @@ static bool select_columns(struct encoder *encoder, const struct api_column_sour
 
 /* ---- the encoder ---- */
 
-/* Of a drape the nodes or the cells, of a study the variants or the bands. */
-static bool choose_table(struct encoder *encoder, struct api_problem *problem) {
-    bool study = encoder->columns.document == API_DOCUMENT_STUDY;
+/* The stored result with all its columns but those of cut cells. Its table is, of a drape, the
+ * nodes or the cells, of a study the variants or the bands. */
+static bool open_result(struct encoder *encoder, const char *fields, struct api_problem *problem) {
+    struct api_column_source columns[API_COLUMNS_MAX];
     enum api_table *table = &encoder->options.table;
+    size_t count = 0;
+    if (api_columns_open(encoder->reader, &encoder->columns, problem) != API_OK)
+        return false;
+    if (!api_columns_whole(encoder->reader, &encoder->columns))
+        return encoder_damaged(problem);
+    for (size_t k = 0; k < encoder->columns.count; k++)
+        if (encoder->columns.column[k].table != API_TABLE_CUT)
+            columns[count++] = encoder_source(encoder, &encoder->columns.column[k]);
+    bool study = encoder->columns.document == API_DOCUMENT_STUDY;
+    if (study && !encoder->format->tables) {
+        api_problem_set(problem, API_NOT_ACCEPTABLE, "a study has no %s; drape one of its variants",
+                        encoder->format->name);
+        return false;
+    }
     enum api_table first = study ? API_TABLE_VARIANTS : API_TABLE_NODES;
     if (!encoder->options.table_given)
         *table = first;
     if (*table == first || *table == (study ? API_TABLE_BANDS : API_TABLE_CELLS))
-        return true;
+        return select_columns(encoder, columns, count, fields, problem);
     api_problem_set(problem, API_INVALID_REQUEST,
                     study ? "table: a study has variants and bands; those of its drapes are there "
                             "with the parameter sample"
                           : "table: a drape has nodes and cells");
     return false;
-}
-
-static bool open_result(struct encoder *encoder, const char *fields, struct api_problem *problem) {
-    struct api_column_source columns[API_COLUMNS_MAX];
-    if (api_columns_open(encoder->reader, &encoder->columns, problem) != API_OK)
-        return false;
-    if (!api_columns_whole(encoder->reader, &encoder->columns))
-        return encoder_damaged(problem);
-    size_t count = 0;
-    for (size_t k = 0; k < encoder->columns.count; k++)
-        if (encoder->columns.column[k].table != API_TABLE_CUT)
-            columns[count++] = encoder_source(encoder, &encoder->columns.column[k]);
-    if (encoder->columns.document == API_DOCUMENT_STUDY && !encoder->format->tables) {
-        api_problem_set(problem, API_NOT_ACCEPTABLE, "a study has no %s; drape one of its variants",
-                        encoder->format->name);
-        return false;
-    }
-    return choose_table(encoder, problem) &&
-           select_columns(encoder, columns, count, fields, problem);
 }
 
 static bool open_map(struct encoder *encoder, const struct map_fields *source, const char *fields,

@@ -82,7 +82,7 @@ static bool set_number(double *option, const char *value, double least, double m
 }
 
 /* A whole number without a sign, likewise. */
-static bool set_integer(int *option, const char *value, int least, int most) {
+static bool set_whole_number(int *option, const char *value, int least, int most) {
     char *end;
     long number = strtol(value, &end, 10);
     if (*value < '0' || *value > '9' || *end != '\0' || number < least || number > most)
@@ -124,14 +124,14 @@ bool format_option(struct format_options *options, const char *name, const char 
         option++;
     switch (option) {
     case PRECISION:
-        good = set_integer(&options->precision, value, 1, API_PRECISION_EXACT);
+        good = set_whole_number(&options->precision, value, 1, API_PRECISION_EXACT);
         break;
     case TABLE:
         good = set_table(options, value);
         break;
     case VERSION:
         good = value[0] != '\0' && value[1] == '\0' &&
-               set_integer(&options->lcmsim_version, value, 2, 3);
+               set_whole_number(&options->lcmsim_version, value, 2, 3);
         break;
     case FRACTION:
         good = set_number(&options->fiber_volume_fraction, value, DBL_MIN, 1 - DBL_EPSILON / 2);

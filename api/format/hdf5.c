@@ -12,22 +12,18 @@ struct hdf5_file {
     bool failed;
 };
 
-/* The name of the file is for the driver alone; it looks for none, having no path to resolve. */
-static hid_t open_core(void) {
-    hid_t access = H5Pcreate(H5P_FILE_ACCESS), file = H5I_INVALID_HID;
-    if (access >= 0 && H5Pset_fapl_core(access, INCREMENT, false) >= 0)
-        file = H5Fcreate("/draped.h5", H5F_ACC_TRUNC, H5P_DEFAULT, access);
-    H5Pclose(access);
-    return file;
-}
-
 struct hdf5_file *hdf5_new(void) {
     struct hdf5_file *file = calloc(1, sizeof *file);
     if (!file)
         return NULL;
     H5dont_atexit();
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL); /* a library prints nothing */
-    file->file = open_core();
+    hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    file->file = H5I_INVALID_HID;
+    /* The name is for the driver alone; it looks for no such file, having no path to resolve. */
+    if (access >= 0 && H5Pset_fapl_core(access, INCREMENT, false) >= 0)
+        file->file = H5Fcreate("/draped.h5", H5F_ACC_TRUNC, H5P_DEFAULT, access);
+    H5Pclose(access);
     if (file->file >= 0)
         return file;
     H5close();
@@ -46,7 +42,7 @@ void hdf5_free(struct hdf5_file *file) {
 }
 
 /* Keeps whether a call went well. */
-static bool good(struct hdf5_file *file, bool well) {
+static bool note_success(struct hdf5_file *file, bool well) {
     file->failed = file->failed || !well;
     return well;
 }
@@ -64,7 +60,7 @@ void hdf5_group(struct hdf5_file *file, const char *name) {
         return;
     hid_t properties = without_times(H5P_GROUP_CREATE);
     hid_t group = H5Gcreate2(file->file, name, H5P_DEFAULT, properties, H5P_DEFAULT);
-    if (good(file, group >= 0))
+    if (note_success(file, group >= 0))
         H5Gclose(group);
     H5Pclose(properties);
 }
@@ -76,9 +72,9 @@ static void write_dataset(struct hdf5_file *file, const char *name, const hsize_
     hid_t properties = without_times(H5P_DATASET_CREATE);
     hid_t space = H5Screate_simple(rank, sizes, NULL);
     hid_t set = H5Dcreate2(file->file, name, stored, space, H5P_DEFAULT, properties, H5P_DEFAULT);
-    if (good(file, set >= 0)) {
-        good(file, H5Dwrite(set, given, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
-        good(file, H5Dclose(set) >= 0);
+    if (note_success(file, set >= 0)) {
+        note_success(file, H5Dwrite(set, given, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
+        note_success(file, H5Dclose(set) >= 0);
     }
     H5Sclose(space);
     H5Pclose(properties);
@@ -104,8 +100,8 @@ void hdf5_string(struct hdf5_file *file, const char *group, const char *name, co
     H5Tset_cset(type, H5T_CSET_UTF8);
     hid_t attribute = H5Acreate_by_name(file->file, group, name, type, space, H5P_DEFAULT,
                                         H5P_DEFAULT, H5P_DEFAULT);
-    if (good(file, attribute >= 0)) {
-        good(file, H5Awrite(attribute, type, value) >= 0);
+    if (note_success(file, attribute >= 0)) {
+        note_success(file, H5Awrite(attribute, type, value) >= 0);
         H5Aclose(attribute);
     }
     H5Sclose(space);

@@ -11,20 +11,20 @@ struct inputs inputs_of(const char *text) {
 }
 
 /* Behind the string that begins at a quote. */
-static const char *skip_string(const char *at) {
+static const char *pass_string(const char *at) {
     for (at++; *at && *at != '"'; at++)
         at += at[0] == '\\' && at[1];
     return *at ? at + 1 : at;
 }
 
 /* Behind the value at `at`; of an array `*count` elements, 0 if it is short and flat. */
-static const char *skip_value(const char *at, size_t *count) {
+static const char *pass_value(const char *at, size_t *count) {
     int depth = 0;
     bool deep = false;
     *count = *at == '[' && at[1] != ']';
     for (; *at && (depth > 0 || (*at != ',' && *at != '}')); at++) {
         if (*at == '"') {
-            at = skip_string(at) - 1;
+            at = pass_string(at) - 1;
         } else if (*at == '[' || *at == '{') {
             deep = deep || depth > 0;
             depth++;
@@ -41,7 +41,7 @@ static const char *skip_value(const char *at, size_t *count) {
 
 /* The key at `at` onto the name; false when there is no room, or no key. */
 static bool add_key(struct inputs *inputs) {
-    const char *end = skip_string(inputs->at);
+    const char *end = pass_string(inputs->at);
     size_t used = strlen(inputs->name), length = (size_t)(end - inputs->at) - 2;
     if (*inputs->at != '"' || *end != ':' || used + length + 2 > sizeof inputs->name)
         return false;
@@ -73,7 +73,7 @@ bool inputs_next(struct inputs *inputs, struct inputs_row *row) {
             continue;
         row->name = inputs->name;
         row->value = inputs->at;
-        inputs->at = skip_value(inputs->at, &row->count);
+        inputs->at = pass_value(inputs->at, &row->count);
         row->length = (size_t)(inputs->at - row->value);
         return true;
     }

@@ -82,8 +82,8 @@ static void write_words(struct encoder *encoder, enum column_kind kind, size_t c
 /* Straight into the piece, whose room was made for as many values: this loop is where the time of
  * a large result goes. Columns of one value (a fibre volume fraction, say) are common, so a value
  * that repeats the one before is copied. */
-static void write_numbers(struct encoder *encoder, const struct api_column_source *column,
-                          size_t count) {
+static void write_json_numbers(struct encoder *encoder, const struct api_column_source *column,
+                               size_t count) {
     struct api_text *piece = &encoder->piece;
     const double *values = encoder->values;
     char *at = piece->bytes + piece->length, last[ENCODER_VALUE_ROOM];
@@ -106,7 +106,7 @@ static void write_numbers(struct encoder *encoder, const struct api_column_sourc
 }
 
 /* The next rows of the column that the encoder has reached. */
-static void write_rows(struct encoder *encoder) {
+static void write_column_rows(struct encoder *encoder) {
     const struct api_column_source *column = &encoder->selected[encoder->column];
     size_t count = encoder_left(encoder, column->rows, ENCODER_VALUES);
     if (encoder->row == 0) {
@@ -121,7 +121,7 @@ static void write_rows(struct encoder *encoder) {
         (spec->kind == COLUMN_REASON || spec->kind == COLUMN_FAILURE || spec->kind == COLUMN_TRUTH))
         write_words(encoder, spec->kind, count);
     else
-        write_numbers(encoder, column, count);
+        write_json_numbers(encoder, column, count);
     if (encoder_advance(encoder, column->rows, count))
         api_text_raw(&encoder->piece, "]");
 }
@@ -131,7 +131,7 @@ static void next_json(struct encoder *encoder) {
         encoder->begun = true;
         write_preamble(encoder);
     } else if (encoder->column < encoder->count) {
-        write_rows(encoder);
+        write_column_rows(encoder);
     } else {
         if (encoder->reader && encoder->columns.document == API_DOCUMENT_DRAPE)
             enter_table(encoder, API_TABLE_RIM);

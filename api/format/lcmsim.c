@@ -374,36 +374,6 @@ static bool write_file_text(struct encoder *encoder, struct api_text *text) {
 
 /* ---- the archive ---- */
 
-/* Begins the file that is next, if the one before is complete. */
-static void open_entry(struct encoder *encoder) {
-    struct state *state = encoder->state;
-    struct zip_entry *entry = &state->entry[state->entries];
-    if (state->open)
-        return;
-    *entry = (struct zip_entry){.method = ZIP_DEFLATED, .trailed = true};
-    strcpy(entry->name, file_names[state->file]);
-    entry->offset = state->position;
-    entry->crc = (uint32_t)crc32(0, NULL, 0);
-    zip_begin_entry(&encoder->piece, entry);
-    encoder->failed = deflateReset(&state->deflate) != Z_OK;
-    state->open = true;
-    state->complete = false;
-}
-
-/* Takes more text when the last is compressed. */
-static void take_more_text(struct encoder *encoder) {
-    struct state *state = encoder->state;
-    struct zip_entry *entry = &state->entry[state->entries];
-    if (state->taken < state->text.length || state->complete)
-        return;
-    state->text = api_text_over(state->buffer, sizeof state->buffer);
-    state->taken = 0;
-    state->complete = write_file_text(encoder, &state->text);
-    encoder->failed = encoder->failed || state->text.failed;
-    entry->size += state->text.length;
-    entry->crc = (uint32_t)crc32_z(entry->crc, (const Bytef *)state->buffer, state->text.length);
-}
-
 /* Compresses what there is into the piece; whether the entry is complete. */
 static bool compress_text(struct encoder *encoder) {
     struct state *state = encoder->state;
@@ -429,8 +399,26 @@ static void next_lcmsim(struct encoder *encoder) {
         encoder->ended = true;
         return;
     }
-    open_entry(encoder);
-    take_more_text(encoder);
+    struct zip_entry *entry = &state->entry[state->entries];
+    if (!state->open) {
+        *entry = (struct zip_entry){.method = ZIP_DEFLATED, .trailed = true};
+        strcpy(entry->name, file_names[state->file]);
+        entry->offset = state->position;
+        entry->crc = (uint32_t)crc32(0, NULL, 0);
+        zip_begin_entry(&encoder->piece, entry);
+        encoder->failed = deflateReset(&state->deflate) != Z_OK;
+        state->open = true;
+        state->complete = false;
+    }
+    if (state->taken == state->text.length && !state->complete) { /* all before is compressed */
+        state->text = api_text_over(state->buffer, sizeof state->buffer);
+        state->taken = 0;
+        state->complete = write_file_text(encoder, &state->text);
+        encoder->failed = encoder->failed || state->text.failed;
+        entry->size += state->text.length;
+        entry->crc =
+            (uint32_t)crc32_z(entry->crc, (const Bytef *)state->buffer, state->text.length);
+    }
     if (compress_text(encoder)) {
         zip_end_entry(&encoder->piece, &state->entry[state->entries++]);
         state->open = false;

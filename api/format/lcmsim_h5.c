@@ -45,7 +45,7 @@ struct state {
 
 /* ---- cells ---- */
 
-static void add_triangle(struct state *state, size_t element, int32_t a, int32_t b, int32_t c) {
+static void add_lcmsim_cell(struct state *state, size_t element, int32_t a, int32_t b, int32_t c) {
     struct cell *cell = &state->cell[state->cells++];
     int32_t low = a < b ? a : b, high = a < b ? b : a;
     int32_t first = low < c ? low : c, last = high > c ? high : c;
@@ -60,9 +60,9 @@ static bool list_cells(struct state *state, const struct map_fields *fields) {
         const int32_t *corner = fields->elements[e];
         if (lcmsim_read(&state->source, e, &in) == LCMSIM_LEFT_OUT)
             continue;
-        add_triangle(state, e, corner[0], corner[1], corner[2]);
+        add_lcmsim_cell(state, e, corner[0], corner[1], corner[2]);
         if (corner[3] >= 0)
-            add_triangle(state, e, corner[0], corner[2], corner[3]);
+            add_lcmsim_cell(state, e, corner[0], corner[2], corner[3]);
     }
     return state->cell != NULL;
 }

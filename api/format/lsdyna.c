@@ -12,7 +12,7 @@
 enum { ID_WIDTH = 8, WIDTH = 10, COORDINATE = 16, SHELL_PART = 1 };
 
 /* A triangle has its third corner twice. */
-static void write_shell(struct encoder *encoder, const struct deck_item *item) {
+static void write_composite_shell(struct encoder *encoder, const struct deck_item *item) {
     const struct map_fields *fields = &encoder->fields;
     double edge = stack_frame(fields, item->element).edge_deg;
     api_text_format(&encoder->piece, "%8d%8d", item->id, SHELL_PART);
@@ -40,7 +40,7 @@ static const struct deck deck = {
     .point = {"", ID_WIDTH, {"", "", ""}, COORDINATE},
     .sections = {{DECK_VERTICES, deck_write_vertex, NULL},
                  {DECK_ONCE, NULL, "*ELEMENT_SHELL_COMPOSITE\n"},
-                 {DECK_STACKS, write_shell, NULL}}};
+                 {DECK_STACKS, write_composite_shell, NULL}}};
 
 const struct format format_lsdyna = {
     .name = "lsdyna",

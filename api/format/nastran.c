@@ -12,21 +12,18 @@
 
 enum { WIDTH = 16 };
 
-/* The warp of the bottom ply from the first edge, whatever the angles run from. */
-static double theta(const struct map_fields *fields, size_t element) {
-    struct element_frame frame = stack_frame(fields, element);
-    return element_fold_deg(frame.edge_deg + stack_layer(fields, element, 0)->angle_deg);
-}
-
-static void write_shell(struct encoder *encoder, const struct deck_item *item) {
+/* THETA is the warp of the bottom ply from the first edge, whatever the angles run from. */
+static void write_theta_shell(struct encoder *encoder, const struct deck_item *item) {
     const struct map_fields *fields = &encoder->fields;
     const struct deck_state *state = encoder->state;
+    struct element_frame frame = stack_frame(fields, item->element);
+    double bottom = stack_layer(fields, item->element, 0)->angle_deg;
     api_text_format(&encoder->piece, "%s%16d%16d", item->corners[3] < 0 ? "CTRIA3* " : "CQUAD4* ",
                     item->id, state->groups.group[item->element] + 1);
     for (int k = 0; k < 4 && item->corners[k] >= 0; k++)
         api_text_format(&encoder->piece, "%s%16d", k == 2 ? "\n*       " : "",
                         deck_vertex_id(fields, (size_t)item->corners[k]));
-    deck_real(encoder, theta(fields, item->element), WIDTH);
+    deck_real(encoder, element_fold_deg(frame.edge_deg + bottom), WIDTH);
     api_text_raw(&encoder->piece, "\n");
 }
 
@@ -52,7 +49,7 @@ static const struct deck deck = {
     .grouping = DECK_BY_STACK,
     .point = {"GRID*   ", WIDTH, {"                ", "", "\n*       "}, WIDTH},
     .sections = {{DECK_VERTICES, deck_write_vertex, NULL},
-                 {DECK_STACKS, write_shell, NULL},
+                 {DECK_STACKS, write_theta_shell, NULL},
                  {DECK_GROUPS, write_pcompg, NULL}}};
 
 const struct format format_nastran = {

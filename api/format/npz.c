@@ -29,8 +29,8 @@ static void describe_array(char header[ARRAY_HEADER], size_t rows) {
 }
 
 /* The next rows of a column as the bytes of the archive. */
-static size_t read_values(struct encoder *encoder, const struct api_column_source *column,
-                          size_t first) {
+static size_t read_array_rows(struct encoder *encoder, const struct api_column_source *column,
+                              size_t first) {
     size_t left = column->rows - first, count = left < ENCODER_VALUES ? left : ENCODER_VALUES;
     encoder_fill(encoder, column, first, count, encoder->values);
     for (size_t k = 0; k < count; k++) {
@@ -51,7 +51,7 @@ static void write_array(struct encoder *encoder) {
         describe_array(header, column->rows);
         uLong crc = crc32(0, (const Bytef *)header, ARRAY_HEADER);
         for (size_t row = 0, count; row < column->rows && !encoder->failed; row += count) {
-            count = read_values(encoder, column, row);
+            count = read_array_rows(encoder, column, row);
             crc = crc32_z(crc, (const Bytef *)encoder->values, count * VALUE);
         }
         entry->crc = (uint32_t)crc;
@@ -59,7 +59,7 @@ static void write_array(struct encoder *encoder) {
         zip_begin_entry(&encoder->piece, entry);
         api_text_bytes(&encoder->piece, header, ARRAY_HEADER);
     }
-    size_t count = read_values(encoder, column, encoder->row);
+    size_t count = read_array_rows(encoder, column, encoder->row);
     api_text_bytes(&encoder->piece, encoder->values, count * VALUE);
     encoder_advance(encoder, column->rows, count);
 }

@@ -10,11 +10,11 @@
 
 enum { WIDTH = 16, ROW = 4 };
 
-static void write_thinning(struct encoder *encoder, const struct deck_item *item) {
+static void write_drape_entry(struct encoder *encoder, const struct deck_item *item) {
     struct deck_state *state = encoder->state;
     const struct map_ply_row *row = stack_row(&encoder->fields, item->element, item->ply);
     if (item->first) {
-        state->thickness = stack_thickness(&encoder->fields, item->ply);
+        state->thickness = stack_least_thickness(&encoder->fields, item->ply);
         api_text_format(&encoder->piece, "DRAPE*  %16d\n*\n", item->ply + 1);
     }
     if (!row)
@@ -45,9 +45,9 @@ static void write_set(struct encoder *encoder, const struct deck_item *item) {
 }
 
 /* ID MID T THETA, SOUT TMANUF DID; ESID1. */
-static void write_ply(struct encoder *encoder, const struct deck_item *item) {
+static void write_ply_entry(struct encoder *encoder, const struct deck_item *item) {
     int number = item->ply + 1;
-    double thickness = stack_thickness(&encoder->fields, item->ply);
+    double thickness = stack_least_thickness(&encoder->fields, item->ply);
     if (thickness == 0)
         return;
     api_text_format(&encoder->piece, "PLY*    %16d%16d", number, number);
@@ -57,7 +57,7 @@ static void write_ply(struct encoder *encoder, const struct deck_item *item) {
 }
 
 /* ID LAM PLYID1 ..: from the bottom, along the elements' normals. */
-static void write_stack(struct encoder *encoder, const struct deck_item *item) {
+static void write_stack_entry(struct encoder *encoder, const struct deck_item *item) {
     struct deck_state *state = encoder->state;
     int count = (int)encoder->fields.plies->ply_count;
     (void)item;
@@ -65,7 +65,7 @@ static void write_stack(struct encoder *encoder, const struct deck_item *item) {
     state->field = 2;
     for (int k = 0; k < count; k++) {
         int ply = state->upward ? k : count - 1 - k;
-        if (stack_thickness(&encoder->fields, ply) > 0)
+        if (stack_least_thickness(&encoder->fields, ply) > 0)
             list_id(encoder, ply + 1);
     }
     api_text_raw(&encoder->piece, "\n");
@@ -80,10 +80,10 @@ static const struct deck deck = {
              "The shear between warp and weft is not here.",
     .id_max = INT32_MAX,
     .one_sequence = true,
-    .sections = {{DECK_PLY_ELEMENTS, write_thinning, NULL},
+    .sections = {{DECK_PLY_ELEMENTS, write_drape_entry, NULL},
                  {DECK_PLY_ELEMENTS, write_set, NULL},
-                 {DECK_PLIES, write_ply, NULL},
-                 {DECK_ONCE, write_stack, NULL}}};
+                 {DECK_PLIES, write_ply_entry, NULL},
+                 {DECK_ONCE, write_stack_entry, NULL}}};
 
 const struct format format_optistruct = {
     .name = "optistruct",

@@ -90,7 +90,7 @@ static void draw_corners(struct encoder *encoder, const struct pattern_pen *pen)
 }
 
 /* Side by side cells of a row are drawn as one. A result without a locking angle has none. */
-static void draw_locked(struct encoder *encoder, const struct pattern_pen *pen) {
+static void draw_locked_cells(struct encoder *encoder, const struct pattern_pen *pen) {
     static const char *const names[] = {"locked", "i", "j"};
     struct pattern_state *state = encoder->state;
     const double *locked = encoder->values, *i = locked + CELLS, *j = i + CELLS;
@@ -133,7 +133,7 @@ static void draw_notches(struct encoder *encoder, const struct pattern_pen *pen)
 
 void pattern_next(struct encoder *encoder) {
     static void (*const draw[PATTERN_GROUPS])(struct encoder *, const struct pattern_pen *) = {
-        draw_corners, draw_corners, draw_locked, draw_notches};
+        draw_corners, draw_corners, draw_locked_cells, draw_notches};
     struct pattern_state *state = encoder->state;
     const struct pattern_pen *pen = encoder->format->own;
     if (!state->begun) {

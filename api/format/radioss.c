@@ -17,11 +17,11 @@ static void write_reference(struct encoder *encoder, const struct deck_item *ite
     api_text_format(&encoder->piece, "# %.15g %.15g %.15g\n", v->x, v->y, v->z);
 }
 
-static void write_thinning(struct encoder *encoder, const struct deck_item *item) {
+static void write_drape_line(struct encoder *encoder, const struct deck_item *item) {
     struct deck_state *state = encoder->state;
     const struct map_ply_row *row = stack_row(&encoder->fields, item->element, item->ply);
     if (item->first) {
-        state->thickness = stack_thickness(&encoder->fields, item->ply);
+        state->thickness = stack_least_thickness(&encoder->fields, item->ply);
         api_text_format(&encoder->piece,
                         "/DRAPE/%d\n%.63s, thickness %.15g\n"
                         "#   Entity Entity_ID            Thinning          thetaDrape\n",
@@ -43,7 +43,7 @@ static const struct deck deck = {
     .id_max = INT32_MAX,
     .one_sequence = true,
     .reference = true,
-    .sections = {{DECK_ONCE, write_reference, NULL}, {DECK_PLY_ELEMENTS, write_thinning, NULL}}};
+    .sections = {{DECK_ONCE, write_reference, NULL}, {DECK_PLY_ELEMENTS, write_drape_line, NULL}}};
 
 const struct format format_radioss = {.name = "radioss",
                                       .media_type = "text/x-radioss",

@@ -48,7 +48,7 @@ static void end_row(struct api_text *text) {
     api_text_raw(text, "</td></tr>\n");
 }
 
-static void write_row(struct api_text *text, const char *name, const char *value) {
+static void write_report_row(struct api_text *text, const char *name, const char *value) {
     if (!value || !*value)
         return;
     begin_row(text, name);
@@ -222,7 +222,7 @@ static const struct {
 #undef MEMBER
 };
 
-static void write_figures(struct api_text *text, const struct api_columns *columns) {
+static void write_report_figures(struct api_text *text, const struct api_columns *columns) {
     static const char *const powers[] = {"", "", "²", "³"};
     const struct api_summary *summary = &columns->summary;
     const double *at = summary->max_shear_at + 2;
@@ -251,11 +251,11 @@ static void write_figures(struct api_text *text, const struct api_columns *colum
 }
 
 /* The summary and the warnings, up to the pattern. */
-static void write_results(struct encoder *encoder) {
+static void write_report_results(struct encoder *encoder) {
     const struct api_warnings *warnings = &encoder->columns.summary.warnings;
     struct api_text *text = &encoder->piece;
     api_text_raw(text, "<h2>Summary</h2>\n<div class=\"columns\"><table>\n");
-    write_figures(text, &encoder->columns);
+    write_report_figures(text, &encoder->columns);
     api_text_raw(text, "</table></div>\n<h2>Warnings</h2>\n");
     api_text_raw(text, warnings->count ? "<ul>\n" : "<p>None.</p>\n");
     for (size_t k = 0; k < warnings->count; k++) {
@@ -304,11 +304,11 @@ static void write_inputs(struct encoder *encoder) {
         }
         api_text_raw(text, "</table></div>\n<h2>Versions</h2>\n"
                            "<div class=\"columns\"><table>\n");
-        write_row(text, "Drape", encoder->id);
-        write_row(text, "Digest of the request", encoder->record.digest);
-        write_row(text, "Finished", encoder->record.finished);
-        write_row(text, "Solver", encoder->columns.summary.solver_version);
-        write_row(text, "Report by", encoder->record.program);
+        write_report_row(text, "Drape", encoder->id);
+        write_report_row(text, "Digest of the request", encoder->record.digest);
+        write_report_row(text, "Finished", encoder->record.finished);
+        write_report_row(text, "Solver", encoder->columns.summary.solver_version);
+        write_report_row(text, "Report by", encoder->record.program);
         api_text_raw(text, "</table></div>\n</body>\n</html>\n");
         encoder->ended = true;
         return;
@@ -329,7 +329,7 @@ static void next_html(struct encoder *encoder) {
         break;
     case AT_SCALE:
         end_picture(encoder);
-        write_results(encoder);
+        write_report_results(encoder);
         state->stage = AT_PATTERN;
         break;
     case AT_PATTERN:

@@ -36,7 +36,7 @@ struct element_frame stack_frame(const struct map_fields *fields, size_t element
     return frame;
 }
 
-double stack_thickness(const struct map_fields *fields, int ply) {
+double stack_least_thickness(const struct map_fields *fields, int ply) {
     const struct map_plies *plies = fields->plies;
     double least = 0;
     for (size_t k = 0; k < plies->row_count; k++)

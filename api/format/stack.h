@@ -20,7 +20,7 @@ const struct map_ply_row *stack_row(const struct map_fields *fields, size_t elem
 struct element_frame stack_frame(const struct map_fields *fields, size_t element);
 
 /* The least thickness that a ply has: what thinning factors refer to. 0: it is nowhere. */
-double stack_thickness(const struct map_fields *fields, int ply);
+double stack_least_thickness(const struct map_fields *fields, int ply);
 
 /* All arrays are of malloc. */
 struct stack_groups {

@@ -71,15 +71,15 @@ static void draw_inset_head(struct api_text *text, const struct pattern_sheet *s
 }
 
 /* After the first corner of a path's part the letter L may be left out. */
-static void draw_corner(struct api_text *text, enum pattern_group shape, double x, double y,
-                        bool first, bool last) {
+static void draw_svg_corner(struct api_text *text, enum pattern_group shape, double x, double y,
+                            bool first, bool last) {
     (void)shape;
     write_pair(text, first ? "M" : "", x, y);
     api_text_raw(text, last ? " Z\n" : " ");
 }
 
-static void draw_locked(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
-                        int count) {
+static void draw_rectangles(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
+                            int count) {
     api_text_raw(text, "<rect");
     write_attribute(text, "x", i * sheet->step[0], "");
     write_attribute(text, "y", j * sheet->step[1], "");
@@ -167,7 +167,7 @@ static void draw_inset_foot(struct api_text *text, const struct pattern_sheet *s
 
 /* All but head and foot. */
 #define PEN                                                                                        \
-    .metres = 1e-3, .unit = "mm", .corner = draw_corner, .locked = draw_locked,                    \
+    .metres = 1e-3, .unit = "mm", .corner = draw_svg_corner, .locked = draw_rectangles,            \
     .notch = draw_line, .after_shape = "\"/>\n",                                                   \
     .before = {                                                                                    \
         "<path id=\"allowance\" stroke=\"#06c\" d=\"",                                             \

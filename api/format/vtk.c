@@ -163,7 +163,7 @@ static void order_bytes(unsigned char *bytes, size_t size, size_t count) {
         }
 }
 
-static bool write_values(struct encoder *encoder) {
+static bool write_array_values(struct encoder *encoder) {
     _Alignas(8) unsigned char block[VTK_BLOCK];
     struct vtk_file *file = encoder->state;
     const struct vtk_array *array = &file->array[file->at];
@@ -194,7 +194,7 @@ void vtk_next(struct encoder *encoder) {
         describe_file(&encoder->piece, file);
         encoder->begun = true;
     } else if (file->at < file->count) {
-        encoder->failed = !write_values(encoder);
+        encoder->failed = !write_array_values(encoder);
     } else {
         api_text_raw(&encoder->piece, tail);
         encoder->ended = true;
