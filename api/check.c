@@ -2,10 +2,10 @@
 #include "check.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
+#include "api/request/prepared_mesh.h"
+#include "api/request/prepared_shell.h"
+#include "api/request/prepared_surface.h"
 #include "api/request/preview.h"
-#include "api/request/shape.h"
-#include "api/request/shape_mesh.h"
-#include "api/request/shape_shell.h"
 #include <string.h>
 
 static enum api_problem_id no_memory(struct api_problem *problem, const char *what) {
@@ -13,12 +13,12 @@ static enum api_problem_id no_memory(struct api_problem *problem, const char *wh
     return problem->id;
 }
 
-enum api_problem_id api_check_shape(struct api_request *request, const struct api_limits *limits,
-                                    struct arena *arena, struct api_problem *problem) {
-    struct api_shape shape;
-    return api_shape_is_large(&request->surface)
+enum api_problem_id api_check_decoded(struct api_request *request, const struct api_limits *limits,
+                                      struct arena *arena, struct api_problem *problem) {
+    struct prepared_part shape;
+    return prepared_surface_is_large(&request->surface)
                ? API_OK
-               : api_shape_make(request, limits, arena, &shape, problem);
+               : prepared_part_make(request, limits, arena, &shape, problem);
 }
 
 static enum api_problem_id check_drape(const struct api_input *input,
@@ -29,7 +29,7 @@ static enum api_problem_id check_drape(const struct api_input *input,
         return problem->id;
     memcpy(check->surface, request.surface.id, sizeof check->surface);
     check->needs_surface = request.surface.kind == API_SURFACE_NAMED;
-    if (check->needs_surface || api_check_shape(&request, limits, arena, problem) != API_OK)
+    if (check->needs_surface || api_check_decoded(&request, limits, arena, problem) != API_OK)
         return problem->id;
     if (!api_digest_request(&request, arena, check->digest))
         return no_memory(problem, "the request");
@@ -60,7 +60,7 @@ static enum api_problem_id check_surface(const struct api_input *input,
     if (api_decode_surface(input->request, input->request_length, limits, arena, &surface,
                            problem) != API_OK)
         return problem->id;
-    const char *description = api_shape_describe(&surface, arena, problem);
+    const char *description = prepared_surface_describe(&surface, arena, problem);
     if (!description)
         return problem->id;
     const char *definition = api_normalise_surface(&surface, arena);

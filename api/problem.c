@@ -61,69 +61,77 @@ static void make_utf8(char *string) {
 }
 
 __attribute__((format(printf, 3, 0))) static void
-set_place(struct api_problem_place *place, const char *pointer, const char *format, va_list list) {
-    snprintf(place->pointer, sizeof place->pointer, "%s", pointer);
-    vsnprintf(place->detail, sizeof place->detail, format, list);
-    make_utf8(place->pointer);
-    make_utf8(place->detail);
+set_error(struct api_problem_error *error, const char *pointer, const char *format, va_list list) {
+    snprintf(error->pointer, sizeof error->pointer, "%s", pointer);
+    vsnprintf(error->detail, sizeof error->detail, format, list);
+    make_utf8(error->pointer);
+    make_utf8(error->detail);
 }
 
-void api_problem_set(struct api_problem *problem, enum api_problem_id id, const char *detail, ...) {
-    if (problem->id != API_OK)
-        return;
-    problem->id = id;
-    problem->has_pointer = false;
-    problem->count = 1;
-    va_list list;
-    va_start(list, detail);
-    set_place(&problem->place[0], "", detail, list);
-    va_end(list);
-}
-
-void api_problem_set_at(struct api_problem *problem, enum api_problem_id id, const char *pointer,
-                        const char *detail, ...) {
-    if (problem->id != API_OK)
-        return;
-    problem->id = id;
-    problem->has_pointer = true;
-    problem->count = 1;
-    va_list list;
-    va_start(list, detail);
-    set_place(&problem->place[0], pointer, detail, list);
-    va_end(list);
-}
-
-void api_problem_add(struct api_problem *problem, const char *pointer, const char *detail, ...) {
+/* `pointer` NULL: the problem has none, and no more errors. */
+__attribute__((format(printf, 4, 0))) static void set_problem(struct api_problem *problem,
+                                                              enum api_problem_id id,
+                                                              const char *pointer,
+                                                              const char *detail, va_list list) {
     if (problem->id == API_OK) {
-        problem->id = API_INVALID_REQUEST;
-        problem->has_pointer = true;
-        problem->count = 0;
+        problem->id = id;
+        problem->has_pointer = pointer != NULL;
+        problem->count = 1;
+        set_error(&problem->error[0], pointer ? pointer : "", detail, list);
     }
-    if (!problem->has_pointer || problem->count >= API_ERRORS_MAX)
-        return;
-    va_list list;
-    va_start(list, detail);
-    set_place(&problem->place[problem->count++], pointer, detail, list);
-    va_end(list);
 }
 
-static void write_places(struct api_text *text, const struct api_problem *problem) {
-    api_text_key_string(text, "pointer", problem->place[0].pointer);
+enum api_problem_id api_problem_set(struct api_problem *problem, enum api_problem_id id,
+                                    const char *detail, ...) {
+    va_list list;
+    va_start(list, detail);
+    set_problem(problem, id, NULL, detail, list);
+    va_end(list);
+    return problem->id;
+}
+
+enum api_problem_id api_problem_set_at(struct api_problem *problem, enum api_problem_id id,
+                                       const char *pointer, const char *detail, ...) {
+    va_list list;
+    va_start(list, detail);
+    set_problem(problem, id, pointer, detail, list);
+    va_end(list);
+    return problem->id;
+}
+
+enum api_problem_id api_problem_add(struct api_problem *problem, const char *pointer,
+                                    const char *detail, ...) {
+    va_list list;
+    va_start(list, detail);
+    if (problem->id == API_OK)
+        set_problem(problem, API_INVALID_REQUEST, pointer, detail, list);
+    else if (problem->has_pointer && problem->count < API_ERRORS_MAX)
+        set_error(&problem->error[problem->count++], pointer, detail, list);
+    va_end(list);
+    return problem->id;
+}
+
+enum api_problem_id api_problem_no_memory(struct api_problem *problem, const char *what) {
+    return api_problem_set(problem, API_OUT_OF_MEMORY, "not enough memory for %s", what);
+}
+
+static void write_errors(struct api_text *text, const struct api_problem *problem) {
+    api_text_key_string(text, "pointer", problem->error[0].pointer);
     api_text_key(text, "errors");
     api_text_raw(text, "[");
     for (size_t i = 0; i < problem->count; i++) {
         api_text_raw(text, i ? ",{" : "{");
-        api_text_key_string(text, "pointer", problem->place[i].pointer);
-        api_text_key_string(text, "detail", problem->place[i].detail);
+        api_text_key_string(text, "pointer", problem->error[i].pointer);
+        api_text_key_string(text, "detail", problem->error[i].detail);
         api_text_raw(text, "}");
     }
     api_text_raw(text, "]");
 }
 
-/* Every byte of a place may need six in JSON; the first place is written twice. */
+/* Every byte of an error may need six in JSON; the first error is written twice. */
 static size_t json_capacity(const char *request_id) {
-    size_t places = 6 * (API_ERRORS_MAX + 1) * sizeof(struct api_problem_place);
-    return places + 1024 + (request_id ? 6 * strlen(request_id) : 0);
+    size_t errors = 6 * (API_ERRORS_MAX + 1) * sizeof(struct api_problem_error);
+    return errors + 1024 + (request_id ? 6 * strlen(request_id) : 0);
 }
 
 char *api_problem_json(const struct api_problem *problem, const char *request_id) {
@@ -137,9 +145,9 @@ char *api_problem_json(const struct api_problem *problem, const char *request_id
     api_text_raw(&text, "\"");
     api_text_key_string(&text, "title", api_problem_title(problem->id));
     api_text_key_integer(&text, "status", api_problem_status(problem->id));
-    api_text_key_string(&text, "detail", problem->place[0].detail);
+    api_text_key_string(&text, "detail", problem->error[0].detail);
     if (problem->has_pointer)
-        write_places(&text, problem);
+        write_errors(&text, problem);
     if (request_id)
         api_text_key_string(&text, "request_id", request_id);
     api_text_raw(&text, "}");

@@ -1,8 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * What could not be done, as the caller will read it (RFC 9457). One list names every problem of
- * the service; the solver's statuses are mapped onto it in `run.c`. The first error wins:
- * `api_problem_set` on a problem that is already set changes nothing.
+ * the service; the solver's statuses are mapped onto it in `run.c`. The first one wins: setting a
+ * problem that is already set changes nothing.
+ *
+ * How the functions of api/ tell that they failed:
+ * - One that can fail for a reason of the caller's has `struct api_problem *problem` as its last
+ *   argument, says there what is wrong, and returns its id: API_OK when all is well. Written in one
+ *   line: `return api_problem_set(problem, API_CONFLICT, "...")`.
+ * - The decoder of a member of a document goes on after an error, so that one answer lists all of
+ *   them. It reports to the problem of the document's tree, with a pointer to the value
+ *   (`json/value.h`), and returns whether all was well.
+ * - One without a problem can fail in one way, which its header names (memory, nothing found): it
+ *   returns NULL or false.
  */
 #ifndef API_PROBLEM_H
 #define API_PROBLEM_H
@@ -57,16 +67,16 @@ enum {
     API_ERRORS_MAX = 16 /* independent errors reported at once */
 };
 
-struct api_problem_place {
+struct api_problem_error {
     char pointer[API_POINTER_MAX]; /* JSON pointer (RFC 6901); "" is the whole document */
     char detail[API_DETAIL_MAX];   /* a sentence: what is wrong and what would be right */
 };
 
 struct api_problem {
     enum api_problem_id id;                         /* API_OK: nothing is wrong */
-    bool has_pointer;                               /* whether place[0].pointer means something */
-    size_t count;                                   /* places used, 1.. once set */
-    struct api_problem_place place[API_ERRORS_MAX]; /* the first is the problem's own */
+    bool has_pointer;                               /* whether error[0].pointer means something */
+    size_t count;                                   /* errors used, 1.. once set */
+    struct api_problem_error error[API_ERRORS_MAX]; /* the first is the problem's own */
 };
 
 const char *api_problem_slug(enum api_problem_id id);
@@ -76,18 +86,23 @@ int api_problem_status(enum api_problem_id id); /* the HTTP status */
 /* The id whose slug this is; API_INTERNAL for an unknown one. */
 enum api_problem_id api_problem_from_slug(const char *slug);
 
-/* Sets the problem with a printf-style detail; the first one wins. */
-void api_problem_set(struct api_problem *problem, enum api_problem_id id, const char *detail, ...)
-    __attribute__((format(printf, 3, 4)));
+/* Sets the problem with a printf-style detail. Returns the problem's id: `id`, or that of the
+ * problem that was set before. */
+enum api_problem_id api_problem_set(struct api_problem *problem, enum api_problem_id id,
+                                    const char *detail, ...) __attribute__((format(printf, 3, 4)));
 
-/* The same with the place it lies in. */
-void api_problem_set_at(struct api_problem *problem, enum api_problem_id id, const char *pointer,
-                        const char *detail, ...) __attribute__((format(printf, 4, 5)));
+/* The same with a pointer to the value that is wrong. */
+enum api_problem_id api_problem_set_at(struct api_problem *problem, enum api_problem_id id,
+                                       const char *pointer, const char *detail, ...)
+    __attribute__((format(printf, 4, 5)));
 
-/* Adds an invalid place (the problem becomes `invalid-request` if it was API_OK). Places beyond
- * API_ERRORS_MAX are dropped. */
-void api_problem_add(struct api_problem *problem, const char *pointer, const char *detail, ...)
-    __attribute__((format(printf, 3, 4)));
+/* Adds an error at a value: a problem that was API_OK becomes `invalid-request`. Errors beyond
+ * API_ERRORS_MAX are dropped. Returns the problem's id. */
+enum api_problem_id api_problem_add(struct api_problem *problem, const char *pointer,
+                                    const char *detail, ...) __attribute__((format(printf, 3, 4)));
+
+/* Sets API_OUT_OF_MEMORY; `what` ("the surface") is what the memory was for. */
+enum api_problem_id api_problem_no_memory(struct api_problem *problem, const char *what);
 
 /* The problem+json document, without request_id when that is NULL. A malloc'ed string that the
  * caller frees; NULL without memory. */

@@ -4,9 +4,9 @@
 #include "api/json/value.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
-#include "api/request/shape.h"
-#include "api/request/shape_mesh.h"
-#include "api/request/shape_shell.h"
+#include "api/request/prepared_mesh.h"
+#include "api/request/prepared_shell.h"
+#include "api/request/prepared_surface.h"
 #include "api/result/columns.h"
 #include "api/result/fields.h"
 #include "api/result/warnings.h"
@@ -79,7 +79,7 @@ static void set_solve_problem(struct api_problem *problem, enum status status,
 }
 
 /* Faces by their numbers in the request's surface, where the shell has a part of them. */
-static void number_faces(const struct api_shell *shell, struct drape_result *result) {
+static void number_faces(const struct prepared_shell *shell, struct drape_result *result) {
     if (!shell->shell)
         return;
     result->start_face = shell->numbers[result->start_face];
@@ -166,8 +166,8 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
         api_problem_add(problem, "/surface/id", "no surface is stored under this id");
         return problem->id;
     }
-    struct api_shape shape;
-    if (api_shape_make(&request, limits, arena, &shape, problem) != API_OK)
+    struct prepared_part shape;
+    if (prepared_part_make(&request, limits, arena, &shape, problem) != API_OK)
         return problem->id;
     const struct drape_part *part = &shape.part;
     request.settings.start_face = shape.shell.start_face;
@@ -177,7 +177,7 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     enum status status = drape_solve(part, &request.settings, monitor, arena, &result);
     double solve_ms = now_ms() - begin;
     if (part->shell && status == STATUS_START_OFF_SURFACE)
-        api_shape_shell_off(&request, &shape.shell, arena, problem);
+        prepared_shell_name_left_out(&request, &shape.shell, arena, problem);
     set_solve_problem(problem, status, &request.settings, result.faulty_generator);
     if (problem->id != API_OK)
         return problem->id;

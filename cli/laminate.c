@@ -26,7 +26,7 @@ static bool show_progress(void *context, double fraction) {
 
 static void complain(const struct api_problem *problem) {
     for (size_t k = 0; k < problem->count; k++)
-        files_complain("warning", problem->place[k].detail);
+        files_complain("warning", problem->error[k].detail);
 }
 
 static bool allocate(struct laminate_job *job, struct api_problem *problem) {
@@ -128,7 +128,7 @@ static bool write_ply(const struct laminate_job *job, size_t k, struct api_text 
     bool done = job->nets[ply->net] != NULL;
     api_text_key_string(text, "status", done ? "succeeded" : "failed");
     if (!done)
-        api_text_key_string(text, "error", job->problems[ply->net].place[0].detail);
+        api_text_key_string(text, "error", job->problems[ply->net].error[0].detail);
     else if (api_columns_open(job->nets[ply->net], &columns, problem) != API_OK)
         return false;
     else

@@ -27,10 +27,10 @@
 static void print_problem(const struct api_problem *problem) {
     files_complain(api_problem_slug(problem->id), api_problem_title(problem->id));
     for (size_t i = 0; i < problem->count; i++) {
-        const struct api_problem_place *place = &problem->place[i];
-        const char *pointer = place->pointer[0] ? place->pointer : "(the whole document)";
+        const struct api_problem_error *error = &problem->error[i];
+        const char *pointer = error->pointer[0] ? error->pointer : "(the whole document)";
         fprintf(stderr, "  %s%s%s\n", problem->has_pointer ? pointer : "",
-                problem->has_pointer ? ": " : "", place->detail);
+                problem->has_pointer ? ": " : "", error->detail);
     }
 }
 

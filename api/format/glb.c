@@ -5,7 +5,7 @@
  * RGBA, 16 bits) and the indices; all lengths are known from the start. glTF counts in metres: the
  * drape's own unit is the scale of its node.
  */
-#include "api/result/quads.h"
+#include "api/result/cell_corners.h"
 #include "colour.h"
 #include "encoder.h"
 #include <endian.h>
@@ -35,7 +35,7 @@ static const double least_range_deg = 1;
 
 struct state {
     const struct api_column *position[3], *shear;
-    struct quads quads;
+    struct cell_corners quads;
     uint64_t nodes, cells;
     double range_deg; /* the shear that has the last colour */
     float low[3], high[3];
@@ -163,7 +163,7 @@ static void write_indices(struct encoder *encoder, size_t count) {
     static const int corner[6] = {0, 1, 2, 0, 2, 3};
     struct state *state = encoder->state;
     int32_t corners[ROWS][4];
-    encoder->failed = !quads_next(&state->quads, count, corners, NULL);
+    encoder->failed = !cell_corners_next(&state->quads, count, corners, NULL);
     for (size_t cell = 0; cell < count && !encoder->failed; cell++)
         for (int k = 0; k < 6; k++)
             write_u32(&encoder->piece, (uint64_t)corners[cell][corner[k]]);
@@ -213,7 +213,7 @@ static bool begin_glb(struct encoder *encoder, struct api_problem *problem) {
     state->cells = api_columns_rows(columns, API_TABLE_CELLS);
     state->shear = api_columns_find(columns, API_TABLE_NODES, "shear_deg");
     state->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
-    if (!state->shear || !quads_begin(&state->quads, encoder->reader, columns))
+    if (!state->shear || !cell_corners_begin(&state->quads, encoder->reader, columns))
         return encoder_damaged(problem);
     for (int k = 0; k < 3; k++) {
         state->position[k] = api_columns_find(columns, API_TABLE_NODES, names[k]);

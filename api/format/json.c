@@ -54,7 +54,7 @@ static void write_preamble(struct encoder *encoder) {
         } else {
             summary_write(piece, &columns->summary, encoder->queue_ms);
             api_text_key(piece, "grid");
-            directory_write_grid(piece, &columns->grid);
+            result_header_write_grid(piece, &columns->grid);
             state->table = API_TABLE_NODES;
         }
     }

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "part_picture.h"
 
-#include "api/result/edge.h"
+#include "api/result/cell_corners.h"
 #include "api/result/fields.h"
-#include "api/result/quads.h"
+#include "api/result/stored_rim.h"
 #include "colour.h"
 #include <math.h>
 #include <stdlib.h>
@@ -53,7 +53,7 @@ struct scene {
     const struct api_columns *columns;
     const struct api_column *shear, *locked; /* of the cells; `locked` may be NULL */
     struct points low, high;                 /* corners on both sides of a row of cells */
-    struct quads quads;
+    struct cell_corners quads;
     struct vec3 origin, axis[3]; /* to the right, down, to the eye */
     double shift[2];             /* the pixel of the origin */
     int height;                  /* of the picture */
@@ -65,7 +65,7 @@ struct scene {
     /* Of the cells that the rim cuts: i, j, the corners, the shear, whether they are locked. */
     const struct api_column *cut[CUT_COLUMNS];
     double cut_block[CUT_COLUMNS][BLOCK];
-    struct edge *edge;
+    struct stored_rim *edge;
 };
 
 static bool find_point_columns(const struct scene *scene, enum api_table table,
@@ -113,12 +113,12 @@ typedef void visitor(struct part_picture *picture, struct scene *scene, const st
 static bool visit_cells(struct part_picture *picture, struct scene *scene, visitor *visit) {
     size_t rows = scene->shear->rows, count;
     scene->low.held = scene->high.held = 0;
-    if (!quads_begin(&scene->quads, scene->reader, scene->columns))
+    if (!cell_corners_begin(&scene->quads, scene->reader, scene->columns))
         return false;
     for (size_t first = 0; first < rows; first += count) {
         count = rows - first < BLOCK ? rows - first : BLOCK;
         memset(scene->is_locked, 0, sizeof scene->is_locked);
-        if (!quads_next(&scene->quads, count, scene->corners, scene->places) ||
+        if (!cell_corners_next(&scene->quads, count, scene->corners, scene->places) ||
             !api_columns_read(scene->reader, scene->shear, first, count, scene->shear_deg) ||
             (scene->locked &&
              !api_columns_read(scene->reader, scene->locked, first, count, scene->is_locked)))
@@ -268,14 +268,14 @@ static struct vec3 point_in_cell(const struct cell *cell, double a, double b) {
  * the part's edge, from which the patch of a coarse cell keeps a distance. */
 static void visit_strip(struct part_picture *picture, struct scene *scene, visitor *visit,
                         const struct cell *cell, int k, int n) {
-    struct edge_end stretch[EDGE_STRETCHES][2];
+    struct stretch_end stretch[STORED_RIM_STRETCHES][2];
     double i = cell->place[0], j = cell->place[1], middle = (k + 0.5) / n;
     double at[2] = {fmax(middle - 1.0 / n, 0), fmin(middle + 1.0 / n, 1)};
-    size_t count = edge_stretches(scene->edge, j + middle, i, i + 1, stretch);
+    size_t count = stored_rim_stretches(scene->edge, j + middle, i, i + 1, stretch);
     for (size_t s = 0; s < count; s++) {
         struct cell strip = *cell;
         for (int e = 0; e < 2; e++) {
-            const struct edge_end *end = &stretch[s][e];
+            const struct stretch_end *end = &stretch[s][e];
             struct vec3 shift = {0};
             if (end->known)
                 shift = vec3_sub(end->point, point_in_cell(cell, end->p - i, middle));
@@ -417,7 +417,7 @@ enum api_problem_id part_picture_draw(struct part_picture *picture, const struct
     scene->reader = reader;
     scene->columns = columns;
     picture->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
-    if (edge_make(reader, columns, arena, &scene->edge, problem) == API_OK &&
+    if (stored_rim_make(reader, columns, arena, &scene->edge, problem) == API_OK &&
         !draw_scene(picture, scene, problem))
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     arena_free(arena);

@@ -123,7 +123,7 @@ static void draw_notches(struct encoder *encoder, const struct pattern_pen *pen)
     struct pattern_state *state = encoder->state;
     const struct pattern_sheet *sheet = &state->sheet;
     for (int k = 0; k < CELLS && state->at < state->cut.notch_count; k++) {
-        const struct cut_notch *notch = &state->cut.notches[state->at++];
+        const struct pattern_notch *notch = &state->cut.notches[state->at++];
         double x = notch->p * sheet->step[0], y = notch->q * sheet->step[1];
         double in = -notch->way * sheet->letter;
         pen->notch(&encoder->piece, x, y, notch->family ? x : x + in, notch->family ? y + in : y);
@@ -178,8 +178,8 @@ bool pattern_begin(struct encoder *encoder, struct api_problem *problem) {
     struct outline outline = {0};
     double scale = pen->metres > 0 ? encoder->columns.unit->metres / pen->metres : 1;
     if (outline_make(&outline, encoder->reader, &encoder->columns, problem) == API_OK)
-        (void)!cut_make(&state->cut, encoder->reader, &encoder->columns, &outline, tolerance,
-                        problem);
+        (void)!flat_pattern_make(&state->cut, encoder->reader, &encoder->columns, &outline,
+                                 tolerance, problem);
     outline_free(&outline);
     for (int k = 0; k < 2; k++)
         sheet->step[k] = encoder->columns.grid.spacing[k] * scale;
@@ -196,6 +196,6 @@ bool pattern_begin(struct encoder *encoder, struct api_problem *problem) {
 
 void pattern_end(struct encoder *encoder) {
     struct pattern_state *state = encoder->state;
-    cut_free(&state->cut);
+    flat_pattern_free(&state->cut);
     polygons_free(&state->allowed);
 }

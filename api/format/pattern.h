@@ -11,7 +11,7 @@
 #ifndef API_FORMAT_PATTERN_H
 #define API_FORMAT_PATTERN_H
 
-#include "api/result/cut.h"
+#include "api/result/flat_pattern.h"
 #include "encoder.h"
 
 struct pattern_sheet {
@@ -53,7 +53,7 @@ struct pattern_pen {
 };
 
 struct pattern_state {
-    struct cut cut;          /* its polygons in the pen's unit */
+    struct flat_pattern cut; /* its polygons in the pen's unit */
     struct polygons allowed; /* the same with the allowance; empty without one */
     struct pattern_sheet sheet;
     enum pattern_group group; /* that is being drawn; PATTERN_GROUPS: the foot is next */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* VTK XML PolyData: the nodes as points, the cells as quadrilaterals, every other column as data of
  * one or the other. */
-#include "api/result/quads.h"
+#include "api/result/cell_corners.h"
 #include "vtk.h"
 #include <string.h>
 
@@ -11,7 +11,7 @@ struct state {
     struct vtk_file file;
     struct api_column_source data[API_COLUMNS_MAX]; /* the columns but the coordinates */
     struct api_column_source point[3];
-    struct quads quads;
+    struct cell_corners quads;
 };
 
 static bool fill_topology(struct encoder *encoder, const struct vtk_array *array, uint64_t first,
@@ -19,7 +19,7 @@ static bool fill_topology(struct encoder *encoder, const struct vtk_array *array
     struct state *state = encoder->state;
     int32_t *offsets = bytes;
     if (array->kind == CONNECTIVITY)
-        return quads_next(&state->quads, count, bytes, NULL);
+        return cell_corners_next(&state->quads, count, bytes, NULL);
     for (size_t k = 0; k < count; k++)
         offsets[k] = (int32_t)(4 * (first + k + 1));
     return true;
@@ -78,7 +78,7 @@ static bool begin_vtp(struct encoder *encoder, struct api_problem *problem) {
     file->points = api_columns_rows(&encoder->columns, API_TABLE_NODES);
     file->cells = api_columns_rows(&encoder->columns, API_TABLE_CELLS);
     file->fill = fill_topology;
-    if (!quads_begin(&state->quads, encoder->reader, &encoder->columns) ||
+    if (!cell_corners_begin(&state->quads, encoder->reader, &encoder->columns) ||
         file->cells > INT32_MAX / 4 || !add_data(encoder, state) || !add_net(encoder, state))
         return encoder_damaged(problem);
     vtk_begin(encoder);

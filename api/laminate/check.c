@@ -25,7 +25,7 @@ static bool check_nets(const struct laminate *laminate, const struct api_limits 
         struct api_request drape = laminate->plies[laminate->net_ply[n]].drape;
         struct api_problem own = {.id = API_OK};
         struct arena_mark mark = arena_mark(arena);
-        if (api_check_shape(&drape, limits, arena, &own) != API_OK)
+        if (api_check_decoded(&drape, limits, arena, &own) != API_OK)
             laminate_blame(laminate, laminate->net_ply[n], &own, problem);
         arena_rewind(arena, mark);
     }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/json/value.h"
-#include "api/request/parts.h"
+#include "api/request/members.h"
 #include "laminate.h"
 #include <stdio.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/request/digest.h"
-#include "api/request/shape.h"
-#include "api/request/shape_mesh.h"
-#include "api/request/shape_shell.h"
+#include "api/request/prepared_mesh.h"
+#include "api/request/prepared_shell.h"
+#include "api/request/prepared_surface.h"
 #include "laminate.h"
 #include <stdio.h>
 #include <string.h>
@@ -18,19 +18,19 @@ static enum api_problem_id no_memory(struct api_problem *problem) {
 void laminate_blame(const struct laminate *laminate, size_t k, const struct api_problem *own,
                     struct api_problem *problem) {
     for (size_t n = 0; n < own->count; n++) {
-        const struct api_problem_place *place = &own->place[n];
-        bool common = strncmp(place->pointer, "/surface", 8) == 0;
-        bool moved = strcmp(place->pointer, "/offset") == 0;
+        const struct api_problem_error *error = &own->error[n];
+        bool common = strncmp(error->pointer, "/surface", 8) == 0;
+        bool moved = strcmp(error->pointer, "/offset") == 0;
         char pointer[API_POINTER_MAX];
-        (void)snprintf(pointer, sizeof pointer, "/plies/%zu%.100s", k, moved ? "" : place->pointer);
+        (void)snprintf(pointer, sizeof pointer, "/plies/%zu%.100s", k, moved ? "" : error->pointer);
         if (common)
-            (void)snprintf(pointer, sizeof pointer, "%s", place->pointer);
+            (void)snprintf(pointer, sizeof pointer, "%s", error->pointer);
         if (own->id == API_INVALID_REQUEST)
             api_problem_add(problem, pointer, "ply %zu (\"%s\"): %s", k + 1,
-                            laminate->plies[k].name, place->detail);
+                            laminate->plies[k].name, error->detail);
         else
             api_problem_set_at(problem, own->id, pointer, "ply %zu (\"%s\"): %s", k + 1,
-                               laminate->plies[k].name, place->detail);
+                               laminate->plies[k].name, error->detail);
     }
 }
 
@@ -42,7 +42,7 @@ struct ground {
     struct arena *arena;
     struct api_problem *problem;
     bool made;
-    struct api_shape shape;
+    struct prepared_part shape;
 };
 
 static bool make_ground(struct ground *ground) {
@@ -55,8 +55,8 @@ static bool make_ground(struct ground *ground) {
     request.settings.extent[0][0] = request.settings.extent[0][1] = 0;
     request.settings.extent[1][0] = request.settings.extent[1][1] = 0;
     request.settings.start_kind = DRAPE_START_CENTROID;
-    ground->made = api_shape_make(&request, ground->limits, ground->arena, &ground->shape,
-                                  ground->problem) == API_OK;
+    ground->made = prepared_part_make(&request, ground->limits, ground->arena, &ground->shape,
+                                      ground->problem) == API_OK;
     return ground->made;
 }
 

@@ -2,7 +2,7 @@
 #include "shapes.h"
 
 #include "api/map/net.h"
-#include "api/result/cut.h"
+#include "api/result/flat_pattern.h"
 #include "clip.h"
 #include "region.h"
 #include <math.h>
@@ -104,13 +104,14 @@ static bool make_shape(struct making *p, size_t k, const struct api_reader *read
     struct map_net *cloth = arena_alloc(p->arena, 1, sizeof *cloth);
     struct laminate_shape *shape = &p->shapes->shapes[p->shapes->count++];
     struct outline outline = {0};
-    struct cut cut = {0};
+    struct flat_pattern cut = {0};
     *shape = (struct laminate_shape){.ply = k};
     if (!cloth)
         return no_memory(p);
-    bool good = map_net_open(reader, cloth, p->problem) == API_OK &&
-                outline_make(&outline, reader, &cloth->columns, p->problem) == API_OK &&
-                cut_make(&cut, reader, &cloth->columns, &outline, tolerance, p->problem) == API_OK;
+    bool good =
+        map_net_open(reader, cloth, p->problem) == API_OK &&
+        outline_make(&outline, reader, &cloth->columns, p->problem) == API_OK &&
+        flat_pattern_make(&cut, reader, &cloth->columns, &outline, tolerance, p->problem) == API_OK;
     if (good && p->laminate->plies[k].boundary.count)
         good = clip(p, k, reader, cloth, &cut.polygons);
     const double *spacing = cloth->columns.grid.spacing;
@@ -121,7 +122,7 @@ static bool make_shape(struct making *p, size_t k, const struct api_reader *read
     shape->cut = cut.polygons;
     cut.polygons = (struct polygons){0};
     measure(shape);
-    cut_free(&cut);
+    flat_pattern_free(&cut);
     outline_free(&outline);
     arena_rewind(p->arena, mark);
     return good;

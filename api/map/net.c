@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "net.h"
 
+#include "api/result/cell_corners.h"
 #include "api/result/fields.h"
-#include "api/result/quads.h"
 #include "solver/permeability.h"
 #include <stdlib.h>
 #include <string.h>
@@ -212,7 +212,7 @@ static enum api_problem_id load_cloth(const struct api_reader *reader, struct ar
     const struct api_columns *columns = &net->columns;
     size_t nodes = api_columns_rows(columns, API_TABLE_NODES), cells = net->whole + net->cut;
     struct gathering g = {.nodes = nodes};
-    struct quads *quads = arena_take(arena, 1, sizeof *quads);
+    struct cell_corners *quads = arena_take(arena, 1, sizeof *quads);
     g.points = arena_take(arena, nodes + 4 * net->cut, sizeof *g.points);
     g.corners = arena_take(arena, cells, sizeof *g.corners);
     g.places = arena_take(arena, cells, sizeof *g.places);
@@ -222,7 +222,8 @@ static enum api_problem_id load_cloth(const struct api_reader *reader, struct ar
     if (!g.points || !g.corners || !g.places || !g.node || !g.cut || !g.beyond || !quads)
         return no_memory(problem);
     if (nodes + 4 * net->cut > INT32_MAX || !read_cloth(reader, net, &g) ||
-        !quads_begin(quads, reader, columns) || !quads_next(quads, net->whole, g.corners, g.places))
+        !cell_corners_begin(quads, reader, columns) ||
+        !cell_corners_next(quads, net->whole, g.corners, g.places))
         return damaged(problem);
     for (size_t k = 0; k < net->cut; k++) {
         size_t cell = net->whole + k;
@@ -334,13 +335,13 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
     if (result == API_OK)
         result = load_cloth(reader, arena, net, problem);
     if (result == API_OK)
-        result = edge_make(reader, &net->columns, arena, &net->edge, problem);
+        result = stored_rim_make(reader, &net->columns, arena, &net->edge, problem);
     if (result != API_OK)
         return result;
     net->clear = arena_take(arena, net->whole, sizeof *net->clear);
     if (!net->clear)
         return no_memory(problem);
-    edge_find_clear(net->edge, net->facets->source.places, net->whole, net->clear);
+    stored_rim_find_clear(net->edge, net->facets->source.places, net->whole, net->clear);
     return API_OK;
 }
 
@@ -357,7 +358,7 @@ bool map_net_is_beyond(const struct map_net *net, const struct facets_point *pla
         pq[k] = at[k] + place->weight[0] / 2 + place->weight[1] * a[k] + place->weight[2] * b[k];
     /* On facets, which lie off the surface, a place is right to about their distance. */
     return place->outside ||
-           edge_is_beyond(net->edge, pq[0], pq[1], 2 * place->distance / net->spacing);
+           stored_rim_is_beyond(net->edge, pq[0], pq[1], 2 * place->distance / net->spacing);
 }
 
 /* Adds the mean of the cells around a corner, `weight` times. */

@@ -7,7 +7,7 @@
 #define API_MAP_NET_H
 
 #include "api/result/columns.h"
-#include "api/result/edge.h"
+#include "api/result/stored_rim.h"
 #include "solver/mesh/facets.h"
 
 /* How a column of the cells is mapped. */
@@ -42,7 +42,7 @@ struct map_net {
     struct facets *facets;
     size_t whole, cut; /* cells: whole ones, then those that the rim cuts */
     double *rows;      /* one a cell */
-    struct edge *edge;
+    struct stored_rim *edge;
     bool *clear; /* of each whole cell: no rim comes near it */
 };
 

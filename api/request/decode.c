@@ -2,8 +2,8 @@
 #include "decode.h"
 
 #include "api/json/value.h"
-#include "parts.h"
-#include "shape_shell.h"
+#include "members.h"
+#include "prepared_shell.h"
 #include "solver/shell/shell.h"
 #include <string.h>
 
@@ -61,7 +61,7 @@ static void check_start(const struct json_value *uv, const struct api_request *r
     if (surface->kind != API_SURFACE_NURBS)
         return;
     if (on_face)
-        api_shape_face_title(&request->surface, request->settings.start_face, title);
+        prepared_shell_face_title(&request->surface, request->settings.start_face, title);
     for (size_t k = 0; k < 2; k++) {
         double low = axis[k]->knots[axis[k]->degree], high = axis[k]->knots[axis[k]->size];
         if (start[k] < low || start[k] > high) {
@@ -250,10 +250,10 @@ static void decode_stored(const struct api_input *input, const struct api_limits
     enum api_problem_id id =
         api_decode_surface(input->surface, input->surface_length, limits, arena, &stored, &inner);
     if (id == API_OUT_OF_MEMORY) {
-        api_problem_set(problem, id, "%s", inner.place[0].detail);
+        api_problem_set(problem, id, "%s", inner.error[0].detail);
     } else if (id != API_OK) {
         api_problem_set(problem, API_INTERNAL, "the stored surface cannot be read: %s",
-                        inner.place[0].detail);
+                        inner.error[0].detail);
     } else {
         memcpy(stored.id, surface->id, API_ID_SIZE);
         stored.selection = surface->selection;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/json/value.h"
-#include "parts.h"
+#include "members.h"
 #include <stdio.h>
 #include <string.h>
 

@@ -4,8 +4,8 @@
 #include "api/json/text.h"
 #include "api/json/value.h"
 #include "materials.h" /* made from api/materials */
+#include "members.h"
 #include "normalise.h"
-#include "parts.h"
 #include <stdio.h>
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/permeability.h"
-#include "parts.h"
+#include "members.h"
 #include <math.h>
 
 static const struct value_range permeabilities = {1e-30, 1, false}; /* m^2 */

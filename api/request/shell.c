@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "parts.h"
+#include "members.h"
 
 #include "solver/shell/shell.h"
 #include <string.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "control.h"
-#include "parts.h"
+#include "members.h"
 #include "solver/shell/shell.h"
 
 #include <math.h>

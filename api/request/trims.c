@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "control.h"
-#include "parts.h"
+#include "members.h"
 
 enum curve_type { CURVE_SPLINE, CURVE_FREEFORM, CURVE_CONTAINER, CURVE_TYPE_COUNT };
 

@@ -12,7 +12,7 @@ static const char MAGIC[8] = "DRAPECOL";
 
 enum {
     VERSION = 2,
-    PREFIX = 16,      /* magic, version, directory length */
+    PREFIX = 16,      /* magic, version, header length */
     VALUE = 8,        /* bytes of a float64; columns begin on a multiple */
     PROBE_ROWS = 16,  /* most columns that vary do so here */
     BLOCK_ROWS = 4096 /* values written at once */
@@ -163,14 +163,14 @@ static bool header_finite(const struct api_columns *header) {
            all_finite(numbers, sizeof numbers / sizeof *numbers);
 }
 
-/* The directory is made in a buffer that leaves room for the prefix, so that one write sends the
- * header. */
+/* The result header is made in a buffer that leaves room for the prefix, so that one write sends
+ * the header. */
 static enum api_problem_id send_header(struct api_columns *header, const struct api_sink *sink,
                                        struct api_problem *problem) {
     char buffer[API_HEADER_MAX];
     struct api_text text = api_text_over(buffer, sizeof buffer);
     api_text_bytes(&text, (const char[PREFIX]){0}, PREFIX);
-    directory_write(&text, header);
+    result_header_write(&text, header);
     while (text.length % VALUE != 0)
         api_text_raw(&text, " ");
     if (text.failed || !header_finite(header)) {
@@ -326,7 +326,7 @@ struct api_reader api_reader_of(struct api_memory *memory) {
     return (struct api_reader){read_memory, memory};
 }
 
-/* The directory as a string in `buffer` of API_HEADER_MAX; 0 when this is no container. */
+/* The result header as a string in `buffer` of API_HEADER_MAX; 0 when this is no container. */
 static size_t read_header(const struct api_reader *reader, char *buffer) {
     char prefix[PREFIX];
     uint32_t version, length;
@@ -350,10 +350,10 @@ enum api_problem_id api_columns_open(const struct api_reader *reader, struct api
     struct json_tree tree = {0};
     size_t length = read_header(reader, buffer);
     *columns = (struct api_columns){0};
-    bool good = length > 0 && directory_take_columns(buffer, columns);
+    bool good = length > 0 && result_header_take_columns(buffer, columns);
     if (good && json_tree_parse(&tree, buffer, strlen(buffer), &api_limits_default, NULL, &inner) ==
                     API_OK) {
-        directory_read(&tree, columns);
+        result_header_read(&tree, columns);
         json_tree_free(&tree);
     }
     if (inner.id == API_OUT_OF_MEMORY) {

@@ -5,10 +5,10 @@
  *
  * - 8 bytes: "DRAPECOL"
  * - 4 bytes: format version, little-endian
- * - 4 bytes: length n of the directory, little-endian
- * - n bytes: the directory, a JSON object with summary, grid, start and the list of columns, padded
- *   with spaces so that the columns start on a multiple of 8
- * - the columns in the order of the directory, each in its form (`enum api_form`), padded with
+ * - 4 bytes: length n of the result header, little-endian
+ * - n bytes: the result header, a JSON object with summary, grid, start and the list of columns,
+ * padded with spaces so that the columns start on a multiple of 8
+ * - the columns in the order of the result header, each in its form (`enum api_form`), padded with
  * zeros to a multiple of 8
  *
  * The numbers that come back have the bits of those that were written: a whole number takes the
@@ -20,7 +20,7 @@
 
 #include "api/problem.h"
 #include "api/sink.h"
-#include "directory.h"
+#include "result_header.h"
 #include "solver/arena.h"
 #include <stdbool.h>
 #include <stddef.h>
@@ -43,7 +43,7 @@ struct api_column_source {
 
 /*
  * Writes a container to `sink`: the summary, grid and start of `header`, then `count` columns; the
- * directory is made here (`header->count`, `column` and `length` are set). Scratch comes from
+ * result header is made here (`header->count`, `column` and `length` are set). Scratch comes from
  * `arena` and is given back. Problems: API_INTERNAL when a value is not finite, with the column's
  * name, or when there are more than API_COLUMNS_MAX; API_CANCELLED when the sink refuses;
  * API_OUT_OF_MEMORY.

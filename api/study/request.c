@@ -3,8 +3,8 @@
 
 #include "api/json/text.h"
 #include "api/request/digest.h"
+#include "api/request/members.h"
 #include "api/request/normalise.h"
-#include "api/request/parts.h"
 #include <math.h>
 #include <string.h>
 

@@ -5,8 +5,8 @@
 
 #include "api/json/text.h"
 #include "api/map/map.h"
+#include "api/result/cell_corners.h"
 #include "api/result/fields.h"
-#include "api/result/quads.h"
 #include "solver/angle.h"
 #include <math.h>
 #include <stdio.h>
@@ -88,9 +88,10 @@ static bool find_middles(const struct api_reader *reader, const struct api_colum
     nominal->places = arena_take(arena, count, sizeof *nominal->places);
     nominal->middles = arena_take(arena, count, sizeof *nominal->middles);
     int32_t(*corners)[4] = arena_take(arena, count, sizeof *corners);
-    struct quads *quads = arena_take(arena, 1, sizeof *quads);
+    struct cell_corners *quads = arena_take(arena, 1, sizeof *quads);
     if (!nominal->places || !nominal->middles || !corners || !quads ||
-        !quads_begin(quads, reader, columns) || !quads_next(quads, count, corners, nominal->places))
+        !cell_corners_begin(quads, reader, columns) ||
+        !cell_corners_next(quads, count, corners, nominal->places))
         return false;
     for (size_t k = 0; k < count; k++) {
         struct vec3 sum = {0, 0, 0};

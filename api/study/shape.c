@@ -8,8 +8,8 @@
 static void pass_on(const struct api_problem *inner, struct api_problem *problem) {
     *problem = *inner;
     for (size_t k = 0; inner->has_pointer && k < inner->count; k++)
-        (void)snprintf(problem->place[k].pointer, API_POINTER_MAX, "/drape%.*s",
-                       API_POINTER_MAX - 7, inner->place[k].pointer);
+        (void)snprintf(problem->error[k].pointer, API_POINTER_MAX, "/drape%.*s",
+                       API_POINTER_MAX - 7, inner->error[k].pointer);
 }
 
 static int32_t largest_component(const struct study_shape *shape) {
@@ -60,9 +60,9 @@ enum api_problem_id study_shape_make(struct study_request *request, const struct
                                      struct arena *arena, struct study_shape *shape,
                                      struct api_problem *problem) {
     struct api_problem inner = {0};
-    struct api_shape made;
+    struct prepared_part made;
     struct drape_settings *settings = &request->drape.settings;
-    if (api_shape_make(&request->drape, limits, arena, &made, &inner) != API_OK) {
+    if (prepared_part_make(&request->drape, limits, arena, &made, &inner) != API_OK) {
         pass_on(&inner, problem);
         return problem->id;
     }

@@ -3,15 +3,15 @@
 #ifndef API_STUDY_SHAPE_H
 #define API_STUDY_SHAPE_H
 
-#include "api/request/shape.h"
+#include "api/request/prepared_surface.h"
 #include "request.h"
 #include "solver/mesh/mesh.h"
 #include "solver/mesh/spread.h"
 
 struct study_shape {
     struct drape_part part;
-    struct api_shell shell; /* with the numbers of its faces, if it is one */
-    double area;            /* of the component that is draped */
+    struct prepared_shell shell; /* with the numbers of its faces, if it is one */
+    double area;                 /* of the component that is draped */
     int32_t component;
 };
 

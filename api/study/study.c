@@ -4,7 +4,7 @@
 #include "sample.h"
 
 #include "api/json/value.h"
-#include "api/request/shape.h"
+#include "api/request/prepared_surface.h"
 #include <endian.h>
 #include <math.h>
 #include <string.h>
@@ -162,7 +162,7 @@ static void check(const struct api_input *input, const struct api_limits *limits
     check->needs_surface = surface->kind == API_SURFACE_NAMED;
     check->variants = study_variants(&request);
     if (check->needs_surface ||
-        (!api_shape_is_large(surface) &&
+        (!prepared_surface_is_large(surface) &&
          study_shape_make(&request, limits, arena, &shape, problem) != API_OK))
         return;
     if (!study_digest(&request, arena, check->digest))

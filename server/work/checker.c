@@ -71,11 +71,11 @@ static void clear_order(struct checker_task *task) {
         malloc_trim(0);
 }
 
-/* Of a problem as many places as there are. */
+/* Of a problem as many errors as there are. */
 static bool send_answer(const struct checker_answer *answer) {
-    size_t places = answer->problem.count < API_ERRORS_MAX ? answer->problem.count : API_ERRORS_MAX;
+    size_t errors = answer->problem.count < API_ERRORS_MAX ? answer->problem.count : API_ERRORS_MAX;
     size_t length =
-        offsetof(struct checker_answer, problem.place) + places * sizeof answer->problem.place[0];
+        offsetof(struct checker_answer, problem.error) + errors * sizeof answer->problem.error[0];
     return frame_send(WORKER_FD, FRAME_ANSWER, answer, length);
 }
 
@@ -102,7 +102,7 @@ int checker_serve(const struct checker_abilities *abilities) {
         !frame_send(WORKER_FD, FRAME_HELLO, &hello, sizeof hello))
         return 1;
     while ((state = receive_order(&task)) == FRAME_READY) {
-        memset(&task.answer, 0, offsetof(struct checker_answer, problem.place));
+        memset(&task.answer, 0, offsetof(struct checker_answer, problem.error));
         task.buffered = 0;
         if (abilities->before)
             abilities->before(task.document[CHECKER_BODY], task.order.length[CHECKER_BODY]);
@@ -127,15 +127,15 @@ static bool terminated(const char *text, size_t size) {
 
 bool checker_answer_sound(struct checker_answer *answer, size_t length) {
     const struct api_problem *problem = &answer->problem;
-    size_t head = offsetof(struct checker_answer, problem.place);
+    size_t head = offsetof(struct checker_answer, problem.error);
     if (length < head || problem->id >= API_PROBLEM_COUNT || problem->count > API_ERRORS_MAX ||
-        length != head + problem->count * sizeof problem->place[0] ||
+        length != head + problem->count * sizeof problem->error[0] ||
         (problem->id != API_OK) != (problem->count > 0))
         return false;
     memset((char *)answer + length, 0, sizeof *answer - length);
     for (size_t k = 0; k < problem->count; k++)
-        if (!terminated(problem->place[k].pointer, API_POINTER_MAX) ||
-            !terminated(problem->place[k].detail, API_DETAIL_MAX))
+        if (!terminated(problem->error[k].pointer, API_POINTER_MAX) ||
+            !terminated(problem->error[k].detail, API_DETAIL_MAX))
             return false;
     return terminated(answer->check.digest, API_ID_SIZE) &&
            terminated(answer->check.surface, API_ID_SIZE) &&

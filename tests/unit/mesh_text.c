@@ -21,6 +21,6 @@ struct map_target mesh_text_good(mesh_reader *reader, const char *text, struct a
     struct map_target mesh;
     struct api_problem problem;
     if (mesh_text_read(reader, text, strlen(text), arena, &mesh, &problem) != API_OK)
-        fail_msg("%s\n%s", text, problem.place[0].detail);
+        fail_msg("%s\n%s", text, problem.error[0].detail);
     return mesh;
 }

@@ -33,7 +33,7 @@ struct studied studied_make(const char *drape, const char *rest) {
     struct studied f = {.text = studied_text(drape, rest)};
     struct api_problem problem;
     if (studied_run(&f.text, 2, &f.container, &problem) != API_OK)
-        fail_msg("%s: %s", problem.place[0].pointer, problem.place[0].detail);
+        fail_msg("%s: %s", problem.error[0].pointer, problem.error[0].detail);
     struct api_reader reader = reader_over(&f.container);
     assert_int_equal(api_columns_open(&reader, &f.columns, &problem), API_OK);
     assert_int_equal(f.columns.document, API_DOCUMENT_STUDY);

@@ -11,7 +11,7 @@
 #include "api/request/decode.h"
 #include "api/request/digest.h"
 #include "api/request/normalise.h"
-#include "api/request/shape.h"
+#include "api/request/prepared_surface.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -121,7 +121,7 @@ static void test_allocation_failures_of_a_whole_run(void **state) {
                API_OUT_OF_MEMORY)
             n++;
         if (problem.id != API_OK)
-            fail_msg("%s: allocation %zu: %s", text.data, n, problem.place[0].detail);
+            fail_msg("%s: allocation %zu: %s", text.data, n, problem.error[0].detail);
         check_above(n, 10);
         printf("%zu allocations of a run with %s\n", n - 1, runs[k].members);
         bytes_free(&text);
@@ -200,7 +200,7 @@ static void test_allocation_budgets_of_a_whole_run(void **state) {
         if (run_failing(request_text("saddle"), 1, 0, budget, &problem) != API_OUT_OF_MEMORY)
             break;
     if (problem.id != API_OK)
-        fail_msg("budget %zu: %s", budget, problem.place[0].detail);
+        fail_msg("budget %zu: %s", budget, problem.error[0].detail);
     printf("a run within %zu bytes\n", budget);
 }
 
@@ -218,7 +218,8 @@ static void test_allocation_failures_of_the_written_documents(void **state) {
         problem = (struct api_problem){0};
         bool normalised = api_normalise(&request, NULL, arena) != NULL;
         bool digested = normalised && api_digest_request(&request, arena, id);
-        bool described = digested && api_shape_describe(&request.surface, arena, &problem) != NULL;
+        bool described =
+            digested && prepared_surface_describe(&request.surface, arena, &problem) != NULL;
         assert_int_equal(problem.id, digested && !described ? API_OUT_OF_MEMORY : API_OK);
         done = described;
         arena_fail_at(arena, 0);

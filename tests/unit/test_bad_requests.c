@@ -26,7 +26,7 @@ static struct bytes describe(const struct api_problem *problem) {
     const char *pointers[API_ERRORS_MAX];
     size_t count = problem->has_pointer ? problem->count : 0;
     for (size_t i = 0; i < count; i++) {
-        const char *pointer = problem->place[i].pointer[0] ? problem->place[i].pointer : "#";
+        const char *pointer = problem->error[i].pointer[0] ? problem->error[i].pointer : "#";
         size_t at = i;
         for (; at > 0 && strcmp(pointers[at - 1], pointer) > 0; at--)
             pointers[at] = pointers[at - 1];
@@ -45,7 +45,7 @@ static struct bytes sort_expectation(const struct bytes *file) {
     assert_non_null(copy);
     problem.id = api_problem_from_slug(strtok_r(copy, "\n", &rest));
     for (char *line; (line = strtok_r(NULL, "\n", &rest)) && problem.count < API_ERRORS_MAX;)
-        snprintf(problem.place[problem.count++].pointer, API_POINTER_MAX, "%s", line);
+        snprintf(problem.error[problem.count++].pointer, API_POINTER_MAX, "%s", line);
     free(copy);
     return describe(&problem);
 }
@@ -64,7 +64,7 @@ static bool check(const char *name) {
     struct bytes found = describe(&problem);
     bool ok = id == problem.id && strcmp(found.data, expected.data) == 0;
     for (size_t i = 0; i < problem.count; i++)
-        ok = ok && problem.place[i].detail[0];
+        ok = ok && problem.error[i].detail[0];
     if (!ok)
         print_error("%s: expected\n%sfound\n%s", name, expected.data, found.data);
     arena_free(arena);

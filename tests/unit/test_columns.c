@@ -304,7 +304,7 @@ static void test_columns_refuse_values_that_are_no_numbers(void **state) {
     struct api_problem problem;
     sample->node[ROWS - 1] = NAN;
     assert_int_equal(write_sample(sample, 1 << 20, &problem), API_INTERNAL);
-    assert_non_null(strstr(problem.place[0].detail, "nodes.x"));
+    assert_non_null(strstr(problem.error[0].detail, "nodes.x"));
     sample->node[ROWS - 1] = 0;
     sample->header.summary.coverage = INFINITY;
     assert_int_equal(write_sample(sample, 1 << 20, &problem), API_INTERNAL);

@@ -43,7 +43,7 @@ static void decode(struct decoded *decoded, const char *surface, const char *mem
     bytes_format(&text, "{\"surface\":%s,\"fabric\":{\"spacing\":0.5}%s}", surface, members);
     decode_text(text.data, decoded->arena, &decoded->request, &decoded->problem);
     if (decoded->problem.id != API_OK)
-        fail_msg("%s: %s", decoded->problem.place[0].pointer, decoded->problem.place[0].detail);
+        fail_msg("%s: %s", decoded->problem.error[0].pointer, decoded->problem.error[0].detail);
     bytes_free(&text);
 }
 
@@ -119,8 +119,8 @@ static void decode_material(struct decoded *decoded, const char *name, const cha
                  name, beside, members);
     decode_text(text.data, decoded->arena, &decoded->request, &decoded->problem);
     if (decoded->problem.id != API_OK)
-        fail_msg("%s: %s: %s", name, decoded->problem.place[0].pointer,
-                 decoded->problem.place[0].detail);
+        fail_msg("%s: %s: %s", name, decoded->problem.error[0].pointer,
+                 decoded->problem.error[0].detail);
     bytes_free(&text);
 }
 
@@ -308,7 +308,7 @@ static void test_decode_checks_the_start_against_the_stored_surface(void **state
     const struct api_input input = {text, sizeof text - 1, PATCH, sizeof PATCH - 1};
     assert_int_equal(api_decode(&input, &api_limits_default, d->arena, &d->request, &d->problem),
                      API_INVALID_REQUEST);
-    assert_string_equal(d->problem.place[0].pointer, "/start/uv");
+    assert_string_equal(d->problem.error[0].pointer, "/start/uv");
 }
 
 /* A stored surface that cannot be read is not the caller's fault. */
@@ -337,7 +337,7 @@ static void test_decode_surface_alone(void **state) {
     assert_int_equal(api_decode_surface(named, sizeof named - 1, &api_limits_default, d->arena,
                                         &surface, &d->problem),
                      API_INVALID_REQUEST);
-    assert_string_equal(d->problem.place[0].pointer, "/degree_u");
+    assert_string_equal(d->problem.error[0].pointer, "/degree_u");
 }
 
 /* What is written down as understood decodes to the same again, and is written the same. */
@@ -394,7 +394,7 @@ static void test_decode_has_too_many_control_points(void **state) {
     limits.max_control_points = 8;
     assert_int_equal(api_decode(&input, &limits, d->arena, &d->request, &d->problem),
                      API_INVALID_REQUEST);
-    assert_string_equal(d->problem.place[0].pointer, "/surface/control_points");
+    assert_string_equal(d->problem.error[0].pointer, "/surface/control_points");
 }
 
 /* ",[1,2,..]" with `count` knots, clamped as far as they reach. */
@@ -472,7 +472,7 @@ static void test_decode_guesses_why_counts_do_not_agree(void **state) {
         decode_text(text.data, d->arena, &d->request, &d->problem);
         assert_int_equal(d->problem.count, cases[c].detail[1] ? 2 : 1);
         for (size_t k = 0; k < d->problem.count; k++)
-            assert_string_equal(d->problem.place[k].detail, cases[c].detail[k]);
+            assert_string_equal(d->problem.error[k].detail, cases[c].detail[k]);
         bytes_free(&text);
     }
 }

@@ -16,7 +16,7 @@ static const char *digest(const char *text) {
     struct api_problem problem;
     struct arena *arena = arena_new((size_t)1 << 24);
     if (decode_text(text, arena, &request, &problem) != API_OK)
-        fail_msg("%s: %s", problem.place[0].pointer, problem.place[0].detail);
+        fail_msg("%s: %s", problem.error[0].pointer, problem.error[0].detail);
     size_t held = arena_held(arena);
     assert_true(api_digest_request(&request, arena, id));
     assert_int_equal(arena_held(arena), held);

@@ -21,7 +21,7 @@ static int drape_saddle(void **state) {
     struct bytes request =
         text_replace(request_text("saddle"), "\"fabric\":{\"spacing\":0.5}", full_fabric);
     if (run_text(request.data, &container, &problem) != API_OK)
-        fail_msg("%s", problem.place[0].detail);
+        fail_msg("%s", problem.error[0].detail);
     bytes_free(&request);
     return 0;
 }
@@ -44,7 +44,7 @@ static struct bytes encode_pieces(const char *format, const struct format_option
     struct encoder *encoder =
         encoder_new(format_named(FORMAT_RESULT, format), &source, options, &problem);
     if (!encoder)
-        fail_msg("%s", problem.place[0].detail);
+        fail_msg("%s", problem.error[0].detail);
     bytes_add(&text, "", 0);
     while ((length = encoder_read(encoder, buffer, piece)) > 0)
         bytes_add(&text, buffer, (size_t)length);
@@ -292,7 +292,7 @@ static void test_encode_options_are_checked(void **state) {
                          cases[i].ok);
         assert_int_equal(problem.id, cases[i].ok ? API_OK : API_INVALID_REQUEST);
         if (!cases[i].ok)
-            assert_non_null(strstr(problem.place[0].detail, cases[i].name));
+            assert_non_null(strstr(problem.error[0].detail, cases[i].name));
     }
     struct format_options options = {0};
     struct api_problem problem = {0};

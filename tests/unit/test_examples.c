@@ -3,7 +3,7 @@
 #include "support.h"
 #include "tests/check.h"
 
-#include "api/request/shape.h"
+#include "api/request/prepared_surface.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/measure.h"
 #include <math.h>
@@ -23,13 +23,13 @@ struct example {
 static void example_open(struct example *example, const char *name) {
     char path[64];
     struct api_problem problem;
-    struct api_shape shape;
+    struct prepared_part shape;
     snprintf(path, sizeof path, "api/examples/%s.json", name);
     *example = (struct example){.arena = arena_new((size_t)1 << 26), .text = file_read(path)};
     if (decode_text(example->text.data, example->arena, &example->request, &problem) != API_OK ||
-        api_shape_make(&example->request, &api_limits_default, example->arena, &shape, &problem) !=
-            API_OK)
-        fail_msg("%s: %s: %s", name, problem.place[0].pointer, problem.place[0].detail);
+        prepared_part_make(&example->request, &api_limits_default, example->arena, &shape,
+                           &problem) != API_OK)
+        fail_msg("%s: %s: %s", name, problem.error[0].pointer, problem.error[0].detail);
     example->surface = shape.part.surface;
 }
 

@@ -38,9 +38,9 @@ static void assert_refused(const char *request, const char *stored, enum api_pro
                            const char *pointer, const char *words) {
     struct api_problem problem;
     assert_int_equal(check_with(request, stored, &problem), id);
-    assert_string_equal(problem.place[0].pointer, pointer);
-    if (!strstr(problem.place[0].detail, words))
-        fail_msg("\"%s\" is not in \"%s\"", words, problem.place[0].detail);
+    assert_string_equal(problem.error[0].pointer, pointer);
+    if (!strstr(problem.error[0].detail, words))
+        fail_msg("\"%s\" is not in \"%s\"", words, problem.error[0].detail);
 }
 
 static json_t *describe(const char *surface, struct api_problem *problem) {

@@ -358,8 +358,8 @@ static void check_refused(const char *name, const struct map_fields *fields, enu
     assert_null(encoder_new(format_named(FORMAT_MAP, name), &source, &(struct format_options){0},
                             &problem));
     assert_int_equal(problem.id, id);
-    if (!strstr(problem.place[0].detail, detail))
-        fail_msg("%s: %s", name, problem.place[0].detail);
+    if (!strstr(problem.error[0].detail, detail))
+        fail_msg("%s: %s", name, problem.error[0].detail);
 }
 
 static void test_formats_of_decks_say_what_they_cannot_hold(void **state) {
@@ -515,7 +515,7 @@ static void test_lcmsim_of_nothing_to_fill_is_refused(void **state) {
         small_mesh_set("k1", 1, 0);
         assert_false(lcmsim_open(&source, &fields, capped ? 0.6 : 0, &problem));
         assert_int_equal(problem.id, API_INVALID_REQUEST);
-        assert_non_null(strstr(problem.place[0].detail, "none of the 2 elements can be filled"));
+        assert_non_null(strstr(problem.error[0].detail, "none of the 2 elements can be filled"));
     }
     (void)small_mesh();
 }
@@ -553,7 +553,7 @@ static void test_formats_lcmsim_says_what_it_lacks(void **state) {
     assert_null(encoder_new(format_named(FORMAT_MAP, "lcmsim"), &source,
                             &(struct format_options){0}, &problem));
     assert_int_equal(problem.id, API_INVALID_REQUEST);
-    assert_non_null(strstr(problem.place[0].detail, "no k1"));
+    assert_non_null(strstr(problem.error[0].detail, "no k1"));
 }
 
 static void test_lcmsim_fields_are_the_closest_of_eight_characters(void **state) {

@@ -5,7 +5,7 @@
 #include "api/format/format.h"
 #include "api/json/text.h"
 #include "api/result/column_list.h"
-#include "api/result/directory.h"
+#include "api/result/result_header.h"
 
 #include "support.h"
 #include "tests/check.h"

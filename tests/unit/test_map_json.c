@@ -152,11 +152,11 @@ static void test_map_json_says_what_is_wrong_and_where(void **state) {
         struct map_target mesh;
         struct api_problem problem;
         enum api_problem_id id = read_bytes(wrong->text, strlen(wrong->text), &mesh, &problem);
-        if (id != wrong->id || !strstr(problem.place[0].detail, wrong->detail) ||
+        if (id != wrong->id || !strstr(problem.error[0].detail, wrong->detail) ||
             problem.has_pointer != (wrong->pointer != NULL) ||
-            (wrong->pointer && strcmp(problem.place[0].pointer, wrong->pointer) != 0))
+            (wrong->pointer && strcmp(problem.error[0].pointer, wrong->pointer) != 0))
             fail_msg("%s: %s at '%s': %s", wrong->text, api_problem_slug(id),
-                     problem.place[0].pointer, problem.place[0].detail);
+                     problem.error[0].pointer, problem.error[0].detail);
     }
 }
 

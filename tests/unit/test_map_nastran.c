@@ -207,8 +207,8 @@ static void test_map_nastran_says_what_is_wrong_and_in_which_line(void **state) 
         struct api_problem problem;
         enum api_problem_id id =
             read_bytes(wrongs[k].text, strlen(wrongs[k].text), &mesh, &problem);
-        if (id != API_INVALID_REQUEST || !strstr(problem.place[0].detail, wrongs[k].detail))
-            fail_msg("%s: %s: %s", wrongs[k].text, api_problem_slug(id), problem.place[0].detail);
+        if (id != API_INVALID_REQUEST || !strstr(problem.error[0].detail, wrongs[k].detail))
+            fail_msg("%s: %s: %s", wrongs[k].text, api_problem_slug(id), problem.error[0].detail);
     }
 }
 
@@ -357,7 +357,7 @@ static void test_map_nastran_bounds_the_depth_of_systems(void **state) {
     for (int k = 1; k <= 1000; k++)
         bytes_format(&text, "CORD2R,%d,%d,0.,0.,0.,0.,0.,1.\n+,1.,0.,0.\n", k, k - 1);
     assert_int_equal(read_bytes(text.data, text.length, &mesh, &problem), API_INVALID_REQUEST);
-    assert_non_null(strstr(problem.place[0].detail, "more than 64 systems hang on each other"));
+    assert_non_null(strstr(problem.error[0].detail, "more than 64 systems hang on each other"));
     bytes_free(&text);
 }
 
@@ -368,7 +368,7 @@ static void test_map_nastran_refuses_lines_that_it_would_have_to_cut(void **stat
     struct bytes text = {0};
     bytes_format(&text, "%sGRID,4,,0.,0.,%250s1.5\n%s", GRIDS, "", TRIANGLE);
     assert_int_equal(read_bytes(text.data, text.length, &mesh, &problem), API_INVALID_REQUEST);
-    assert_non_null(strstr(problem.place[0].detail, "line 4: is longer than 255 columns"));
+    assert_non_null(strstr(problem.error[0].detail, "line 4: is longer than 255 columns"));
     text.length = 0;
     bytes_format(&text, "%sGRID,4,,0.,0.,1.5%250s$ a comment\n%s", GRIDS, "", TRIANGLE);
     assert_int_equal(read_bytes(text.data, text.length, &mesh, &problem), API_OK);

@@ -24,13 +24,13 @@ static void map_points(const char *request, struct mapped *mapped) {
     struct api_problem problem = {0};
     prepare();
     if (run_text(request, &mapped->container, &problem) != API_OK)
-        fail_msg("%s", problem.place[0].detail);
+        fail_msg("%s", problem.error[0].detail);
     const struct api_reader reader = reader_over(&mapped->container);
     const struct map_target target = {
         .vertices = mapped->points, .vertex_count = POINTS, .element_count = POINTS};
     mapped->arena = arena_new((size_t)1 << 28);
     if (api_map_make(&reader, &target, NULL, mapped->arena, &mapped->map, &problem) != API_OK)
-        fail_msg("%s", problem.place[0].detail);
+        fail_msg("%s", problem.error[0].detail);
 }
 
 static void forget(struct mapped *mapped) {

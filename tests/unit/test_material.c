@@ -80,9 +80,9 @@ static void test_material_names_what_is_wrong(void **state) {
         struct api_problem problem;
         const char *head;
         if (decode(bad[k].text, *state, &material, &head, &problem) != API_INVALID_REQUEST ||
-            strcmp(problem.place[0].pointer, bad[k].pointer) != 0)
+            strcmp(problem.error[0].pointer, bad[k].pointer) != 0)
             fail_msg("%s: %s at '%s'", bad[k].text, api_problem_slug(problem.id),
-                     problem.place[0].pointer);
+                     problem.error[0].pointer);
     }
 }
 

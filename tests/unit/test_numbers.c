@@ -161,8 +161,8 @@ static bool compare(const char *bytes, size_t length, size_t *packed) {
             *c = *c < ' ' || *c > '~' ? '?' : *c;
         snprintf(detail, sizeof detail, "line %d, column %d: %s", error.line, error.column,
                  error.text);
-        if (strcmp(problem.place[0].detail, detail) != 0)
-            fail_msg("%s, not %s:\n%.*s", problem.place[0].detail, detail, (int)length, bytes);
+        if (strcmp(problem.error[0].detail, detail) != 0)
+            fail_msg("%s, not %s:\n%.*s", problem.error[0].detail, detail, (int)length, bytes);
     } else {
         assert_int_equal(json_error_code(&error), json_error_numeric_overflow);
     }

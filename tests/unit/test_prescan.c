@@ -60,10 +60,10 @@ static void test_prescan_names_the_limit(void **state) {
     (void)state;
     struct api_problem problem = {0};
     assert_int_equal(api_prescan("[[[[[", 5, &limits, &problem), API_TOO_LARGE);
-    assert_non_null(strstr(problem.place[0].detail, "limit of 4 levels"));
+    assert_non_null(strstr(problem.error[0].detail, "limit of 4 levels"));
     problem = (struct api_problem){0};
     assert_int_equal(api_prescan(",,,,,,,,,,", 10, &limits, &problem), API_TOO_LARGE);
-    assert_non_null(strstr(problem.place[0].detail, "limit of 10"));
+    assert_non_null(strstr(problem.error[0].detail, "limit of 10"));
 }
 
 /* A hostile body of any bytes, cut anywhere. */

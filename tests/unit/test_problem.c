@@ -61,7 +61,7 @@ static void test_problem_first_error_wins(void **state) {
     api_problem_add(&problem, "/x", "fourth");
     assert_int_equal(problem.id, API_OUT_OF_MEMORY);
     assert_int_equal(problem.count, 1);
-    assert_string_equal(problem.place[0].detail, "first");
+    assert_string_equal(problem.error[0].detail, "first");
     assert_false(problem.has_pointer);
 }
 
@@ -71,7 +71,7 @@ static void test_problem_keeps_as_many_places_as_it_says(void **state) {
     for (int i = 0; i < 3 * API_ERRORS_MAX; i++)
         api_problem_add(&problem, "/x", "%d", i);
     assert_int_equal(problem.count, API_ERRORS_MAX);
-    assert_string_equal(problem.place[0].detail, "0");
+    assert_string_equal(problem.error[0].detail, "0");
 }
 
 /* Control characters, quotes, broken and cut UTF-8: the longest document there can be still is

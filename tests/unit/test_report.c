@@ -22,7 +22,7 @@ static struct bytes drape_plane(double spacing) {
     struct bytes request = {0}, container = {0};
     bytes_format(&request, plane, spacing);
     if (run_text(request.data, &container, &problem) != API_OK)
-        fail_msg("%s", problem.place[0].detail);
+        fail_msg("%s", problem.error[0].detail);
     bytes_free(&request);
     return container;
 }
@@ -42,7 +42,7 @@ static struct bytes report_of(struct bytes *container, const char *inputs, size_
     struct format_options options = {.part = "Wing", .ply = "3"};
     struct encoder *encoder = encoder_new(format_at(FORMAT_REPORT, 0), &source, &options, &problem);
     if (!encoder)
-        fail_msg("%s", problem.place[0].detail);
+        fail_msg("%s", problem.error[0].detail);
     while ((length = encoder_read(encoder, buffer, piece)) > 0)
         bytes_add(&page, buffer, (size_t)length);
     assert_int_equal(length, 0);

@@ -2,7 +2,7 @@
 #include "api/run.h"
 
 #include "api/request/decode.h"
-#include "api/request/shape.h"
+#include "api/request/prepared_surface.h"
 #include "support.h"
 #include "tests/check.h"
 #include <jansson.h>
@@ -22,7 +22,7 @@ static enum api_problem_id run_replaced(const char *what, const char *with,
 static void assert_problem(const struct api_problem *problem, enum api_problem_id id,
                            const char *pointer) {
     assert_string_equal(api_problem_slug(problem->id), api_problem_slug(id));
-    assert_string_equal(problem->place[0].pointer, pointer);
+    assert_string_equal(problem->error[0].pointer, pointer);
 }
 
 static void test_run_gives_a_container(void **state) {
@@ -239,7 +239,7 @@ static void test_run_describes_a_surface(void **state) {
     double area;
     int degree, size;
     assert_int_equal(decode_text(request_text("saddle"), arena, &request, &problem), API_OK);
-    const char *text = api_shape_describe(&request.surface, arena, &problem);
+    const char *text = prepared_surface_describe(&request.surface, arena, &problem);
     assert_non_null(text);
     json_t *json = json_loads(text, 0, NULL);
     assert_int_equal(
@@ -265,7 +265,7 @@ static void test_run_describes_no_surface_without_area(void **state) {
     assert_int_equal(
         api_decode_surface(flat, strlen(flat), &api_limits_default, arena, &surface, &problem),
         API_OK);
-    assert_null(api_shape_describe(&surface, arena, &problem));
+    assert_null(prepared_surface_describe(&surface, arena, &problem));
     assert_problem(&problem, API_DEGENERATE_SURFACE, "");
     arena_free(arena);
 }

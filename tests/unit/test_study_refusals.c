@@ -15,16 +15,16 @@ static void check_refused_by(const char *rest, const char *pointer, const char *
     assert_int_equal(api_check_study(&input, &api_limits_default, &check, &problem),
                      API_INVALID_REQUEST);
     for (size_t k = 0; k < problem.count; k++)
-        if (strcmp(problem.place[k].pointer, pointer) == 0) {
-            const char *detail = problem.place[k].detail;
+        if (strcmp(problem.error[k].pointer, pointer) == 0) {
+            const char *detail = problem.error[k].detail;
             check_at_least((double)strlen(detail), (double)strlen(end));
             assert_string_equal(detail + strlen(detail) - strlen(end), end);
             bytes_free(&text);
             bytes_free(&part);
             return;
         }
-    fail_msg("%s: the problem is at %s: %s", rest, problem.place[0].pointer,
-             problem.place[0].detail);
+    fail_msg("%s: the problem is at %s: %s", rest, problem.error[0].pointer,
+             problem.error[0].detail);
 }
 
 static void check_refused(const char *rest, const char *pointer) {
@@ -81,7 +81,7 @@ static void check_drape_refused(const char *drape, const char *rest, const char 
     struct api_check check;
     prepare();
     assert_int_not_equal(api_check_study(&input, &api_limits_default, &check, &problem), API_OK);
-    assert_string_equal(problem.place[0].pointer, pointer);
+    assert_string_equal(problem.error[0].pointer, pointer);
     bytes_free(&text);
 }
 
@@ -119,7 +119,7 @@ static void test_samples_beyond_memory_are_refused(void **state) {
     limits.max_memory = (size_t)64 << 20;
     assert_null(api_study_open(&input, &limits, &problem));
     assert_int_equal(problem.id, API_TOO_LARGE);
-    assert_string_equal(problem.place[0].pointer, "/sample");
+    assert_string_equal(problem.error[0].pointer, "/sample");
     problem = (struct api_problem){0};
     struct api_study *study = api_study_open(&input, &api_limits_default, &problem);
     assert_non_null(study);

@@ -130,7 +130,7 @@ static const struct api_warning *warning_of(const char *request, const char *cod
     struct bytes container = {0};
     struct api_problem problem;
     if (run_text(request, &container, &problem) != API_OK)
-        fail_msg("%s: %s", request, problem.place[0].detail);
+        fail_msg("%s: %s", request, problem.error[0].detail);
     struct api_reader reader = reader_over(&container);
     assert_int_equal(api_columns_open(&reader, columns, &problem), API_OK);
     bytes_free(&container);

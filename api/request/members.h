@@ -3,8 +3,8 @@
  * The parts of a request document, one decoder each, used by `decode.c`. Each fills its struct,
  * reports every error it finds at its place and returns whether all was well.
  */
-#ifndef API_REQUEST_PARTS_H
-#define API_REQUEST_PARTS_H
+#ifndef API_REQUEST_MEMBERS_H
+#define API_REQUEST_MEMBERS_H
 
 #include "api/input.h"
 #include "api/json/value.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "edge.h"
+#include "stored_rim.h"
 
 #include <math.h>
 #include <string.h>
@@ -21,7 +21,7 @@ struct line {
 };
 
 /* The lines of row low + k are lines[first[k]] .. lines[first[k + 1] - 1]. */
-struct edge {
+struct stored_rim {
     int64_t low, count; /* rows */
     size_t *first;
     struct line *lines;
@@ -59,21 +59,22 @@ static struct point point_at(struct points *points, size_t k) {
                           vec3_make(block[4][at], block[5][at], block[6][at])};
 }
 
-static int64_t row_of(const struct edge *edge, double q) {
-    return (int64_t)fmin(fmax(floor(q) - (double)edge->low, 0), (double)edge->count - 1);
+static int64_t row_of(const struct stored_rim *rim, double q) {
+    return (int64_t)fmin(fmax(floor(q) - (double)rim->low, 0), (double)rim->count - 1);
 }
 
 /* Counts a line in its rows or, with room for it, puts it there. */
-static void put_line(struct edge *edge, const struct point *a, const struct point *b, bool count) {
-    int64_t from = row_of(edge, fmin(a->pq[1], b->pq[1]) - width - most_slack);
-    int64_t to = row_of(edge, fmax(a->pq[1], b->pq[1]) + width + most_slack);
+static void put_line(struct stored_rim *rim, const struct point *a, const struct point *b,
+                     bool count) {
+    int64_t from = row_of(rim, fmin(a->pq[1], b->pq[1]) - width - most_slack);
+    int64_t to = row_of(rim, fmax(a->pq[1], b->pq[1]) + width + most_slack);
     for (int64_t row = from; row <= to; row++) {
         if (count) {
-            edge->first[row + 2]++;
-            edge->loose[row] = edge->loose[row] || a->covered == 0 || b->covered == 0;
+            rim->first[row + 2]++;
+            rim->loose[row] = rim->loose[row] || a->covered == 0 || b->covered == 0;
             continue;
         }
-        struct line *line = &edge->lines[edge->first[row + 1]++];
+        struct line *line = &rim->lines[rim->first[row + 1]++];
         memcpy(line->from, a->pq, sizeof line->from);
         memcpy(line->to, b->pq, sizeof line->to);
         line->point[0] = a->place;
@@ -82,14 +83,14 @@ static void put_line(struct edge *edge, const struct point *a, const struct poin
     }
 }
 
-static void put_lines(struct edge *edge, struct points *points, bool count) {
+static void put_lines(struct stored_rim *rim, struct points *points, bool count) {
     size_t rows = points->column[0]->rows;
     struct point begin = {0}, last = {0};
     for (size_t k = 0; k <= rows && !points->failed; k++) {
         struct point here = k < rows ? point_at(points, k) : (struct point){.loop = -1};
         bool same = k > 0 && here.loop == last.loop;
         if (k > 0)
-            put_line(edge, &last, same ? &here : &begin, count);
+            put_line(rim, &last, same ? &here : &begin, count);
         if (!same)
             begin = here;
         last = here;
@@ -97,15 +98,15 @@ static void put_lines(struct edge *edge, struct points *points, bool count) {
 }
 
 /* Finds the rows that there are. */
-static void find_rows(struct edge *edge, struct points *points) {
+static void find_rows(struct stored_rim *rim, struct points *points) {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (size_t k = 0; k < points->column[0]->rows && !points->failed; k++) {
         double q = point_at(points, k).pq[1];
         low = fmin(low, q);
         high = fmax(high, q);
     }
-    edge->low = (int64_t)floor(low) - 1;
-    edge->count = (int64_t)floor(high) + 2 - edge->low;
+    rim->low = (int64_t)floor(low) - 1;
+    rim->count = (int64_t)floor(high) + 2 - rim->low;
 }
 
 static enum api_problem_id fail(struct api_problem *problem, bool memory) {
@@ -115,15 +116,15 @@ static enum api_problem_id fail(struct api_problem *problem, bool memory) {
     return problem->id;
 }
 
-enum api_problem_id edge_make(const struct api_reader *reader, const struct api_columns *columns,
-                              struct arena *arena, struct edge **result,
-                              struct api_problem *problem) {
+enum api_problem_id stored_rim_make(const struct api_reader *reader,
+                                    const struct api_columns *columns, struct arena *arena,
+                                    struct stored_rim **result, struct api_problem *problem) {
     static const char *const names[COLUMNS] = {"loop", "p", "q", "covered", "x", "y", "z"};
-    struct edge *edge = arena_alloc(arena, 1, sizeof *edge);
+    struct stored_rim *rim = arena_alloc(arena, 1, sizeof *rim);
     struct points *points = arena_alloc(arena, 1, sizeof *points);
-    if (!edge || !points)
+    if (!rim || !points)
         return fail(problem, true);
-    *result = edge;
+    *result = rim;
     if (api_columns_rows(columns, API_TABLE_RIM) == 0)
         return API_OK;
     points->reader = reader;
@@ -132,20 +133,20 @@ enum api_problem_id edge_make(const struct api_reader *reader, const struct api_
         if (!points->column[c])
             return fail(problem, false);
     }
-    find_rows(edge, points);
-    if (points->failed || !(edge->count > 0))
+    find_rows(rim, points);
+    if (points->failed || !(rim->count > 0))
         return fail(problem, false);
-    edge->first = arena_alloc(arena, (size_t)edge->count + 2, sizeof *edge->first);
-    edge->loose = arena_alloc(arena, (size_t)edge->count, sizeof *edge->loose);
-    if (!edge->first || !edge->loose)
+    rim->first = arena_alloc(arena, (size_t)rim->count + 2, sizeof *rim->first);
+    rim->loose = arena_alloc(arena, (size_t)rim->count, sizeof *rim->loose);
+    if (!rim->first || !rim->loose)
         return fail(problem, true);
-    put_lines(edge, points, true);
-    for (int64_t row = 0; row <= edge->count; row++)
-        edge->first[row + 1] += edge->first[row];
-    edge->lines = arena_alloc(arena, edge->first[edge->count + 1], sizeof *edge->lines);
-    if (!edge->lines)
+    put_lines(rim, points, true);
+    for (int64_t row = 0; row <= rim->count; row++)
+        rim->first[row + 1] += rim->first[row];
+    rim->lines = arena_alloc(arena, rim->first[rim->count + 1], sizeof *rim->lines);
+    if (!rim->lines)
         return fail(problem, true);
-    put_lines(edge, points, false);
+    put_lines(rim, points, false);
     return points->failed ? fail(problem, false) : API_OK;
 }
 
@@ -182,20 +183,20 @@ static int way_of(const struct line *line) {
     return line->to[1] > line->from[1] ? 1 : -1;
 }
 
-bool edge_is_beyond(const struct edge *edge, double p, double q, double slack) {
+bool stored_rim_is_beyond(const struct stored_rim *rim, double p, double q, double slack) {
     double near = width + fmin(slack, most_slack);
     int winding = 0;
-    if (edge->count == 0)
+    if (rim->count == 0)
         return false;
-    int64_t row = row_of(edge, q);
-    for (size_t k = edge->first[row]; k < edge->first[row + 1]; k++) {
-        const struct line *line = &edge->lines[k];
+    int64_t row = row_of(rim, q);
+    for (size_t k = rim->first[row]; k < rim->first[row + 1]; k++) {
+        const struct line *line = &rim->lines[k];
         if (is_about(line, p, q, near) && distance(line, p, q) <= near)
             return false;
         if (crosses(line, q) && p_at(line, share_at(line, q)) > p)
             winding += way_of(line);
     }
-    return !edge->loose[row] && winding <= 0;
+    return !rim->loose[row] && winding <= 0;
 }
 
 /* The first of the cells, which come by j, then i, that is not before (i, j). */
@@ -210,16 +211,16 @@ static size_t first_from(const int32_t (*cells)[2], size_t count, double i, int6
     return low;
 }
 
-void edge_find_clear(const struct edge *edge, const int32_t (*cells)[2], size_t count,
-                     bool *clear) {
+void stored_rim_find_clear(const struct stored_rim *rim, const int32_t (*cells)[2], size_t count,
+                           bool *clear) {
     const double near = width + most_slack;
     memset(clear, 1, count);
-    for (int64_t row = 0; row < edge->count; row++)
-        for (size_t k = edge->first[row]; k < edge->first[row + 1]; k++) {
-            const double a = edge->lines[k].from[0], b = edge->lines[k].to[0];
+    for (int64_t row = 0; row < rim->count; row++)
+        for (size_t k = rim->first[row]; k < rim->first[row + 1]; k++) {
+            const double a = rim->lines[k].from[0], b = rim->lines[k].to[0];
             const double low = floor((a < b ? a : b) - near), high = floor((a < b ? b : a) + near);
-            size_t cell = first_from(cells, count, low, edge->low + row);
-            for (; cell < count && cells[cell][1] == edge->low + row && cells[cell][0] <= high;
+            size_t cell = first_from(cells, count, low, rim->low + row);
+            for (; cell < count && cells[cell][1] == rim->low + row && cells[cell][0] <= high;
                  cell++)
                 clear[cell] = false;
         }
@@ -229,7 +230,7 @@ void edge_find_clear(const struct edge *edge, const int32_t (*cells)[2], size_t 
 
 /* Where the line meets the rim; behind it the winding is `way` less. */
 struct crossing {
-    struct edge_end end;
+    struct stretch_end end;
     int way;
 };
 
@@ -244,28 +245,27 @@ static void insert(struct crossing *list, size_t count, const struct line *line,
         .way = way_of(line)};
 }
 
-size_t edge_stretches(const struct edge *edge, double q, double low, double high,
-                      struct edge_end stretches[EDGE_STRETCHES][2]) {
-    struct crossing list[2 * EDGE_STRETCHES];
+size_t stored_rim_stretches(const struct stored_rim *rim, double q, double low, double high,
+                            struct stretch_end stretches[STORED_RIM_STRETCHES][2]) {
+    struct crossing list[2 * STORED_RIM_STRETCHES];
     size_t crossings = 0, count = 0;
-    int winding = edge->count == 0;
-    int64_t row = edge->count ? row_of(edge, q) : 0;
-    for (size_t k = edge->count ? edge->first[row] : 0; edge->count && k < edge->first[row + 1];
-         k++) {
-        const struct line *line = &edge->lines[k];
+    int winding = rim->count == 0;
+    int64_t row = rim->count ? row_of(rim, q) : 0;
+    for (size_t k = rim->count ? rim->first[row] : 0; rim->count && k < rim->first[row + 1]; k++) {
+        const struct line *line = &rim->lines[k];
         double share = crosses(line, q) ? share_at(line, q) : -1;
         if (share < 0 || p_at(line, share) <= low)
             continue;
         winding += way_of(line);
-        if (p_at(line, share) < high && crossings < 2 * EDGE_STRETCHES)
+        if (p_at(line, share) < high && crossings < 2 * STORED_RIM_STRETCHES)
             insert(list, crossings++, line, share);
     }
-    struct edge_end begin = {.p = low};
+    struct stretch_end begin = {.p = low};
     for (size_t k = 0; k <= crossings; k++) {
-        struct edge_end end = k < crossings ? list[k].end : (struct edge_end){.p = high};
+        struct stretch_end end = k < crossings ? list[k].end : (struct stretch_end){.p = high};
         int behind = winding - (k < crossings ? list[k].way : 0);
         bool goes_on = k < crossings && winding > 0 && behind > 0;
-        if (winding > 0 && !goes_on && count < EDGE_STRETCHES) {
+        if (winding > 0 && !goes_on && count < STORED_RIM_STRETCHES) {
             stretches[count][0] = begin;
             stretches[count++][1] = end;
         }

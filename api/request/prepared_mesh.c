@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "shape_mesh.h"
+#include "prepared_mesh.h"
 
 #include <stdio.h>
 
@@ -49,9 +49,9 @@ static enum api_problem_id make(const struct api_mesh *from, const char *base, s
     return problem->id;
 }
 
-enum api_problem_id api_shape_mesh(const struct api_request *request,
-                                   const struct api_limits *limits, struct arena *arena,
-                                   struct mesh **mesh, struct api_problem *problem) {
+enum api_problem_id prepared_mesh_make(const struct api_request *request,
+                                       const struct api_limits *limits, struct arena *arena,
+                                       struct mesh **mesh, struct api_problem *problem) {
     const struct drape_settings *settings = &request->settings;
     if (make(&request->surface.mesh, "/surface", arena, mesh, problem) != API_OK)
         return problem->id;
@@ -111,9 +111,8 @@ static void write_edges(struct api_text *text, const struct mesh *mesh) {
     api_text_raw(text, "}");
 }
 
-enum api_problem_id api_shape_mesh_describe(const struct api_surface *surface,
-                                            struct api_text *text, struct arena *arena,
-                                            struct api_problem *problem) {
+enum api_problem_id prepared_mesh_describe(const struct api_surface *surface, struct api_text *text,
+                                           struct arena *arena, struct api_problem *problem) {
     struct mesh *mesh;
     if (make(&surface->mesh, "", arena, &mesh, problem) != API_OK)
         return problem->id;

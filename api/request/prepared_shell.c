@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-#include "shape_shell.h"
+#include "prepared_shell.h"
 
 #include "api/json/text.h"
-#include "shape.h"
+#include "prepared_surface.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/contour.h"
 #include "solver/surface/measure.h"
@@ -13,8 +13,8 @@ enum { TITLE_SIZE = API_FACE_TITLE_SIZE, LIST_SIZE = 192 };
 
 /* ---- what is wrong with faces ---- */
 
-void api_shape_face_title(const struct api_surface *surface, int32_t number,
-                          char title[API_FACE_TITLE_SIZE]) {
+void prepared_shell_face_title(const struct api_surface *surface, int32_t number,
+                               char title[API_FACE_TITLE_SIZE]) {
     const char *name = surface->faces[number].face_name;
     if (name)
         (void)snprintf(title, TITLE_SIZE, "%d (\"%.40s\")", number, name);
@@ -29,7 +29,7 @@ static void write_list(const struct api_surface *surface, const struct shell_fau
     for (int k = 0; k < fault->face_count && length < LIST_SIZE; k++) {
         char title[TITLE_SIZE];
         const char *before = k == 0 ? " " : k == fault->face_count - 1 ? " and " : ", ";
-        api_shape_face_title(surface, numbers[fault->face[k]], title);
+        prepared_shell_face_title(surface, numbers[fault->face[k]], title);
         length += snprintf(list + length, LIST_SIZE - (size_t)length, "%s%s", before, title);
     }
 }
@@ -69,11 +69,12 @@ static void explain(const struct api_surface *surface, const struct shell_fault 
     case SHELL_LOOP_BAD:
         (void)snprintf(pointer, sizeof pointer, "%s/faces/%d/trims/%zu", base,
                        numbers[fault->face[0]], fault->loop.loop);
-        (void)api_shape_loop_fault(problem, pointer, list, &fault->loop);
+        (void)prepared_surface_loop_fault(problem, pointer, list, &fault->loop);
         break;
     case SHELL_TOO_CURVED:
     case SHELL_FOLDS:
-        (void)api_shape_fault(problem, offset, list, at, fault->radius, fault->fold_deg);
+        (void)prepared_surface_offset_fault(problem, offset, list, at, fault->radius,
+                                            fault->fold_deg);
         break;
     default:
         api_problem_add(problem, pointer, "must be between 1 and %d faces", SHELL_FACES_MAX);
@@ -82,7 +83,7 @@ static void explain(const struct api_surface *surface, const struct shell_fault 
 
 /* ---- making a shell ---- */
 
-size_t api_shape_shell_bytes(const struct api_surface *surface) {
+size_t prepared_shell_bytes(const struct api_surface *surface) {
     size_t bytes = 0;
     for (size_t k = 0; k < surface->face_count; k++)
         bytes += (size_t)surface_span_bytes(&surface->faces[k].nurbs);
@@ -104,7 +105,7 @@ static enum api_problem_id make_part(const struct api_surface *surface, int32_t 
     if (status == STATUS_OUT_OF_MEMORY)
         return no_memory(problem);
     if (status != STATUS_OK) {
-        api_shape_face_title(surface, number, title);
+        prepared_shell_face_title(surface, number, title);
         (void)snprintf(pointer, sizeof pointer, "%s/faces/%d", base, number);
         api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer, "face %s has no area", title);
         return problem->id;
@@ -162,7 +163,7 @@ static enum api_problem_id make_apart(const struct api_surface *surface, const i
 
 /* ---- the selection ---- */
 
-static bool choose_list(const struct api_surface *surface, struct api_shell *shell,
+static bool choose_list(const struct api_surface *surface, struct prepared_shell *shell,
                         struct api_problem *problem) {
     const struct api_selection *selection = &surface->selection;
     for (size_t k = 0; k < selection->count; k++) {
@@ -182,7 +183,7 @@ static bool choose_list(const struct api_surface *surface, struct api_shell *she
 
 /* Keeps of all faces those that are reached. */
 static bool choose_grown(const struct api_surface *surface, struct arena *arena,
-                         struct api_shell *shell, struct api_problem *problem) {
+                         struct prepared_shell *shell, struct api_problem *problem) {
     const struct api_selection *selection = &surface->selection;
     if ((size_t)selection->grow_from >= surface->face_count) {
         api_problem_add(problem, "/surface/grow_from",
@@ -206,8 +207,8 @@ static bool choose_grown(const struct api_surface *surface, struct arena *arena,
     return true;
 }
 
-static bool choose(const struct api_surface *surface, struct arena *arena, struct api_shell *shell,
-                   struct api_problem *problem) {
+static bool choose(const struct api_surface *surface, struct arena *arena,
+                   struct prepared_shell *shell, struct api_problem *problem) {
     shell->numbers = arena_alloc(arena, surface->face_count, sizeof *shell->numbers);
     shell->count = surface->face_count;
     if (!shell->numbers) {
@@ -227,7 +228,7 @@ static bool choose(const struct api_surface *surface, struct arena *arena, struc
 }
 
 /* Where in the shell the start's face is. */
-static bool find_start(const struct api_request *request, struct api_shell *shell,
+static bool find_start(const struct api_request *request, struct prepared_shell *shell,
                        struct api_problem *problem) {
     char title[TITLE_SIZE];
     int32_t number = request->settings.start_face;
@@ -239,16 +240,17 @@ static bool find_start(const struct api_request *request, struct api_shell *shel
             shell->start_face = (int32_t)k;
             return true;
         }
-    api_shape_face_title(&request->surface, number, title);
+    prepared_shell_face_title(&request->surface, number, title);
     api_problem_add(problem, "/start/face", "face %s is not among those chosen", title);
     return false;
 }
 
-void api_shape_shell_off(const struct api_request *request, const struct api_shell *chosen,
-                         struct arena *arena, struct api_problem *problem) {
+void prepared_shell_name_left_out(const struct api_request *request,
+                                  const struct prepared_shell *chosen, struct arena *arena,
+                                  struct api_problem *problem) {
     const struct drape_settings *settings = &request->settings;
     size_t count = request->surface.face_count;
-    struct api_shell all = {.count = count};
+    struct prepared_shell all = {.count = count};
     struct api_problem ignored = {0};
     struct shell_point place;
     double distance;
@@ -263,7 +265,7 @@ void api_shape_shell_off(const struct api_request *request, const struct api_she
     shell_nearest(all.shell, settings->start_point, SHELL_ANY, &place, &distance);
     if (distance > fmax(settings->spacing[0], settings->spacing[1]))
         return;
-    api_shape_face_title(&request->surface, place.face, title);
+    prepared_shell_face_title(&request->surface, place.face, title);
     api_problem_set_at(problem, API_START_OFF_SURFACE, "/start",
                        "the start is on face %s, which is not among those chosen", title);
 }
@@ -275,9 +277,9 @@ static double largest_area(const struct shell *shell) {
     return largest;
 }
 
-enum api_problem_id api_shape_shell(const struct api_request *request,
-                                    const struct api_limits *limits, struct arena *arena,
-                                    struct api_shell *shell, struct api_problem *problem) {
+enum api_problem_id prepared_shell_make(const struct api_request *request,
+                                        const struct api_limits *limits, struct arena *arena,
+                                        struct prepared_shell *shell, struct api_problem *problem) {
     const struct drape_settings *settings = &request->settings;
     if (!choose(&request->surface, arena, shell, problem) || !find_start(request, shell, problem) ||
         make_shell(&request->surface, shell->numbers, shell->count, "/surface", request->offset,
@@ -354,7 +356,8 @@ static enum status describe_face(const struct api_surface *surface, size_t numbe
     return STATUS_OK;
 }
 
-void api_shape_notes(struct api_text *text, const struct api_surface *surface, const char *more) {
+void prepared_shell_write_notes(struct api_text *text, const struct api_surface *surface,
+                                const char *more) {
     api_text_key(text, "notes");
     api_text_raw(text, "[");
     for (size_t k = 0; k < surface->note_count; k++) {
@@ -389,7 +392,7 @@ static void write_joints(struct api_text *text, const struct shell *shell) {
  * then the fault is a note, and they are joined where they can be. */
 static enum api_problem_id describe_edges(const struct api_surface *surface, struct api_text *text,
                                           struct arena *arena, struct api_problem *problem) {
-    struct api_shell all = {0};
+    struct prepared_shell all = {0};
     struct api_problem fault = {0};
     if (!choose(surface, arena, &all, problem))
         return problem->id;
@@ -421,13 +424,13 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
         write_joints(text, all.shell);
         api_text_key_integer(text, "components", (int64_t)shell_component_count(all.shell));
     }
-    api_shape_notes(text, surface, fault.id != API_OK ? fault.place[0].detail : "");
+    prepared_shell_write_notes(text, surface, fault.id != API_OK ? fault.error[0].detail : "");
     return API_OK;
 }
 
-enum api_problem_id api_shape_shell_describe(const struct api_surface *surface,
-                                             struct api_text *text, struct arena *arena,
-                                             struct api_problem *problem) {
+enum api_problem_id prepared_shell_describe(const struct api_surface *surface,
+                                            struct api_text *text, struct arena *arena,
+                                            struct api_problem *problem) {
     struct totals totals = {0};
     api_text_key(text, "faces");
     api_text_raw(text, "[");

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The rim along rows of the net, against a diamond with a hole in a plane, and its picture. */
 #include "api/format/part_picture.h"
-#include "api/result/edge.h"
+#include "api/result/stored_rim.h"
 
 #include "support.h"
 #include "tests/check.h"
@@ -24,7 +24,7 @@ static void drape_diamond(double spacing, struct bytes *container, struct api_co
     struct bytes request = {0};
     bytes_format(&request, diamond, spacing);
     if (run_text(request.data, container, &problem) != API_OK)
-        fail_msg("%s", problem.place[0].detail);
+        fail_msg("%s", problem.error[0].detail);
     bytes_free(&request);
     const struct api_reader reader = reader_over(container);
     assert_int_equal(api_columns_open(&reader, columns, &problem), API_OK);
@@ -45,14 +45,14 @@ static size_t exact_ends(double y, double ends[4]) {
     return count;
 }
 
-static void check_row(const struct edge *edge, double spacing, double y) {
-    struct edge_end stretches[EDGE_STRETCHES][2];
+static void check_row(const struct stored_rim *edge, double spacing, double y) {
+    struct stretch_end stretches[STORED_RIM_STRETCHES][2];
     double exact[4];
     size_t expected = exact_ends(y, exact), found = 0;
     for (int i = -8; i < 8; i++) { /* cell by cell */
-        size_t count = edge_stretches(edge, y / spacing, i, i + 1, stretches);
+        size_t count = stored_rim_stretches(edge, y / spacing, i, i + 1, stretches);
         for (size_t k = 0; k < 2 * count; k++) {
-            const struct edge_end *end = &stretches[k / 2][k % 2];
+            const struct stretch_end *end = &stretches[k / 2][k % 2];
             if (!end->known) {
                 assert_true(end->p == i + (int)(k % 2));
                 continue;
@@ -64,7 +64,7 @@ static void check_row(const struct edge *edge, double spacing, double y) {
         }
     }
     assert_int_equal(found, expected);
-    size_t whole = edge_stretches(edge, y / spacing, -8, 8, stretches);
+    size_t whole = stored_rim_stretches(edge, y / spacing, -8, 8, stretches);
     assert_int_equal(whole, expected / 2);
 }
 
@@ -73,7 +73,7 @@ struct draped {
     struct bytes container;
     struct api_columns columns;
     struct arena *arena;
-    struct edge *edge;
+    struct stored_rim *edge;
 };
 
 static struct draped *drape_edge(double spacing) {
@@ -82,8 +82,8 @@ static struct draped *drape_edge(double spacing) {
     drape_diamond(spacing, &draped->container, &draped->columns);
     const struct api_reader reader = reader_over(&draped->container);
     draped->arena = arena_new((size_t)1 << 24);
-    assert_int_equal(edge_make(&reader, &draped->columns, draped->arena, &draped->edge, &problem),
-                     API_OK);
+    assert_int_equal(
+        stored_rim_make(&reader, &draped->columns, draped->arena, &draped->edge, &problem), API_OK);
     return draped;
 }
 
@@ -93,7 +93,7 @@ static void draped_free(struct draped *draped) {
     free(draped);
 }
 
-static void test_edge_stretches_of_a_diamond_with_a_hole(void **state) {
+static void test_stored_rim_stretches_of_a_diamond_with_a_hole(void **state) {
     static const double spacing = 0.25;
     struct draped *draped = drape_edge(spacing);
     (void)state;
@@ -108,7 +108,7 @@ static bool is_within(double x, double y) {
 
 /* Cells all of whose corners are within: one that is clear has the rim nowhere near it, one that is
  * not has it in it or close by. */
-static void test_edge_find_clear_leaves_the_cells_at_the_rim(void **state) {
+static void test_stored_rim_find_clear_leaves_the_cells_at_the_rim(void **state) {
     static const double spacing = 0.03;
     struct draped *draped = drape_edge(spacing);
     int32_t cells[5000][2];
@@ -124,13 +124,13 @@ static void test_edge_find_clear_leaves_the_cells_at_the_rim(void **state) {
             cells[count][1] = j;
             count += inner == 4;
         }
-    edge_find_clear(draped->edge, (const int32_t(*)[2])cells, count, clear);
+    stored_rim_find_clear(draped->edge, (const int32_t(*)[2])cells, count, clear);
     for (size_t k = 0; k < count; k++) {
         double middle[2] = {cells[k][0] + 0.5, cells[k][1] + 0.5};
         clear_count += clear[k];
         for (int at = 0; at < 25 && clear[k]; at++) {
             double p = cells[k][0] + at % 5 / 4.0, q = cells[k][1] + at / 5 / 4.0;
-            assert_false(edge_is_beyond(draped->edge, p, q, 0));
+            assert_false(stored_rim_is_beyond(draped->edge, p, q, 0));
         }
         double to_outer = outer / spacing - fabs(middle[0]) - fabs(middle[1]);
         double to_hole = fabs(middle[0] - hole_at / spacing) + fabs(middle[1]) - hole / spacing;
@@ -169,10 +169,10 @@ static void test_portrait_shows_the_cloth_up_to_the_rim(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_edge_stretches_of_a_diamond_with_a_hole),
-        cmocka_unit_test(test_edge_find_clear_leaves_the_cells_at_the_rim),
+        cmocka_unit_test(test_stored_rim_stretches_of_a_diamond_with_a_hole),
+        cmocka_unit_test(test_stored_rim_find_clear_leaves_the_cells_at_the_rim),
         cmocka_unit_test(test_portrait_shows_the_cloth_up_to_the_rim),
     };
     prepare();
-    return cmocka_run_group_tests_name("edge", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("stored_rim", tests, NULL, NULL);
 }

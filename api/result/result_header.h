@@ -3,8 +3,8 @@
  * The header of a result: the summary, the grid, the start and what columns there are, as a JSON
  * object. Where the columns lie follows from it (`columns.c`).
  */
-#ifndef API_RESULT_DIRECTORY_H
-#define API_RESULT_DIRECTORY_H
+#ifndef API_RESULT_RESULT_HEADER_H
+#define API_RESULT_RESULT_HEADER_H
 
 #include "api/request/normalise.h"
 #include "column_list.h"
@@ -77,19 +77,20 @@ size_t api_columns_rows(const struct api_columns *columns, enum api_table table)
 char *api_columns_summary_json(const struct api_columns *columns);
 
 /* The contract's `grid`. */
-void directory_write_grid(struct api_text *text, const struct api_grid *grid);
+void result_header_write_grid(struct api_text *text, const struct api_grid *grid);
 
-/* The whole directory. */
-void directory_write(struct api_text *text, const struct api_columns *columns);
+/* The whole header. */
+void result_header_write(struct api_text *text, const struct api_columns *columns);
 
-/* The columns that the directory `text`, a zero-terminated string, lists at its end, but for their
+/* The columns that the header `text`, a zero-terminated string, lists at its end, but for their
  * offsets. Takes that list out of it, so that parsing the rest is quick: the list is three quarters
- * of it, and is read as `directory_write` writes it and in no other form. False when it is not so.
+ * of it, and is read as `result_header_write` writes it and in no other form. False when it is not
+ * so.
  */
-bool directory_take_columns(char *text, struct api_columns *columns) STATUS_MUST_USE;
+bool result_header_take_columns(char *text, struct api_columns *columns) STATUS_MUST_USE;
 
 /* Reads the rest into `columns`, which has been zero-initialised; what is wrong is reported to the
  * tree's problem. */
-void directory_read(const struct json_tree *tree, struct api_columns *columns);
+void result_header_read(const struct json_tree *tree, struct api_columns *columns);
 
 #endif

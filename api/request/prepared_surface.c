@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: MIT */
-#include "shape.h"
+#include "prepared_surface.h"
 
 #include "api/json/text.h"
 #include "digest.h"
-#include "shape_mesh.h"
-#include "shape_shell.h"
+#include "prepared_mesh.h"
+#include "prepared_shell.h"
 #include "solver/shell/offset.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/measure.h"
 #include <stdio.h>
 
-bool api_shape_is_large(const struct api_surface *surface) {
+bool prepared_surface_is_large(const struct api_surface *surface) {
     return surface->kind == API_SURFACE_SHELL
-               ? api_shape_shell_bytes(surface) > API_SHAPE_SPANS_MAX
+               ? prepared_shell_bytes(surface) > PREPARED_SPANS_MAX
                : surface->kind == API_SURFACE_NURBS &&
-                     surface_span_bytes(&surface->nurbs) > API_SHAPE_SPANS_MAX;
+                     surface_span_bytes(&surface->nurbs) > PREPARED_SPANS_MAX;
 }
 
 static enum api_problem_id check_made(enum status status, const char *pointer,
@@ -51,8 +51,8 @@ static double least_nodes(const struct drape_settings *settings, double area) {
     return fmin(nodes, warp * weft);
 }
 
-enum api_problem_id api_shape_loop_fault(struct api_problem *problem, const char *pointer,
-                                         const char *what, const struct loop_fault *fault) {
+enum api_problem_id prepared_surface_loop_fault(struct api_problem *problem, const char *pointer,
+                                                const char *what, const struct loop_fault *fault) {
     if (fault->kind == LOOP_OPEN)
         api_problem_add(problem, pointer,
                         "trim %zu of %s is open: a curve ends at u = %.6g, v = %.6g and the next "
@@ -72,7 +72,7 @@ static enum api_problem_id loop_problem(const char *base, const struct loop_faul
                                         struct api_problem *problem) {
     char pointer[API_POINTER_MAX];
     (void)snprintf(pointer, sizeof pointer, "%s/%zu", base, fault->loop);
-    return api_shape_loop_fault(problem, pointer, "the surface", fault);
+    return prepared_surface_loop_fault(problem, pointer, "the surface", fault);
 }
 
 /* What the tolerance of a shell of this surface alone would be. */
@@ -113,8 +113,9 @@ static double usable_area(const struct trim *trim, const struct surface *surface
     return trim ? trim_area(trim, &centroid) : surface_area(surface, NULL);
 }
 
-enum api_problem_id api_shape_fault(struct api_problem *problem, double offset, const char *what,
-                                    struct vec3 at, double radius, double fold_deg) {
+enum api_problem_id prepared_surface_offset_fault(struct api_problem *problem, double offset,
+                                                  const char *what, struct vec3 at, double radius,
+                                                  double fold_deg) {
     if (radius > 0)
         api_problem_add(problem, "/offset",
                         "moves %s by %.6g near (%.6g, %.6g, %.6g), where its radius of curvature "
@@ -156,8 +157,8 @@ static enum api_problem_id make_patch(const struct api_request *request,
         return problem->id;
     *part = (struct drape_part){.surface = surface, .trim = trim};
     if (!holds(surface, trim, &fault))
-        return api_shape_fault(problem, request->offset, "the surface", fault.at, fault.radius,
-                               fault.fold_deg);
+        return prepared_surface_offset_fault(problem, request->offset, "the surface", fault.at,
+                                             fault.radius, fault.fold_deg);
     double nodes = least_nodes(&request->settings, usable_area(trim, surface));
     if (nodes <= (double)limits->max_nodes)
         return API_OK;
@@ -168,19 +169,19 @@ static enum api_problem_id make_patch(const struct api_request *request,
     return problem->id;
 }
 
-enum api_problem_id api_shape_make(const struct api_request *request,
-                                   const struct api_limits *limits, struct arena *arena,
-                                   struct api_shape *shape, struct api_problem *problem) {
+enum api_problem_id prepared_part_make(const struct api_request *request,
+                                       const struct api_limits *limits, struct arena *arena,
+                                       struct prepared_part *shape, struct api_problem *problem) {
     struct mesh *mesh = NULL;
     enum api_problem_id id;
-    *shape = (struct api_shape){0};
+    *shape = (struct prepared_part){0};
     switch (request->surface.kind) {
     case API_SURFACE_MESH:
-        id = api_shape_mesh(request, limits, arena, &mesh, problem);
+        id = prepared_mesh_make(request, limits, arena, &mesh, problem);
         shape->part.mesh = mesh;
         return id;
     case API_SURFACE_SHELL:
-        id = api_shape_shell(request, limits, arena, &shape->shell, problem);
+        id = prepared_shell_make(request, limits, arena, &shape->shell, problem);
         shape->part.shell = shape->shell.shell;
         return id;
     default:
@@ -204,7 +205,7 @@ static enum api_problem_id measure(const struct api_surface *definition, struct 
     struct surface *surface;
     struct trim *trim;
     if (definition->kind == API_SURFACE_NURBS && definition->trim_count == 0 &&
-        surface_span_bytes(&definition->nurbs) > API_SHAPE_SPANS_MAX)
+        surface_span_bytes(&definition->nurbs) > PREPARED_SPANS_MAX)
         return check_made(surface_measure(&definition->nurbs, arena, measure), "", problem);
     if (make(definition, "", arena, &surface, problem) != API_OK ||
         make_trim(definition, "/trims", surface, arena, &trim, problem) != API_OK)
@@ -225,11 +226,11 @@ static const char *describe_faces(const struct api_surface *definition, struct a
     api_text_raw(&text, "{");
     api_text_key_string(&text, "id", ok ? id : "");
     if (definition->kind == API_SURFACE_MESH
-            ? api_shape_mesh_describe(definition, &text, arena, problem)
-            : api_shape_shell_describe(definition, &text, arena, problem))
+            ? prepared_mesh_describe(definition, &text, arena, problem)
+            : prepared_shell_describe(definition, &text, arena, problem))
         return NULL;
     if (definition->kind == API_SURFACE_MESH)
-        api_shape_notes(&text, definition, "");
+        prepared_shell_write_notes(&text, definition, "");
     if (definition->length_unit)
         api_text_key_string(&text, "length_unit", definition->length_unit->name);
     api_text_raw(&text, "}");
@@ -239,8 +240,8 @@ static const char *describe_faces(const struct api_surface *definition, struct a
     return document;
 }
 
-const char *api_shape_describe(const struct api_surface *definition, struct arena *arena,
-                               struct api_problem *problem) {
+const char *prepared_surface_describe(const struct api_surface *definition, struct arena *arena,
+                                      struct api_problem *problem) {
     if (definition->kind != API_SURFACE_NURBS)
         return describe_faces(definition, arena, problem);
     struct surface_measure size;

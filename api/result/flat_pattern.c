@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "cut.h"
+#include "flat_pattern.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -136,12 +136,12 @@ static bool add_outline(struct polygons *polygons, const struct outline *outline
 
 /* The crossings of the polygons with the line x = 0 or y = 0: outwards is the way to their right.
  */
-static bool find_notches(struct cut *cut) {
-    const struct polygons_point *at = cut->polygons.points;
-    cut->notches = calloc(2 * cut->polygons.count + 1, sizeof *cut->notches);
-    if (!cut->notches)
+static bool find_notches(struct flat_pattern *pattern) {
+    const struct polygons_point *at = pattern->polygons.points;
+    pattern->notches = calloc(2 * pattern->polygons.count + 1, sizeof *pattern->notches);
+    if (!pattern->notches)
         return false;
-    for (size_t k = 0, first = 0; k < cut->polygons.count; k++) {
+    for (size_t k = 0, first = 0; k < pattern->polygons.count; k++) {
         const struct polygons_point *a = &at[k], *b = &at[a->last ? first : k + 1];
         first = a->last ? k + 1 : first;
         const double across[2][2] = {{a->y, b->y}, {a->x, b->x}};
@@ -151,35 +151,36 @@ static bool find_notches(struct cut *cut) {
                 continue;
             double share = from / (from - to);
             int way = (family == 0) == (to > from) ? 1 : -1;
-            cut->notches[cut->notch_count++] =
-                (struct cut_notch){family ? 0 : a->x + share * (b->x - a->x),
-                                   family ? a->y + share * (b->y - a->y) : 0, family, way};
+            pattern->notches[pattern->notch_count++] =
+                (struct pattern_notch){family ? 0 : a->x + share * (b->x - a->x),
+                                       family ? a->y + share * (b->y - a->y) : 0, family, way};
         }
     }
     return true;
 }
 
-enum api_problem_id cut_make(struct cut *cut, const struct api_reader *reader,
-                             const struct api_columns *columns, const struct outline *outline,
-                             double tolerance, struct api_problem *problem) {
+enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct api_reader *reader,
+                                      const struct api_columns *columns,
+                                      const struct outline *outline, double tolerance,
+                                      struct api_problem *problem) {
     struct points points = {.count = 0};
     bool rim = api_columns_rows(columns, API_TABLE_RIM) > 0, good = true;
     if (rim && !read_rim(&points, reader, columns))
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     else if (rim)
-        good = add_rim(&cut->polygons, &points, outline);
+        good = add_rim(&pattern->polygons, &points, outline);
     points_free(&points);
-    if (problem->id == API_OK && good && cut->polygons.count == 0)
-        good = add_outline(&cut->polygons, outline);
+    if (problem->id == API_OK && good && pattern->polygons.count == 0)
+        good = add_outline(&pattern->polygons, outline);
     else
-        polygons_simplify(&cut->polygons, tolerance);
-    if (!good || (problem->id == API_OK && !find_notches(cut)))
+        polygons_simplify(&pattern->polygons, tolerance);
+    if (!good || (problem->id == API_OK && !find_notches(pattern)))
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the pattern");
     return problem->id;
 }
 
-void cut_free(struct cut *cut) {
-    polygons_free(&cut->polygons);
-    free(cut->notches);
-    *cut = (struct cut){0};
+void flat_pattern_free(struct flat_pattern *pattern) {
+    polygons_free(&pattern->polygons);
+    free(pattern->notches);
+    *pattern = (struct flat_pattern){0};
 }

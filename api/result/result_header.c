@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "directory.h"
+#include "result_header.h"
 
 #include "api/json/text.h"
 #include "api/json/value.h"
@@ -13,7 +13,7 @@ static const char *const form_names[] = {
 #undef X
 };
 
-void directory_write_grid(struct api_text *text, const struct api_grid *grid) {
+void result_header_write_grid(struct api_text *text, const struct api_grid *grid) {
     api_text_raw(text, "{");
     api_text_key(text, "warp");
     api_text_integers(text, grid->warp, 2);
@@ -40,7 +40,7 @@ static void write_start(struct api_text *text, const struct api_start *start) {
     api_text_raw(text, "}");
 }
 
-void directory_write(struct api_text *text, const struct api_columns *header) {
+void result_header_write(struct api_text *text, const struct api_columns *header) {
     if (header->document == API_DOCUMENT_STUDY) {
         api_text_raw(text, "{\"study\":");
         study_summary_store(text, &header->study);
@@ -48,7 +48,7 @@ void directory_write(struct api_text *text, const struct api_columns *header) {
         api_text_raw(text, "{\"summary\":");
         summary_write(text, &header->summary, -1);
         api_text_key(text, "grid");
-        directory_write_grid(text, &header->grid);
+        result_header_write_grid(text, &header->grid);
         api_text_key(text, "start");
         write_start(text, &header->start);
     }
@@ -116,7 +116,7 @@ static void read_drape(const struct json_value *root, struct api_columns *column
     columns->start.weft = read_point(&start, "weft");
 }
 
-void directory_read(const struct json_tree *tree, struct api_columns *columns) {
+void result_header_read(const struct json_tree *tree, struct api_columns *columns) {
     struct json_value root = value_root(tree);
     struct json_value unit = value_member(&root, "length_unit");
     struct json_value study = value_member(&root, "study");
@@ -184,7 +184,7 @@ static bool take_column(const char **at, struct api_column *column) {
     return good && take(at, "}");
 }
 
-bool directory_take_columns(char *text, struct api_columns *columns) {
+bool result_header_take_columns(char *text, struct api_columns *columns) {
     static const char key[] = ",\"columns\":[";
     char *list = strstr(text, key);
     const char *at = list ? list + strlen(key) : text;

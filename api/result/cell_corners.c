@@ -1,26 +1,26 @@
 /* SPDX-License-Identifier: MIT */
-#include "quads.h"
+#include "cell_corners.h"
 
-static bool begin(struct quads_places *places, const struct api_reader *reader,
+static bool begin(struct site_reader *places, const struct api_reader *reader,
                   const struct api_columns *columns, enum api_table table) {
-    *places = (struct quads_places){.reader = reader};
+    *places = (struct site_reader){.reader = reader};
     places->column[0] = api_columns_find(columns, table, "i");
     places->column[1] = api_columns_find(columns, table, "j");
     return places->column[0] && places->column[1] && places->column[0]->rows <= INT32_MAX;
 }
 
-bool quads_begin(struct quads *quads, const struct api_reader *reader,
-                 const struct api_columns *columns) {
+bool cell_corners_begin(struct cell_corners *quads, const struct api_reader *reader,
+                        const struct api_columns *columns) {
     return begin(&quads->cells, reader, columns, API_TABLE_CELLS) &&
            begin(&quads->low, reader, columns, API_TABLE_NODES) &&
            begin(&quads->high, reader, columns, API_TABLE_NODES);
 }
 
 /* The block with the current row; false beyond the last one. */
-static bool load(struct quads_places *places) {
+static bool load(struct site_reader *places) {
     size_t left = places->column[0]->rows - places->row;
     places->first = places->row;
-    places->held = left < QUADS_BLOCK ? left : QUADS_BLOCK;
+    places->held = left < CELL_CORNERS_BLOCK ? left : CELL_CORNERS_BLOCK;
     for (int k = 0; k < 2 && places->held; k++)
         if (!api_columns_read(places->reader, places->column[k], places->first, places->held,
                               places->block[k]))
@@ -28,7 +28,7 @@ static bool load(struct quads_places *places) {
     return places->held > 0;
 }
 
-static inline bool current(struct quads_places *places, double *i, double *j) {
+static inline bool current(struct site_reader *places, double *i, double *j) {
     if (places->row - places->first >= places->held && !load(places))
         return false;
     *i = places->block[0][places->row - places->first];
@@ -37,7 +37,7 @@ static inline bool current(struct quads_places *places, double *i, double *j) {
 }
 
 /* Goes forward to (i, j). */
-static bool seek(struct quads_places *places, double i, double j) {
+static bool seek(struct site_reader *places, double i, double j) {
     double at_i, at_j;
     while (current(places, &at_i, &at_j)) {
         if (at_j == j && at_i == i)
@@ -50,7 +50,8 @@ static bool seek(struct quads_places *places, double i, double j) {
 }
 
 /* In a row sorted by i the node (i+1, j), which a cell has, comes right after (i, j). */
-bool quads_next(struct quads *quads, size_t count, int32_t (*corners)[4], int32_t (*places)[2]) {
+bool cell_corners_next(struct cell_corners *quads, size_t count, int32_t (*corners)[4],
+                       int32_t (*places)[2]) {
     size_t nodes = quads->low.column[0]->rows;
     for (size_t k = 0; k < count; k++, quads->cells.row++) {
         double i, j;
