@@ -75,9 +75,9 @@ static bool begin(const struct fishnet_cell *cell, const struct fishnet_collocat
 static bool lay(struct yarns *y, double rest) {
     for (int k = 0; k < 2; k++) {
         bool cut = false;
-        if (!collocation_lay(&y->path[k]) ||
+        if (!collocation_evaluate(&y->path[k]) ||
             (rest < HUGE_VAL && !collocation_refine(&y->path[k], rest, &cut)) ||
-            (cut && !collocation_lay(&y->path[k])))
+            (cut && !collocation_evaluate(&y->path[k])))
             return false;
     }
     return true;

@@ -7,7 +7,7 @@
 
 enum { ROOT_ROUNDS = 6 };
 
-/* A place may lie beyond its span by this share of that. */
+/* A point may lie beyond its span by this share of that. */
 static const double slack = 1e-9;
 
 /* Nearer to a pole than this many lengths parameters turn too fast. */
@@ -19,28 +19,28 @@ static const double least_fold = 1e-11;
 /* A piece may become as short as this, by the path's length. */
 static const double shortest = 1e-7;
 
-/* Gauss's places. */
-static const double place_of[COLLOCATION_PLACES] = {
+const double collocation_point[COLLOCATION_POINTS] = {
     0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751,
     0.591717321247825,    0.7627662049581645,  0.8983332387068134, 0.9801449282487681};
 
-/* What each place counts in the terms of degree 6 and 7 in Legendre's polynomials of what is known
+/* What each point counts in the terms of degree 6 and 7 in Legendre's polynomials of what is known
  * there. */
-static const double last_terms[2][COLLOCATION_PLACES] = {
+static const double last_terms[2][COLLOCATION_POINTS] = {
     {0.2098921910670315, -0.5591073831433645, 0.6166048635025358, -0.2673896714262035,
      -0.2673896714262035, 0.6166048635025358, -0.5591073831433645, 0.2098921910670315},
     {-0.11769245644771255, 0.37789693708459177, -0.6317745531190049, 0.7849065579218132,
      -0.7849065579218132, 0.6317745531190049, -0.37789693708459177, 0.11769245644771255}};
 
-/* Terms fall by about this factor where eight places tell a bend. */
+/* Terms fall by about this factor where eight points show a bend. */
 static const double last_share = 0.3;
 
-/* Half a piece has this share of the last terms; no piece is cut into more than so many at once. */
+/* Half a piece has this share of the last terms; no piece is split into more than so many at once.
+ */
 static const double half_rest = 1.0 / 64;
-enum { CUTS_MOST = 8 };
+enum { SPLITS_MOST = 8 };
 
 static const struct collocation_kernel *kernel_for(int lanes) {
-    int most = lanes ? lanes : COLLOCATION_PLACES;
+    int most = lanes ? lanes : COLLOCATION_POINTS;
 #if WIDE_FILES
     if (most >= 8 && wide_has(8))
         return &collocation_kernel_8;
@@ -58,12 +58,6 @@ static double guess_at(const struct collocation_guess *g, int k, double t, doubl
     double c2 = 3 * way - 2 * g->leave[k] - g->arrive[k], c3 = g->leave[k] + g->arrive[k] - 2 * way;
     *rate = g->leave[k] + t * (2 * c2 + 3 * t * c3);
     return g->from[k] + t * (g->leave[k] + t * (c2 + t * c3));
-}
-
-static struct vec3 guess_tangent(const struct collocation_guess *g, double t) {
-    struct vec3 ends =
-        vec3_axpy(t * (3 * t - 2), g->tangent[1], vec3_scale((1 - t) * (1 - 3 * t), g->tangent[0]));
-    return vec3_axpy(6 * t * (1 - t), g->mean, ends);
 }
 
 static bool make_guess(const struct surface_point *from, const struct surface_point *to,
@@ -98,8 +92,8 @@ struct meeting {
 };
 
 /* The knot lines of direction k between the ends, sorted in; false when there are too many. */
-static bool find_meetings(const struct surface_axis *axis, const struct collocation_guess *c, int k,
-                          struct meeting *meeting, int *count) {
+static bool find_knot_lines(const struct surface_axis *axis, const struct collocation_guess *c,
+                            int k, struct meeting *meeting, int *count) {
     struct surface_walk walk = surface_walk_begin(axis, c->from[k], c->to[k]);
     while (surface_walk_next(&walk)) {
         if (*count == COLLOCATION_PIECES - 1)
@@ -114,7 +108,7 @@ static bool find_meetings(const struct surface_axis *axis, const struct collocat
 }
 
 /* The piece k, in the span where its middle is, and where it ends. */
-static void place_piece(struct collocation *path, int k) {
+static void start_piece(struct collocation *path, int k) {
     const struct collocation_guess *guess = &path->guess;
     const struct surface *surface = path->from->surface;
     struct collocation_piece *piece = &path->piece[k];
@@ -128,9 +122,11 @@ static void place_piece(struct collocation *path, int k) {
     }
     piece->begin = begin * path->length;
     piece->length = way * path->length;
-    for (int p = 0; p < COLLOCATION_PLACES; p++) {
-        double at = begin + way * place_of[p];
-        struct vec3 tangent = guess_tangent(guess, at);
+    for (int p = 0; p < COLLOCATION_POINTS; p++) {
+        double at = begin + way * collocation_point[p];
+        struct vec3 ends = vec3_axpy(at * (3 * at - 2), guess->tangent[1],
+                                     vec3_scale((1 - at) * (1 - 3 * at), guess->tangent[0]));
+        struct vec3 tangent = vec3_axpy(6 * at * (1 - at), guess->mean, ends);
         const double of[3] = {tangent.x, tangent.y, tangent.z};
         for (int x = 0; x < 3; x++)
             piece->tangent[x][p] = of[x];
@@ -144,25 +140,25 @@ static void place_piece(struct collocation *path, int k) {
     path->uv[k][1 - axis] = guess_at(guess, 1 - axis, path->share[k], &rate);
 }
 
-/* Cuts each piece into as many as `parts` says. False when there are too many. */
-static bool cut_pieces(struct collocation *path, const int *parts) {
+/* Splits piece k into into[k] pieces. False when there are too many. */
+static bool split_pieces(struct collocation *path, const int *into) {
     int most = 0;
     for (int k = 0; k < path->pieces; k++)
-        most += parts[k];
+        most += into[k];
     if (most > COLLOCATION_PIECES)
         return false;
     int at = most;
     for (int k = path->pieces - 1; k >= 0; k--) {
         double end = path->share[k], begin = k ? path->share[k - 1] : 0;
-        for (int part = parts[k]; part > 0; part--) {
-            path->share[--at] = begin + (end - begin) * part / parts[k];
-            path->axis[at] = part < parts[k] ? COLLOCATION_ALONG : path->axis[k];
+        for (int n = into[k]; n > 0; n--) {
+            path->share[--at] = begin + (end - begin) * n / into[k];
+            path->axis[at] = n < into[k] ? COLLOCATION_ALONG : path->axis[k];
             path->knot[at] = path->knot[k];
         }
     }
     path->pieces = most;
     for (int k = 0; k < most; k++)
-        place_piece(path, k);
+        start_piece(path, k);
     return true;
 }
 
@@ -186,8 +182,8 @@ static bool is_free(const struct surface_point *from, const struct surface_point
 }
 
 /* The normal at uv as the piece's span has it. */
-static struct vec3 normal_of(const struct surface *surface, const struct collocation_piece *piece,
-                             const double uv[2]) {
+static struct vec3 span_normal(const struct surface *surface, const struct collocation_piece *piece,
+                               const double uv[2]) {
     struct surface_jet jet;
     surface_evaluate_span(surface, piece->span[0], piece->span[1], uv[0] - piece->turn[0],
                           uv[1] - piece->turn[1], &jet);
@@ -198,27 +194,17 @@ static bool is_fold(struct vec3 normal, struct vec3 other) {
     return !(vec3_norm2(vec3_cross(normal, other)) < least_fold * least_fold);
 }
 
-/* Whether the surface turns at a knot line on the way. */
-static bool crosses_fold(const struct collocation *path) {
-    const struct surface *surface = path->from->surface;
-    for (int k = 0; k < path->pieces; k++)
-        if (path->axis[k] != COLLOCATION_ALONG &&
-            is_fold(normal_of(surface, &path->piece[k], path->uv[k]),
-                    normal_of(surface, &path->piece[k + 1], path->uv[k])))
-            return true;
-    return false;
-}
-
+/* False where the surface turns at a knot line on the way. */
 bool collocation_begin(struct collocation *path, const struct surface_point *from,
                        const struct surface_point *to, const struct vec3 tangent[2], double length,
-                       int parts, int lanes) {
+                       int each, int lanes) {
     const struct surface *surface = from->surface;
     struct collocation_guess *guess = &path->guess;
     struct meeting meeting[COLLOCATION_PIECES];
-    int count = 0, each[COLLOCATION_PIECES];
+    int count = 0, into[COLLOCATION_PIECES];
     if (!is_free(from, to, length) || !make_guess(from, to, tangent, length, guess) ||
-        !find_meetings(&surface->axis[0], guess, 0, meeting, &count) ||
-        !find_meetings(&surface->axis[1], guess, 1, meeting, &count))
+        !find_knot_lines(&surface->axis[0], guess, 0, meeting, &count) ||
+        !find_knot_lines(&surface->axis[1], guess, 1, meeting, &count))
         return false;
     path->kernel = kernel_for(lanes);
     path->from = from;
@@ -230,21 +216,28 @@ bool collocation_begin(struct collocation *path, const struct surface_point *fro
         path->share[k] = meeting[k].t;
         path->axis[k] = meeting[k].axis;
         path->knot[k] = meeting[k].knot;
-        each[k] = parts;
+        into[k] = each;
     }
-    return cut_pieces(path, each) && (!surface->has_folds || !crosses_fold(path));
+    if (!split_pieces(path, into))
+        return false;
+    for (int k = 0; surface->has_folds && k < path->pieces; k++)
+        if (path->axis[k] != COLLOCATION_ALONG &&
+            is_fold(span_normal(surface, &path->piece[k], path->uv[k]),
+                    span_normal(surface, &path->piece[k + 1], path->uv[k])))
+            return false;
+    return true;
 }
 
-/* ---- from turn to turn ---- */
+/* ---- from round to round ---- */
 
-bool collocation_lay(struct collocation *path) {
+bool collocation_evaluate(struct collocation *path) {
     path->to = path->from->jet.r;
     path->arrive = path->leave;
     for (int k = 0; k < path->pieces; k++) {
         struct collocation_piece *piece = &path->piece[k];
         piece->from = path->to;
         piece->leave = path->arrive;
-        path->kernel->lay(path->from->surface, piece);
+        path->kernel->evaluate(path->from->surface, piece);
         path->to = piece->to;
         path->arrive = piece->arrive;
     }
@@ -258,23 +251,23 @@ static double size_of_rest(const struct collocation_piece *piece) {
     for (int x = 0; x < 3; x++)
         for (int n = 0; n < 2; n++) {
             double sum = 0;
-            for (int p = 0; p < COLLOCATION_PLACES; p++)
+            for (int p = 0; p < COLLOCATION_POINTS; p++)
                 sum += last_terms[n][p] * piece->bend[x][p];
             size2[n] += sum * sum;
         }
     return piece->length * sqrt(fmax(last_share * last_share * size2[0], size2[1]));
 }
 
-bool collocation_refine(struct collocation *path, double most, bool *cut) {
-    int parts[COLLOCATION_PIECES];
-    *cut = false;
+bool collocation_refine(struct collocation *path, double most, bool *split) {
+    int into[COLLOCATION_PIECES];
+    *split = false;
     for (int k = 0; k < path->pieces; k++) {
         double rest = size_of_rest(&path->piece[k]);
-        for (parts[k] = 1; parts[k] < CUTS_MOST && rest > most; parts[k] *= 2)
+        for (into[k] = 1; into[k] < SPLITS_MOST && rest > most; into[k] *= 2)
             rest *= half_rest;
-        *cut = *cut || parts[k] > 1;
+        *split = *split || into[k] > 1;
     }
-    return !*cut || cut_pieces(path, parts);
+    return !*split || split_pieces(path, into);
 }
 
 /* Moves uv, where the path meets a knot line at the end of piece k, and says by how much further
@@ -336,7 +329,7 @@ double collocation_move(struct collocation *path, double angle) {
         piece->length += shift[k + 1] - shift[k];
         if (!(piece->length > shortest * path->length))
             return HUGE_VAL;
-        for (int n = 0; n < COLLOCATION_PLACES; n++)
+        for (int n = 0; n < COLLOCATION_POINTS; n++)
             most2 = piece->moved2[n] <= most2 ? most2 : piece->moved2[n];
     }
     return sqrt(most2);
@@ -349,7 +342,7 @@ double collocation_change(const struct collocation *path) {
     for (int x = 0; x < 3; x++)
         first[x] = path->piece[0].bend[x][0];
     for (int k = 0; k < path->pieces; k++)
-        for (int n = 0; n < COLLOCATION_PLACES; n++) {
+        for (int n = 0; n < COLLOCATION_POINTS; n++) {
             double size2 = 0;
             for (int x = 0; x < 3; x++) {
                 double by = path->piece[k].bend[x][n] - first[x];
@@ -372,7 +365,7 @@ static bool in_spans(const struct collocation *path) {
             low = span == 0 && !axis->closed ? -HUGE_VAL : low - beyond + piece->turn[n];
             high = span == axis->span_count - 1 && !axis->closed ? HUGE_VAL
                                                                  : high + beyond + piece->turn[n];
-            for (int p = 0; p < COLLOCATION_PLACES; p++)
+            for (int p = 0; p < COLLOCATION_POINTS; p++)
                 within = within && piece->uv[n][p] >= low && piece->uv[n][p] <= high;
         }
     return within;
@@ -384,6 +377,6 @@ bool collocation_is_whole(const struct collocation *path, const struct surface_p
     if (!in_spans(path))
         return false;
     return !surface->has_folds ||
-           (!is_fold(normal_of(surface, path->piece, path->from->uv), path->from->normal) &&
-            !is_fold(normal_of(surface, last, end->uv), end->normal));
+           (!is_fold(span_normal(surface, path->piece, path->from->uv), path->from->normal) &&
+            !is_fold(span_normal(surface, last, end->uv), end->normal));
 }

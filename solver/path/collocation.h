@@ -4,10 +4,10 @@
  *
  *     r'' = II(r', r') N,
  *
- * so that it is found by turns: the bend at some places of it tells where it goes, and the surface
- * there how it bends. Each turn leaves of an error a share of about (k d)^2, k being the curvature
+ * so that it is found in rounds: the bend at some points of it says where it goes, and the surface
+ * there how it bends. Each round leaves of an error a share of about (k d)^2, k being the curvature
  * and d the length, whatever the parametrisation is like; parameters only say where on the surface
- * a place is. The places are Gauss's of a piece between two knot lines, where the end is right to
+ * a point is. The points are Gauss's of a piece between two knot lines, where the end is right to
  * order 16 (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, section II.7); all
  * of a piece are evaluated at once, with the same bits at any width of registers.
  */
@@ -17,32 +17,35 @@
 #include "solver/shell/surface_point.h"
 
 enum {
-    COLLOCATION_PLACES = 8,
+    COLLOCATION_POINTS = 8,
     COLLOCATION_PIECES = 16,
     COLLOCATION_JET = 18,
     COLLOCATION_ALONG = -1
 };
 
-/* One piece, within a span; numbers by place. */
+/* Gauss's points, as shares of a piece. */
+extern const double collocation_point[COLLOCATION_POINTS];
+
+/* One piece, within a span; numbers by point. */
 struct collocation_piece {
     int span[2];
     double turn[2];       /* what to take off uv to be in the domain of the span */
     double begin, length; /* along the path */
-    _Alignas(64) double uv[2][COLLOCATION_PLACES];
-    _Alignas(64) double tangent[3][COLLOCATION_PLACES]; /* r' */
-    _Alignas(64) double bend[3][COLLOCATION_PLACES];    /* r'' */
-    _Alignas(64) double r[3][COLLOCATION_PLACES];       /* as the bends tell it */
+    _Alignas(64) double uv[2][COLLOCATION_POINTS];
+    _Alignas(64) double tangent[3][COLLOCATION_POINTS]; /* r' */
+    _Alignas(64) double bend[3][COLLOCATION_POINTS];    /* r'' */
+    _Alignas(64) double r[3][COLLOCATION_POINTS];       /* as the bends have it */
     _Alignas(
-        64) double jet[COLLOCATION_JET][COLLOCATION_PLACES]; /* r, r_u, r_v, r_uu, r_uv, r_vv */
-    _Alignas(64) double moved2[COLLOCATION_PLACES];          /* by the last move, squared */
-    struct vec3 from, leave, to, arrive;                     /* its ends, as the bends tell them */
+        64) double jet[COLLOCATION_JET][COLLOCATION_POINTS]; /* r, r_u, r_v, r_uu, r_uv, r_vv */
+    _Alignas(64) double moved2[COLLOCATION_POINTS];          /* by the last move, squared */
+    struct vec3 from, leave, to, arrive;                     /* its ends, as the bends have them */
 };
 
 /* Compiled for one width. */
 struct collocation_kernel {
     /* Evaluates the surface at uv and, from there and `tangent`, the bends; from these, from `from`
      * and `leave`, all else but uv. */
-    void (*lay)(const struct surface *surface, struct collocation_piece *piece);
+    void (*evaluate)(const struct surface *surface, struct collocation_piece *piece);
     /* Moves uv to where the path is when it leaves its start by `turn` more to the side, and the
      * ends of this piece lie further along it by `shift`. */
     void (*move)(struct collocation_piece *piece, struct vec3 turn, const double shift[2]);
@@ -77,31 +80,31 @@ struct collocation {
 };
 
 /* Begins near the cubic in (u, v) from `from` to the point `to` with these unit tangents there,
- * in as many pieces between two knot lines as `parts` says, of at most `lanes` places at once (0:
- * any). False where there may be folds, poles or joints of a shell on the way, or it has too many
- * pieces.
+ * in so many pieces `each` between two knot lines, of at most `lanes` points at once (0: any).
+ * False where there may be folds, poles or joints of a shell on the way, or it has too many pieces.
  */
 bool collocation_begin(struct collocation *path, const struct surface_point *from,
                        const struct surface_point *to, const struct vec3 tangent[2], double length,
-                       int parts, int lanes);
+                       int each, int lanes);
 
-/* Half a turn: sets `to` and `arrive` by the surface where the path is. False where it has none. */
-bool collocation_lay(struct collocation *path);
+/* Half a round: sets `to` and `arrive` by the surface where the path is. False where it has none.
+ */
+bool collocation_evaluate(struct collocation *path);
 
-/* After the first of these: cuts pieces of whose bend the last terms in Legendre's polynomials that
- * eight places tell turn the path by more than `most`, in radians, into two, four or eight, and
- * begins anew; `cut` says whether there are any. False when that makes too many pieces. */
-bool collocation_refine(struct collocation *path, double most, bool *cut);
+/* After the first of these: splits pieces of whose bend the last terms in Legendre's polynomials
+ * that eight points show turn the path by more than `most`, in radians, into two, four or eight,
+ * and begins anew; `split` says whether there are any. False when that makes too many pieces. */
+bool collocation_refine(struct collocation *path, double most, bool *split);
 
 /* The other half, with the direction at the start turned by `angle` about the normal: moves the
- * path to where that leads. The farthest that a place has moved; infinite where it gets lost. */
+ * path to where that leads. The farthest that a point has moved; infinite where it gets lost. */
 double collocation_move(struct collocation *path, double angle);
 
-/* By how much the bend differs along the path at the most, times its length: twice what a turn
- * leaves of an error. */
+/* By how much the bend differs along the path at the most, times its length: twice what a
+ * round leaves of an error. */
 double collocation_change(const struct collocation *path);
 
-/* Whether every place lies in the span of its piece, and the surface at `end`, where the path ends,
+/* Whether every point lies in the span of its piece, and the surface at `end`, where the path ends,
  * and at its start is not folded between the points and the path. */
 bool collocation_is_whole(const struct collocation *path, const struct surface_point *end);
 

@@ -8,5 +8,5 @@
 #define LANES 4
 #define COLLOCATION_KERNEL collocation_kernel_4
 #pragma GCC target("avx2")
-#include "collocation_places.h"
+#include "collocation_points.h"
 #endif

@@ -8,5 +8,5 @@
 #define LANES 8
 #define COLLOCATION_KERNEL collocation_kernel_8
 #pragma GCC target("avx512f,avx512dq,avx512vl,avx2")
-#include "collocation_places.h"
+#include "collocation_points.h"
 #endif

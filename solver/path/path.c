@@ -50,18 +50,6 @@ static const int rounds_max = 4 * NURBS_SIZE_MAX;
  * turn it misses is the square of this. */
 static const double pole_radius = 1e-7;
 
-/* Whether the place where a path is, is taken by the surface as in the path's own span. */
-static bool is_in_own_span(const struct path *g) {
-    bool own = true;
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &g->surface->axis[k];
-        double at = surface_axis_wrap(axis, g->uv[k]);
-        own = own && at == g->uv[k] - g->turn[k] &&
-              surface_axis_span(axis, g->span[k], at) == g->span[k];
-    }
-    return own;
-}
-
 bool path_surface_point(const struct path *path, struct surface_cursor *cursor,
                         struct surface_point *point, struct vec3 *tangent) {
     struct surface_jet jet;
@@ -74,8 +62,14 @@ bool path_surface_point(const struct path *path, struct surface_cursor *cursor,
         vec3_unit(vec3_axpy(path->velocity[1], jet.v, vec3_scale(path->velocity[0], jet.u)));
     if (tangent)
         *tangent = t;
-    bool regular;
-    if (is_in_own_span(path)) {
+    bool regular, own_span = true;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &path->surface->axis[k];
+        double at = surface_axis_wrap(axis, uv[k]);
+        own_span = own_span && at == uv[k] - path->turn[k] &&
+                   surface_axis_span(axis, path->span[k], at) == path->span[k];
+    }
+    if (own_span) {
         *point = (struct surface_point){.uv = {uv[0], uv[1]}, .jet = jet};
         regular = surface_point_complete(path->surface, point);
     } else {
@@ -140,41 +134,32 @@ bool path_curve(struct path *path, const struct surface *surface, const struct s
     return path_place(path, from->uv, direction);
 }
 
-/* Goes through a pole when the point is within its radius and heading for it: straight on to the
- * mirrored place on the other side. */
-static bool pass_pole(struct path *g, struct vec3 pole) {
+/* Shortens a step to half the way to a pole that is near. Within a pole's radius and heading for
+ * it, the path goes straight on to the mirrored point on the other side. */
+static bool pass_poles(struct path *g, double *h) {
     struct surface_cursor cursor = {0, 0};
     struct surface_point here;
-    struct vec3 t, r = path_point(g, &t);
+    struct vec3 pole, t;
+    if (!g->surface->has_poles)
+        return true;
+    struct vec3 r = path_point(g, &t);
+    double distance = surface_point_pole_distance(g->surface, r, &pole);
+    *h = *h > distance / 2 ? distance / 2 : *h;
+    if (!(distance <= pole_radius * g->surface->size))
+        return true;
     double before = vec3_dot(vec3_sub(pole, r), t);
     if (before <= 0)
         return true;
-    if (g->kind == PATH_CURVE)
-        return false;
-    return surface_point_at(g->surface, &cursor, g->uv, &here) && leap(g, &here, t, 2 * before);
-}
-
-/* The longest step worth trying: half way to a pole that is near. */
-static double cap_step(const struct path *g, double h, struct vec3 *pole, bool *at_pole) {
-    struct vec3 t;
-    *at_pole = false;
-    if (!g->surface->has_poles)
-        return h;
-    double distance = surface_point_pole_distance(g->surface, path_point(g, &t), pole);
-    *at_pole = distance <= pole_radius * g->surface->size;
-    return h > distance / 2 ? distance / 2 : h;
+    return g->kind != PATH_CURVE && surface_point_at(g->surface, &cursor, g->uv, &here) &&
+           leap(g, &here, t, 2 * before);
 }
 
 /* Whether a face of a shell may still be followed, further beyond its boundary than it is wide: the
  * continuation there is no further than ghosts may be, and has turned no more than theirs. */
 static bool is_near_narrow_face(const struct path *g, int k, double beyond, double length) {
     struct surface_jet here, there;
-    double edge[2] = {g->uv[0], g->uv[1]};
-    for (int x = 0; x < 2; x++) {
-        const struct surface_axis *axis = &g->surface->axis[x];
-        if (!axis->closed)
-            edge[x] = fmin(fmax(edge[x], surface_axis_lower(axis)), surface_axis_upper(axis));
-    }
+    double edge[2];
+    (void)path_clamp(g, edge);
     path_jet(g, g->uv, &here);
     path_jet(g, edge, &there);
     struct vec3 from = vec3_cross(there.u, there.v), to = vec3_cross(here.u, here.v);
@@ -200,19 +185,7 @@ static bool far_outside(const struct path *g, double length) {
     return false;
 }
 
-/* Whether the path is beyond an open boundary. */
-static bool is_outside(const struct path *g) {
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &g->surface->axis[k];
-        if (!axis->closed &&
-            !(g->uv[k] >= surface_axis_lower(axis) && g->uv[k] <= surface_axis_upper(axis)))
-            return true;
-    }
-    return false;
-}
-
-/* Of one advance: steps that were too long and steps, since the last edge of a span or of the
- * domain, and the length. */
+/* Of one advance: steps that were too long and steps, since the last knot line, and the length. */
 struct effort {
     int failures, steps;
     double whole;
@@ -222,9 +195,10 @@ struct effort {
  * short on the continuation, too. */
 static bool worth_trying(const struct path *g, struct effort *effort, double h) {
     struct vec3 pole, tangent;
+    double inside[2];
     bool near_pole =
         surface_point_pole_distance(g->surface, path_point(g, &tangent), &pole) < effort->whole;
-    bool outside = is_outside(g) && !near_pole;
+    bool outside = path_clamp(g, inside) && !near_pole;
     return ++effort->failures <= (outside ? FAILURES_OUTSIDE : FAILURES_MAX) &&
            h > (outside ? shortest_outside : shortest) * effort->whole;
 }
@@ -233,30 +207,31 @@ static bool worth_trying(const struct path *g, struct effort *effort, double h) 
 struct attempt {
     struct path_footing at;
     double h;
-    struct path_event edge; /* that of the span, if the step is to end there */
-    bool at_edge;
+    struct path_event knot; /* the knot line, if the step is to end there */
+    bool at_knot;
     vec4 y;
     double error;
 };
 
-/* One of at most h that ends in this span or on its edge. */
+/* One of at most h that ends in this span or on a knot line. */
 static struct attempt plan_step(const struct path *g, double h) {
     struct attempt a = {.at = path_footing_of(g)};
     h = fmin(h, g->pace > 0 ? g->pace : path_first_pace(g, &a.at));
-    double edge = path_length_to_edge(g, &a.at, &a.edge);
-    a.at_edge = edge <= h;
-    a.h = a.at_edge ? edge : h;
+    double knot = path_length_to_knot(g, &a.at, &a.knot);
+    a.at_knot = knot <= h;
+    a.h = a.at_knot ? knot : h;
     return a;
 }
 
 /* Takes a step that has been tried, or a shorter one; the length it went. */
 static bool take_step(struct path *g, struct attempt *a, struct effort *effort, double *length) {
     struct path_event event;
-    bool outside = is_outside(g);
+    double inside[2];
+    bool outside = path_clamp(g, inside);
     g->outside += outside;
     while (!path_followed(a->error)) {
         a->h *= fmin(path_rescaling(a->error), 0.85);
-        a->at_edge = false;
+        a->at_knot = false;
         if (!worth_trying(g, effort, a->h))
             return false;
         g->outside += outside;
@@ -264,9 +239,9 @@ static bool take_step(struct path *g, struct attempt *a, struct effort *effort, 
     }
     double pace = a->h * path_rescaling(a->error);
     g->error += a->error * path_allowed_error(g, &a->at, a->h);
-    g->pace = a->at_edge && g->pace > 0 ? fmax(g->pace, pace) : pace;
+    g->pace = a->at_knot && g->pace > 0 ? fmax(g->pace, pace) : pace;
     *length = a->h;
-    if (a->at_edge && g->kind != PATH_CURVE && path_touch_edge(g, &a->edge, &a->y, length))
+    if (a->at_knot && g->kind != PATH_CURVE && path_touch_knot(g, &a->knot, &a->y, length))
         return true;
     if (path_first_event(g, &a->y, &event))
         return path_advance_to(g, &event, a->h, &a->y, length);
@@ -274,24 +249,16 @@ static bool take_step(struct path *g, struct attempt *a, struct effort *effort, 
     return true;
 }
 
-/* One step of at most h that ends in this span or on its edge; the length it went. */
+/* One step of at most h that ends in this span or on a knot line; the length it went. */
 static bool advance_in_span(struct path *g, double h, struct effort *effort, double *length) {
     struct attempt a = plan_step(g, h);
     a.error = path_try_step(g, &a.at, a.h, &a.y);
     return take_step(g, &a, effort, length);
 }
 
-/* Whether a path that meets a joint where it is leads away from it: it has come over the joint, all
- * but along it, and leaves the face again within the step. */
-static bool has_just_entered(const struct path *g, double way, double h,
-                             const struct crossing *joint) {
-    struct vec3 t;
-    (void)path_point(g, &t);
-    return way <= at_joint * h && vec3_dot(t, joint->from.across) < 0;
-}
-
 /* A step as in one span, which ends on the joint that it meets; shorter ones first where that is
- * not found, as where the path all but touches it. */
+ * not found, as where the path all but touches it. A path that meets a joint where it is and leads
+ * away from it has come over it, all but along it, and leaves the face again within the step. */
 static bool advance_on_face(struct path *g, double h, struct effort *effort, double *length) {
     struct path before = *g, beyond = *g;
     for (int round = 0; round < JOINT_ROUNDS; round++) {
@@ -304,8 +271,10 @@ static bool advance_on_face(struct path *g, double h, struct effort *effort, dou
         if (g->stays || !path_find_joint(&before, g, *length, &joint, &way))
             return true;
         beyond = *g;
-        if (!has_just_entered(&before, way, *length, &joint) &&
-            path_pass_joint(&there, &joint, &way)) {
+        struct vec3 t;
+        (void)path_point(&before, &t);
+        bool entered = way <= at_joint * *length && vec3_dot(t, joint.from.across) < 0;
+        if (!entered && path_pass_joint(&there, &joint, &way)) {
             *g = there;
             *length = way;
             return true;
@@ -336,27 +305,22 @@ void path_follow_net(struct path *path, double d, int order) {
     path->accuracy = fmin(fmax(share, finest_of_order[!second]), coarsest_of_order[!second]);
 }
 
-/* Whether an advance makes so many steps that it leads nowhere. Towards a pole many are needed. */
-static bool is_endless(const struct path *g, struct effort *effort) {
-    int most = STEPS_MAX;
-    if (is_outside(g))
-        for (size_t k = sizeof outside_most / sizeof *outside_most; k > 0; k--)
-            if (g->accuracy < outside_most[k - 1].accuracy)
-                most = outside_most[k - 1].steps;
-    return effort->steps++ >= most && !g->surface->has_poles;
-}
-
-/* Steps, the first with the number `round`, until `remaining` is gone. */
+/* Steps, the first with the number `round`, until `remaining` is gone, or so many that the advance
+ * leads nowhere. Towards a pole many are needed. */
 static bool go_on(struct path *path, double remaining, struct effort *effort, int round) {
     for (; round < rounds_max && remaining > 0 && !path->ended; round++) {
-        if (far_outside(path, effort->whole) || is_endless(path, effort))
+        int most = STEPS_MAX;
+        double inside[2], gone = 0, h = remaining;
+        if (path_clamp(path, inside))
+            for (size_t k = sizeof outside_most / sizeof *outside_most; k > 0; k--)
+                if (path->accuracy < outside_most[k - 1].accuracy)
+                    most = outside_most[k - 1].steps;
+        if (far_outside(path, effort->whole) ||
+            (effort->steps++ >= most && !path->surface->has_poles))
             return false;
         const struct surface *surface = path->surface;
         const int span[2] = {path->span[0], path->span[1]};
-        struct vec3 pole;
-        bool at_pole;
-        double gone = 0, h = cap_step(path, remaining, &pole, &at_pole);
-        if (at_pole && !pass_pole(path, pole))
+        if (!pass_poles(path, &h))
             return false;
         if (path->ahead > 0)
             gone = path->ahead;
@@ -427,13 +391,15 @@ bool path_advance_both(struct path path[2], const double length[2]) {
 static bool nudge(struct path *g, double length) {
     struct path_event event;
     struct path_footing at = path_footing_of(g);
-    vec4 y = at.state[0];
-    if (path_is_parabola(g, &at, length))
-        y = path_parabola(&at, length);
-    else
+    struct crossing joint;
+    vec4 y;
+    double share;
+    if (!path_parabola(g, &at, length, &y)) {
+        y = at.state[0];
         path_short_step(g, length, &y);
+    }
     const double uv[2] = {y[0], y[1]};
-    if (g->surface->shell && path_leaves_face(g, uv))
+    if (g->surface->shell && crossing_on_way(g->surface, g->uv, uv, &share, &joint))
         return false;
     if (g->ahead > 0 || path_first_event(g, &y, &event))
         return false;
@@ -445,14 +411,11 @@ static bool nudge(struct path *g, double length) {
  * path in space, d (1 + (k d)^2 / 24). */
 static double length_of_chord(const struct path *g, double d) {
     struct path_footing at = path_footing_of(g);
-    double p = g->velocity[0], q = g->velocity[1];
     const vec4 slope = at.state[1];
-    struct vec3 bend =
-        vec3_axpy(q * q, at.jet.vv, vec3_axpy(2 * p * q, at.jet.uv, vec3_scale(p * p, at.jet.uu)));
+    struct vec3 bend = vec3_make(0, 0, 0);
     if (g->kind == PATH_GEODESIC)
-        bend = vec3_axpy(slope[3], at.jet.v, vec3_axpy(slope[2], at.jet.u, bend));
-    else
-        bend = vec3_make(0, 0, 0);
+        bend = vec3_axpy(slope[3], at.jet.v,
+                         vec3_axpy(slope[2], at.jet.u, jet_bend(&at.jet, g->velocity)));
     return d * (1 + fmin(vec3_norm2(bend) * d * d / 24, 0.1));
 }
 

@@ -8,48 +8,33 @@
  * does not turn back there. */
 static const double turned_back = -0.9994;
 
-/* How far `x` lies beyond the span's edge that leads to another span, and that edge; 0 when the
+/* How far `x` lies beyond the knot line that leads to another span, and that line; 0 when the
  * span's own polynomials hold there (inside it, or past an open boundary). */
-static double beyond_span(const struct path *g, int k, double x, double *edge) {
+static double beyond_span(const struct path *g, int k, double x, double *knot) {
     const struct surface_axis *axis = &g->surface->axis[k];
     int s = g->span[k];
     double low = axis->breaks[s] + g->turn[k], high = axis->breaks[s + 1] + g->turn[k];
     double slack = 1e-13 * (high - low);
     bool open_low = s == 0 && !axis->closed;
     bool open_high = s == axis->span_count - 1 && !axis->closed;
-    *edge = x < low ? low : high;
+    *knot = x < low ? low : high;
     if (x < low - slack && !open_low)
         return low - x;
     return x > high + slack && !open_high ? x - high : 0;
 }
 
-/* Whether the path is beyond an open boundary where its span, which has the jet `here`, lies inside
- * out: the creases on both its sides have met on the way, and nothing is to be carried over it. */
-static bool is_inside_out(const struct path *g, const struct surface_jet *here) {
-    struct surface_jet jet;
-    double edge[2];
-    bool outside = false;
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &g->surface->axis[k];
-        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
-        edge[k] = axis->closed ? g->uv[k] : fmin(fmax(g->uv[k], low), high);
-        outside = outside || edge[k] != g->uv[k];
-    }
-    if (!outside)
-        return false;
-    path_jet(g, edge, &jet);
-    return vec3_dot(vec3_cross(here->u, here->v), vec3_cross(jet.u, jet.v)) < 0;
-}
-
-/* Moves into the next span of direction k. The tangent keeps its components along the common edge
- * and across it: the two tangent planes are unfolded about the edge. */
-static bool cross_edge(struct path *g, int k, double edge) {
+/* Moves into the next span of direction k. The tangent keeps its components along the common knot
+ * line and across it: the two tangent planes are unfolded about the line. Beyond an open boundary
+ * the next span may lie inside out: the creases on both its sides have met on the way, and nothing
+ * is to be carried over it. */
+static bool cross_knot(struct path *g, int k, double knot) {
     const struct surface_axis *axis = &g->surface->axis[k];
-    struct surface_jet from, to;
-    g->uv[k] = edge;
+    struct surface_jet from, to, inner;
+    double inside[2];
+    g->uv[k] = knot;
     g->has_jet = false;
     path_jet(g, g->uv, &from);
-    bool up = edge > (axis->breaks[g->span[k]] + axis->breaks[g->span[k] + 1]) / 2 + g->turn[k];
+    bool up = knot > (axis->breaks[g->span[k]] + axis->breaks[g->span[k] + 1]) / 2 + g->turn[k];
     double period = surface_axis_upper(axis) - surface_axis_lower(axis);
     g->span[k] += up ? 1 : -1;
     if (g->span[k] == axis->span_count) {
@@ -60,9 +45,11 @@ static bool cross_edge(struct path *g, int k, double edge) {
         g->turn[k] -= period;
     }
     path_jet(g, g->uv, &to);
-    if (g->surface->has_folds && is_inside_out(g, &to)) {
-        g->ended = true;
-        return false;
+    if (g->surface->has_folds && path_clamp(g, inside)) {
+        path_jet(g, inside, &inner);
+        g->ended = vec3_dot(vec3_cross(to.u, to.v), vec3_cross(inner.u, inner.v)) < 0;
+        if (g->ended)
+            return false;
     }
     if (g->kind != PATH_GEODESIC) {
         path_given_velocity(g, g->uv, &to, g->velocity);
@@ -106,10 +93,6 @@ static bool turn_corner(struct path *g) {
     return true;
 }
 
-static bool pass_event(struct path *g, const struct path_event *event) {
-    return event->corner ? turn_corner(g) : cross_edge(g, event->k, event->at);
-}
-
 /* A step towards the event, as long as it can be followed, below h; not past it. */
 static bool advance_towards(struct path *g, const struct path_event *event, double h,
                             double *length) {
@@ -145,8 +128,8 @@ static double hermite_share(const vec4 *from, const vec4 *to, int k, double h, d
 }
 
 /* The length to the event, at most h, where the state is `end`: Newton on uv[k](length) = at, kept
- * between 0 and h by bisection, from where a cubic meets the edge; and the state there. False when
- * the step to there is too long to be followed; `length` then is one that was too long. */
+ * between 0 and h by bisection, from where a cubic meets the knot line; and the state there. False
+ * when the step to there is too long to be followed; `length` then is one that was too long. */
 static bool find_event(const struct path *g, const struct path_event *event, double h,
                        const vec4 *end, vec4 *y, double *length) {
     int k = event->k;
@@ -174,10 +157,10 @@ static bool find_event(const struct path *g, const struct path_event *event, dou
     return true;
 }
 
-/* Whether the state y lies beyond an edge of the direction other than k, and that edge. */
+/* Whether the state y lies beyond a knot line of the direction other than k, and that line. */
 static bool crosses_other(const struct path *g, int k, vec4 y, struct path_event *event) {
-    double edge, beyond = beyond_span(g, 1 - k, y[1 - k], &edge);
-    *event = (struct path_event){1 - k, edge, y[1 - k] > edge ? 1 : -1, false};
+    double knot, beyond = beyond_span(g, 1 - k, y[1 - k], &knot);
+    *event = (struct path_event){1 - k, knot, y[1 - k] > knot ? 1 : -1, false};
     return beyond > 0;
 }
 
@@ -186,27 +169,27 @@ bool path_advance_to(struct path *g, const struct path_event *first, double h, c
     struct path_event event = *first, other;
     vec4 y, before;
     *length = 0;
-    if (event.sign * (event.at - g->uv[event.k]) <= 0)
-        return pass_event(g, &event);
-    if (!find_event(g, &event, h, end, &y, length))
-        return advance_towards(g, &event, *length / 2, length);
-    if (crosses_other(g, event.k, y, &other)) {
-        event = other;
-        before = y;
-        if (!find_event(g, &event, *length, &before, &y, length))
+    if (event.sign * (event.at - g->uv[event.k]) > 0) {
+        if (!find_event(g, &event, h, end, &y, length))
             return advance_towards(g, &event, *length / 2, length);
+        if (crosses_other(g, event.k, y, &other)) {
+            event = other;
+            before = y;
+            if (!find_event(g, &event, *length, &before, &y, length))
+                return advance_towards(g, &event, *length / 2, length);
+        }
+        path_accept(g, &y);
     }
-    path_accept(g, &y);
-    return pass_event(g, &event);
+    return event.corner ? turn_corner(g) : cross_knot(g, event.k, event.at);
 }
 
 bool path_first_event(const struct path *g, const vec4 *y, struct path_event *event) {
     double farthest = 0;
     for (int k = 0; k < 2; k++) {
-        double edge, beyond = beyond_span(g, k, (*y)[k], &edge) / fabs((*y)[k] - g->uv[k]);
+        double knot, beyond = beyond_span(g, k, (*y)[k], &knot) / fabs((*y)[k] - g->uv[k]);
         if (beyond > farthest) {
             farthest = beyond;
-            *event = (struct path_event){k, edge, (*y)[k] > edge ? 1 : -1, false};
+            *event = (struct path_event){k, knot, (*y)[k] > knot ? 1 : -1, false};
         }
     }
     if (g->kind == PATH_CURVE) {
@@ -221,7 +204,7 @@ bool path_first_event(const struct path *g, const vec4 *y, struct path_event *ev
     return farthest > 0;
 }
 
-double path_length_to_edge(const struct path *g, const struct path_footing *at,
+double path_length_to_knot(const struct path *g, const struct path_footing *at,
                            struct path_event *event) {
     double least = HUGE_VAL;
     for (int k = 0; k < 2; k++) {
@@ -230,18 +213,18 @@ double path_length_to_edge(const struct path *g, const struct path_footing *at,
         int s = g->span[k], next = p > 0 ? s + 1 : s - 1;
         if (!axis->closed && (next < 0 || next == axis->span_count))
             continue;
-        double edge = axis->breaks[p > 0 ? s + 1 : s] + g->turn[k], way = edge - g->uv[k];
+        double knot = axis->breaks[p > 0 ? s + 1 : s] + g->turn[k], way = knot - g->uv[k];
         double root = p * p + 2 * bend * way;
         double length = root > 0 ? 2 * way / (p + (p > 0 ? 1 : -1) * sqrt(root)) : HUGE_VAL;
         if (length > 0 && length < least) {
             least = length;
-            *event = (struct path_event){k, edge, p > 0 ? 1 : -1, false};
+            *event = (struct path_event){k, knot, p > 0 ? 1 : -1, false};
         }
     }
     return least;
 }
 
-bool path_touch_edge(struct path *g, const struct path_event *event, const vec4 *end,
+bool path_touch_knot(struct path *g, const struct path_event *event, const vec4 *end,
                      double *length) {
     struct path_event other;
     vec4 y = *end;
@@ -254,7 +237,7 @@ bool path_touch_edge(struct path *g, const struct path_event *event, const vec4 
                 return false;
             path_accept(g, &y);
             *length = gone;
-            return pass_event(g, event);
+            return cross_knot(g, event->k, event->at);
         }
         if (!(fabs(by) <= path_nudge_share * *length))
             return false;

@@ -10,21 +10,16 @@ enum {
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
 };
 
-/* The cubic through (u, v) and velocity at both ends of a step of h, at a share of it. */
-static void cubic_at(const struct path *from, const struct path *to, double h, double share,
-                     double uv[2]) {
-    double s = share, r = 1 - share;
-    for (int k = 0; k < 2; k++)
-        uv[k] = r * r * (1 + 2 * s) * from->uv[k] + s * s * (1 + 2 * r) * to->uv[k] +
-                h * s * r * (r * from->velocity[k] - s * to->velocity[k]);
-}
-
+/* Straight lines between points of the cubic through (u, v) and velocity at both ends of the step.
+ */
 bool path_find_joint(const struct path *from, const struct path *to, double h,
                      struct crossing *joint, double *length) {
     double at[JOINT_PIECES + 1][2], low[2], high[2], share;
     for (int k = 0; k <= JOINT_PIECES; k++) {
-        cubic_at(from, to, h, (double)k / JOINT_PIECES, at[k]);
+        double s = (double)k / JOINT_PIECES, r = 1 - s;
         for (int x = 0; x < 2; x++) {
+            at[k][x] = r * r * (1 + 2 * s) * from->uv[x] + s * s * (1 + 2 * r) * to->uv[x] +
+                       h * s * r * (r * from->velocity[x] - s * to->velocity[x]);
             low[x] = k == 0 || at[k][x] < low[x] ? at[k][x] : low[x];
             high[x] = k == 0 || at[k][x] > high[x] ? at[k][x] : high[x];
         }
@@ -43,9 +38,21 @@ bool path_find_joint(const struct path *from, const struct path *to, double h,
  * may lie past a vertex, on the next edge. */
 static const double missed_share = 1e-6;
 
-/* Moves `g` to where it meets the joint, about `*length` on: Newton's method for the length and the
- * edge's parameter. False when it does not get there. */
-static bool meet_joint(struct path *g, struct crossing *joint, double *length) {
+/* Over a joint: what the tangent has along the edge and across it stays. */
+static bool cross_joint(struct path *g, const struct crossing *joint) {
+    struct surface_jet jet;
+    path_jet(g, g->uv, &jet);
+    struct vec3 t = vec3_axpy(g->velocity[1], jet.v, vec3_scale(g->velocity[0], jet.u));
+    double sides = g->surface->side * joint->beyond->side;
+    g->surface = joint->beyond;
+    if (g->kind == PATH_CURVE)
+        g->kind = PATH_GEODESIC;
+    g->plane = vec3_scale(sides, g->plane);
+    return path_place(g, joint->entry, crossing_turn(joint, t));
+}
+
+/* Newton's method for the length and the edge's parameter. */
+bool path_pass_joint(struct path *g, struct crossing *joint, double *length) {
     struct path_footing at = path_footing_of(g);
     vec4 y = at.state[0];
     double here = 0, next = *length, least = 1e-15 * g->surface->size;
@@ -71,68 +78,47 @@ static bool meet_joint(struct path *g, struct crossing *joint, double *length) {
     *length = here;
     struct vec3 t, r = path_point(g, &t);
     return vec3_distance(r, joint->from.at) <=
-           missed_share * here + shell_joint_width(g->surface->shell);
+               missed_share * here + shell_joint_width(g->surface->shell) &&
+           cross_joint(g, joint);
 }
 
-/* Over a joint: what the tangent has along the edge and across it stays. */
-static bool cross_joint(struct path *g, const struct crossing *joint) {
-    struct surface_jet jet;
-    path_jet(g, g->uv, &jet);
-    struct vec3 t = vec3_axpy(g->velocity[1], jet.v, vec3_scale(g->velocity[0], jet.u));
-    double sides = g->surface->side * joint->beyond->side;
-    g->surface = joint->beyond;
-    if (g->kind == PATH_CURVE)
-        g->kind = PATH_GEODESIC;
-    g->plane = vec3_scale(sides, g->plane);
-    return path_place(g, joint->entry, crossing_turn(joint, t));
-}
-
-bool path_pass_joint(struct path *g, struct crossing *joint, double *length) {
-    return meet_joint(g, joint, length) && cross_joint(g, joint);
+/* The face beyond the joint that a path is outside its own face at: where it is there, which is
+ * joint->entry. False where it is inside, or there is none. */
+static bool find_next_face(const struct path *g, struct crossing *joint, struct surface_point *here,
+                           struct surface_point *there) {
+    struct surface_cursor cursor = {0, 0};
+    double uv[2];
+    if (crossing_within(g->surface, g->uv) || !surface_point_at(g->surface, &cursor, g->uv, here))
+        return false;
+    crossing_find(here, NULL, joint);
+    if (joint->kind != CROSSING_JOINT || !crossing_carry(joint, &cursor, here, SETTLE_ROUNDS, uv) ||
+        !surface_point_at(joint->beyond, &cursor, uv, there))
+        return false;
+    memcpy(joint->entry, uv, sizeof uv);
+    return true;
 }
 
 bool path_set_off(struct path *g) {
-    const struct shell *shell = g->surface->shell;
-    struct surface_cursor cursor = {0, 0};
     struct crossing joint;
     struct surface_point here, there;
     struct vec3 t;
-    double uv[2], near = shell_joint_width(shell);
-    if (crossing_within(g->surface, g->uv) || !surface_point_at(g->surface, &cursor, g->uv, &here))
+    if (!find_next_face(g, &joint, &here, &there))
         return true;
-    crossing_find(&here, NULL, &joint);
     (void)path_point(g, &t);
-    if (joint.kind != CROSSING_JOINT || !(vec3_dot(t, joint.from.across) > 0) ||
-        !crossing_carry(&joint, &cursor, &here, SETTLE_ROUNDS, uv) ||
-        !surface_point_at(joint.beyond, &cursor, uv, &there) ||
-        !(vec3_distance(here.jet.r, there.jet.r) <= near))
+    if (!(vec3_dot(t, joint.from.across) > 0) ||
+        !(vec3_distance(here.jet.r, there.jet.r) <= shell_joint_width(g->surface->shell)))
         return true;
-    memcpy(joint.entry, uv, sizeof uv);
     return cross_joint(g, &joint);
 }
 
 bool path_settle(struct path *g) {
-    struct surface_cursor cursor = {0, 0};
     struct crossing joint, next;
     struct surface_point here, there;
-    double uv[2];
-    if (crossing_within(g->surface, g->uv) || !surface_point_at(g->surface, &cursor, g->uv, &here))
-        return true;
-    crossing_find(&here, NULL, &joint);
-    if (joint.kind != CROSSING_JOINT ||
-        !crossing_carry(&joint, &cursor, &here, SETTLE_ROUNDS, uv) ||
-        !surface_point_at(joint.beyond, &cursor, uv, &there))
+    if (!find_next_face(g, &joint, &here, &there))
         return true;
     crossing_find(&there, g->surface, &next);
     if (next.kind == CROSSING_JOINT ||
         (next.kind == CROSSING_FREE && joint.at_corner && !joint.continued))
         return true;
-    memcpy(joint.entry, uv, sizeof uv);
     return cross_joint(g, &joint);
-}
-
-bool path_leaves_face(const struct path *g, const double uv[2]) {
-    struct crossing joint;
-    double share;
-    return crossing_on_way(g->surface, g->uv, uv, &share, &joint);
 }

@@ -17,9 +17,6 @@ bool path_find_joint(const struct path *from, const struct path *to, double h,
  * not get there. */
 bool path_pass_joint(struct path *g, struct crossing *joint, double *length);
 
-/* Whether a step next to nothing that ends at uv crosses a joint. */
-bool path_leaves_face(const struct path *g, const double uv[2]);
-
 /* A path that begins in the gap of a joint, outside the region of its face, and leads away from it
  * goes on the next face. False where that is not to be had. */
 bool path_set_off(struct path *g);

@@ -45,18 +45,14 @@ void path_given_velocity(const struct path *g, const double uv[2], const struct 
 
 /* The slope of the state y where the jet is that of (u, v). */
 static vec4 slope_of(const struct path *g, const struct surface_jet *jet, vec4 y) {
-    double given[2], uv[2] = {y[0], y[1]}, p = y[2], q = y[3];
+    double given[2], change[2], uv[2] = {y[0], y[1]}, p = y[2], q = y[3];
     if (g->kind != PATH_GEODESIC) {
         path_given_velocity(g, uv, jet, given);
         return (vec4){given[0], given[1], 0, 0};
     }
-    struct vec3 a = vec3_scale(p * p, jet->uu);
-    a = vec3_axpy(2 * p * q, jet->uv, a);
-    a = vec3_axpy(q * q, jet->vv, a);
-    double e = vec3_norm2(jet->u), f = vec3_dot(jet->u, jet->v), h = vec3_norm2(jet->v);
-    double au = vec3_dot(a, jet->u), av = vec3_dot(a, jet->v);
-    double inverse = 1 / (e * h - f * f);
-    return (vec4){p, q, -(h * au - f * av) * inverse, -(e * av - f * au) * inverse};
+    struct tangent_basis basis = tangent_basis_of(jet->u, jet->v);
+    tangent_components(&basis, jet_bend(jet, (const double[2]){p, q}), change);
+    return (vec4){p, q, -change[0], -change[1]};
 }
 
 void path_slope(const void *context, const vec4 *y, vec4 *slope) {
@@ -75,6 +71,17 @@ void path_redirect(const struct path *g, vec4 *y) {
     *y = (vec4){(*y)[0], (*y)[1], slope[0], slope[1]};
 }
 
+bool path_clamp(const struct path *g, double uv[2]) {
+    bool outside = false;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &g->surface->axis[k];
+        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        uv[k] = axis->closed ? g->uv[k] : fmin(fmax(g->uv[k], low), high);
+        outside = outside || uv[k] != g->uv[k];
+    }
+    return outside;
+}
+
 /* The distance in space that a difference of states makes over the step h. */
 static double spatial_size(const struct surface_jet *jet, vec4 difference, double h) {
     double nu = vec3_norm(jet->u), nv = vec3_norm(jet->v);
@@ -83,7 +90,7 @@ static double spatial_size(const struct surface_jet *jet, vec4 difference, doubl
 }
 
 struct path_footing path_footing_of(const struct path *g) {
-    struct path_footing at = {.state = {path_state(g)}};
+    struct path_footing at = {.state = {{g->uv[0], g->uv[1], g->velocity[0], g->velocity[1]}}};
     if (g->has_jet)
         at.jet = g->jet;
     else
@@ -122,14 +129,11 @@ double path_try_step(const struct path *g, const struct path_footing *at, double
     return path_error_of_step(g, at, h, &error);
 }
 
-bool path_is_parabola(const struct path *g, const struct path_footing *at, double h) {
+bool path_parabola(const struct path *g, const struct path_footing *at, double h, vec4 *y) {
     double share = h / length_of_change(at);
-    return g->kind == PATH_GEODESIC && share * share < parabola_share * g->accuracy;
-}
-
-vec4 path_parabola(const struct path_footing *at, double h) {
     const vec4 slope = at->state[1], bend = {slope[2], slope[3], 0, 0};
-    return at->state[0] + h * (slope + h / 2 * bend);
+    *y = at->state[0] + h * (slope + h / 2 * bend);
+    return g->kind == PATH_GEODESIC && share * share < parabola_share * g->accuracy;
 }
 
 void path_short_step(const struct path *g, double h, vec4 *y) {

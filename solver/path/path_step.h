@@ -22,17 +22,16 @@ struct path_footing {
     vec4 state[2];
 };
 
-/* The state (u, v, p, q). */
-static inline vec4 path_state(const struct path *g) {
-    return (vec4){g->uv[0], g->uv[1], g->velocity[0], g->velocity[1]};
-}
-
 struct path_footing path_footing_of(const struct path *g);
 
 /* The jet at uv, by the polynomials of the path's span. */
 void path_jet(const struct path *g, const double uv[2], struct surface_jet *jet);
 
-/* The place where it is, and the unit tangent. */
+/* The parameters inside the domain that are nearest to those of the path; whether it is beyond an
+ * open boundary. */
+bool path_clamp(const struct path *g, double uv[2]);
+
+/* The point where it is, and the unit tangent. */
 struct vec3 path_point(const struct path *g, struct vec3 *tangent);
 
 /* Puts the path at uv, in the span there, heading along the projection of `direction`. False when
@@ -80,10 +79,9 @@ double path_allowed_error(const struct path *g, const struct path_footing *at, d
 /* The first step worth trying. */
 double path_first_pace(const struct path *g, const struct path_footing *at);
 
-/* Whether a geodesic's step of h, of either sign, is next to nothing even by the accuracy of its
- * velocity, so that a parabola in its parameters will do; and the state there. */
-bool path_is_parabola(const struct path *g, const struct path_footing *at, double h);
-vec4 path_parabola(const struct path_footing *at, double h);
+/* The state after a step of h, of either sign, by a parabola in parameters. False where that will
+ * not do: the step is not next to nothing by the accuracy of a geodesic's velocity. */
+bool path_parabola(const struct path *g, const struct path_footing *at, double h, vec4 *y);
 
 /* Moves the state y on by a step so short, of either sign, that the classical Runge-Kutta rule will
  * do. */

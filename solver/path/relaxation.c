@@ -67,43 +67,13 @@ struct slope {
     double by_uv[2][2], by_pq[2][2]; /* [row][column] */
 };
 
-/* p^2 r_uu + 2 p q r_uv + q^2 r_vv: the acceleration if p and q were constant. */
-static struct vec3 acceleration(const struct surface_jet *jet, double p, double q) {
-    struct vec3 a = vec3_scale(p * p, jet->uu);
-    a = vec3_axpy(2 * p * q, jet->uv, a);
-    return vec3_axpy(q * q, jet->vv, a);
-}
-
-/* The inverse of the first fundamental form. */
-struct form {
-    double e, f, g, inverse;
-};
-
-static struct form form_make(const struct surface_jet *jet) {
-    struct form form = {vec3_norm2(jet->u), vec3_dot(jet->u, jet->v), vec3_norm2(jet->v), 0};
-    form.inverse = 1 / (form.e * form.g - form.f * form.f);
-    return form;
-}
-
 /* -I^-1 (x, y), as column `c` of `out`. */
-static void form_solve(const struct form *form, double x, double y, int c, double out[2][2]) {
-    out[0][c] = -(form->g * x - form->f * y) * form->inverse;
-    out[1][c] = -(form->e * y - form->f * x) * form->inverse;
-}
-
-/* The jet at point k, and those a little further in u and in v, all by the polynomials of the one
- * span: across a knot a difference would be that of the jump, not a derivative. */
-static void jets_at(const struct problem *problem, int k, const struct step *step,
-                    struct surface_jet jet[3], double width[2]) {
-    double x[2];
-    for (int n = 0; n < 2; n++) {
-        x[n] = problem->from[n] + problem->y[k][n] - step->turn[n];
-        width[n] = difference / problem->surface->axis[n].rates[step->span[n]];
-    }
-    for (int n = 0; n < 3; n++)
-        surface_evaluate_span(problem->surface, step->span[0], step->span[1],
-                              x[0] + (n == 1 ? width[0] : 0), x[1] + (n == 2 ? width[1] : 0),
-                              &jet[n]);
+static void solve_column(const struct tangent_basis *basis, double x, double y, int c,
+                         double out[2][2]) {
+    double ab[2];
+    tangent_solve(basis, x, y, ab);
+    out[0][c] = -ab[0];
+    out[1][c] = -ab[1];
 }
 
 /* w and its derivatives. That c = a + r_u w1 + r_v w2 is normal to the surface, c . r_u = 0 and
@@ -113,28 +83,37 @@ static void jets_at(const struct problem *problem, int k, const struct step *ste
  *     i_2 = -(a_u + r_uu w1 + r_uv w2) . r_v - c . r_uv,
  *
  * and alike by v. All of it is in the second-order jet but a_u and a_v, the third derivatives,
- * which are differences of a. By p, it is I (w_p) = -a_p with a_p = 2 (p r_uu + q r_uv). */
-static void slope_at(const struct problem *problem, int k, const struct step *step,
-                     struct slope *slope) {
-    double p = problem->y[k][2], q = problem->y[k][3], width[2], w[2][2];
+ * which are differences of a, by the polynomials of the one span: across a knot a difference would
+ * be that of the jump, not a derivative. By p, it is I (w_p) = -a_p with a_p = 2 (p r_uu + q r_uv).
+ */
+static void find_slope(const struct problem *problem, int k, const struct step *step,
+                       struct slope *slope) {
+    double x[2], width[2], w[2][2];
+    const double *pq = &problem->y[k][2];
     struct surface_jet jet[3];
-    jets_at(problem, k, step, jet, width);
     const struct surface_jet *at = &jet[0];
-    struct form form = form_make(at);
-    struct vec3 a = acceleration(at, p, q);
-    form_solve(&form, vec3_dot(a, at->u), vec3_dot(a, at->v), 0, w);
+    for (int n = 0; n < 2; n++) {
+        x[n] = problem->from[n] + problem->y[k][n] - step->turn[n];
+        width[n] = difference / problem->surface->axis[n].rates[step->span[n]];
+    }
+    for (int n = 0; n < 3; n++)
+        surface_evaluate_span(problem->surface, step->span[0], step->span[1],
+                              x[0] + (n == 1 ? width[0] : 0), x[1] + (n == 2 ? width[1] : 0),
+                              &jet[n]);
+    struct tangent_basis basis = tangent_basis_of(at->u, at->v);
+    struct vec3 a = jet_bend(at, pq);
+    solve_column(&basis, vec3_dot(a, at->u), vec3_dot(a, at->v), 0, w);
     slope->w[0] = w[0][0];
     slope->w[1] = w[1][0];
     struct vec3 c = vec3_axpy(slope->w[1], at->v, vec3_axpy(slope->w[0], at->u, a));
     for (int n = 0; n < 2; n++) {
         struct vec3 to_u = n ? at->uv : at->uu, to_v = n ? at->vv : at->uv;
-        struct vec3 ahead = acceleration(&jet[1 + n], p, q);
-        struct vec3 change = vec3_scale(1 / width[n], vec3_sub(ahead, a));
+        struct vec3 change = vec3_scale(1 / width[n], vec3_sub(jet_bend(&jet[1 + n], pq), a));
         change = vec3_axpy(slope->w[1], to_v, vec3_axpy(slope->w[0], to_u, change));
-        form_solve(&form, vec3_dot(change, at->u) + vec3_dot(c, to_u),
-                   vec3_dot(change, at->v) + vec3_dot(c, to_v), n, slope->by_uv);
-        struct vec3 by = vec3_scale(2, vec3_axpy(q, to_v, vec3_scale(p, to_u)));
-        form_solve(&form, vec3_dot(by, at->u), vec3_dot(by, at->v), n, slope->by_pq);
+        solve_column(&basis, vec3_dot(change, at->u) + vec3_dot(c, to_u),
+                     vec3_dot(change, at->v) + vec3_dot(c, to_v), n, slope->by_uv);
+        struct vec3 by = vec3_scale(2, vec3_axpy(pq[1], to_v, vec3_scale(pq[0], to_u)));
+        solve_column(&basis, vec3_dot(by, at->u), vec3_dot(by, at->v), n, slope->by_pq);
     }
 }
 
@@ -145,20 +124,12 @@ struct affine {
     double x[3][2], v[3][2];
 };
 
-/* -F_k, equation 42 with its signs put right; `half` is h/2. */
-static void defect(const double before[STATE], const double y[STATE], double half,
-                   const struct slope *from, const struct slope *to, double minus_f[STATE]) {
-    for (int n = 0; n < 2; n++) {
-        minus_f[n] = before[n] - y[n] + half * (before[2 + n] + y[2 + n]);
-        minus_f[2 + n] = before[2 + n] - y[2 + n] + half * (from->w[n] + to->w[n]);
-    }
-}
-
 /* Row k of the system, A_k dY_(k-1) + B_k dY_k = -F_k with A_k = -(1 + h/2 J_(k-1)) and
  * B_k = 1 - h/2 J_k, solved for dY_k. As the upper half of J is (0, 1), the 4 x 4 block B_k comes
  * down to the 2 x 2 matrix S = 1 - h/2 J_pq - h^2/4 J_uv. */
-static void eliminate(const struct slope *before, const struct slope *at, double half,
-                      const double minus_f[STATE], const struct affine *from, struct affine *to) {
+static void eliminate_row(const struct slope *before, const struct slope *at, double half,
+                          const double minus_f[STATE], const struct affine *from,
+                          struct affine *to) {
     double s[2][2];
     for (int r = 0; r < 2; r++)
         for (int c = 0; c < 2; c++)
@@ -182,33 +153,33 @@ static void eliminate(const struct slope *before, const struct slope *at, double
     }
 }
 
-static bool same_polynomials(const struct step *a, const struct step *b) {
-    return a->span[0] == b->span[0] && a->span[1] == b->span[1] && a->turn[0] == b->turn[0] &&
-           a->turn[1] == b->turn[1];
-}
-
 /* The whole system from A to B, which carries errors on by no more than geodesics part from each
- * other on the way: little over one spacing. */
+ * other on the way: little over one spacing. -F_k is that of equation 42 with its signs put right.
+ */
 static void eliminate_all(const struct problem *problem, int points, struct affine *affine) {
     struct slope from, to;
     affine[0] = (struct affine){.v = {{0, 0}, {1, 0}, {0, 1}}};
     for (int k = 1; k < points; k++) {
         const struct step *step = &problem->step[k];
+        const double *before = problem->y[k - 1], *y = problem->y[k];
         double half = (problem->s[k] - problem->s[k - 1]) / 2, minus_f[STATE];
-        if (k == 1 || !same_polynomials(step, step - 1))
-            slope_at(problem, k - 1, step, &from);
+        if (k == 1 || memcmp(step, step - 1, sizeof *step) != 0)
+            find_slope(problem, k - 1, step, &from);
         else
             from = to;
-        slope_at(problem, k, step, &to);
-        defect(problem->y[k - 1], problem->y[k], half, &from, &to, minus_f);
-        eliminate(&from, &to, half, minus_f, &affine[k - 1], &affine[k]);
+        find_slope(problem, k, step, &to);
+        for (int n = 0; n < 2; n++) {
+            minus_f[n] = before[n] - y[n] + half * (before[2 + n] + y[2 + n]);
+            minus_f[2 + n] = before[2 + n] - y[2 + n] + half * (from.w[n] + to.w[n]);
+        }
+        eliminate_row(&from, &to, half, minus_f, &affine[k - 1], &affine[k]);
     }
 }
 
 /* Newton's correction dY at problem->y (equations 47 to 51) and its norm (54), per point: the two
  * equations at B give what was not known at A. The norm is not a number when the surface is
  * singular on the way. */
-static double correction(const struct problem *problem, int points, double dy[][STATE]) {
+static double find_correction(const struct problem *problem, int points, double dy[][STATE]) {
     struct affine affine[RELAXATION_POINTS_MAX];
     double known[3] = {1, 0, 0}, sum = 0;
     eliminate_all(problem, points, affine);
@@ -231,30 +202,24 @@ static double correction(const struct problem *problem, int points, double dy[][
     return sum / points;
 }
 
-/* problem->y = path->y + mu dy */
-static void shift(struct problem *problem, const struct relaxation *path, double mu,
-                  double dy[][STATE]) {
-    for (int k = 0; k < path->points; k++)
-        for (int n = 0; n < STATE; n++)
-            problem->y[k][n] = path->y[k][n] + mu * dy[k][n];
-}
-
 /* Newton from path->y. A step is halved until the correction that would follow it is the smaller
  * (equations 52 and 53); that correction is the next one, so an undamped step costs nothing more.
  */
-static bool newton(struct problem *problem, struct relaxation *path) {
+static bool relax_on_mesh(struct problem *problem, struct relaxation *path) {
     double dy[RELAXATION_POINTS_MAX][STATE], next[RELAXATION_POINTS_MAX][STATE];
     size_t size = (size_t)path->points * sizeof dy[0];
     memcpy(problem->y, path->y, size);
-    double norm = correction(problem, path->points, dy);
+    double norm = find_correction(problem, path->points, dy);
     path->iterations++;
     for (int round = 0; round < ROUNDS_MAX && isfinite(norm); round++) {
         double mu = 1, after = HUGE_VAL;
         for (int halving = 0; halving <= HALVINGS_MAX; halving++, mu /= 2) {
-            shift(problem, path, mu, dy);
+            for (int k = 0; k < path->points; k++)
+                for (int n = 0; n < STATE; n++)
+                    problem->y[k][n] = path->y[k][n] + mu * dy[k][n];
             if (norm <= tolerance)
                 break;
-            after = correction(problem, path->points, next);
+            after = find_correction(problem, path->points, next);
             path->iterations++;
             if (after < norm)
                 break;
@@ -271,50 +236,27 @@ static bool newton(struct problem *problem, struct relaxation *path) {
     return false;
 }
 
-/* Sorts a meeting in; more than fit are not fitted to. */
-static void add_meeting(struct problem *problem, struct meeting meeting) {
-    int k = problem->meetings++;
-    if (k >= MEETINGS_MAX)
-        return;
-    for (; k > 0 && problem->meeting[k - 1].s > meeting.s; k--)
-        problem->meeting[k] = problem->meeting[k - 1];
-    problem->meeting[k] = meeting;
-}
-
-/* The span of u or v at a distance from A, and its turn. */
-static void find_span(const struct problem *problem, int n, double distance, struct step *step) {
-    const struct surface_axis *axis = &problem->surface->axis[n];
-    double x = problem->from[n] + distance, wrapped = surface_axis_wrap(axis, x);
-    step->turn[n] = x - wrapped;
-    step->span[n] = surface_axis_span(axis, step->span[n], wrapped);
-}
-
-/* The knots of direction n between A and B, and where the straight line meets them. */
-static void find_meetings(struct problem *problem, int n) {
-    const struct surface_axis *axis = &problem->surface->axis[n];
-    double period = surface_axis_upper(axis) - surface_axis_lower(axis), to = problem->to[n];
-    int up = to > 0;
-    struct step step = {0};
-    find_span(problem, n, 0, &step);
-    int span = step.span[n];
-    double turn = step.turn[n];
-    while (to != 0 && problem->meetings <= MEETINGS_MAX) {
-        double at = axis->breaks[span + up] + turn - problem->from[n], s = at / to;
-        bool end = !axis->closed && (up ? span == axis->span_count - 1 : span == 0);
-        if (end || !(s < 1 - meeting_tolerance))
+/* Sorts in the knots of direction n between A and B, where the straight line meets them; more than
+ * fit are counted alone. */
+static void find_knots(struct problem *problem, int n) {
+    double from = problem->from[n];
+    struct surface_walk walk =
+        surface_walk_begin(&problem->surface->axis[n], from, from + problem->to[n]);
+    walk.way = problem->to[n];
+    while (surface_walk_next(&walk) && walk.share < 1 - meeting_tolerance) {
+        if (!(walk.share > meeting_tolerance))
+            continue;
+        int k = problem->meetings++;
+        if (k >= MEETINGS_MAX)
             return;
-        if (s > meeting_tolerance)
-            add_meeting(problem, (struct meeting){n, 0, at, s});
-        span += up ? 1 : -1;
-        if (span < 0 || span == axis->span_count) {
-            span = up ? 0 : axis->span_count - 1;
-            turn += up ? period : -period;
-        }
+        for (; k > 0 && problem->meeting[k - 1].s > walk.share; k--)
+            problem->meeting[k] = problem->meeting[k - 1];
+        problem->meeting[k] = (struct meeting){n, 0, walk.at - from, walk.share};
     }
 }
 
 /* A mesh with a point at each meeting, and the others even between them. */
-static void make_mesh(struct problem *problem, int points) {
+static void place_points(struct problem *problem, int points) {
     double end[MEETINGS_MAX + 2] = {0};
     int steps[MEETINGS_MAX + 1], pieces = problem->meetings + 1, at = 0;
     for (int k = 0; k < pieces; k++) {
@@ -338,15 +280,6 @@ static void make_mesh(struct problem *problem, int points) {
     problem->s[at] = 1;
 }
 
-/* Each step lies in the span of its middle. */
-static void find_spans(struct problem *problem, const struct relaxation *path) {
-    for (int k = 1; k < path->points; k++) {
-        problem->step[k] = k > 1 ? problem->step[k - 1] : (struct step){0};
-        for (int n = 0; n < 2; n++)
-            find_span(problem, n, (path->y[k - 1][n] + path->y[k][n]) / 2, &problem->step[k]);
-    }
-}
-
 /* The problem on a mesh for the straight line in (u, v), and that line. False when the two points
  * have no chord to scale by. */
 static bool start_straight(const struct surface *surface, const struct surface_point *a,
@@ -359,11 +292,11 @@ static bool start_straight(const struct surface *surface, const struct surface_p
     for (int n = 0; n < 2; n++) {
         problem->to[n] = b->uv[n] - a->uv[n];
         problem->scale[n] = sqrt(a->first[2 * n]) / chord;
-        find_meetings(problem, n);
+        find_knots(problem, n);
     }
     if (problem->meetings > MEETINGS_MAX || problem->meetings > points - 2)
         problem->meetings = 0;
-    make_mesh(problem, points);
+    place_points(problem, points);
     *path = (struct relaxation){.points = points};
     for (int k = 0; k < points; k++)
         for (int n = 0; n < 2; n++) {
@@ -420,12 +353,27 @@ static bool fit_mesh(struct problem *problem, const struct relaxation *path, dou
     return after == 1;
 }
 
+/* Each step lies in the span of its middle. */
+static void find_spans(struct problem *problem, const struct relaxation *path) {
+    for (int k = 1; k < path->points; k++) {
+        struct step *step = &problem->step[k];
+        *step = k > 1 ? step[-1] : (struct step){0};
+        for (int n = 0; n < 2; n++) {
+            const struct surface_axis *axis = &problem->surface->axis[n];
+            double x = problem->from[n] + (path->y[k - 1][n] + path->y[k][n]) / 2;
+            double wrapped = surface_axis_wrap(axis, x);
+            step->turn[n] = x - wrapped;
+            step->span[n] = surface_axis_span(axis, step->span[n], wrapped);
+        }
+    }
+}
+
 /* Newton on a mesh that is fitted to the knots as the path comes to be known. */
 static bool relax(struct problem *problem, struct relaxation *path) {
     for (int round = 0; round < FITTINGS_MAX; round++) {
         double moved;
         find_spans(problem, path);
-        if (!newton(problem, path))
+        if (!relax_on_mesh(problem, path))
             return false;
         if (problem->meetings == 0)
             return true;

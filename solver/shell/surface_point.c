@@ -223,10 +223,7 @@ bool surface_point_pull(const struct surface *surface, struct surface_cursor *cu
     double ab[2];
     if (!surface_point_components(from, step, ab))
         return false;
-    /* r_uu a^2 + 2 r_uv a b + r_vv b^2 */
-    struct vec3 bend = vec3_scale(ab[0] * ab[0], from->jet.uu);
-    bend = vec3_axpy(2 * ab[0] * ab[1], from->jet.uv, bend);
-    bend = vec3_axpy(ab[1] * ab[1], from->jet.vv, bend);
+    struct vec3 bend = jet_bend(&from->jet, ab);
     if (!surface_point_components(from, vec3_axpy(-0.5, bend, step), ab))
         return false;
     uv[0] = from->uv[0] + ab[0];

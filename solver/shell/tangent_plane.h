@@ -48,6 +48,37 @@ INLINE void NAME(surface_point_second_form)(const JET *jet, VECTOR normal, NUMBE
     second[2] = V(dot)(jet->vv, normal);
 }
 
+/* The tangent plane by r_u and r_v, and the components of what has the products (p, q) with them.
+ */
+struct NAME(tangent_basis) {
+    VECTOR u, v;
+    NUMBER e, f, g, inverse; /* 1 / (E G - F^2) */
+};
+
+INLINE struct NAME(tangent_basis) NAME(tangent_basis_of)(VECTOR u, VECTOR v) {
+    struct NAME(tangent_basis) b = {u, v, V(norm2)(u), V(dot)(u, v), V(norm2)(v), N(of)(0)};
+    b.inverse = 1 / (b.e * b.g - b.f * b.f);
+    return b;
+}
+
+INLINE void NAME(tangent_solve)(const struct NAME(tangent_basis) * b, NUMBER p, NUMBER q,
+                                NUMBER ab[2]) {
+    ab[0] = (b->g * p - b->f * q) * b->inverse;
+    ab[1] = (b->e * q - b->f * p) * b->inverse;
+}
+
+INLINE void NAME(tangent_components)(const struct NAME(tangent_basis) * b, VECTOR of,
+                                     NUMBER ab[2]) {
+    NAME(tangent_solve)(b, V(dot)(of, b->u), V(dot)(of, b->v), ab);
+}
+
+/* r_uu a^2 + 2 r_uv a b + r_vv b^2: how r bends along r_u a + r_v b. */
+INLINE VECTOR NAME(jet_bend)(const JET *jet, const NUMBER ab[2]) {
+    VECTOR sum = V(scale)(ab[0] * ab[0], jet->uu);
+    sum = V(axpy)(2 * ab[0] * ab[1], jet->uv, sum);
+    return V(axpy)(ab[1] * ab[1], jet->vv, sum);
+}
+
 /* With E, F, G the first fundamental form and (p, q) = direction . (r_u, r_v), the components are
  * (G p - F q, E q - F p) / (E G - F^2); this is the numerator. */
 INLINE void NAME(surface_point_scaled_components)(const POINT *point, VECTOR direction,

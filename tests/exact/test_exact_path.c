@@ -193,7 +193,7 @@ static double collocate(const struct integrated *g, int parts, int lanes,
     if (!collocation_begin(path, &g->from, &beside, g->tangent, g->length, parts, lanes))
         return -1;
     for (int turn = 0; turn < 20 && moved > 1e-14 && moved < g->length; turn++) {
-        if (!collocation_lay(path))
+        if (!collocation_evaluate(path))
             return -1;
         moved = collocation_move(path, 0);
     }
