@@ -14,8 +14,7 @@ bool march_in_extent(const struct march *march, int32_t i, int32_t j) {
 }
 
 enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_reason reason) {
-    march->broken = march->broken || reason == DRAPE_REASON_COLLAPSED ||
-                    reason == DRAPE_REASON_NO_CONVERGENCE || reason == DRAPE_REASON_DEGENERATE;
+    march->broken = march->broken || march_breaks_net(reason);
     struct net_node node = {.state = NET_FAILED, .reason = reason & NET_REASON_BITS};
     return net_put(march->net, i, j, &node);
 }

@@ -110,7 +110,6 @@ struct march {
     struct overlap *overlap;       /* NULL as long as the net cannot meet itself */
     bool watched;                  /* folds are watched for from the first node on */
     bool unsettled;                /* but not by march_place: rows are, when some are complete */
-    enum drape_reason astray;      /* why the last yarn that went straight on got no further */
     double cut_centre[2];          /* closed directions are cut open half a turn from there */
     bool past_cut;                 /* closed directions are no longer cut open */
     bool growing;                  /* parts of the net may come together that are out of step */
@@ -207,6 +206,13 @@ const struct crossing *march_look_over(struct march *march, const struct surface
 bool march_joins(struct march *march, int32_t i, int32_t j, const struct surface_point *point,
                  enum surface_point_zone zone);
 
+/* Whether a net that ends for this reason has broken there: not at an edge, nor for what it was
+ * asked for. */
+static inline bool march_breaks_net(enum drape_reason reason) {
+    return reason == DRAPE_REASON_COLLAPSED || reason == DRAPE_REASON_NO_CONVERGENCE ||
+           reason == DRAPE_REASON_DEGENERATE;
+}
+
 /* Notes that there can be no node at (i, j). */
 enum status march_fail(struct march *march, int32_t i, int32_t j,
                        enum drape_reason reason) STATUS_MUST_USE;
@@ -287,17 +293,11 @@ enum rough_kind march_edge_chord(const struct march *march, const struct march_c
 bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
                         enum drape_reason *reason);
 
-/* The same for (i, j) from places of the net, and puts the node there if there is one. `placed`
- * says whether; if not, `reason` why, which is not yet noted in the net unless it is that the node
- * lies beyond the surface. */
-enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int sj, bool *placed,
-                         enum drape_reason *reason) STATUS_MUST_USE;
-
 /* The place one spacing straight on from `from` along the projection of `direction`, as the
- * method measures spacings along a generator; false when there is none. It is to be the neighbour
- * on the side (di, dj). */
+ * method measures spacings along a generator; false when there is none, and `reason` why. It is to
+ * be the neighbour on the side (di, dj). */
 bool march_straight_on(struct march *march, const struct surface_point *from, struct vec3 direction,
-                       int di, int dj, struct surface_point *point);
+                       int di, int dj, struct surface_point *point, enum drape_reason *reason);
 
 /*
  * The same on a mesh (march_mesh.c). A point there has its triangle as uv[0]; on flat triangles

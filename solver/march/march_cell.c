@@ -510,27 +510,3 @@ bool march_solve_corner(struct march *march, const struct march_cell *at, struct
     }
     return found;
 }
-
-enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int sj, bool *placed,
-                         enum drape_reason *reason) {
-    struct surface_point a, b, c;
-    struct march_cell cell = {i, j, si, sj, &a, &b, &c, {0, 0, 0}, NULL};
-    struct fishnet_node node;
-    enum surface_point_zone zone;
-    *placed = false;
-    if (!march_point(march, i - si, j - sj, &a) || !march_point(march, i - si, j, &b) ||
-        !march_point(march, i, j - sj, &c)) {
-        *reason = DRAPE_REASON_DEGENERATE;
-        return STATUS_OK;
-    }
-    const struct net_node *a2 = net_place(march->net, i - 2 * si, j - sj);
-    const struct net_node *b2 = net_place(march->net, i - 2 * si, j);
-    if (a2 && b2)
-        cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2->r, a2->r));
-    if (!march_solve_corner(march, &cell, &node, reason))
-        return STATUS_OK;
-    enum status status = march_place(march, i, j, &node.point, &zone);
-    *placed = zone != SURFACE_POINT_BEYOND;
-    *reason = DRAPE_REASON_BOUNDARY;
-    return status;
-}

@@ -87,10 +87,10 @@ static enum drape_reason reason_of(struct march *march, const struct path *path,
 }
 
 bool march_straight_on(struct march *march, const struct surface_point *from, struct vec3 direction,
-                       int di, int dj, struct surface_point *point) {
+                       int di, int dj, struct surface_point *point, enum drape_reason *reason) {
     struct stop start, end;
     double d = march->settings->spacing[dj != 0];
-    march->astray = DRAPE_REASON_BOUNDARY;
+    *reason = DRAPE_REASON_BOUNDARY;
     if (march->mesh)
         return march_mesh_straight_on(march, from, direction, di, dj, point);
     if (!path_geodesic(&start.path, from->surface, from, direction))
@@ -99,7 +99,7 @@ bool march_straight_on(struct march *march, const struct surface_point *from, st
     end.path = start.path;
     bool gone = advance(march, &end.path, &march->cursor, d) && find_point(march, &end);
     if (!gone) {
-        march->astray = reason_of(march, &end.path, d);
+        *reason = reason_of(march, &end.path, d);
         return false;
     }
     note_edge(march, &start, &end, di, dj);

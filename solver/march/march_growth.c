@@ -53,14 +53,6 @@ struct growth {
 
 static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 
-/* Twice the room of an array that is full; the old one stays in the arena. */
-static void *grown(struct arena *arena, const void *from, size_t length, size_t room, size_t size) {
-    char *to = arena_take(arena, room, size);
-    if (to && length)
-        memcpy(to, from, length * size);
-    return to;
-}
-
 static enum status push_place(struct growth *g, int32_t i, int32_t j) {
     if (g->length == g->room) {
         size_t room = g->room ? 2 * g->room : 1024;
@@ -77,14 +69,7 @@ static enum status push_place(struct growth *g, int32_t i, int32_t j) {
     return STATUS_OK;
 }
 
-/* Distance of the free yarn from its generator first, then of its end from the start. A yarn begins
- * only where no other can go on. */
-static int64_t rank_of(const struct free_end *e) {
-    int64_t i = labs(e->i), j = labs(e->j), yarn = e->dj ? i : j;
-    return e->begins * ((int64_t)1 << 62) + yarn * ((int64_t)1 << 32) + i + j;
-}
-
-static bool before(const struct free_end *a, const struct free_end *b) {
+static bool comes_before(const struct free_end *a, const struct free_end *b) {
     if (a->rank != b->rank)
         return a->rank < b->rank;
     if (a->i != b->i)
@@ -94,16 +79,17 @@ static bool before(const struct free_end *a, const struct free_end *b) {
     return a->di != b->di ? a->di < b->di : a->dj < b->dj;
 }
 
+/* By the distance of the free yarn from its generator first, then of its end from the start. A yarn
+ * begins only where no other can go on. */
 static enum status push_end(struct growth *g, struct free_end end) {
-    if (g->heap_length == g->heap_room) {
-        g->heap_room = g->heap_room ? 2 * g->heap_room : 1024;
-        g->heap = grown(g->march->arena, g->heap, g->heap_length, g->heap_room, sizeof *g->heap);
-        if (!g->heap)
-            return STATUS_OUT_OF_MEMORY;
-    }
-    end.rank = rank_of(&end);
+    if (g->heap_length == g->heap_room &&
+        !(g->heap = arena_enlarge(g->march->arena, g->heap, g->heap_length, sizeof *g->heap,
+                                  &g->heap_room)))
+        return STATUS_OUT_OF_MEMORY;
+    int64_t i = labs(end.i), j = labs(end.j), yarn = end.dj ? i : j;
+    end.rank = end.begins * ((int64_t)1 << 62) + yarn * ((int64_t)1 << 32) + i + j;
     size_t at = g->heap_length++;
-    for (; at > 0 && before(&end, &g->heap[(at - 1) / 2]); at = (at - 1) / 2)
+    for (; at > 0 && comes_before(&end, &g->heap[(at - 1) / 2]); at = (at - 1) / 2)
         g->heap[at] = g->heap[(at - 1) / 2];
     g->heap[at] = end;
     return STATUS_OK;
@@ -113,8 +99,8 @@ static struct free_end pop_end(struct growth *g) {
     struct free_end least = g->heap[0], last = g->heap[--g->heap_length];
     size_t at = 0;
     for (size_t child; (child = 2 * at + 1) < g->heap_length; at = child) {
-        child += child + 1 < g->heap_length && before(&g->heap[child + 1], &g->heap[child]);
-        if (!before(&g->heap[child], &last))
+        child += child + 1 < g->heap_length && comes_before(&g->heap[child + 1], &g->heap[child]);
+        if (!comes_before(&g->heap[child], &last))
             break;
         g->heap[at] = g->heap[child];
     }
@@ -132,92 +118,42 @@ static enum status push_around(struct growth *g, int32_t i, int32_t j) {
     return status;
 }
 
-/* Whether (i, j) is the fourth corner of a cell whose others are there, one of them inside next to
- * it, seen from A = (i - si, j - sj). */
-static bool has_corners(struct march *march, int32_t i, int32_t j, int si, int sj) {
-    struct net *net = march->net;
-    const struct net_node *b = net_place(net, i - si, j), *c = net_place(net, i, j - sj);
-    return b && c && (b->state == NET_INSIDE || c->state == NET_INSIDE) &&
-           net_place(net, i - si, j - sj);
-}
-
-/* Whether the cell of which (i, j) is the fourth corner rests on a grown node. */
-static bool is_on_grown(struct net *net, int32_t i, int32_t j, int si, int sj) {
-    const struct net_node *a = net_place(net, i - si, j - sj);
-    const struct net_node *b = net_place(net, i - si, j), *c = net_place(net, i, j - sj);
-    return (a && a->grown) || (b && b->grown) || (c && c->grown);
-}
-
 /* Notes how a node came about, for the estimate of its error. */
 static enum status note_step(struct march *march, int32_t i, int32_t j, int di, int dj,
                              enum march_way way) {
     struct march_steps *steps = &march->grown;
     if (!march->first)
         return STATUS_OK;
-    if (steps->count == steps->room) {
-        steps->room = steps->room ? 2 * steps->room : 1024;
-        steps->step =
-            grown(march->arena, steps->step, steps->count, steps->room, sizeof *steps->step);
-        if (!steps->step)
-            return STATUS_OUT_OF_MEMORY;
-    }
+    if (steps->count == steps->room &&
+        !(steps->step = arena_enlarge(march->arena, steps->step, steps->count, sizeof *steps->step,
+                                      &steps->room)))
+        return STATUS_OUT_OF_MEMORY;
     steps->step[steps->count++] = (struct march_step){i, j, (int8_t)di, (int8_t)dj, (uint8_t)way};
     return STATUS_OK;
 }
 
-/* Puts a yarn's next node, one spacing from the end. */
-static enum status place_end(struct growth *g, const struct free_end *e,
-                             const struct surface_point *to) {
-    struct march *march = g->march;
-    enum surface_point_zone zone;
-    int32_t i = e->i + e->di, j = e->j + e->dj;
-    enum status status = march_place(march, i, j, to, &zone);
-    if (status != STATUS_OK || zone == SURFACE_POINT_BEYOND)
-        return status;
-    net_mark_grown(march->net, i, j);
-    status = note_step(march, i, j, e->di, e->dj, e->begins ? MARCH_ACROSS : MARCH_STRAIGHT);
-    return status == STATUS_OK ? push_around(g, i, j) : status;
-}
-
-/* Tries the cells round an unknown place; `tried`: there was one with three corners. */
-static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tried) {
-    struct march *march = g->march;
-    int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
-    enum drape_reason reason = DRAPE_REASON_BOUNDARY, first = reason;
-    *tried = false;
+/* Lets the yarns that could reach (i, j) straight on wait; one that would begin there
+ * needs a yarn to cross. */
+static enum status wait_for_yarns(struct growth *g, int32_t i, int32_t j) {
+    struct net *net = g->march->net;
     for (int k = 0; k < 4; k++) {
-        int ki = k & 1 ? -si : si, kj = k & 2 ? -sj : sj;
-        bool placed;
-        if (!has_corners(march, i, j, ki, kj))
+        int8_t di = sides[k][0], dj = sides[k][1];
+        int32_t fi = i - di, fj = j - dj;
+        bool goes_on = net_place(net, fi - di, fj - dj);
+        bool crosses = net_place(net, fi - dj, fj - di) || net_place(net, fi + dj, fj + di);
+        if (net_state_at(net, fi, fj) != NET_INSIDE || !(goes_on || crosses))
             continue;
-        enum status status = march_corner(march, i, j, ki, kj, &placed, &reason);
-        first = *tried ? first : reason;
-        *tried = true;
-        if (status != STATUS_OK || net_state_at(march->net, i, j) == NET_FAILED)
-            return status;
-        if (!placed)
-            continue;
-        if (is_on_grown(march->net, i, j, ki, kj))
-            net_mark_grown(march->net, i, j);
-        status = note_step(march, i, j, ki, kj, MARCH_CELL);
-        return status == STATUS_OK ? push_around(g, i, j) : status;
-    }
-    return *tried ? march_fail(march, i, j, first) : STATUS_OK;
-}
-
-static enum status push_waiting(struct growth *g, struct free_end end) {
-    if (g->waiting_length == g->waiting_room) {
-        g->waiting = arena_enlarge(g->march->arena, g->waiting, g->waiting_length,
-                                   sizeof *g->waiting, &g->waiting_room);
-        if (!g->waiting)
+        if (g->waiting_length == g->waiting_room &&
+            !(g->waiting = arena_enlarge(g->march->arena, g->waiting, g->waiting_length,
+                                         sizeof *g->waiting, &g->waiting_room)))
             return STATUS_OUT_OF_MEMORY;
+        g->waiting[g->waiting_length++] = (struct free_end){fi, fj, di, dj, !goes_on, 0};
     }
-    g->waiting[g->waiting_length++] = end;
     return STATUS_OK;
 }
 
 /* Puts the yarns that wait into the heap. Most have been overtaken by cells. */
-static enum status push_yarns(struct growth *g) {
+static enum status push_waiting(struct growth *g) {
     enum status status = STATUS_OK;
     for (size_t k = 0; k < g->waiting_length && status == STATUS_OK; k++) {
         const struct free_end *e = &g->waiting[k];
@@ -228,45 +164,47 @@ static enum status push_yarns(struct growth *g) {
     return status;
 }
 
-/* Lets the yarns that could reach (i, j) straight on wait; one that would begin there
- * needs a yarn to cross. */
-static enum status wait_for_yarns(struct growth *g, int32_t i, int32_t j) {
-    struct net *net = g->march->net;
-    enum status status = STATUS_OK;
-    for (int k = 0; k < 4 && status == STATUS_OK; k++) {
-        int8_t di = sides[k][0], dj = sides[k][1];
-        int32_t fi = i - di, fj = j - dj;
-        bool goes_on = net_place(net, fi - di, fj - dj);
-        bool crosses = net_place(net, fi - dj, fj - di) || net_place(net, fi + dj, fj + di);
-        if (net_state_at(net, fi, fj) == NET_INSIDE && (goes_on || crosses))
-            status = push_waiting(g, (struct free_end){fi, fj, di, dj, !goes_on, 0});
-    }
-    return status;
-}
-
-static enum status empty_queue(struct growth *g) {
-    while (g->length) {
-        struct place p = g->queue[g->head];
-        bool tried;
-        g->head = (g->head + 1) % g->room;
-        g->length--;
-        if (net_state_at(g->march->net, p.i, p.j) != NET_UNKNOWN)
+/* Tries the cells of which an unknown place is the fourth corner: one with the three others, of
+ * which one next to it is inside, from the side of the start if it can be. Where there is no such
+ * cell, yarns wait for it. */
+static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
+    struct march *march = g->march;
+    struct net *net = march->net;
+    enum drape_reason reason = DRAPE_REASON_BOUNDARY, first = reason;
+    bool tried = false;
+    for (int k = 0; k < 4; k++) {
+        int si = (i < 0 ? -1 : 1) * (k & 1 ? -1 : 1), sj = (j < 0 ? -1 : 1) * (k & 2 ? -1 : 1);
+        const struct net_node *a = net_place(net, i - si, j - sj);
+        const struct net_node *b = net_place(net, i - si, j), *c = net_place(net, i, j - sj);
+        const struct net_node *a2 = net_place(net, i - 2 * si, j - sj);
+        const struct net_node *b2 = net_place(net, i - 2 * si, j);
+        if (!a || !b || !c || (b->state != NET_INSIDE && c->state != NET_INSIDE))
             continue;
-        enum status status = solve_place(g, p.i, p.j, &tried);
-        if (status == STATUS_OK && !tried)
-            status = wait_for_yarns(g, p.i, p.j);
-        if (status != STATUS_OK)
-            return status;
-        if (!march_progress(g->march))
-            return STATUS_CANCELLED;
+        enum surface_point_zone zone = SURFACE_POINT_BEYOND;
+        struct surface_point at_a, at_b, at_c;
+        struct march_cell cell = {i, j, si, sj, &at_a, &at_b, &at_c, {0, 0, 0}, NULL};
+        struct fishnet_node node;
+        bool regular = march_point_at(march, a, &at_a) && march_point_at(march, b, &at_b) &&
+                       march_point_at(march, c, &at_c);
+        reason = DRAPE_REASON_DEGENERATE;
+        if (regular && a2 && b2)
+            cell.trend = vec3_sub(vec3_sub(at_b.jet.r, at_a.jet.r), vec3_sub(b2->r, a2->r));
+        if (regular && march_solve_corner(march, &cell, &node, &reason)) {
+            enum status status = march_place(march, i, j, &node.point, &zone);
+            if (status != STATUS_OK || net_state_at(net, i, j) == NET_FAILED)
+                return status;
+            reason = DRAPE_REASON_BOUNDARY;
+        }
+        first = tried ? first : reason;
+        tried = true;
+        if (zone == SURFACE_POINT_BEYOND)
+            continue;
+        if (a->grown || b->grown || c->grown)
+            net_mark_grown(net, i, j);
+        enum status status = note_step(march, i, j, si, sj, MARCH_CELL);
+        return status == STATUS_OK ? push_around(g, i, j) : status;
     }
-    return STATUS_OK;
-}
-
-static bool is_broken(const struct net_node *node) {
-    return node && node->state == NET_FAILED &&
-           (node->reason == DRAPE_REASON_COLLAPSED || node->reason == DRAPE_REASON_NO_CONVERGENCE ||
-            node->reason == DRAPE_REASON_DEGENERATE);
+    return tried ? march_fail(march, i, j, first) : wait_for_yarns(g, i, j);
 }
 
 /* Whether the net is broken beside the yarn's next step: `reason` says how. A yarn does not go
@@ -277,10 +215,11 @@ static bool broken_beside(struct march *march, const struct free_end *e,
         int side = k & 1 ? -1 : 1, step = k / 2;
         const struct net_node *node = net_find(march->net, e->i + step * e->di + side * e->dj,
                                                e->j + step * e->dj + side * e->di);
-        if (is_broken(node)) {
-            *reason = (enum drape_reason)node->reason;
+        if (!node || node->state != NET_FAILED)
+            continue;
+        *reason = (enum drape_reason)node->reason;
+        if (march_breaks_net(*reason))
             return true;
-        }
     }
     return false;
 }
@@ -308,16 +247,6 @@ static bool crosses_flat(struct march *march, const struct free_end *e,
     return false;
 }
 
-/* The same on a mesh: by the one-sided difference of second order where there are three nodes. */
-static struct vec3 yarn_end_on_mesh(struct march *march, const struct free_end *e, struct vec3 r,
-                                    struct vec3 last) {
-    struct vec3 chord = vec3_sub(r, last);
-    const struct net_node *first = net_place(march->net, e->i - 2 * e->di, e->j - 2 * e->dj);
-    if (!first)
-        return chord;
-    return vec3_axpy(0.5, vec3_sub(chord, vec3_sub(last, first->r)), chord);
-}
-
 /* The unit tangents of the yarn at (i, j), which is at `from`, towards its neighbour at (i + di, j
  * + dj), which is at `to`, and at that on from there: by its logarithm where it can be had. */
 static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int dj,
@@ -343,8 +272,8 @@ static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int 
 }
 
 /* The yarn's direction at its end, which is at `from`: in the surface, that of its last edge,
- * turned by half the angle by which it turns sideways at the node before. Zero when it is not
- * known. */
+ * turned by half the angle by which it turns sideways at the node before; on a mesh the one-sided
+ * difference of second order where there are three nodes. Zero when it is not known. */
 static struct vec3 yarn_end(struct march *march, const struct free_end *e,
                             const struct surface_point *from) {
     int di = e->di, dj = e->dj;
@@ -352,10 +281,13 @@ static struct vec3 yarn_end(struct march *march, const struct free_end *e,
     struct surface_point last, first;
     struct vec3 before, onward, end, arrive;
     const struct net_node *node = net_place(march->net, i, j);
+    const struct net_node *third = net_place(march->net, i - di, j - dj);
     if (!node)
         return vec3_make(0, 0, 0);
-    if (march->mesh)
-        return yarn_end_on_mesh(march, e, from->jet.r, node->r);
+    if (march->mesh) {
+        struct vec3 chord = vec3_sub(from->jet.r, node->r);
+        return third ? vec3_axpy(0.5, vec3_sub(chord, vec3_sub(node->r, third->r)), chord) : chord;
+    }
     if (!march_point(march, i, j, &last) ||
         !yarn_between(march, i, j, di, dj, &last, from, &onward, &end))
         return vec3_make(0, 0, 0);
@@ -366,71 +298,56 @@ static struct vec3 yarn_end(struct march *march, const struct free_end *e,
     return vec3_axpy(turn, vec3_cross(from->normal, end), end);
 }
 
-/* The direction of the yarn at (i, j) of which (i + di, j + dj) is the next place: of both chords
- * where there are two; zero where there is no neighbour. */
-static struct vec3 yarn_tangent(struct march *march, int32_t i, int32_t j, int di, int dj,
-                                const struct surface_point *from) {
-    const struct net_node *ahead = net_place(march->net, i + di, j + dj);
-    const struct net_node *behind = net_place(march->net, i - di, j - dj);
-    struct free_end forward = {i, j, (int8_t)-di, (int8_t)-dj, false, 0};
-    struct free_end backward = {i, j, (int8_t)di, (int8_t)dj, false, 0};
-    if (ahead && behind)
-        return vec3_sub(ahead->r, behind->r);
-    return ahead    ? vec3_scale(-1, yarn_end(march, &forward, from))
-           : behind ? yarn_end(march, &backward, from)
-                    : vec3_make(0, 0, 0);
-}
-
 /* The direction of a yarn that begins at `from`: weft is as much to the left of warp as it is at
- * the start. */
+ * the start. The yarn that it crosses is known by both chords where there are two. */
 static struct vec3 direction_across(struct march *march, const struct free_end *e,
                                     const struct surface_point *from) {
+    int8_t di = e->dj != 0, dj = e->di != 0;
+    const struct net_node *ahead = net_place(march->net, e->i + di, e->j + dj);
+    const struct net_node *behind = net_place(march->net, e->i - di, e->j - dj);
+    struct free_end forward = {e->i, e->j, (int8_t)-di, (int8_t)-dj, false, 0};
+    struct free_end backward = {e->i, e->j, di, dj, false, 0};
+    struct vec3 along = {0, 0, 0}, normal = from->normal;
     double sine, cosine, sign = e->di + e->dj;
-    struct vec3 along = yarn_tangent(march, e->i, e->j, e->dj != 0, e->di != 0, from);
-    struct vec3 normal = from->normal;
+    if (ahead && behind)
+        along = vec3_sub(ahead->r, behind->r);
+    else if (ahead)
+        along = vec3_scale(-1, yarn_end(march, &forward, from));
+    else if (behind)
+        along = yarn_end(march, &backward, from);
     along = vec3_unit(vec3_axpy(-vec3_dot(along, normal), normal, along));
     angle_sincos_deg(90 - march->settings->pre_shear_deg, &sine, &cosine);
     struct vec3 left = vec3_scale(e->dj ? sine : -sine, vec3_cross(normal, along));
     return vec3_scale(sign, vec3_axpy(cosine, along, left));
 }
 
-/* The first spacing of a yarn across another. One that would leave the part at once is no yarn: the
+/* A yarn's next node, one spacing straight on, unless it would lie beyond the extent or beside a
+ * place where the net broke. A yarn that begins, but would leave the part at once, is none: the
  * place may still be reached otherwise. */
-static enum status begin_yarn(struct growth *g, const struct free_end *e) {
-    struct march *march = g->march;
-    struct surface_point from, to;
-    if (!march_point(march, e->i, e->j, &from) ||
-        !march_straight_on(march, &from, direction_across(march, e, &from), e->di, e->dj, &to))
-        return STATUS_OK;
-    return place_end(g, e, &to);
-}
-
-/* One spacing straight on. */
-static enum status go_straight(struct growth *g, const struct free_end *e) {
-    struct march *march = g->march;
-    struct surface_point from, to;
-    int32_t i = e->i + e->di, j = e->j + e->dj;
-    if (!march_point(march, e->i, e->j, &from))
-        return march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
-    struct vec3 direction = yarn_end(march, e, &from);
-    if (crosses_flat(march, e, &from, direction))
-        return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
-    if (!march_straight_on(march, &from, direction, e->di, e->dj, &to))
-        return march_fail(march, i, j, march->astray);
-    return place_end(g, e, &to);
-}
-
-/* A yarn's next node, unless it would lie beyond the extent or beside a place where the net broke.
- */
 static enum status reach_end(struct growth *g, const struct free_end *e) {
     struct march *march = g->march;
-    enum drape_reason reason;
     int32_t i = e->i + e->di, j = e->j + e->dj;
+    enum drape_reason reason;
+    enum surface_point_zone zone;
+    struct surface_point from, to;
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
     if (broken_beside(march, e, &reason))
         return march_fail(march, i, j, reason);
-    return e->begins ? begin_yarn(g, e) : go_straight(g, e);
+    if (!march_point(march, e->i, e->j, &from))
+        return e->begins ? STATUS_OK : march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
+    struct vec3 direction =
+        e->begins ? direction_across(march, e, &from) : yarn_end(march, e, &from);
+    if (!e->begins && crosses_flat(march, e, &from, direction))
+        return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
+    if (!march_straight_on(march, &from, direction, e->di, e->dj, &to, &reason))
+        return e->begins ? STATUS_OK : march_fail(march, i, j, reason);
+    enum status status = march_place(march, i, j, &to, &zone);
+    if (status != STATUS_OK || zone == SURFACE_POINT_BEYOND)
+        return status;
+    net_mark_grown(march->net, i, j);
+    status = note_step(march, i, j, e->di, e->dj, e->begins ? MARCH_ACROSS : MARCH_STRAIGHT);
+    return status == STATUS_OK ? push_around(g, i, j) : status;
 }
 
 /* Queues the unknown places next to a tile's nodes inside. */
@@ -475,31 +392,26 @@ static bool is_edgeless(const struct march *march) {
     return march->mesh->components[march->mesh->component[start]].rim_count == 0;
 }
 
-/* On a surface without an edge nothing ends at a boundary: what could not be reached lies against
- * the net itself. */
-static enum status settle_edgeless(struct growth *g) {
-    struct march *march = g->march;
-    if (!is_edgeless(march))
-        return STATUS_OK;
-    enum status status = push_rim(g);
-    for (; status == STATUS_OK && g->length; g->length--, g->head = (g->head + 1) % g->room) {
-        struct place p = g->queue[g->head];
-        if (net_state_at(march->net, p.i, p.j) == NET_UNKNOWN)
-            status = march_fail(march, p.i, p.j, DRAPE_REASON_FOLD);
+/* Takes an unknown place out of the queue; false when there is none. */
+static bool next_place(struct growth *g, struct place *place) {
+    while (g->length) {
+        *place = g->queue[g->head];
+        g->head = (g->head + 1) % g->room;
+        g->length--;
+        if (net_state_at(g->march->net, place->i, place->j) == NET_UNKNOWN)
+            return true;
     }
-    return status;
+    return false;
 }
 
-static enum status put_aside(struct growth *g, int32_t i, int32_t j, const struct net_node *node) {
-    if (g->aside_length == g->aside_room) {
-        g->aside_room = g->aside_room ? 2 * g->aside_room : 1024;
-        g->aside =
-            grown(g->march->arena, g->aside, g->aside_length, g->aside_room, sizeof *g->aside);
-        if (!g->aside)
-            return STATUS_OUT_OF_MEMORY;
-    }
-    g->aside[g->aside_length++] = (struct aside){i, j, *node};
-    return STATUS_OK;
+/* On a surface without an edge nothing ends at a boundary: what could not be reached lies against
+ * the net itself. */
+static enum status fail_unreached(struct growth *g) {
+    struct place place;
+    enum status status = push_rim(g);
+    while (status == STATUS_OK && next_place(g, &place))
+        status = march_fail(g->march, place.i, place.j, DRAPE_REASON_FOLD);
+    return status;
 }
 
 /* A surface that closes both ways was cut open opposite the start, so that the quadrants share it
@@ -523,11 +435,14 @@ static enum status pass_cuts(struct growth *g) {
                 (node.state != NET_GHOST && node.state != NET_FAILED))
                 continue;
             if (node.state == NET_GHOST) {
+                if (g->aside_length == g->aside_room &&
+                    !(g->aside = arena_enlarge(march->arena, g->aside, g->aside_length,
+                                               sizeof *g->aside, &g->aside_room)))
+                    return STATUS_OUT_OF_MEMORY;
+                g->aside[g->aside_length++] = (struct aside){i, j, node};
                 march->ghosts--;
-                status = put_aside(g, i, j, &node);
             }
-            if (status == STATUS_OK)
-                status = net_put(march->net, i, j, &none);
+            status = net_put(march->net, i, j, &none);
         }
     return status;
 }
@@ -550,24 +465,29 @@ static enum status put_back(struct growth *g) {
 
 enum status march_growth(struct march *march) {
     struct growth g = {.march = march};
+    struct place place;
     march->growing = true;
     enum status status = pass_cuts(&g);
     if (status == STATUS_OK)
         status = push_rim(&g);
     while (status == STATUS_OK) {
-        status = empty_queue(&g);
+        while (status == STATUS_OK && next_place(&g, &place)) {
+            status = solve_place(&g, place.i, place.j);
+            if (status == STATUS_OK && !march_progress(march))
+                status = STATUS_CANCELLED;
+        }
         if (status == STATUS_OK)
-            status = push_yarns(&g);
+            status = push_waiting(&g);
         if (status != STATUS_OK || !g.heap_length)
             break;
         struct free_end end = pop_end(&g);
-        if (net_state_at(march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
-            status = march_watch_folds(march);
-        if (status == STATUS_OK &&
-            net_state_at(march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
+        if (net_state_at(march->net, end.i + end.di, end.j + end.dj) != NET_UNKNOWN)
+            continue;
+        status = march_watch_folds(march);
+        if (status == STATUS_OK)
             status = reach_end(&g, &end);
     }
-    if (status == STATUS_OK)
-        status = settle_edgeless(&g);
+    if (status == STATUS_OK && is_edgeless(march))
+        status = fail_unreached(&g);
     return status == STATUS_OK ? put_back(&g) : status;
 }
