@@ -14,7 +14,7 @@ bool march_in_extent(const struct march *march, int32_t i, int32_t j) {
 }
 
 enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_reason reason) {
-    march->broken = march->broken || march_breaks_net(reason);
+    march->counts.broken = march->counts.broken || march_breaks_net(reason);
     struct net_node node = {.state = NET_FAILED, .reason = reason & NET_REASON_BITS};
     return net_put(march->net, i, j, &node);
 }
@@ -94,14 +94,14 @@ static int count_turns(struct march *march, int32_t i, int32_t j,
     int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
     const int8_t sides[4][2] = {
         {(int8_t)-si, 0}, {0, (int8_t)-sj}, {(int8_t)si, 0}, {0, (int8_t)sj}};
-    if (!march->slit || (i == 0 && j == 0))
+    if (!march->cut.slit || (i == 0 && j == 0))
         return 0;
     for (int k = 0; k < 4; k++) {
         const struct net_node *node = march_node_at(march, i + sides[k][0], j + sides[k][1]);
         if (!node || (node->state != NET_INSIDE && node->state != NET_GHOST))
             continue;
         const struct shell_slit_point from = {node->r, march_normal_at(march, node)};
-        return node->turn + shell_slit_passes(march->slit, &from, &to);
+        return node->turn + shell_slit_passes(march->cut.slit, &from, &to);
     }
     return 0;
 }
@@ -119,7 +119,7 @@ const struct crossing *march_look_over(struct march *march, const struct surface
 
 static enum surface_point_zone zone_of(struct march *march, const struct surface_point *point,
                                        enum drape_reason *reason) {
-    const double *cut_from = march->past_cut ? point->uv : march->cut_centre;
+    const double *cut_from = march->cut.passed ? point->uv : march->cut.centre;
     if (march->mesh)
         return SURFACE_POINT_INSIDE;
     if (point->surface->shell)
@@ -142,14 +142,14 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
         *zone = beyond ? SURFACE_POINT_BEYOND : SURFACE_POINT_GHOST;
         reason = DRAPE_REASON_FOLD;
     }
-    bool watched = march->overlap && !march->unsettled;
+    bool watched = march->overlap && !march->by_rows;
     if (*zone == SURFACE_POINT_INSIDE && watched && overlap_meets(march->overlap, i, j, point)) {
         *zone = SURFACE_POINT_BEYOND;
         reason = DRAPE_REASON_FOLD;
     }
     if (march->growing && *zone != SURFACE_POINT_BEYOND &&
         !march_joins(march, i, j, point, *zone)) {
-        march->torn += *zone == SURFACE_POINT_INSIDE;
+        march->counts.out_of_step += *zone == SURFACE_POINT_INSIDE;
         reason = *zone == SURFACE_POINT_INSIDE ? DRAPE_REASON_FOLD : reason;
         *zone = SURFACE_POINT_BEYOND;
     }
@@ -169,9 +169,9 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
                                  : net_put(march->net, i, j, &node);
     if (put != STATUS_OK)
         return put;
-    *(*zone == SURFACE_POINT_INSIDE ? &march->inside : &march->ghosts) += 1;
+    *(*zone == SURFACE_POINT_INSIDE ? &march->counts.inside : &march->counts.ghosts) += 1;
     size_t most = march->max_nodes;
-    if (march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least)
+    if (march->counts.inside > most || march->counts.ghosts / ghosts_per_node > most + ghosts_least)
         return STATUS_TOO_MANY_NODES;
     return watched && *zone == SURFACE_POINT_INSIDE ? overlap_add(march->overlap, i, j, node.r)
                                                     : STATUS_OK;
@@ -184,8 +184,8 @@ bool march_progress(struct march *march) {
     struct march_watch *watch = march->watch;
     if (!monitor || !monitor->progress)
         return true;
-    atomic_fetch_add(&watch->inside, march->inside - march->counted);
-    march->counted = march->inside;
+    atomic_fetch_add(&watch->inside, march->counts.inside - march->counts.reported);
+    march->counts.reported = march->counts.inside;
     size_t inside = atomic_load(&watch->inside);
     if (!atomic_flag_test_and_set(&watch->busy)) {
         if (inside >= watch->next) {
@@ -214,8 +214,8 @@ static enum status make_fold(struct march *march, size_t count) {
     for (int k = 0; k < 2; k++)
         turn[k] = march->mesh || march->surface->shell ? HUGE_VAL
                                                        : surface_point_cut_turn(march->surface, k);
-    march->overlap = overlap_make(march->net, count, march->settings->spacing, turn, march->slit,
-                                  (struct overlap_normals){normal_at, march});
+    march->overlap = overlap_make(march->net, count, march->settings->spacing, turn,
+                                  march->cut.slit, (struct overlap_normals){normal_at, march});
     return march->overlap ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
@@ -235,7 +235,7 @@ enum status march_watch_folds(struct march *march) {
     /* Of a net that begins, with some for shear. */
     double nodes = fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->max_nodes);
     enum status status =
-        make_fold(march, net_tile_count(march->net) ? march->inside : (size_t)nodes);
+        make_fold(march, net_tile_count(march->net) ? march->counts.inside : (size_t)nodes);
     return status == STATUS_OK ? add_tiles(march, march->overlap, false) : status;
 }
 
@@ -258,7 +258,7 @@ enum status march_find_fold(struct march *march, bool *folded) {
     struct overlap *watched = march->overlap;
     struct arena_mark mark = arena_mark(march->arena);
     struct net_tile **tiles = net_sorted_tiles(march->net);
-    enum status status = tiles ? make_fold(march, march->inside) : STATUS_OUT_OF_MEMORY;
+    enum status status = tiles ? make_fold(march, march->counts.inside) : STATUS_OUT_OF_MEMORY;
     *folded = false;
     if (status == STATUS_OK)
         status = add_tiles(march, march->overlap, true);
@@ -283,7 +283,7 @@ static enum status part_at(struct march *march, int32_t i, int32_t j, const int3
         if (steps_to(at[0], at[1]) > steps_to(far[0], far[1]))
             memcpy(far, at, sizeof far);
     }
-    march->inside--;
+    march->counts.inside--;
     return march_fail(march, far[0], far[1], DRAPE_REASON_FOLD);
 }
 
@@ -312,7 +312,7 @@ static enum status part_tile(struct march *march, const struct net_tile *tile, u
 }
 
 enum status march_part_layers(struct march *march) {
-    if (!march->broken)
+    if (!march->counts.broken)
         return STATUS_OK;
     struct overlap *watched = march->overlap;
     struct net_tile **tiles = net_sorted_tiles(march->net);
@@ -323,7 +323,7 @@ enum status march_part_layers(struct march *march) {
     bool over = turns_over(march, tiles);
     if (march->watched && !over)
         return STATUS_OK;
-    enum status status = make_fold(march, march->inside);
+    enum status status = make_fold(march, march->counts.inside);
     if (status == STATUS_OK)
         status = add_tiles(march, march->overlap, true);
     for (size_t t = 0; t < net_tile_count(march->net) && status == STATUS_OK; t++)
@@ -384,7 +384,7 @@ static enum status march_net(struct march *march) {
             return STATUS_OUT_OF_MEMORY;
         enum status status = net_make(march->net, march->arena, march->settings->team != NULL);
         march->watched =
-            march->watched || march->mesh || (!march->slit && closes_all_round(march->surface));
+            march->watched || march->mesh || (!march->cut.slit && closes_all_round(march->surface));
         if (status == STATUS_OK && march->watched)
             status = march_watch_folds(march);
         if (status == STATUS_OK)
@@ -425,19 +425,19 @@ enum status march_run(struct march *march) {
     enum status status = march_net(march);
     if (status != STATUS_OK)
         return status;
-    *march = (struct march){.surface = march->surface,
-                            .trim = march->trim,
-                            .slit = march->slit,
-                            .cut_centre = {march->cut_centre[0], march->cut_centre[1]},
-                            .settings = march->settings,
-                            .method = march->method,
-                            .monitor = march->monitor,
-                            .arena = arena,
-                            .start = march->start,
-                            .first = march->net,
-                            .before = net_view(march->net),
-                            .watch = march->watch,
-                            .watched = march->watched,
-                            .fringe = FRINGE};
+    *march = (struct march){
+        .surface = march->surface,
+        .trim = march->trim,
+        .cut = {.slit = march->cut.slit, .centre = {march->cut.centre[0], march->cut.centre[1]}},
+        .settings = march->settings,
+        .method = march->method,
+        .monitor = march->monitor,
+        .arena = arena,
+        .start = march->start,
+        .first = march->net,
+        .before = net_view(march->net),
+        .watch = march->watch,
+        .watched = march->watched,
+        .fringe = FRINGE};
     return march_net(march);
 }

@@ -84,43 +84,56 @@ struct march_look {
     struct crossing crossing;
 };
 
+/* Where the net of a closed surface or a tube is cut open: opposite the start, or where trims leave
+ * the surface bare (`march_open`). */
+struct march_cut {
+    const struct shell_slit *slit; /* of a shell; NULL: it is not cut */
+    double centre[2];              /* closed directions are cut half a turn from there */
+    bool passed;                   /* the net now goes on over the cuts */
+};
+
+struct march_counts {
+    size_t inside, ghosts; /* nodes placed */
+    size_t reported;       /* of those inside, to the watch */
+    size_t solved;         /* cells, by so many iterations, with residuals of at most: */
+    size_t iterations;
+    double residual_max;
+    size_t out_of_step; /* places where branches of the net come together that do not fit */
+    bool broken;        /* the net ends inside the part: yarns collapse, or no node was found */
+};
+
 struct march {
+    /* What is given. */
     const struct surface *surface; /* of a shell the start's face; NULL on a mesh of the caller's */
     const struct trim *trim;       /* the usable region of a surface; NULL: all of it */
     const struct mesh *mesh;       /* the caller's, or for the method mosaic; else NULL */
     const struct mesh_smooth *smooth; /* what a mesh of the caller's stands for; NULL for mosaic */
-    const struct shell_slit
-        *slit; /* along which a shell is cut open opposite the start (`march_open`); NULL */
     const struct drape_settings *settings;
     const struct drape_method_traits *method; /* of the settings' method */
-    size_t max_nodes;                         /* of this net, at most those of the settings */
     const struct drape_monitor *monitor;      /* may be NULL */
     struct arena *arena;
+    struct march_watch *watch; /* shared by all quadrants of the march */
     struct march_start start;
-    struct surface_cursor cursor;
+    struct march_cut cut;
+    /* The net, and of a march that corrects another the net before. */
     struct net *net;
-    struct net *first;        /* the net of a first march that this one corrects, if any */
-    struct net_view before;   /* a view of it */
-    struct march_steps grown; /* of a march that corrects another: the growth's, in order */
-    int fringe; /* ghosts beyond the last node inside that difference stencils reach */
+    struct march_counts counts;
+    size_t max_nodes; /* at most those of the settings */
+    int fringe;       /* ghosts beyond the last node inside that difference stencils reach */
+    struct net *first;
+    struct net_view before;   /* of `first` */
+    struct march_steps grown; /* the growth's, in order, if there is a net before */
+    /* Whether the net meets itself. */
+    struct overlap *overlap; /* NULL as long as it cannot */
+    bool watched;            /* overlaps are looked for from the first node on */
+    bool by_rows;            /* but not by march_place: by the quadrant, when rows are complete */
+    bool growing;            /* branches of the net may come together that are out of step */
+    /* Of the part of it that is at work. */
     const struct net_node *arm[2]; /* the places of the warp and weft arm beside a quadrant, where
                                       the net itself is not to be asked for them; else NULL */
-    struct march_edges edges;      /* of the node solved last, for march_place */
-    struct march_look look;        /* over the edge of a face of a shell, the last one */
-    struct overlap *overlap;       /* NULL as long as the net cannot meet itself */
-    bool watched;                  /* folds are watched for from the first node on */
-    bool unsettled;                /* but not by march_place: rows are, when some are complete */
-    double cut_centre[2];          /* closed directions are cut open half a turn from there */
-    bool past_cut;                 /* closed directions are no longer cut open */
-    bool growing;                  /* parts of the net may come together that are out of step */
-    size_t torn;                   /* places where they do */
-    bool broken;           /* the net ends inside the part: yarns collapse, or no node was found */
-    size_t inside, ghosts; /* nodes placed */
-    size_t counted;        /* of those inside, by the watch */
-    size_t solved;         /* of them by fishnet_solve, in this many steps: */
-    size_t iterations;
-    double residual_max;
-    struct march_watch *watch; /* shared by all parts of the march */
+    struct surface_cursor cursor;
+    struct march_edges edges; /* of the node solved last, for march_place */
+    struct march_look look;   /* over the edge of a face of a shell, the last one */
 };
 
 /* Runs the whole march, twice for a method that corrects its first net; `march` has its surface or
@@ -195,7 +208,7 @@ static inline enum status march_place_inside(struct march *march, struct net_til
     node->face = (uint16_t)face;
     node->yarns = 0;
     net_set_bits(tile, x, y, node);
-    return ++march->inside > march->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
+    return ++march->counts.inside > march->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
 
 /* What lies between a point and its face of a shell; until the next call. */

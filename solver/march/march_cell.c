@@ -503,10 +503,11 @@ bool march_solve_corner(struct march *march, const struct march_cell *at, struct
     bool found = march->mesh ? march_mesh_corner(march, at, guess(at), node, reason)
                              : solve_on_surface(march, at, node, reason);
     if (found) {
-        march->solved++;
-        march->iterations += (size_t)node->iterations;
-        march->residual_max =
-            node->residual > march->residual_max ? node->residual : march->residual_max;
+        march->counts.solved++;
+        march->counts.iterations += (size_t)node->iterations;
+        march->counts.residual_max = node->residual > march->counts.residual_max
+                                         ? node->residual
+                                         : march->counts.residual_max;
     }
     return found;
 }

@@ -160,7 +160,7 @@ static enum status make_cut(struct march *march, const struct mesh *mesh, double
     }
     enum status status = shell_slit_make(shell, parts.part, parts.count, beyond * shell_size(shell),
                                          longest_way * fmax(d[0], d[1]), march->arena, &slit);
-    march->slit = status == STATUS_OK ? slit : NULL;
+    march->cut.slit = status == STATUS_OK ? slit : NULL;
     return status;
 }
 
@@ -172,14 +172,14 @@ static enum status place_cuts(struct march *march) {
     for (int k = 0; k < 2; k++) {
         double half = surface_point_cut_turn(surface, k), start = march->start.point.uv[k], bare;
         bool found = false;
-        march->cut_centre[k] = start;
+        march->cut.centre[k] = start;
         if (trim && half < HUGE_VAL &&
             trim_bare_line(trim, surface, k, march->arena, &found, &bare) != STATUS_OK)
             return STATUS_OUT_OF_MEMORY;
         if (!found)
             continue;
         double cut = surface_axis_inner(&surface->axis[k], bare);
-        march->cut_centre[k] = cut + half * (2 * floor((start - cut) / (2 * half)) + 1);
+        march->cut.centre[k] = cut + half * (2 * floor((start - cut) / (2 * half)) + 1);
     }
     return STATUS_OK;
 }

@@ -424,7 +424,7 @@ static enum status pass_cuts(struct growth *g) {
         return STATUS_OK;
     struct net_tile **tiles = net_sorted_tiles(march->net);
     enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-    march->past_cut = true;
+    march->cut.passed = true;
     overlap_pass_slit(march->overlap);
     for (size_t t = 0; tiles && t < net_tile_count(march->net); t++)
         for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
@@ -440,7 +440,7 @@ static enum status pass_cuts(struct growth *g) {
                                                sizeof *g->aside, &g->aside_room)))
                     return STATUS_OUT_OF_MEMORY;
                 g->aside[g->aside_length++] = (struct aside){i, j, node};
-                march->ghosts--;
+                march->counts.ghosts--;
             }
             status = net_put(march->net, i, j, &none);
         }
@@ -457,7 +457,7 @@ static enum status put_back(struct growth *g) {
         if (now->state != NET_UNKNOWN &&
             !(now->state == NET_FAILED && now->reason == DRAPE_REASON_FOLD))
             continue;
-        march->ghosts++;
+        march->counts.ghosts++;
         status = net_put(march->net, a->i, a->j, &a->node);
     }
     return status;

@@ -65,7 +65,7 @@ static enum status climb_column(struct quadrant *q, int32_t i, int32_t j,
             return status;
         if (march->overlap)
             overlap_forget(march->overlap, i * q->si, r * q->sj);
-        if (zone == SURFACE_POINT_INSIDE && march->unsettled && r < q->settled)
+        if (zone == SURFACE_POINT_INSIDE && march->by_rows && r < q->settled)
             status = quadrant_note_climbed(q, i, r);
         if (status != STATUS_OK)
             return status;
@@ -240,7 +240,7 @@ static enum status grow_rows(struct quadrant *q) {
         if (!march_progress(q->march))
             return STATUS_CANCELLED;
         exchange_rows(&q->row[0], &q->row[count]);
-        if (q->march->unsettled && j == quadrant_block_end(q, q->settled)) {
+        if (q->march->by_rows && j == quadrant_block_end(q, q->settled)) {
             status = quadrant_settle(q, j);
             if (status != STATUS_OK)
                 return status;
@@ -267,8 +267,7 @@ static enum status prepare(struct march *march, struct arena *arena, int number,
     int32_t height;
     *q = (struct quadrant){.local = *march, .si = number % 2 ? -1 : 1, .sj = number / 2 ? -1 : 1};
     q->march = &q->local;
-    q->local.inside = q->local.ghosts = q->local.solved = q->local.iterations = 0;
-    q->local.counted = 0;
+    q->local.counts = (struct march_counts){0};
     q->arm[0] = copy_arm(march, arena, q->si, 0, &q->length);
     q->arm[1] = copy_arm(march, arena, 0, q->sj, &height);
     q->size = (size_t)q->length * (size_t)height;
@@ -323,22 +322,24 @@ static void grow_quadrant(void *data, int number) {
     for (int32_t i = 0; i < below->count; i++)
         q->reach[0] = has_left(q, i, 0, &below->at[i]) ? q->reach[0] : i;
     q->settled = 1;
-    q->march->unsettled = q->march->overlap && q->in_blocks;
+    q->march->by_rows = q->march->overlap && q->in_blocks;
     q->status = grow_rows(q);
-    if (q->march->unsettled && q->status == STATUS_OK)
+    if (q->march->by_rows && q->status == STATUS_OK)
         q->status = quadrant_settle(q, quadrant_block_end(q, q->settled));
-    q->march->unsettled = false;
+    q->march->by_rows = false;
 }
 
 static enum status gather(struct march *march, const struct quadrant *q) {
-    march->inside += q->local.inside;
-    march->counted += q->local.counted;
-    march->ghosts += q->local.ghosts;
-    march->broken = march->broken || q->local.broken;
-    march->solved += q->local.solved;
-    march->iterations += q->local.iterations;
-    march->residual_max = fmax(march->residual_max, q->local.residual_max);
-    bool too_many = march->inside > march->max_nodes;
+    const struct march_counts *own = &q->local.counts;
+    struct march_counts *all = &march->counts;
+    all->inside += own->inside;
+    all->reported += own->reported;
+    all->ghosts += own->ghosts;
+    all->broken = all->broken || own->broken;
+    all->solved += own->solved;
+    all->iterations += own->iterations;
+    all->residual_max = fmax(all->residual_max, own->residual_max);
+    bool too_many = all->inside > march->max_nodes;
     return q->status == STATUS_OK && too_many ? STATUS_TOO_MANY_NODES : q->status;
 }
 

@@ -28,7 +28,7 @@ static void find_bounds(const struct march *march, struct wave *wave) {
     bool trimmed = shell ? shell_trim(shell, wave->surface->face) : march->trim;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &wave->surface->axis[k];
-        double centre = march->cut_centre[k];
+        double centre = march->cut.centre[k];
         double turn = shell ? HUGE_VAL : surface_point_cut_turn(wave->surface, k);
         wave->lower[k] = axis->closed ? centre - not_quite * turn : surface_axis_lower(axis);
         wave->upper[k] = axis->closed ? centre + not_quite * turn : surface_axis_upper(axis);
@@ -345,9 +345,9 @@ static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
         return grow_alone(q, j, k);
     q->kept++;
     wave_get(wave_at(wave, 0), k + 1, &point);
-    march->solved++;
-    march->iterations += (size_t)wave->iterations[k];
-    march->residual_max = fmax(march->residual_max, wave->residual[k]);
+    march->counts.solved++;
+    march->counts.iterations += (size_t)wave->iterations[k];
+    march->counts.residual_max = fmax(march->counts.residual_max, wave->residual[k]);
     march->edges.rough = 0;
     return quadrant_place(q, &q->row[k + 1], j + k, &point);
 }
@@ -367,10 +367,11 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
     const struct vec3 r = {d[2][k + 1], d[3][k + 1], d[4][k + 1]};
     row->last = row->count++;
     q->kept++;
-    march->solved++;
-    march->iterations += (size_t)wave->iterations[k];
-    march->residual_max =
-        wave->residual[k] > march->residual_max ? wave->residual[k] : march->residual_max;
+    march->counts.solved++;
+    march->counts.iterations += (size_t)wave->iterations[k];
+    march->counts.residual_max = wave->residual[k] > march->counts.residual_max
+                                     ? wave->residual[k]
+                                     : march->counts.residual_max;
     return march_place_inside(march, tile, i & (NET_TILE - 1), at & (NET_TILE - 1), &r, d[0][k + 1],
                               d[1][k + 1], wave->surface->face);
 }
@@ -439,7 +440,7 @@ static enum status grow_face(struct quadrant *q, int32_t j, unsigned lanes, bool
     if (wave->surface->shell)
         find_inside(wave);
     unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : lanes);
-    usual = q->march->slit ? 0 : usual;
+    usual = q->march->cut.slit ? 0 : usual;
     front->steady = front->steady && usual == lanes;
     for (unsigned bits = lanes; bits && status == STATUS_OK; bits &= bits - 1) {
         int k = __builtin_ctz(bits);
@@ -511,7 +512,7 @@ static void stop_rows(struct quadrant *q, struct front *front) {
 static enum status run(struct quadrant *q, int32_t j, int *count) {
     struct wave *wave = q->wave;
     struct front front = {.column = 2, .open = true};
-    int32_t left = q->march->unsettled ? quadrant_block_end(q, j) - j : q->kernel->lanes;
+    int32_t left = q->march->by_rows ? quadrant_block_end(q, j) - j : q->kernel->lanes;
     int most = left < q->kernel->lanes ? left : q->kernel->lanes;
     wave->cursor = &q->march->cursor;
     wave->orientation = q->si * q->sj;

@@ -47,8 +47,8 @@ static enum status cut(struct quadrant *q, int32_t i, int32_t j, int32_t end) {
             enum net_state state = net_state_at(march->net, at * q->si, row * q->sj);
             if (state == NET_UNKNOWN)
                 break;
-            march->inside -= state == NET_INSIDE;
-            march->ghosts -= state == NET_GHOST;
+            march->counts.inside -= state == NET_INSIDE;
+            march->counts.ghosts -= state == NET_GHOST;
             status = net_put(march->net, at * q->si, row * q->sj, &none);
             overlap_forget(march->overlap, at * q->si, row * q->sj);
         }

@@ -45,9 +45,9 @@ static void summarise(const struct march *march, struct drape_result *result) {
     result->weft_range[0] = count ? nodes->j[0] : 0; /* they are sorted by j */
     result->weft_range[1] = count ? nodes->j[count - 1] : 0;
     s->coverage = fmin(s->coverage / march_area(march), 1);
-    s->residual_max = march->residual_max;
+    s->residual_max = march->counts.residual_max;
     s->newton_iterations_mean =
-        march->solved ? (double)march->iterations / (double)march->solved : 0;
+        march->counts.solved ? (double)march->counts.iterations / (double)march->counts.solved : 0;
     for (size_t k = 0; nodes->error_estimate && k < count; k++)
         if (nodes->error_estimate[k] < 0)
             nodes->error_estimate[k] = s->error_estimate_max;

@@ -113,13 +113,13 @@ static double box_distance2(const struct tile_box *box, struct vec3 r) {
  * for towards the middle of its piece, whose ends may lie on a cut. */
 static bool same_turn(const struct tracer *t, const struct net_node *node,
                       const struct rim_edge_point *spot) {
-    if (t->march->slit) {
+    if (t->march->cut.slit) {
         struct vec3 left = vec3_unit(vec3_cross(spot->normal, spot->dr));
         struct vec3 inward = vec3_axpy(1 - 2 * spot->t, vec3_unit(spot->dr), left);
         struct vec3 covered = vec3_axpy(beside * t->spacing, inward, spot->r);
         const struct shell_slit_point from = {node->r, march_normal_at(t->march, node)};
         const struct shell_slit_point to = {covered, spot->normal};
-        return shell_slit_passes(t->march->slit, &from, &to) == 0;
+        return shell_slit_passes(t->march->cut.slit, &from, &to) == 0;
     }
     bool apart = t->march->mesh || t->march->surface->shell;
     return apart || (fabs(node->uv[0] - spot->uv[0]) <= t->half_turn[0] &&

@@ -43,11 +43,11 @@ static struct rim_window find_window(const struct march *march) {
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &march->surface->axis[k];
         double turn = march->mesh ? HUGE_VAL : surface_point_cut_turn(march->surface, k);
-        bool cut = axis->closed && turn < HUGE_VAL && !march->past_cut;
+        bool cut = axis->closed && turn < HUGE_VAL && !march->cut.passed;
         window.low[k] = surface_axis_lower(axis);
         window.length[k] = surface_axis_upper(axis) - window.low[k];
         if (cut)
-            window.low[k] = march->cut_centre[k] - turn;
+            window.low[k] = march->cut.centre[k] - turn;
         window.high[k] = window.low[k] + window.length[k];
         window.endless[k] = axis->closed && !cut;
     }

@@ -357,7 +357,7 @@ static bool is_whole(const struct gathering *g) {
     for (int k = 0; k < DRAPE_REASON_COUNT; k++)
         all += reasons[k];
     if (reasons[DRAPE_REASON_BOUNDARY] + folds != all || g->result->cells.count == 0 ||
-        g->march->torn > 0)
+        g->march->counts.out_of_step > 0)
         return false;
     double area = march_area(g->march), uncovered = area - g->sums->spread.area * d[0] * d[1];
     if (g->rim->loop_count > 0)

@@ -119,7 +119,7 @@ static bool find_free_edges(struct rim_builder *b, struct free_edges *found) {
     int32_t component = shell_component(shell, march->surface->face);
     size_t parts = 0, count = shell_edge_count(shell);
     const struct shell_slit_piece *part =
-        march->slit ? shell_slit_pieces(march->slit, &parts) : NULL;
+        march->cut.slit ? shell_slit_pieces(march->cut.slit, &parts) : NULL;
     size_t room = count + 4 * parts;
     found->edges = arena_alloc(march->arena, room, sizeof *found->edges);
     found->ends = arena_alloc(march->arena, room, sizeof *found->ends);
