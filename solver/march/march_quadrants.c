@@ -65,8 +65,8 @@ static enum status climb_column(struct quadrant *q, int32_t i, int32_t j,
             return status;
         if (march->overlap)
             overlap_forget(march->overlap, i * q->si, r * q->sj);
-        if (zone == SURFACE_POINT_INSIDE && march->by_rows && r < q->settled)
-            status = quadrant_note_climbed(q, i, r);
+        if (zone == SURFACE_POINT_INSIDE && march->by_rows && r < q->checked)
+            status = quadrant_note_late(q, i, r);
         if (status != STATUS_OK)
             return status;
         *found = zone != SURFACE_POINT_BEYOND;
@@ -240,8 +240,8 @@ static enum status grow_rows(struct quadrant *q) {
         if (!march_progress(q->march))
             return STATUS_CANCELLED;
         exchange_rows(&q->row[0], &q->row[count]);
-        if (q->march->by_rows && j == quadrant_block_end(q, q->settled)) {
-            status = quadrant_settle(q, j);
+        if (q->march->by_rows && j == quadrant_block_end(q, q->checked)) {
+            status = quadrant_check_overlaps(q, j);
             if (status != STATUS_OK)
                 return status;
         }
@@ -321,11 +321,11 @@ static void grow_quadrant(void *data, int number) {
         below->count++;
     for (int32_t i = 0; i < below->count; i++)
         q->reach[0] = has_left(q, i, 0, &below->at[i]) ? q->reach[0] : i;
-    q->settled = 1;
+    q->checked = 1;
     q->march->by_rows = q->march->overlap && q->in_blocks;
     q->status = grow_rows(q);
     if (q->march->by_rows && q->status == STATUS_OK)
-        q->status = quadrant_settle(q, quadrant_block_end(q, q->settled));
+        q->status = quadrant_check_overlaps(q, quadrant_block_end(q, q->checked));
     q->march->by_rows = false;
 }
 

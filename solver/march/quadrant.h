@@ -47,9 +47,9 @@ struct quadrant {
     struct net_view before[WAVE_LANES + 1]; /* of slots: views of the net before */
     bool in_blocks;                         /* rows are long enough to be marched side by side, and
                                                looked at for folds afterwards */
-    int32_t settled;                        /* rows before this one have been looked at for folds */
-    struct quadrant_place *climbed;         /* put into such rows since */
-    size_t climbed_count, climbed_room;
+    int32_t checked;             /* rows before this one have been looked at for overlaps */
+    struct quadrant_place *late; /* put into such rows since */
+    size_t late_count, late_room;
     size_t kept, alone; /* cells of the last wave that its kernel has solved, or not */
     int resting;        /* waves to be left out, where the last has been of no use */
 };
@@ -74,20 +74,20 @@ enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t
 void quadrant_take_edge(struct differences *edge, const struct surface_point *below,
                         const struct surface_point *at, const struct surface_point *last);
 
-/* Rows that are marched before they are looked at for folds (settle.c): those of a row of tiles.
- * The first row of those after j. */
+/* Rows that are marched before they are looked at for overlaps (quadrant_overlaps.c): those of a
+ * row of tiles. The first row of those after j. */
 static inline int32_t quadrant_block_end(const struct quadrant *q, int32_t j) {
     int32_t first = q->sj > 0 ? 0 : 1;
     return ((j - first) / NET_TILE + 1) * NET_TILE + first;
 }
 
-/* Looks at the rows before row `end` that have not been settled: where a node lies on another part
- * of the net, it is taken out with all beyond it in its row and beyond its column in the rows
+/* Looks at the rows before row `end` that have not been looked at: where a node lies on another
+ * part of the net, it is taken out with all beyond it in its row and beyond its column in the rows
  * above. What comes before it in the order of rows stays. Errors: STATUS_OUT_OF_MEMORY. */
-enum status quadrant_settle(struct quadrant *q, int32_t end) STATUS_MUST_USE;
+enum status quadrant_check_overlaps(struct quadrant *q, int32_t end) STATUS_MUST_USE;
 
-/* Notes a place that was put into a row that has been settled. */
-enum status quadrant_note_climbed(struct quadrant *q, int32_t i, int32_t j) STATUS_MUST_USE;
+/* Notes a place that was put into a row that has been looked at. */
+enum status quadrant_note_late(struct quadrant *q, int32_t i, int32_t j) STATUS_MUST_USE;
 
 /* Gives a quadrant a wave of at most so many rows (and no more than drape_settings' lanes) if one
  * can go over this surface by this method. */
