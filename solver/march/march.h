@@ -272,8 +272,13 @@ bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
 bool march_turn_as_at_a(struct march *march, const struct march_cell *at, struct vec3 back[2],
                         struct vec3 start[2]);
 
-/* Notes for march_place that both edges of a cell that end in D are rough: `start` and `end` of BD
- * and CD, as in `struct fishnet_yarns`. */
+/* Notes for march_place that the edge to D from its neighbour on the negative (sign 1) or positive
+ * (-1) side along warp (family 0) or weft is rough: the unit tangents of that yarn, towards D,
+ * where it leaves and arrives. */
+void march_note_edge(struct march *march, int family, int sign, struct vec3 start, struct vec3 end);
+
+/* The same of both edges of a cell that end in D: `start` and `end` of BD and CD, as in `struct
+ * fishnet_yarns`. */
 void march_note_edges(struct march *march, const struct march_cell *at, const struct vec3 start[2],
                       const struct vec3 end[2]);
 
@@ -301,6 +306,14 @@ double march_corrected_chord(struct march_corrections *c, int k, const struct su
 enum rough_kind march_edge_chord(const struct march *march, const struct march_corrections *c,
                                  int k, const struct surface_point *from,
                                  const struct surface_point *to, double curvature, double *chord);
+
+/* Notes what a cell took to be solved. */
+static inline void march_count_solved(struct march *march, size_t iterations, double residual) {
+    struct march_counts *counts = &march->counts;
+    counts->solved++;
+    counts->iterations += iterations;
+    counts->residual_max = residual > counts->residual_max ? residual : counts->residual_max;
+}
 
 /* Solves a cell. Notes the cost; on failure gives the reason. */
 bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,

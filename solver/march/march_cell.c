@@ -26,12 +26,6 @@ bool march_point(struct march *march, int32_t i, int32_t j, struct surface_point
     return node && march_point_at(march, node, point);
 }
 
-/* C + AB, and the change from AB to CD. */
-static struct vec3 guess(const struct march_cell *at) {
-    struct vec3 edge = vec3_sub(at->b->jet.r, at->a->jet.r);
-    return vec3_add(at->c->jet.r, vec3_add(edge, at->trend));
-}
-
 bool march_guess_from_before(const struct march *march, const struct march_cell *at, double uv[2]) {
     const struct net_view *before = &march->before;
     const struct net_node *a = net_view_place(before, at->i - at->si, at->j - at->sj);
@@ -70,15 +64,6 @@ double march_corrected_chord(struct march_corrections *c, int k, const struct su
     return correction_chord(of, &chord) ? chord : arc_chord;
 }
 
-/* The chords of a cell: by its edges BD and CD in the net before, where they can be had. */
-static void find_chords(struct march *march, struct fishnet_cell *cell,
-                        struct march_corrections *c) {
-    const struct drape_settings *s = march->settings;
-    fishnet_chords(&march->cursor, march->method->yarn, s->yarn_path, s->spacing, cell);
-    cell->bd = march_corrected_chord(c, 0, cell->b, cell->curvature[0], cell->bd);
-    cell->cd = march_corrected_chord(c, 1, cell->c, cell->curvature[1], cell->cd);
-}
-
 /* Gives up corrections that do not agree with the surface at D. Whether there was one. */
 static bool drop_corrections(const struct fishnet_cell *cell, const struct surface_point *d,
                              struct march_corrections *c) {
@@ -105,27 +90,6 @@ static bool is_outside(const struct surface *surface, const double uv[2]) {
     return false;
 }
 
-/* Whether a place lies beyond a free edge of the shell, or beyond the end of a joint. */
-static bool is_off_shell(struct march *march, const struct surface_point *place) {
-    struct surface_point settled = *place;
-    struct crossing crossing;
-    if (!crossing_settle(&march->cursor, &settled))
-        return false;
-    crossing_find(&settled, NULL, &crossing);
-    return crossing.kind == CROSSING_FREE ||
-           (crossing.kind == CROSSING_JOINT && crossing.at_corner);
-}
-
-/* Whether the place a step away from C does. */
-static bool expected_off_shell(struct march *march, const struct fishnet_cell *cell,
-                               struct vec3 step) {
-    double uv[2];
-    struct surface_point place;
-    return surface_point_pull(cell->c->surface, &march->cursor, cell->c, step, uv) &&
-           surface_point_at(cell->c->surface, &march->cursor, uv, &place) &&
-           is_off_shell(march, &place);
-}
-
 /* Whether the place expected of D lies beyond the boundary by its parameters, and by what of the
  * surface is nearest to it. Beyond a corner at which r_u and r_v are parallel no parameters lead.
  */
@@ -142,26 +106,27 @@ static bool nearest_outside(const struct march *march, const struct fishnet_cell
     return is_outside(march->surface, uv);
 }
 
-/* Whether either says so. */
+/* Whether either says so; on a shell, whether the place expected lies beyond a free edge, or beyond
+ * the end of a joint. */
 static bool expected_outside(struct march *march, const struct fishnet_cell *cell) {
-    if (march->surface->shell)
-        return expected_off_shell(march, cell, vec3_sub(cell->guess, cell->c->jet.r));
-    return pulled_outside(march, cell) || nearest_outside(march, cell);
+    const struct surface_point *c = cell->c;
+    struct vec3 step = vec3_sub(cell->guess, c->jet.r);
+    struct surface_point there;
+    struct crossing crossing;
+    double uv[2];
+    if (!march->surface->shell)
+        return pulled_outside(march, cell) || nearest_outside(march, cell);
+    if (!surface_point_pull(c->surface, &march->cursor, c, step, uv) ||
+        !surface_point_at(c->surface, &march->cursor, uv, &there) ||
+        !crossing_settle(&march->cursor, &there))
+        return false;
+    crossing_find(&there, NULL, &crossing);
+    return crossing.kind == CROSSING_FREE ||
+           (crossing.kind == CROSSING_JOINT && crossing.at_corner);
 }
 
 /* The surface turns by more than this cosine over a cell that lies across a crease. */
 static const double creased = 0.9;
-
-/* Why a cell has no fourth corner. One that is expected beyond the boundary, and not to be found on
- * the continuation, is a matter of the boundary. */
-static enum drape_reason reason_of(struct march *march, const struct fishnet_cell *cell,
-                                   enum fishnet_end end) {
-    if (end == FISHNET_COLLAPSED)
-        return DRAPE_REASON_COLLAPSED;
-    if (expected_outside(march, cell))
-        return DRAPE_REASON_BOUNDARY;
-    return end == FISHNET_DEGENERATE ? DRAPE_REASON_DEGENERATE : DRAPE_REASON_NO_CONVERGENCE;
-}
 
 const struct net_node *march_node_at(const struct march *march, int32_t i, int32_t j) {
     if (march->arm[0] && j == 0)
@@ -200,32 +165,18 @@ bool march_turn_as_at_a(struct march *march, const struct march_cell *at, struct
     return true;
 }
 
-/* Of the edge BD (k = 0) or CD. */
-static void note_edge(struct march *march, const struct march_cell *at, int k, struct vec3 start,
-                      struct vec3 end) {
-    int sign = k ? at->sj : at->si, side = sign < 0;
+void march_note_edge(struct march *march, int family, int sign, struct vec3 start,
+                     struct vec3 end) {
     struct vec3 from = vec3_scale(sign, start), to = vec3_scale(sign, end);
-    march->edges.rough |= NET_EDGE_BIT(k, side);
-    march->edges.yarns.edge[k] = side ? (struct net_edge){to, from} : (struct net_edge){from, to};
+    march->edges.rough |= NET_EDGE_BIT(family, sign < 0);
+    march->edges.yarns.edge[family] =
+        sign < 0 ? (struct net_edge){to, from} : (struct net_edge){from, to};
 }
 
 void march_note_edges(struct march *march, const struct march_cell *at, const struct vec3 start[2],
                       const struct vec3 end[2]) {
-    for (int k = 0; k < 2; k++)
-        note_edge(march, at, k, start[k], end[k]);
-}
-
-/* The same of those edges to D that their ends tell. */
-static void note_told(struct march *march, const struct march_cell *at,
-                      const struct surface_point *d, const bool told[2]) {
-    for (int k = 0; k < 2; k++) {
-        const struct surface_point *from = k ? at->c : at->b;
-        const struct rough_end at_d = {d->surface, d->uv, d->jet.r, NULL};
-        const struct rough_end at_from = {from->surface, from->uv, from->jet.r, NULL};
-        if (told[k])
-            note_edge(march, at, k, logarithm_leave(&march->cursor, from, &at_d),
-                      vec3_scale(-1, logarithm_leave(&march->cursor, d, &at_from)));
-    }
+    march_note_edge(march, 0, at->si, start[0], end[0]);
+    march_note_edge(march, 1, at->sj, start[1], end[1]);
 }
 
 /* How far the ends of the geodesics of a rough cell may be apart, by their length, and how accurate
@@ -242,12 +193,6 @@ static bool is_wild(const struct march *march, const struct fishnet_cell *cell,
     bool over_fold = march->surface->has_folds && (vec3_dot(cell->b->normal, d->normal) < creased ||
                                                    vec3_dot(cell->c->normal, d->normal) < creased);
     return outside && !over_fold;
-}
-
-/* Whether yarns cross at D as they do at A. */
-static bool cross_rightly(const struct fishnet_cell *cell, const struct fishnet_yarns *yarns,
-                          const struct surface_point *d) {
-    return cell->orientation * vec3_dot(vec3_cross(yarns->end[0], yarns->end[1]), d->normal) > 0;
 }
 
 /* How far from its face a yarn may lie that stays on its continuation, by its length: the way that
@@ -272,9 +217,9 @@ static bool grazes_joint(struct march *march, const struct surface_point *from, 
 /* The geodesics from B and C that meet. One whose chord is longer than it is, but for what two
  * faces leave between them, was led round a corner to another place of its joint, and has been
  * torn. */
-static enum fishnet_end meet(struct march *march, const struct fishnet_cell *cell,
-                             const double accuracy[2], struct fishnet_yarns *yarns,
-                             struct fishnet_node *node) {
+static enum fishnet_end meet_as_geodesics(struct march *march, const struct fishnet_cell *cell,
+                                          const double accuracy[2], struct fishnet_yarns *yarns,
+                                          struct fishnet_node *node) {
     const double *d = march->settings->spacing;
     const struct shell *shell = march->surface->shell;
     double gap = shell ? 2 * shell_edges(shell).largest_gap : 0;
@@ -298,19 +243,20 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     bool geodesic = march->method->yarn == DRAPE_YARN_GEODESIC;
     const struct fishnet_collocation wanted = {
         {d[0], d[1]}, geodesic_accuracy[0], march->settings->lanes};
-    if (found && geodesic &&
-        fishnet_collocation_solve(&march->cursor, cell, &wanted, &yarns, node) &&
-        cross_rightly(cell, &yarns, &node->point)) {
-        march_note_edges(march, at, yarns.start, yarns.end);
-        return FISHNET_FOUND;
-    }
-    if (found && !geodesic) {
+    bool measured = false;
+    if (found && geodesic) { /* and the yarns cross at D as they do at A */
+        measured = fishnet_collocation_solve(&march->cursor, cell, &wanted, &yarns, node) &&
+                   cell->orientation *
+                           vec3_dot(vec3_cross(yarns.end[0], yarns.end[1]), node->point.normal) >
+                       0;
+    } else if (found) {
         double turn = fabs(surface_point_gauss_curvature(&node->point)) * d[0] * d[1];
         double accuracy = length_accuracy + length_share * fmin(turn, 1);
-        if (fishnet_length_meet(&march->cursor, cell, d[0], d[1], accuracy, &yarns, node)) {
-            march_note_edges(march, at, yarns.start, yarns.end);
-            return FISHNET_FOUND;
-        }
+        measured = fishnet_length_meet(&march->cursor, cell, d[0], d[1], accuracy, &yarns, node);
+    }
+    if (measured) {
+        march_note_edges(march, at, yarns.start, yarns.end);
+        return FISHNET_FOUND;
     }
     if (found && is_wild(march, cell, &node->point) && expected_outside(march, cell))
         return FISHNET_NO_CONVERGENCE;
@@ -319,16 +265,16 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     node->outside = 0;
     const struct fishnet_yarns begun = yarns;
     const double *accuracy = geodesic ? geodesic_accuracy : rough_accuracy;
-    enum fishnet_end end = meet(march, cell, accuracy, &yarns, node);
+    enum fishnet_end end = meet_as_geodesics(march, cell, accuracy, &yarns, node);
     /* Over a joint that is curved, for one; not where the first rays could not be followed. */
     if (end == FISHNET_NO_CONVERGENCE && geodesic && node->iterations > 0) {
         yarns = begun;
-        end = meet(march, cell, rough_accuracy, &yarns, node);
+        end = meet_as_geodesics(march, cell, rough_accuracy, &yarns, node);
     }
     for (int k = 0; k < 2 && end == FISHNET_NO_CONVERGENCE && march->surface->shell; k++) {
         yarns = begun;
         yarns.stays[k] = true;
-        end = meet(march, cell, accuracy, &yarns, node);
+        end = meet_as_geodesics(march, cell, accuracy, &yarns, node);
         if (end == FISHNET_FOUND &&
             !grazes_joint(march, k ? cell->c : cell->b, yarns.start[k], &node->point, d[k]))
             end = FISHNET_NO_CONVERGENCE;
@@ -386,10 +332,10 @@ enum rough_kind march_edge_chord(const struct march *march, const struct march_c
 }
 
 /* Looks at the edges of a cell that has its D: whether one is rough. Those that are bent get their
- * chords: `bent` and `told` say whether there are any. */
+ * chords: `bent` and `uneven` say whether there are any. */
 static bool has_rough(const struct march *march, struct fishnet_cell *cell,
                       const struct surface_point *d, const struct march_corrections *c, bool *bent,
-                      bool told[2]) {
+                      bool uneven[2]) {
     const double *spacing = march->settings->spacing;
     if (rough_is_arc(cell->b, d, cell->curvature[0], spacing[0]) &&
         rough_is_arc(cell->c, d, cell->curvature[1], spacing[1]))
@@ -401,7 +347,7 @@ static bool has_rough(const struct march *march, struct fishnet_cell *cell,
         if (kind == ROUGH_EDGE)
             return true;
         bool whole = c->has[k] && c->of[k].whole && *chord == before;
-        told[k] = kind == ROUGH_UNEVEN || (kind == ROUGH_BENT && march->before.net && !whole);
+        uneven[k] = kind == ROUGH_UNEVEN || (kind == ROUGH_BENT && march->before.net && !whole);
         *bent = *bent || *chord != before;
     }
     return false;
@@ -429,9 +375,9 @@ static bool lies_over_crease(struct march *march, struct surface_point *d) {
 static enum fishnet_end solve_uneven(struct march *march, const struct march_cell *at,
                                      struct fishnet_cell *cell, const struct march_corrections *c,
                                      enum fishnet_end end, struct fishnet_node *node, bool *laid) {
-    bool bent = false, told[2] = {false, false};
+    bool bent = false, uneven[2] = {false, false};
     bool rough = end == FISHNET_FOUND ? lies_over_crease(march, &node->point) ||
-                                            has_rough(march, cell, &node->point, c, &bent, told)
+                                            has_rough(march, cell, &node->point, c, &bent, uneven)
                                       : hangs_on_rough(march, cell, end);
     *laid = rough;
     if (rough)
@@ -440,48 +386,65 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
     cell->guess_uv = uv;
     if (bent)
         end = fishnet_solve(march->surface, &march->cursor, cell, node);
-    if (end == FISHNET_FOUND && (told[0] || told[1]))
-        note_told(march, at, &node->point, told);
+    for (int k = 0; k < 2 && end == FISHNET_FOUND; k++) {
+        const struct surface_point *from = k ? at->c : at->b, *d = &node->point;
+        const struct rough_end at_d = {d->surface, d->uv, d->jet.r, NULL};
+        const struct rough_end at_from = {from->surface, from->uv, from->jet.r, NULL};
+        if (uneven[k])
+            march_note_edge(march, k, k ? at->sj : at->si,
+                            logarithm_leave(&march->cursor, from, &at_d),
+                            vec3_scale(-1, logarithm_leave(&march->cursor, d, &at_from)));
+    }
     cell->guess_uv = NULL;
     return end;
 }
 
-static enum fishnet_end solve_chords(struct march *march, const struct fishnet_cell *cell,
-                                     struct fishnet_node *node) {
-    enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, cell, node);
-    if (end == FISHNET_FOUND && node->looked)
-        march->look = (struct march_look){
-            node->point.surface, {node->point.uv[0], node->point.uv[1]}, node->crossing};
-    return end;
-}
-
-static bool solve_on_surface(struct march *march, const struct march_cell *at,
-                             struct fishnet_node *node, enum drape_reason *reason) {
+/* By chords first, corrected by the edges BD and CD in the net before where they can be had; then
+ * the edges that are not smooth are laid anew, and geodesics in place of arcs where they are asked
+ * for. A D that is expected beyond the boundary, and not to be found on the continuation, is a
+ * matter of the boundary. */
+bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
+                        enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
+    const bool corrects = march->before.net;
+    struct vec3 edge = vec3_sub(at->b->jet.r, at->a->jet.r);
     struct fishnet_cell cell = {.a = at->a,
                                 .b = at->b,
                                 .c = at->c,
-                                .corrects = march->before.net,
+                                .guess = vec3_add(at->c->jet.r, vec3_add(edge, at->trend)),
+                                .guess_uv = at->guess_uv,
+                                .corrects = corrects,
                                 .orientation = at->si * at->sj};
+    struct march_corrections corrections = {.has = {false, false}};
+    enum fishnet_end end = FISHNET_FOUND;
+    bool laid = false;
     double uv[2];
-    cell.guess = guess(at);
-    cell.guess_uv = at->guess_uv;
-    if (march->before.net) {
+    march->edges.rough = 0;
+    if (march->mesh) {
+        bool found = march_mesh_corner(march, at, cell.guess, node, reason);
+        if (found)
+            march_count_solved(march, (size_t)node->iterations, node->residual);
+        return found;
+    }
+    if (corrects) {
         net_view_move(&march->before, at->i, at->j);
         if (march_guess_from_before(march, at, uv))
             cell.guess_uv = uv;
-    }
-    struct march_corrections corrections = {.has = {false, false}};
-    if (march->before.net)
         march_find_corrections(march, at, &corrections);
-    find_chords(march, &cell, &corrections);
-    enum fishnet_end end = solve_chords(march, &cell, node);
-    if (end == FISHNET_FOUND && march->before.net &&
-        drop_corrections(&cell, &node->point, &corrections)) {
-        find_chords(march, &cell, &corrections);
-        end = solve_chords(march, &cell, node);
     }
-    bool laid = false;
+    /* Corrections that do not agree with the surface at D are given up, once. */
+    for (int pass = 0; pass < 2; pass++) {
+        if (pass > 0 && !(corrects && end == FISHNET_FOUND &&
+                          drop_corrections(&cell, &node->point, &corrections)))
+            break;
+        fishnet_chords(&march->cursor, march->method->yarn, s->yarn_path, s->spacing, &cell);
+        cell.bd = march_corrected_chord(&corrections, 0, cell.b, cell.curvature[0], cell.bd);
+        cell.cd = march_corrected_chord(&corrections, 1, cell.c, cell.curvature[1], cell.cd);
+        end = fishnet_solve(march->surface, &march->cursor, &cell, node);
+    }
+    if (end == FISHNET_FOUND && node->looked)
+        march->look = (struct march_look){
+            node->point.surface, {node->point.uv[0], node->point.uv[1]}, node->crossing};
     if (march->method->yarn != DRAPE_YARN_CHORD)
         end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
     if (end == FISHNET_FOUND && march->method->yarn == DRAPE_YARN_GEODESIC && !laid) {
@@ -492,22 +455,13 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
         if (end == FISHNET_FOUND && node->point.surface != face)
             end = solve_rough(march, at, &cell, true, node);
     }
-    if (end != FISHNET_FOUND)
-        *reason = reason_of(march, &cell, end);
+    if (end == FISHNET_FOUND)
+        march_count_solved(march, (size_t)node->iterations, node->residual);
+    else if (end != FISHNET_COLLAPSED && expected_outside(march, &cell))
+        *reason = DRAPE_REASON_BOUNDARY;
+    else
+        *reason = end == FISHNET_COLLAPSED    ? DRAPE_REASON_COLLAPSED
+                  : end == FISHNET_DEGENERATE ? DRAPE_REASON_DEGENERATE
+                                              : DRAPE_REASON_NO_CONVERGENCE;
     return end == FISHNET_FOUND;
-}
-
-bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
-                        enum drape_reason *reason) {
-    march->edges.rough = 0;
-    bool found = march->mesh ? march_mesh_corner(march, at, guess(at), node, reason)
-                             : solve_on_surface(march, at, node, reason);
-    if (found) {
-        march->counts.solved++;
-        march->counts.iterations += (size_t)node->iterations;
-        march->counts.residual_max = node->residual > march->counts.residual_max
-                                         ? node->residual
-                                         : march->counts.residual_max;
-    }
-    return found;
 }

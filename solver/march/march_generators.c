@@ -41,11 +41,9 @@ static void note_edge(struct march *march, const struct stop *from, const struct
     if (rough_is_arc(start, end, curvature, d) ||
         rough_edge(start, end, curvature, d, &chord) < ROUGH_UNEVEN)
         return;
-    int family = di ? 0 : 1, side = di + dj < 0, sign = side ? -1 : 1;
-    struct vec3 a = vec3_scale(sign, fishnet_path_tangent(&from->path, start, from->tangent));
-    struct vec3 b = vec3_scale(sign, fishnet_path_tangent(&to->path, end, to->tangent));
-    march->edges.rough = NET_EDGE_BIT(family, side);
-    march->edges.yarns.edge[family] = side ? (struct net_edge){b, a} : (struct net_edge){a, b};
+    march_note_edge(march, di ? 0 : 1, di + dj,
+                    fishnet_path_tangent(&from->path, start, from->tangent),
+                    fishnet_path_tangent(&to->path, end, to->tangent));
 }
 
 /* A path that gets no further although the way to the border is longer than this, in spacings, does

@@ -159,11 +159,7 @@ bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, i
     struct surface_point start = march_mesh_point(march, &from.at);
     if (!is_over_fold(march, &from.at, &yarn->smooth.at) && !is_rough(&start, point, d))
         return true;
-    int family = di ? 0 : 1, side = di + dj < 0, sign = side ? -1 : 1;
-    struct vec3 a = vec3_scale(sign, from.direction);
-    struct vec3 b = vec3_scale(sign, yarn->smooth.direction);
-    march->edges.rough = NET_EDGE_BIT(family, side);
-    march->edges.yarns.edge[family] = side ? (struct net_edge){b, a} : (struct net_edge){a, b};
+    march_note_edge(march, di ? 0 : 1, di + dj, from.direction, yarn->smooth.direction);
     return true;
 }
 

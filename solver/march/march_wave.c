@@ -345,9 +345,7 @@ static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
         return grow_alone(q, j, k);
     q->kept++;
     wave_get(wave_at(wave, 0), k + 1, &point);
-    march->counts.solved++;
-    march->counts.iterations += (size_t)wave->iterations[k];
-    march->counts.residual_max = fmax(march->counts.residual_max, wave->residual[k]);
+    march_count_solved(march, (size_t)wave->iterations[k], wave->residual[k]);
     march->edges.rough = 0;
     return quadrant_place(q, &q->row[k + 1], j + k, &point);
 }
@@ -367,11 +365,7 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
     const struct vec3 r = {d[2][k + 1], d[3][k + 1], d[4][k + 1]};
     row->last = row->count++;
     q->kept++;
-    march->counts.solved++;
-    march->counts.iterations += (size_t)wave->iterations[k];
-    march->counts.residual_max = wave->residual[k] > march->counts.residual_max
-                                     ? wave->residual[k]
-                                     : march->counts.residual_max;
+    march_count_solved(march, (size_t)wave->iterations[k], wave->residual[k]);
     return march_place_inside(march, tile, i & (NET_TILE - 1), at & (NET_TILE - 1), &r, d[0][k + 1],
                               d[1][k + 1], wave->surface->face);
 }
