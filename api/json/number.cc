@@ -25,6 +25,32 @@ size_t api_number_integer(char *text, int64_t value) {
     return static_cast<size_t>(std::to_chars(text, text + API_NUMBER_SIZE, value).ptr - text);
 }
 
+static const char *digits_end(const char *at, const char *end) {
+    while (at < end && *at >= '0' && *at <= '9')
+        at++;
+    return at;
+}
+
+const char *api_number_end(const char *text, const char *end) {
+    const char *const whole = text + (text < end && *text == '-');
+    const char *at = digits_end(whole, end);
+    if (at == whole || (*whole == '0' && at > whole + 1))
+        return nullptr;
+    if (at < end && *at == '.') {
+        const char *const fraction = at + 1;
+        at = digits_end(fraction, end);
+        if (at == fraction)
+            return nullptr;
+    }
+    if (at < end && (*at == 'e' || *at == 'E')) {
+        const char *const sign = at + 1;
+        const char *const exponent = sign + (sign < end && (*sign == '+' || *sign == '-'));
+        const char *const last = digits_end(exponent, end);
+        return last > exponent ? last : at;
+    }
+    return at;
+}
+
 /* Whether a decimal that no double can hold is too small rather than too large: by the sign of its
  * exponent, or else by the digits before its point. */
 static bool underflows(const char *text, const char *end) {

@@ -29,6 +29,10 @@ size_t api_number_by_library(char *text, double value);
 
 size_t api_number_integer(char *text, int64_t value);
 
+/* Behind the number that JSON has at `text`, before `end`: -? (0 | [1-9][0-9]*) (. [0-9]+)?
+ * ([eE] [+-]? [0-9]+)?; NULL when there is none. */
+const char *api_number_end(const char *text, const char *end);
+
 /* Reads the decimal at the start of the `length` characters at `text`, as JSON has it but also with
  * nothing before or behind its point; exactly rounded, too small a number is 0. Returns how many
  * characters it takes, 0 when there is none or it is beyond the doubles. */

@@ -1,17 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "prescan.h"
 
+#include "walk.h"
+
 /* What a member of an object counts, in values: a key and its place in a hash table take that much
  * more memory and time than an element of an array, and no honest document has many. */
 enum { MEMBER_COST = 8 };
-
-/* The index of the quote that ends the string opened at `start`, or `length`. */
-static size_t string_end(const char *bytes, size_t start, size_t length) {
-    size_t i = start + 1;
-    while (i < length && bytes[i] != '"')
-        i += bytes[i] == '\\' ? 2 : 1;
-    return i;
-}
 
 /* Every value but the first comes right after a comma or an opening bracket, so counting those
  * never counts too few. */
@@ -22,7 +16,7 @@ enum api_problem_id api_prescan(const char *bytes, size_t length, const struct a
     for (size_t i = 0; i < length; i++) {
         switch (bytes[i]) {
         case '"':
-            i = string_end(bytes, i, length);
+            i = (size_t)(walk_string_end(bytes + i + 1, bytes + length) - bytes);
             break;
         case '[':
         case '{':
@@ -40,19 +34,15 @@ enum api_problem_id api_prescan(const char *bytes, size_t length, const struct a
             elements += MEMBER_COST - 1;
             break;
         }
-        if (depth > limits->max_depth) {
-            api_problem_set(problem, API_TOO_LARGE,
-                            "the document nests deeper than the limit of %d levels",
-                            limits->max_depth);
-            return problem->id;
-        }
-        if (elements > limits->max_elements) {
-            api_problem_set(problem, API_TOO_LARGE,
-                            "the document has more values than the limit of %zu, a member of an "
-                            "object counting as %d",
-                            limits->max_elements, MEMBER_COST);
-            return problem->id;
-        }
+        if (depth > limits->max_depth)
+            return api_problem_set(problem, API_TOO_LARGE,
+                                   "the document nests deeper than the limit of %d levels",
+                                   limits->max_depth);
+        if (elements > limits->max_elements)
+            return api_problem_set(problem, API_TOO_LARGE,
+                                   "the document has more values than the limit of %zu, a member "
+                                   "of an object counting as %d",
+                                   limits->max_elements, MEMBER_COST);
     }
     return API_OK;
 }

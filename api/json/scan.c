@@ -108,31 +108,21 @@ bool scan_key(struct scan *scan, char key[SCAN_KEY_SIZE]) {
     return scan_take(scan, ':') || scan_malformed(scan, "a colon is missing");
 }
 
-/* Whether the characters are a number as JSON writes it; what the number reader takes is more. */
-static bool is_json_number(const char *text, size_t length) {
-    const char *end = text + length;
-    text += *text == '-';
-    if (text < end && *text == '0' && text + 1 < end && text[1] >= '0' && text[1] <= '9')
-        return false;
-    if (text == end || *text < '0' || *text > '9')
-        return false;
-    while (text < end && *text >= '0' && *text <= '9')
-        text++;
-    return text == end || *text != '.' || (text + 1 < end && text[1] >= '0' && text[1] <= '9');
+bool scan_take_number(struct scan *scan, double *value) {
+    const char *begin = scan->at, *end = api_number_end(begin, scan->end);
+    size_t length = end ? (size_t)(end - begin) : 0;
+    scan->at += length;
+    return end && (!value || api_number_read(begin, length, value) == length);
 }
 
 bool scan_number(struct scan *scan, const char *path, long row, int element, double *value) {
     char c = scan_peek(scan);
+    const char *begin = scan->at;
     if (c != '-' && (c < '0' || c > '9'))
         return scan_refuse(scan, path, row, element, "must be a number");
-    size_t length = api_number_read(scan->at, (size_t)(scan->end - scan->at), value);
-    if (length > 0 && !is_json_number(scan->at, length))
-        return scan_malformed(scan, "this is no number of JSON");
-    if (length == 0 && c == '-' &&
-        !(scan->at + 1 < scan->end && scan->at[1] >= '0' && scan->at[1] <= '9'))
-        return scan_malformed(scan, "this is no number of JSON");
-    if (length == 0)
-        return scan_invalid(scan, path, row, element, "is too large for a double-precision number");
-    scan->at += length;
-    return true;
+    if (scan_take_number(scan, value))
+        return true;
+    return scan->at == begin ? scan_malformed(scan, "this is no number of JSON")
+                             : scan_invalid(scan, path, row, element,
+                                            "is too large for a double-precision number");
 }

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * JSON read as it comes, for documents that are large arrays of numbers: no tree is made of it.
- * Only the first error is reported; every function that returns bool then returns false, with the
- * problem set.
+ * JSON read as it comes, for large arrays of numbers: no tree is made of them. The reader of a
+ * mesh (`api/map/json.c`) reads a whole document so, that of arrays in other documents
+ * (`numbers.h`) no more than these. Only the first error is reported; every function that returns
+ * bool then returns false, with the problem set.
  */
 #ifndef API_JSON_SCAN_H
 #define API_JSON_SCAN_H
@@ -46,6 +47,10 @@ bool scan_next(struct scan *scan, char closing, bool *more) STATUS_MUST_USE;
 /* A key and its colon. One with escapes is refused; one longer than any that is known is cut, and
  * so unknown. */
 bool scan_key(struct scan *scan, char key[SCAN_KEY_SIZE]) STATUS_MUST_USE;
+
+/* A number of JSON that is right here, read into `value` unless that is NULL. No problem is set.
+ * One beyond the doubles is passed and false; else `at` stays where there is none. */
+bool scan_take_number(struct scan *scan, double *value) STATUS_MUST_USE;
 
 /* A number, as JSON writes it. */
 bool scan_number(struct scan *scan, const char *path, long row, int element,

@@ -131,6 +131,11 @@ void api_text_key(struct api_text *text, const char *key) {
     api_text_raw(text, ":");
 }
 
+void api_text_key_object(struct api_text *text, const char *key) {
+    api_text_key(text, key);
+    api_text_raw(text, "{");
+}
+
 void api_text_key_string(struct api_text *text, const char *key, const char *value) {
     api_text_key(text, key);
     api_text_string(text, value);
@@ -146,23 +151,55 @@ void api_text_key_integer(struct api_text *text, const char *key, int64_t value)
     api_text_integer(text, value);
 }
 
+void api_text_key_boolean(struct api_text *text, const char *key, bool value) {
+    api_text_key(text, key);
+    api_text_raw(text, value ? "true" : "false");
+}
+
 void api_text_numbers(struct api_text *text, const double *values, size_t count) {
-    api_text_raw(text, "[");
     for (size_t i = 0; i < count; i++) {
-        if (i)
-            api_text_raw(text, ",");
+        api_text_raw(text, i ? "," : "[");
         api_text_number(text, values[i]);
     }
-    api_text_raw(text, "]");
+    api_text_raw(text, count ? "]" : "[]");
 }
 
 void api_text_integers(struct api_text *text, const int *values, size_t count) {
-    api_text_raw(text, "[");
     for (size_t i = 0; i < count; i++) {
-        if (i)
-            api_text_raw(text, ",");
+        api_text_raw(text, i ? "," : "[");
         api_text_integer(text, values[i]);
     }
+    api_text_raw(text, count ? "]" : "[]");
+}
+
+void api_text_key_numbers(struct api_text *text, const char *key, const double *values,
+                          size_t count) {
+    api_text_key(text, key);
+    api_text_numbers(text, values, count);
+}
+
+void api_text_key_integers(struct api_text *text, const char *key, const int *values,
+                           size_t count) {
+    api_text_key(text, key);
+    api_text_integers(text, values, count);
+}
+
+void api_text_key_rows(struct api_text *text, const char *key, const double *values, size_t width,
+                       size_t count) {
+    api_text_key(text, key);
+    for (size_t i = 0; i < count; i++) {
+        api_text_raw(text, i ? "," : "[");
+        api_text_numbers(text, values + i * width, width);
+    }
+    api_text_raw(text, count ? "]" : "[]");
+}
+
+void api_text_box(struct api_text *text, const double lower[3], const double upper[3]) {
+    api_text_key(text, "bounding_box");
+    api_text_raw(text, "[");
+    api_text_numbers(text, lower, 3);
+    api_text_raw(text, ",");
+    api_text_numbers(text, upper, 3);
     api_text_raw(text, "]");
 }
 

@@ -52,9 +52,21 @@ void api_text_integer(struct api_text *text, int64_t value);
 
 /* `,"key":value`, the comma left out right after an opening bracket. */
 void api_text_key(struct api_text *text, const char *key);
+void api_text_key_object(struct api_text *text, const char *key); /* and its opening brace */
 void api_text_key_string(struct api_text *text, const char *key, const char *value);
 void api_text_key_number(struct api_text *text, const char *key, double value);
 void api_text_key_integer(struct api_text *text, const char *key, int64_t value);
+void api_text_key_boolean(struct api_text *text, const char *key, bool value);
+void api_text_key_numbers(struct api_text *text, const char *key, const double *values,
+                          size_t count);
+void api_text_key_integers(struct api_text *text, const char *key, const int *values, size_t count);
+
+/* `,"key":[[a,b,c],...]`: `count` rows of `width` numbers. */
+void api_text_key_rows(struct api_text *text, const char *key, const double *values, size_t width,
+                       size_t count);
+
+/* The contract's `bounding_box`, of two corners of three coordinates. */
+void api_text_box(struct api_text *text, const double lower[3], const double upper[3]);
 
 /* `[a,b,...]`. */
 void api_text_numbers(struct api_text *text, const double *values, size_t count);
