@@ -4,59 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
-static const struct value_range pre_shears = {-80, 80, false};     /* deg */
-static const struct value_range locking_angles = {0, 90, false};   /* deg */
-static const struct value_range law_factors = {1e-12, 1e3, false}; /* a */
-static const struct value_range law_exponents = {1e-3, 10, false}; /* b */
+static const struct value_range pre_shears = {-80, 80, false}; /* deg */
 enum { PLIES_MAX = 10000 };
-
-/* What a fabric is, of a request or of a material; lengths are in `metres`, and become the
- * request's. */
-static void read_fabric(const struct json_value *json, double metres, struct api_request *request) {
-    struct json_value thickness = value_member(json, "thickness");
-    struct json_value fraction = value_member(json, "fiber_volume_fraction");
-    struct json_value locking = value_member(json, "locking_angle_deg");
-    struct api_fabric *fabric = &request->fabric;
-    if (value_given(&thickness) && value_number(&thickness, decode_lengths, &fabric->thickness)) {
-        if (metres != request->length_unit->metres)
-            fabric->thickness *= metres / request->length_unit->metres;
-        fabric->material = NULL;
-    }
-    if (value_given(&fraction))
-        value_number(&fraction, decode_fractions, &fabric->fiber_volume_fraction);
-    if (value_given(&locking))
-        value_number(&locking, locking_angles, &fabric->locking_angle_deg);
-}
-
-void decode_compaction(const struct json_value *json, struct api_compaction *law) {
-    static const char *const keys[] = {"a", "b", NULL};
-    struct json_value a = value_member(json, "a"), b = value_member(json, "b");
-    if (!value_object(json, keys))
-        return;
-    value_number(&a, law_factors, &law->a);
-    value_number(&b, law_exponents, &law->b);
-}
-
-void decode_material(const struct json_value *json, struct api_request *request) {
-    static const char *const keys[] = {"name",         "about",        "source",
-                                       "example",      "areal_weight", "fabric",
-                                       "permeability", "compaction",   NULL};
-    static const char *const fabric_keys[] = {"thickness", "fiber_volume_fraction",
-                                              "locking_angle_deg", NULL};
-    struct json_value fabric = value_member(json, "fabric");
-    struct json_value permeability = value_member(json, "permeability");
-    struct json_value weight = value_member(json, "areal_weight");
-    struct json_value law = value_member(json, "compaction");
-    if (!value_object(json, keys) || !value_object(&fabric, fabric_keys))
-        return;
-    read_fabric(&fabric, 1, request);
-    if (value_given(&weight))
-        value_number(&weight, decode_areal_weights, &request->fabric.areal_weight);
-    if (value_given(&permeability))
-        decode_permeability(&permeability, &request->permeability);
-    if (value_given(&law))
-        decode_compaction(&law, &request->fabric.compaction);
-}
 
 /* Of the library, which is right. */
 static void decode_named(const struct json_value *json, struct api_request *request) {
@@ -111,7 +60,7 @@ void decode_fabric(const struct json_value *json, struct api_request *request) {
         distance[1] = distance[0];
     if (value_given(&material))
         decode_fabric_material(&material, request);
-    read_fabric(json, request->length_unit->metres, request);
+    decode_figures(json, request->length_unit->metres, request);
     if (value_given(&pre_shear))
         value_number(&pre_shear, pre_shears, &request->settings.pre_shear_deg);
     if (value_given(&plies))

@@ -12,15 +12,13 @@
 /* kg/m^3: fibres are between polyethylene and tungsten. */
 static const double density_least = 500, density_most = 20000;
 
-enum { WANTED_MAX = 256, LEVELS_MAX = 64 };
-
 /* ---- the library ---- */
 
 const struct api_material *api_material_at(size_t index) {
     return index < sizeof materials / sizeof *materials ? &materials[index] : NULL;
 }
 
-static const struct api_material *find(const char *name, size_t length) {
+const struct api_material *material_find(const char *name, size_t length) {
     const struct api_material *material;
     for (size_t k = 0; (material = api_material_at(k)); k++)
         if (strlen(material->name) == length && memcmp(material->name, name, length) == 0)
@@ -29,7 +27,7 @@ static const struct api_material *find(const char *name, size_t length) {
 }
 
 const struct api_material *api_material_named(const char *name) {
-    return find(name, strlen(name));
+    return material_find(name, strlen(name));
 }
 
 const char *api_materials_heads(void) {
@@ -37,6 +35,56 @@ const char *api_materials_heads(void) {
 }
 
 /* ---- a document ---- */
+
+static const struct value_range locking_angles = {0, 90, false};   /* deg */
+static const struct value_range law_factors = {1e-12, 1e3, false}; /* a */
+static const struct value_range law_exponents = {1e-3, 10, false}; /* b */
+
+void decode_figures(const struct json_value *json, double metres, struct api_request *request) {
+    struct json_value thickness = value_member(json, "thickness");
+    struct json_value fraction = value_member(json, "fiber_volume_fraction");
+    struct json_value locking = value_member(json, "locking_angle_deg");
+    struct api_fabric *fabric = &request->fabric;
+    if (value_given(&thickness) && value_number(&thickness, decode_lengths, &fabric->thickness)) {
+        if (metres != request->length_unit->metres)
+            fabric->thickness *= metres / request->length_unit->metres;
+        fabric->material = NULL;
+    }
+    if (value_given(&fraction))
+        value_number(&fraction, decode_fractions, &fabric->fiber_volume_fraction);
+    if (value_given(&locking))
+        value_number(&locking, locking_angles, &fabric->locking_angle_deg);
+}
+
+void decode_compaction(const struct json_value *json, struct api_compaction *law) {
+    static const char *const keys[] = {"a", "b", NULL};
+    struct json_value a = value_member(json, "a"), b = value_member(json, "b");
+    if (!value_object(json, keys))
+        return;
+    value_number(&a, law_factors, &law->a);
+    value_number(&b, law_exponents, &law->b);
+}
+
+void decode_material(const struct json_value *json, struct api_request *request) {
+    static const char *const keys[] = {"name",         "about",        "source",
+                                       "example",      "areal_weight", "fabric",
+                                       "permeability", "compaction",   NULL};
+    static const char *const fabric_keys[] = {"thickness", "fiber_volume_fraction",
+                                              "locking_angle_deg", NULL};
+    struct json_value fabric = value_member(json, "fabric");
+    struct json_value permeability = value_member(json, "permeability");
+    struct json_value weight = value_member(json, "areal_weight");
+    struct json_value law = value_member(json, "compaction");
+    if (!value_object(json, keys) || !value_object(&fabric, fabric_keys))
+        return;
+    decode_figures(&fabric, 1, request);
+    if (value_given(&weight))
+        value_number(&weight, decode_areal_weights, &request->fabric.areal_weight);
+    if (value_given(&permeability))
+        decode_permeability(&permeability, &request->permeability);
+    if (value_given(&law))
+        decode_compaction(&law, &request->fabric.compaction);
+}
 
 /* What a document says besides figures. */
 struct head {
@@ -74,8 +122,7 @@ static void write_figures(struct api_text *text, const struct api_request *figur
     const struct api_fabric *fabric = &figures->fabric;
     if (fabric->areal_weight > 0)
         api_text_key_number(text, "areal_weight", fabric->areal_weight);
-    api_text_key(text, "fabric");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "fabric");
     if (fabric->thickness > 0)
         api_text_key_number(text, "thickness", fabric->thickness);
     if (fabric->fiber_volume_fraction > 0)
@@ -118,8 +165,7 @@ bool material_read(const struct json_value *json, struct api_material *material)
     return json->tree->problem->id == API_OK;
 }
 
-/* Names are parts of paths, and stand in requests without escapes. */
-static bool is_name(const char *text, size_t length) {
+bool material_is_name(const char *text, size_t length) {
     bool good = length > 0 && length < API_MATERIAL_NAME_SIZE && *text != '.';
     for (size_t k = 0; good && k < length; k++)
         good = (text[k] >= 'a' && text[k] <= 'z') || (text[k] >= 'A' && text[k] <= 'Z') ||
@@ -128,7 +174,7 @@ static bool is_name(const char *text, size_t length) {
 }
 
 static void check_name(const struct json_value *json, const char *name) {
-    if (!name || !is_name(name, strlen(name)))
+    if (!name || !material_is_name(name, strlen(name)))
         value_fault(json, "must have 1 to %d letters, digits, '-', '_' and '.', no '.' first",
                     API_MATERIAL_NAME_SIZE - 1);
     else if (api_material_named(name))
@@ -186,147 +232,4 @@ enum api_problem_id api_material_decode(const char *bytes, size_t length,
     if (problem->id == API_OK && !*head)
         api_problem_set(problem, API_OUT_OF_MEMORY, "the material needs more memory than allowed");
     return problem->id;
-}
-
-/* ---- names in a request ---- */
-
-/* Bytes of the text. */
-struct span {
-    const char *from, *to;
-};
-
-enum key { KEY_OTHER, KEY_FABRIC, KEY_MATERIAL };
-
-/* An open array or object. */
-struct level {
-    bool object, fabric; /* fabric: the member of that name */
-    bool in_value;       /* behind the colon */
-    enum key key;        /* the latest */
-};
-
-struct reader {
-    const char *at, *end;
-    size_t depth;
-    struct level level[LEVELS_MAX + 1]; /* the first is about the document */
-};
-
-static bool is(struct span span, const char *text) {
-    size_t length = strlen(text);
-    return (size_t)(span.to - span.from) == length && memcmp(span.from, text, length) == 0;
-}
-
-static enum key key_of(struct span span) {
-    return is(span, "fabric") ? KEY_FABRIC : is(span, "material") ? KEY_MATERIAL : KEY_OTHER;
-}
-
-/* What lies between the quote before `at` and the next. */
-static struct span take_string(struct reader *reader) {
-    struct span span = {reader->at, reader->at};
-    while (span.to < reader->end && *span.to != '"')
-        span.to += *span.to == '\\' && span.to + 1 < reader->end ? 2 : 1;
-    reader->at = span.to < reader->end ? span.to + 1 : reader->end;
-    return span;
-}
-
-static struct level *innermost(struct reader *reader) {
-    return &reader->level[reader->depth < LEVELS_MAX ? reader->depth : LEVELS_MAX];
-}
-
-static void open_level(struct reader *reader, bool object) {
-    const struct level *outer = innermost(reader);
-    bool fabric = outer->object && outer->in_value && outer->key == KEY_FABRIC;
-    reader->depth++;
-    *innermost(reader) = (struct level){.object = object, .fabric = fabric};
-}
-
-/* The next string that is the member `material` of a member `fabric`. */
-static bool next_name(struct reader *reader, struct span *name) {
-    while (reader->at < reader->end) {
-        struct level *level = innermost(reader);
-        char c = *reader->at++;
-        if (c == '{' || c == '[') {
-            open_level(reader, c == '{');
-        } else if (c == '}' || c == ']') {
-            reader->depth -= reader->depth > 0;
-        } else if (c == ':' || c == ',') {
-            level->in_value = c == ':';
-        } else if (c == '"') {
-            *name = take_string(reader);
-            if (!level->in_value)
-                level->key = key_of(*name);
-            else if (level->object && level->fabric && level->key == KEY_MATERIAL)
-                return true;
-        }
-    }
-    return false;
-}
-
-bool api_material_mentioned(const char *request, size_t length) {
-    static const char key[] = "\"material\"";
-    return memmem(request, length, key, strlen(key)) != NULL;
-}
-
-/* Whether the lines have one that is the name. */
-static bool has_line(const struct api_text *lines, struct span name) {
-    size_t length = (size_t)(name.to - name.from);
-    for (size_t at = 0; at < lines->length;) {
-        const char *line = lines->bytes + at;
-        size_t size = (size_t)((const char *)memchr(line, '\n', lines->length - at) - line);
-        if (size == length && memcmp(line, name.from, length) == 0)
-            return true;
-        at += size + 1;
-    }
-    return false;
-}
-
-const char *api_material_wanted(const char *request, size_t length, struct arena *arena) {
-    struct reader reader = {.at = request, .end = request + length};
-    struct api_text lines = api_text_growing(arena);
-    struct span name;
-    for (int count = 0; count < WANTED_MAX && next_name(&reader, &name);) {
-        size_t size = (size_t)(name.to - name.from);
-        if (!is_name(name.from, size) || find(name.from, size) || has_line(&lines, name))
-            continue;
-        api_text_bytes(&lines, name.from, size);
-        api_text_raw(&lines, "\n");
-        count++;
-    }
-    return api_text_finish(&lines);
-}
-
-/* The document of that name; empty when there is none. */
-static struct span document_of(struct span name, const char *own, size_t own_length) {
-    static const char head[] = "{\"name\":\"";
-    const size_t before = strlen(head), size = (size_t)(name.to - name.from);
-    const struct api_material *material = find(name.from, size);
-    if (material)
-        return (struct span){material->json, material->json + material->length};
-    for (const char *at = own, *end = own + own_length; at < end;) {
-        const char *stop = memchr(at, '\n', (size_t)(end - at));
-        stop = stop ? stop : end;
-        if ((size_t)(stop - at) > before + size && memcmp(at, head, before) == 0 &&
-            memcmp(at + before, name.from, size) == 0 && at[before + size] == '"')
-            return (struct span){at, stop};
-        at = stop + (stop < end);
-    }
-    return (struct span){own, own};
-}
-
-const char *api_material_fill(const char *request, size_t length, const char *own,
-                              size_t own_length, struct arena *arena, size_t *filled) {
-    struct reader reader = {.at = request, .end = request + length};
-    struct api_text text = api_text_growing(arena);
-    const char *done = request;
-    struct span name;
-    while (next_name(&reader, &name)) {
-        struct span document = document_of(name, own, own_length);
-        if (document.from == document.to || reader.at <= name.to)
-            continue;
-        api_text_bytes(&text, done, (size_t)(name.from - 1 - done));
-        api_text_bytes(&text, document.from, (size_t)(document.to - document.from));
-        done = reader.at;
-    }
-    api_text_bytes(&text, done, (size_t)(request + length - done));
-    *filled = text.length;
-    return api_text_finish(&text);
 }

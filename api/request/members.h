@@ -58,8 +58,18 @@ bool decode_permeability(const struct json_value *json, struct api_permeability 
 /* `fabric`, with the figures of the material that it names or has; the unit of lengths is known. */
 void decode_fabric(const struct json_value *json, struct api_request *request);
 
+/* The figures of a fabric, of a request or of a material: lengths are in `metres`, and become the
+ * request's. */
+void decode_figures(const struct json_value *json, double metres, struct api_request *request);
+
 /* The document of a material: what it says of the fabric and the permeability. */
 void decode_material(const struct json_value *json, struct api_request *request);
+
+/* The material of the library whose name has these characters; NULL when there is none. */
+const struct api_material *material_find(const char *name, size_t length);
+
+/* Names are parts of paths, and stand in requests without escapes. */
+bool material_is_name(const char *text, size_t length);
 
 /* The same document written down again, in one line; what lacks a name or anything else has none.
  * False after a fault. */

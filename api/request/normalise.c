@@ -3,31 +3,12 @@
 
 #include "api/json/text.h"
 
-static void write_vector(struct api_text *text, const char *key, struct vec3 v) {
-    api_text_key(text, key);
-    api_text_numbers(text, (const double[]){v.x, v.y, v.z}, 3);
-}
-
-/* `count` rows of `width` numbers as an array of arrays. */
-static void write_rows(struct api_text *text, const double *values, size_t width, size_t count) {
-    api_text_raw(text, "[");
-    for (size_t i = 0; i < count; i++) {
-        if (i)
-            api_text_raw(text, ",");
-        api_text_numbers(text, values + i * width, width);
-    }
-    api_text_raw(text, "]");
-}
-
 static void write_control(struct api_text *text, const double *points, size_t width,
                           const double *weights, size_t count) {
-    api_text_key(text, "control_points");
-    api_text_raw(text, "{\"points\":");
-    write_rows(text, points, width, count);
-    if (weights) {
-        api_text_key(text, "weights");
-        api_text_numbers(text, weights, count);
-    }
+    api_text_key_object(text, "control_points");
+    api_text_key_rows(text, "points", points, width, count);
+    if (weights)
+        api_text_key_numbers(text, "weights", weights, count);
     api_text_raw(text, "}");
 }
 
@@ -36,12 +17,11 @@ static void write_curve(struct api_text *text, const struct trim_curve *curve) {
     api_text_key_string(text, "type", curve->knots ? "spline" : "freeform");
     if (curve->knots) {
         api_text_key_integer(text, "degree", curve->degree);
-        api_text_key(text, "knotvector");
-        api_text_numbers(text, curve->knots, curve->count + (size_t)curve->degree + 1);
+        api_text_key_numbers(text, "knotvector", curve->knots,
+                             curve->count + (size_t)curve->degree + 1);
         write_control(text, curve->points[0], 2, curve->weights, curve->count);
     } else {
-        api_text_key(text, "points");
-        write_rows(text, curve->points[0], 2, curve->count);
+        api_text_key_rows(text, "points", curve->points[0], 2, curve->count);
     }
     api_text_raw(text, "}");
 }
@@ -80,10 +60,8 @@ static void write_nurbs(struct api_text *text, const struct api_surface *surface
     write_mark(text, "colour", surface->face_colour);
     api_text_key_integer(text, "degree_u", nurbs->u.degree);
     api_text_key_integer(text, "degree_v", nurbs->v.degree);
-    api_text_key(text, "knotvector_u");
-    api_text_numbers(text, nurbs->u.knots, nurbs->u.knot_count);
-    api_text_key(text, "knotvector_v");
-    api_text_numbers(text, nurbs->v.knots, nurbs->v.knot_count);
+    api_text_key_numbers(text, "knotvector_u", nurbs->u.knots, nurbs->u.knot_count);
+    api_text_key_numbers(text, "knotvector_v", nurbs->v.knots, nurbs->v.knot_count);
     api_text_key_integer(text, "size_u", nurbs->u.size);
     api_text_key_integer(text, "size_v", nurbs->v.size);
     write_control(text, &nurbs->points[0].x, 3, nurbs->weights, nurbs->point_count);
@@ -93,8 +71,8 @@ static void write_nurbs(struct api_text *text, const struct api_surface *surface
 }
 
 static void write_mesh(struct api_text *text, const struct api_mesh *mesh) {
-    api_text_raw(text, "{\"vertices\":");
-    write_rows(text, &mesh->vertices[0].x, 3, mesh->vertex_count);
+    api_text_raw(text, "{");
+    api_text_key_rows(text, "vertices", &mesh->vertices[0].x, 3, mesh->vertex_count);
     api_text_raw(text, ",\"triangles\":[");
     for (size_t i = 0; i < mesh->triangle_count; i++) {
         if (i)
@@ -147,8 +125,7 @@ static void write_definition(struct api_text *text, const struct api_surface *su
 
 static void write_selection(struct api_text *text, const struct api_selection *selection) {
     if (selection->kind == API_SELECT_LIST) {
-        api_text_key(text, "faces");
-        api_text_integers(text, selection->faces, selection->count);
+        api_text_key_integers(text, "faces", selection->faces, selection->count);
     } else if (selection->kind == API_SELECT_GROWN) {
         api_text_key_integer(text, "grow_from", selection->grow_from);
         api_text_key_number(text, "up_to_deg", selection->up_to_deg);
@@ -169,10 +146,8 @@ static void write_surface(struct api_text *text, const struct api_surface *surfa
 
 static void write_fabric(struct api_text *text, const struct api_request *request) {
     const struct api_fabric *fabric = &request->fabric;
-    api_text_key(text, "fabric");
-    api_text_raw(text, "{");
-    api_text_key(text, "spacing");
-    api_text_numbers(text, request->settings.spacing, 2);
+    api_text_key_object(text, "fabric");
+    api_text_key_numbers(text, "spacing", request->settings.spacing, 2);
     if (fabric->material && request->unit_of_surface) { /* no unit to state a thickness in */
         api_text_key(text, "material");
         api_text_raw(text, fabric->material);
@@ -193,26 +168,23 @@ static void write_start(struct api_text *text, const struct api_request *request
     const struct drape_settings *settings = &request->settings;
     if (settings->start_kind == DRAPE_START_CENTROID && !chosen)
         return;
-    api_text_key(text, "start");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "start");
     if (settings->start_kind == DRAPE_START_POINT) {
-        write_vector(text, "point", settings->start_point);
+        api_text_key_numbers(text, "point", &settings->start_point.x, 3);
     } else {
         bool given = settings->start_kind == DRAPE_START_UV;
         bool faces = request->surface.kind != API_SURFACE_NURBS && !given && chosen->face >= 0;
         if (faces || (given && request->start_on_face))
             api_text_key_integer(text, "face", given ? settings->start_face : chosen->face);
-        api_text_key(text, "uv");
-        api_text_numbers(text, given ? settings->start_uv : chosen->uv, 2);
+        api_text_key_numbers(text, "uv", given ? settings->start_uv : chosen->uv, 2);
     }
     api_text_raw(text, "}");
 }
 
 static void write_direction(struct api_text *text, const struct drape_settings *settings) {
-    api_text_key(text, "direction");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "direction");
     if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
-        write_vector(text, "vector", settings->direction_vector);
+        api_text_key_numbers(text, "vector", &settings->direction_vector.x, 3);
     else
         api_text_key_number(text, "angle_deg", settings->direction_deg);
     api_text_raw(text, "}");
@@ -226,13 +198,13 @@ static void write_generator(struct api_text *text, const char *key,
         api_text_string(text, "geodesic");
         break;
     case DRAPE_GENERATOR_CURVE:
-        api_text_raw(text, "{\"uv\":");
-        write_rows(text, generator->curve[0], 2, generator->curve_count);
+        api_text_raw(text, "{");
+        api_text_key_rows(text, "uv", generator->curve[0], 2, generator->curve_count);
         api_text_raw(text, "}");
         break;
     case DRAPE_GENERATOR_PLANE:
         api_text_raw(text, "{");
-        write_vector(text, "plane", generator->plane_normal);
+        api_text_key_numbers(text, "plane", &generator->plane_normal.x, 3);
         api_text_raw(text, "}");
         break;
     }
@@ -242,13 +214,11 @@ static void write_extent(struct api_text *text, const struct drape_settings *set
     static const char *const keys[2] = {"warp", "weft"};
     if (!settings->has_extent[0] && !settings->has_extent[1])
         return;
-    api_text_key(text, "extent");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "extent");
     for (int k = 0; k < 2; k++) {
         if (!settings->has_extent[k])
             continue;
-        api_text_key(text, keys[k]);
-        api_text_integers(text, settings->extent[k], 2);
+        api_text_key_integers(text, keys[k], settings->extent[k], 2);
     }
     api_text_raw(text, "}");
 }
@@ -258,8 +228,7 @@ static void write_cavity(struct api_text *text, const struct api_cavity *cavity)
         api_text_key_string(text, "cavity", "flexible");
         return;
     }
-    api_text_key(text, "cavity");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "cavity");
     api_text_key_number(text, "height", cavity->height);
     api_text_raw(text, "}");
 }
@@ -284,11 +253,9 @@ static void write_table(struct api_text *text, const struct api_permeability *k)
         const double *values;
     } columns[] = {
         {"k1", k->table_k1}, {"k2", k->table_k2}, {"k3", k->table_k3}, {"angle_deg", k->angle_deg}};
-    api_text_key(text, "shear_deg");
-    api_text_numbers(text, k->shear_deg, k->rows);
+    api_text_key_numbers(text, "shear_deg", k->shear_deg, k->rows);
     if (k->fractions > 0) {
-        api_text_key(text, "fiber_volume_fraction");
-        api_text_numbers(text, k->table_fractions, k->fractions);
+        api_text_key_numbers(text, "fiber_volume_fraction", k->table_fractions, k->fractions);
     }
     for (size_t i = 0; i < sizeof columns / sizeof *columns; i++) {
         if (!columns[i].values)
@@ -301,8 +268,7 @@ static void write_table(struct api_text *text, const struct api_permeability *k)
 void api_normalise_permeability(struct api_text *text, const struct api_permeability *k) {
     if (k->model == API_PERMEABILITY_NONE)
         return;
-    api_text_key(text, "permeability");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "permeability");
     api_text_key_string(text, "model", api_permeability_names[k->model]);
     if (k->model == API_PERMEABILITY_KOZENY_CARMAN) {
         api_text_key_number(text, "k1", k->k1);
@@ -321,8 +287,7 @@ void api_normalise_permeability(struct api_text *text, const struct api_permeabi
 void api_normalise_compaction(struct api_text *text, const struct api_compaction *law) {
     if (law->a == 0)
         return;
-    api_text_key(text, "compaction");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "compaction");
     api_text_key_number(text, "a", law->a);
     api_text_key_number(text, "b", law->b);
     api_text_raw(text, "}");
@@ -341,8 +306,7 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     write_fabric(text, request);
     write_start(text, request, chosen);
     write_direction(text, settings);
-    api_text_key(text, "generators");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "generators");
     write_generator(text, "warp", &settings->generator[0]);
     write_generator(text, "weft", &settings->generator[1]);
     api_text_raw(text, "}");

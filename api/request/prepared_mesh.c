@@ -65,8 +65,7 @@ enum api_problem_id prepared_mesh_make(const struct api_request *request,
 }
 
 static void write_vector(struct api_text *text, const char *key, struct vec3 v) {
-    api_text_key(text, key);
-    api_text_numbers(text, (const double[]){v.x, v.y, v.z}, 3);
+    api_text_key_numbers(text, key, (const double[]){v.x, v.y, v.z}, 3);
 }
 
 static void write_box(struct api_text *text, const struct mesh *mesh) {
@@ -102,8 +101,7 @@ static void write_edges(struct api_text *text, const struct mesh *mesh) {
     size_t rim = 0;
     for (size_t k = 0; k < mesh->component_count; k++)
         rim += mesh->components[k].rim_count;
-    api_text_key(text, "edges");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "edges");
     api_text_key_integer(text, "shared", (int64_t)((3 * mesh->triangle_count - rim) / 2));
     api_text_key_integer(text, "free", (int64_t)rim);
     api_text_key_integer(text, "faulty", 0);

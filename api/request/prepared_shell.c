@@ -306,8 +306,7 @@ static void write_box(struct api_text *text, struct vec3 lower, struct vec3 uppe
 }
 
 static void write_vector(struct api_text *text, const char *key, struct vec3 v) {
-    api_text_key(text, key);
-    api_text_numbers(text, (const double[]){v.x, v.y, v.z}, 3);
+    api_text_key_numbers(text, key, (const double[]){v.x, v.y, v.z}, 3);
 }
 
 struct totals {
@@ -411,8 +410,7 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
             return no_memory(problem);
     }
     struct shell_edges edges = all.shell ? shell_edges(all.shell) : (struct shell_edges){0};
-    api_text_key(text, "edges");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "edges");
     api_text_key_integer(text, "shared", (int64_t)edges.joined);
     api_text_key_integer(text, "free", (int64_t)edges.free);
     api_text_key_integer(text, "faulty",

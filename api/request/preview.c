@@ -198,23 +198,20 @@ static void write_extreme(struct api_text *text, const struct primitive *p, cons
             if (sign * (double)p->positions[i][k] > sign * extreme[k])
                 extreme[k] = (double)p->positions[i][k];
     }
-    api_text_key(text, key);
-    api_text_numbers(text, extreme, 3);
+    api_text_key_numbers(text, key, extreme, 3);
 }
 
 static void write_primitive(struct api_text *text, const struct primitive *p, size_t accessor,
                             size_t material) {
     api_text_raw(text, "{");
-    api_text_key(text, "attributes");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "attributes");
     api_text_key_integer(text, "POSITION", (int64_t)accessor);
     if (p->normals)
         api_text_key_integer(text, "NORMAL", (int64_t)accessor + 1);
     api_text_raw(text, "}");
     api_text_key_integer(text, "indices", (int64_t)accessor + (p->normals ? 2 : 1));
     api_text_key_integer(text, "material", (int64_t)material);
-    api_text_key(text, "extras");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "extras");
     api_text_key_integer(text, "face", (int64_t)p->number);
     if (p->face && p->face->face_name)
         api_text_key_string(text, "name", p->face->face_name);
@@ -240,8 +237,7 @@ static void write_material(struct api_text *text, const struct primitive *p) {
     api_text_raw(text, "{\"doubleSided\":true");
     api_text_key(text, "pbrMetallicRoughness");
     api_text_raw(text, "{\"metallicFactor\":0,\"roughnessFactor\":0.8");
-    api_text_key(text, "baseColorFactor");
-    api_text_numbers(text, linear, 4);
+    api_text_key_numbers(text, "baseColorFactor", linear, 4);
     api_text_raw(text, "}}");
 }
 

@@ -15,25 +15,20 @@ static const char *const form_names[] = {
 
 void result_header_write_grid(struct api_text *text, const struct api_grid *grid) {
     api_text_raw(text, "{");
-    api_text_key(text, "warp");
-    api_text_integers(text, grid->warp, 2);
-    api_text_key(text, "weft");
-    api_text_integers(text, grid->weft, 2);
-    api_text_key(text, "spacing");
-    api_text_numbers(text, grid->spacing, 2);
+    api_text_key_integers(text, "warp", grid->warp, 2);
+    api_text_key_integers(text, "weft", grid->weft, 2);
+    api_text_key_numbers(text, "spacing", grid->spacing, 2);
     api_text_raw(text, "}");
 }
 
 static void write_point(struct api_text *text, const char *key, struct vec3 v) {
-    api_text_key(text, key);
-    api_text_numbers(text, (const double[]){v.x, v.y, v.z}, 3);
+    api_text_key_numbers(text, key, (const double[]){v.x, v.y, v.z}, 3);
 }
 
 static void write_start(struct api_text *text, const struct api_start *start) {
     api_text_raw(text, "{");
     api_text_key_integer(text, "face", start->face);
-    api_text_key(text, "uv");
-    api_text_numbers(text, start->uv, 2);
+    api_text_key_numbers(text, "uv", start->uv, 2);
     write_point(text, "point", start->point);
     write_point(text, "warp", start->warp);
     write_point(text, "weft", start->weft);
