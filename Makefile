@@ -153,8 +153,8 @@ check: ## every day: build, checks of the source, unit tests, short exact ones, 
 
 test: ## everything, as built and where that tells more with sanitizers (ONLY=: a pattern)
 	@$(MAKE) --no-print-directory -s .test-tools
-	@echo 'building $(B) and $(B)/sanitized'
-	@$(MAKE) --no-print-directory -s -j$(JOBS) .plain .sanitized
+	@echo 'building $(B); $(B)/sanitized is built beside the first tests'
+	@$(MAKE) --no-print-directory -s -j$(JOBS) .plain
 	@tests/run.py all $(B) $(B)/sanitized $(ONLY)
 
 lint: all .test-tools ## the checks of the source alone: format, layers, what the solver may call, documents

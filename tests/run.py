@@ -41,9 +41,10 @@ LOOK = 1.0  # seconds over which idling is measured
 IDLE = 0.15  # of a processor, in which a further job finds room
 
 # What runs once, because the other build would find nothing more. What a daemon says to a request is
-# decided alike in both: with sanitizers. As it is used: what above all waits, kills, or has programs
-# of others read what was written. Its code is run with sanitizers by store/ and unit/.
-SANITIZED_ALONE = ("http/errors", "http/framing", "http/import", "http/jobs", "http/laminates",
+# decided alike in both: with sanitizers; so is what a store answers. As it is used: what above all
+# waits, kills, or has programs of others read what was written, and the import of many files, whose
+# time is Open CASCADE's. That code is run with sanitizers by http/, server/ and unit/.
+SANITIZED_ALONE = ("faults/test_hostile", "http/drapes", "http/errors", "http/framing", "http/import", "http/jobs", "http/laminates",
                    "http/limits", "http/map", "http/origin", "http/owners", "http/roles",
                    "http/service", "http/studies", "http/surfaces", "http/tokens",
                    "faults/test_disk", "store/test_store_faults")
@@ -60,6 +61,7 @@ class Job:
     command: list
     env: dict = field(default_factory=dict)
     one_test: bool = False  # its exit status is the whole of what it says
+    needs: str = ""  # the job that builds its program
     passed: int = 0
     failed: int = 0
     skipped: int = 0
@@ -70,7 +72,7 @@ class Job:
 
     def again(self):
         """The same job, not yet run."""
-        return Job(self.name, self.command, self.env, self.one_test, tries=self.tries + 1)
+        return Job(self.name, self.command, self.env, self.one_test, self.needs, tries=self.tries + 1)
 
     def rank(self):
         """Its place in the order of starts."""
@@ -153,15 +155,27 @@ def is_one_of(job, build, files):
 
 def everything(build, sanitized):
     """What `make test` runs. The page runs in the browser, not in the daemon, and deploy/ is about
-    the daemon as users install it: once is enough."""
+    the daemon as users install it: once is enough. The second build is made beside the first tests."""
     jobs = checks(build)
     for each, size in ((build, "1"), (sanitized, SIZE_SHORT)):
-        jobs += programs(each, size) + replays(each) + faults(each) + imports(each)
-        jobs += bats(each, "tests/http/*.bats")
-        alone = PLAIN_ALONE if each == sanitized else SANITIZED_ALONE
-        jobs = [job for job in jobs if not is_one_of(job, each, alone)]
+        once = programs(each, size) + replays(each) + faults(each) + imports(each)
+        once += bats(each, "tests/http/*.bats")
+        alone, other = PLAIN_ALONE, SANITIZED_ALONE
+        if each == sanitized:
+            alone, other = other, alone
+            for job in once:
+                job.needs = sanitized
+        jobs += [job for job in once
+                 if is_one_of(job, each, alone) or not is_one_of(job, each, other)]
     jobs += pages(build) + bats(build, "tests/deploy/*.bats")
     return jobs + [Job("tests/hosts/hosts.sh", ["tests/hosts/hosts.sh", build, "200"])]
+
+
+def build_for(jobs, build):
+    """What builds the programs that these jobs need beyond `build`, as a job that comes first."""
+    command = ["nice", "make", "--no-print-directory", "-s", f"-j{CORES}", f"B={build}", ".sanitized"]
+    return [Job(name, command, {"MAKEFLAGS": ""}, one_test=True)
+            for name in sorted({job.needs for job in jobs if job.needs})] + jobs
 
 
 def idle_seconds():
@@ -175,7 +189,7 @@ class Run:
     """The jobs that wait, run and have ended."""
 
     def __init__(self, jobs, folder):
-        self.waiting = sorted(jobs, key=Job.rank)
+        self.waiting = sorted(jobs, key=lambda job: (job.name not in {j.needs for j in jobs}, job.rank()))
         self.total = len(jobs)
         self.running = {}  # by process id: job, file of output, start
         self.ended = []
@@ -199,12 +213,31 @@ class Run:
         self.looked, self.idled = now, idled
         return idle > IDLE
 
+    def next_job(self):
+        """Takes the first job whose program is built; None while there is none."""
+        built = {job.name for job in self.ended if not job.failed} | {""}
+        ready = [job for job in self.waiting if job.needs in built]
+        if not ready:
+            return None
+        self.waiting.remove(ready[0])
+        return ready[0]
+
     def start_what_fits(self):
         """One job a processor, and another one whenever there is room."""
-        while self.waiting and len(self.running) < CORES:
-            self.start(self.waiting.pop(0))
-        if self.waiting and len(self.running) < MOST and self.has_room():
-            self.start(self.waiting.pop(0))
+        while self.waiting and (len(self.running) < CORES
+                                or len(self.running) < MOST and self.has_room()):
+            job = self.next_job()
+            if not job:
+                return
+            self.start(job)
+
+    def drop_unbuilt(self):
+        """What cannot be built cannot pass."""
+        broken = {job.name for job in self.ended if job.failed}
+        for job in [job for job in self.waiting if job.needs in broken]:
+            self.waiting.remove(job)
+            job.failed, job.text = 1, f"# {job.needs} could not be built\n"
+            self.ended.append(job)
 
     def end(self, pid, status, usage):
         job, output, begun, process = self.running.pop(pid)
@@ -245,6 +278,7 @@ class Run:
     def all(self):
         while self.waiting or self.running:
             self.start_what_fits()
+            self.drop_unbuilt()
             pid, status, usage = os.wait4(-1, os.WNOHANG)
             if pid in self.running:
                 self.end(pid, status, usage)
@@ -273,8 +307,9 @@ class Run:
         alone = [job.name for job in self.ended if job.tries > 1 and not job.failed]
         if alone:
             print("failed beside others, passed alone:", ", ".join(alone))
-        longest = sorted(self.ended, key=lambda job: -job.seconds)[:10]
-        print("longest:", ", ".join(f"{job.name} {job.seconds:.0f} s" for job in longest))
+        print("the twenty that took longest, and what they took of a processor:")
+        for job in sorted(self.ended, key=lambda job: -job.seconds)[:20]:
+            print(f"{job.seconds:6.1f} s {job.cpu:6.1f} s  {job.name}")
         seconds, idle = time.monotonic() - self.begun, idle_seconds() - self.idle_before
         print(f"{seconds:.0f} s, of the processors {sum(job.cpu for job in self.ended):.0f} s; "
               f"they idled {100 * idle / (CORES * seconds):.0f} %")
@@ -287,7 +322,7 @@ class Run:
 def main(kind, build, sanitized="", pattern=""):
     os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
     jobs = every_day(build) if kind == "check" else everything(build, sanitized)
-    jobs = [job for job in jobs if re.search(pattern, job.name)]
+    jobs = build_for([job for job in jobs if re.search(pattern, job.name)], build)
     with tempfile.TemporaryDirectory() as folder:
         run = Run(jobs, folder)
         try:
