@@ -1,21 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /* What all variants of a study say together: which keep its limits, which are the best, which no
  * other beats in everything; and its result as columns. */
-#include "engine.h"
-
 #include "sample.h"
+#include "score.h"
 
 #include "api/request/normalise.h"
 #include "solver/angle.h"
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static enum api_problem_id no_memory(struct api_problem *problem) {
-    api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
-    return problem->id;
-}
 
 /* A study's rows while they are judged. */
 struct verdict {
@@ -42,7 +37,7 @@ static bool is_better(const struct verdict *v, size_t a, size_t b, enum quantity
     return v->rows[a].quantity[id] < v->rows[b].quantity[id];
 }
 
-static void find_best(struct verdict *v) {
+static void find_best_rows(struct verdict *v) {
     for (int id = 0; id < QUANTITY_COUNT; id++) {
         int *best = &v->summary.best[id];
         *best = -1;
@@ -139,8 +134,8 @@ static bool find_front(struct verdict *v, struct arena *arena) {
 
 /* ---- the summary ---- */
 
-static void warn(struct api_warnings *warnings, const char *code, const char *pointer,
-                 const char *detail) {
+static void add_warning(struct api_warnings *warnings, const char *code, const char *pointer,
+                        const char *detail) {
     struct api_warning *warning = &warnings->list[warnings->count++];
     (void)snprintf(warning->code, sizeof warning->code, "%s", code);
     (void)snprintf(warning->pointer, sizeof warning->pointer, "%s", pointer);
@@ -164,7 +159,7 @@ static void warn_infeasible(struct verdict *v) {
                    "to %.6g, and the limit is %s%.6g",
                    hardest->name, low, high, limit->has_max ? "at most " : "at least ",
                    limit->has_max ? limit->max : limit->min);
-    warn(&v->summary.warnings, "infeasible", pointer, detail);
+    add_warning(&v->summary.warnings, "infeasible", pointer, detail);
 }
 
 /* A drape that ends soon has little shear and little waste: what is best by them may cover little
@@ -187,7 +182,7 @@ static void warn_uncovered(struct verdict *v) {
                    "the best by %s covers %.3g of the part: with the limit \"cloth_coverage\": "
                    "{\"min\": 0.99} only variants that cover it count",
                    quantities[worst].name, least);
-    warn(&v->summary.warnings, "uncovered", "/limits", detail);
+    add_warning(&v->summary.warnings, "uncovered", "/limits", detail);
 }
 
 /* How many failed, and what for the most of them. */
@@ -203,20 +198,11 @@ static void warn_failed(struct verdict *v) {
                    "%zu of %zu variants could not be draped, %zu of them because of %s; the column "
                    "failure has the reason of each",
                    v->summary.failed, v->count, each[most], failure_names[most]);
-    warn(&v->summary.warnings, "failed", "", detail);
+    add_warning(&v->summary.warnings, "failed", "", detail);
 }
 
-/* A disc that is larger than the part reaches beyond it: a hand is not that far off, but a length
- * in another unit is. */
-static void warn_disc(struct verdict *v) {
+static void summarise_rows(struct verdict *v, double solve_ms) {
     const struct study_request *r = &v->study->request;
-    if (r->starts == STUDY_STARTS_DISC && ANGLE_PI * r->radius * r->radius > v->study->shape.area)
-        warn(&v->summary.warnings, "disc", "/vary/start/radius",
-             "the disc of the starts is larger than the part; what lies beyond it starts at its "
-             "rim");
-}
-
-static void summarise(struct verdict *v, double solve_ms) {
     struct api_study_summary *s = &v->summary;
     s->variants = v->count;
     s->solve_ms = solve_ms;
@@ -226,42 +212,51 @@ static void summarise(struct verdict *v, double solve_ms) {
         s->coarse += v->rows[k].variant.coarseness > 1;
         s->feasible += is_eligible(&v->rows[k]) && !(v->violation[k] > 0);
     }
-    find_best(v);
+    find_best_rows(v);
     find_hardest(v);
     if (s->hardest >= 0)
         warn_infeasible(v);
     warn_uncovered(v);
     if (s->failed > 0)
         warn_failed(v);
-    warn_disc(v);
+    /* a hand is not that far off, but a length in another unit is */
+    if (r->starts == STUDY_STARTS_DISC && ANGLE_PI * r->radius * r->radius > v->study->part.area)
+        add_warning(&s->warnings, "disc", "/vary/start/radius",
+                    "the disc of the starts is larger than the part; starts beyond the part are "
+                    "moved to its rim");
 }
 
 /* ---- columns ---- */
 
-static double value_of(const struct verdict *v, enum column_id id, size_t k) {
+struct column {
+    const struct verdict *verdict;
+    enum column_id id;
+};
+
+/* What the columns have of a variant, all of them numbers. */
+static const struct {
+    enum column_id id;
+    size_t offset; /* in `struct study_variant` */
+} variant_columns[] = {
+    {COLUMN_VARIANTS_start_u, offsetof(struct study_variant, start.uv[0])},
+    {COLUMN_VARIANTS_start_v, offsetof(struct study_variant, start.uv[1])},
+    {COLUMN_VARIANTS_x, offsetof(struct study_variant, start.r.x)},
+    {COLUMN_VARIANTS_y, offsetof(struct study_variant, start.r.y)},
+    {COLUMN_VARIANTS_z, offsetof(struct study_variant, start.r.z)},
+    {COLUMN_VARIANTS_angle_deg, offsetof(struct study_variant, angle_deg)},
+    {COLUMN_VARIANTS_pre_shear_deg, offsetof(struct study_variant, pre_shear_deg)},
+    {COLUMN_VARIANTS_coarseness, offsetof(struct study_variant, coarseness)}};
+enum { VARIANT_COLUMNS = sizeof variant_columns / sizeof *variant_columns };
+
+static double value_in_column(const struct verdict *v, enum column_id id, size_t k) {
     const struct study_row *row = &v->rows[k];
-    const struct study_variant *variant = &row->variant;
-    const struct spread_place *start = &variant->start;
-    const int32_t *numbers = v->study->shape.shell.numbers;
+    const int32_t *numbers = v->study->part.shell.numbers;
+    for (int n = 0; n < VARIANT_COLUMNS; n++)
+        if (variant_columns[n].id == id)
+            return *(const double *)((const char *)&row->variant + variant_columns[n].offset);
     switch (id) {
-    case COLUMN_VARIANTS_start_u:
-        return start->uv[0];
-    case COLUMN_VARIANTS_start_v:
-        return start->uv[1];
     case COLUMN_VARIANTS_face:
-        return numbers ? numbers[start->face] : 0;
-    case COLUMN_VARIANTS_x:
-        return start->r.x;
-    case COLUMN_VARIANTS_y:
-        return start->r.y;
-    case COLUMN_VARIANTS_z:
-        return start->r.z;
-    case COLUMN_VARIANTS_angle_deg:
-        return variant->angle_deg;
-    case COLUMN_VARIANTS_pre_shear_deg:
-        return variant->pre_shear_deg;
-    case COLUMN_VARIANTS_coarseness:
-        return variant->coarseness;
+        return numbers ? numbers[row->variant.start.face] : 0;
     case COLUMN_VARIANTS_feasible:
         return row->failure == FAILURE_NONE && !(v->violation[k] > 0);
     case COLUMN_VARIANTS_pareto:
@@ -273,22 +268,17 @@ static double value_of(const struct verdict *v, enum column_id id, size_t k) {
     }
 }
 
-struct column {
-    const struct verdict *verdict;
-    enum column_id id;
-};
-
-static bool fill(const void *context, size_t first, size_t count, double *values) {
+static bool fill_variants(const void *context, size_t first, size_t count, double *values) {
     const struct column *column = context;
     for (size_t k = 0; k < count; k++)
-        values[k] = value_of(column->verdict, column->id, first + k);
+        values[k] = value_in_column(column->verdict, column->id, first + k);
     return true;
 }
 
 static bool is_there(const struct api_study *study, enum column_id id) {
     switch (column_specs[id].need) {
     case COLUMN_FACES:
-        return study->shape.part.shell != NULL;
+        return study->part.geometry.shell != NULL;
     case COLUMN_JUDGED:
         return study_judges(&study->request,
                             (enum quantity_id)(id - COLUMN_VARIANTS_max_shear_deg));
@@ -297,9 +287,10 @@ static bool is_there(const struct api_study *study, enum column_id id) {
     }
 }
 
-static enum api_problem_id write(const struct verdict *v, const struct api_study_numbers *numbers,
-                                 struct arena *arena, const struct api_sink *sink,
-                                 struct api_problem *problem) {
+static enum api_problem_id write_columns(const struct verdict *v,
+                                         const struct api_study_numbers *numbers,
+                                         struct arena *arena, const struct api_sink *sink,
+                                         struct api_problem *problem) {
     enum { FIRST = COLUMN_VARIANTS_start_u, LAST = COLUMN_VARIANTS_failure };
     struct column columns[LAST - FIRST + 1];
     struct api_column_source sources[API_COLUMNS_MAX];
@@ -316,37 +307,17 @@ static enum api_problem_id write(const struct verdict *v, const struct api_study
                                                     .name = spec->name,
                                                     .integer = column_kind_is_integer(spec->kind),
                                                     .rows = v->count,
-                                                    .fill = fill,
+                                                    .fill = fill_variants,
                                                     .context = &columns[count]};
         count++;
     }
     if (v->study->nominal) {
         size_t more = sample_bands(v->study, numbers, v->rows, v->count, arena, sources + count);
         if (more == SIZE_MAX)
-            return no_memory(problem);
+            return study_no_memory(problem);
         count += more;
     }
     return api_columns_write(&header, sources, count, sink, arena, problem);
-}
-
-static enum api_problem_id finish(const struct api_study *study,
-                                  const struct api_study_numbers *numbers, double solve_ms,
-                                  struct arena *arena, const struct api_sink *sink,
-                                  struct api_problem *problem) {
-    struct verdict v = {.study = study};
-    v.rows = study_rows(study, numbers, arena, &v.count, problem);
-    if (!v.rows)
-        return problem->id;
-    v.violation = arena_take(arena, v.count, sizeof *v.violation);
-    v.pareto = arena_alloc(arena, v.count, sizeof *v.pareto);
-    if (!v.violation || !v.pareto)
-        return no_memory(problem);
-    for (size_t k = 0; k < v.count; k++)
-        v.violation[k] = study_violation(study, &v.rows[k]);
-    if (!find_front(&v, arena))
-        return no_memory(problem);
-    summarise(&v, solve_ms);
-    return write(&v, numbers, arena, sink, problem);
 }
 
 enum api_problem_id api_study_finish(const struct api_study *study,
@@ -354,42 +325,42 @@ enum api_problem_id api_study_finish(const struct api_study *study,
                                      struct arena *arena, const struct api_sink *sink,
                                      struct api_problem *problem) {
     struct arena_mark mark = arena_mark(arena);
-    enum api_problem_id id = finish(study, numbers, solve_ms, arena, sink, problem);
+    struct verdict v = {.study = study};
+    v.rows = study_rows(study, numbers, arena, &v.count, problem);
+    if (v.rows) {
+        v.violation = arena_take(arena, v.count, sizeof *v.violation);
+        v.pareto = arena_alloc(arena, v.count, sizeof *v.pareto);
+        bool room = v.violation && v.pareto;
+        for (size_t k = 0; room && k < v.count; k++)
+            v.violation[k] = study_violation(study, &v.rows[k]);
+        if (room && find_front(&v, arena)) {
+            summarise_rows(&v, solve_ms);
+            (void)!write_columns(&v, numbers, arena, sink, problem);
+        } else {
+            study_no_memory(problem);
+        }
+    }
     arena_rewind(arena, mark);
-    return id;
+    return problem->id;
 }
 
 /* ---- the request of one variant ---- */
 
-static bool read_value(const struct api_reader *result, const struct api_columns *columns,
-                       enum column_id id, size_t k, double *value) {
-    const struct api_column *column =
-        api_columns_find(columns, API_TABLE_VARIANTS, column_specs[id].name);
-    *value = 0;
-    return !column || api_columns_read(result, column, k, 1, value);
-}
-
 /* The variant that row k of a result stands for, its face by the number in the part. */
 static bool read_variant(const struct api_reader *result, const struct api_columns *columns,
                          size_t k, struct study_variant *variant) {
-    struct spread_place *start = &variant->start;
-    double face;
-    const struct {
-        enum column_id id;
-        double *value;
-    } members[] = {{COLUMN_VARIANTS_start_u, &start->uv[0]},
-                   {COLUMN_VARIANTS_start_v, &start->uv[1]},
-                   {COLUMN_VARIANTS_face, &face},
-                   {COLUMN_VARIANTS_x, &start->r.x},
-                   {COLUMN_VARIANTS_y, &start->r.y},
-                   {COLUMN_VARIANTS_z, &start->r.z},
-                   {COLUMN_VARIANTS_angle_deg, &variant->angle_deg},
-                   {COLUMN_VARIANTS_pre_shear_deg, &variant->pre_shear_deg},
-                   {COLUMN_VARIANTS_coarseness, &variant->coarseness}};
-    for (size_t i = 0; i < sizeof members / sizeof *members; i++)
-        if (!read_value(result, columns, members[i].id, k, members[i].value))
+    double face = 0;
+    for (int n = 0; n <= VARIANT_COLUMNS; n++) {
+        bool last = n == VARIANT_COLUMNS;
+        enum column_id id = last ? COLUMN_VARIANTS_face : variant_columns[n].id;
+        double *value = last ? &face : (double *)((char *)variant + variant_columns[n].offset);
+        const struct api_column *column =
+            api_columns_find(columns, API_TABLE_VARIANTS, column_specs[id].name);
+        *value = 0;
+        if (column && !api_columns_read(result, column, k, 1, value))
             return false;
-    start->face = (int32_t)face;
+    }
+    variant->start.face = (int32_t)face;
     return true;
 }
 
@@ -412,15 +383,15 @@ enum api_problem_id api_study_variant_request(const struct api_study *study,
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
         return problem->id;
     }
-    request.settings = study_variant_settings(&study->bench, &variant);
+    request.settings = study_variant_settings(study, &variant);
     if (study->request.starts != STUDY_STARTS_KEPT)
-        request.start_on_face = study->shape.part.shell != NULL;
+        request.start_on_face = study->part.geometry.shell != NULL;
     else if (request.start_on_face)
-        request.settings.start_face = study->shape.shell.numbers[request.settings.start_face];
+        request.settings.start_face = study->part.shell.numbers[request.settings.start_face];
     struct arena_mark mark = arena_mark(arena);
     const char *text = api_normalise(&request, NULL, arena);
     if (!text)
-        (void)no_memory(problem);
+        (void)study_no_memory(problem);
     else if (!sink->write(sink->context, text, strlen(text)))
         api_problem_set(problem, API_CANCELLED, "the request was not wanted any more");
     arena_rewind(arena, mark);

@@ -2,12 +2,12 @@
 /*
  * The search that learns. A first round looks everywhere: starts spread over the part with a few
  * angles each, which differ from start to start so that together they leave no gap. From all that
- * is known the next rounds are proposed (`propose.c`), ever nearer to the best. On a fine net all
- * this is done on a coarser one, and what came out best is draped as it is.
+ * is known the next rounds are proposed (`surrogate_search.c`), ever nearer to the best. On a fine
+ * net all this is done on a coarser one, and what came out best is draped as it is.
  */
-#include "engine.h"
+#include "rounds.h"
 
-#include "propose.h"
+#include "surrogate_search.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -64,7 +64,7 @@ struct optimise_shares optimise_shares(const struct api_study *study) {
     return shares;
 }
 
-static double fraction(double x) {
+static double fractional_part(double x) {
     return x - floor(x);
 }
 
@@ -76,38 +76,24 @@ struct study_variant optimise_variant(const struct api_study *study, size_t k) {
     const struct optimise_shares shares = optimise_shares(study);
     size_t s = k / shares.each, turn = k % shares.each;
     double width = shares.period > 0 ? shares.period : r->angle.to - r->angle.from;
-    double shift = fraction((double)(s + 1) * golden);
+    double shift = fractional_part((double)(s + 1) * golden);
     struct study_variant variant = {.coarseness = shares.coarseness};
     variant.angle_deg = r->angle.from + width * ((double)turn + shift) / (double)shares.each;
     variant.pre_shear_deg = r->pre_shear.from + (r->pre_shear.to - r->pre_shear.from) *
-                                                    fraction((double)(k + 1) * third);
+                                                    fractional_part((double)(k + 1) * third);
     if (study->starts) {
         /* of a list that is longer than the round every so many */
         size_t at = s * study->start_count / shares.starts;
-        variant.start = study->starts[at < study->start_count ? at : 0].place;
-        variant.hopeless = study->starts[at < study->start_count ? at : 0].hopeless;
+        const struct study_start *start = &study->starts[at < study->start_count ? at : 0];
+        variant.start = start->point;
+        variant.failure = start->failure;
     }
     return variant;
-}
-
-static size_t first_round(const struct api_study *study) {
-    const struct optimise_shares shares = optimise_shares(study);
-    size_t starts =
-        study->starts && study->start_count < shares.starts ? study->start_count : shares.starts;
-    return starts * shares.each;
 }
 
 /* ---- aims ---- */
 
 enum { WEIGHTS = 4 };
-
-static size_t objectives_of(const struct study_request *r, int *ids) {
-    size_t count = 0;
-    for (int k = 0; k < QUANTITY_COUNT; k++)
-        if (r->objective[k])
-            ids[count++] = k;
-    return count;
-}
 
 /* The least of each objective so far, and how far its values among the best of the others reach
  * beyond. */
@@ -134,22 +120,25 @@ static void find_ranges(const struct study_row *rows, size_t count, const int *i
 /* One objective alone, each of several alone, and all pairs of them with weights in between: the
  * greatest of w (q - least) / range is to be small. */
 static size_t set_aims(const struct study_request *r, const struct study_row *rows, size_t count,
-                       struct study_aim aims[STUDY_AIMS_MOST]) {
+                       struct search_aim aims[SEARCH_AIMS_MOST]) {
     int ids[QUANTITY_COUNT];
     double least[QUANTITY_COUNT], range[QUANTITY_COUNT];
-    size_t objectives = objectives_of(r, ids), made = 0;
+    size_t objectives = 0, made = 0;
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        if (r->objective[k])
+            ids[objectives++] = k;
     find_ranges(rows, count, ids, objectives, least, range);
     for (size_t a = 0; a < objectives; a++) {
-        aims[made] = (struct study_aim){0};
+        aims[made] = (struct search_aim){0};
         aims[made++].factor[ids[a]] = 1;
     }
     for (int w = 1; w <= WEIGHTS; w++) {
         for (size_t a = 0; a < objectives; a++) {
-            for (size_t b = a + 1; b < objectives && made < STUDY_AIMS_MOST; b++) {
+            for (size_t b = a + 1; b < objectives && made < SEARCH_AIMS_MOST; b++) {
                 double share = w / (WEIGHTS + 1.0);
                 const double weight[2] = {share, 1 - share};
                 const size_t pair[2] = {a, b};
-                aims[made] = (struct study_aim){0};
+                aims[made] = (struct search_aim){0};
                 for (int k = 0; k < 2; k++) {
                     double by = range[pair[k]] > 0 ? weight[k] / range[pair[k]] : weight[k];
                     aims[made].factor[ids[pair[k]]] = by;
@@ -164,14 +153,9 @@ static size_t set_aims(const struct study_request *r, const struct study_row *ro
 
 /* ---- rounds ---- */
 
-static enum api_problem_id no_memory(struct api_problem *problem) {
-    api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
-    return problem->id;
-}
-
 /* Whether all that was looked at, everywhere, keeps the limits and is as good: on a plane, or where
  * no yarn is sheared. Then there is nothing to find. */
-static bool are_alike(const struct api_study *study, const struct study_row *rows, size_t count) {
+static bool all_as_good(const struct api_study *study, const struct study_row *rows, size_t count) {
     bool alike = true;
     for (size_t k = 0; k < count; k++)
         alike = alike && !(study_violation(study, &rows[k]) > 0);
@@ -187,32 +171,24 @@ static bool are_alike(const struct api_study *study, const struct study_row *row
     return alike;
 }
 
-/* Of the nets that are coarser than the drape's. */
-static size_t checks_of(const struct optimise_shares *shares, size_t aims) {
-    return shares->coarseness > 1 ? aims < CHECKS ? CHECKS / aims * aims : aims : 0;
-}
-
-/* Whether two variants are the same but for what the model cannot tell apart. */
-static bool are_equal(const struct study_variant *a, const struct study_variant *b) {
-    return vec3_distance(a->start.r, b->start.r) == 0 && a->angle_deg == b->angle_deg &&
-           a->pre_shear_deg == b->pre_shear_deg;
-}
-
 /* The best of each aim on the drape's own net. */
-static size_t choose_checks(const struct propose_search *search, struct arena *arena,
+static size_t choose_checks(const struct surrogate_search *search, struct arena *arena,
                             struct study_variant *variants) {
     size_t each = search->aim_count < CHECKS ? CHECKS / search->aim_count : 1, count = 0;
     size_t *order = arena_take(arena, search->count, sizeof *order);
     for (size_t a = 0; a < search->aim_count; a++) {
-        size_t rows = order ? propose_order(search, &search->aims[a], arena, order) : SIZE_MAX;
+        size_t rows =
+            order ? surrogate_search_order(search, &search->aims[a], arena, order) : SIZE_MAX;
         if (rows == SIZE_MAX)
             return SIZE_MAX;
         for (size_t k = 0, own = 0; k < rows && own < each; k++) {
             struct study_variant variant = search->rows[order[k]].variant;
             bool there = false;
             variant.coarseness = 1;
-            for (size_t c = 0; c < count && !there; c++)
-                there = are_equal(&variant, &variants[c]);
+            for (size_t c = 0; c < count && !there; c++) /* for the model they are the same */
+                there = vec3_distance(variant.start.r, variants[c].start.r) == 0 &&
+                        variant.angle_deg == variants[c].angle_deg &&
+                        variant.pre_shear_deg == variants[c].pre_shear_deg;
             if (there)
                 continue;
             variants[count++] = variant;
@@ -226,32 +202,39 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
                                   size_t count, struct arena *arena, struct api_study_plan *plan,
                                   struct api_problem *problem) {
     const struct optimise_shares shares = optimise_shares(study);
-    struct study_aim aims[STUDY_AIMS_MOST];
-    struct propose_search search = {study, shares.period, rows, count, aims, 0, 0};
+    struct search_aim aims[SEARCH_AIMS_MOST];
+    struct surrogate_search search = {study, shares.period, rows, count, aims, 0, 0};
     size_t budget = study->request.budget, left = budget > count ? budget - count : 0;
     int round = count ? rows[count - 1].round + 1 : 0;
     plan->variants = budget > count ? budget : count;
-    if (round == 0)
-        return grid_tasks(&(struct grid_range){.work = STUDY_WORK_GRID,
-                                               .end = first_round(study),
-                                               .nodes = study_cost(study, shares.coarseness)},
-                          arena, plan, problem);
+    if (round == 0) {
+        bool few = study->starts && study->start_count < shares.starts;
+        size_t starts = few ? study->start_count : shares.starts;
+        const struct task_range first = {.kind = STUDY_TASK_OPTIMISE,
+                                         .end = starts * shares.each,
+                                         .nodes = study_cost(study, shares.coarseness)};
+        return task_make_range(&first, arena, plan, problem);
+    }
     search.aim_count = set_aims(&study->request, rows, count, aims);
     search.progress = (double)count / (double)budget;
-    size_t checks = checks_of(&shares, search.aim_count), wanted = 0;
+    /* of nets that are coarser than the drape's, as many of each aim */
+    size_t checks =
+        search.aim_count < CHECKS ? CHECKS / search.aim_count * search.aim_count : search.aim_count;
+    checks = shares.coarseness > 1 ? checks : 0;
+    size_t wanted = 0;
     left = left > checks ? left - checks : 0;
-    if (round <= ROUNDS && !are_alike(study, rows, count))
+    if (round <= ROUNDS && !all_as_good(study, rows, count))
         wanted = (left + (size_t)(ROUNDS - round)) / (size_t)(ROUNDS - round + 1);
     struct study_variant *variants = arena_take(arena, wanted + checks, sizeof *variants);
     size_t found = 0;
     if (!variants ||
-        (wanted && propose_next(&search, wanted, arena, variants, &found) != STATUS_OK))
-        return no_memory(problem);
+        (wanted && surrogate_search_next(&search, wanted, arena, variants, &found) != STATUS_OK))
+        return study_no_memory(problem);
     if (found == 0 && checks && rows[count - 1].variant.coarseness > 1)
         found = choose_checks(&search, arena, variants);
     if (found == SIZE_MAX)
-        return no_memory(problem);
+        return study_no_memory(problem);
     if (found == 0)
         plan->variants = count;
-    return list_tasks(variants, found, round, study->shape.part.mesh != NULL, arena, plan, problem);
+    return task_make_list(study, variants, found, round, arena, plan, problem);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* A whole study in one process: the tasks of each round on as many threads as are wanted. */
-#include "engine.h"
+#include "study.h"
 
 #include "api/threads.h"
 #include <stdatomic.h>
@@ -35,7 +35,7 @@ struct run {
     atomic_bool stopped;
 };
 
-static bool append(void *context, const void *bytes, size_t length) {
+static bool append_numbers(void *context, const void *bytes, size_t length) {
     struct heap *heap = context;
     size_t count = length / sizeof *heap->values;
     if (heap->count + count > heap->room) {
@@ -51,7 +51,7 @@ static bool append(void *context, const void *bytes, size_t length) {
     return true;
 }
 
-static double fraction(const struct run *run) {
+static double fraction_done(const struct run *run) {
     double all = (double)run->plan.variants;
     return all > 0 ? (double)(run->plan.done + atomic_load(&run->done)) / all : 0;
 }
@@ -69,7 +69,7 @@ static bool tell(void *context, size_t variant) {
     atomic_fetch_add(&run->done, variant - watched->told);
     watched->told = variant;
     if (run->monitor && !atomic_flag_test_and_set(&run->telling)) {
-        if (!run->monitor->progress(run->monitor->context, fraction(run)))
+        if (!run->monitor->progress(run->monitor->context, fraction_done(run)))
             atomic_store(&run->stopped, true);
         atomic_flag_clear(&run->telling);
     }
@@ -86,7 +86,7 @@ static void do_task(void *data, int k) {
     struct run *run = data;
     struct watched watched = {run, 0};
     const struct api_study_monitor monitor = {tell, &watched};
-    const struct api_sink sink = {.write = append, .context = &run->given[k]};
+    const struct api_sink sink = {.write = append_numbers, .context = &run->given[k]};
     int own = take_arena(&run->pool);
     if (!atomic_load(&run->stopped) &&
         api_study_run_task(run->study, &run->plan.tasks[k], &monitor, run->pool.arena[own], &sink,
@@ -96,14 +96,14 @@ static void do_task(void *data, int k) {
 }
 
 /* The first task's problem, and all tasks' numbers in their order behind those of before. */
-static enum api_problem_id gather(struct run *run, struct heap *numbers,
-                                  struct api_problem *problem) {
+static enum api_problem_id gather_numbers(struct run *run, struct heap *numbers,
+                                          struct api_problem *problem) {
     for (size_t k = 0; k < run->plan.count; k++) {
         struct heap *given = &run->given[k];
         if (problem->id == API_OK && run->problem[k].id != API_OK)
             *problem = run->problem[k];
         if (problem->id == API_OK && given->count &&
-            !append(numbers, given->values, given->count * sizeof *given->values))
+            !append_numbers(numbers, given->values, given->count * sizeof *given->values))
             api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the study");
         free(given->values);
     }
@@ -124,7 +124,7 @@ static enum api_problem_id do_round(struct run *run, const struct drape_team *te
             team->run(team->context, (int)run->plan.count, do_task, run);
         for (size_t k = 0; !team && k < run->plan.count; k++)
             do_task(run, (int)k);
-        gather(run, numbers, problem);
+        gather_numbers(run, numbers, problem);
     }
     free(run->given);
     free(run->problem);
@@ -133,7 +133,7 @@ static enum api_problem_id do_round(struct run *run, const struct drape_team *te
 
 /* ---- all rounds ---- */
 
-static double now_ms(void) {
+static double clock_ms(void) {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
@@ -143,7 +143,7 @@ static enum api_problem_id do_rounds(struct run *run, const struct drape_team *t
                                      const struct api_sink *sink, struct arena *arena,
                                      struct api_problem *problem) {
     struct heap numbers = {0};
-    double begin = now_ms();
+    double begin = clock_ms();
     for (;;) {
         struct arena_mark mark = arena_mark(arena);
         const struct api_study_numbers so_far = {numbers.values, numbers.count};
@@ -155,7 +155,7 @@ static enum api_problem_id do_rounds(struct run *run, const struct drape_team *t
     const struct api_study_numbers all = {numbers.values, numbers.count};
     enum api_problem_id id = problem->id;
     if (id == API_OK)
-        id = api_study_finish(run->study, &all, now_ms() - begin, arena, sink, problem);
+        id = api_study_finish(run->study, &all, clock_ms() - begin, arena, sink, problem);
     free(numbers.values);
     return id;
 }

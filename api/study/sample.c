@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "sample.h"
 
-#include "draw.h"
+#include "seeded.h"
 
 #include "api/json/text.h"
 #include "api/map/map.h"
@@ -13,18 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static enum api_problem_id no_memory(struct api_problem *problem) {
-    api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
-    return problem->id;
-}
-
 /* ---- a drape as a stored result in memory ---- */
-
-static bool append(void *context, const void *bytes, size_t length) {
-    struct api_text *text = context;
-    api_text_bytes(text, bytes, length);
-    return !text->failed;
-}
 
 /* Both lie in the arena. */
 struct stored {
@@ -32,27 +21,28 @@ struct stored {
     struct api_memory memory;
 };
 
-/* Bytes of a container of these columns, at the most. */
-static size_t room_for(const struct api_fields *fields) {
-    size_t room = API_HEADER_MAX;
-    for (size_t k = 0; k < fields->count; k++)
-        room += fields->source[k].rows * sizeof(double);
-    return room;
+static bool append_to_text(void *context, const void *bytes, size_t length) {
+    struct api_text *text = context;
+    api_text_bytes(text, bytes, length);
+    return !text->failed;
 }
 
 /* Drapes with the settings and keeps all of the result; false, with the problem set or not. */
-static bool store(const struct api_study *study, const struct drape_settings *settings,
-                  const struct drape_monitor *monitor, struct arena *arena, struct stored *stored,
-                  struct api_problem *problem) {
+static bool drape_and_store(const struct api_study *study, const struct drape_settings *settings,
+                            const struct drape_monitor *monitor, struct arena *arena,
+                            struct stored *stored, struct api_problem *problem) {
     struct drape_result *result = &stored->result;
     struct api_fields fields;
+    size_t room = API_HEADER_MAX;
     *stored = (struct stored){0};
-    if (drape_solve(&study->shape.part, settings, monitor, arena, result) != STATUS_OK ||
+    if (drape_solve(&study->part.geometry, settings, monitor, arena, result) != STATUS_OK ||
         api_fields_list(&fields, &study->request.drape, result, arena) != STATUS_OK)
         return false;
-    char *bytes = arena_take(arena, room_for(&fields), 1);
-    struct api_text text = api_text_over(bytes, bytes ? room_for(&fields) : 0);
-    const struct api_sink sink = {.write = append, .context = &text};
+    for (size_t k = 0; k < fields.count; k++)
+        room += fields.source[k].rows * sizeof(double);
+    char *bytes = arena_take(arena, room, 1);
+    struct api_text text = api_text_over(bytes, bytes ? room : 0);
+    const struct api_sink sink = {.write = append_to_text, .context = &text};
     struct api_columns header = {.grid = {.spacing = {settings->spacing[0], settings->spacing[1]}},
                                  .unit = study->request.drape.length_unit};
     if (api_columns_write(&header, fields.source, fields.count, &sink, arena, problem) != API_OK)
@@ -63,36 +53,27 @@ static bool store(const struct api_study *study, const struct drape_settings *se
 
 /* ---- the nominal drape ---- */
 
-/* A study of `sample`, of cells whose columns are kept: all but where they are. */
-static bool is_field(const struct api_column *column) {
-    return column->table == API_TABLE_CELLS && strcmp(column->name, "i") != 0 &&
-           strcmp(column->name, "j") != 0;
-}
-
-static bool list_fields(const struct api_columns *columns, struct arena *arena,
-                        struct sample_nominal *nominal) {
-    nominal->names = arena_alloc(arena, columns->count, sizeof *nominal->names);
-    for (size_t k = 0; nominal->names && k < columns->count; k++)
-        if (is_field(&columns->column[k]))
-            memcpy(nominal->names[nominal->field_count++], columns->column[k].name,
-                   API_COLUMN_NAME_SIZE);
-    return nominal->names != NULL;
-}
-
-/* The middles of the cells: the mean of their corners. */
-static bool find_middles(const struct api_reader *reader, const struct api_columns *columns,
-                         const struct drape_nodes *nodes, struct arena *arena,
-                         struct sample_nominal *nominal) {
+/* The middles of the cells, the mean of their corners, and the names of what is known of them. */
+static bool find_cells(const struct api_reader *reader, const struct api_columns *columns,
+                       const struct drape_nodes *nodes, struct arena *arena,
+                       struct sample_nominal *nominal) {
     size_t count = api_columns_rows(columns, API_TABLE_CELLS);
     nominal->count = count;
+    nominal->names = arena_alloc(arena, columns->count, sizeof *nominal->names);
     nominal->places = arena_take(arena, count, sizeof *nominal->places);
     nominal->middles = arena_take(arena, count, sizeof *nominal->middles);
     int32_t(*corners)[4] = arena_take(arena, count, sizeof *corners);
     struct cell_corners *quads = arena_take(arena, 1, sizeof *quads);
-    if (!nominal->places || !nominal->middles || !corners || !quads ||
+    if (!nominal->names || !nominal->places || !nominal->middles || !corners || !quads ||
         !cell_corners_begin(quads, reader, columns) ||
         !cell_corners_next(quads, count, corners, nominal->places))
         return false;
+    for (size_t k = 0; k < columns->count; k++) {
+        const struct api_column *column = &columns->column[k];
+        if (column->table == API_TABLE_CELLS && strcmp(column->name, "i") != 0 &&
+            strcmp(column->name, "j") != 0)
+            memcpy(nominal->names[nominal->field_count++], column->name, API_COLUMN_NAME_SIZE);
+    }
     for (size_t k = 0; k < count; k++) {
         struct vec3 sum = {0, 0, 0};
         for (int c = 0; c < 4; c++) {
@@ -104,34 +85,12 @@ static bool find_middles(const struct api_reader *reader, const struct api_colum
     return true;
 }
 
-static void find_start(const struct api_study *study, const struct drape_result *result,
-                       struct sample_nominal *nominal) {
-    const struct drape_settings *s = &study->request.drape.settings;
-    struct vec3 normal, along;
-    nominal->start = (struct spread_place){
-        result->start_face, {result->start_uv[0], result->start_uv[1]}, result->start_point};
-    nominal->axis[0] = result->start_warp;
-    nominal->axis[1] = vec3_unit(vec3_axpy(-vec3_dot(result->start_weft, result->start_warp),
-                                           result->start_warp, result->start_weft));
-    nominal->pre_shear_deg = s->pre_shear_deg;
-    nominal->angle_deg = s->direction_deg;
-    if (s->direction_kind == DRAPE_DIRECTION_VECTOR &&
-        study_shape_axes(&study->shape, &nominal->start, &normal, &along))
-        nominal->angle_deg =
-            angle_atan2_deg(vec3_dot(vec3_cross(along, result->start_warp), normal),
-                            vec3_dot(along, result->start_warp));
-}
-
-size_t sample_fields(const struct api_study *study) {
-    return study->nominal ? study->nominal->count * study->nominal->field_count : 0;
-}
-
 /* The last step has all fields of all samples and the rows beside them; it is better to say before
  * the first that it will not have the memory. */
 static enum api_problem_id check_memory(const struct api_study *study,
                                         const struct api_limits *limits,
                                         struct api_problem *problem) {
-    double each = (double)(sample_fields(study) + 2 * STUDY_ROW_NUMBERS) * sizeof(double);
+    double each = (double)(study->field_numbers + 2 * STUDY_ROW_NUMBERS) * sizeof(double);
     double most = (double)limits->max_memory / each;
     if ((double)study->request.sample > most)
         api_problem_set_at(
@@ -144,12 +103,13 @@ static enum api_problem_id check_memory(const struct api_study *study,
 
 enum api_problem_id sample_prepare(struct api_study *study, const struct api_limits *limits,
                                    struct api_problem *problem) {
+    const struct drape_settings *settings = &study->request.drape.settings;
     struct sample_nominal *nominal = arena_alloc(study->arena, 1, sizeof *nominal);
     struct stored *stored = nominal ? arena_alloc(study->arena, 1, sizeof *stored) : NULL;
     struct api_columns columns;
     if (!stored)
-        return no_memory(problem);
-    if (!store(study, &study->request.drape.settings, NULL, study->arena, stored, problem) ||
+        return study_no_memory(problem);
+    if (!drape_and_store(study, settings, NULL, study->arena, stored, problem) ||
         stored->result.cells.count == 0) {
         api_problem_set_at(problem, API_INVALID_REQUEST, "/drape",
                            "must be a drape that can be done and has cells: samples are drawn "
@@ -157,13 +117,19 @@ enum api_problem_id sample_prepare(struct api_study *study, const struct api_lim
         return problem->id;
     }
     const struct api_reader reader = api_reader_of(&stored->memory);
+    const struct drape_result *result = &stored->result;
     if (api_columns_open(&reader, &columns, problem) != API_OK)
         return problem->id;
-    if (!list_fields(&columns, study->arena, nominal) ||
-        !find_middles(&reader, &columns, &stored->result.nodes, study->arena, nominal))
-        return no_memory(problem);
-    find_start(study, &stored->result, nominal);
+    if (!find_cells(&reader, &columns, &result->nodes, study->arena, nominal))
+        return study_no_memory(problem);
+    nominal->variant = (struct study_variant){
+        .start = study_start_of(result), .angle_deg = settings->direction_deg, .coarseness = 1};
+    study_note_direction(study, settings, result, &nominal->variant);
+    nominal->axis[0] = result->start_warp;
+    nominal->axis[1] = vec3_unit(vec3_axpy(-vec3_dot(result->start_weft, result->start_warp),
+                                           result->start_warp, result->start_weft));
     study->nominal = nominal;
+    study->field_numbers = nominal->count * nominal->field_count;
     return check_memory(study, limits, problem);
 }
 
@@ -173,45 +139,36 @@ static double normal_deviate(uint32_t seed, size_t k, unsigned first) {
     enum { SUMMANDS = 12 };
     double sum = -SUMMANDS / 2.0;
     for (unsigned d = 0; d < SUMMANDS; d++)
-        sum += draw_even(seed, k, first + d);
+        sum += seeded_uniform(seed, k, first + d);
     return sum;
 }
 
 /* Dimensions: a start has two, its place among a number of them one, each angle twelve. */
 enum { PLACE = 0, RADIUS = 1, TURN = 2, ANGLE = 8, PRE_SHEAR = 20, COMMON = 32 };
 
-static struct spread_place draw_start(const struct api_study *study, size_t k) {
+struct study_variant sample_variant(const struct api_study *study, size_t k) {
     const struct study_request *r = &study->request;
     const struct sample_nominal *n = study->nominal;
-    unsigned more = 0;
-    double sine, cosine;
-    if (r->start_count) { /* one of so many places that all samples share */
-        k = (size_t)(draw_even(r->seed, k, PLACE) * (double)r->start_count);
-        more = COMMON;
+    struct study_variant variant = n->variant;
+    if (r->starts == STUDY_STARTS_DISC) {
+        size_t place = k; /* or one of so many places that all samples share */
+        unsigned more = 0;
+        double sine, cosine;
+        if (r->start_count) {
+            place = (size_t)(seeded_uniform(r->seed, k, PLACE) * (double)r->start_count);
+            more = COMMON;
+        }
+        double distance = r->radius * sqrt(seeded_uniform(r->seed, place, more + RADIUS));
+        angle_sincos_deg(360 * seeded_uniform(r->seed, place, more + TURN), &sine, &cosine);
+        struct vec3 way = vec3_axpy(sine, n->axis[1], vec3_scale(cosine, n->axis[0]));
+        variant.start = study_part_shift(&study->part, &variant.start, vec3_scale(distance, way));
     }
-    double distance = r->radius * sqrt(draw_even(r->seed, k, more + RADIUS));
-    angle_sincos_deg(360 * draw_even(r->seed, k, more + TURN), &sine, &cosine);
-    return study_shape_shift(
-        &study->shape, &n->start,
-        vec3_scale(distance, vec3_axpy(sine, n->axis[1], vec3_scale(cosine, n->axis[0]))));
-}
-
-static struct study_variant draw(const struct api_study *study, size_t k) {
-    const struct study_request *r = &study->request;
-    const struct sample_nominal *n = study->nominal;
-    struct study_variant variant = {.start = n->start,
-                                    .angle_deg = n->angle_deg,
-                                    .pre_shear_deg = n->pre_shear_deg,
-                                    .coarseness = 1};
-    if (r->starts == STUDY_STARTS_DISC)
-        variant.start = draw_start(study, k);
     if (r->angle.deviation > 0)
         variant.angle_deg += r->angle.deviation * normal_deviate(r->seed, k, ANGLE);
-    if (r->pre_shear.deviation > 0)
-        variant.pre_shear_deg = fmin(
-            fmax(n->pre_shear_deg + r->pre_shear.deviation * normal_deviate(r->seed, k, PRE_SHEAR),
-                 -80),
-            80);
+    if (r->pre_shear.deviation > 0) {
+        variant.pre_shear_deg += r->pre_shear.deviation * normal_deviate(r->seed, k, PRE_SHEAR);
+        variant.pre_shear_deg = fmin(fmax(variant.pre_shear_deg, -80), 80);
+    }
     return variant;
 }
 
@@ -221,39 +178,31 @@ enum api_problem_id sample_plan(const struct api_study *study, size_t count, str
                                 struct api_study_plan *plan, struct api_problem *problem) {
     enum { DRAPES = 4 }; /* that one sample takes as long as */
     plan->variants = study->request.sample;
-    const struct grid_range range = {
-        .work = STUDY_WORK_SAMPLE, .end = plan->variants, .nodes = DRAPES * study_cost(study, 1)};
-    return count ? API_OK : grid_tasks(&range, arena, plan, problem);
+    const struct task_range range = {
+        .kind = STUDY_TASK_SAMPLE, .end = plan->variants, .nodes = DRAPES * study_cost(study, 1)};
+    return count ? API_OK : task_make_range(&range, arena, plan, problem);
 }
 
-static bool stays(void *context, double fraction) {
-    const struct study_chunk *chunk = context;
-    (void)fraction;
-    return chunk->monitor->progress(chunk->monitor->context, chunk->k - 1);
-}
-
-/* The fields of a variant at the nominal places, field by field; zeros where it fails. */
-static bool send_fields(struct study_chunk *chunk, const struct study_row *row) {
-    const struct api_study *study = chunk->study;
+bool sample_send_fields(struct task_run *run, const struct study_row *row) {
+    const struct api_study *study = run->study;
     const struct sample_nominal *n = study->nominal;
-    const struct drape_monitor monitor = {stays, chunk};
     const struct map_target target = {.vertices = n->middles,
                                       .vertex_count = n->count,
                                       .element_count = n->count,
                                       .cloth = &study->request.drape};
-    struct arena *arena = chunk->arena;
-    double *values = arena_alloc(arena, sample_fields(study), sizeof *values);
+    struct arena *arena = run->arena;
+    double *values = arena_alloc(arena, study->field_numbers, sizeof *values);
     struct stored *stored = arena_alloc(arena, 1, sizeof *stored);
     struct api_map *map = arena_alloc(arena, 1, sizeof *map);
     if (!values || !stored || !map)
-        return no_memory(chunk->problem) == API_OK;
+        return study_no_memory(run->problem) == API_OK;
     if (row->failure == FAILURE_NONE) {
-        struct drape_settings settings = study_variant_settings(&study->bench, &row->variant);
-        const struct drape_monitor *watch = chunk->monitor ? &monitor : NULL;
-        bool ok = store(study, &settings, watch, arena, stored, chunk->problem);
+        struct drape_settings settings = study_variant_settings(study, &row->variant);
+        bool ok = drape_and_store(study, &settings, run->monitor, arena, stored, run->problem);
         const struct api_reader reader = api_reader_of(&stored->memory);
-        if (!ok || api_map_make(&reader, &target, watch, arena, map, chunk->problem) != API_OK) {
-            api_problem_set(chunk->problem, API_CANCELLED, "the study was cancelled");
+        if (!ok ||
+            api_map_make(&reader, &target, run->monitor, arena, map, run->problem) != API_OK) {
+            api_problem_set(run->problem, API_CANCELLED, "the study was cancelled");
             return false;
         }
         for (size_t f = 0; f < n->field_count; f++)
@@ -262,23 +211,7 @@ static bool send_fields(struct study_chunk *chunk, const struct study_row *row) 
                     map->columns[c].fill(map->columns[c].context, 0, n->count,
                                          values + f * n->count);
     }
-    if (!study_chunk_send(chunk, values, sample_fields(study)))
-        api_problem_set(chunk->problem, API_CANCELLED, "the study was cancelled");
-    return chunk->problem->id == API_OK;
-}
-
-bool sample_chunk(struct study_chunk *chunk) {
-    size_t first = (size_t)chunk->task->value[STUDY_OWN_AT];
-    size_t count = api_study_task_variants(chunk->task);
-    for (size_t k = first; k < first + count; k++) {
-        struct study_variant variant = draw(chunk->study, k);
-        struct study_row row;
-        struct arena_mark mark = arena_mark(chunk->arena);
-        if (!study_chunk_drape(chunk, &variant, &row) || !send_fields(chunk, &row))
-            return false;
-        arena_rewind(chunk->arena, mark);
-    }
-    return true;
+    return task_send(run, values, study->field_numbers);
 }
 
 /* ---- bands ---- */
@@ -309,7 +242,7 @@ static void select_at(double *values, ptrdiff_t count, ptrdiff_t k) {
 /* What a share of all that could be drawn is less than, straight between the values, of which
  * number k of n in rising order has k / (n + 1) below it on the mean (W. Weibull, 1939); beyond the
  * first or last nothing is known. Changes their order. */
-static double quantile(double *values, size_t count, double share) {
+static double weibull_quantile(double *values, size_t count, double share) {
     double last = (double)(count - 1);
     double at = fmin(fmax(share * (double)(count + 1) - 1, 0), last), next = HUGE_VAL;
     size_t low = (size_t)at;
@@ -345,7 +278,7 @@ static bool find_bands(const struct api_study *study, const struct api_study_num
                        const struct study_row *rows, size_t count, size_t field, double *band[3],
                        double *samples) {
     const struct sample_nominal *n = study->nominal;
-    size_t stride = STUDY_ROW_NUMBERS + sample_fields(study);
+    size_t stride = STUDY_ROW_NUMBERS + study->field_numbers;
     for (size_t cell = 0; cell < n->count; cell++) {
         size_t held = 0;
         double sum = 0;
@@ -356,8 +289,8 @@ static bool find_bands(const struct api_study *study, const struct api_study_num
         for (size_t k = 0; k < held; k++)
             sum += samples[k];
         band[0][cell] = held ? sum / (double)held : 0;
-        band[1][cell] = held ? quantile(samples, held, 0.05) : 0;
-        band[2][cell] = held ? quantile(samples, held, 0.95) : 0;
+        band[1][cell] = held ? weibull_quantile(samples, held, 0.05) : 0;
+        band[2][cell] = held ? weibull_quantile(samples, held, 0.95) : 0;
     }
     return true;
 }

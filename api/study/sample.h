@@ -12,12 +12,11 @@
 #ifndef API_STUDY_SAMPLE_H
 #define API_STUDY_SAMPLE_H
 
-#include "engine.h"
+#include "task.h"
 
 /* The drape as it was meant. */
 struct sample_nominal {
-    struct spread_place start;
-    double angle_deg, pre_shear_deg;
+    struct study_variant variant;
     struct vec3 axis[2];  /* of the tangent plane at the start */
     size_t count;         /* of cells */
     int32_t (*places)[2]; /* their i and j */
@@ -31,13 +30,16 @@ struct sample_nominal {
 enum api_problem_id sample_prepare(struct api_study *study, const struct api_limits *limits,
                                    struct api_problem *problem) STATUS_MUST_USE;
 
-/* Numbers that each sample has behind its row: cells times fields; 0 of other studies. */
-size_t sample_fields(const struct api_study *study);
-
 enum api_problem_id sample_plan(const struct api_study *study, size_t count, struct arena *arena,
                                 struct api_study_plan *plan,
                                 struct api_problem *problem) STATUS_MUST_USE;
-bool sample_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
+
+/* Sample k. */
+struct study_variant sample_variant(const struct api_study *study, size_t k);
+
+/* Sends the fields of a sample, whose row was sent, at the nominal places, field by field; zeros
+ * where it fails. False with the problem set when the task has to stop. */
+bool sample_send_fields(struct task_run *run, const struct study_row *row) STATUS_MUST_USE;
 
 /* The columns of the table `bands` from the numbers of all tasks, in `arena`: i, j, x, y, z, and of
  * each field NAME_mean, NAME_p05 and NAME_p95. How many, or SIZE_MAX without memory. */

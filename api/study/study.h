@@ -63,20 +63,26 @@ struct api_study *api_study_open(const struct api_input *input, const struct api
 /* NULL is allowed. */
 void api_study_close(struct api_study *study);
 
-/* One piece of work, to be stored and sent as these numbers (as many bytes, little-endian float64,
- * everywhere). What they mean is the engine's own affair. */
-enum { API_STUDY_TASK = 48 };
+/* One piece of work, to be stored and sent as these bytes: without padding, and little-endian on
+ * all machines that the service runs on. */
+enum { API_STUDY_CRASHES = 4, API_STUDY_LISTED = 7 };
 struct api_study_task {
-    double value[API_STUDY_TASK];
+    int32_t kind;        /* `enum study_task_kind` */
+    int32_t variants;    /* that it looks at, at the most */
+    int32_t round;       /* counted from 0 */
+    int32_t crash_count; /* of the variants that crashed the process, by their number in the task */
+    int32_t crashed[API_STUDY_CRASHES];
+    int64_t first;     /* of numbered variants: the number of the first */
+    double coarseness; /* of listed ones */
+    struct api_study_listed {
+        double start[3]; /* the face and its parameters u and v; on a mesh x, y and z */
+        double angle_deg, pre_shear_deg;
+    } listed[API_STUDY_LISTED];
 };
-
-/* How many variants a task looks at, at the most. */
-size_t api_study_task_variants(const struct api_study_task *task);
 
 /* Notes that variant `k` of the task (as its monitor counts them) crashed the process: when the
  * task is done again it is marked and not tried. After API_STUDY_CRASHES of them nothing of the
  * task from the last on is tried. */
-enum { API_STUDY_CRASHES = 4 };
 void api_study_task_crashed(struct api_study_task *task, size_t k);
 
 /* What tasks have given so far: all of their numbers, in the order of the rounds and in each of its

@@ -19,7 +19,7 @@ void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBE
 }
 
 /* A whole number from 0 to below `most`. */
-static bool is_index(double x, double most) {
+static bool is_whole_below(double x, double most) {
     return x >= 0 && x < most && x == floor(x);
 }
 
@@ -27,7 +27,8 @@ bool study_row_load(const double n[STUDY_ROW_NUMBERS], struct study_row *row) {
     for (int k = 0; k < STUDY_ROW_NUMBERS; k++)
         if (!isfinite(n[k]))
             return false;
-    if (!is_index(n[0], 100) || !is_index(n[1], INT32_MAX) || !is_index(n[10], FAILURE_COUNT))
+    if (!is_whole_below(n[0], 100) || !is_whole_below(n[1], INT32_MAX) ||
+        !is_whole_below(n[10], FAILURE_COUNT))
         return false;
     *row = (struct study_row){
         .variant = {.start = {(int32_t)n[1], {n[2], n[3]}, vec3_make(n[4], n[5], n[6])},
@@ -40,10 +41,32 @@ bool study_row_load(const double n[STUDY_ROW_NUMBERS], struct study_row *row) {
     return true;
 }
 
+struct study_row *study_rows(const struct api_study *study, const struct api_study_numbers *numbers,
+                             struct arena *arena, size_t *count, struct api_problem *problem) {
+    size_t divisions = study->divisions;
+    size_t stride = STUDY_ROW_NUMBERS + divisions + study->field_numbers;
+    *count = numbers->count / stride;
+    struct study_row *rows = arena_take(arena, *count, sizeof *rows);
+    if (!rows) {
+        (void)study_no_memory(problem);
+        return NULL;
+    }
+    bool good = *count * stride == numbers->count;
+    for (size_t k = 0; good && k < *count; k++) {
+        const double *own = numbers->values + k * stride;
+        good = study_row_load(own, &rows[k]);
+        memcpy(rows[k].most, own + STUDY_ROW_NUMBERS, divisions * sizeof *own);
+    }
+    if (good)
+        return rows;
+    api_problem_set(problem, API_INTERNAL, "the numbers are none of a study's");
+    return NULL;
+}
+
 /* ---- k1 by shear ---- */
 
 static int compare_k1(const void *a, const void *b) {
-    const struct study_k1 *x = a, *y = b;
+    const struct study_k1_ratio *x = a, *y = b;
     return x->ratio != y->ratio ? (x->ratio > y->ratio) - (x->ratio < y->ratio)
                                 : (x->bin > y->bin) - (x->bin < y->bin);
 }
@@ -53,32 +76,29 @@ static double k1_of(const struct api_request *request, double shear_deg) {
     return api_permeability_at(&request->permeability, vf, shear_deg, NULL).k1;
 }
 
-enum status study_bench_make(const struct study_request *request, const struct study_shape *shape,
-                             struct arena *arena, struct study_bench *bench) {
-    const struct api_request *drape = &request->drape;
-    *bench = (struct study_bench){.request = request, .shape = shape};
-    if (!study_judges(request, QUANTITY_K1_RATIO))
+enum status study_find_k1(struct api_study *study) {
+    const struct api_request *drape = &study->request.drape;
+    double most = quantities[QUANTITY_K1_RATIO].most;
+    if (!study_judges(&study->request, QUANTITY_K1_RATIO))
         return STATUS_OK;
-    bench->k1 = arena_take(arena, DRAPE_SHEAR_BINS, sizeof *bench->k1);
-    if (!bench->k1)
+    study->k1 = arena_take(study->arena, DRAPE_SHEAR_BINS, sizeof *study->k1);
+    if (!study->k1)
         return STATUS_OUT_OF_MEMORY;
     double unsheared = k1_of(drape, 0);
     for (int bin = 0; bin < DRAPE_SHEAR_BINS; bin++) {
         double ratio = k1_of(drape, fmin((bin + 0.5) * DRAPE_SHEAR_BIN, 90)) / unsheared;
         double factor = ratio < 1 ? 1 / ratio : ratio;
-        bench->k1[bin].ratio = factor < quantities[QUANTITY_K1_RATIO].most
-                                   ? factor
-                                   : quantities[QUANTITY_K1_RATIO].most;
-        bench->k1[bin].bin = bin;
+        study->k1[bin] = (struct study_k1_ratio){factor < most ? factor : most, bin};
     }
-    qsort(bench->k1, DRAPE_SHEAR_BINS, sizeof *bench->k1, compare_k1);
+    qsort(study->k1, DRAPE_SHEAR_BINS, sizeof *study->k1, compare_k1);
     return STATUS_OK;
 }
 
 /* ---- from a drape to numbers ---- */
 
 /* The ratio of k1 that 95 % of the area has less than, straight between the bins. */
-static double k1_quantile(const struct study_k1 *k1, const struct drape_statistics *statistics) {
+static double k1_quantile(const struct study_k1_ratio *k1,
+                          const struct drape_statistics *statistics) {
     double all = 0, sum = 0;
     for (int bin = 0; bin < DRAPE_SHEAR_BINS; bin++)
         all += statistics->area[bin];
@@ -104,50 +124,42 @@ static double area_beyond(const struct drape_statistics *statistics, double shea
     return sum + statistics->area[first] * (first + 1 - at);
 }
 
-static double least_shear(const struct drape_statistics *statistics) {
-    int bin = 0;
-    while (bin < DRAPE_SHEAR_BINS - 1 && !(statistics->area[bin] > 0))
-        bin++;
-    return bin * DRAPE_SHEAR_BIN;
-}
-
-/* Rectangle round the flat pattern, along the yarns, less the pattern. */
-static double waste(const struct drape_statistics *statistics, const double spacing[2],
-                    double flat_area) {
-    double width = (statistics->upper[0] - statistics->lower[0]) * spacing[0];
-    return fmax(width * (statistics->upper[1] - statistics->lower[1]) * spacing[1] - flat_area, 0);
-}
-
 /* Vf of the greatest less that of the least shear: in a rigid cavity it grows with the shear. */
 static double fraction_range(const struct api_request *request,
                              const struct drape_statistics *statistics, double most) {
-    double least = fmin(least_shear(statistics), most);
+    int bin = 0;
+    while (bin < DRAPE_SHEAR_BINS - 1 && !(statistics->area[bin] > 0))
+        bin++;
+    double least = fmin(bin * DRAPE_SHEAR_BIN, most);
     double range = api_fields_fiber_volume_fraction(request, most) -
                    api_fields_fiber_volume_fraction(request, least);
     return fmin(fmax(range, 0), quantities[QUANTITY_FRACTION_RANGE].most);
 }
 
-static void judge(const struct study_bench *bench, const struct drape_settings *settings,
-                  const struct drape_result *result, struct study_row *row) {
-    const struct api_request *request = &bench->request->drape;
+static void judge_drape(const struct api_study *study, const struct drape_settings *settings,
+                        const struct drape_result *result, struct study_row *row) {
+    const struct api_request *request = &study->request.drape;
     const struct drape_summary *s = &result->summary;
     const struct drape_statistics *statistics = settings->statistics;
-    double *q = row->quantity;
+    const double *low = statistics->lower, *high = statistics->upper;
+    double width = (high[0] - low[0]) * settings->spacing[0], *q = row->quantity;
     memcpy(row->most, statistics->most, sizeof row->most);
     q[QUANTITY_MAX_SHEAR] = s->max_shear_deg;
     q[QUANTITY_P95_SHEAR] = s->p95_shear_deg;
     q[QUANTITY_MEAN_SHEAR] = s->mean_shear_deg;
     q[QUANTITY_CLOTH_COVERAGE] = s->cloth_coverage;
     q[QUANTITY_UNCOVERED_AREA] = fmax(s->part_area * (1 - s->cloth_coverage), 0);
-    q[QUANTITY_WASTE_AREA] = waste(statistics, settings->spacing, s->flat_area);
-    if (study_judges(bench->request, QUANTITY_LOCKED_AREA))
+    /* a rectangle round the flat pattern, along the yarns, less the pattern */
+    q[QUANTITY_WASTE_AREA] =
+        fmax(width * (high[1] - low[1]) * settings->spacing[1] - s->flat_area, 0);
+    if (study_judges(&study->request, QUANTITY_LOCKED_AREA))
         q[QUANTITY_LOCKED_AREA] = area_beyond(statistics, request->fabric.locking_angle_deg);
-    if (study_judges(bench->request, QUANTITY_ANGLE_DEVIATION))
+    if (study_judges(&study->request, QUANTITY_ANGLE_DEVIATION))
         q[QUANTITY_ANGLE_DEVIATION] = statistics->wanted_deg;
-    if (study_judges(bench->request, QUANTITY_FRACTION_RANGE))
+    if (study_judges(&study->request, QUANTITY_FRACTION_RANGE))
         q[QUANTITY_FRACTION_RANGE] = fraction_range(request, statistics, s->max_shear_deg);
-    if (bench->k1)
-        q[QUANTITY_K1_RATIO] = k1_quantile(bench->k1, statistics);
+    if (study->k1)
+        q[QUANTITY_K1_RATIO] = k1_quantile(study->k1, statistics);
 }
 
 /* ---- one drape ---- */
@@ -166,15 +178,15 @@ static const enum failure failures[] = {
     [STATUS_NO_CONVERGENCE] = FAILURE_DEGENERATE_SURFACE,
 };
 
-struct drape_settings study_variant_settings(const struct study_bench *bench,
+struct drape_settings study_variant_settings(const struct api_study *study,
                                              const struct study_variant *variant) {
-    const struct study_request *r = bench->request;
+    const struct study_request *r = &study->request;
     struct drape_settings s = r->drape.settings;
     for (int k = 0; k < 2; k++)
         s.spacing[k] *= variant->coarseness;
     if (r->starts != STUDY_STARTS_KEPT) {
-        s.start_kind = bench->shape->part.mesh ? DRAPE_START_POINT : DRAPE_START_UV;
-        s.start_face = bench->shape->part.mesh ? 0 : variant->start.face;
+        s.start_kind = study->part.geometry.mesh ? DRAPE_START_POINT : DRAPE_START_UV;
+        s.start_face = study->part.geometry.mesh ? 0 : variant->start.face;
         memcpy(s.start_uv, variant->start.uv, sizeof s.start_uv);
         s.start_point = variant->start.r;
     }
@@ -187,50 +199,41 @@ struct drape_settings study_variant_settings(const struct study_bench *bench,
     return s;
 }
 
-/* What the drape started from, where the study kept the drape's own. */
-static void note_start(const struct study_bench *bench, const struct drape_settings *settings,
-                       const struct drape_result *result, struct study_variant *variant) {
-    const struct study_request *r = bench->request;
+void study_note_direction(const struct api_study *study, const struct drape_settings *settings,
+                          const struct drape_result *result, struct study_variant *variant) {
     struct vec3 normal, along;
-    if (r->starts == STUDY_STARTS_KEPT)
-        variant->start = (struct spread_place){
-            result->start_face, {result->start_uv[0], result->start_uv[1]}, result->start_point};
     variant->pre_shear_deg = settings->pre_shear_deg;
     if (settings->direction_kind == DRAPE_DIRECTION_ANGLE)
         variant->angle_deg = settings->direction_deg;
-    else if (study_shape_axes(bench->shape, &variant->start, &normal, &along))
+    else if (study_part_axes(&study->part, &variant->start, &normal, &along))
         variant->angle_deg =
             angle_atan2_deg(vec3_dot(vec3_cross(along, result->start_warp), normal),
                             vec3_dot(along, result->start_warp));
 }
 
-static void clear_row(const struct study_variant *variant, enum failure failure,
-                      struct study_row *row) {
-    *row = (struct study_row){.variant = *variant, .failure = failure};
-    for (int k = 0; k < QUANTITY_COUNT; k++)
-        row->quantity[k] = -1;
-}
-
-enum status study_variant_drape(const struct study_bench *bench,
-                                const struct study_variant *variant,
+enum status study_variant_drape(const struct api_study *study, const struct study_variant *variant,
                                 const struct drape_monitor *monitor, struct arena *arena,
                                 struct study_row *row) {
     struct drape_statistics statistics = {
-        .wanted = bench->request->wanted, .middle = bench->middle, .divisions = bench->divisions};
-    struct drape_settings settings = study_variant_settings(bench, variant);
+        .wanted = study->request.wanted, .middle = study->middle, .divisions = study->divisions};
+    struct drape_settings settings = study_variant_settings(study, variant);
     struct drape_result result = {0};
-    clear_row(variant, variant->hopeless, row);
-    if (variant->hopeless != FAILURE_NONE)
+    *row = (struct study_row){.variant = *variant, .failure = variant->failure};
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        row->quantity[k] = -1;
+    if (variant->failure != FAILURE_NONE)
         return STATUS_OK;
     struct arena_mark mark = arena_mark(arena);
     settings.statistics = &statistics;
-    enum status status = drape_solve(&bench->shape->part, &settings, monitor, arena, &result);
+    enum status status = drape_solve(&study->part.geometry, &settings, monitor, arena, &result);
     bool bare = status == STATUS_OK && result.cells.count == 0;
     row->failure = bare ? FAILURE_NO_CLOTH : failures[status];
+    if (status == STATUS_OK && study->request.starts == STUDY_STARTS_KEPT)
+        row->variant.start = study_start_of(&result);
     if (status == STATUS_OK)
-        note_start(bench, &settings, &result, &row->variant);
+        study_note_direction(study, &settings, &result, &row->variant);
     if (row->failure == FAILURE_NONE)
-        judge(bench, &settings, &result, row);
+        judge_drape(study, &settings, &result, row);
     arena_rewind(arena, mark);
     return status == STATUS_CANCELLED ? status : STATUS_OK;
 }

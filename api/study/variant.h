@@ -3,15 +3,14 @@
 #ifndef API_STUDY_VARIANT_H
 #define API_STUDY_VARIANT_H
 
-#include "shape.h"
-#include "solver/arena.h"
+#include "setup.h"
 
 /* What is draped. */
 struct study_variant {
-    struct spread_place start;
+    struct part_point start;
     double angle_deg, pre_shear_deg;
-    double coarseness;     /* its spacing over the drape's own */
-    enum failure hopeless; /* it is not draped, for this reason; FAILURE_NONE: it is */
+    double coarseness;    /* its spacing over the drape's own */
+    enum failure failure; /* it is not draped, for this reason; FAILURE_NONE: it is */
 };
 
 /* As the numbers of tasks have it. */
@@ -20,7 +19,7 @@ struct study_row {
     int round;
     enum failure failure;
     double quantity[QUANTITY_COUNT]; /* those that are judged; -1: none */
-    double most[DRAPE_DIVISIONS];    /* the largest shear of each of the bench's divisions; 0 of a
+    double most[DRAPE_DIVISIONS];    /* the largest shear of each of the study's divisions; 0 of a
                                         failure */
 };
 
@@ -29,31 +28,32 @@ void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBE
 /* False for numbers that no row has. `most` is not among them. */
 bool study_row_load(const double numbers[STUDY_ROW_NUMBERS], struct study_row *row);
 
-/* What is the same for all variants. */
-struct study_bench {
-    const struct study_request *request;
-    const struct study_shape *shape;
-    struct study_k1 {
-        double ratio;          /* between k1 of this shear and unsheared, at least 1 */
-        int bin;               /* of the shear */
-    } * k1;                    /* all bins, by rising ratio; NULL: not judged */
-    const struct vec3 *middle; /* of the divisions of the part (`struct drape_statistics`) */
-    size_t divisions;          /* 0: the rows say nothing of them */
-};
+/* All rows of a study's numbers, in `arena`; NULL with the problem set. */
+struct study_row *study_rows(const struct api_study *study, const struct api_study_numbers *numbers,
+                             struct arena *arena, size_t *count, struct api_problem *problem);
 
-/* Prepares a bench in `arena`. Errors: STATUS_OUT_OF_MEMORY. */
-enum status study_bench_make(const struct study_request *request, const struct study_shape *shape,
-                             struct arena *arena, struct study_bench *bench) STATUS_MUST_USE;
+/* The start of a drape that was done. */
+static inline struct part_point study_start_of(const struct drape_result *result) {
+    return (struct part_point){
+        result->start_face, {result->start_uv[0], result->start_uv[1]}, result->start_point};
+}
+
+/* Sets the pre-shear of such a drape, and its warp's angle at the variant's start, where that can
+ * be measured. */
+void study_note_direction(const struct api_study *study, const struct drape_settings *settings,
+                          const struct drape_result *result, struct study_variant *variant);
+
+/* Makes `study->k1` where that is judged. Errors: STATUS_OUT_OF_MEMORY. */
+enum status study_find_k1(struct api_study *study) STATUS_MUST_USE;
 
 /* The drape of a variant as settings; what the study does not vary stays as in its drape. */
-struct drape_settings study_variant_settings(const struct study_bench *bench,
+struct drape_settings study_variant_settings(const struct api_study *study,
                                              const struct study_variant *variant);
 
 /* Drapes a variant in `arena`, which is then as before, and fills the row but for its round.
  * Returns STATUS_CANCELLED when the monitor (may be NULL) said so, else STATUS_OK: a drape that
  * cannot be done is a row with a failure. */
-enum status study_variant_drape(const struct study_bench *bench,
-                                const struct study_variant *variant,
+enum status study_variant_drape(const struct api_study *study, const struct study_variant *variant,
                                 const struct drape_monitor *monitor, struct arena *arena,
                                 struct study_row *row) STATUS_MUST_USE;
 

@@ -67,7 +67,7 @@ static enum api_problem_id give_tasks(const struct api_study_plan *plan,
     memcpy(round->best, plan->best, sizeof round->best);
     for (size_t k = 0; k < plan->count; k++) {
         const struct api_study_task *task = &plan->tasks[k];
-        if (!round->add(round->context, task, sizeof *task, api_study_task_variants(task)))
+        if (!round->add(round->context, task, sizeof *task, (size_t)task->variants))
             return API_CANCELLED;
     }
     round->count = plan->count;

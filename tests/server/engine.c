@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "engine.h"
-#include "api/study/engine.h"
+#include "api/study/study.h"
 #include "server/work/frame.h"
 #include "server/work/worker.h"
 #include <fcntl.h>
@@ -210,7 +210,7 @@ static enum api_problem_id run(const struct api_input *input, const struct api_l
 
 /* ------------------------------------------------------------------ studies */
 
-enum { TASK_ROUND = STUDY_OWN_AT, TASK_NUMBER, TASK_NUMBERS = 2 + ENGINE_VARIANTS };
+enum { TASK_NUMBERS = 2 + ENGINE_VARIANTS };
 
 static enum api_problem_id step(const struct worker_order *order, struct worker_round *round,
                                 const struct api_sink *sink, struct api_problem *problem) {
@@ -221,9 +221,9 @@ static enum api_problem_id step(const struct worker_order *order, struct worker_
                    ? API_OK
                    : API_CANCELLED;
     for (int k = 0; k < ENGINE_TASKS; k++) {
-        struct api_study_task task = {{0}};
-        task.value[TASK_ROUND] = (double)(given / ENGINE_TASKS);
-        task.value[TASK_NUMBER] = k;
+        struct api_study_task task = {0};
+        task.round = (int32_t)(given / ENGINE_TASKS);
+        task.first = k;
         if (!round->add(round->context, &task, sizeof task, ENGINE_VARIANTS))
             return API_CANCELLED;
     }
@@ -234,8 +234,8 @@ static enum api_problem_id step(const struct worker_order *order, struct worker_
 }
 
 static bool blamed(const struct api_study_task *task, int variant) {
-    for (int k = 0; k < (int)task->STUDY_TASK_CRASHED; k++)
-        if (task->value[STUDY_CRASHES_AT + k] == variant)
+    for (int k = 0; k < task->crash_count; k++)
+        if (task->crashed[k] == variant)
             return true;
     return false;
 }
@@ -250,15 +250,15 @@ static enum api_problem_id do_task(const struct worker_order *order,
     memcpy(&task, order->bytes, sizeof task);
     snprintf(text, sizeof text, "%.*s", (int)order->input->request_length, order->input->request);
     sscanf(text, "%31s %d", act, &k);
-    bool chosen = task.value[TASK_ROUND] == 1 && task.value[TASK_NUMBER] == 0;
+    bool chosen = task.round == 1 && task.first == 0;
     if (chosen && !strcmp(act, "die-early"))
         crash(NULL);
     if (chosen && !strcmp(act, "fail"))
         api_problem_set(problem, API_OUT_OF_MEMORY, "not even one variant");
     if (!strcmp(act, "slow"))
         pause_ms(k);
-    numbers[0] = task.value[TASK_ROUND];
-    numbers[1] = task.value[TASK_NUMBER];
+    numbers[0] = task.round;
+    numbers[1] = (double)task.first;
     for (int variant = 0; variant < ENGINE_VARIANTS; variant++) {
         monitor->progress(monitor->context, variant);
         numbers[2 + variant] = !blamed(&task, variant);

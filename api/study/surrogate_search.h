@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Where a search looks next: at the places that a model of all variants so far has for small, and
+ * Where a search looks next: at the variants that a model of all variants so far has for small, and
  * that are not too near to what is known. The model of each quantity is a surrogate (`surrogate.h`)
- * over place, direction and pre-shear; that of the largest shear is the largest of one for each
+ * over start, direction and pre-shear; that of the largest shear is the largest of one for each
  * division of the part: each of these is smooth where their largest has edges, on which the least
  * of it lies. For each new variant candidates are drawn about one of the good ones so far, and from
  * the best of them steps are taken downwards: good is what has a small weighted sum of its modelled
@@ -10,38 +10,40 @@
  * weights that change from one to the next (Regis and Shoemaker, INFORMS J. Computing 19, 2007).
  * Limits hold in the model.
  */
-#ifndef API_STUDY_PROPOSE_H
-#define API_STUDY_PROPOSE_H
+#ifndef API_STUDY_SURROGATE_SEARCH_H
+#define API_STUDY_SURROGATE_SEARCH_H
 
-#include "engine.h"
+#include "score.h"
 
 /* What is to be small: the greatest of factor q + shift over the quantities q whose factor is not
  * 0. */
-struct study_aim {
+enum { SEARCH_AIMS_MOST = 16 };
+struct search_aim {
     double factor[QUANTITY_COUNT], shift[QUANTITY_COUNT];
 };
 
-double study_aim_value(const struct study_aim *aim, const double quantity[QUANTITY_COUNT]);
+double search_aim_value(const struct search_aim *aim, const double quantity[QUANTITY_COUNT]);
 
 /* A search as far as it is. */
-struct propose_search {
+struct surrogate_search {
     const struct api_study *study;
     double period; /* of the warp's angle; 0: it is bounded by the study's range */
     const struct study_row *rows;
     size_t count; /* of rows */
-    const struct study_aim *aims;
+    const struct search_aim *aims;
     size_t aim_count;
     double progress; /* share of the budget that is used */
 };
 
 /* The numbers of rows by how good they are for an aim, in `order`: those that miss the limits by
  * less first. How many: all but failures; SIZE_MAX without memory. */
-size_t propose_order(const struct propose_search *search, const struct study_aim *aim,
-                     struct arena *arena, size_t *order);
+size_t surrogate_search_order(const struct surrogate_search *search, const struct search_aim *aim,
+                              struct arena *arena, size_t *order);
 
 /* The next `wanted` variants, the aims taking turns. Without a row that was draped there are none,
  * `*found` is 0. Errors: STATUS_OUT_OF_MEMORY. */
-enum status propose_next(const struct propose_search *search, size_t wanted, struct arena *arena,
-                         struct study_variant *variants, size_t *found) STATUS_MUST_USE;
+enum status surrogate_search_next(const struct surrogate_search *search, size_t wanted,
+                                  struct arena *arena, struct study_variant *variants,
+                                  size_t *found) STATUS_MUST_USE;
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "spread.h"
+#include "even_points.h"
 
 #include "solver/surface/spans.h"
 #include "solver/wide.h"
@@ -98,10 +98,10 @@ static enum status take_triangles(const struct mesh *mesh, int32_t component, st
 
 /* The place at the shares (a, b) of a patch; false outside the usable region. */
 static bool place_in(const struct drape_part *part, const struct patch *patch, double a, double b,
-                     struct spread_place *place) {
+                     struct part_point *place) {
     struct surface_cursor cursor = {0};
     struct surface_jet jet;
-    *place = (struct spread_place){.face = patch->face};
+    *place = (struct part_point){.face = patch->face};
     if (part->mesh) {
         struct vec3 p[3];
         bool beyond = a + b > 1;
@@ -130,7 +130,7 @@ static double fraction(double x) {
 
 /* `count` places, one for each share of the area in order, less those outside the region. */
 static size_t set_out(const struct drape_part *part, const struct patches *patches, size_t count,
-                      struct spread_place *places) {
+                      struct part_point *places) {
     size_t at = 0, made = 0;
     double before = 0, share = patches->area / (double)count;
     for (size_t k = 0; k < count; k++) {
@@ -145,7 +145,7 @@ static size_t set_out(const struct drape_part *part, const struct patches *patch
 
 /* Candidates, of a region that is a small part of its surface as many as of a whole one. */
 static enum status make_candidates(const struct drape_part *part, const struct patches *patches,
-                                   size_t count, struct arena *arena, struct spread_place **list,
+                                   size_t count, struct arena *arena, struct part_point **list,
                                    size_t *made) {
     enum { TRIES = 4, MORE_MOST = 64 };
     size_t wanted = count * CANDIDATES, more = 1;
@@ -265,7 +265,7 @@ static int32_t nearest_seed(const struct buckets *b, struct vec3 r) {
 
 /* The work of the moves, by candidate and by seed. */
 struct moves {
-    const struct spread_place *candidates;
+    const struct part_point *candidates;
     size_t candidate_count, count;
     int32_t *owner;  /* of a candidate: its seed */
     size_t *choice;  /* of a seed: its candidate */
@@ -335,10 +335,10 @@ static bool prepare_moves(struct moves *m, struct buckets *b, double area, struc
     return true;
 }
 
-enum status spread_over(const struct drape_part *part, int32_t component, size_t count,
-                        struct arena *arena, struct spread_place **places, size_t *found) {
+enum status even_points(const struct drape_part *part, int32_t component, size_t count,
+                        struct arena *arena, struct part_point **places, size_t *found) {
     struct patches patches = {0};
-    struct spread_place *candidates;
+    struct part_point *candidates;
     struct moves moves = {.count = count};
     struct buckets buckets;
     *found = 0;

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /* Numbers that look drawn and follow from a seed and what they are for alone. */
-#ifndef API_STUDY_DRAW_H
-#define API_STUDY_DRAW_H
+#ifndef API_STUDY_SEEDED_H
+#define API_STUDY_SEEDED_H
 
 #include <stddef.h>
 #include <stdint.h>
 
 /* Number `dimension` (below 64) of draw `k`, evenly from 0 to 1: Steele, Lea and Flood's mixing of
  * a counter. */
-static inline double draw_even(uint32_t seed, size_t k, unsigned dimension) {
+static inline double seeded_uniform(uint32_t seed, size_t k, unsigned dimension) {
     uint64_t z = ((uint64_t)seed << 32) + (uint64_t)k * 64 + dimension;
     z = (z + 0x9E3779B97F4A7C15u) * 0x9E3779B97F4A7C15u;
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -17,9 +17,9 @@ static inline double draw_even(uint32_t seed, size_t k, unsigned dimension) {
 }
 
 /* Of mean 0 and about deviation 1 by the numbers from `first` on, of which it takes three. */
-static inline double draw_about(uint32_t seed, size_t k, unsigned first) {
-    return 2 * (draw_even(seed, k, first) + draw_even(seed, k, first + 1) +
-                draw_even(seed, k, first + 2) - 1.5);
+static inline double seeded_bell(uint32_t seed, size_t k, unsigned first) {
+    return 2 * (seeded_uniform(seed, k, first) + seeded_uniform(seed, k, first + 1) +
+                seeded_uniform(seed, k, first + 2) - 1.5);
 }
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Places spread over the area of a part. */
-#include "solver/mesh/spread.h"
+/* Points spread evenly over the area of a part. */
+#include "solver/mesh/even_points.h"
 
 #include "sample.h"
 #include "support.h"
@@ -24,7 +24,7 @@ static struct surface *uneven_plane(struct arena *arena) {
 
 /* Every place has a share of the area near the mean, counted by a fine grid of those points of
  * [0, 1]^2 that are `inside`, and its nearest neighbour about a spacing away. */
-static void check_even(const struct spread_place *places, size_t count,
+static void check_even(const struct part_point *places, size_t count,
                        bool (*inside)(double x, double y)) {
     enum { N = 200 };
     size_t *own = calloc(count, sizeof *own), all = 0;
@@ -53,15 +53,15 @@ static void check_even(const struct spread_place *places, size_t count,
     free(own);
 }
 
-static void test_spread_is_even_in_space_and_not_in_parameters(void **state) {
+static void test_even_points_are_even_in_space_and_not_in_parameters(void **state) {
     struct arena *arena = arena_new((size_t)1 << 30);
     const struct drape_part part = {.surface = uneven_plane(arena)};
-    struct spread_place *places;
+    struct part_point *places;
     size_t found;
     (void)state;
     static const size_t counts[] = {9, 50, 333};
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) {
-        assert_int_equal(spread_over(&part, 0, counts[k], arena, &places, &found), STATUS_OK);
+        assert_int_equal(even_points(&part, 0, counts[k], arena, &places, &found), STATUS_OK);
         assert_int_equal(found, counts[k]);
         check_even(places, found, NULL);
         for (size_t s = 0; s < found; s++)
@@ -75,7 +75,7 @@ static bool beside_the_disc(double x, double y) {
     return hypot(x - 0.5, y - 0.5) > 0.2999;
 }
 
-static void test_spread_stays_within_trims(void **state) {
+static void test_even_points_stay_within_trims(void **state) {
     enum { SIDES = 360 };
     struct arena *arena = arena_new((size_t)1 << 30);
     struct surface *surface = uneven_plane(arena);
@@ -89,12 +89,12 @@ static void test_spread_stays_within_trims(void **state) {
     const struct trim_curve curve = {.degree = 1, .points = points, .count = SIDES};
     const struct trim_loop loop = {.curves = &curve, .count = 1};
     struct trim *trim;
-    struct spread_place *places;
+    struct part_point *places;
     size_t found;
     (void)state;
     assert_int_equal(trim_make(surface, &loop, 1, arena, &trim), STATUS_OK);
     const struct drape_part part = {.surface = surface, .trim = trim};
-    assert_int_equal(spread_over(&part, 0, 60, arena, &places, &found), STATUS_OK);
+    assert_int_equal(even_points(&part, 0, 60, arena, &places, &found), STATUS_OK);
     assert_int_equal(found, 60);
     check_even(places, found, beside_the_disc);
     arena_free(arena);
@@ -105,10 +105,10 @@ static struct vec3 cubed(struct vec3 p) {
 }
 
 /* Triangles of very different sizes; a second component gets none. */
-static void test_spread_over_meshes_goes_by_area(void **state) {
+static void test_even_points_on_meshes_go_by_area(void **state) {
     struct arena *arena = arena_new((size_t)1 << 30);
     struct sample sample = sample_grid(15, 9, NULL), other = sample_grid(3, 3, NULL);
-    struct spread_place *places;
+    struct part_point *places;
     size_t found;
     (void)state;
     sample_map(&sample, cubed);
@@ -118,7 +118,7 @@ static void test_spread_over_meshes_goes_by_area(void **state) {
     struct mesh *mesh = sample_mesh(&sample, arena);
     for (int32_t component = 0; component < 2; component++) {
         const struct drape_part part = {.mesh = mesh};
-        assert_int_equal(spread_over(&part, component, 40, arena, &places, &found), STATUS_OK);
+        assert_int_equal(even_points(&part, component, 40, arena, &places, &found), STATUS_OK);
         assert_int_equal(found, 40);
         double height = places[0].r.z;
         for (size_t s = 0; s < found; s++) {
@@ -134,16 +134,16 @@ static void test_spread_over_meshes_goes_by_area(void **state) {
 }
 
 /* The memory that ran out is told. */
-static void test_spread_without_memory(void **state) {
+static void test_even_points_without_memory(void **state) {
     enum { MOST = 40 };
     (void)state;
     for (size_t n = 1; n < MOST; n++) {
         struct arena *arena = arena_new((size_t)1 << 30);
         const struct drape_part part = {.surface = uneven_plane(arena)};
-        struct spread_place *places;
+        struct part_point *places;
         size_t found;
         arena_fail_at(arena, n);
-        enum status status = spread_over(&part, 0, 20, arena, &places, &found);
+        enum status status = even_points(&part, 0, 20, arena, &places, &found);
         arena_free(arena);
         if (status == STATUS_OK)
             return;
@@ -154,10 +154,10 @@ static void test_spread_without_memory(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_spread_is_even_in_space_and_not_in_parameters),
-        cmocka_unit_test(test_spread_stays_within_trims),
-        cmocka_unit_test(test_spread_over_meshes_goes_by_area),
-        cmocka_unit_test(test_spread_without_memory),
+        cmocka_unit_test(test_even_points_are_even_in_space_and_not_in_parameters),
+        cmocka_unit_test(test_even_points_stay_within_trims),
+        cmocka_unit_test(test_even_points_on_meshes_go_by_area),
+        cmocka_unit_test(test_even_points_without_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include "propose.h"
+#include "surrogate_search.h"
 
-#include "draw.h"
+#include "seeded.h"
 #include "solver/angle.h"
 #include "surrogate.h"
 #include <math.h>
@@ -34,7 +34,7 @@ enum { WEIGHTS = sizeof weights / sizeof *weights };
  * pre-shears that long. */
 static const double circle = 0.25, shears = 0.5;
 
-double study_aim_value(const struct study_aim *aim, const double quantity[QUANTITY_COUNT]) {
+double search_aim_value(const struct search_aim *aim, const double quantity[QUANTITY_COUNT]) {
     double most = -HUGE_VAL;
     for (int k = 0; k < QUANTITY_COUNT; k++)
         if (aim->factor[k] > 0)
@@ -58,8 +58,8 @@ static int compare_choices(const void *a, const void *b) {
     return (x->row > y->row) - (x->row < y->row);
 }
 
-size_t propose_order(const struct propose_search *search, const struct study_aim *aim,
-                     struct arena *arena, size_t *order) {
+size_t surrogate_search_order(const struct surrogate_search *search, const struct search_aim *aim,
+                              struct arena *arena, size_t *order) {
     struct arena_mark mark = arena_mark(arena);
     struct choice *choices = arena_take(arena, search->count, sizeof *choices);
     size_t count = 0;
@@ -68,7 +68,7 @@ size_t propose_order(const struct propose_search *search, const struct study_aim
     for (size_t k = 0; k < search->count; k++)
         if (search->rows[k].failure == FAILURE_NONE)
             choices[count++] = (struct choice){study_violation(search->study, &search->rows[k]),
-                                               study_aim_value(aim, search->rows[k].quantity), k};
+                                               search_aim_value(aim, search->rows[k].quantity), k};
     qsort(choices, count, sizeof *choices, compare_choices);
     for (size_t k = 0; k < count; k++)
         order[k] = choices[k].row;
@@ -81,31 +81,31 @@ size_t propose_order(const struct propose_search *search, const struct study_aim
 /* What the model measures by. */
 struct space {
     const struct study_request *request;
-    const struct study_shape *shape;
+    const struct study_part *part;
     double length, period;
     struct vec3 origin, axis; /* directions are measured from what the axis is in the tangent plane,
                                  which is the same way everywhere */
 };
 
-/* A place of it. */
-struct spot {
-    struct spread_place place;
+/* A variant as a point of it. */
+struct trial {
+    struct part_point start;
     double turn; /* of the warp, in degrees: from the axis where the angle has a period, else its
                     angle */
     double pre_shear_deg;
 };
 
 /* The axis of x, y and z that lies the most along the part. */
-static struct space make_space(const struct propose_search *search) {
-    const struct study_shape *shape = &search->study->shape;
+static struct space make_space(const struct surrogate_search *search) {
+    const struct study_part *part = &search->study->part;
     struct space space = {.request = &search->study->request,
-                          .shape = shape,
-                          .length = sqrt(shape->area),
+                          .part = part,
+                          .length = sqrt(part->area),
                           .period = search->period,
                           .origin = search->rows[0].variant.start.r};
     struct vec3 normal, along, across = {0, 0, 0};
     for (size_t k = 0; k < search->count; k++)
-        if (study_shape_axes(shape, &search->rows[k].variant.start, &normal, &along))
+        if (study_part_axes(part, &search->rows[k].variant.start, &normal, &along))
             across = vec3_add(
                 across, vec3_make(normal.x * normal.x, normal.y * normal.y, normal.z * normal.z));
     space.axis = across.x <= across.y && across.x <= across.z ? vec3_make(1, 0, 0)
@@ -115,44 +115,44 @@ static struct space make_space(const struct propose_search *search) {
 }
 
 /* The axis' angle, measured as the warp's is. */
-static double axis_angle(const struct space *space, const struct spread_place *place) {
+static double axis_angle(const struct space *space, const struct part_point *at) {
     struct vec3 normal, along;
-    if (!(space->period > 0) || !study_shape_axes(space->shape, place, &normal, &along))
+    if (!(space->period > 0) || !study_part_axes(space->part, at, &normal, &along))
         return 0;
     return angle_atan2_deg(vec3_dot(space->axis, vec3_cross(normal, along)),
                            vec3_dot(space->axis, along));
 }
 
-static struct spot spot_of(const struct space *space, const struct study_variant *variant) {
-    return (struct spot){variant->start, variant->angle_deg - axis_angle(space, &variant->start),
-                         variant->pre_shear_deg};
+static struct trial trial_of(const struct space *space, const struct study_variant *variant) {
+    return (struct trial){variant->start, variant->angle_deg - axis_angle(space, &variant->start),
+                          variant->pre_shear_deg};
 }
 
-static struct surrogate_point point_of(const struct space *space, const struct spot *spot) {
+static struct surrogate_point model_point(const struct space *space, const struct trial *trial) {
     const struct study_request *r = space->request;
-    struct vec3 at = vec3_scale(1 / space->length, vec3_sub(spot->place.r, space->origin));
+    struct vec3 at = vec3_scale(1 / space->length, vec3_sub(trial->start.r, space->origin));
     struct surrogate_point point = {{0}};
     double width = r->angle.to - r->angle.from, sheared = r->pre_shear.to - r->pre_shear.from;
     if (r->starts != STUDY_STARTS_KEPT)
         memcpy(point.x, (double[]){at.x, at.y, at.z}, 3 * sizeof(double));
     if (space->period > 0) {
-        angle_sincos_deg(360 / space->period * spot->turn, &point.x[4], &point.x[3]);
+        angle_sincos_deg(360 / space->period * trial->turn, &point.x[4], &point.x[3]);
         point.x[3] *= circle;
         point.x[4] *= circle;
     } else if (width > 0) {
-        point.x[3] = 2 * ANGLE_PI * circle / 90 * (spot->turn - r->angle.from);
+        point.x[3] = 2 * ANGLE_PI * circle / 90 * (trial->turn - r->angle.from);
     }
     if (sheared > 0)
-        point.x[5] = shears * (spot->pre_shear_deg - r->pre_shear.from) / sheared;
+        point.x[5] = shears * (trial->pre_shear_deg - r->pre_shear.from) / sheared;
     return point;
 }
 
-static struct study_variant variant_of(const struct space *space, const struct spot *spot,
+static struct study_variant variant_of(const struct space *space, const struct trial *trial,
                                        double coarseness) {
     const struct study_request *r = space->request;
-    struct study_variant variant = {.start = spot->place,
-                                    .angle_deg = spot->turn + axis_angle(space, &spot->place),
-                                    .pre_shear_deg = spot->pre_shear_deg,
+    struct study_variant variant = {.start = trial->start,
+                                    .angle_deg = trial->turn + axis_angle(space, &trial->start),
+                                    .pre_shear_deg = trial->pre_shear_deg,
                                     .coarseness = coarseness};
     if (space->period > 0)
         variant.angle_deg -=
@@ -168,13 +168,13 @@ struct model {
     size_t judged;                       /* how many; behind come the divisions' largest shears */
 };
 
-static int compare_numbers(const void *a, const void *b) {
+static int compare_doubles(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
 /* The rows of a model: all, or the best of each aim and of the others every so many. */
-static size_t choose_rows(const struct propose_search *search, size_t *const *orders,
+static size_t choose_rows(const struct surrogate_search *search, size_t *const *orders,
                           const size_t *ordered, size_t *chosen, bool *taken) {
     size_t count = 0, each = MODELLED / 2 / search->aim_count;
     if (search->count <= MODELLED) {
@@ -205,7 +205,7 @@ static size_t choose_rows(const struct propose_search *search, size_t *const *or
  * aim asks of it if that is more. What is far from good has steep walls that the model would follow
  * for nothing. */
 static const double capped = 0.3;
-static double cap_of(const struct propose_search *search, enum quantity_id id, double *scratch) {
+static double cap_of(const struct surrogate_search *search, enum quantity_id id, double *scratch) {
     const struct study_limit *limit = &search->study->request.limit[id];
     size_t count = 0;
     for (size_t k = 0; k < search->count; k++)
@@ -213,12 +213,12 @@ static double cap_of(const struct propose_search *search, enum quantity_id id, d
             scratch[count++] = search->rows[k].quantity[id];
     if (limit->has_min || count == 0)
         return HUGE_VAL;
-    qsort(scratch, count, sizeof *scratch, compare_numbers);
+    qsort(scratch, count, sizeof *scratch, compare_doubles);
     double cap = scratch[(size_t)(capped * (double)count)];
     if (limit->has_max)
         cap = fmax(cap, limit->max + 0.1 * (scratch[count - 1] - limit->max));
     for (size_t a = 0; a < search->aim_count; a++) {
-        const struct study_aim *aim = &search->aims[a];
+        const struct search_aim *aim = &search->aims[a];
         if (aim->shift[id] < 0) /* where the aim is 1: all of the range of a front */
             cap = fmax(cap, (1 - aim->shift[id]) / aim->factor[id]);
     }
@@ -226,7 +226,7 @@ static double cap_of(const struct propose_search *search, enum quantity_id id, d
 }
 
 /* One quantity of the chosen rows, `value[i * values]` each. Failures have what is worst. */
-static void take_values(const struct propose_search *search, enum quantity_id id,
+static void take_values(const struct surrogate_search *search, enum quantity_id id,
                         const size_t *chosen, size_t count, size_t values, double cap,
                         double *value) {
     double least = HUGE_VAL, most = -HUGE_VAL;
@@ -244,9 +244,9 @@ static void take_values(const struct propose_search *search, enum quantity_id id
 }
 
 /* The largest shear of each division, likewise. */
-static void take_divisions(const struct propose_search *search, const size_t *chosen, size_t count,
-                           size_t values, double cap, double *value) {
-    size_t divisions = search->study->bench.divisions;
+static void take_divisions(const struct surrogate_search *search, const size_t *chosen,
+                           size_t count, size_t values, double cap, double *value) {
+    size_t divisions = search->study->divisions;
     double most[DRAPE_DIVISIONS] = {0};
     for (size_t i = 0; i < count; i++) {
         for (size_t k = 0; k < divisions; k++) {
@@ -259,7 +259,7 @@ static void take_divisions(const struct propose_search *search, const size_t *ch
             memcpy(value + i * values, most, divisions * sizeof *value);
 }
 
-static enum status make_model(const struct propose_search *search, const struct space *space,
+static enum status make_model(const struct surrogate_search *search, const struct space *space,
                               const size_t *chosen, size_t count, struct arena *arena,
                               struct model *model) {
     struct surrogate_point *points = arena_take(arena, count, sizeof *points);
@@ -271,7 +271,7 @@ static enum status make_model(const struct propose_search *search, const struct 
     for (int id = 0; id < QUANTITY_COUNT; id++)
         if (study_judges(&search->study->request, (enum quantity_id)id))
             model->id[judged++] = (enum quantity_id)id;
-    size_t values = judged + search->study->bench.divisions;
+    size_t values = judged + search->study->divisions;
     for (size_t v = 0; v < judged; v++)
         take_values(search, model->id[v], chosen, count, values,
                     cap_of(search, model->id[v], scratch), value + v);
@@ -280,8 +280,8 @@ static enum status make_model(const struct propose_search *search, const struct 
                        value + judged);
     model->judged = judged;
     for (size_t k = 0; k < count; k++) {
-        struct spot spot = spot_of(space, &search->rows[chosen[k]].variant);
-        points[k] = point_of(space, &spot);
+        struct trial trial = trial_of(space, &search->rows[chosen[k]].variant);
+        points[k] = model_point(space, &trial);
     }
     return surrogate_make(points, value, count, values, arena, &model->surrogate);
 }
@@ -289,41 +289,41 @@ static enum status make_model(const struct propose_search *search, const struct 
 /* ---- candidates ---- */
 
 struct candidate {
-    struct spot spot;
+    struct trial trial;
     struct surrogate_point point;
     double value, violation; /* as modelled */
     double nearest;          /* distance to what is known */
 };
 
-static double within(double x, double low, double high) {
+static double clamp(double x, double low, double high) {
     return fmin(fmax(x, low), high);
 }
 
-/* A spot about another one; false where the part has none. */
-static bool draw_spot(const struct space *space, const struct spot *about, double size,
-                      uint32_t seed, size_t k, struct spot *spot) {
+/* A trial about another one; false where the part has none. */
+static bool draw_near(const struct space *space, const struct trial *about, double size,
+                      uint32_t seed, size_t k, struct trial *trial) {
     const struct study_request *r = space->request;
     double by[4];
     for (unsigned c = 0; c < 4; c++)
-        by[c] = size * draw_about(seed, k, 3 * c + 1);
-    *spot = *about;
+        by[c] = size * seeded_bell(seed, k, 3 * c + 1);
+    *trial = *about;
     if (r->starts == STUDY_STARTS_GRID &&
-        !study_shape_nudge(space->shape, &about->place,
-                           (double[]){by[0] * space->length, by[1] * space->length}, &spot->place))
+        !study_part_nudge(space->part, &about->start,
+                          (double[]){by[0] * space->length, by[1] * space->length}, &trial->start))
         return false;
     if (r->angle.count > 0)
-        spot->turn += 90 * by[2];
+        trial->turn += 90 * by[2];
     if (r->angle.count > 0 && !(space->period > 0))
-        spot->turn = within(spot->turn, r->angle.from, r->angle.to);
+        trial->turn = clamp(trial->turn, r->angle.from, r->angle.to);
     if (r->pre_shear.count > 0)
-        spot->pre_shear_deg =
-            within(spot->pre_shear_deg + by[3] * (r->pre_shear.to - r->pre_shear.from),
-                   r->pre_shear.from, r->pre_shear.to);
+        trial->pre_shear_deg =
+            clamp(trial->pre_shear_deg + by[3] * (r->pre_shear.to - r->pre_shear.from),
+                  r->pre_shear.from, r->pre_shear.to);
     return true;
 }
 
-static void judge(const struct propose_search *search, const struct model *model,
-                  const struct study_aim *aim, struct candidate *candidate) {
+static void model_candidate(const struct surrogate_search *search, const struct model *model,
+                            const struct search_aim *aim, struct candidate *candidate) {
     double value[SURROGATE_VALUES_MOST];
     struct study_row row = {.failure = FAILURE_NONE};
     surrogate_at(&model->surrogate, &candidate->point, value, &candidate->nearest);
@@ -332,7 +332,7 @@ static void judge(const struct propose_search *search, const struct model *model
     double *largest = &row.quantity[QUANTITY_MAX_SHEAR];
     for (size_t v = model->judged; v < model->surrogate.values; v++)
         *largest = v == model->judged ? value[v] : fmax(*largest, value[v]);
-    candidate->value = study_aim_value(aim, row.quantity);
+    candidate->value = search_aim_value(aim, row.quantity);
     candidate->violation = study_violation(search->study, &row);
 }
 
@@ -341,19 +341,8 @@ struct scale {
     double least, most, near, far, weight;
 };
 
-static struct scale scale_of(const struct candidate *list, size_t count, double weight) {
-    struct scale s = {HUGE_VAL, -HUGE_VAL, HUGE_VAL, 0, weight};
-    for (size_t k = 0; k < count; k++) {
-        s.least = fmin(s.least, list[k].value);
-        s.most = fmax(s.most, list[k].value);
-        s.near = fmin(s.near, list[k].nearest);
-        s.far = fmax(s.far, list[k].nearest);
-    }
-    return s;
-}
-
 /* The less the better; those that keep the limits come first. */
-static double rate(const struct scale *s, const struct candidate *c) {
+static double rate_candidate(const struct scale *s, const struct candidate *c) {
     double value = s->most > s->least ? (c->value - s->least) / (s->most - s->least) : 0;
     double nearness = s->far > s->near ? fmax(s->far - c->nearest, 0) / (s->far - s->near) : 0;
     if (c->violation > 0)
@@ -361,24 +350,24 @@ static double rate(const struct scale *s, const struct candidate *c) {
     return s->weight * value + (1 - s->weight) * nearness;
 }
 
-/* What is being proposed. */
-struct proposal {
-    const struct propose_search *search;
+/* The search for the variants of a round. */
+struct round_search {
+    const struct surrogate_search *search;
     struct space space;
     struct model model;
-    struct candidate list[CANDIDATES], *made; /* those proposed so far */
+    struct candidate list[CANDIDATES], *made; /* those chosen so far */
     size_t count;                             /* of them */
     uint32_t seed;
 };
 
-/* A candidate about a spot; false where the part has none. */
-static bool draw_candidate(struct proposal *p, const struct study_aim *aim,
-                           const struct spot *about, double size, uint32_t seed, size_t draw,
+/* A candidate about a trial; false where the part has none. */
+static bool draw_candidate(struct round_search *p, const struct search_aim *aim,
+                           const struct trial *about, double size, uint32_t seed, size_t draw,
                            struct candidate *candidate) {
-    if (!draw_spot(&p->space, about, size, seed, draw, &candidate->spot))
+    if (!draw_near(&p->space, about, size, seed, draw, &candidate->trial))
         return false;
-    candidate->point = point_of(&p->space, &candidate->spot);
-    judge(p->search, &p->model, aim, candidate);
+    candidate->point = model_point(&p->space, &candidate->trial);
+    model_candidate(p->search, &p->model, aim, candidate);
     for (size_t k = 0; k < p->count; k++)
         candidate->nearest =
             fmin(candidate->nearest, surrogate_distance2(&candidate->point, &p->made[k].point));
@@ -386,19 +375,19 @@ static bool draw_candidate(struct proposal *p, const struct study_aim *aim,
     return true;
 }
 
-static double farthest(const struct propose_search *search) {
+static double farthest(const struct surrogate_search *search) {
     return reach * (1 - search->progress) + 1e-4;
 }
 
 /* The best of each valley, the best of all first: of the good rows of an order those that none of
  * the better ones is near. */
-static size_t find_valleys(const struct proposal *p, const size_t *order, size_t ordered,
+static size_t find_valleys(const struct round_search *p, const size_t *order, size_t ordered,
                            size_t valley[VALLEYS]) {
     struct surrogate_point taken[VALLEYS];
     size_t good = ordered / GOOD > 5 ? ordered / GOOD : ordered < 5 ? ordered : 5, count = 0;
     for (size_t k = 0; k < good && count < VALLEYS; k++) {
-        struct spot spot = spot_of(&p->space, &p->search->rows[order[k]].variant);
-        taken[count] = point_of(&p->space, &spot);
+        struct trial trial = trial_of(&p->space, &p->search->rows[order[k]].variant);
+        taken[count] = model_point(&p->space, &trial);
         bool near = false;
         for (size_t v = 0; v < count && !near; v++)
             near = surrogate_distance2(&taken[count], &taken[v]) < apart * apart;
@@ -409,17 +398,17 @@ static size_t find_valleys(const struct proposal *p, const size_t *order, size_t
 }
 
 /* Candidates of the next variant, each about one of some rows. */
-static size_t draw_candidates(struct proposal *p, const struct study_aim *aim, const size_t *rows,
-                              size_t number) {
+static size_t draw_candidates(struct round_search *p, const struct search_aim *aim,
+                              const size_t *rows, size_t number) {
     enum { PLACE = 0, SCALE = 13 };
     size_t count = 0;
     for (size_t c = 0; c < CANDIDATES; c++) {
         size_t draw = p->count * CANDIDATES + c;
-        size_t row = rows[(size_t)(draw_even(p->seed, draw, PLACE) * (double)number)];
+        size_t row = rows[(size_t)(seeded_uniform(p->seed, draw, PLACE) * (double)number)];
         double size = farthest(p->search);
-        for (int k = (int)(draw_even(p->seed, draw, SCALE) * SCALES); k > 0; k--)
+        for (int k = (int)(seeded_uniform(p->seed, draw, SCALE) * SCALES); k > 0; k--)
             size *= 0.5;
-        struct spot about = spot_of(&p->space, &p->search->rows[row].variant);
+        struct trial about = trial_of(&p->space, &p->search->rows[row].variant);
         count += draw_candidate(p, aim, &about, size, p->seed, draw, &p->list[count]);
     }
     return count;
@@ -427,8 +416,8 @@ static size_t draw_candidates(struct proposal *p, const struct study_aim *aim, c
 
 /* About the best row, about the best of one valley, of ever fewer, and about those of all valleys,
  * in turns; at last about the best alone. */
-static size_t draw_in_turn(struct proposal *p, const struct study_aim *aim, const size_t *order,
-                           size_t ordered, size_t turn) {
+static size_t draw_in_turn(struct round_search *p, const struct search_aim *aim,
+                           const size_t *order, size_t ordered, size_t turn) {
     size_t valley[VALLEYS], count = find_valleys(p, order, ordered, valley);
     double left = fmax(1 - p->search->progress / settled, 0);
     size_t most = 1 + (size_t)((double)(count - 1) * left), way = left > 0 ? turn % WAYS : 0;
@@ -440,21 +429,27 @@ static size_t draw_in_turn(struct proposal *p, const struct study_aim *aim, cons
 
 /* From the best of the candidates on downwards, by steps of random directions that become shorter
  * where none leads down: the least of a greatest of many functions lies at the bottom of bent and
- * narrow valleys, which no number of candidates about one spot follows. */
-static struct candidate descend(struct proposal *p, const struct study_aim *aim, size_t drawn,
-                                double weight) {
-    const struct scale scale = scale_of(p->list, drawn, weight);
+ * narrow valleys, which no number of candidates about one trial follows. */
+static struct candidate descend_from_best(struct round_search *p, const struct search_aim *aim,
+                                          size_t drawn, double weight) {
+    struct scale scale = {HUGE_VAL, -HUGE_VAL, HUGE_VAL, 0, weight};
+    for (size_t k = 0; k < drawn; k++) {
+        scale.least = fmin(scale.least, p->list[k].value);
+        scale.most = fmax(scale.most, p->list[k].value);
+        scale.near = fmin(scale.near, p->list[k].nearest);
+        scale.far = fmax(scale.far, p->list[k].nearest);
+    }
     struct candidate best = p->list[0], next;
-    double least = rate(&scale, &best), size = stride * farthest(p->search);
+    double least = rate_candidate(&scale, &best), size = stride * farthest(p->search);
     for (size_t k = 1; k < drawn; k++) {
-        double own = rate(&scale, &p->list[k]);
+        double own = rate_candidate(&scale, &p->list[k]);
         best = own < least ? p->list[k] : best;
         least = fmin(own, least);
     }
     for (size_t k = 0; k < DESCENT; k++) {
-        if (!draw_candidate(p, aim, &best.spot, size, ~p->seed, p->count * DESCENT + k, &next))
+        if (!draw_candidate(p, aim, &best.trial, size, ~p->seed, p->count * DESCENT + k, &next))
             continue;
-        double own = rate(&scale, &next);
+        double own = rate_candidate(&scale, &next);
         size *= own < least ? longer : shorter;
         best = own < least ? next : best;
         least = fmin(own, least);
@@ -462,9 +457,9 @@ static struct candidate descend(struct proposal *p, const struct study_aim *aim,
     return best;
 }
 
-static void propose_all(struct proposal *p, size_t *const *orders, const size_t *ordered,
-                        size_t wanted, struct study_variant *variants) {
-    const struct propose_search *search = p->search;
+static void choose_variants(struct round_search *p, size_t *const *orders, const size_t *ordered,
+                            size_t wanted, struct study_variant *variants) {
+    const struct surrogate_search *search = p->search;
     double coarseness = search->rows[0].variant.coarseness;
     for (size_t k = 0; k < wanted; k++) {
         size_t aim = k % search->aim_count, turn = k / search->aim_count;
@@ -472,17 +467,18 @@ static void propose_all(struct proposal *p, size_t *const *orders, const size_t 
         if (drawn == 0)
             continue;
         const struct candidate best =
-            descend(p, &search->aims[aim], drawn, weights[turn % WEIGHTS]);
+            descend_from_best(p, &search->aims[aim], drawn, weights[turn % WEIGHTS]);
         p->made[p->count] = best;
-        variants[p->count++] = variant_of(&p->space, &best.spot, coarseness);
+        variants[p->count++] = variant_of(&p->space, &best.trial, coarseness);
     }
 }
 
-enum status propose_next(const struct propose_search *search, size_t wanted, struct arena *arena,
-                         struct study_variant *variants, size_t *found) {
+enum status surrogate_search_next(const struct surrogate_search *search, size_t wanted,
+                                  struct arena *arena, struct study_variant *variants,
+                                  size_t *found) {
     struct arena_mark mark = arena_mark(arena);
-    struct proposal *p = arena_alloc(arena, 1, sizeof *p);
-    size_t *orders[STUDY_AIMS_MOST], ordered[STUDY_AIMS_MOST];
+    struct round_search *p = arena_alloc(arena, 1, sizeof *p);
+    size_t *orders[SEARCH_AIMS_MOST], ordered[SEARCH_AIMS_MOST];
     size_t *chosen = arena_take(arena, search->count, sizeof *chosen);
     bool *taken = arena_alloc(arena, search->count, sizeof *taken);
     *found = 0;
@@ -490,8 +486,8 @@ enum status propose_next(const struct propose_search *search, size_t wanted, str
         return STATUS_OUT_OF_MEMORY;
     for (size_t a = 0; a < search->aim_count; a++) {
         orders[a] = arena_take(arena, search->count, sizeof **orders);
-        ordered[a] =
-            orders[a] ? propose_order(search, &search->aims[a], arena, orders[a]) : SIZE_MAX;
+        ordered[a] = orders[a] ? surrogate_search_order(search, &search->aims[a], arena, orders[a])
+                               : SIZE_MAX;
         if (ordered[a] == SIZE_MAX)
             return STATUS_OUT_OF_MEMORY;
         if (ordered[a] == 0)
@@ -504,7 +500,7 @@ enum status propose_next(const struct propose_search *search, size_t wanted, str
     size_t count = choose_rows(search, orders, ordered, chosen, taken);
     if (!p->made || make_model(search, &p->space, chosen, count, arena, &p->model) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
-    propose_all(p, orders, ordered, wanted, variants);
+    choose_variants(p, orders, ordered, wanted, variants);
     *found = p->count;
     arena_rewind(arena, mark);
     return STATUS_OK;

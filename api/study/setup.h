@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/* A study made ready: what all of its variants share. It is not changed once it is opened. */
+#ifndef API_STUDY_SETUP_H
+#define API_STUDY_SETUP_H
+
+#include "part.h"
+#include "request.h"
+#include "study.h"
+
+/* A start of a grid, or of a list. */
+struct study_start {
+    struct part_point point;
+    enum failure failure; /* why it cannot be draped from; FAILURE_NONE: it can */
+};
+
+/* Between k1 of a shear and unsheared. */
+struct study_k1_ratio {
+    double ratio; /* at least 1 */
+    int bin;      /* of the shear */
+};
+
+struct api_study {
+    struct arena *arena; /* that holds all of it */
+    struct study_request request;
+    struct study_part part;
+    struct study_k1_ratio *k1; /* of all bins, by rising ratio; NULL: not judged */
+    const struct vec3 *middle; /* of the divisions of the part (`struct drape_statistics`) */
+    size_t divisions;          /* 0: the rows say nothing of them */
+    struct study_start *starts;
+    size_t start_count;             /* 1 where the drape's own is kept, which is not in `starts` */
+    struct sample_nominal *nominal; /* of a study that draws samples, else NULL */
+    size_t field_numbers; /* that each of its rows has behind it: cells times fields; else 0 */
+};
+
+/* Sets that the study needs more memory than allowed; the problem's id. */
+static inline enum api_problem_id study_no_memory(struct api_problem *problem) {
+    api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
+    return problem->id;
+}
+
+#endif

@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: MIT */
+#include "task.h"
+
+#include <endian.h>
+#include <math.h>
+#include <string.h>
+
+/* Nodes of a task, by their cost: enough that handing it out costs little, few enough that all
+ * workers have some, and not so many that a drape which waits for it waits 0.2 s. */
+static const double nodes_least = 3e4, nodes_most = 6e4;
+enum { VARIANTS_MOST = 512 };
+
+double study_nodes(const struct api_study *study, double coarseness) {
+    const double *d = study->request.drape.settings.spacing;
+    return 1 + study->part.area / (d[0] * d[1] * coarseness * coarseness);
+}
+
+double study_cost(const struct api_study *study, double coarseness) {
+    const struct drape_method_traits *method =
+        &drape_method_traits[study->request.drape.settings.method];
+    double each = method->flat && study->part.geometry.mesh ? 1 : method->cost;
+    return each * study_nodes(study, coarseness);
+}
+
+enum api_problem_id task_make_range(const struct task_range *range, struct arena *arena,
+                                    struct api_study_plan *plan, struct api_problem *problem) {
+    size_t variants = range->end - range->first;
+    double nodes =
+        fmin(fmax(range->nodes * (double)variants / TASK_SHARES, nodes_least), nodes_most);
+    size_t each = (size_t)fmin(fmax(nodes / range->nodes, 1), VARIANTS_MOST);
+    size_t tasks = (variants + each - 1) / each;
+    struct api_study_task *list = arena_alloc(arena, tasks, sizeof *list);
+    if (!list)
+        return study_no_memory(problem);
+    for (size_t k = 0; k < tasks; k++) {
+        size_t left = variants - k * each;
+        list[k].kind = (int32_t)range->kind;
+        list[k].round = range->round;
+        list[k].variants = (int32_t)(left < each ? left : each);
+        list[k].first = (int64_t)(range->first + k * each);
+    }
+    plan->tasks = list;
+    plan->count = tasks;
+    return API_OK;
+}
+
+enum api_problem_id task_make_list(const struct api_study *study,
+                                   const struct study_variant *variants, size_t count, int round,
+                                   struct arena *arena, struct api_study_plan *plan,
+                                   struct api_problem *problem) {
+    size_t tasks = (count + API_STUDY_LISTED - 1) / API_STUDY_LISTED;
+    struct api_study_task *list = arena_alloc(arena, tasks ? tasks : 1, sizeof *list);
+    if (!list)
+        return study_no_memory(problem);
+    for (size_t k = 0; k < count; k++) {
+        const struct part_point *start = &variants[k].start;
+        struct api_study_task *task = &list[k * tasks / count];
+        struct api_study_listed *own = &task->listed[task->variants++];
+        const double point[] = {start->r.x, start->r.y, start->r.z};
+        const double parameters[] = {start->face, start->uv[0], start->uv[1]};
+        task->kind = STUDY_TASK_LIST;
+        task->round = round;
+        task->coarseness = variants[k].coarseness;
+        memcpy(own->start, study->part.geometry.mesh ? point : parameters, sizeof own->start);
+        own->angle_deg = variants[k].angle_deg;
+        own->pre_shear_deg = variants[k].pre_shear_deg;
+    }
+    plan->tasks = list;
+    plan->count = tasks;
+    return API_OK;
+}
+
+/* ---- doing one ---- */
+
+bool task_is_sound(const struct api_study_task *task) {
+    bool listed = task->kind == STUDY_TASK_LIST;
+    return task->kind >= 0 && task->kind < STUDY_TASK_KINDS && task->first >= 0 &&
+           task->variants >= 0 && task->variants <= (listed ? API_STUDY_LISTED : VARIANTS_MOST) &&
+           task->crash_count >= 0 && task->crash_count <= API_STUDY_CRASHES;
+}
+
+struct study_variant task_variant(const struct api_study *study, const struct api_study_task *task,
+                                  size_t k) {
+    const struct api_study_listed *own = &task->listed[k];
+    const double *start = own->start;
+    struct study_variant variant = {.angle_deg = own->angle_deg,
+                                    .pre_shear_deg = own->pre_shear_deg,
+                                    .coarseness = task->coarseness};
+    double distance;
+    if (study->part.geometry.mesh)
+        study_part_nearest(&study->part, vec3_make(start[0], start[1], start[2]), &variant.start,
+                           &distance);
+    else
+        variant.start = study_part_at(&study->part, (int32_t)start[0], start + 1);
+    return variant;
+}
+
+void api_study_task_crashed(struct api_study_task *task, size_t k) {
+    if (task->crash_count < API_STUDY_CRASHES)
+        task->crashed[task->crash_count++] = (int32_t)k;
+}
+
+/* Whether variant k is not to be tried again. */
+static bool is_known_to_crash(const struct api_study_task *task, size_t k) {
+    int32_t own = (int32_t)k;
+    bool known =
+        task->crash_count == API_STUDY_CRASHES && own > task->crashed[API_STUDY_CRASHES - 1];
+    for (int n = 0; n < task->crash_count; n++)
+        known = known || task->crashed[n] == own;
+    return known;
+}
+
+bool task_send(struct task_run *run, const double *numbers, size_t count) {
+    enum { BLOCK = 512 };
+    uint64_t bits[BLOCK];
+    for (size_t first = 0; first < count; first += BLOCK) {
+        size_t left = count - first, own = left < BLOCK ? left : BLOCK;
+        memcpy(bits, numbers + first, own * sizeof *bits);
+        for (size_t k = 0; k < own; k++)
+            bits[k] = htole64(bits[k]);
+        if (!run->sink->write(run->sink->context, bits, own * sizeof *bits)) {
+            api_problem_set(run->problem, API_CANCELLED, "the study was cancelled");
+            return false;
+        }
+    }
+    return true;
+}
+
+bool task_drape(struct task_run *run, size_t k, const struct study_variant *variant,
+                struct study_row *row) {
+    const struct drape_monitor *monitor = run->monitor;
+    struct study_variant tried = *variant;
+    double numbers[STUDY_ROW_NUMBERS];
+    if (is_known_to_crash(run->task, k))
+        tried.failure = FAILURE_CRASHED;
+    if ((monitor && !monitor->progress(monitor->context, 0)) ||
+        study_variant_drape(run->study, &tried, monitor, run->arena, row) != STATUS_OK) {
+        api_problem_set(run->problem, API_CANCELLED, "the study was cancelled");
+        return false;
+    }
+    row->round = run->task->round;
+    study_row_store(row, numbers);
+    return task_send(run, numbers, STUDY_ROW_NUMBERS) &&
+           task_send(run, row->most, run->study->divisions);
+}
