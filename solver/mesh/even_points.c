@@ -5,8 +5,8 @@
 #include "solver/wide.h"
 #include <math.h>
 
-/* Candidates for each place, and at the least; patches of a surface at the least, by which area is
- * shared out; moves of all places. */
+/* Candidates for each point, and at the least; patches of a surface at the least, by which area is
+ * shared out; moves of all points. */
 enum { CANDIDATES = 20, CANDIDATES_LEAST = 4096, PATCHES_LEAST = 4096, CUTS_MOST = 16, MOVES = 20 };
 
 /* A piece of the part, small enough to be taken for flat: of a face a rectangle of its inner
@@ -25,21 +25,12 @@ struct patches {
 
 /* ---- pieces ---- */
 
-static double patch_area(const struct surface *surface, const struct patch *patch) {
-    struct surface_cursor cursor = {0};
-    struct surface_jet jet;
-    surface_jet_at(surface, &cursor, 0.5 * (patch->low[0] + patch->high[0]),
-                   0.5 * (patch->low[1] + patch->high[1]), &jet);
-    return vec3_norm(vec3_cross(jet.u, jet.v)) * (patch->high[0] - patch->low[0]) *
-           (patch->high[1] - patch->low[1]);
-}
-
 static size_t span_count(const struct surface *surface) {
     return (size_t)surface->axis[0].span_count * (size_t)surface->axis[1].span_count;
 }
 
 /* The spans of a face, each cut into cuts x cuts. */
-static void add_face(struct patches *patches, const struct surface *surface, int32_t face,
+static void cut_face(struct patches *patches, const struct surface *surface, int32_t face,
                      int cuts) {
     for (int a = 0; a < surface->axis[0].span_count * cuts; a++) {
         for (int b = 0; b < surface->axis[1].span_count * cuts; b++) {
@@ -52,13 +43,19 @@ static void add_face(struct patches *patches, const struct surface *surface, int
                 patch->low[k] = breaks[0] + step * (at[k] % cuts);
                 patch->high[k] = patch->low[k] + step;
             }
-            patch->area = patch_area(surface, patch);
+            struct surface_cursor cursor = {0};
+            struct surface_jet jet;
+            const double *low = patch->low, *high = patch->high;
+            surface_jet_at(surface, &cursor, 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]),
+                           &jet);
+            patch->area =
+                vec3_norm(vec3_cross(jet.u, jet.v)) * (high[0] - low[0]) * (high[1] - low[1]);
             patches->area += patch->area;
         }
     }
 }
 
-static const struct surface *face_of(const struct drape_part *part, int32_t face) {
+static const struct surface *face_surface(const struct drape_part *part, int32_t face) {
     return part->shell ? shell_surface(part->shell, face) : part->surface;
 }
 
@@ -68,13 +65,13 @@ static enum status cut_faces(const struct drape_part *part, int32_t component, s
     size_t spans = 0, cuts = 1;
     for (int32_t k = 0; k < count; k++)
         if (!part->shell || shell_component(part->shell, k) == component)
-            spans += span_count(face_of(part, k));
+            spans += span_count(face_surface(part, k));
     while (cuts < CUTS_MOST && spans * cuts * cuts < PATCHES_LEAST)
         cuts++;
     patches->list = arena_take(arena, spans * cuts * cuts, sizeof *patches->list);
     for (int32_t k = 0; patches->list && k < count; k++)
         if (!part->shell || shell_component(part->shell, k) == component)
-            add_face(patches, face_of(part, k), k, (int)cuts);
+            cut_face(patches, face_surface(part, k), k, (int)cuts);
     return patches->list ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
@@ -96,67 +93,62 @@ static enum status take_triangles(const struct mesh *mesh, int32_t component, st
 
 /* ---- candidates ---- */
 
-/* The place at the shares (a, b) of a patch; false outside the usable region. */
-static bool place_in(const struct drape_part *part, const struct patch *patch, double a, double b,
-                     struct part_point *place) {
+/* The point at the shares (a, b) of a patch; false outside the usable region. */
+static bool point_in_patch(const struct drape_part *part, const struct patch *patch, double a,
+                           double b, struct part_point *point) {
     struct surface_cursor cursor = {0};
     struct surface_jet jet;
-    *place = (struct part_point){.face = patch->face};
+    *point = (struct part_point){.face = patch->face};
     if (part->mesh) {
         struct vec3 p[3];
         bool beyond = a + b > 1;
         double s = beyond ? 1 - a : a, t = beyond ? 1 - b : b;
         mesh_corner_points(part->mesh, patch->face, p);
-        place->r = vec3_axpy(s, vec3_sub(p[1], p[0]), vec3_axpy(t, vec3_sub(p[2], p[0]), p[0]));
-        place->uv[0] = patch->face;
+        point->r = vec3_axpy(s, vec3_sub(p[1], p[0]), vec3_axpy(t, vec3_sub(p[2], p[0]), p[0]));
+        point->uv[0] = patch->face;
         return true;
     }
-    const struct surface *surface = face_of(part, patch->face);
+    const struct surface *surface = face_surface(part, patch->face);
     const struct trim *trim = part->shell ? shell_trim(part->shell, patch->face) : part->trim;
     double inner[2] = {patch->low[0] + a * (patch->high[0] - patch->low[0]),
                        patch->low[1] + b * (patch->high[1] - patch->low[1])};
-    surface_outer(surface, inner, place->uv);
+    surface_outer(surface, inner, point->uv);
     surface_jet_at(surface, &cursor, inner[0], inner[1], &jet);
-    place->r = jet.r;
-    return !trim || trim_contains(trim, place->uv);
+    point->r = jet.r;
+    return !trim || trim_contains(trim, point->uv);
 }
 
 /* What Martin Roberts' R2 sequence adds each time: 1 / g and 1 / g^2 with g^3 = g + 1. */
 static const double r2[2] = {0.7548776662466927, 0.5698402909980532};
 
-static double fraction(double x) {
+static double fraction_of(double x) {
     return x - (double)(uint64_t)x;
 }
 
-/* `count` places, one for each share of the area in order, less those outside the region. */
-static size_t set_out(const struct drape_part *part, const struct patches *patches, size_t count,
-                      struct part_point *places) {
-    size_t at = 0, made = 0;
-    double before = 0, share = patches->area / (double)count;
-    for (size_t k = 0; k < count; k++) {
-        double wanted = ((double)k + 0.5) * share;
-        while (at + 1 < patches->count && before + patches->list[at].area < wanted)
-            before += patches->list[at++].area;
-        made += place_in(part, &patches->list[at], fraction((double)(k + 1) * r2[0]),
-                         fraction((double)(k + 1) * r2[1]), &places[made]);
-    }
-    return made;
-}
-
-/* Candidates, of a region that is a small part of its surface as many as of a whole one. */
+/* Candidates: one for each share of the area in order, less those outside the region; of a region
+ * that is a small part of its surface as many as of a whole one. */
 static enum status make_candidates(const struct drape_part *part, const struct patches *patches,
                                    size_t count, struct arena *arena, struct part_point **list,
                                    size_t *made) {
     enum { TRIES = 4, MORE_MOST = 64 };
     size_t wanted = count * CANDIDATES, more = 1;
     wanted = wanted < CANDIDATES_LEAST ? CANDIDATES_LEAST : wanted;
-    for (int k = 0;; k++) {
+    for (int try = 0;; try++) {
         struct arena_mark mark = arena_mark(arena);
-        *list = arena_take(arena, wanted * more, sizeof **list);
+        size_t all = wanted * more, at = 0;
+        double before = 0, share = patches->area / (double)all;
+        *made = 0;
+        *list = arena_take(arena, all, sizeof **list);
         if (!*list)
             return STATUS_OUT_OF_MEMORY;
-        *made = set_out(part, patches, wanted * more, *list);
-        if (k == TRIES || 2 * *made >= wanted || more >= MORE_MOST)
+        for (size_t k = 0; k < all; k++) {
+            while (at + 1 < patches->count &&
+                   before + patches->list[at].area < ((double)k + 0.5) * share)
+                before += patches->list[at++].area;
+            *made += point_in_patch(part, &patches->list[at], fraction_of((double)(k + 1) * r2[0]),
+                                    fraction_of((double)(k + 1) * r2[1]), &(*list)[*made]);
+        }
+        if (try == TRIES || 2 * *made >= wanted || more >= MORE_MOST)
             return STATUS_OK;
         arena_rewind(arena, mark);
         more = *made ? 1 + wanted * more / *made : 8 * more;
@@ -183,7 +175,7 @@ struct buckets {
     } * row;
 };
 
-static size_t bucket_of(const struct buckets *b, int64_t x, int64_t y, int64_t z) {
+static size_t bucket_at(const struct buckets *b, int64_t x, int64_t y, int64_t z) {
     uint64_t hash = (uint64_t)x * 0x9E3779B97F4A7C15u ^ (uint64_t)y * 0xC2B2AE3D27D4EB4Fu ^
                     (uint64_t)z * 0x165667B19E3779F9u;
     return (size_t)(hash >> 32) & b->mask;
@@ -193,7 +185,8 @@ static int64_t cube(const struct buckets *b, double x) {
     return (int64_t)floor(x / b->side);
 }
 
-static void fill_rows(struct buckets *b) {
+/* Puts the seeds, where they are now, into rows and buckets. */
+static void index_seeds(struct buckets *b) {
     for (size_t k = 0; k < b->rows * LANES; k++) {
         struct seed_row *row = &b->row[k / LANES];
         bool there = k < b->count;
@@ -201,36 +194,14 @@ static void fill_rows(struct buckets *b) {
         row->y[k % LANES] = there ? b->seeds[k].y : 0;
         row->z[k % LANES] = there ? b->seeds[k].z : 0;
     }
-}
-
-static void fill_buckets(struct buckets *b) {
     for (size_t k = 0; k <= b->mask; k++)
         b->first[k] = -1;
     for (size_t k = b->count; k-- > 0;) {
         const struct vec3 *s = &b->seeds[k];
-        size_t at = bucket_of(b, cube(b, s->x), cube(b, s->y), cube(b, s->z));
+        size_t at = bucket_at(b, cube(b, s->x), cube(b, s->y), cube(b, s->z));
         b->next[k] = b->first[at];
         b->first[at] = (int32_t)k;
     }
-}
-
-static void take_nearer(const struct buckets *b, int32_t k, struct vec3 r, int32_t *nearest,
-                        double *least) {
-    double d2 = vec3_norm2(vec3_sub(b->seeds[k], r));
-    if (*nearest < 0 || d2 < *least || (!(d2 > *least) && k < *nearest)) {
-        *nearest = k;
-        *least = d2;
-    }
-}
-
-/* The nearest seed in the cubes round a place; whether it is within one side. */
-static bool near_seed(const struct buckets *b, struct vec3 r, int32_t *nearest, double *least) {
-    int64_t x = cube(b, r.x), y = cube(b, r.y), z = cube(b, r.z);
-    for (int k = 0; k < 27; k++)
-        for (int32_t s = b->first[bucket_of(b, x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1)];
-             s >= 0; s = b->next[s])
-            take_nearer(b, s, r, nearest, least);
-    return *nearest >= 0 && *least <= b->side * b->side;
 }
 
 /* The nearest of all seeds, of equally near ones the first. */
@@ -255,12 +226,21 @@ static int32_t nearest_of_all(const struct buckets *b, struct vec3 r) {
 /* So few seeds are looked at faster than 27 cubes. */
 enum { FEW = 256 };
 
-/* The nearest seed: that within one side if there is any, else of all. */
+/* The nearest seed: of those in the cubes round a point, if one is within one side, else of all. */
 static int32_t nearest_seed(const struct buckets *b, struct vec3 r) {
+    int64_t x = cube(b, r.x), y = cube(b, r.y), z = cube(b, r.z);
     int32_t nearest = -1;
     double least = 0;
-    bool near = b->count > FEW && near_seed(b, r, &nearest, &least);
-    return near ? nearest : nearest_of_all(b, r);
+    for (int k = 0; k < 27 && b->count > FEW; k++)
+        for (int32_t s = b->first[bucket_at(b, x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1)];
+             s >= 0; s = b->next[s]) {
+            double d2 = vec3_norm2(vec3_sub(b->seeds[s], r));
+            if (nearest < 0 || d2 < least || (!(d2 > least) && s < nearest)) {
+                nearest = s;
+                least = d2;
+            }
+        }
+    return nearest >= 0 && least <= b->side * b->side ? nearest : nearest_of_all(b, r);
 }
 
 /* The work of the moves, by candidate and by seed. */
@@ -269,15 +249,14 @@ struct moves {
     size_t candidate_count, count;
     int32_t *owner;  /* of a candidate: its seed */
     size_t *choice;  /* of a seed: its candidate */
-    struct vec3 *at; /* and the place of that */
+    struct vec3 *at; /* and the point of that */
     struct vec3 *sum;
     double *members, *least;
 };
 
 /* Each seed to the middle of those candidates that it is the nearest of. */
 static void move_once(struct moves *m, struct buckets *b) {
-    fill_rows(b);
-    fill_buckets(b);
+    index_seeds(b);
     for (size_t s = 0; s < m->count; s++) {
         m->sum[s] = vec3_make(0, 0, 0);
         m->members[s] = 0;
@@ -291,20 +270,6 @@ static void move_once(struct moves *m, struct buckets *b) {
     for (size_t s = 0; s < m->count; s++)
         if (m->members[s] > 0)
             m->at[s] = vec3_scale(1 / m->members[s], m->sum[s]);
-}
-
-/* Each seed to the nearest of its candidates, for its middle may lie off the part. */
-static void choose(struct moves *m) {
-    for (size_t s = 0; s < m->count; s++)
-        m->least[s] = HUGE_VAL;
-    for (size_t c = 0; c < m->candidate_count; c++) {
-        int32_t s = m->owner[c];
-        double d2 = vec3_norm2(vec3_sub(m->at[s], m->candidates[c].r));
-        if (d2 < m->least[s]) {
-            m->least[s] = d2;
-            m->choice[s] = c;
-        }
-    }
 }
 
 static bool prepare_moves(struct moves *m, struct buckets *b, double area, struct arena *arena) {
@@ -336,19 +301,19 @@ static bool prepare_moves(struct moves *m, struct buckets *b, double area, struc
 }
 
 enum status even_points(const struct drape_part *part, int32_t component, size_t count,
-                        struct arena *arena, struct part_point **places, size_t *found) {
+                        struct arena *arena, struct part_point **points, size_t *found) {
     struct patches patches = {0};
     struct part_point *candidates;
     struct moves moves = {.count = count};
     struct buckets buckets;
     *found = 0;
-    *places = arena_take(arena, count, sizeof **places);
+    *points = arena_take(arena, count, sizeof **points);
     struct arena_mark mark = arena_mark(arena);
     enum status status = part->mesh ? take_triangles(part->mesh, component, arena, &patches)
                                     : cut_faces(part, component, arena, &patches);
-    if (status == STATUS_OK && *places && patches.area > 0)
+    if (status == STATUS_OK && *points && patches.area > 0)
         status = make_candidates(part, &patches, count, arena, &candidates, &moves.candidate_count);
-    if (status != STATUS_OK || !*places)
+    if (status != STATUS_OK || !*points)
         return STATUS_OUT_OF_MEMORY;
     moves.candidates = candidates;
     moves.count = count < moves.candidate_count ? count : moves.candidate_count;
@@ -357,10 +322,20 @@ enum status even_points(const struct drape_part *part, int32_t component, size_t
             return STATUS_OUT_OF_MEMORY;
         for (int k = 0; k < MOVES; k++)
             move_once(&moves, &buckets);
-        choose(&moves);
+        /* to the nearest of its candidates, for the middle of a seed's may lie off the part */
+        for (size_t s = 0; s < moves.count; s++)
+            moves.least[s] = HUGE_VAL;
+        for (size_t c = 0; c < moves.candidate_count; c++) {
+            int32_t s = moves.owner[c];
+            double d2 = vec3_norm2(vec3_sub(moves.at[s], candidates[c].r));
+            if (d2 < moves.least[s]) {
+                moves.least[s] = d2;
+                moves.choice[s] = c;
+            }
+        }
     }
     for (size_t s = 0; s < moves.count; s++)
-        (*places)[s] = candidates[moves.choice[s]];
+        (*points)[s] = candidates[moves.choice[s]];
     *found = moves.count;
     arena_rewind(arena, mark);
     return STATUS_OK;
