@@ -26,7 +26,7 @@ static bool check_nets(const struct laminate *laminate, const struct api_limits 
         struct api_problem own = {.id = API_OK};
         struct arena_mark mark = arena_mark(arena);
         if (api_check_decoded(&drape, limits, arena, &own) != API_OK)
-            laminate_blame(laminate, laminate->net_ply[n], &own, problem);
+            laminate_fault_of_ply(laminate, laminate->net_ply[n], &own, problem);
         arena_rewind(arena, mark);
     }
     return problem->id == API_OK;

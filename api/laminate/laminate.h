@@ -81,8 +81,8 @@ enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api
                                      struct api_problem *problem) STATUS_MUST_USE;
 
 /* Copies what is wrong with the drape of ply k (from 0) as what is wrong with the laminate. */
-void laminate_blame(const struct laminate *laminate, size_t k, const struct api_problem *own,
-                    struct api_problem *problem);
+void laminate_fault_of_ply(const struct laminate *laminate, size_t k, const struct api_problem *own,
+                           struct api_problem *problem);
 
 /* The laminate as it was understood, in the form that is decoded; NULL without memory. */
 const char *laminate_normalise(const struct laminate *laminate, struct arena *arena);

@@ -4,7 +4,7 @@
 #include "api/map/cavity.h"
 #include "api/map/map_columns.h"
 #include "api/result/permeability.h"
-#include "places.h"
+#include "ply_samples.h"
 #include "solver/angle.h"
 #include <stdio.h>
 #include <string.h>
@@ -22,7 +22,7 @@ struct filled {
 };
 
 struct mapping {
-    struct places at;
+    struct ply_samples at;
     bool thickness, fraction, law, permeability, locking, table; /* what all, or any, plies have */
     struct filled out;
     struct cavity cavity;
@@ -38,7 +38,7 @@ static bool add(struct mapping *m, bool wanted, enum column_id id, double **valu
     for (int part = 0; wanted && part < column_specs[id].parts; part++) {
         values[part] = map_columns_new(m->at.map, id, part, m->at.arena);
         if (!values[part])
-            return places_no_memory(&m->at);
+            return ply_samples_no_memory(&m->at);
     }
     return true;
 }
@@ -96,9 +96,9 @@ static void gather(const struct mapping *m, size_t place, struct gathered *plies
     for (size_t k = 0; k < m->at.laminate->count; k++) {
         const struct laminate_ply *ply = &m->at.laminate->plies[k];
         const struct api_fabric *fabric = &ply->drape.fabric;
-        if (!places_has(&m->at, k, place))
+        if (!ply_samples_has(&m->at, k, place))
             continue;
-        double shear = m->at.spots[ply->net * m->at.count + place].shear_deg;
+        double shear = m->at.samples[ply->net * m->at.count + place].shear_deg;
         plies->ply[plies->count] = k;
         plies->pressed[plies->count++] = (struct stack_ply){
             .thickness = laminate_layers(ply) * fabric->thickness * permeability_areal_ratio(shear),
@@ -109,29 +109,30 @@ static void gather(const struct mapping *m, size_t place, struct gathered *plies
 }
 
 /* The warp of a ply in the base, and the direction at right angles to it towards the weft. */
-static void frame_of(const struct spot *spot, bool mirrored, double along[2], double across[2]) {
+static void frame_of(const struct ply_sample *sample, bool mirrored, double along[2],
+                     double across[2]) {
     double side = mirrored ? -1 : 1;
-    along[0] = spot->warp[0];
-    along[1] = spot->warp[1];
+    along[0] = sample->warp[0];
+    along[1] = sample->warp[1];
     across[0] = -side * along[1];
     across[1] = side * along[0];
 }
 
-static struct vec3 in_space(const struct base *base, double x, double y) {
+static struct vec3 in_space(const struct sample_frame *base, double x, double y) {
     return vec3_axpy(y, base->second, vec3_scale(x, base->first));
 }
 
 static void lay(struct mapping *m, size_t place, const struct gathered *plies, size_t n) {
     size_t k = plies->ply[n], own = m->at.laminate->plies[k].net * m->at.count + place;
-    const struct spot *spot = &m->at.spots[own];
-    const struct base *base = &m->at.bases[place];
+    const struct ply_sample *sample = &m->at.samples[own];
+    const struct sample_frame *base = &m->at.bases[place];
     double along[2], across[2], sine, cosine;
-    frame_of(spot, m->at.mirrored[own], along, across);
-    angle_sincos_deg(spot->shear_deg, &sine, &cosine);
+    frame_of(sample, m->at.mirrored[own], along, across);
+    angle_sincos_deg(sample->shear_deg, &sine, &cosine);
     const struct map_ply row = {.warp = in_space(base, along[0], along[1]),
                                 .weft = in_space(base, sine * along[0] + cosine * across[0],
                                                  sine * along[1] + cosine * across[1]),
-                                .shear_deg = spot->shear_deg,
+                                .shear_deg = sample->shear_deg,
                                 .thickness = m->thickness ? plies->pressed[n].thickness : 0,
                                 .fiber_volume_fraction =
                                     m->fraction ? plies->pressed[n].fraction : 0};
@@ -141,7 +142,7 @@ static void lay(struct mapping *m, size_t place, const struct gathered *plies, s
 /* K = k1 d d^T + k2 e e^T + k3 n n^T in global axes, VTK's order. */
 static void put_permeability(struct mapping *m, size_t place, const struct stack_sum *sum) {
     static const int axes[TENSOR_PARTS][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
-    const struct base *base = &m->at.bases[place];
+    const struct sample_frame *base = &m->at.bases[place];
     struct permeability k = stack_permeability(sum);
     struct vec3 d = in_space(base, k.along, k.across), e = vec3_cross(base->normal, d);
     const double v[3][3] = {
@@ -164,7 +165,7 @@ static void add_ply(struct mapping *m, size_t place, const struct gathered *plie
     const struct api_request *drape = &ply->drape;
     size_t own = ply->net * m->at.count + place;
     const struct stack_ply *pressed = &plies->pressed[n];
-    double shear = m->at.spots[own].shear_deg, along[2], across[2];
+    double shear = m->at.samples[own].shear_deg, along[2], across[2];
     bool outside = false;
     if (fabs(shear) > fabs(m->out.shear[place]))
         m->out.shear[place] = shear;
@@ -176,7 +177,7 @@ static void add_ply(struct mapping *m, size_t place, const struct gathered *plie
         return;
     struct permeability k =
         api_permeability_at(&drape->permeability, pressed->fraction, shear, &outside);
-    frame_of(&m->at.spots[own], m->at.mirrored[own], along, across);
+    frame_of(&m->at.samples[own], m->at.mirrored[own], along, across);
     stack_add(sum, pressed->thickness, &k, along, across);
     if (outside)
         m->out.out_of_table[place] = 1;
@@ -248,12 +249,12 @@ static bool put_all(struct mapping *m) {
         .ply = arena_alloc(m->at.arena, m->at.laminate->count, sizeof *plies.ply),
         .pressed = arena_alloc(m->at.arena, m->at.laminate->count, sizeof *plies.pressed)};
     if (!plies.ply || !plies.pressed)
-        return places_no_memory(&m->at);
+        return ply_samples_no_memory(&m->at);
     for (size_t place = 0; place < m->at.count; place++) {
         if (m->at.target->elements && !map_stack_next(&m->at.map->stack, place, m->at.problem))
             return false;
         put_place(m, place, &plies);
-        if (!places_go_on(&m->at, place, 1))
+        if (!ply_samples_go_on(&m->at, place, 1))
             return false;
     }
     return true;
@@ -326,7 +327,7 @@ static bool begin_cavity(struct mapping *m) {
                         "heights of the cavity need the fabric.thickness of every ply");
         return false;
     }
-    return cavity_begin(&m->cavity, m->at.target, m->at.arena) || places_no_memory(&m->at);
+    return cavity_begin(&m->cavity, m->at.target, m->at.arena) || ply_samples_no_memory(&m->at);
 }
 
 /* Under a pressure plies with a law give way to the resin. */
@@ -337,7 +338,7 @@ static bool begin_relief(struct mapping *m) {
     for (int k = 0; gives && !cavity_given(m->at.target) && k < MAP_RELIEFS; k++) {
         m->relieved[k] = arena_alloc(m->at.arena, m->at.count, sizeof *m->relieved[k]);
         if (!m->relieved[k])
-            return places_no_memory(&m->at);
+            return ply_samples_no_memory(&m->at);
         m->at.map->fields.relieved[k] = m->relieved[k];
         m->at.map->fields.relief[k] = shares[k] * cavity->pressure;
     }
@@ -372,7 +373,7 @@ static bool begin_stack(struct mapping *m) {
         return true;
     return (plies.names &&
             map_stack_begin(&m->at.map->stack, m->at.target, &plies, m->at.rows, m->at.arena)) ||
-           places_no_memory(&m->at);
+           ply_samples_no_memory(&m->at);
 }
 
 static void end_stack(struct mapping *m) {
@@ -399,8 +400,8 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
     memset(map, 0, sizeof *map);
     map->fields = map_target_fields(target, map->columns);
     find_properties(&m);
-    if (!begin_cavity(&m) || !begin_relief(&m) || !places_read(&m.at, nets) || !add_columns(&m) ||
-        !begin_stack(&m) || !put_all(&m))
+    if (!begin_cavity(&m) || !begin_relief(&m) || !ply_samples_read(&m.at, nets) ||
+        !add_columns(&m) || !begin_stack(&m) || !put_all(&m))
         return problem->id;
     end_stack(&m);
     if (target->warning)

@@ -5,7 +5,7 @@
 #include "api/format/html.h"
 #include "api/json/number.h"
 #include "api/json/text.h"
-#include "book.h"
+#include "ply_book.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@ enum { DIGITS = 9, TEXT_MAX = 160 };
 
 /* A layer on the roll: its lower left corner. */
 struct placed {
-    const struct laminate_shape *shape;
+    const struct flat_ply *shape;
     double x, y;
     int layer;
 };
@@ -24,7 +24,7 @@ struct patterns {
     const struct laminate *laminate;
     struct arena *arena;
     struct api_problem *problem;
-    struct laminate_shapes shapes;
+    struct flat_plies shapes;
     struct placed *placed;
     size_t placed_count;
     double width, length, area;
@@ -124,7 +124,7 @@ static void write_dxf(const struct patterns *p, struct api_text *text) {
              sizeof layers / sizeof *layers);
     for (size_t k = 0; k < p->placed_count; k++) {
         const struct placed *own = &p->placed[k];
-        const struct laminate_shape *shape = own->shape;
+        const struct flat_ply *shape = own->shape;
         dxf_shape(text, own);
         title_of(p, own, title);
         dxf_letters(text, "NAME", own->x + (shape->high[0] - shape->low[0]) / 3,
@@ -181,7 +181,7 @@ static void write_svg(const struct patterns *p, struct api_text *text) {
     api_text_raw(text, "</g>\n<g fill=\"black\" font-family=\"sans-serif\">\n");
     for (size_t k = 0; k < p->placed_count; k++) {
         const struct placed *own = &p->placed[k];
-        const struct laminate_shape *shape = own->shape;
+        const struct flat_ply *shape = own->shape;
         title_of(p, own, title);
         svg_text(text, (own->x + (shape->high[0] - shape->low[0]) / 3) * mm,
                  (p->width - own->y - (shape->high[1] - shape->low[1]) / 2) * mm, letter, title);
@@ -194,9 +194,9 @@ static void write_svg(const struct patterns *p, struct api_text *text) {
 /* ---- the whole ---- */
 
 static bool gather(struct patterns *p, const struct api_reader *const *nets, int ply) {
-    const struct laminate_shapes *shapes = &p->shapes;
+    const struct flat_plies *shapes = &p->shapes;
     size_t layers = 0;
-    if (!laminate_shapes_make(p->laminate, nets, ply, p->arena, &p->shapes, p->problem))
+    if (!flat_plies_make(p->laminate, nets, ply, p->arena, &p->shapes, p->problem))
         return false;
     for (size_t k = 0; k < shapes->count; k++)
         layers += (size_t)laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]);
@@ -220,7 +220,7 @@ enum api_problem_id laminate_patterns(const struct laminate *laminate,
     if (gather(&p, nets, ply) && lay(&p, roll)) {
         struct api_text text = api_text_growing(arena);
         if (strcmp(format, "html") == 0)
-            laminate_book_write(laminate, nets, &p.shapes, p.width, p.length, &text);
+            ply_book_write(laminate, nets, &p.shapes, p.width, p.length, &text);
         else if (strcmp(format, "dxf") == 0)
             write_dxf(&p, &text);
         else
@@ -231,6 +231,6 @@ enum api_problem_id laminate_patterns(const struct laminate *laminate,
         else if (!sink->write(sink->context, document, strlen(document)))
             api_problem_set(problem, API_UNAVAILABLE, "there is no room to write the patterns now");
     }
-    laminate_shapes_free(&p.shapes);
+    flat_plies_free(&p.shapes);
     return problem->id;
 }

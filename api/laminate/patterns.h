@@ -10,8 +10,8 @@
 
 #include "api/result/columns.h"
 #include "api/sink.h"
+#include "flat_plies.h"
 #include "laminate.h"
-#include "shapes.h"
 
 struct laminate_roll {
     double width; /* of the roll in the laminate's unit; 0: as wide as the widest pattern */
@@ -21,7 +21,7 @@ struct laminate_roll {
 /*
  * Writes the patterns of a laminate that is resolved, or of one ply (from 0) or LAMINATE_ALL, as
  * `format`: "dxf" (layers CUT and NAME, in the laminate's unit), "svg" (millimetres) or "html", the
- * ply book (`book.h`). `nets` as for a map; plies without a net are left out. API_OK,
+ * ply book (`ply_book.h`). `nets` as for a map; plies without a net are left out. API_OK,
  * API_INVALID_REQUEST (a roll that is too narrow, no ply, a boundary that cannot be followed),
  * API_INTERNAL, API_OUT_OF_MEMORY or API_UNAVAILABLE (the sink refuses).
  */

@@ -15,8 +15,8 @@ static enum api_problem_id no_memory(struct api_problem *problem) {
     return problem->id;
 }
 
-void laminate_blame(const struct laminate *laminate, size_t k, const struct api_problem *own,
-                    struct api_problem *problem) {
+void laminate_fault_of_ply(const struct laminate *laminate, size_t k, const struct api_problem *own,
+                           struct api_problem *problem) {
     for (size_t n = 0; n < own->count; n++) {
         const struct api_problem_error *error = &own->error[n];
         bool common = strncmp(error->pointer, "/surface", 8) == 0;

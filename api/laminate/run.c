@@ -22,7 +22,7 @@ enum api_problem_id laminate_run(const struct laminate *laminate, size_t n,
                                       .surface = input->surface,
                                       .surface_length = input->surface_length};
         if (api_run_in(arena, &one, limits, monitor, sink, &own) != API_OK)
-            laminate_blame(laminate, laminate->net_ply[n], &own, problem);
+            laminate_fault_of_ply(laminate, laminate->net_ply[n], &own, problem);
     } else {
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the laminate");
     }

@@ -3,28 +3,28 @@
  * What the nets of a laminate say at each place of a target: which plies lie there, how they are
  * sheared and how they are turned. The nets are read one after the other.
  */
-#ifndef API_LAMINATE_PLACES_H
-#define API_LAMINATE_PLACES_H
+#ifndef API_LAMINATE_PLY_SAMPLES_H
+#define API_LAMINATE_PLY_SAMPLES_H
 
 #include "api/map/map.h"
 #include "laminate.h"
 
 /* What a net says at an element. */
-struct spot {
+struct ply_sample {
     double shear_deg; /* NaN: the net does not reach it */
     double warp[2];   /* the unit warp in the element's base */
 };
 
 /* Where the first net reaches an element: two directions of its tangent plane, their normal, the
  * place, and how far that net's surface was moved. */
-struct base {
+struct sample_frame {
     struct vec3 first, second, normal; /* zero: no net has reached the element */
     struct vec3 foot;
     double height;
 };
 
 /* The first seven are the caller's; all others lie in the arena. */
-struct places {
+struct ply_samples {
     const struct laminate *laminate;
     const struct map_target *target;
     const struct drape_monitor *monitor;
@@ -32,29 +32,29 @@ struct places {
     struct arena *arena;
     struct api_problem *problem;
     size_t count; /* places */
-    struct base *bases;
-    struct spot *spots; /* [net][place] */
-    uint8_t *mirrored;  /* alike: the net's normal is against the base's */
-    uint8_t **inside;   /* of each ply with a boundary, by place; else NULL */
-    double *away;       /* of each ply: how far its boundary is from its cloth */
-    bool *there;        /* of each net */
-    double *distance;   /* of each place: to the nearest net */
-    size_t rows;        /* plies at places, together */
-    double spacing;     /* the largest of the nets */
-    bool channelled;    /* the channel along the rim has been looked for */
+    struct sample_frame *bases;
+    struct ply_sample *samples; /* [net][place] */
+    uint8_t *mirrored;          /* alike: the net's normal is against the base's */
+    uint8_t **inside;           /* of each ply with a boundary, by place; else NULL */
+    double *away;               /* of each ply: how far its boundary is from its cloth */
+    bool *there;                /* of each net */
+    double *distance;           /* of each place: to the nearest net */
+    size_t rows;                /* plies at places, together */
+    double spacing;             /* the largest of the nets */
+    bool channelled;            /* the channel along the rim has been looked for */
 };
 
 /* Reads the nets, NULL where one failed, and sets the unit of the map. False with the problem set.
  */
-bool places_read(struct places *places, const struct api_reader *const *nets);
+bool ply_samples_read(struct ply_samples *places, const struct api_reader *const *nets);
 
 /* Whether ply k lies at a place. */
-bool places_has(const struct places *places, size_t k, size_t place);
+bool ply_samples_has(const struct ply_samples *places, size_t k, size_t place);
 
 /* Asks the monitor now and then; false with the problem set when it is enough. */
-bool places_go_on(struct places *places, size_t done, double share);
+bool ply_samples_go_on(struct ply_samples *places, size_t done, double share);
 
 /* Sets the problem; false. */
-bool places_no_memory(struct places *places);
+bool ply_samples_no_memory(struct ply_samples *places);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "places.h"
+#include "ply_samples.h"
 
 #include "api/map/channel.h"
 #include "api/map/net.h"
@@ -8,12 +8,12 @@
 
 enum { ASK_EVERY = 1024 };
 
-bool places_no_memory(struct places *m) {
+bool ply_samples_no_memory(struct ply_samples *m) {
     api_problem_set(m->problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
     return false;
 }
 
-bool places_go_on(struct places *m, size_t done, double share) {
+bool ply_samples_go_on(struct ply_samples *m, size_t done, double share) {
     if (done % ASK_EVERY != 0 || !m->monitor || m->monitor->progress(m->monitor->context, share))
         return true;
     api_problem_set(m->problem, API_CANCELLED, "the map was cancelled");
@@ -26,7 +26,7 @@ struct bounded {
     uint8_t *inside;
 };
 
-static bool make_regions(struct places *m, size_t net, const struct map_net *cloth,
+static bool make_regions(struct ply_samples *m, size_t net, const struct map_net *cloth,
                          struct bounded *bounded, size_t *count) {
     *count = 0;
     for (size_t k = 0; k < m->laminate->count; k++) {
@@ -42,7 +42,7 @@ static bool make_regions(struct places *m, size_t net, const struct map_net *clo
             m->away[k] = own->region.away;
             break;
         case STATUS_OUT_OF_MEMORY:
-            return places_no_memory(m);
+            return ply_samples_no_memory(m);
         default:
             api_problem_set(m->problem, API_INVALID_REQUEST,
                             "the boundary of ply %zu (\"%s\") cannot be followed on its cloth near "
@@ -55,14 +55,15 @@ static bool make_regions(struct places *m, size_t net, const struct map_net *clo
     return true;
 }
 
-static double height_of(const struct places *m, size_t net) {
+static double height_of(const struct ply_samples *m, size_t net) {
     return m->laminate->plies[m->laminate->net_ply[net]].drape.offset;
 }
 
 /* The first net to reach a place gives it its base. */
-static struct base *base_at(struct places *m, size_t net, size_t place,
-                            const struct facets_point *at, struct vec3 warp, struct vec3 weft) {
-    struct base *base = &m->bases[place];
+static struct sample_frame *base_at(struct ply_samples *m, size_t net, size_t place,
+                                    const struct facets_point *at, struct vec3 warp,
+                                    struct vec3 weft) {
+    struct sample_frame *base = &m->bases[place];
     if (vec3_norm2(base->normal) > 0)
         return base;
     base->first = warp;
@@ -77,10 +78,10 @@ static struct base *base_at(struct places *m, size_t net, size_t place,
  * of one normal in common: what was found on the first net is moved by what lies between, so that
  * the search begins next to its end. `sense` is the side of that normal that heights count to: 0
  * until it is known. Beside a rim, and where that leads beyond it, the point itself is taken. */
-static void find_place(struct places *m, size_t net, size_t place, const struct map_net *cloth,
+static void find_place(struct ply_samples *m, size_t net, size_t place, const struct map_net *cloth,
                        struct facets_search *walk, struct vec3 point, double *sense,
                        struct facets_point *at) {
-    const struct base *base = &m->bases[place];
+    const struct sample_frame *base = &m->bases[place];
     bool known = vec3_norm2(base->normal) > 0;
     double between = height_of(m, net) - base->height;
     if (known && *sense != 0) {
@@ -95,23 +96,23 @@ static void find_place(struct places *m, size_t net, size_t place, const struct 
         *sense = between * vec3_dot(vec3_sub(at->r, base->foot), base->normal) < 0 ? -1 : 1;
 }
 
-static void note_spot(struct places *m, size_t net, size_t place, const struct map_net *cloth,
+static void note_spot(struct ply_samples *m, size_t net, size_t place, const struct map_net *cloth,
                       const struct facets_point *at, size_t shear) {
     size_t own = net * m->count + place;
     double values[API_COLUMNS_MAX];
     struct vec3 warp, weft;
     map_net_interpolate(cloth, at, values);
     map_net_yarns(cloth, at, values, &warp, &weft);
-    const struct base *base = base_at(m, net, place, at, warp, weft);
-    m->spots[own].shear_deg = values[shear];
+    const struct sample_frame *base = base_at(m, net, place, at, warp, weft);
+    m->samples[own].shear_deg = values[shear];
     double x = vec3_dot(warp, base->first), y = vec3_dot(warp, base->second);
     double size = sqrt(x * x + y * y);
-    m->spots[own].warp[0] = size > 0 ? x / size : 1;
-    m->spots[own].warp[1] = size > 0 ? y / size : 0;
+    m->samples[own].warp[0] = size > 0 ? x / size : 1;
+    m->samples[own].warp[1] = size > 0 ? y / size : 0;
     m->mirrored[own] = vec3_dot(vec3_cross(warp, weft), base->normal) < 0;
 }
 
-static bool place_all(struct places *m, size_t net, const struct map_net *cloth, size_t shear,
+static bool place_all(struct ply_samples *m, size_t net, const struct map_net *cloth, size_t shear,
                       const struct bounded *bounded, size_t bounded_count) {
     struct facets_search walk = facets_search_begin(cloth->facets);
     struct facets_point at;
@@ -119,11 +120,11 @@ static bool place_all(struct places *m, size_t net, const struct map_net *cloth,
     for (size_t place = 0; place < m->count; place++) {
         struct vec3 point = map_target_point(m->target, place);
         double pq[2];
-        if (!places_go_on(m, place, ((double)net + (double)place / (double)m->count) / nets))
+        if (!ply_samples_go_on(m, place, ((double)net + (double)place / (double)m->count) / nets))
             return false;
         find_place(m, net, place, cloth, &walk, point, &sense, &at);
         m->distance[place] = fmin(m->distance[place], at.distance);
-        m->spots[net * m->count + place].shear_deg = NAN;
+        m->samples[net * m->count + place].shear_deg = NAN;
         if (map_net_is_beyond(cloth, &at))
             continue;
         note_spot(m, net, place, cloth, &at, shear);
@@ -136,7 +137,7 @@ static bool place_all(struct places *m, size_t net, const struct map_net *cloth,
 }
 
 /* The channel along the rim of the first net, where the target asks for one. */
-static bool mark_channel(struct places *m, const struct api_reader *reader,
+static bool mark_channel(struct ply_samples *m, const struct api_reader *reader,
                          const struct map_net *cloth) {
     size_t marked;
     bool wanted = m->target->has_role[MAP_CHANNEL] && !m->channelled;
@@ -145,7 +146,7 @@ static bool mark_channel(struct places *m, const struct api_reader *reader,
                                        m->problem) == API_OK;
 }
 
-static bool read_net(struct places *m, size_t net, const struct api_reader *reader) {
+static bool read_net(struct ply_samples *m, size_t net, const struct api_reader *reader) {
     static const enum column_id kept[] = {COLUMN_CELLS_shear_deg, COLUMN_CELLS_warp,
                                           COLUMN_CELLS_weft};
     struct arena_mark mark = arena_mark(m->arena);
@@ -153,7 +154,7 @@ static bool read_net(struct places *m, size_t net, const struct api_reader *read
     struct bounded *bounded = arena_alloc(m->arena, m->laminate->count, sizeof *bounded);
     size_t count;
     if (!cloth || !bounded)
-        return places_no_memory(m);
+        return ply_samples_no_memory(m);
     if (map_net_open(reader, cloth, m->problem) != API_OK)
         return false;
     map_net_keep(cloth, kept, sizeof kept / sizeof *kept);
@@ -167,39 +168,39 @@ static bool read_net(struct places *m, size_t net, const struct api_reader *read
     return good;
 }
 
-static bool begin(struct places *m) {
+static bool begin(struct ply_samples *m) {
     const struct laminate *laminate = m->laminate;
     size_t count = m->count, nets = laminate->net_count;
     m->bases = arena_alloc(m->arena, count, sizeof *m->bases);
-    m->spots = arena_take(m->arena, nets * count, sizeof *m->spots);
+    m->samples = arena_take(m->arena, nets * count, sizeof *m->samples);
     m->mirrored = arena_take(m->arena, nets * count, sizeof *m->mirrored);
     m->inside = arena_alloc(m->arena, laminate->count, sizeof *m->inside);
     m->away = arena_alloc(m->arena, laminate->count, sizeof *m->away);
     m->there = arena_alloc(m->arena, nets, sizeof *m->there);
     m->distance = arena_take(m->arena, count, sizeof *m->distance);
-    if (!m->bases || !m->spots || !m->mirrored || !m->inside || !m->away || !m->there ||
+    if (!m->bases || !m->samples || !m->mirrored || !m->inside || !m->away || !m->there ||
         !m->distance)
-        return places_no_memory(m);
+        return ply_samples_no_memory(m);
     for (size_t k = 0; k < laminate->count; k++) {
         if (laminate->plies[k].boundary.count == 0)
             continue;
         m->inside[k] = arena_alloc(m->arena, count, 1);
         if (!m->inside[k])
-            return places_no_memory(m);
+            return ply_samples_no_memory(m);
     }
     for (size_t k = 0; k < count; k++)
         m->distance[k] = HUGE_VAL;
     return true;
 }
 
-bool places_has(const struct places *m, size_t k, size_t place) {
+bool ply_samples_has(const struct ply_samples *m, size_t k, size_t place) {
     size_t net = m->laminate->plies[k].net;
-    if (!m->there[net] || isnan(m->spots[net * m->count + place].shear_deg))
+    if (!m->there[net] || isnan(m->samples[net * m->count + place].shear_deg))
         return false;
     return !m->inside[k] || m->inside[k][place];
 }
 
-bool places_read(struct places *m, const struct api_reader *const *nets) {
+bool ply_samples_read(struct ply_samples *m, const struct api_reader *const *nets) {
     const struct laminate *laminate = m->laminate;
     bool any = false;
     if (!begin(m))
@@ -212,7 +213,7 @@ bool places_read(struct places *m, const struct api_reader *const *nets) {
     }
     for (size_t k = 0; k < laminate->count; k++)
         for (size_t place = 0; place < m->count; place++)
-            m->rows += places_has(m, k, place);
+            m->rows += ply_samples_has(m, k, place);
     if (!any)
         api_problem_set(m->problem, API_INVALID_REQUEST,
                         "no ply of the laminate could be draped, so there is nothing to map");

@@ -4,16 +4,16 @@
  * The sequence of the plies with direction, start, area and mass; then each with its flat pattern,
  * what its drape says and its warnings.
  */
-#ifndef API_LAMINATE_BOOK_H
-#define API_LAMINATE_BOOK_H
+#ifndef API_LAMINATE_PLY_BOOK_H
+#define API_LAMINATE_PLY_BOOK_H
 
 #include "api/json/text.h"
-#include "shapes.h"
+#include "flat_plies.h"
 
 /* Of a laminate with its nets and their shapes, on a roll of that width, of which that length is
  * taken. A net that cannot be read is said to be so. */
-void laminate_book_write(const struct laminate *laminate, const struct api_reader *const *nets,
-                         const struct laminate_shapes *shapes, double roll_width,
-                         double roll_length, struct api_text *text);
+void ply_book_write(const struct laminate *laminate, const struct api_reader *const *nets,
+                    const struct flat_plies *shapes, double roll_width, double roll_length,
+                    struct api_text *text);
 
 #endif

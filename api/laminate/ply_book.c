@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-#include "book.h"
+#include "ply_book.h"
 
 #include "api/format/html.h"
 #include <math.h>
 
 enum { FIGURE = 600 /* pixels of the longer side of a pattern */ };
 
-struct book {
+struct ply_book {
     const struct laminate *laminate;
     const struct api_reader *const *nets;
-    const struct laminate_shapes *shapes;
+    const struct flat_plies *shapes;
     struct api_text *text;
     struct api_columns columns; /* of the ply that is written */
     bool read;                  /* they could be */
@@ -30,28 +30,28 @@ static const char style[] =
 
 /* ---- one ply ---- */
 
-static const struct laminate_shape *shape_of(const struct book *book, size_t k) {
+static const struct flat_ply *shape_of(const struct ply_book *book, size_t k) {
     for (size_t n = 0; n < book->shapes->count; n++)
         if (book->shapes->shapes[n].ply == k)
             return &book->shapes->shapes[n];
     return NULL;
 }
 
-static void open_ply(struct book *book, size_t k) {
+static void open_ply(struct ply_book *book, size_t k) {
     const struct api_reader *net = book->nets[book->laminate->plies[k].net];
     struct api_problem problem = {0};
     book->read = net && api_columns_open(net, &book->columns, &problem) == API_OK;
 }
 
 /* In square metres, without allowance. */
-static double area_of(const struct book *book, size_t k) {
-    const struct laminate_shape *shape = shape_of(book, k);
+static double area_of(const struct ply_book *book, size_t k) {
+    const struct flat_ply *shape = shape_of(book, k);
     double metres = book->laminate->length_unit->metres;
     return shape ? shape->area * metres * metres : 0;
 }
 
 /* Of all its layers, in kg; 0 where it is not known. */
-static double mass_of(const struct book *book, size_t k) {
+static double mass_of(const struct ply_book *book, size_t k) {
     const struct laminate_ply *ply = &book->laminate->plies[k];
     return laminate_layers(ply) * ply->areal_weight * area_of(book, k);
 }
@@ -64,7 +64,7 @@ static void write_direction(struct api_text *text, const struct drape_settings *
         html_say(text, "%g°", settings->direction_deg);
 }
 
-static void write_start(const struct book *book) {
+static void write_start(const struct ply_book *book) {
     const struct vec3 *at = &book->columns.start.point;
     if (book->read)
         html_say(book->text, "%.5g, %.5g, %.5g", at->x, at->y, at->z);
@@ -74,7 +74,7 @@ static void next_cell(struct api_text *text) {
     api_text_raw(text, "</td><td>");
 }
 
-static void write_row(struct book *book, size_t k) {
+static void write_row(struct ply_book *book, size_t k) {
     const struct laminate_ply *ply = &book->laminate->plies[k];
     struct api_text *text = book->text;
     open_ply(book, k);
@@ -110,7 +110,7 @@ static void write_row(struct book *book, size_t k) {
 /* ---- its pattern ---- */
 
 /* y upwards, at a scale that fits the figure. */
-static void draw_cut(struct api_text *text, const struct laminate_shape *shape, double scale) {
+static void draw_cut(struct api_text *text, const struct flat_ply *shape, double scale) {
     const struct polygons *cut = &shape->cut;
     api_text_raw(text, "<path fill=\"#eef2f8\" fill-rule=\"evenodd\" stroke=\"#1b2330\" "
                        "stroke-width=\"1.5\" d=\"");
@@ -123,7 +123,7 @@ static void draw_cut(struct api_text *text, const struct laminate_shape *shape, 
     api_text_raw(text, "\"/>\n");
 }
 
-static void draw_pattern(const struct book *book, const struct laminate_shape *shape) {
+static void draw_pattern(const struct ply_book *book, const struct flat_ply *shape) {
     struct api_text *text = book->text;
     double length = shape->high[0] - shape->low[0], width = shape->high[1] - shape->low[1];
     double longest = fmax(length, width), scale = longest > 0 ? FIGURE / longest : 1;
@@ -159,9 +159,9 @@ static void write_warnings(struct api_text *text, const struct api_warnings *war
     api_text_raw(text, "</ul>\n");
 }
 
-static void write_ply(struct book *book, size_t k) {
+static void write_ply(struct ply_book *book, size_t k) {
     const struct laminate_ply *ply = &book->laminate->plies[k];
-    const struct laminate_shape *shape = shape_of(book, k);
+    const struct flat_ply *shape = shape_of(book, k);
     const struct api_summary *summary = &book->columns.summary;
     struct api_text *text = book->text;
     open_ply(book, k);
@@ -188,7 +188,7 @@ static void write_ply(struct book *book, size_t k) {
 
 /* ---- the whole ---- */
 
-static void write_stack(const struct book *book) {
+static void write_stack(const struct ply_book *book) {
     const struct laminate *laminate = book->laminate;
     const char *unit = laminate->length_unit->name;
     struct api_text *text = book->text;
@@ -207,7 +207,7 @@ static void write_stack(const struct book *book) {
 }
 
 /* What all patterns take together. */
-static void write_sums(const struct book *book, double width, double length) {
+static void write_sums(const struct ply_book *book, double width, double length) {
     const struct laminate *laminate = book->laminate;
     const char *unit = laminate->length_unit->name;
     struct api_text *text = book->text;
@@ -230,15 +230,15 @@ static void write_sums(const struct book *book, double width, double length) {
     api_text_raw(text, "</p>\n");
 }
 
-void laminate_book_write(const struct laminate *laminate, const struct api_reader *const *nets,
-                         const struct laminate_shapes *shapes, double roll_width,
-                         double roll_length, struct api_text *text) {
-    struct book *book = arena_alloc(text->arena, 1, sizeof *book);
+void ply_book_write(const struct laminate *laminate, const struct api_reader *const *nets,
+                    const struct flat_plies *shapes, double roll_width, double roll_length,
+                    struct api_text *text) {
+    struct ply_book *book = arena_alloc(text->arena, 1, sizeof *book);
     if (!book) {
         text->failed = true;
         return;
     }
-    *book = (struct book){.laminate = laminate, .nets = nets, .shapes = shapes, .text = text};
+    *book = (struct ply_book){.laminate = laminate, .nets = nets, .shapes = shapes, .text = text};
     api_text_raw(text, "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
                        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src "
                        "'none'; style-src 'unsafe-inline'\">\n"

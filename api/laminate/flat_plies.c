@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "shapes.h"
+#include "flat_plies.h"
 
 #include "api/map/net.h"
 #include "api/result/flat_pattern.h"
@@ -13,7 +13,7 @@ static const double tolerance = 5e-4;
 struct making {
     const struct laminate *laminate;
     struct arena *arena;
-    struct laminate_shapes *shapes;
+    struct flat_plies *shapes;
     struct api_problem *problem;
 };
 
@@ -22,7 +22,7 @@ static bool no_memory(struct making *p) {
     return false;
 }
 
-static void measure(struct laminate_shape *shape) {
+static void measure(struct flat_ply *shape) {
     double sum = 0;
     size_t first = 0;
     polygons_bounds(&shape->cut, shape->low, shape->high);
@@ -102,10 +102,10 @@ static bool clip(struct making *p, size_t k, const struct api_reader *reader, st
 static bool make_shape(struct making *p, size_t k, const struct api_reader *reader) {
     struct arena_mark mark = arena_mark(p->arena);
     struct map_net *cloth = arena_alloc(p->arena, 1, sizeof *cloth);
-    struct laminate_shape *shape = &p->shapes->shapes[p->shapes->count++];
+    struct flat_ply *shape = &p->shapes->shapes[p->shapes->count++];
     struct outline outline = {0};
     struct flat_pattern cut = {0};
-    *shape = (struct laminate_shape){.ply = k};
+    *shape = (struct flat_ply){.ply = k};
     if (!cloth)
         return no_memory(p);
     bool good =
@@ -128,12 +128,11 @@ static bool make_shape(struct making *p, size_t k, const struct api_reader *read
     return good;
 }
 
-bool laminate_shapes_make(const struct laminate *laminate, const struct api_reader *const *nets,
-                          int ply, struct arena *arena, struct laminate_shapes *shapes,
-                          struct api_problem *problem) {
+bool flat_plies_make(const struct laminate *laminate, const struct api_reader *const *nets, int ply,
+                     struct arena *arena, struct flat_plies *shapes, struct api_problem *problem) {
     struct making p = {laminate, arena, shapes, problem};
-    *shapes = (struct laminate_shapes){
-        .shapes = arena_alloc(arena, laminate->count, sizeof *shapes->shapes)};
+    *shapes =
+        (struct flat_plies){.shapes = arena_alloc(arena, laminate->count, sizeof *shapes->shapes)};
     if (!shapes->shapes)
         return no_memory(&p);
     for (size_t k = 0; k < laminate->count; k++) {
@@ -144,7 +143,7 @@ bool laminate_shapes_make(const struct laminate *laminate, const struct api_read
     return true;
 }
 
-void laminate_shapes_free(struct laminate_shapes *shapes) {
+void flat_plies_free(struct flat_plies *shapes) {
     for (size_t k = 0; k < shapes->count; k++)
         polygons_free(&shapes->shapes[k].cut);
     shapes->count = 0;
