@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What Markdown files refer to: prints each link, heading, path or test that is not there.
 
+A block behind the line <!-- figures of FILE --> repeats figures of that file: each of its numbers has
+to stand there too.
+
 Paths and tests are recognised in `code`: a path by the folder at the top of the tree that it starts
 with, where * and {a,b} stand for several; a test by its name, test_MODULE_BEHAVIOUR. Names with such
 words in capitals are to be filled in, and are skipped.
@@ -12,10 +15,12 @@ import re
 import subprocess
 import sys
 
-TOP = ("api/", "cli/", "deploy/", "docs/", "server/", "solver/", "tests/")
+TOP = ("api/", "cli/", "deploy/", "docs/", "import/", "server/", "solver/", "tests/")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 CODE = re.compile(r"`([^`\s]+)`")
 TEST = re.compile(r"test_\w+_\w+")
+TWICE = re.compile(r"^<!-- figures of (\S+) -->\n+((?:.+\n)+)", re.M)
+NUMBER = re.compile(r"\d[\d.,]*(?:e-?\d+)?\d|\d")
 BLANK = re.compile(r"(?<![A-Z])(NAME|MODULE|BEHAVIOUR)(?![A-Z])")
 
 
@@ -63,6 +68,16 @@ def missing_names(text, tests):
             yield name
 
 
+def other_figures(path, text):
+    """The numbers of marked blocks that the file which they are taken from does not have."""
+    for file, block in TWICE.findall(text):
+        with open(os.path.join(os.path.dirname(path), file), encoding="utf-8") as source:
+            known = set(NUMBER.findall(source.read()))
+        for number in NUMBER.findall(re.sub(r"\]\([^)]*\)|`[^`]*`", "", block)):
+            if number not in known:
+                yield f"the figure {number}, said to be of {file},"
+
+
 def main():
     listed = subprocess.run(
         ["grep", "-rhoE", "--include=*.[ch]", r"\btest_\w+", "tests"], stdout=subprocess.PIPE, check=True
@@ -72,7 +87,7 @@ def main():
     for path in sys.argv[1:]:
         with open(path, encoding="utf-8") as file:
             text = without_blocks(file.read())
-        for name in [*missing_links(path, text), *missing_names(text, tests)]:
+        for name in [*missing_links(path, text), *missing_names(text, tests), *other_figures(path, text)]:
             print(f"{path}: {name} is not there")
             bad = 1
     return bad
