@@ -5,7 +5,7 @@ A block behind the line <!-- figures of FILE --> repeats figures of that file: e
 to stand there too.
 
 Paths and tests are recognised in `code`: a path by the folder at the top of the tree that it starts
-with, where * and {a,b} stand for several; a test by its name, test_MODULE_BEHAVIOUR. Names with such
+with, where * and {a,b} stand for several, or by the ending of a source file; a test by its name, test_MODULE_BEHAVIOUR. Names with such
 words in capitals are to be filled in, and are skipped.
 """
 
@@ -18,6 +18,7 @@ import sys
 TOP = ("api/", "cli/", "deploy/", "docs/", "import/", "server/", "solver/", "tests/")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 CODE = re.compile(r"`([^`\s]+)`")
+SOURCE = re.compile(r"[\w./-]+/[\w.-]+\.(?:c|cc|h|py|sh|bats|mjs)")
 TEST = re.compile(r"test_\w+_\w+")
 TWICE = re.compile(r"^<!-- figures of (\S+) -->\n+((?:.+\n)+)", re.M)
 NUMBER = re.compile(r"\d[\d.,]*(?:e-?\d+)?\d|\d")
@@ -62,7 +63,7 @@ def missing_names(text, tests):
     for name in CODE.findall(text):
         if BLANK.search(name):
             continue
-        if name.startswith(TOP) and not all(glob.glob(one) for one in alternatives(name)):
+        if (name.startswith(TOP) or SOURCE.fullmatch(name)) and not all(glob.glob(one) for one in alternatives(name)):
             yield name
         elif TEST.fullmatch(name) and not re.search(rf"\b{name}\b", tests):
             yield name
