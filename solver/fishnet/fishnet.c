@@ -46,8 +46,8 @@ bool fishnet_right_root(const struct fishnet_cell *cell, const struct surface_po
 }
 
 /* From uv, which is at r, by `step`, no longer than `longest`; near a pole through its chart. */
-static void move(const struct surface *surface, struct surface_cursor *cursor, struct vec3 r,
-                 const double step[2], double longest, double uv[2]) {
+static void move_by(const struct surface *surface, struct surface_cursor *cursor, struct vec3 r,
+                    const double step[2], double longest, double uv[2]) {
     struct vec3 pole;
     struct surface_point from;
     double reach = FISHNET_POLE_STEPS * longest;
@@ -63,14 +63,15 @@ static void move(const struct surface *surface, struct surface_cursor *cursor, s
     uv[1] += step[1];
 }
 
-static void shorten(double step[2], double share) {
+static void scale_step(double step[2], double share) {
     step[0] *= share;
     step[1] *= share;
 }
 
 /* Newton from uv; a step that does not reduce the error is halved. */
-static bool newton(const struct surface *surface, struct surface_cursor *cursor,
-                   const struct fishnet_cell *cell, const double uv[2], struct fishnet_node *node) {
+static bool find_root(const struct surface *surface, struct surface_cursor *cursor,
+                      const struct fishnet_cell *cell, const double uv[2],
+                      struct fishnet_node *node) {
     bool ordered = cell->bd < cell->cd, converged = false;
     double least = ordered ? cell->bd : cell->cd, longest = 2 * (ordered ? cell->cd : cell->bd);
     double enough = enough_error(surface, least);
@@ -101,18 +102,18 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
             double size2 = spatial_size2(&d.jet, step);
             share2 = size2 / (least * least);
             if (size2 > longest * longest) {
-                shorten(step, longest / sqrt(size2));
+                scale_step(step, longest / sqrt(size2));
                 share2 = 0;
             }
-            move(surface, cursor, from_r, step, longest, d.uv);
+            move_by(surface, cursor, from_r, step, longest, d.uv);
         } else {
             if (++halvings > HALVINGS_MAX)
                 break;
-            shorten(step, 0.5);
+            scale_step(step, 0.5);
             share2 = 0;
             d.uv[0] = from[0];
             d.uv[1] = from[1];
-            move(surface, cursor, from_r, step, longest, d.uv);
+            move_by(surface, cursor, from_r, step, longest, d.uv);
         }
         limit = enough;
     }
@@ -204,8 +205,8 @@ static bool is_on_other_face(const struct surface_point *corner,
 
 /* Whether a place beyond a free edge lies over a face on the other side of a hole, or of a notch
  * when the net is there already, and where on it. */
-static bool lands(const struct fishnet_cell *cell, const struct surface_point *place,
-                  struct begin *begin) {
+static bool lands_on_face(const struct fishnet_cell *cell, const struct surface_point *place,
+                          struct begin *begin) {
     const struct shell *shell = place->surface->shell;
     struct shell_point over;
     double distance = landing * fmin(cell->bd, cell->cd);
@@ -217,51 +218,39 @@ static bool lands(const struct fishnet_cell *cell, const struct surface_point *p
     return true;
 }
 
-/* A place beyond a joint, from which that leads back, belongs to one of its faces when it is no
+/* A point beyond a joint, from which that leads back, belongs to one of its faces when it is no
  * further off than this share of the shorter edge, and twice the gap. */
 static const double at_joint = 1e-4;
 
-/* Whether a place that either face of a joint carries to the other belongs to them. At a sharp
+/* Newton on a face; where it ends outside its region beyond a joint, on the next one. A point that
+ * either face of a joint carries to the other belongs to them next to the joint alone: at a sharp
  * crease the continuations of both may have a root, and neither face. */
-static bool is_at_joint(const struct fishnet_cell *cell, const struct crossing *joint) {
-    double gap = shell_edges(cell->c->surface->shell).largest_gap;
-    return joint->at_corner || joint->distance <= at_joint * fmin(cell->bd, cell->cd) + 2 * gap;
-}
-
-/* Newton on a face; where it ends outside its region beyond a joint, on the next one. */
 static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
                             struct begin *begin, struct fishnet_node *node) {
     const struct surface *last = NULL;
     bool landed = false;
     struct crossing *crossing = &node->crossing;
     for (int hop = 0; hop < HOPS_MAX; hop++) {
-        if (!newton(begin->surface, cursor, cell, begin->uv, node))
+        if (!find_root(begin->surface, cursor, cell, begin->uv, node))
             return false;
         crossing_find(&node->point, last, crossing);
         node->looked = !last;
-        if (crossing->kind == CROSSING_FREE && !landed && lands(cell, &node->point, begin)) {
+        if (crossing->kind == CROSSING_FREE && !landed &&
+            lands_on_face(cell, &node->point, begin)) {
             landed = true;
             continue;
         }
         if (crossing->kind != CROSSING_JOINT)
             return true;
-        if (crossing->beyond == last)
-            return is_at_joint(cell, crossing);
+        if (crossing->beyond == last) {
+            double gap = shell_edges(cell->c->surface->shell).largest_gap;
+            double most = at_joint * fmin(cell->bd, cell->cd) + 2 * gap;
+            return crossing->at_corner || crossing->distance <= most;
+        }
         last = begin->surface;
         if (!crossing_carry(crossing, cursor, &node->point, 0, begin->uv))
             return false;
         begin->surface = crossing->beyond;
-    }
-    return false;
-}
-
-static bool solve_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
-                           struct fishnet_node *node) {
-    for (int k = 0; k < PREDICTORS + 2; k++) {
-        struct begin begin;
-        if (predict_on_shell(cursor, cell, k, &begin) &&
-            newton_on_shell(cursor, cell, &begin, node) && fishnet_right_root(cell, &node->point))
-            return true;
     }
     return false;
 }
@@ -283,11 +272,15 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
     if (!(cell->bd > 0) || !(cell->cd > 0) ||
         !(cell->orientation * triangle_turn(a, c, b, cell->b->normal) > 0))
         return FISHNET_COLLAPSED;
-    if (surface->shell && solve_on_shell(cursor, cell, node))
-        return FISHNET_FOUND;
+    for (int k = 0; k < PREDICTORS + 2 && surface->shell; k++) {
+        struct begin begin;
+        if (predict_on_shell(cursor, cell, k, &begin) &&
+            newton_on_shell(cursor, cell, &begin, node) && fishnet_right_root(cell, &node->point))
+            return FISHNET_FOUND;
+    }
     for (int k = 0; k < PREDICTORS && !surface->shell; k++) {
         double uv[2];
-        if (predict(surface, cursor, cell, k, uv) && newton(surface, cursor, cell, uv, node) &&
+        if (predict(surface, cursor, cell, k, uv) && find_root(surface, cursor, cell, uv, node) &&
             fishnet_right_root(cell, &node->point))
             return FISHNET_FOUND;
     }

@@ -22,6 +22,9 @@ static const double finest_accuracy = 1e-12;
 static const double settled_share = 0.5;
 static const double rounding = 4e-15;
 
+/* Fields whose sine, squared, is less are parallel. */
+static const double least_sine2 = 1e-12;
+
 /* A geodesic of fixed length from a corner of the cell. */
 struct ray {
     const struct surface_point *from;
@@ -33,29 +36,47 @@ struct ray {
     struct vec3 end_tangent; /* in the tangent plane there */
 };
 
-/* How the end moves for each radian of the direction about the normal. */
-static struct vec3 jacobi_field(const struct ray *ray) {
-    double d = ray->length;
-    double k =
-        (surface_point_gauss_curvature(ray->from) + surface_point_gauss_curvature(&ray->end)) / 2;
-    double size = d * (1 - fmin(k * d * d / 6, 0.5));
-    return vec3_scale(size, vec3_cross(ray->end.normal, ray->end_tangent));
+double fishnet_end_moves(const struct surface_point *from, const struct surface_point *to,
+                         double d) {
+    double k = (surface_point_gauss_curvature(from) + surface_point_gauss_curvature(to)) / 2;
+    return d * (1 - fmin(k * d * d / 6, 0.5));
 }
 
-static void turn(struct ray *ray, double angle) {
-    struct vec3 across = vec3_cross(ray->from->normal, ray->direction);
-    ray->direction = vec3_unit(vec3_axpy(angle, across, ray->direction));
-}
-
-/* The angles for which x b - y c = gap, in the least-squares sense of the tangent plane. */
-static bool solve_angles(struct vec3 b, struct vec3 c, struct vec3 gap, double *x, double *y) {
+bool fishnet_close_gap(struct vec3 b, struct vec3 c, struct vec3 gap, double sine2,
+                       double angle[2]) {
     struct vec3 normal = vec3_cross(b, c);
     double area2 = vec3_norm2(normal);
-    if (!(area2 > 1e-12 * vec3_norm2(b) * vec3_norm2(c)))
-        return false;
-    *x = vec3_dot(vec3_cross(gap, c), normal) / area2;
-    *y = vec3_dot(vec3_cross(gap, b), normal) / area2;
-    return true;
+    angle[0] = vec3_dot(vec3_cross(gap, c), normal) / area2;
+    angle[1] = vec3_dot(vec3_cross(gap, b), normal) / area2;
+    return area2 > sine2 * vec3_norm2(b) * vec3_norm2(c);
+}
+
+bool fishnet_pull_to(struct surface_cursor *cursor, const struct surface_point *from,
+                     struct vec3 target, double enough, int pulls, struct surface_point *to) {
+    struct surface_point begin = *from;
+    for (int pull = 0; pull < pulls; pull++) {
+        double uv[2];
+        struct vec3 step = vec3_sub(target, begin.jet.r);
+        if (!surface_point_pull(begin.surface, cursor, &begin, step, uv) ||
+            !surface_point_at(begin.surface, cursor, uv, to))
+            return false;
+        struct vec3 left = surface_point_projection(to, vec3_sub(target, to->jet.r));
+        if (vec3_norm2(left) < enough * enough)
+            return true;
+        begin = *to;
+    }
+    return false;
+}
+
+/* How the end moves for each radian of the direction about the normal. */
+static struct vec3 jacobi_field(const struct ray *ray) {
+    return vec3_scale(fishnet_end_moves(ray->from, &ray->end, ray->length),
+                      vec3_cross(ray->end.normal, ray->end_tangent));
+}
+
+static void turn_ray(struct ray *ray, double angle) {
+    struct vec3 across = vec3_cross(ray->from->normal, ray->direction);
+    ray->direction = vec3_unit(vec3_axpy(angle, across, ray->direction));
 }
 
 struct vec3 fishnet_path_tangent(const struct path *path, const struct surface_point *point,
@@ -82,15 +103,10 @@ static bool end_ray(struct surface_cursor *cursor, const struct path *path, stru
     return true;
 }
 
-static bool shoot(struct surface_cursor *cursor, struct ray *ray) {
-    struct path path;
-    return aim_path(ray, &path) && path_advance(&path, ray->length) && end_ray(cursor, &path, ray);
-}
-
 /* ---- the cell ---- */
 
 /* How accurate rays are from now on. */
-static void aim(struct ray ray[2], double accuracy) {
+static void set_accuracy(struct ray ray[2], double accuracy) {
     ray[0].accuracy = ray[1].accuracy = accuracy;
 }
 
@@ -100,7 +116,7 @@ static void aim(struct ray ray[2], double accuracy) {
 enum { OUTSIDE_MOST = 1000 };
 
 /* Ends that come no nearer than to this share of the gap, so many rounds in a row, do not meet; to
- * a larger share than this, the Jacobi field is told by how they moved. */
+ * a larger share than this, the Jacobi field is corrected by how they moved. */
 static const double stalled_share = 0.95, slow_share = 0.05;
 
 /* Gaps of more than so many estimated errors of their rays are none of these errors. */
@@ -144,7 +160,7 @@ static bool crosses_rightly(const struct fishnet_cell *cell, const struct meetin
 
 /* What a Newton step is wrong by, as a share of it: by the step itself, and by what the Jacobi
  * field leaves out, where curvature changes and where there is much of it. */
-static double step_error(const struct ray *ray, double step) {
+static double newton_error(const struct ray *ray, double step) {
     double d2 = ray->length * ray->length, k = surface_point_gauss_curvature(ray->from) * d2;
     double end = surface_point_gauss_curvature(&ray->end) * d2, mean = (k + end) / 2;
     return 4 * step + fabs(end - k) / 20 + mean * mean / 60;
@@ -154,21 +170,22 @@ static double step_error(const struct ray *ray, double step) {
 struct approach {
     double coarsest, finest;   /* what they are held to: at first, and in the end */
     double least, gap, enough; /* the shorter length; in it, how far they are apart and may be */
-    double x, y;               /* angles that are to close the gap, halved so often: */
+    double angle[2];           /* that are to close the gap, halved so often: */
     int halvings, stalls;
     bool exact; /* nothing is learnt any more */
 };
 
 /* Moves the end of the first ray by the angles' share of the gap, and turns both, where that is
  * exact enough and in one span: in place of two more rays. */
-static bool settle(struct surface_cursor *cursor, struct meeting *m, const struct approach *to) {
-    double uv[2], step = fmax(fabs(to->x), fabs(to->y));
+static bool settle_ends(struct surface_cursor *cursor, struct meeting *m,
+                        const struct approach *to) {
+    double uv[2], step = fmax(fabs(to->angle[0]), fabs(to->angle[1]));
     struct ray *ray = m->ray;
-    double wrong = fmax(step_error(&ray[0], step), step_error(&ray[1], step));
+    double wrong = fmax(newton_error(&ray[0], step), newton_error(&ray[1], step));
     if (!(fmax(step, to->gap) * wrong < settled_share * to->enough) ||
         ray[0].end.surface->has_poles ||
-        !surface_point_pull(ray[0].end.surface, cursor, &ray[0].end, vec3_scale(to->x, m->by[0]),
-                            uv))
+        !surface_point_pull(ray[0].end.surface, cursor, &ray[0].end,
+                            vec3_scale(to->angle[0], m->by[0]), uv))
         return false;
     struct surface_point end;
     if (!surface_point_at(ray[0].end.surface, cursor, uv, &end))
@@ -179,36 +196,13 @@ static bool settle(struct surface_cursor *cursor, struct meeting *m, const struc
     if (from.span[0] != here.span[0] || from.span[1] != here.span[1])
         return false;
     struct vec3 normal = end.normal, *tangent[2] = {&ray[0].end_tangent, &m->end_tangent};
-    const double angle[2] = {to->x, to->y};
     for (int k = 0; k < 2; k++) {
-        turn(&ray[k], angle[k]);
+        turn_ray(&ray[k], to->angle[k]);
         *tangent[k] = surface_point_tangent(
-            &end, vec3_axpy(angle[k], vec3_cross(normal, *tangent[k]), *tangent[k]));
+            &end, vec3_axpy(to->angle[k], vec3_cross(normal, *tangent[k]), *tangent[k]));
     }
     ray[0].end = end;
     return true;
-}
-
-/* A step by the angles x and y was to close the gap and left that of `m`: by the smallest change of
- * the fields that tells it (Broyden's), where these are of curvature that changes much on the way.
- */
-static void learn(struct meeting *m, double x, double y) {
-    double angle2 = x * x + y * y;
-    const double by[2] = {-x / angle2, y / angle2};
-    for (int k = 0; k < 2; k++) {
-        m->learnt[k] = vec3_axpy(by[k], m->gap, m->learnt[k]);
-        m->by[k] = vec3_axpy(by[k], m->gap, m->by[k]);
-    }
-}
-
-/* Back to the fields as Jacobi's are. */
-static bool forget(struct meeting *m) {
-    double learnt2 = vec3_norm2(m->learnt[0]) + vec3_norm2(m->learnt[1]);
-    for (int k = 0; k < 2; k++) {
-        m->by[k] = vec3_sub(m->by[k], m->learnt[k]);
-        m->learnt[k] = vec3_make(0, 0, 0);
-    }
-    return learnt2 > 0;
 }
 
 static double doubt_of(const struct meeting *m) {
@@ -218,7 +212,7 @@ static double doubt_of(const struct meeting *m) {
 /* Both rays once more, as accurate as is asked for in the end. */
 static bool shoot_finely(struct surface_cursor *cursor, struct approach *to, struct meeting *m,
                          int *outside) {
-    aim(m->ray, to->finest);
+    set_accuracy(m->ray, to->finest);
     bool followed = shoot_both(cursor, m, outside);
     to->gap = vec3_norm(m->gap) / to->least;
     return followed;
@@ -237,24 +231,37 @@ static bool try_again(struct surface_cursor *cursor, struct approach *to, double
     }
     if (m->ray[0].accuracy > to->finest && (!followed || fabs(missed - to->gap) <= doubt))
         return shoot_finely(cursor, to, m, outside);
-    if (!to->exact && forget(m)) {
+    double learnt2 = vec3_norm2(m->learnt[0]) + vec3_norm2(m->learnt[1]);
+    for (int k = 0; k < 2 && !to->exact; k++) {
+        m->by[k] = vec3_sub(m->by[k], m->learnt[k]);
+        m->learnt[k] = vec3_make(0, 0, 0);
+    }
+    if (!to->exact && learnt2 > 0) {
         to->exact = true;
         return true;
     }
-    to->x /= 2;
-    to->y /= 2;
+    to->angle[0] /= 2;
+    to->angle[1] /= 2;
     m->stalled = ++to->halvings == HALVINGS_MAX && followed && to->gap > doubt;
     return to->halvings < HALVINGS_MAX;
 }
 
-/* Takes the angles that led to `next`; false when the ends have come no nearer for long. */
+/* Takes the angles that led to `next`; false when the ends have come no nearer for long. What a
+ * step of these angles has left of the gap is put into the fields, by the smallest change that
+ * explains it (Broyden's), where these are of curvature that changes much on the way. */
 static bool come_closer(struct approach *to, double closer, const struct meeting *next,
                         struct meeting *m) {
-    bool told = closer > doubt_of(m) + doubt_of(next);
+    bool certain = closer > doubt_of(m) + doubt_of(next);
     *m = *next;
-    if (told && to->halvings == 0 && !to->exact && closer > slow_share * to->gap)
-        learn(m, to->x, to->y);
-    to->stalls = told && closer > stalled_share * to->gap ? to->stalls + 1 : 0;
+    if (certain && to->halvings == 0 && !to->exact && closer > slow_share * to->gap) {
+        double angle2 = to->angle[0] * to->angle[0] + to->angle[1] * to->angle[1];
+        const double by[2] = {-to->angle[0] / angle2, to->angle[1] / angle2};
+        for (int k = 0; k < 2; k++) {
+            m->learnt[k] = vec3_axpy(by[k], m->gap, m->learnt[k]);
+            m->by[k] = vec3_axpy(by[k], m->gap, m->by[k]);
+        }
+    }
+    to->stalls = certain && closer > stalled_share * to->gap ? to->stalls + 1 : 0;
     to->halvings = 0;
     to->gap = closer;
     m->stalled = to->stalls == STALLS_MAX;
@@ -266,14 +273,14 @@ static bool come_closer(struct approach *to, double closer, const struct meeting
  * reduce the gap or leaves the right side is therefore halved. `chords` tells whether the sides of
  * chords are looked at for that, as for a smooth cell, or the yarns' own. Rays are as accurate as
  * it takes to come nearer: first rays[0], in the end rays[1] of their length. */
-static enum fishnet_end meet_by(const struct surface *surface, struct surface_cursor *cursor,
-                                const struct fishnet_cell *cell, double accuracy,
-                                const double rays[2], bool chords, struct meeting *m,
-                                struct fishnet_node *node) {
+static enum fishnet_end approach_by(const struct surface *surface, struct surface_cursor *cursor,
+                                    const struct fishnet_cell *cell, double accuracy,
+                                    const double rays[2], bool chords, struct meeting *m,
+                                    struct fishnet_node *node) {
     struct approach to = {
         .coarsest = rays[0], .finest = rays[1], .least = fmin(m->ray[0].length, m->ray[1].length)};
     to.enough = accuracy + rounding * surface->magnitude / to.least;
-    aim(m->ray, rays[0]);
+    set_accuracy(m->ray, rays[0]);
     if (!shoot_both(cursor, m, &node->outside))
         return FISHNET_NO_CONVERGENCE;
     to.gap = vec3_norm(m->gap) / to.least;
@@ -292,18 +299,19 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
             node->point = m->ray[0].end;
             return chords || crosses_rightly(cell, m) ? FISHNET_FOUND : FISHNET_COLLAPSED;
         }
-        if (to.halvings == 0 && !solve_angles(m->by[0], m->by[1], m->gap, &to.x, &to.y))
+        if (to.halvings == 0 &&
+            !fishnet_close_gap(m->by[0], m->by[1], m->gap, least_sine2, to.angle))
             break;
-        if (to.halvings == 0 && fine && settle(cursor, m, &to)) {
+        if (to.halvings == 0 && fine && settle_ends(cursor, m, &to)) {
             node->residual = settled_share * to.enough;
             node->point = m->ray[0].end;
             bool right = chords ? fishnet_right_root(cell, &node->point) : crosses_rightly(cell, m);
             return right ? FISHNET_FOUND : FISHNET_COLLAPSED;
         }
         struct meeting next = *m;
-        aim(next.ray, fmax(rays[1], fmin(to.coarsest, next_share * to.gap)));
-        turn(&next.ray[0], to.x);
-        turn(&next.ray[1], to.y);
+        set_accuracy(next.ray, fmax(rays[1], fmin(to.coarsest, next_share * to.gap)));
+        turn_ray(&next.ray[0], to.angle[0]);
+        turn_ray(&next.ray[1], to.angle[1]);
         bool followed = shoot_both(cursor, &next, &node->outside);
         double closer = followed ? vec3_norm(next.gap) / to.least : HUGE_VAL;
         bool right = closer < to.gap && (chords ? fishnet_right_root(cell, &next.ray[0].end)
@@ -321,26 +329,26 @@ static double jump_at_joints(const struct surface *surface) {
 
 /* Roughly at first and, should that fail, once more with rays that are right from the start; not
  * where even rough ones cannot be followed, or come no nearer to each other. */
-static enum fishnet_end meet(const struct surface *surface, struct surface_cursor *cursor,
-                             const struct fishnet_cell *cell, double accuracy, double last,
-                             bool chords, struct meeting *m, struct fishnet_node *node) {
+static enum fishnet_end meet_rays(const struct surface *surface, struct surface_cursor *cursor,
+                                  const struct fishnet_cell *cell, double accuracy, double last,
+                                  bool chords, struct meeting *m, struct fishnet_node *node) {
     struct meeting begun = *m;
     struct surface_point start = node->point;
     int before = node->iterations;
     const double roughly[2] = {fmax(first_accuracy, last), last};
     const double finest = fmax(finest_accuracy, last / 100), strictly[2] = {finest, finest};
-    enum fishnet_end end = meet_by(surface, cursor, cell, accuracy, roughly, chords, m, node);
+    enum fishnet_end end = approach_by(surface, cursor, cell, accuracy, roughly, chords, m, node);
     if (end != FISHNET_NO_CONVERGENCE || node->iterations == before || m->stalled)
         return end;
     *m = begun;
     node->point = start;
-    end = meet_by(surface, cursor, cell, accuracy, strictly, chords, m, node);
+    end = approach_by(surface, cursor, cell, accuracy, strictly, chords, m, node);
     double jump = jump_at_joints(surface) / fmin(m->ray[0].length, m->ray[1].length);
     if (end != FISHNET_NO_CONVERGENCE || !(node->residual <= accuracy + jump))
         return end;
     *m = begun;
     node->point = start;
-    return meet_by(surface, cursor, cell, accuracy + jump, strictly, chords, m, node);
+    return approach_by(surface, cursor, cell, accuracy + jump, strictly, chords, m, node);
 }
 
 enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
@@ -356,7 +364,7 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
     for (int k = 0; k < 2; k++)
         m.ray[k].direction =
             surface_point_tangent(m.ray[k].from, vec3_sub(node->point.jet.r, m.ray[k].from->jet.r));
-    return meet(surface, cursor, cell, tolerance, ray_share * tolerance, true, &m, node);
+    return meet_rays(surface, cursor, cell, tolerance, ray_share * tolerance, true, &m, node);
 }
 
 enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct surface_cursor *cursor,
@@ -368,7 +376,8 @@ enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct sur
     for (int k = 0; k < 2; k++)
         m.ray[k].stays = yarns->stays[k];
     node->iterations = 0;
-    enum fishnet_end end = meet(surface, cursor, cell, accuracy[0], accuracy[1], false, &m, node);
+    enum fishnet_end end =
+        meet_rays(surface, cursor, cell, accuracy[0], accuracy[1], false, &m, node);
     for (int k = 0; k < 2 && end == FISHNET_FOUND; k++) {
         yarns->start[k] = m.ray[k].direction;
         yarns->end[k] = k ? m.end_tangent : m.ray[0].end_tangent;
@@ -385,7 +394,9 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
     struct unfolding_side to = unfolding_point(q);
     double enough = accuracy * *length + rounding * surface->magnitude, last = HUGE_VAL;
     for (int round = 0; round < ROUNDS; round++) {
-        if (!shoot(cursor, &ray))
+        struct path path;
+        if (!aim_path(&ray, &path) || !path_advance(&path, ray.length) ||
+            !end_ray(cursor, &path, &ray))
             return false;
         struct unfolding_side from = unfolding_point(&ray.end);
         struct unfolding unfolding = unfolding_between(&from, &to);
@@ -394,11 +405,11 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
         struct vec3 field = jacobi_field(&ray);
         double angle = vec3_dot(gap, field) / vec3_norm2(field);
         bool found = miss <= enough;
-        if (!found && miss * step_error(&ray, miss / ray.length) < settled_share * enough) {
+        if (!found && miss * newton_error(&ray, miss / ray.length) < settled_share * enough) {
             struct vec3 normal = ray.end.normal;
             found = true;
             ray.length += vec3_dot(gap, ray.end_tangent);
-            turn(&ray, angle);
+            turn_ray(&ray, angle);
             ray.end_tangent =
                 vec3_axpy(angle, vec3_cross(normal, ray.end_tangent), ray.end_tangent);
         }
@@ -414,7 +425,7 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
         }
         if (!(miss < last))
             return false;
-        turn(&ray, angle);
+        turn_ray(&ray, angle);
         ray.length += vec3_dot(gap, ray.end_tangent);
         last = miss;
     }

@@ -50,6 +50,21 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
                               double accuracy, double *length, struct vec3 *start,
                               struct vec3 *end);
 
+/* How far the end of a geodesic of length d moves to the left for each radian of its direction: the
+ * Jacobi field, by the mean of the Gaussian curvature at both ends. */
+double fishnet_end_moves(const struct surface_point *from, const struct surface_point *to,
+                         double d);
+
+/* The angles for which angle[0] b - angle[1] c = gap, in the least-squares sense of the tangent
+ * plane. False where the square of the sine between b and c is less than `sine2`. */
+bool fishnet_close_gap(struct vec3 b, struct vec3 c, struct vec3 gap, double sine2,
+                       double angle[2]);
+
+/* Pulls at most so many times from the point `from` towards the point `target`, until `to` is as
+ * near to that, along the surface, as is `enough`. False when it does not get there. */
+bool fishnet_pull_to(struct surface_cursor *cursor, const struct surface_point *from,
+                     struct vec3 target, double enough, int pulls, struct surface_point *to);
+
 /* The unit tangent `tangent` of a path where it is now, which is at `point`, in the tangent plane
  * there: a path that has come up to a crease may still be on the side it came from. */
 struct vec3 fishnet_path_tangent(const struct path *path, const struct surface_point *point,

@@ -15,8 +15,8 @@ static const double longest_step = 0.3, least_sine = 0.05;
 /* The step for which both lengths are right: a step beside a yarn, y, lengthens it by
  * y^2 (1 / L - K L / 3) / 2, K being the Gaussian curvature. False where the yarns are nearly
  * parallel. */
-static bool find_step(const struct logarithm l[2], const struct surface_point *d,
-                      const double miss[2], struct vec3 *step) {
+static bool find_length_step(const struct logarithm l[2], const struct surface_point *d,
+                             const double miss[2], struct vec3 *step) {
     struct vec3 b = l[0].arrive, c = l[1].arrive;
     double sine = vec3_dot(vec3_cross(b, c), d->normal), left[2] = {miss[0], miss[1]};
     double gauss = surface_point_gauss_curvature(d);
@@ -41,27 +41,18 @@ static double left_by(const struct surface_point *d, double size, double length,
     return size * size * (size + k / 3) + size * (1 - vec3_dot(normal, d->normal));
 }
 
-/* Whether the first step will be the last, as far as the ends of the edges tell their lengths. */
-static bool is_near(const struct surface_point *const from[2], const struct surface_point *d,
-                    const double length[2]) {
+/* Whether the first step will be the last, by what the ends of the edges tell of their lengths. */
+static bool is_nearly_there(const struct surface_point *const from[2],
+                            const struct surface_point *d, const double length[2]) {
     double least = fmin(length[0], length[1]);
     bool near = true;
     for (int k = 0; k < 2 && near; k++) {
-        struct rough_geodesic told;
-        near = rough_estimate(from[k], d, &told);
-        double miss = fabs(told.length - length[k]) + told.error * length[k];
+        struct rough_geodesic about;
+        near = rough_estimate(from[k], d, &about);
+        double miss = fabs(about.length - length[k]) + about.error * length[k];
         near = near && left_by(d, miss / least, least, d->normal) < settled;
     }
     return near;
-}
-
-/* Turns a yarn whose end moves by `step`. */
-static void turn_yarn(const struct surface_point *from, const struct surface_point *d,
-                      struct vec3 step, struct logarithm *l) {
-    double angle = vec3_dot(step, vec3_cross(d->normal, l->arrive)) / l->length;
-    l->leave = vec3_unit(vec3_axpy(angle, vec3_cross(from->normal, l->leave), l->leave));
-    l->arrive =
-        surface_point_tangent(d, vec3_axpy(angle, vec3_cross(d->normal, l->arrive), l->arrive));
 }
 
 bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cell *cell, double bd,
@@ -72,7 +63,7 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
     double least = fmin(bd, cd);
     struct logarithm l[2];
     struct vec3 step = {0, 0, 0};
-    bool last = false, near = is_near(from, &node->point, length);
+    bool last = false, near = is_nearly_there(from, &node->point, length);
     for (int round = 0; round < ROUNDS && !last; round++) {
         double miss[2], uv[2], asked = near ? accuracy : fmax(first_accuracy, accuracy);
         struct surface_point *d = &node->point;
@@ -82,7 +73,7 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
             miss[k] = length[k] - l[k].length;
         }
         node->iterations++;
-        if (!find_step(l, d, miss, &step))
+        if (!find_length_step(l, d, miss, &step))
             return false;
         double size = vec3_norm(step) / least;
         struct vec3 normal = d->normal;
@@ -97,9 +88,12 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
     if (!last || !(cell->orientation * vec3_dot(cross, node->point.normal) > 0))
         return false;
     for (int k = 0; k < 2; k++) {
-        turn_yarn(from[k], &node->point, step, &l[k]);
-        yarns->start[k] = l[k].leave;
-        yarns->end[k] = l[k].arrive;
+        const struct surface_point *d = &node->point; /* each yarn turns as its end has moved */
+        struct vec3 leave = l[k].leave, arrive = l[k].arrive;
+        double angle = vec3_dot(step, vec3_cross(d->normal, arrive)) / l[k].length;
+        yarns->start[k] = vec3_unit(vec3_axpy(angle, vec3_cross(from[k]->normal, leave), leave));
+        yarns->end[k] =
+            surface_point_tangent(d, vec3_axpy(angle, vec3_cross(d->normal, arrive), arrive));
     }
     return true;
 }

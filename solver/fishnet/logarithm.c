@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 #include "logarithm.h"
 
+#include "fishnet_geodesic.h"
 #include "solver/surface/spans.h"
 
 enum { PIECES = 16, JOINTS = 8, SWEEPS = 6, PULLS = 6, ALONG = -1 };
 
-/* Over pieces whose normals differ by more than this, as a cosine, nothing is told. */
+/* Over pieces whose normals differ by more than this, as a cosine, nothing is known. */
 static const double least_cosine = 0.3;
 
-/* A place that is put on the path is this near to where it was to be, as a share of the piece. */
+/* A point that is put on the path is this near to where it was to be, as a share of the piece. */
 static const double pull_share = 0.02;
 
 /* Directions are as exact as this, by the root of the accuracy. Pieces that meet at an angle a need
@@ -28,28 +29,28 @@ static const double creased = 1e-6;
 /* A knot line within this share of a piece from its end is where the piece ends. */
 static const double at_end = 1e-9;
 
-/* A place this share of a way on from a knot line is surely on that side of it. */
+/* A point this share of a way on from a knot line is surely on that side of it. */
 static const double beside = 1e-6;
 
-/* The places from p to q and the pieces between them. A place within is a point, or one for
- * either side of a knot line of direction `axis`. */
+/* The points from p to q and the pieces between them; on a knot line of direction `axis` one for
+ * either side. */
 struct chain {
     struct surface_cursor *cursor;
     double accuracy, whole;
     int pieces, used;
     struct surface_point *from[PIECES], *to[PIECES];
-    int axis[PIECES + 1]; /* of the place at the beginning of each piece; ALONG: none */
+    int axis[PIECES + 1]; /* of the point at the beginning of each piece; ALONG: none */
     struct rough_geodesic piece[PIECES];
-    bool told[PIECES];
+    bool known[PIECES];
     struct surface_point points[2 * (PIECES + JOINTS)];
 };
 
-static void measure(struct chain *c, int k) {
+static void estimate_piece(struct chain *c, int k) {
     struct rough_geodesic *g = &c->piece[k];
-    c->told[k] = rough_estimate(c->from[k], c->to[k], g) &&
-                 vec3_dot(c->from[k]->normal, c->to[k]->normal) > least_cosine &&
-                 g->error * g->length < c->accuracy * c->whole &&
-                 g->angle < angle_share * sqrt(c->accuracy);
+    c->known[k] = rough_estimate(c->from[k], c->to[k], g) &&
+                  vec3_dot(c->from[k]->normal, c->to[k]->normal) > least_cosine &&
+                  g->error * g->length < c->accuracy * c->whole &&
+                  g->angle < angle_share * sqrt(c->accuracy);
 }
 
 /* ---- knot lines ---- */
@@ -81,7 +82,7 @@ static bool find_joints(const struct surface_point *p, const struct surface_poin
 }
 
 /* The point at uv as the span has it in which the way to `towards` begins. A span further on,
- * over a knot line on which parameters alone change, has another place at uv. */
+ * over a knot line on which parameters alone change, has another point at uv. */
 static bool surface_point_beside(const struct surface *surface, const double uv[2],
                                  const double towards[2], struct surface_point *point) {
     int span[2];
@@ -107,20 +108,11 @@ static bool place_ends(const struct surface *surface, struct chain *c, int k) {
            surface_point_beside(surface, c->to[k]->uv, middle, c->to[k]);
 }
 
-/* Whether the surface bends otherwise on the other side of a knot line: a knot that was inserted is
- * no joint. */
-static bool bends_otherwise(const struct surface_point *a, const struct surface_point *b) {
-    double differ = 0, size = 0;
-    for (int n = 0; n < 3; n++) {
-        differ += fabs(a->first[n] - b->first[n]) + fabs(a->second[n] - b->second[n]);
-        size += fabs(a->first[n]) + fabs(a->second[n]);
-    }
-    return !(differ < even * size && vec3_dot(a->normal, b->normal) > 1 - even);
-}
-
-/* Ends the last piece at a knot line, and begins the next one there. */
-static bool cut_at(struct chain *c, const struct surface_point *p, const struct surface_point *q,
-                   const struct joint *joint, double next_share) {
+/* Ends the last piece at a knot line, and begins the next one there; not where the surface bends
+ * the same on both sides: a knot that was inserted is no joint. */
+static bool end_piece_at(struct chain *c, const struct surface_point *p,
+                         const struct surface_point *q, const struct joint *joint,
+                         double next_share) {
     struct surface_point *to = &c->points[c->used], *from = &c->points[c->used + 1];
     const struct surface_point *last = c->from[c->pieces - 1];
     double uv[2], before[2], after[2];
@@ -133,7 +125,12 @@ static bool cut_at(struct chain *c, const struct surface_point *p, const struct 
     if (!surface_point_beside(p->surface, uv, before, to) ||
         !surface_point_beside(p->surface, uv, after, from))
         return false;
-    if (!bends_otherwise(to, from))
+    double differ = 0, size = 0;
+    for (int n = 0; n < 3; n++) {
+        differ += fabs(to->first[n] - from->first[n]) + fabs(to->second[n] - from->second[n]);
+        size += fabs(to->first[n]) + fabs(to->second[n]);
+    }
+    if (differ < even * size && vec3_dot(to->normal, from->normal) > 1 - even)
         return true;
     c->to[c->pieces - 1] = to;
     c->from[c->pieces] = from;
@@ -142,8 +139,9 @@ static bool cut_at(struct chain *c, const struct surface_point *p, const struct 
     return true;
 }
 
-/* Cuts the way from p to q at the knot lines that are joints. */
-static bool cut(struct chain *c, const struct surface_point *p, const struct surface_point *q) {
+/* Splits the way from p to q at the knot lines that are joints. */
+static bool split_at_joints(struct chain *c, const struct surface_point *p,
+                            const struct surface_point *q) {
     struct joint joint[JOINTS];
     int count = 0;
     if (!find_joints(p, q, 0, joint, &count) || !find_joints(p, q, 1, joint, &count))
@@ -154,7 +152,7 @@ static bool cut(struct chain *c, const struct surface_point *p, const struct sur
     *c->from[0] = *p;
     c->axis[0] = ALONG;
     for (int k = 0; k < count; k++)
-        if (!cut_at(c, p, q, &joint[k], k + 1 < count ? joint[k + 1].share : 1))
+        if (!end_piece_at(c, p, q, &joint[k], k + 1 < count ? joint[k + 1].share : 1))
             return false;
     struct surface_point *end = c->to[c->pieces - 1] = &c->points[1];
     *end = *q;
@@ -165,28 +163,10 @@ static bool cut(struct chain *c, const struct surface_point *p, const struct sur
            vec3_norm(vec3_cross(end->normal, q->normal)) < creased;
 }
 
-/* ---- places within spans ---- */
+/* ---- points within spans ---- */
 
-/* The point next to the point `target`, of which `from` is the place to begin at. */
-static bool pull_to(struct chain *c, const struct surface_point *from, struct vec3 target,
-                    double enough, struct surface_point *to) {
-    struct surface_point begin = *from;
-    for (int pull = 0; pull < PULLS; pull++) {
-        double uv[2];
-        struct vec3 step = vec3_sub(target, begin.jet.r);
-        if (!surface_point_pull(begin.surface, c->cursor, &begin, step, uv) ||
-            !surface_point_at(begin.surface, c->cursor, uv, to))
-            return false;
-        struct vec3 left = surface_point_projection(to, vec3_sub(target, to->jet.r));
-        if (vec3_norm2(left) < enough * enough)
-            return true;
-        begin = *to;
-    }
-    return false;
-}
-
-/* Puts a place in the middle of piece k, on the cubic that leaves its ends as the yarn does. */
-static bool split(struct chain *c, int k) {
+/* Puts a point in the middle of piece k, on the cubic that leaves its ends as the yarn does. */
+static bool halve_piece(struct chain *c, int k) {
     struct surface_point *p = c->from[k], *q = c->to[k];
     double length = vec3_distance(p->jet.r, q->jet.r);
     if (c->pieces == PIECES)
@@ -195,8 +175,8 @@ static bool split(struct chain *c, int k) {
     struct vec3 middle = vec3_scale(0.5, vec3_add(p->jet.r, q->jet.r));
     struct vec3 target = vec3_axpy(length / 8, bulge, middle);
     struct surface_point *to = &c->points[c->used++];
-    if ((!pull_to(c, p, target, pull_share * length, to) &&
-         !pull_to(c, q, target, pull_share * length, to)) ||
+    if ((!fishnet_pull_to(c->cursor, p, target, pull_share * length, PULLS, to) &&
+         !fishnet_pull_to(c->cursor, q, target, pull_share * length, PULLS, to)) ||
         !(vec3_norm2(vec3_sub(to->jet.r, middle)) < length * length / 9))
         return false;
     for (int n = c->pieces++; n > k; n--) {
@@ -204,7 +184,7 @@ static bool split(struct chain *c, int k) {
         c->to[n] = c->to[n - 1];
         c->axis[n] = c->axis[n - 1];
         c->piece[n] = c->piece[n - 1];
-        c->told[n] = c->told[n - 1];
+        c->known[n] = c->known[n - 1];
     }
     c->to[k] = c->from[k + 1] = to;
     c->axis[k + 1] = ALONG;
@@ -219,7 +199,7 @@ static struct vec3 knot_line(const struct surface_point *at, int axis) {
 
 /* The sine of the angle to the left by which piece k goes on from the one before; measured against
  * the knot line that they meet on, on both sides of it. False where they turn back. */
-static bool turn_at(const struct chain *c, int k, double *sine) {
+static bool piece_angle(const struct chain *c, int k, double *sine) {
     const struct surface_point *before = c->to[k - 1], *after = c->from[k];
     struct vec3 back = vec3_scale(-1, c->piece[k - 1].arrive), onward = c->piece[k].leave;
     if (c->axis[k] == ALONG) {
@@ -234,14 +214,14 @@ static bool turn_at(const struct chain *c, int k, double *sine) {
     return c0 * c1 + s0 * s1 > 0 && fabs(s0) > least_crossing;
 }
 
-/* The angles a_k at the places within, and the moves x_k that take them away. The largest angle;
+/* The angles a_k at the points within, and the moves x_k that take them away. The largest angle;
  * infinite where there is no straight line. */
 static double straighten(const struct chain *c, double angle[], double move[]) {
     double most = 0, upper[PIECES], inverse[PIECES];
     for (int k = 0; k < c->pieces; k++)
         inverse[k] = 1 / c->piece[k].length;
     for (int k = 1; k < c->pieces; k++) {
-        if (!turn_at(c, k, &angle[k]))
+        if (!piece_angle(c, k, &angle[k]))
             return HUGE_VAL;
         most = fmax(most, fabs(angle[k]));
         double own = inverse[k - 1] + inverse[k], right = angle[k];
@@ -258,49 +238,46 @@ static double straighten(const struct chain *c, double angle[], double move[]) {
 }
 
 /* Whether the last moves need not be made, `most` being the largest angle. */
-static bool is_straight(const struct chain *c, double most) {
+static bool is_straight_enough(const struct chain *c, double most) {
     double gauss = fmax(fabs(surface_point_gauss_curvature(c->from[0])),
                         fabs(surface_point_gauss_curvature(c->to[c->pieces - 1])));
     return most * (most + gauss * c->whole * c->whole) <= angle_share * sqrt(c->accuracy) &&
            most * most * most <= c->accuracy;
 }
 
-/* Moves place k to the left of the path by x, on a knot line along that. */
-static bool move_place(struct chain *c, int k, double x) {
-    struct surface_point *here = c->from[k];
-    struct vec3 along = surface_point_tangent(here, vec3_sub(c->to[k]->jet.r, here->jet.r));
-    struct vec3 left = vec3_cross(here->normal, along);
-    if (c->axis[k] == ALONG) {
-        struct surface_point begin = *here;
-        return pull_to(c, &begin, vec3_axpy(x, left, here->jet.r), pull_share * c->piece[k].length,
-                       here);
-    }
-    int n = 1 - c->axis[k];
-    struct vec3 by = n == 0 ? here->jet.u : here->jet.v;
-    double rate = vec3_dot(by, left);
-    if (!(fabs(rate) > least_crossing * vec3_norm(by)))
-        return false;
-    here->uv[n] += x / rate;
-    c->to[k - 1]->uv[n] = here->uv[n];
-    return true;
-}
-
-static bool move_places(struct chain *c, const double move[]) {
+/* Moves the points within to the left of the path, on a knot line along that. */
+static bool move_points(struct chain *c, const double move[]) {
     const struct surface *surface = c->from[0]->surface;
-    for (int k = 1; k < c->pieces; k++)
-        if (!move_place(c, k, move[k]))
+    for (int k = 1; k < c->pieces; k++) {
+        struct surface_point *here = c->from[k], begin = *here;
+        struct vec3 along = surface_point_tangent(here, vec3_sub(c->to[k]->jet.r, here->jet.r));
+        struct vec3 left = vec3_cross(here->normal, along);
+        if (c->axis[k] == ALONG) {
+            struct vec3 target = vec3_axpy(move[k], left, here->jet.r);
+            if (!fishnet_pull_to(c->cursor, &begin, target, pull_share * c->piece[k].length, PULLS,
+                                 here))
+                return false;
+            continue;
+        }
+        int n = 1 - c->axis[k];
+        struct vec3 by = n == 0 ? here->jet.u : here->jet.v;
+        double rate = vec3_dot(by, left);
+        if (!(fabs(rate) > least_crossing * vec3_norm(by)))
             return false;
+        here->uv[n] += move[k] / rate;
+        c->to[k - 1]->uv[n] = here->uv[n];
+    }
     for (int k = 0; k < c->pieces; k++) {
         if ((c->axis[k] != ALONG || (k + 1 < c->pieces && c->axis[k + 1] != ALONG)) &&
             !place_ends(surface, c, k))
             return false;
     }
     for (int k = 0; k < c->pieces; k++)
-        measure(c, k);
+        estimate_piece(c, k);
     return true;
 }
 
-/* Whether the way of piece k in parameters crosses a crease of direction n: places have moved past
+/* Whether the way of piece k in parameters crosses a crease of direction n: points have moved past
  * where it meets another, and the piece was taken for one in the span of its middle. */
 static bool crosses_crease(const struct chain *c, int k, int n) {
     const struct surface_point *from = c->from[k], *to = c->to[k];
@@ -322,16 +299,9 @@ static bool crosses_crease(const struct chain *c, int k, int n) {
     return false;
 }
 
-static bool keeps_to_spans(const struct chain *c) {
-    for (int k = 0; c->from[0]->surface->has_folds && k < c->pieces; k++)
-        if (crosses_crease(c, k, 0) || crosses_crease(c, k, 1))
-            return false;
-    return true;
-}
-
 /* The logarithm of a chain, its first and last pieces turned by the moves that are left. */
-static void conclude(const struct chain *c, const double angle[], const double move[],
-                     struct logarithm *l) {
+static void sum_chain(const struct chain *c, const double angle[], const double move[],
+                      struct logarithm *l) {
     int last = c->pieces - 1;
     struct vec3 leave = c->piece[0].leave, arrive = c->piece[last].arrive;
     double first = last > 0 ? move[1] / c->piece[0].length : 0;
@@ -351,30 +321,31 @@ bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p
     c.accuracy = accuracy;
     c.whole = vec3_distance(p->jet.r, q->jet.r);
     if (p->surface != q->surface || !surface_point_is_regular(p) || !surface_point_is_regular(q) ||
-        !(c.whole > 0) || !cut(&c, p, q))
+        !(c.whole > 0) || !split_at_joints(&c, p, q))
         return false;
     for (int k = 0; k < c.pieces; k++)
-        measure(&c, k);
+        estimate_piece(&c, k);
     for (int k = 0; k < c.pieces;) {
-        if (c.told[k]) {
+        if (c.known[k]) {
             k++;
             continue;
         }
-        if (!split(&c, k))
+        if (!halve_piece(&c, k))
             return false;
-        measure(&c, k);
-        measure(&c, k + 1);
+        estimate_piece(&c, k);
+        estimate_piece(&c, k + 1);
     }
     for (int sweep = 0; c.pieces > 1; sweep++) {
         double most = straighten(&c, angle, move);
-        if (is_straight(&c, most))
+        if (is_straight_enough(&c, most))
             break;
-        if (!(most < 1) || sweep == SWEEPS || !move_places(&c, move))
+        if (!(most < 1) || sweep == SWEEPS || !move_points(&c, move))
             return false;
     }
-    if (!keeps_to_spans(&c))
-        return false;
-    conclude(&c, angle, move, logarithm);
+    for (int k = 0; p->surface->has_folds && k < c.pieces; k++)
+        if (crosses_crease(&c, k, 0) || crosses_crease(&c, k, 1))
+            return false;
+    sum_chain(&c, angle, move, logarithm);
     return isfinite(logarithm->length);
 }
 

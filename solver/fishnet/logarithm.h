@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The logarithm of a place of the surface at a near one: length and direction of the geodesic
- * between them, without following it. Between p and q as many places are put as it takes for each
- * piece to be told by its ends (`rough_estimate`). The pieces make a geodesic when none of them
- * meets the next at an angle: with a_k the angles, by which the path turns to the left, and h_k the
- * lengths of the pieces, the places move to the left by x_k,
+ * The logarithm of a point of the surface at a near one: length and direction of the geodesic
+ * between them, without following it. Between p and q as many points are put as it takes for the
+ * ends of each piece to tell what it is (`rough_estimate`). The pieces make a geodesic when none of
+ * them meets the next at an angle: with a_k the angles, by which the path turns to the left, and
+ * h_k the lengths of the pieces, the points move to the left by x_k,
  *
  *     (x_k - x_(k-1)) / h_k - (x_(k+1) - x_k) / h_(k+1) = a_k
  *

@@ -40,12 +40,12 @@ static double joint_angle(const struct departure *near, const struct departure *
 }
 
 /* The side of a point's surface; 1 on a mesh. */
-static double side_of(const struct surface_point *p) {
+static double normal_side(const struct surface_point *p) {
     return p->surface ? p->surface->side : 1;
 }
 
 static struct departure depart_for(const struct surface_point *p, struct vec3 to) {
-    return depart(p, vec3_sub(to, p->jet.r), side_of(p));
+    return depart(p, vec3_sub(to, p->jet.r), normal_side(p));
 }
 
 /* Whether the rise of an edge shows a joint on the way. */
@@ -62,7 +62,7 @@ static double normal_turn2(const struct departure *d) {
 static struct vec3 leave_over_joint(const struct surface_point *p, const struct departure *d,
                                     const struct surface_point *q, struct vec3 chord) {
     struct vec3 t = d->along;
-    struct departure far = depart(q, chord, side_of(q));
+    struct departure far = depart(q, chord, normal_side(q));
     double angle = joint_angle(d, &far, d->rise);
     double turn2 = fmax(normal_turn2(d), normal_turn2(&far)) * d->c2;
     if (vec3_norm(vec3_sub(q->normal, p->normal)) > 2 * sqrt(turn2) + least_fold) {
@@ -147,7 +147,7 @@ bool rough_estimate(const struct surface_point *p, const struct surface_point *q
         ends.second[k] = both(p->second[k], q->second[k]);
     }
     struct lanes3 chord = lanes3_sub(both_vectors(q->jet.r, p->jet.r), ends.jet.r);
-    struct departure_lanes d = depart_lanes(&ends, chord, both(side_of(p), side_of(q)));
+    struct departure_lanes d = depart_lanes(&ends, chord, both(normal_side(p), normal_side(q)));
     lanes k = d.curvature, t = d.torsion, dk = both(k[1], k[0]) - k, dt = both(t[1], t[0]) - t;
     lanes angle = helix_angle_lanes(&d) + d.c2 * (k * dt / 24 + dk * t / 12 + dk * dt / 40);
     struct lanes3 leave =
@@ -174,7 +174,7 @@ enum rough_kind rough_edge(const struct surface_point *p, const struct surface_p
         bool alike = fabs(vec3_dot(along, vec3_add(p->normal, q->normal))) < pole_misfit * d;
         return alike ? ROUGH_NOT : ROUGH_EDGE;
     }
-    const double side[2] = {side_of(p), side_of(q)};
+    const double side[2] = {normal_side(p), normal_side(q)};
     struct edge_kind kind = find_edge_kind(p, q, curvature, d, *chord, side);
     if (kind.arc)
         return ROUGH_NOT;

@@ -3,8 +3,8 @@
 
 #include "solver/shell/crossing.h"
 
-static void frame_at(const struct surface *surface, const struct unfolding_side *side, int k,
-                     const double uv[2], struct vec3 frame[3], struct vec3 *at) {
+static void knot_frame(const struct surface *surface, const struct unfolding_side *side, int k,
+                       const double uv[2], struct vec3 frame[3], struct vec3 *at) {
     struct surface_jet jet;
     surface_evaluate_span(surface, side->span[0], side->span[1], uv[0] - side->turn[0],
                           uv[1] - side->turn[1], &jet);
@@ -14,24 +14,19 @@ static void frame_at(const struct surface *surface, const struct unfolding_side 
     *at = jet.r;
 }
 
-/* Two places on both sides of a joint of a shell. */
-static struct unfolding unfold_joint(const struct unfolding_side *from,
-                                     const struct unfolding_side *to) {
-    struct crossing c;
-    if (!from->point || !to->point || !crossing_between(from->point, to->surface, &c))
-        return (struct unfolding){.flat = true};
-    return (struct unfolding){.at = c.from.at,
-                              .from = {c.from.along, c.from.across, c.from.normal},
-                              .to = {c.to.along, c.to.across, c.to.normal}};
-}
-
 struct unfolding unfolding_between(const struct unfolding_side *from,
                                    const struct unfolding_side *to) {
     struct unfolding unfolding = {.flat = true};
     const struct surface *surface = from->surface;
     int across = -1, differ = 0;
-    if (to->surface != surface)
-        return unfold_joint(from, to);
+    if (to->surface != surface) { /* on both sides of a joint of a shell */
+        struct crossing c;
+        if (!from->point || !to->point || !crossing_between(from->point, to->surface, &c))
+            return unfolding;
+        return (struct unfolding){.at = c.from.at,
+                                  .from = {c.from.along, c.from.across, c.from.normal},
+                                  .to = {c.to.along, c.to.across, c.to.normal}};
+    }
     for (int k = 0; k < 2; k++)
         if (from->span[k] != to->span[k]) {
             across = k;
@@ -51,8 +46,8 @@ struct unfolding unfolding_between(const struct unfolding_side *from,
     uv[across] = knot;
     uv[1 - across] = from->uv[1 - across] + share * (to->uv[1 - across] - from->uv[1 - across]);
     struct vec3 other;
-    frame_at(surface, from, across, uv, unfolding.from, &unfolding.at);
-    frame_at(surface, to, across, uv, unfolding.to, &other);
+    knot_frame(surface, from, across, uv, unfolding.from, &unfolding.at);
+    knot_frame(surface, to, across, uv, unfolding.to, &other);
     unfolding.flat = false;
     return unfolding;
 }

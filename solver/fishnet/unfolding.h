@@ -8,7 +8,7 @@
 
 #include "solver/path/path.h"
 
-/* A place in a span, as that span has it. */
+/* A point in a span, as that span has it. */
 struct unfolding_side {
     const struct surface *surface;
     int span[2];
@@ -29,7 +29,7 @@ struct unfolding {
 struct unfolding_side unfolding_path(const struct path *path, struct vec3 r);
 struct unfolding_side unfolding_point(const struct surface_point *point);
 
-/* Where the line in (u, v) from one place to the other crosses the one knot between them. More than
+/* Where the line in (u, v) from one point to the other crosses the one knot between them. More than
  * one are taken as none: Newton's method comes nearer, or has to do without. */
 struct unfolding unfolding_between(const struct unfolding_side *from,
                                    const struct unfolding_side *to);
@@ -37,7 +37,7 @@ struct unfolding unfolding_between(const struct unfolding_side *from,
 /* A vector at the far side as it is on the near one. */
 struct vec3 unfolding_back(const struct unfolding *unfolding, struct vec3 v);
 
-/* The way from one place to a near one, in the tangent plane of the first. */
+/* The way from one point to a near one, in the tangent plane of the first. */
 struct vec3 unfolding_gap(const struct unfolding_side *from, const struct unfolding_side *to,
                           const struct unfolding *unfolding);
 

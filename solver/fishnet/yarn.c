@@ -21,15 +21,12 @@ static bool laid_edge(const struct yarn_net *yarns, const struct yarn_place *her
     return true;
 }
 
-static const struct surface *surface_of(const struct yarn_net *yarns,
-                                        const struct yarn_place *place) {
+static struct rough_end neighbour_end(const struct yarn_net *yarns, const struct yarn_place *there,
+                                      const struct surface_point *point) {
     const struct surface *surface = yarns->surface;
-    return surface && surface->shell ? shell_surface(surface->shell, place->node->face) : surface;
-}
-
-static struct rough_end end_at(const struct yarn_net *yarns, const struct yarn_place *there,
-                               const struct surface_point *point) {
-    return (struct rough_end){surface_of(yarns, there), there->node->uv, there->node->r, point};
+    if (surface && surface->shell)
+        surface = shell_surface(surface->shell, there->node->face);
+    return (struct rough_end){surface, there->node->uv, there->node->r, point};
 }
 
 struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *here,
@@ -38,11 +35,11 @@ struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *he
     struct vec3 leave;
     if (laid_edge(yarns, here, there, family, side, &leave))
         return leave;
-    const struct rough_end end = end_at(yarns, there, NULL);
+    const struct rough_end end = neighbour_end(yarns, there, NULL);
     return rough_leave(yarns->cursor, point, &end, NULL);
 }
 
-static struct yarn_place place_at(const struct net_window *window, int x, int y) {
+static struct yarn_place window_place(const struct net_window *window, int x, int y) {
     const struct net_tile *tile = window->tile[1][1];
     return (struct yarn_place){tile->ti * NET_TILE + x, tile->tj * NET_TILE + y,
                                net_window_place(window, x, y)};
@@ -58,15 +55,15 @@ static struct vec3 onward(const struct yarn_net *yarns, const struct net_window 
     if (spot->known & NET_EDGE_BIT(family, side))
         return *direction;
     spot->known |= NET_EDGE_BIT(family, side);
-    struct yarn_place here = place_at(window, x, y);
+    struct yarn_place here = window_place(window, x, y);
     struct yarn_place there =
-        place_at(window, x + (family == 0 ? step : 0), y + (family == 0 ? 0 : step));
+        window_place(window, x + (family == 0 ? step : 0), y + (family == 0 ? 0 : step));
     *direction = vec3_make(0, 0, 0);
     if (!there.node)
         return *direction;
     struct vec3 leave;
     if (!laid_edge(yarns, &here, &there, family, side, &leave)) {
-        const struct rough_end end = end_at(yarns, &there, next ? &next->point : NULL);
+        const struct rough_end end = neighbour_end(yarns, &there, next ? &next->point : NULL);
         leave = logarithm_leave(yarns->cursor, &spot->point, &end);
     }
     *direction = vec3_scale(step, leave);
