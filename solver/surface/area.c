@@ -26,12 +26,6 @@ struct piece {
     double wrong; /* about what is wrong of its area */
 };
 
-/* Gauss points per span and direction: many where spans are few and large. */
-static int order_of(const struct surface *surface) {
-    long spans = (long)surface->axis[0].span_count * surface->axis[1].span_count;
-    return spans <= 64 ? 16 : spans <= 1024 ? 8 : spans <= 16384 ? 4 : 2;
-}
-
 /* Adds the amounts of P_(n-1) and of P_(n-2) = (2n - 1) / (n - 1) x P_(n-1) in n values. */
 static double tail_of(const struct quadrature *rule, const double *value, int stride) {
     int n = rule->count;
@@ -45,26 +39,10 @@ static double tail_of(const struct quadrature *rule, const double *value, int st
            fabs(before) * (2 * n - 3) * (2 * n - 1) / (n > 1 ? n - 1 : 1);
 }
 
-/* The same as `surface_evaluate_grid`, of surfaces that are moved as well. */
-static void evaluate(const struct surface *surface, const struct surface_grid *grid,
-                     struct surface_element *elements) {
-    if (surface->height == 0) {
-        surface_evaluate_grid(surface, grid, elements);
-        return;
-    }
-    for (int a = 0; a < grid->count[0]; a++)
-        for (int b = 0; b < grid->count[1]; b++) {
-            struct surface_jet jet;
-            surface_evaluate_span(surface, grid->span[0], grid->span[1], grid->at[0][a],
-                                  grid->at[1][b], &jet);
-            elements[a * grid->count[1] + b] = (struct surface_element){jet.r, jet.u, jet.v};
-        }
-}
-
-/* Adds a piece to the sums, which in the order of its places are the same bits whatever its tail.
+/* Adds a piece to the sums, which in the order of its points are the same bits whatever its tail.
  */
-static void integrate(const struct surface *surface, const struct quadrature *rule,
-                      struct piece *piece, struct sums *sums) {
+static void integrate_piece(const struct surface *surface, const struct quadrature *rule,
+                            struct piece *piece, struct sums *sums) {
     const double *half = piece->half;
     struct surface_element elements[QUADRATURE_MAX * QUADRATURE_MAX];
     double u[QUADRATURE_MAX] = {0}, v[QUADRATURE_MAX] = {0},
@@ -76,7 +54,13 @@ static void integrate(const struct surface *surface, const struct quadrature *ru
         v[k] = piece->from[1] + half[1] * (1 + rule->node[k]);
     }
     const struct surface_grid grid = {{piece->span[0], piece->span[1]}, {n, n}, {u, v}};
-    evaluate(surface, &grid, elements);
+    if (surface->height == 0)
+        surface_evaluate_grid(surface, &grid, elements);
+    for (int k = 0; k < n * n && surface->height != 0; k++) {
+        struct surface_jet jet;
+        surface_evaluate_span(surface, grid.span[0], grid.span[1], u[k / n], v[k % n], &jet);
+        elements[k] = (struct surface_element){jet.r, jet.u, jet.v};
+    }
     for (int a = 0; a < n; a++)
         for (int b = 0; b < n; b++) {
             const struct surface_element *at = &elements[a * n + b];
@@ -97,24 +81,24 @@ static void integrate(const struct surface *surface, const struct quadrature *ru
 
 /* Adds the halves of a piece, or theirs, as long as `left` of them may be looked at and more than
  * `most` is wrong of each. */
-static void refine(const struct surface *surface, const struct quadrature *rule, double most,
-                   int *left, const struct piece *piece, struct sums *sums) {
+static void refine_piece(const struct surface *surface, const struct quadrature *rule, double most,
+                         int *left, const struct piece *piece, struct sums *sums) {
     int n = piece->along;
     for (int k = 0; k < 2; k++) {
-        struct piece part = *piece;
+        struct piece half = *piece;
         struct sums before = *sums;
-        part.depth++;
-        part.half[n] = piece->half[n] / 2;
-        part.from[n] = piece->from[n] + k * piece->half[n];
-        integrate(surface, rule, &part, sums);
-        if (!(part.wrong > most) || part.depth == DEPTH || --*left < 0)
+        half.depth++;
+        half.half[n] = piece->half[n] / 2;
+        half.from[n] = piece->from[n] + k * piece->half[n];
+        integrate_piece(surface, rule, &half, sums);
+        if (!(half.wrong > most) || half.depth == DEPTH || --*left < 0)
             continue;
         *sums = before;
-        refine(surface, rule, most, left, &part, sums);
+        refine_piece(surface, rule, most, left, &half, sums);
     }
 }
 
-static struct piece span_at(const struct surface *surface, int k) {
+static struct piece whole_span(const struct surface *surface, int k) {
     int count = surface->axis[1].span_count;
     struct piece piece = {.span = {k / count, k % count}};
     for (int n = 0; n < 2; n++) {
@@ -126,13 +110,15 @@ static struct piece span_at(const struct surface *surface, int k) {
 }
 
 void surface_integrate(const struct surface *surface, double *area, struct vec3 *moment) {
-    struct quadrature rule = quadrature_make(order_of(surface));
     int spans = surface->axis[0].span_count * surface->axis[1].span_count, left = PIECES_MOST;
+    /* many points per span and direction where spans are few and large */
+    int order = spans <= 64 ? 16 : spans <= 1024 ? 8 : spans <= 16384 ? 4 : 2;
+    struct quadrature rule = quadrature_make(order);
     struct sums sums = {0}, whole = {0};
     double worst = 0;
     for (int k = 0; k < spans; k++) {
-        struct piece piece = span_at(surface, k);
-        integrate(surface, &rule, &piece, &whole);
+        struct piece piece = whole_span(surface, k);
+        integrate_piece(surface, &rule, &piece, &whole);
         worst = fmax(worst, piece.wrong);
     }
     *area = whole.area;
@@ -140,13 +126,13 @@ void surface_integrate(const struct surface *surface, double *area, struct vec3 
     if (!(worst > unresolved * whole.area))
         return;
     for (int k = 0; k < spans; k++) {
-        struct piece piece = span_at(surface, k);
+        struct piece piece = whole_span(surface, k);
         struct sums before = sums;
-        integrate(surface, &rule, &piece, &sums);
+        integrate_piece(surface, &rule, &piece, &sums);
         if (!(piece.wrong > unresolved * whole.area))
             continue;
         sums = before;
-        refine(surface, &rule, unresolved * whole.area, &left, &piece, &sums);
+        refine_piece(surface, &rule, unresolved * whole.area, &left, &piece, &sums);
     }
     *area = sums.area;
     *moment = sums.moment;

@@ -54,19 +54,6 @@ static double extreme_second(const struct bounds_cell *cell, double level, int d
     return along * (along - 1) * least;
 }
 
-/* The greatest |d^2 / du dv (N - level W)|, in the same scale. */
-static double greatest_twist(const struct bounds_cell *cell, double level) {
-    int n = cell->degree[0], m = cell->degree[1];
-    double greatest = 0;
-    for (int k = 0; k < n; k++)
-        for (int l = 0; l < m; l++) {
-            const bounds_pair *at = cell->pairs + k * (m + 1) + l;
-            bounds_pair difference = at[m + 2] - at[m + 1] - at[1] + at[0];
-            greatest = fmax(greatest, fabs(above_level(difference, level)));
-        }
-    return n * m * greatest;
-}
-
 int bounds_bend(const struct bounds_cell *cell, double level) {
     double bend[2];
     for (int k = 0; k < 2; k++)
@@ -77,7 +64,7 @@ int bounds_bend(const struct bounds_cell *cell, double level) {
 }
 
 /* The Hessian (a b; b c) is nowhere negative when min a >= 0, min c >= 0 and
- * (min a) (min c) >= (max |b|)^2. */
+ * (min a) (min c) >= (max |b|)^2; b is n m times a difference across. */
 bool bounds_convex(const struct bounds_cell *cell, double level) {
     double a = extreme_second(cell, level, 0, 1);
     if (!(a >= 0))
@@ -85,30 +72,35 @@ bool bounds_convex(const struct bounds_cell *cell, double level) {
     double c = extreme_second(cell, level, 1, 1);
     if (!(c >= 0))
         return false;
-    double b = greatest_twist(cell, level);
+    int n = cell->degree[0], m = cell->degree[1];
+    double twist = 0;
+    for (int k = 0; k < n; k++)
+        for (int l = 0; l < m; l++) {
+            const bounds_pair *at = cell->pairs + k * (m + 1) + l;
+            bounds_pair difference = at[m + 2] - at[m + 1] - at[1] + at[0];
+            twist = fmax(twist, fabs(above_level(difference, level)));
+        }
+    double b = n * m * twist;
     return a * c >= b * b;
 }
 
 /* ---- the search ---- */
 
-/* Cuts one row of n + 1 coefficients, `step` apart, at its middle: `row` keeps the upper half. */
-static void cut_row(int n, int step, bounds_pair *row, bounds_pair *low) {
-    low[0] = row[0];
-    for (int r = 1; r <= n; r++) {
-        for (int i = 0; i <= n - r; i++)
-            row[i * step] = 0.5 * (row[i * step] + row[(i + 1) * step]);
-        low[r * step] = row[0];
-    }
-}
-
-/* Replaces a cell by its upper half; `low` becomes the lower, with its coefficients in `to`. */
-static void cut(struct bounds_cell *cell, int direction, bounds_pair *from, struct bounds_cell *low,
-                bounds_pair *to) {
-    int n = cell->degree[0], m = cell->degree[1];
-    int rows = direction == 0 ? m + 1 : n + 1;
-    for (int i = 0; i < rows; i++) {
-        int first = direction == 0 ? i : i * (m + 1);
-        cut_row(cell->degree[direction], direction == 0 ? m + 1 : 1, from + first, to + first);
+/* Replaces a cell by its upper half; `low` becomes the lower, with its coefficients in `to`. Each
+ * row of coefficients along `direction` is halved at its middle. */
+static void halve_cell(struct bounds_cell *cell, int direction, bounds_pair *from,
+                       struct bounds_cell *low, bounds_pair *to) {
+    int n = cell->degree[direction], width = cell->degree[1] + 1;
+    int rows = direction == 0 ? width : cell->degree[0] + 1, step = direction == 0 ? width : 1;
+    for (int k = 0; k < rows; k++) {
+        bounds_pair *row = from + (direction == 0 ? k : k * width);
+        bounds_pair *lower = to + (direction == 0 ? k : k * width);
+        lower[0] = row[0];
+        for (int r = 1; r <= n; r++) {
+            for (int i = 0; i <= n - r; i++)
+                row[i * step] = 0.5 * (row[i * step] + row[(i + 1) * step]);
+            lower[r * step] = row[0];
+        }
     }
     *low = *cell;
     low->pairs = to;
@@ -116,7 +108,7 @@ static void cut(struct bounds_cell *cell, int direction, bounds_pair *from, stru
         (cell->lower[direction] + cell->upper[direction]) / 2;
 }
 
-/* Depth first, so that the stack is as deep as a cell is cut, and no deeper. */
+/* Depth first, so that the stack is as deep as a cell is halved, and no deeper. */
 void bounds_run(struct bounds_search *search) {
     struct bounds_cell stack[BOUNDS_DEPTH_MAX + 1];
     const size_t size = (size_t)((search->degree[0] + 1) * (search->degree[1] + 1));
@@ -129,8 +121,8 @@ void bounds_run(struct bounds_search *search) {
             count--;
             continue;
         }
-        cut(&stack[top], direction, search->store + (size_t)top * size, &stack[count],
-            search->store + (size_t)count * size);
+        halve_cell(&stack[top], direction, search->store + (size_t)top * size, &stack[count],
+                   search->store + (size_t)count * size);
         depth[count++] = ++depth[top];
     }
 }
@@ -154,18 +146,6 @@ static int judge_extreme(void *context, const struct bounds_cell *cell) {
     return bounds_bend(cell, extreme->best);
 }
 
-/* Sets the first coefficients of the search; true when they leave room below `best`. */
-static bool load_coordinate(const vec4 *points, size_t size, int lane, double sign,
-                            const struct extreme *extreme, struct bounds_search *search) {
-    bool room = false;
-    for (size_t i = 0; i < size; i++) {
-        double value = sign * points[i][lane];
-        search->store[i] = (bounds_pair){value, points[i][3]};
-        room = room || value < (extreme->best - extreme->tolerance) * points[i][3];
-    }
-    return room;
-}
-
 /* Corners of all spans first: what they attain rules out most spans at a glance. */
 static void find_extreme(const struct surface *surface, int lane, double sign,
                          struct extreme *extreme, struct bounds_search *search) {
@@ -177,9 +157,17 @@ static void find_extreme(const struct surface *surface, int lane, double sign,
         extreme->best = fmin(extreme->best, sign * points[0][lane] / points[0][3]);
         extreme->best = fmin(extreme->best, sign * points[size - 1][lane] / points[size - 1][3]);
     }
-    for (size_t i = 0; i < spans; i++)
-        if (load_coordinate(surface->points + i * size, size, lane, sign, extreme, search))
+    for (size_t i = 0; i < spans; i++) {
+        const vec4 *points = surface->points + i * size;
+        bool room = false; /* for less than the best yet */
+        for (size_t k = 0; k < size; k++) {
+            double value = sign * points[k][lane];
+            search->store[k] = (bounds_pair){value, points[k][3]};
+            room = room || value < (extreme->best - extreme->tolerance) * points[k][3];
+        }
+        if (room)
             bounds_run(search);
+    }
 }
 
 void bounds_tight(const struct surface *surface, struct vec3 *lower, struct vec3 *upper) {

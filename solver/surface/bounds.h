@@ -9,7 +9,7 @@
  *
  * a mean of the ratios N_k / W_k: nowhere is f less than the least of them, and at the corners it
  * is a ratio itself. A cell of the span that could still hold something better than what is known
- * is cut in two by de Casteljau's algorithm; the gap between the bound and f shrinks with the
+ * is halved by de Casteljau's algorithm; the gap between the bound and f shrinks with the
  * square of the cell.
  */
 #ifndef SOLVER_SURFACE_BOUNDS_H
@@ -27,13 +27,13 @@ enum {
     BOUNDS_DEGREE_MAX = 2 * NURBS_DEGREE_MAX,
     BOUNDS_ORDER_MAX = BOUNDS_DEGREE_MAX + 1,
     BOUNDS_SIZE_MAX = BOUNDS_ORDER_MAX * BOUNDS_ORDER_MAX,
-    /* Cells are never cut more often: 22 times in each direction, when the gap is 1e-13 of what it
-     * was, and rounding is all that is left to find. */
+    /* Cells are never halved more often: 22 times in each direction, when the gap is 1e-13 of what
+     * it was, and rounding is all that is left to find. */
     BOUNDS_DEPTH_MAX = 44,
     BOUNDS_STORE = (BOUNDS_DEPTH_MAX + 1) * BOUNDS_SIZE_MAX
 };
 
-/* A part of a span and the coefficients there, [k][l] with l fastest. */
+/* A piece of a span and the coefficients there, [k][l] with l fastest. */
 struct bounds_cell {
     const int *degree;         /* of f in u and v */
     double lower[2], upper[2]; /* within the span's [0, 1]^2; the ends are exact */
@@ -43,7 +43,7 @@ struct bounds_cell {
 enum { BOUNDS_SETTLED = -1 };
 
 /* Judges a cell: BOUNDS_SETTLED when it holds nothing better than what `context` knows, else the
- * direction to cut it in, 0 or 1. */
+ * direction to halve it in, 0 or 1. */
 typedef int bounds_judge(void *context, const struct bounds_cell *cell);
 
 /* One search, 260 kB for the stack; not to be cleared. */

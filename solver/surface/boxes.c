@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "boxes.h"
 
-/* ROUNDS: of parting, before the rest is sorted; a million items take some thirty. */
+/* ROUNDS: of partition, before the rest is sorted; a million items take some thirty. */
 enum { LEAF = 4, DEPTH_MAX = 64, ROUNDS = 60, NO_AXIS = -1 };
 
 struct item {
@@ -23,15 +23,12 @@ struct boxes {
 };
 
 struct box box_round(struct vec3 a, struct vec3 b, double margin) {
-    return (struct box){
-        {fmin(a.x, b.x) - margin, fmin(a.y, b.y) - margin, fmin(a.z, b.z) - margin},
-        {fmax(a.x, b.x) + margin, fmax(a.y, b.y) + margin, fmax(a.z, b.z) + margin}};
+    struct vec3 wider = {margin, margin, margin};
+    return (struct box){vec3_sub(vec3_min(a, b), wider), vec3_add(vec3_max(a, b), wider)};
 }
 
 struct box box_join(const struct box *a, const struct box *b) {
-    return (struct box){
-        {fmin(a->lower.x, b->lower.x), fmin(a->lower.y, b->lower.y), fmin(a->lower.z, b->lower.z)},
-        {fmax(a->upper.x, b->upper.x), fmax(a->upper.y, b->upper.y), fmax(a->upper.z, b->upper.z)}};
+    return (struct box){vec3_min(a->lower, b->lower), vec3_max(a->upper, b->upper)};
 }
 
 double box_distance2(const struct box *box, struct vec3 p) {
@@ -41,7 +38,7 @@ double box_distance2(const struct box *box, struct vec3 p) {
     return x * x + y * y + z * z;
 }
 
-static bool meet(const struct box *a, const struct box *b) {
+static bool boxes_overlap(const struct box *a, const struct box *b) {
     return a->lower.x <= b->upper.x && b->lower.x <= a->upper.x && a->lower.y <= b->upper.y &&
            b->lower.y <= a->upper.y && a->lower.z <= b->upper.z && b->lower.z <= a->upper.z;
 }
@@ -60,7 +57,7 @@ static bool is_before(const struct item *a, const struct item *b, int axis) {
     return x < y || (x == y && a->number < b->number);
 }
 
-static void exchange(struct item *a, struct item *b) {
+static void swap_items(struct item *a, struct item *b) {
     struct item kept = *a;
     *a = *b;
     *b = kept;
@@ -72,7 +69,7 @@ static void sink(struct item *items, uint32_t root, uint32_t count, int axis) {
         child += child + 1 < count && is_before(&items[child], &items[child + 1], axis);
         if (!is_before(&items[root], &items[child], axis))
             return;
-        exchange(&items[root], &items[child]);
+        swap_items(&items[root], &items[child]);
     }
 }
 
@@ -80,38 +77,39 @@ static void sort(struct item *items, uint32_t count, int axis) {
     for (uint32_t k = count / 2; k-- > 0;)
         sink(items, k, count, axis);
     while (count > 1) {
-        exchange(&items[0], &items[--count]);
+        swap_items(&items[0], &items[--count]);
         sink(items, 0, count, axis);
     }
 }
 
-/* Parts the items at their middle one in order: those before it come first and those after it last;
- * returns where it is. At least one lies on either side. */
-static uint32_t part(struct item *items, uint32_t count, int axis) {
+/* Partitions the items at their middle one in order: those before it come first and those after it
+ * last; returns where it is. At least one lies on either side. */
+static uint32_t partition_items(struct item *items, uint32_t count, int axis) {
     struct item *low = &items[0], *pivot = &items[count / 2], *high = &items[count - 1];
     if (is_before(pivot, low, axis))
-        exchange(pivot, low);
+        swap_items(pivot, low);
     if (is_before(high, pivot, axis))
-        exchange(high, pivot);
+        swap_items(high, pivot);
     if (is_before(pivot, low, axis))
-        exchange(pivot, low);
-    exchange(pivot, high - 1);
+        swap_items(pivot, low);
+    swap_items(pivot, high - 1);
     uint32_t at = 1;
     for (uint32_t k = 1; k + 2 < count; k++)
         if (is_before(&items[k], &items[count - 2], axis))
-            exchange(&items[k], &items[at++]);
-    exchange(&items[at], &items[count - 2]);
+            swap_items(&items[k], &items[at++]);
+    swap_items(&items[at], &items[count - 2]);
     return at;
 }
 
-/* Puts the first half of the items in order before the others: parts what holds the middle again
- * and again, in O(n) as a rule, and sorts it where an order was made to defeat that: O(n log n). */
-static void halve(struct item *items, uint32_t count, int axis) {
+/* Puts the first half of the items in order before the others: partitions what holds the middle
+ * again and again, in O(n) as a rule, and sorts it where an order was made to defeat that: O(n log
+ * n). */
+static void halve_items(struct item *items, uint32_t count, int axis) {
     uint32_t half = count / 2;
     for (int rounds = 0; count > 2 * LEAF; rounds++) {
         if (rounds == ROUNDS)
             break;
-        uint32_t at = part(items, count, axis);
+        uint32_t at = partition_items(items, count, axis);
         if (at == half)
             return;
         if (at > half) {
@@ -126,8 +124,8 @@ static void halve(struct item *items, uint32_t count, int axis) {
 }
 
 /* Halves the items at the middle of the longest side; depth first. Those of a leaf are in order
- * along the `axis` that parted them. */
-static uint32_t divide(struct boxes *boxes, uint32_t first, uint32_t count, int axis) {
+ * along the `axis` that halved the last. */
+static uint32_t make_nodes(struct boxes *boxes, uint32_t first, uint32_t count, int axis) {
     uint32_t at = boxes->node_count++;
     struct item *items = boxes->items + first;
     struct box box = items[0].box;
@@ -141,9 +139,9 @@ static uint32_t divide(struct boxes *boxes, uint32_t first, uint32_t count, int 
     }
     struct vec3 side = vec3_sub(box.upper, box.lower);
     axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
-    halve(items, count, axis);
-    divide(boxes, first, count / 2, axis);
-    uint32_t right = divide(boxes, first + count / 2, count - count / 2, axis);
+    halve_items(items, count, axis);
+    make_nodes(boxes, first, count / 2, axis);
+    uint32_t right = make_nodes(boxes, first + count / 2, count - count / 2, axis);
     boxes->nodes[at].right = right;
     return at;
 }
@@ -160,7 +158,7 @@ enum status boxes_make(const struct box *from, size_t count, struct arena *arena
     for (size_t k = 0; k < count; k++)
         made->items[k] = (struct item){from[k], (int32_t)k};
     if (count > 0)
-        divide(made, 0, (uint32_t)count, NO_AXIS);
+        make_nodes(made, 0, (uint32_t)count, NO_AXIS);
     *boxes = made;
     return STATUS_OK;
 }
@@ -174,7 +172,7 @@ void boxes_visit(const struct boxes *boxes, const struct box *box,
     while (depth > 0) {
         uint32_t at = stack[--depth];
         const struct node *node = &boxes->nodes[at];
-        if (!meet(&node->box, box))
+        if (!boxes_overlap(&node->box, box))
             continue;
         if (node->right) {
             stack[depth++] = node->right;
@@ -182,7 +180,7 @@ void boxes_visit(const struct boxes *boxes, const struct box *box,
             continue;
         }
         for (uint32_t k = node->first; k < node->first + node->count; k++)
-            if (meet(&boxes->items[k].box, box) && !visit(context, boxes->items[k].number))
+            if (boxes_overlap(&boxes->items[k].box, box) && !visit(context, boxes->items[k].number))
                 return;
     }
 }

@@ -18,7 +18,7 @@ struct contour_measure {
     double area;
     struct vec3 centre;       /* of the area */
     struct vec3 normal;       /* mean of r_u x r_v, a unit vector; 0 when it cancels */
-    struct vec3 lower, upper; /* box of the region, by the places that were looked at */
+    struct vec3 lower, upper; /* box of the region, by the points that were looked at */
 };
 
 /* Of the region within the loops, as `trim_make`; of the whole surface when there are none. Loops

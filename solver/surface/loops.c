@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-/* How far apart ends of curves are no longer one, as a share of the domain; how narrow a part that
+/* How far apart ends of curves are no longer one, as a share of the domain; how narrow what
  * is gone round wrongly may be, as a share of the loop's extent. */
 static const double meeting = 1e-4, narrow = 1e-3;
 
@@ -12,41 +12,29 @@ enum { LINES_MOST = 256, LINES_LEAST = 16, CROSSINGS_MOST = 1 << 20 };
 
 /* ---- ends ---- */
 
-static void curve_end(const struct trim_curve *curve, int end, double uv[2]) {
-    double range[2];
-    trim_curve_range(curve, range);
-    trim_curve_at(curve, range[end], uv, NULL);
-}
-
-/* Whether two places are one: in the domain, or in space. */
-static bool is_one(const struct surface *surface, double tolerance, const double a[2],
-                   const double b[2]) {
-    struct surface_cursor cursor = {0};
-    struct surface_jet jet[2];
-    double low[2], high[2], place[2][2];
-    bool near = true;
-    surface_domain(surface, low, high);
-    for (int x = 0; x < 2; x++) {
-        near = near && fabs(b[x] - a[x]) <= meeting * (high[x] - low[x]);
-        place[0][x] = fmin(fmax(a[x], low[x]), high[x]);
-        place[1][x] = fmin(fmax(b[x], low[x]), high[x]);
-    }
-    for (int k = 0; k < 2 && !near; k++)
-        surface_evaluate(surface, &cursor, place[k][0], place[k][1], &jet[k]);
-    return near || vec3_distance(jet[0].r, jet[1].r) <= tolerance;
-}
-
-static bool is_closed(const struct trim_loop *loop, const struct surface *surface, double tolerance,
-                      struct loop_fault *fault) {
+/* Whether the ends of curves that follow each other are one point: in the domain, or in space. */
+static bool is_closed_loop(const struct trim_loop *loop, const struct surface *surface,
+                           double tolerance, struct loop_fault *fault) {
     if (loop->count == 1 && !loop->curves[0].knots)
         return true;
+    struct surface_cursor cursor = {0};
+    double low[2], high[2], at[2][2];
+    surface_domain(surface, low, high);
     for (size_t k = 0; k < loop->count; k++) {
         double next[2];
-        curve_end(&loop->curves[k], 1, fault->uv);
-        curve_end(&loop->curves[(k + 1) % loop->count], 0, next);
-        for (int x = 0; x < 2; x++)
+        bool near = true;
+        struct surface_jet jet[2];
+        trim_curve_end(&loop->curves[k], 1, fault->uv);
+        trim_curve_end(&loop->curves[(k + 1) % loop->count], 0, next);
+        for (int x = 0; x < 2; x++) {
             fault->gap[x] = next[x] - fault->uv[x];
-        if (!is_one(surface, tolerance, fault->uv, next))
+            near = near && fabs(fault->gap[x]) <= meeting * (high[x] - low[x]);
+            at[0][x] = fmin(fmax(fault->uv[x], low[x]), high[x]);
+            at[1][x] = fmin(fmax(next[x], low[x]), high[x]);
+        }
+        for (int n = 0; n < 2 && !near; n++)
+            surface_evaluate(surface, &cursor, at[n][0], at[n][1], &jet[n]);
+        if (!near && !(vec3_distance(jet[0].r, jet[1].r) <= tolerance))
             return false;
     }
     return true;
@@ -100,7 +88,7 @@ static size_t line_from(const struct view *view, double y) {
 }
 
 /* Where the lines meet the loop, into `to` (NULL: counted alone). */
-static size_t find_crossings(const struct view *view, struct crossing *to) {
+static size_t cross_loop(const struct view *view, struct crossing *to) {
     size_t count = 0;
     for (size_t k = 0; k < view->count; k++) {
         double a[2], b[2];
@@ -119,7 +107,7 @@ static size_t find_crossings(const struct view *view, struct crossing *to) {
     return count;
 }
 
-/* Whether the loop goes round every place of the lines once in the sense `sign`, or not at all. */
+/* Whether the loop goes round every point of the lines once in the sense `sign`, or not at all. */
 static bool winds_once(const struct view *view, const struct crossing *crossings, size_t count,
                        int sign, double uv[2]) {
     int winding = 0;
@@ -168,11 +156,11 @@ static enum status is_simple(const struct trim *trim, size_t loop, struct arena 
         look_along(&view, along);
         if (!(view.high[1] > view.low[1]))
             return STATUS_OK;
-        size_t count = find_crossings(&view, NULL);
+        size_t count = cross_loop(&view, NULL);
         struct crossing *crossings = arena_take(arena, count + 1, sizeof *crossings);
         if (!crossings)
             return STATUS_OUT_OF_MEMORY;
-        find_crossings(&view, crossings);
+        cross_loop(&view, crossings);
         qsort(crossings, count, sizeof *crossings, compare_crossings);
         /* With its inside on the left it goes down first. */
         *simple = winds_once(&view, crossings, count, signed_area(&view) > 0 ? -1 : 1, fault->uv);
@@ -188,7 +176,7 @@ enum status loops_check(const struct trim_loop *loops, const struct trim *trim,
     for (size_t k = 0; k < trim_loop_count(trim); k++) {
         bool simple;
         fault->loop = k;
-        if (!is_closed(&loops[k], surface, tolerance, fault)) {
+        if (!is_closed_loop(&loops[k], surface, tolerance, fault)) {
             fault->kind = LOOP_OPEN;
             return STATUS_OK;
         }

@@ -20,7 +20,7 @@ enum loop_fault_kind {
 struct loop_fault {
     enum loop_fault_kind kind;
     size_t loop;
-    double uv[2];  /* the end of a curve; a place that the loop goes round wrongly */
+    double uv[2];  /* the end of a curve; a point that the loop goes round wrongly */
     double gap[2]; /* LOOP_OPEN: how far away the next curve begins */
 };
 

@@ -11,20 +11,16 @@ int64_t surface_span_bytes(const struct nurbs *nurbs) {
     return spans * (nurbs->u.degree + 1) * (nurbs->v.degree + 1) * SPAN_POINT_BYTES;
 }
 
-/* The span [t_l, t_(l+1)] of an axis by itself: degree + 1 control points between the 2 degree + 2
- * knots around it, unclamped. */
-static struct nurbs_axis one_span(const struct nurbs_axis *axis, int l) {
-    int p = axis->degree;
-    return (struct nurbs_axis){p, p + 1, axis->knots + l - p, (size_t)(2 * p + 2)};
-}
-
-/* The control points of the strip at span l of `direction`, gathered in the arena. */
-static enum status cut_strip(const struct nurbs *nurbs, int direction, int l, struct arena *arena,
-                             struct nurbs *strip) {
+/* The strip at span [t_l, t_(l+1)] of `direction`: degree + 1 control points, gathered in the
+ * arena, between the 2 degree + 2 knots around the span, unclamped. */
+static enum status gather_strip(const struct nurbs *nurbs, int direction, int l,
+                                struct arena *arena, struct nurbs *strip) {
     int first[2] = {0, 0};
     *strip = *nurbs;
-    *(direction == 0 ? &strip->u : &strip->v) = one_span(direction == 0 ? &nurbs->u : &nurbs->v, l);
-    first[direction] = l - (direction == 0 ? nurbs->u.degree : nurbs->v.degree);
+    struct nurbs_axis *axis = direction == 0 ? &strip->u : &strip->v;
+    int p = axis->degree;
+    first[direction] = l - p;
+    *axis = (struct nurbs_axis){p, p + 1, axis->knots + l - p, (size_t)(2 * p + 2)};
     size_t width = (size_t)strip->v.size, count = (size_t)strip->u.size * width;
     struct vec3 *points = arena_take(arena, count, sizeof *points);
     double *weights = arena_take(arena, count, sizeof *weights);
@@ -42,7 +38,7 @@ static enum status cut_strip(const struct nurbs *nurbs, int direction, int l, st
     return STATUS_OK;
 }
 
-static bool contains(const struct surface_measure *measure, struct vec3 p) {
+static bool measure_contains(const struct surface_measure *measure, struct vec3 p) {
     const struct vec3 *low = &measure->lower, *high = &measure->upper;
     return low->x <= p.x && low->y <= p.y && low->z <= p.z && p.x <= high->x && p.y <= high->y &&
            p.z <= high->z;
@@ -63,16 +59,15 @@ static enum status add_strip(const struct nurbs *strip, int direction, bool firs
     if (status == STATUS_OK)
         measure->area += surface_area(surface, NULL);
     surface_bounds(surface, &lower, &upper);
-    if (!first && contains(measure, lower) && contains(measure, upper))
+    if (!first && measure_contains(measure, lower) && measure_contains(measure, upper))
         return STATUS_OK;
     bounds_tight(surface, &lower, &upper);
     if (first) {
         measure->lower = lower;
         measure->upper = upper;
     }
-    struct vec3 *low = &measure->lower, *high = &measure->upper;
-    *low = vec3_make(fmin(low->x, lower.x), fmin(low->y, lower.y), fmin(low->z, lower.z));
-    *high = vec3_make(fmax(high->x, upper.x), fmax(high->y, upper.y), fmax(high->z, upper.z));
+    measure->lower = vec3_min(measure->lower, lower);
+    measure->upper = vec3_max(measure->upper, upper);
     return STATUS_OK;
 }
 
@@ -89,7 +84,7 @@ static enum status add_strips(const struct nurbs *nurbs, int direction, struct a
             continue;
         if (direction == 1 && !measure->closed[0])
             break;
-        enum status status = cut_strip(nurbs, direction, l, arena, &strip);
+        enum status status = gather_strip(nurbs, direction, l, arena, &strip);
         if (status == STATUS_OK)
             status = add_strip(&strip, direction, first, arena, measure);
         arena_rewind(arena, mark);

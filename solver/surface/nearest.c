@@ -37,7 +37,7 @@ static const double level_slope = 1e-10;
 /* Eigenvalues of the scaled Hessian less than this share of the greater one are taken for it. */
 static const double least_curvature = 1e-6;
 
-/* Beside a pole a tangent counts, down to a thousandth of what has vanished elsewhere: places a
+/* Beside a pole a tangent counts, down to a thousandth of what has vanished elsewhere: points a
  * billionth of the size away are distinguished. */
 static const double pole_share2 = 1e-6;
 
@@ -45,7 +45,8 @@ static const double pole_share2 = 1e-6;
  * when that gains so much, as a share of the surface's size, that it is not rounding. */
 static const double pole_vicinity = 1e-6, pole_gain = 1e-12;
 
-struct place {
+/* A point that may be the nearest. */
+struct candidate {
     int span[2];
     double uv[2], distance;
 };
@@ -59,7 +60,7 @@ struct box {
 struct search {
     const struct surface *surface;
     struct vec3 target;
-    struct place best;
+    struct candidate best;
     int span[2]; /* being searched */
     struct bounds_search *bounds;
 };
@@ -71,8 +72,8 @@ static const vec4 *span_points(const struct surface *surface, int su, int sv) {
 
 /* ---- Newton's method within a box ---- */
 
-static double evaluate(const struct search *search, const struct box *box, const double uv[2],
-                       struct surface_jet *jet) {
+static double distance_at(const struct search *search, const struct box *box, const double uv[2],
+                          struct surface_jet *jet) {
     surface_evaluate_span(search->surface, box->span[0], box->span[1], uv[0], uv[1], jet);
     return vec3_distance(jet->r, search->target);
 }
@@ -88,8 +89,8 @@ struct slope {
     double norm;       /* of what is not held */
 };
 
-static struct slope slope_at(const struct search *search, const struct box *box, const double at[2],
-                             const struct surface_jet *jet) {
+static struct slope distance_slope(const struct search *search, const struct box *box,
+                                   const double at[2], const struct surface_jet *jet) {
     struct vec3 offset = vec3_sub(jet->r, search->target), tangent[2] = {jet->u, jet->v};
     struct slope s = {.norm = 0};
     for (int k = 0; k < 2; k++) {
@@ -150,39 +151,40 @@ static void descent_step(const struct slope *s, const struct box *box, const dou
     }
 }
 
-/* Moves `place` to a minimum of the distance within the box that holds it; whether the slope
+/* Moves `candidate` to a minimum of the distance within the box that holds it; whether the slope
  * vanishes there. Distances are flat at a minimum, so close to it, where they differ by rounding,
  * the slope has to decrease instead. */
-static bool descend(const struct search *search, const struct box *box, struct place *place) {
+static bool descend_in_box(const struct search *search, const struct box *box,
+                           struct candidate *candidate) {
     const struct surface *surface = search->surface;
     struct surface_jet jet;
-    place->distance = evaluate(search, box, place->uv, &jet);
-    struct slope slope = slope_at(search, box, place->uv, &jet);
+    candidate->distance = distance_at(search, box, candidate->uv, &jet);
+    struct slope slope = distance_slope(search, box, candidate->uv, &jet);
     for (int round = 0; round < NEWTON_MAX && slope.norm > 0; round++) {
-        double step[2], noise = 8 * DBL_EPSILON * (place->distance + surface->magnitude);
+        double step[2], noise = 8 * DBL_EPSILON * (candidate->distance + surface->magnitude);
         bool moved = false;
-        descent_step(&slope, box, place->uv, step);
+        descent_step(&slope, box, candidate->uv, step);
         for (int h = 0; h < HALVINGS_MAX && !moved; h++) {
             double uv[2];
             for (int k = 0; k < 2; k++) {
-                uv[k] = fmin(fmax(place->uv[k] + step[k], box->lower[k]), box->upper[k]);
+                uv[k] = fmin(fmax(candidate->uv[k] + step[k], box->lower[k]), box->upper[k]);
                 step[k] /= 2;
             }
-            double distance = evaluate(search, box, uv, &jet);
-            bool even = fabs(distance - place->distance) <= noise;
-            if (!even && !(distance < place->distance))
+            double distance = distance_at(search, box, uv, &jet);
+            bool even = fabs(distance - candidate->distance) <= noise;
+            if (!even && !(distance < candidate->distance))
                 continue;
-            struct slope next = slope_at(search, box, uv, &jet);
+            struct slope next = distance_slope(search, box, uv, &jet);
             if (even && !(next.norm < slope.norm / 2))
                 break;
-            *place = (struct place){{box->span[0], box->span[1]}, {uv[0], uv[1]}, distance};
+            *candidate = (struct candidate){{box->span[0], box->span[1]}, {uv[0], uv[1]}, distance};
             slope = next;
             moved = true;
         }
         if (!moved)
             break;
     }
-    return slope.norm <= level_slope * (surface->size + place->distance);
+    return slope.norm <= level_slope * (surface->size + candidate->distance);
 }
 
 /* ---- spans and their neighbours ---- */
@@ -198,8 +200,8 @@ static struct box span_box(const struct surface *surface, int su, int sv) {
     return (struct box){{su, sv}, {bu[0], bv[0]}, {bu[1], bv[1]}};
 }
 
-/* The span beyond the border of `place` that it lies on, and its parameter there. */
-static bool neighbour(const struct surface_axis *axis, int *span, double *x) {
+/* The span beyond the border of `candidate` that it lies on, and its parameter there. */
+static bool neighbour_span(const struct surface_axis *axis, int *span, double *x) {
     int last = axis->span_count - 1, at = *span;
     if (*x <= axis->breaks[at] && (at > 0 || axis->closed)) {
         *span = at > 0 ? at - 1 : last;
@@ -214,41 +216,41 @@ static bool neighbour(const struct surface_axis *axis, int *span, double *x) {
     return false;
 }
 
-/* Goes on from a place on the border of its span into the up to three spans that share it. */
-static bool cross_border(const struct search *search, struct place *place) {
+/* Goes on from a candidate on the border of its span into the up to three spans that share it. */
+static bool cross_border(const struct search *search, struct candidate *candidate) {
     const struct surface *surface = search->surface;
     for (int which = 1; which <= 3; which++) {
-        struct place next = *place;
+        struct candidate next = *candidate;
         bool shared = true;
         for (int k = 0; k < 2; k++)
             if (which & (1 << k))
-                shared = shared && neighbour(&surface->axis[k], &next.span[k], &next.uv[k]);
+                shared = shared && neighbour_span(&surface->axis[k], &next.span[k], &next.uv[k]);
         if (!shared)
             continue;
         struct box box = span_box(surface, next.span[0], next.span[1]);
-        descend(search, &box, &next);
-        if (next.distance < place->distance) {
-            *place = next;
+        descend_in_box(search, &box, &next);
+        if (next.distance < candidate->distance) {
+            *candidate = next;
             return true;
         }
     }
     return false;
 }
 
-/* The place on the edge of a pole that looks at the target: of samples all along it, the one with
+/* The point on the edge of a pole that looks at the target: of samples all along it, the one with
  * the steepest way down, -o . t with the unit tangent t into the surface, and one step down. */
-static bool best_way_out(const struct search *search, int k, int end, struct place *place) {
+static bool best_way_out(const struct search *search, int k, int end, struct candidate *candidate) {
     const struct surface_axis *axis = &search->surface->axis[k];
     const struct surface_axis *edge = &search->surface->axis[1 - k];
     double inward = end ? -1 : 1, steepest = 0;
-    struct place next = *place;
+    struct candidate next = *candidate;
     for (int i = 0; i < SAMPLES * edge->span_count; i++) {
         struct surface_jet jet;
         next.span[1 - k] = i / SAMPLES;
         next.uv[1 - k] = parameter(edge, i / SAMPLES, (0.5 + i % SAMPLES) / SAMPLES);
         next.uv[k] = axis->breaks[end ? axis->span_count : 0];
         struct box box = span_box(search->surface, next.span[0], next.span[1]);
-        evaluate(search, &box, next.uv, &jet);
+        distance_at(search, &box, next.uv, &jet);
         struct vec3 tangent = vec3_scale(inward, k == 0 ? jet.u : jet.v);
         double length = vec3_norm(tangent);
         double down = -vec3_dot(vec3_sub(jet.r, search->target), tangent) / length;
@@ -257,48 +259,48 @@ static bool best_way_out(const struct search *search, int k, int end, struct pla
         steepest = down;
         next.uv[k] += inward * down / length;
         next.uv[k] = fmin(fmax(next.uv[k], box.lower[k]), box.upper[k]);
-        *place = next;
+        *candidate = next;
     }
     return steepest > 0;
 }
 
 /* All along the edge of a pole is one point, from which a descent may lead elsewhere than to where
  * it was reached. */
-static bool leave_pole(const struct search *search, struct place *place) {
+static bool leave_pole(const struct search *search, struct candidate *candidate) {
     const struct surface *surface = search->surface;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
-        double near = pole_vicinity / axis->rates[place->span[k]];
-        bool low = axis->pole[0] && place->uv[k] <= surface_axis_lower(axis) + near;
-        bool high = axis->pole[1] && place->uv[k] >= surface_axis_upper(axis) - near;
-        struct place next = *place;
+        double near = pole_vicinity / axis->rates[candidate->span[k]];
+        bool low = axis->pole[0] && candidate->uv[k] <= surface_axis_lower(axis) + near;
+        bool high = axis->pole[1] && candidate->uv[k] >= surface_axis_upper(axis) - near;
+        struct candidate next = *candidate;
         if ((!low && !high) || !best_way_out(search, k, high, &next))
             continue;
         struct box box = span_box(surface, next.span[0], next.span[1]);
-        descend(search, &box, &next);
-        if (next.distance < place->distance - pole_gain * surface->size) {
-            *place = next;
+        descend_in_box(search, &box, &next);
+        if (next.distance < candidate->distance - pole_gain * surface->size) {
+            *candidate = next;
             return true;
         }
     }
     return false;
 }
 
-/* The local minimum that `place` leads to, across spans; kept when it is the best. */
-static void improve(struct search *search, struct place place) {
-    struct box box = span_box(search->surface, place.span[0], place.span[1]);
+/* The local minimum that `candidate` leads to, across spans; kept when it is the best. */
+static void improve_best(struct search *search, struct candidate candidate) {
+    struct box box = span_box(search->surface, candidate.span[0], candidate.span[1]);
     int crossings = 0;
-    descend(search, &box, &place);
+    descend_in_box(search, &box, &candidate);
     while (crossings < CROSSINGS_MAX &&
-           (cross_border(search, &place) || leave_pole(search, &place)))
+           (cross_border(search, &candidate) || leave_pole(search, &candidate)))
         crossings++;
-    if (place.distance < search->best.distance)
-        search->best = place;
+    if (candidate.distance < search->best.distance)
+        search->best = candidate;
 }
 
 /* ---- branch and bound ---- */
 
-/* Places of f less than this are nearer than the best, by more than tolerance and rounding:
+/* Points where f is less than this are nearer than the best, by more than tolerance and rounding:
  * N comes from differences P - q w, each right to rounding of the coordinates. */
 static double threshold(const struct search *search) {
     const struct surface *surface = search->surface;
@@ -309,30 +311,30 @@ static double threshold(const struct search *search) {
 
 /* Whether the minimum of a cell can be had by Newton's method, and is no longer of interest. */
 static bool settle_convex(struct search *search, const struct bounds_cell *cell) {
-    struct place place = {.span = {search->span[0], search->span[1]}};
+    struct candidate candidate = {.span = {search->span[0], search->span[1]}};
     struct box box = {.span = {search->span[0], search->span[1]}};
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &search->surface->axis[k];
         box.lower[k] = parameter(axis, search->span[k], cell->lower[k]);
         box.upper[k] = parameter(axis, search->span[k], cell->upper[k]);
-        place.uv[k] = parameter(axis, search->span[k], (cell->lower[k] + cell->upper[k]) / 2);
+        candidate.uv[k] = parameter(axis, search->span[k], (cell->lower[k] + cell->upper[k]) / 2);
     }
-    bool found = descend(search, &box, &place);
-    double level = place.distance * place.distance;
-    if (place.distance < search->best.distance)
-        improve(search, place);
+    bool found = descend_in_box(search, &box, &candidate);
+    double level = candidate.distance * candidate.distance;
+    if (candidate.distance < search->best.distance)
+        improve_best(search, candidate);
     return found && bounds_convex(cell, level);
 }
 
-static int judge(void *context, const struct bounds_cell *cell) {
+static int judge_distance(void *context, const struct bounds_cell *cell) {
     struct search *search = context;
     int corner;
     if (bounds_least_corner(cell, &corner) < threshold(search)) {
-        struct place place = {.span = {search->span[0], search->span[1]}};
+        struct candidate candidate = {.span = {search->span[0], search->span[1]}};
         for (int k = 0; k < 2; k++)
-            place.uv[k] = parameter(&search->surface->axis[k], search->span[k],
-                                    corner & (1 << k) ? cell->upper[k] : cell->lower[k]);
-        improve(search, place);
+            candidate.uv[k] = parameter(&search->surface->axis[k], search->span[k],
+                                        corner & (1 << k) ? cell->upper[k] : cell->lower[k]);
+        improve_best(search, candidate);
     }
     if (!(bounds_least(cell) < threshold(search)))
         return BOUNDS_SETTLED;
@@ -399,11 +401,11 @@ static void load_square(struct search *search, const vec4 *points) {
 
 /* ---- the search ---- */
 
-/* A first place: on the span with the nearest corner, the nearest of some samples inside, away
+/* A first candidate: on the span with the nearest corner, the nearest of some samples inside, away
  * from poles, where directions are lost. */
-static struct place first_place(const struct search *search) {
+static struct candidate first_candidate(const struct search *search) {
     const struct surface *surface = search->surface;
-    struct place nearest = {.distance = DBL_MAX}, best = nearest;
+    struct candidate nearest = {.distance = DBL_MAX}, best = nearest;
     size_t last = surface->points_per_span - 1;
     for (int su = 0; su < surface->axis[0].span_count; su++)
         for (int sv = 0; sv < surface->axis[1].span_count; sv++)
@@ -412,17 +414,19 @@ static struct place first_place(const struct search *search) {
                 struct vec3 r = vec3_scale(1 / p[3], vec3_make(p[0], p[1], p[2]));
                 double distance2 = vec3_norm2(vec3_sub(r, search->target));
                 if (distance2 < nearest.distance)
-                    nearest = (struct place){.span = {su, sv}, .distance = distance2};
+                    nearest = (struct candidate){.span = {su, sv}, .distance = distance2};
             }
     struct box box = span_box(surface, nearest.span[0], nearest.span[1]);
     for (int i = 0; i < SAMPLES * SAMPLES; i++) {
         struct surface_jet jet;
-        struct place place = nearest;
-        place.uv[0] = parameter(&surface->axis[0], place.span[0], (0.5 + i / SAMPLES) / SAMPLES);
-        place.uv[1] = parameter(&surface->axis[1], place.span[1], (0.5 + i % SAMPLES) / SAMPLES);
-        place.distance = evaluate(search, &box, place.uv, &jet);
-        if (i == 0 || place.distance < best.distance)
-            best = place;
+        struct candidate candidate = nearest;
+        candidate.uv[0] =
+            parameter(&surface->axis[0], candidate.span[0], (0.5 + i / SAMPLES) / SAMPLES);
+        candidate.uv[1] =
+            parameter(&surface->axis[1], candidate.span[1], (0.5 + i % SAMPLES) / SAMPLES);
+        candidate.distance = distance_at(search, &box, candidate.uv, &jet);
+        if (i == 0 || candidate.distance < best.distance)
+            best = candidate;
     }
     return best;
 }
@@ -435,7 +439,7 @@ void surface_nearest(const struct surface *surface, struct vec3 point, double uv
 
 double surface_nearest_from(const struct surface *surface, struct vec3 point, double uv[2]) {
     struct search search = {.surface = surface, .target = point};
-    struct place from;
+    struct candidate from;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
         double at = surface_axis_wrap(axis, uv[k]);
@@ -444,7 +448,7 @@ double surface_nearest_from(const struct surface *surface, struct vec3 point, do
     }
     search.best = from;
     search.best.distance = DBL_MAX;
-    improve(&search, from);
+    improve_best(&search, from);
     uv[0] = search.best.uv[0];
     uv[1] = search.best.uv[1];
     return search.best.distance;
@@ -452,28 +456,23 @@ double surface_nearest_from(const struct surface *surface, struct vec3 point, do
 
 /* The distance to a moved surface is least where that to the surface itself is, or on an edge: the
  * foot of the normal through the point is the same. */
-static void nearest_on_moved(const struct surface *surface, struct vec3 point, double uv[2],
-                             double *distance) {
-    struct surface base = *surface;
-    base.height = 0;
-    surface_nearest_at(&base, point, uv, distance);
-    *distance = surface_nearest_from(surface, point, uv);
-}
-
 void surface_nearest_at(const struct surface *surface, struct vec3 point, double uv[2],
                         double *distance) {
     if (surface->height != 0) {
-        nearest_on_moved(surface, point, uv, distance);
+        struct surface base = *surface;
+        base.height = 0;
+        surface_nearest_at(&base, point, uv, distance);
+        *distance = surface_nearest_from(surface, point, uv);
         return;
     }
     struct bounds_search bounds;
     struct search search = {.surface = surface, .target = point, .bounds = &bounds};
     bounds.degree[0] = 2 * surface->axis[0].degree;
     bounds.degree[1] = 2 * surface->axis[1].degree;
-    bounds.judge = judge;
+    bounds.judge = judge_distance;
     bounds.context = &search;
-    search.best = first_place(&search);
-    improve(&search, search.best);
+    search.best = first_candidate(&search);
+    improve_best(&search, search.best);
     for (int su = 0; su < surface->axis[0].span_count; su++)
         for (int sv = 0; sv < surface->axis[1].span_count; sv++) {
             const vec4 *points = span_points(surface, su, sv);

@@ -17,7 +17,7 @@ static const double most_factor = 1e9;
 /* Weights that differ by more within one span cancel in the coefficients of powers. */
 static const double weights_for_powers = 100;
 
-/* Edges closer than this share of the surface's size are one edge, or one point. */
+/* Borders closer than this share of the surface's size are one line, or one point. */
 static const double coincidence = 1e-9;
 
 /* A span this narrow, as a share of the surface's size and of the domain, is a line. */
@@ -55,14 +55,6 @@ static void extract_span(const struct nurbs_axis *axis, int l, struct extraction
     }
 }
 
-/* Of the knot that is the last one at its place. */
-static int multiplicity(const struct nurbs_axis *from, int last) {
-    int first = last;
-    while (first > 0 && from->knots[first - 1] == from->knots[last])
-        first--;
-    return last - first + 1;
-}
-
 static vec4 homogeneous(const struct nurbs *nurbs, int i, int j) {
     size_t at = (size_t)i * (size_t)nurbs->v.size + (size_t)j;
     double w = nurbs->weights ? nurbs->weights[at] : 1;
@@ -70,11 +62,11 @@ static vec4 homogeneous(const struct nurbs *nurbs, int i, int j) {
     return (vec4){w * p.x, w * p.y, w * p.z, w};
 }
 
-static struct vec3 place_of(vec4 a) {
+static struct vec3 in_space(vec4 a) {
     return vec3_make(a[0] / a[3], a[1] / a[3], a[2] / a[3]);
 }
 
-/* Whether a span is one line of places: its control points along `direction` fall together. */
+/* Whether a span is one line: its control points along `direction` fall together. */
 static bool is_line(const struct nurbs *nurbs, int direction, const struct extraction *extraction,
                     double size) {
     const struct nurbs_axis *axis = direction == 0 ? &nurbs->u : &nurbs->v;
@@ -88,8 +80,8 @@ static bool is_line(const struct nurbs *nurbs, int direction, const struct extra
                 sum += extraction->weight[k][m] *
                        (direction == 0 ? homogeneous(nurbs, i, j) : homogeneous(nurbs, j, i));
             }
-            first = k == 0 ? place_of(sum) : first;
-            if (vec3_distance(place_of(sum), first) > line_width * size)
+            first = k == 0 ? in_space(sum) : first;
+            if (vec3_distance(in_space(sum), first) > line_width * size)
                 return false;
         }
     }
@@ -99,8 +91,8 @@ static bool is_line(const struct nurbs *nurbs, int direction, const struct extra
 /* Finds the spans of one direction; `extractions` gets one entry each, and `folds` is set where it
  * has a knot line at which the surface may fold. A fillet whose radius is rounding is a fold: a
  * span that is no wider than a line is left out, and the one before it ends where it does. */
-static enum status cut_axis(const struct nurbs *nurbs, int direction, struct arena *arena,
-                            struct surface *surface, struct extraction **extractions) {
+static enum status split_axis(const struct nurbs *nurbs, int direction, struct arena *arena,
+                              struct surface *surface, struct extraction **extractions) {
     const struct nurbs_axis *from = direction == 0 ? &nurbs->u : &nurbs->v;
     struct surface_axis *axis = &surface->axis[direction];
     int p = from->degree, n = from->size, count = 0;
@@ -122,7 +114,10 @@ static enum status cut_axis(const struct nurbs *nurbs, int direction, struct are
         if (!(from->knots[l + 1] > from->knots[l]))
             continue;
         struct extraction *own = &(*extractions)[count];
-        int smooth = left_out ? 0 : p - multiplicity(from, l);
+        int first = l;
+        while (first > 0 && from->knots[first - 1] == from->knots[l])
+            first--;
+        int smooth = left_out ? 0 : p - (l - first + 1);
         bool narrow = from->knots[l + 1] - from->knots[l] < line_width * length;
         extract_span(from, l, own);
         left_out = narrow && is_line(nurbs, direction, own, surface->size);
@@ -139,7 +134,7 @@ static enum status cut_axis(const struct nurbs *nurbs, int direction, struct are
     return STATUS_OK;
 }
 
-static void measure_spans(struct surface_axis *axis) {
+static void set_rates(struct surface_axis *axis) {
     for (int k = 0; k < axis->span_count; k++) {
         double width = axis->breaks[k + 1] - axis->breaks[k];
         axis->rates[k] = 1 / width;
@@ -204,16 +199,8 @@ static void fill_powers(const struct surface *surface, int su, int sv, const vec
         }
 }
 
-/* Whether powers are as good as Bernstein polynomials on a span. */
-static bool powers_will_do(const struct surface *surface, const vec4 *points) {
-    double least = points[0][3], most = least;
-    for (size_t k = 1; k < surface->points_per_span; k++) {
-        least = fmin(least, points[k][3]);
-        most = fmax(most, points[k][3]);
-    }
-    return most <= weights_for_powers * least;
-}
-
+/* Powers are used for spans where they are as good as Bernstein polynomials: whose weights do not
+ * differ by much. */
 static enum status make_powers(struct arena *arena, struct surface *surface) {
     int nu = surface->axis[0].span_count, nv = surface->axis[1].span_count;
     if (surface->axis[0].degree > SURFACE_POWERS_DEGREE ||
@@ -226,20 +213,15 @@ static enum status make_powers(struct arena *arena, struct surface *surface) {
         return STATUS_OUT_OF_MEMORY;
     for (int i = 0; i < nu * nv; i++) {
         const vec4 *points = surface->points + (size_t)i * size;
-        surface->in_powers[i] = powers_will_do(surface, points);
+        double least = points[0][3], most = least;
+        for (size_t k = 1; k < size; k++) {
+            least = fmin(least, points[k][3]);
+            most = fmax(most, points[k][3]);
+        }
+        surface->in_powers[i] = most <= weights_for_powers * least;
         fill_powers(surface, i / nv, i % nv, points, surface->powers + (size_t)i * size);
     }
     return STATUS_OK;
-}
-
-static void find_bounds(const struct nurbs *nurbs, struct surface *surface) {
-    struct vec3 low = nurbs->points[0], high = low;
-    for (size_t i = 1; i < nurbs->point_count; i++) {
-        struct vec3 p = nurbs->points[i];
-        low = vec3_make(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
-        high = vec3_make(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
-    }
-    surface_set_bounds(surface, low, high);
 }
 
 void surface_set_bounds(struct surface *surface, struct vec3 low, struct vec3 high) {
@@ -250,9 +232,10 @@ void surface_set_bounds(struct surface *surface, struct vec3 low, struct vec3 hi
                               fmax(fmax(-low.z, high.z), surface->size));
 }
 
-/* The homogeneous control point at position `along` of the edge at the lower (end 0) or upper
- * (end 1) bound of `direction`; `span` counts along the edge. */
-static vec4 edge_point(const struct surface *surface, int direction, int end, int span, int along) {
+/* The homogeneous control point at position `along` of the border at the lower (end 0) or upper
+ * (end 1) bound of `direction`; `span` counts along it. */
+static vec4 border_point(const struct surface *surface, int direction, int end, int span,
+                         int along) {
     const struct surface_axis *a = surface->axis;
     int across_span = end ? a[direction].span_count - 1 : 0;
     int across = end ? a[direction].degree : 0;
@@ -267,7 +250,8 @@ static vec4 edge_point(const struct surface *surface, int direction, int end, in
 /* The weight at the corner at the lower or upper end of u and of v. */
 static double corner_weight(const struct surface *surface, int end_u, int end_v) {
     int last = surface->axis[1].span_count - 1;
-    return edge_point(surface, 0, end_u, end_v ? last : 0, end_v ? surface->axis[1].degree : 0)[3];
+    return border_point(surface, 0, end_u, end_v ? last : 0,
+                        end_v ? surface->axis[1].degree : 0)[3];
 }
 
 /* The p-th root of x >= 1 by Newton's method, which comes down to it from above. */
@@ -333,45 +317,41 @@ static void balance(struct surface *surface, int k) {
     axis->origin = axis->outer[0];
 }
 
-static bool same_place(const struct surface *surface, vec4 a, vec4 b) {
-    return vec3_distance(place_of(a), place_of(b)) <= coincidence * surface->size;
+static bool is_same_point(const struct surface *surface, vec4 a, vec4 b) {
+    return vec3_distance(in_space(a), in_space(b)) <= coincidence * surface->size;
 }
 
-/* The part of the topology that the march needs at every node. */
-static void find_limits(struct surface *surface) {
+/* A border is a pole when all its control points are one; a direction is closed when its two
+ * borders have the same control points and proportional weights. */
+static void find_topology(struct surface *surface, int direction) {
+    struct surface_axis *axis = &surface->axis[direction];
+    const struct surface_axis *other = &surface->axis[1 - direction];
+    vec4 first[2] = {border_point(surface, direction, 0, 0, 0),
+                     border_point(surface, direction, 1, 0, 0)};
+    axis->pole[0] = axis->pole[1] = axis->closed = true;
+    axis->pole_point[0] = in_space(first[0]);
+    axis->pole_point[1] = in_space(first[1]);
+    for (int span = 0; span < other->span_count; span++)
+        for (int along = 0; along <= other->degree; along++) {
+            vec4 low = border_point(surface, direction, 0, span, along);
+            vec4 high = border_point(surface, direction, 1, span, along);
+            axis->pole[0] = axis->pole[0] && is_same_point(surface, low, first[0]);
+            axis->pole[1] = axis->pole[1] && is_same_point(surface, high, first[1]);
+            double skew = low[3] * first[1][3] - high[3] * first[0][3];
+            axis->closed = axis->closed && is_same_point(surface, low, high) &&
+                           fabs(skew) <= coincidence * fabs(low[3] * first[1][3]);
+        }
+}
+
+enum status surface_finish(struct surface *surface) {
     const struct surface_axis *a = surface->axis;
+    struct vec3 moment;
     surface->has_poles = a[0].pole[0] || a[0].pole[1] || a[1].pole[0] || a[1].pole[1];
     for (int k = 0; k < 2; k++) {
         double least = vanished_tangent * surface->size /
                        (surface_axis_upper(&a[k]) - surface_axis_lower(&a[k]));
         surface->least_tangent2[k] = least * least;
     }
-}
-
-/* An edge is a pole when all its control points are one; a direction is closed when its two edges
- * have the same control points and proportional weights. */
-static void find_topology(struct surface *surface, int direction) {
-    struct surface_axis *axis = &surface->axis[direction];
-    const struct surface_axis *other = &surface->axis[1 - direction];
-    vec4 first[2] = {edge_point(surface, direction, 0, 0, 0),
-                     edge_point(surface, direction, 1, 0, 0)};
-    axis->pole[0] = axis->pole[1] = axis->closed = true;
-    axis->pole_point[0] = place_of(first[0]);
-    axis->pole_point[1] = place_of(first[1]);
-    for (int span = 0; span < other->span_count; span++)
-        for (int along = 0; along <= other->degree; along++) {
-            vec4 low = edge_point(surface, direction, 0, span, along);
-            vec4 high = edge_point(surface, direction, 1, span, along);
-            axis->pole[0] = axis->pole[0] && same_place(surface, low, first[0]);
-            axis->pole[1] = axis->pole[1] && same_place(surface, high, first[1]);
-            double skew = low[3] * first[1][3] - high[3] * first[0][3];
-            axis->closed = axis->closed && same_place(surface, low, high) &&
-                           fabs(skew) <= coincidence * fabs(low[3] * first[1][3]);
-        }
-}
-
-static enum status find_area(struct surface *surface) {
-    struct vec3 moment;
     surface_integrate(surface, &surface->area, &moment);
     double least = coincidence * coincidence * surface->size * surface->size;
     if (!(surface->area > least) || !isfinite(surface->area))
@@ -380,21 +360,21 @@ static enum status find_area(struct surface *surface) {
     return STATUS_OK;
 }
 
-enum status surface_finish(struct surface *surface) {
-    find_limits(surface);
-    return find_area(surface);
-}
-
 enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct surface **surface) {
     struct extraction *extraction[2];
     struct surface *made = arena_alloc(arena, 1, sizeof *made);
     if (!made)
         return STATUS_OUT_OF_MEMORY;
     made->side = 1;
-    find_bounds(nurbs, made);
-    enum status status = cut_axis(nurbs, 0, arena, made, &extraction[0]);
+    struct vec3 low = nurbs->points[0], high = low;
+    for (size_t i = 1; i < nurbs->point_count; i++) {
+        low = vec3_min(low, nurbs->points[i]);
+        high = vec3_max(high, nurbs->points[i]);
+    }
+    surface_set_bounds(made, low, high);
+    enum status status = split_axis(nurbs, 0, arena, made, &extraction[0]);
     if (status == STATUS_OK)
-        status = cut_axis(nurbs, 1, arena, made, &extraction[1]);
+        status = split_axis(nurbs, 1, arena, made, &extraction[1]);
     if (status != STATUS_OK)
         return status;
     size_t nu = (size_t)made->axis[0].span_count, nv = (size_t)made->axis[1].span_count;
@@ -407,8 +387,8 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
                   made->points + i * made->points_per_span);
     balance(made, 0);
     balance(made, 1);
-    measure_spans(&made->axis[0]);
-    measure_spans(&made->axis[1]);
+    set_rates(&made->axis[0]);
+    set_rates(&made->axis[1]);
     find_topology(made, 0);
     find_topology(made, 1);
     *surface = made;

@@ -12,11 +12,11 @@ enum { ORDER_MAX = NURBS_DEGREE_MAX + 1, HALVINGS = 16, STRIPS_MAX = 4096, LINES
 static const double flatness = 1e-6;
 
 /* What keeps the work in proportion to what the caller wrote, however the loops run: edges that
- * curves may be flattened into, places in the strips for each edge, and places where all the lines
- * of the area together cross edges. Beyond them curves are cut fewer times, strips are higher and
- * lines fewer. A part with a hundred rows of a hundred holes has 1e5 crossings. */
+ * curves may be flattened into, entries in the strips for each edge, and points where all the
+ * lines of the area together cross edges. Beyond them curves are halved fewer times, strips are
+ * higher and lines fewer. A part with a hundred rows of a hundred holes has 1e5 crossings. */
 static const size_t edges_most = (size_t)1 << 18, edges_per_point = 2;
-static const size_t places_per_edge = 8, places_least = 64;
+static const size_t entries_per_edge = 8, entries_least = 64;
 static const size_t crossings_most = (size_t)1 << 18, crossings_per_edge = 4;
 
 struct edge {
@@ -34,7 +34,7 @@ struct trim {
     size_t *first_point;       /* of each loop, and one more */
     double low[2], high[2];    /* box around the edges; the domain if nothing keeps its inside */
     double strip_height;
-    size_t strip_count, *strip_first; /* strip_count + 1 places in strip_edges */
+    size_t strip_count, *strip_first; /* strip_count + 1 indices in strip_edges */
     uint32_t *strip_edges;            /* by strip, and there by loop */
     double area, middle[2];
     struct vec3 centroid;
@@ -57,7 +57,7 @@ struct collector {
     size_t point_count, point_room;
 };
 
-static bool add_point(struct collector *c, const double to[2]) {
+static bool add_end(struct collector *c, const double to[2]) {
     if (c->point_count == c->point_room) {
         double(*points)[2] =
             arena_enlarge(c->arena, c->points, c->point_count, sizeof *points, &c->point_room);
@@ -69,8 +69,8 @@ static bool add_point(struct collector *c, const double to[2]) {
     return true;
 }
 
-static bool add_edge(struct collector *c, const double to[2]) {
-    if (!add_point(c, to))
+static bool add_flat_edge(struct collector *c, const double to[2]) {
+    if (!add_end(c, to))
         return false;
     if (!c->begun) {
         memcpy(c->last, to, sizeof c->last);
@@ -91,11 +91,19 @@ static bool add_edge(struct collector *c, const double to[2]) {
     return true;
 }
 
-/* The curve's point at t in the knot span l, by de Boor's algorithm in homogeneous coordinates, and
- * its derivative there (may be NULL): p times the difference of the last two points, by the span.
- */
-static void curve_jet(const struct trim_curve *curve, size_t l, double t, double uv[2],
-                      double rate[2]) {
+/* By de Boor's algorithm in homogeneous coordinates; the derivative is p times the difference of
+ * the last two points, by the span. */
+void trim_curve_in_span(const struct trim_curve *curve, size_t l, double t, double uv[2],
+                        double rate[2]) {
+    if (!curve->knots) {
+        for (int x = 0; x < 2; x++) {
+            double way = curve->points[l + 1][x] - curve->points[l][x];
+            uv[x] = curve->points[l][x] + t * way;
+            if (rate)
+                rate[x] = way;
+        }
+        return;
+    }
     int p = curve->degree;
     double d[ORDER_MAX][3], before[3] = {0, 0, 0};
     for (int k = 0; k <= p; k++) {
@@ -122,43 +130,27 @@ static void curve_jet(const struct trim_curve *curve, size_t l, double t, double
     }
 }
 
-static void curve_point(const struct trim_curve *curve, size_t l, double t, double uv[2]) {
-    curve_jet(curve, l, t, uv, NULL);
-}
-
 void trim_curve_range(const struct trim_curve *curve, double range[2]) {
     range[0] = curve->knots ? curve->knots[curve->degree] : 0;
     range[1] = curve->knots ? curve->knots[curve->count] : (double)(curve->count - 1);
 }
 
-/* The last span that begins at t or before it. */
-static size_t span_at(const struct trim_curve *curve, double t) {
+/* By the last knot span that begins at `from` or before it. */
+void trim_curve_beyond(const struct trim_curve *curve, double from, double t, double uv[2],
+                       double rate[2]) {
+    if (!curve->knots) {
+        size_t k = (size_t)fmin(floor(from), (double)curve->count - 2);
+        trim_curve_in_span(curve, k, t - (double)k, uv, rate);
+        return;
+    }
     size_t low = (size_t)curve->degree, high = curve->count;
     while (high - low > 1) {
         size_t middle = low + (high - low) / 2;
-        if (curve->knots[middle] <= t)
-            low = middle;
-        else
-            high = middle;
+        *(curve->knots[middle] <= from ? &low : &high) = middle;
     }
     while (low > (size_t)curve->degree && !(curve->knots[low + 1] > curve->knots[low]))
         low--;
-    return low;
-}
-
-void trim_curve_beyond(const struct trim_curve *curve, double from, double t, double uv[2],
-                       double rate[2]) {
-    if (curve->knots) {
-        curve_jet(curve, span_at(curve, from), t, uv, rate);
-        return;
-    }
-    size_t k = (size_t)fmin(floor(from), (double)curve->count - 2);
-    for (int x = 0; x < 2; x++) {
-        double way = curve->points[k + 1][x] - curve->points[k][x];
-        uv[x] = curve->points[k][x] + (t - (double)k) * way;
-        if (rate)
-            rate[x] = way;
-    }
+    trim_curve_in_span(curve, low, t, uv, rate);
 }
 
 void trim_curve_at(const struct trim_curve *curve, double t, double uv[2], double rate[2]) {
@@ -168,16 +160,22 @@ void trim_curve_at(const struct trim_curve *curve, double t, double uv[2], doubl
     trim_curve_beyond(curve, t, t, uv, rate);
 }
 
-/* The part of a curve between two places of one knot span. */
+void trim_curve_end(const struct trim_curve *curve, int end, double uv[2]) {
+    double range[2];
+    trim_curve_range(curve, range);
+    trim_curve_at(curve, range[end], uv, NULL);
+}
+
+/* A piece of a curve within one knot span. */
 struct piece {
     double t[2], from[2], to[2];
 };
 
-static bool is_flat(const struct collector *c, const struct trim_curve *curve, size_t l,
-                    const struct piece *piece) {
+static bool is_nearly_straight(const struct collector *c, const struct trim_curve *curve, size_t l,
+                               const struct piece *piece) {
     for (int quarter = 1; quarter <= 3; quarter++) {
         double share = quarter / 4.0, at[2];
-        curve_point(curve, l, piece->t[0] + share * (piece->t[1] - piece->t[0]), at);
+        trim_curve_in_span(curve, l, piece->t[0] + share * (piece->t[1] - piece->t[0]), at, NULL);
         for (int k = 0; k < 2; k++) {
             double chord = piece->from[k] + share * (piece->to[k] - piece->from[k]);
             if (fabs(at[k] - chord) > c->tolerance[k])
@@ -193,14 +191,14 @@ static bool flatten_span(struct collector *c, const struct trim_curve *curve, si
     int depth = 0;
     stack[0].t[0] = curve->knots[l];
     stack[0].t[1] = curve->knots[l + 1];
-    curve_point(curve, l, stack[0].t[0], stack[0].from);
-    curve_point(curve, l, stack[0].t[1], stack[0].to);
-    if (!add_edge(c, stack[0].from))
+    trim_curve_in_span(curve, l, stack[0].t[0], stack[0].from, NULL);
+    trim_curve_in_span(curve, l, stack[0].t[1], stack[0].to, NULL);
+    if (!add_flat_edge(c, stack[0].from))
         return false;
     while (depth >= 0) {
         struct piece *top = &stack[depth];
-        if (depth == c->halvings || is_flat(c, curve, l, top)) {
-            if (!add_edge(c, top->to))
+        if (depth == c->halvings || is_nearly_straight(c, curve, l, top)) {
+            if (!add_flat_edge(c, top->to))
                 return false;
             c->crowded = c->crowded || (c->count > c->most && c->halvings > 0);
             if (c->crowded)
@@ -210,7 +208,7 @@ static bool flatten_span(struct collector *c, const struct trim_curve *curve, si
         }
         struct piece first = *top;
         first.t[1] = top->t[0] + (top->t[1] - top->t[0]) / 2;
-        curve_point(curve, l, first.t[1], first.to);
+        trim_curve_in_span(curve, l, first.t[1], first.to, NULL);
         top->t[0] = first.t[1];
         memcpy(top->from, first.to, sizeof first.to);
         stack[++depth] = first;
@@ -218,71 +216,58 @@ static bool flatten_span(struct collector *c, const struct trim_curve *curve, si
     return true;
 }
 
-static bool flatten(struct collector *c, const struct trim_curve *curve) {
-    bool good = true;
-    if (!curve->knots) {
-        for (size_t k = 0; good && k < curve->count; k++)
-            good = add_edge(c, curve->points[k]);
-        return good;
-    }
-    for (size_t l = (size_t)curve->degree; good && !c->crowded && l < curve->count; l++)
-        if (curve->knots[l + 1] > curve->knots[l])
-            good = flatten_span(c, curve, l);
-    return good;
-}
-
 static bool flatten_loop(struct collector *c, const struct trim_loop *loop) {
     double first[2] = {0, 0};
+    bool good = true;
     c->begun = false;
-    for (size_t k = 0; k < loop->count; k++) {
+    for (size_t k = 0; good && k < loop->count; k++) {
         const struct trim_curve *curve = &loop->curves[k];
-        if (k == 0 && curve->knots) {
-            size_t l = (size_t)curve->degree;
-            while (!(curve->knots[l + 1] > curve->knots[l]))
-                l++;
-            curve_point(curve, l, curve->knots[l], first);
-        } else if (k == 0) {
+        if (k == 0 && curve->knots)
+            trim_curve_end(curve, 0, first);
+        else if (k == 0)
             memcpy(first, curve->points[0], sizeof first);
-        }
-        if (!flatten(c, curve))
-            return false;
+        for (size_t n = 0; !curve->knots && good && n < curve->count; n++)
+            good = add_flat_edge(c, curve->points[n]);
+        for (size_t l = (size_t)curve->degree;
+             curve->knots && good && !c->crowded && l < curve->count; l++)
+            good = !(curve->knots[l + 1] > curve->knots[l]) || flatten_span(c, curve, l);
     }
-    return !c->begun || add_edge(c, first);
+    return good && (!c->begun || add_flat_edge(c, first));
 }
 
-static size_t strip_of(const struct trim *trim, double v) {
+static size_t strip_at(const struct trim *trim, double v) {
     double strip = (v - trim->low[1]) / trim->strip_height;
     return strip < 0                            ? 0
            : strip >= (double)trim->strip_count ? trim->strip_count - 1
                                                 : (size_t)strip;
 }
 
-/* How many places the edges take in `strips` strips. */
-static size_t count_places(struct trim *trim, size_t strips) {
+/* How many entries the edges take in `strips` strips. */
+static size_t count_entries(struct trim *trim, size_t strips) {
     size_t total = 0;
     trim->strip_count = strips;
     trim->strip_height = (trim->high[1] - trim->low[1]) / (double)strips;
     for (size_t k = 0; k < trim->edge_count; k++)
-        total += strip_of(trim, trim->edges[k].v[1]) - strip_of(trim, trim->edges[k].v[0]) + 1;
+        total += strip_at(trim, trim->edges[k].v[1]) - strip_at(trim, trim->edges[k].v[0]) + 1;
     trim->steps += trim->edge_count;
     return total;
 }
 
 /* Sorts the edges into strips of v by counting; edges are in the order of their loops already. */
-static enum status make_strips(struct trim *trim, struct arena *arena) {
+static enum status sort_into_strips(struct trim *trim, struct arena *arena) {
     size_t wanted = trim->edge_count / 4 + 1, total = 0;
-    size_t most = places_least + places_per_edge * trim->edge_count;
+    size_t most = entries_least + entries_per_edge * trim->edge_count;
     wanted = wanted < STRIPS_MAX ? wanted : STRIPS_MAX;
     if (!(trim->high[1] > trim->low[1]))
         return STATUS_DEGENERATE_SURFACE;
-    while (count_places(trim, wanted) > most)
+    while (count_entries(trim, wanted) > most)
         wanted = (wanted + 1) / 2;
     trim->strip_first = arena_alloc(arena, trim->strip_count + 1, sizeof *trim->strip_first);
     if (!trim->strip_first)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < trim->edge_count; k++)
-        for (size_t s = strip_of(trim, trim->edges[k].v[0]);
-             s <= strip_of(trim, trim->edges[k].v[1]); s++)
+        for (size_t s = strip_at(trim, trim->edges[k].v[0]);
+             s <= strip_at(trim, trim->edges[k].v[1]); s++)
             trim->strip_first[s + 1]++;
     for (size_t s = 0; s < trim->strip_count; s++)
         total = trim->strip_first[s + 1] += trim->strip_first[s];
@@ -291,8 +276,8 @@ static enum status make_strips(struct trim *trim, struct arena *arena) {
     if (!trim->strip_edges || !fill)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < trim->edge_count; k++)
-        for (size_t s = strip_of(trim, trim->edges[k].v[0]);
-             s <= strip_of(trim, trim->edges[k].v[1]); s++)
+        for (size_t s = strip_at(trim, trim->edges[k].v[0]);
+             s <= strip_at(trim, trim->edges[k].v[1]); s++)
             trim->strip_edges[trim->strip_first[s] + fill[s]++] = (uint32_t)k;
     trim->steps += 2 * total + trim->strip_count;
     return STATUS_OK;
@@ -308,7 +293,7 @@ static bool crossing(const struct edge *edge, double v, double *u) {
 }
 
 bool trim_contains(const struct trim *trim, const double uv[2]) {
-    size_t kept = 0, strip = strip_of(trim, uv[1]);
+    size_t kept = 0, strip = strip_at(trim, uv[1]);
     const uint32_t *at = trim->strip_edges + trim->strip_first[strip];
     const uint32_t *end = trim->strip_edges + trim->strip_first[strip + 1];
     while (at < end) {
@@ -349,8 +334,8 @@ struct gathered {
     struct vec3 moment;
 };
 
-/* |r_u x r_v| and r at places of a line of v, in the caller's parameters: as a grid, to the same
- * bits, where the places lie in one span. */
+/* |r_u x r_v| and r at points of a line of v, in the caller's parameters: as a grid, to the same
+ * bits, where the points lie in one span. */
 static void evaluate_line(const struct surface *surface, struct surface_cursor *cursor,
                           const double *u, double v, int count, double *density, struct vec3 *r) {
     const struct surface_axis *axis = surface->axis;
@@ -407,7 +392,7 @@ static void integrate_line(const struct surface *surface, struct gathered *sum, 
 }
 
 /* Where a line meets an edge of a loop. */
-struct cut {
+struct line_crossing {
     double u;
     uint32_t loop;
 };
@@ -417,7 +402,7 @@ struct cut {
 struct lines {
     double low, step;
     size_t count, *first;
-    struct cut *cuts;
+    struct line_crossing *crossings;
 };
 
 static double line_height(const struct lines *lines, size_t k) {
@@ -425,7 +410,7 @@ static double line_height(const struct lines *lines, size_t k) {
 }
 
 /* The first line at v or above. */
-static size_t line_at(const struct lines *lines, double v) {
+static size_t first_line_from(const struct lines *lines, double v) {
     double at = ceil((v - lines->low) / lines->step - 0.5);
     size_t k = at > 0 ? at < (double)lines->count ? (size_t)at : lines->count : 0;
     while (k > 0 && line_height(lines, k - 1) >= v)
@@ -442,44 +427,48 @@ static size_t count_crossings(struct trim *trim, struct lines *lines, size_t cou
     lines->low = trim->low[1];
     lines->step = (trim->high[1] - trim->low[1]) / (double)count;
     for (size_t k = 0; k < trim->edge_count; k++)
-        total += line_at(lines, trim->edges[k].v[1]) - line_at(lines, trim->edges[k].v[0]);
+        total += first_line_from(lines, trim->edges[k].v[1]) -
+                 first_line_from(lines, trim->edges[k].v[0]);
     trim->steps += trim->edge_count;
     return total;
 }
 
-static int compare_cuts(const void *a, const void *b) {
-    const struct cut *x = a, *y = b;
+static int compare_line_crossings(const void *a, const void *b) {
+    const struct line_crossing *x = a, *y = b;
     return (x->u > y->u) - (x->u < y->u);
 }
 
-/* Chooses the lines and finds all places where they meet edges, in order. */
-static bool cut_lines(struct trim *trim, struct lines *lines, struct arena *arena) {
+/* Chooses the lines and finds all points where they meet edges, in order. */
+static bool cross_lines(struct trim *trim, struct lines *lines, struct arena *arena) {
     size_t wanted = LINES, most = crossings_most + crossings_per_edge * trim->edge_count, total;
     while ((total = count_crossings(trim, lines, wanted)) > most)
         wanted /= 2;
     lines->first = arena_alloc(arena, lines->count + 2, sizeof *lines->first);
-    lines->cuts = arena_alloc(arena, total, sizeof *lines->cuts);
-    if (!lines->first || !lines->cuts)
+    lines->crossings = arena_alloc(arena, total, sizeof *lines->crossings);
+    if (!lines->first || !lines->crossings)
         return false;
-    size_t *fill = lines->first + 1; /* where the next cut of a line goes: in the end its end */
+    size_t *fill =
+        lines->first + 1; /* where the next crossing of a line goes: in the end its end */
     for (size_t k = 0; k < trim->edge_count; k++) {
         const struct edge *edge = &trim->edges[k];
-        for (size_t at = line_at(lines, edge->v[0]); at < line_at(lines, edge->v[1]); at++)
+        for (size_t at = first_line_from(lines, edge->v[0]);
+             at < first_line_from(lines, edge->v[1]); at++)
             fill[at + 1]++;
     }
     for (size_t at = 0; at < lines->count; at++)
         fill[at + 1] += fill[at];
     for (size_t k = 0; k < trim->edge_count; k++) {
         const struct edge *edge = &trim->edges[k];
-        for (size_t at = line_at(lines, edge->v[0]); at < line_at(lines, edge->v[1]); at++) {
-            struct cut *cut = &lines->cuts[fill[at]++];
-            cut->loop = edge->loop;
-            crossing(edge, line_height(lines, at), &cut->u);
+        for (size_t at = first_line_from(lines, edge->v[0]);
+             at < first_line_from(lines, edge->v[1]); at++) {
+            struct line_crossing *at_edge = &lines->crossings[fill[at]++];
+            at_edge->loop = edge->loop;
+            crossing(edge, line_height(lines, at), &at_edge->u);
         }
     }
     for (size_t at = 0; at < lines->count; at++)
-        qsort(lines->cuts + lines->first[at], lines->first[at + 1] - lines->first[at],
-              sizeof *lines->cuts, compare_cuts);
+        qsort(lines->crossings + lines->first[at], lines->first[at + 1] - lines->first[at],
+              sizeof *lines->crossings, compare_line_crossings);
     trim->steps += 3 * total;
     return true;
 }
@@ -487,24 +476,26 @@ static bool cut_lines(struct trim *trim, struct lines *lines, struct arena *aren
 typedef void interval_visitor(struct trim *trim, void *context, double a, double b, double v,
                               double weight);
 
-/* Visits the intervals of the region on a line: from cut to cut, keeping count of the loops that
- * it is inside. Every loop is left as often as it is entered, so `inside` ends as it began. */
+/* Visits the intervals of the region on a line: from crossing to crossing, keeping count of the
+ * loops that it is inside. Every loop is left as often as it is entered, so `inside` ends as it
+ * began. */
 static void visit_line(struct trim *trim, const struct lines *lines, size_t at, bool *inside,
                        interval_visitor *visit, void *context) {
     const struct surface_axis *axis = &trim->surface->axis[0];
     double lower = axis->outer[0], upper = axis->outer[1], from = lower;
     size_t kept = 0, cut_away = 0;
     for (size_t k = lines->first[at]; k <= lines->first[at + 1]; k++) {
-        const struct cut *cut = k < lines->first[at + 1] ? &lines->cuts[k] : NULL;
-        double to = cut ? fmin(fmax(cut->u, lower), upper) : upper;
+        const struct line_crossing *at_edge =
+            k < lines->first[at + 1] ? &lines->crossings[k] : NULL;
+        double to = at_edge ? fmin(fmax(at_edge->u, lower), upper) : upper;
         if (from < to && cut_away == 0 && (kept > 0 || trim->kept_count == 0))
             visit(trim, context, from, to, line_height(lines, at), lines->step);
         from = to;
-        if (!cut)
+        if (!at_edge)
             break;
-        size_t *count = trim->loops[cut->loop].reversed ? &kept : &cut_away;
-        inside[cut->loop] = !inside[cut->loop];
-        *count += inside[cut->loop] ? (size_t)1 : (size_t)-1;
+        size_t *count = trim->loops[at_edge->loop].reversed ? &kept : &cut_away;
+        inside[at_edge->loop] = !inside[at_edge->loop];
+        *count += inside[at_edge->loop] ? (size_t)1 : (size_t)-1;
     }
     trim->steps += lines->first[at + 1] - lines->first[at] + 1;
 }
@@ -530,14 +521,14 @@ static void try_middle(struct trim *trim, void *context, double a, double b, dou
     }
 }
 
-static enum status measure(struct trim *trim, struct arena *arena) {
+static enum status measure_region(struct trim *trim, struct arena *arena) {
     struct quadrature rule = quadrature_make(4);
     struct gathered sum = {.rule = &rule};
     struct lines lines;
     double nearest = HUGE_VAL;
     struct arena_mark mark = arena_mark(arena);
     bool *inside = arena_alloc(arena, trim->loop_count, sizeof *inside);
-    if (!inside || !cut_lines(trim, &lines, arena))
+    if (!inside || !cross_lines(trim, &lines, arena))
         return STATUS_OUT_OF_MEMORY;
     for (size_t at = 0; at < lines.count; at++)
         visit_line(trim, &lines, at, inside, add_interval, &sum);
@@ -551,7 +542,7 @@ static enum status measure(struct trim *trim, struct arena *arena) {
     return STATUS_OK;
 }
 
-static void find_box(struct trim *trim) {
+static void find_region_box(struct trim *trim) {
     surface_domain(trim->surface, trim->low, trim->high);
     if (trim->kept_count == 0)
         return;
@@ -585,7 +576,7 @@ size_t trim_steps(const struct trim *trim) {
     return trim->steps;
 }
 
-/* All loops as edges; curves with fewer cuts as long as there are too many. */
+/* All loops as edges; curves halved fewer times as long as there are too many. */
 static bool flatten_all(struct trim *trim, struct collector *c) {
     size_t points = 0;
     for (size_t k = 0; k < trim->loop_count; k++)
@@ -615,23 +606,6 @@ static void *copy_of(const void *array, size_t count, size_t size, struct arena 
     return copy;
 }
 
-/* The same, apart from what is kept: growing arrays leave as much behind them as they hold. */
-static bool flatten_apart(struct trim *trim, struct collector *c, struct arena *arena) {
-    c->arena = arena_child(arena);
-    if (!c->arena)
-        return false;
-    struct arena_mark begin = arena_mark(c->arena);
-    bool good = flatten_all(trim, c);
-    if (good) {
-        trim->edge_count = c->count;
-        trim->edges = copy_of(c->edges, c->count, sizeof *c->edges, arena);
-        trim->points = copy_of(c->points, c->point_count, sizeof *c->points, arena);
-        trim->first_point[trim->loop_count] = c->point_count;
-    }
-    arena_rewind(c->arena, begin);
-    return good && trim->edges && trim->points;
-}
-
 enum status trim_make(const struct surface *surface, const struct trim_loop *loops, size_t count,
                       struct arena *arena, struct trim **trim) {
     struct trim *made = arena_alloc(arena, 1, sizeof *made);
@@ -647,12 +621,25 @@ enum status trim_make(const struct surface *surface, const struct trim_loop *loo
         collector.tolerance[k] = flatness * (surface->axis[k].outer[1] - surface->axis[k].outer[0]);
     for (size_t k = 0; k < count; k++)
         made->kept_count += loops[k].reversed;
-    if (!flatten_apart(made, &collector, arena))
+    /* apart from what is kept: growing arrays leave as much behind them as they hold */
+    struct collector *c = &collector;
+    c->arena = arena_child(arena);
+    if (!c->arena)
         return STATUS_OUT_OF_MEMORY;
-    find_box(made);
+    struct arena_mark begin = arena_mark(c->arena);
+    if (flatten_all(made, c)) {
+        made->edge_count = c->count;
+        made->edges = copy_of(c->edges, c->count, sizeof *c->edges, arena);
+        made->points = copy_of(c->points, c->point_count, sizeof *c->points, arena);
+        first_point[count] = c->point_count;
+    }
+    arena_rewind(c->arena, begin);
+    if (!made->edges || !made->points)
+        return STATUS_OUT_OF_MEMORY;
+    find_region_box(made);
     *trim = made;
     if (!(made->low[0] < made->high[0] && made->low[1] < made->high[1]))
         return STATUS_DEGENERATE_SURFACE;
-    enum status status = make_strips(made, arena);
-    return status == STATUS_OK ? measure(made, arena) : status;
+    enum status status = sort_into_strips(made, arena);
+    return status == STATUS_OK ? measure_region(made, arena) : status;
 }

@@ -3,7 +3,7 @@
  * The usable region of a trimmed surface: loops of NURBS curves or polylines in (u, v). It is what
  * lies inside a loop that keeps its inside, or the whole domain when there is none, less what lies
  * inside the others.
- * Curves are flattened once; whether a place is inside a loop is the parity of the edges to its
+ * Curves are flattened once; whether a point is inside a loop is the parity of the edges to its
  * left, found in strips of v.
  */
 #ifndef SOLVER_SURFACE_TRIM_H
@@ -36,6 +36,14 @@ void trim_curve_at(const struct trim_curve *curve, double t, double uv[2], doubl
 void trim_curve_beyond(const struct trim_curve *curve, double from, double t, double uv[2],
                        double rate[2]);
 
+/* The same in the knot span from knots[l] to knots[l + 1], wherever t is; of a polyline its segment
+ * l, where t counts from 0 to 1. */
+void trim_curve_in_span(const struct trim_curve *curve, size_t l, double t, double uv[2],
+                        double rate[2]);
+
+/* The first point (end 0) or the last (end 1). */
+void trim_curve_end(const struct trim_curve *curve, int end, double uv[2]);
+
 /* The range of t. */
 void trim_curve_range(const struct trim_curve *curve, double range[2]);
 
@@ -57,7 +65,7 @@ bool trim_near(const struct trim *trim, const double uv[2]);
  * less exactly where a line v = const crosses more than 512 edges and 4 / 512 of all. */
 double trim_area(const struct trim *trim, struct vec3 *centroid);
 
-/* A place of the region near its centroid: well inside it, where the centroid itself may not be. */
+/* A point of the region near its centroid: well inside it, where the centroid itself may not be. */
 void trim_middle(const struct trim *trim, double uv[2]);
 
 /* The middle of the widest strip across direction k, round which the surface closes, that has
@@ -71,7 +79,7 @@ enum status trim_bare_line(const struct trim *trim, const struct surface *surfac
 size_t trim_loop_count(const struct trim *trim);
 size_t trim_loop_points(const struct trim *trim, size_t loop, const double (**points)[2]);
 
-/* How much work it was to make: edges, places in strips and crossings of lines looked at. */
+/* How much work it was to make: edges, entries of strips and crossings of lines looked at. */
 size_t trim_steps(const struct trim *trim);
 
 #endif

@@ -7,15 +7,16 @@
 
 enum { LINES = 64 };
 
-static int compare(const void *a, const void *b) {
+static int compare_numbers(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
-/* Where the line at x across direction k crosses the loops' edges, sorted, between the ends of the
- * domain; `across` has room for a place of each edge and two more. */
-static size_t find_crossings(const struct trim *trim, const struct surface_axis *other, int k,
-                             double x, double *across) {
+/* Whether nothing of the region lies on the line at x across direction k: between where it crosses
+ * the loops' edges, and the ends of the domain, it is in the region or outside of it. `across` has
+ * room for each edge and two more. */
+static bool is_bare_line(const struct trim *trim, const struct surface_axis *other, int k, double x,
+                         double *across) {
     size_t count = 0;
     across[count++] = other->outer[0];
     for (size_t loop = 0; loop < trim_loop_count(trim); loop++) {
@@ -28,12 +29,7 @@ static size_t find_crossings(const struct trim *trim, const struct surface_axis 
         }
     }
     across[count++] = other->outer[1];
-    qsort(across, count, sizeof *across, compare);
-    return count;
-}
-
-/* Between two crossings a line is in the region, or outside of it. */
-static bool is_bare(const struct trim *trim, int k, double x, const double *across, size_t count) {
+    qsort(across, count, sizeof *across, compare_numbers);
     for (size_t n = 1; n < count; n++) {
         double at[2];
         at[k] = x;
@@ -59,8 +55,7 @@ enum status trim_bare_line(const struct trim *trim, const struct surface *surfac
         return STATUS_OUT_OF_MEMORY;
     for (int n = 0; n < LINES; n++) {
         double x = axis->outer[0] + (n + 0.5) / LINES * length;
-        size_t count = find_crossings(trim, &surface->axis[1 - k], k, x, across);
-        bare[n] = is_bare(trim, k, x, across, count);
+        bare[n] = is_bare_line(trim, &surface->axis[1 - k], k, x, across);
     }
     int run = 0, widest = 0, last = 0;
     for (int n = 0; n < 2 * LINES; n++) { /* twice round: a run may pass the seam */
