@@ -40,8 +40,8 @@ enum api_problem_id api_check_drape(const struct api_input *input, const struct 
 
 /* Whether the solver could take the surface and the spacing of a decoded request. Of a surface with
  * very many spans that is left for the solver to say. */
-enum api_problem_id api_check_decoded(struct api_request *request, const struct api_limits *limits,
-                                      struct arena *arena,
+enum api_problem_id api_check_decoded(const struct api_request *request,
+                                      const struct api_limits *limits, struct arena *arena,
                                       struct api_problem *problem) STATUS_MUST_USE;
 
 /* A surface to be stored, as `input->request`. Writes its normalised definition and then its

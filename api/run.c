@@ -4,12 +4,11 @@
 #include "api/json/value.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
-#include "api/request/prepared_mesh.h"
-#include "api/request/prepared_shell.h"
-#include "api/request/prepared_surface.h"
+#include "api/request/prepared_part.h"
 #include "api/result/columns.h"
 #include "api/result/fields.h"
 #include "api/result/warnings.h"
+#include "solver/mesh/mesh.h"
 #include "threads.h"
 #include <math.h>
 #include <string.h>
@@ -25,57 +24,49 @@ static double now_ms(void) {
     return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
 }
 
-static void set_solve_problem(struct api_problem *problem, enum status status,
-                              const struct drape_settings *settings, int faulty_generator) {
-    static const char *const generator_pointers[] = {"/generators/warp", "/generators/weft"};
+static enum api_problem_id set_solve_problem(struct api_problem *problem, enum status status,
+                                             const struct drape_settings *settings,
+                                             int faulty_generator) {
+    const char *generator = faulty_generator == 1 ? "/generators/weft" : "/generators/warp";
     switch (status) {
     case STATUS_OK:
-        break;
+        return API_OK;
     case STATUS_OUT_OF_MEMORY:
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the drape needs more memory than allowed");
-        break;
+        return api_problem_no_memory(problem, "the drape");
     case STATUS_CANCELLED:
-        api_problem_set(problem, API_CANCELLED, "the drape was cancelled");
-        break;
+        return api_problem_set(problem, API_CANCELLED, "the drape was cancelled");
     case STATUS_TOO_MANY_NODES:
-        api_problem_set_at(problem, API_INVALID_REQUEST, "/fabric/spacing",
-                           "is too small: the net would have more than the %zu nodes allowed",
-                           settings->max_nodes);
-        break;
+        return api_problem_set_at(
+            problem, API_INVALID_REQUEST, "/fabric/spacing",
+            "is too small: the net would have more than the %zu nodes allowed",
+            settings->max_nodes);
     case STATUS_START_OFF_SURFACE:
-        api_problem_set_at(problem, API_START_OFF_SURFACE, "/start",
-                           "the start must be on the surface, or within the spacing of it");
-        break;
+        return api_problem_set_at(problem, API_START_OFF_SURFACE, "/start",
+                                  "the start must be on the surface, or within the spacing of it");
     case STATUS_START_STUCK:
-        api_problem_set_at(
-            problem, API_INVALID_REQUEST, "/start",
-            "all four yarns leave the part within one spacing of the start; turn the "
-            "direction, move the start or take a smaller spacing");
-        break;
+        return api_problem_set_at(problem, API_INVALID_REQUEST, "/start",
+                                  "all four yarns leave the part within one spacing of the start; "
+                                  "turn the direction, move the start or take a smaller spacing");
     case STATUS_DEGENERATE_SURFACE:
-        api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/start",
-                           "the surface has no tangent plane at the start");
-        break;
+        return api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/start",
+                                  "the surface has no tangent plane at the start");
     case STATUS_GENERATOR_OFF_START:
-        api_problem_set_at(problem, API_INVALID_REQUEST, generator_pointers[faulty_generator],
-                           "must pass the start, to a thousandth of the spacing");
-        break;
+        return api_problem_set_at(problem, API_INVALID_REQUEST, generator,
+                                  "must pass the start, to a thousandth of the spacing");
     case STATUS_GENERATOR_PARALLEL:
-        api_problem_set_at(problem, API_INVALID_REQUEST, generator_pointers[faulty_generator],
-                           "must not be parallel to the other generator, nor a tangent plane");
-        break;
+        return api_problem_set_at(problem, API_INVALID_REQUEST, generator,
+                                  "must not be parallel to the other generator, nor a tangent "
+                                  "plane");
     case STATUS_INVALID:
         /* Ranges were checked; that the direction has a part in the tangent plane was not. */
-        if (settings->direction_kind == DRAPE_DIRECTION_VECTOR) {
-            api_problem_set_at(problem, API_INVALID_REQUEST, "/direction/vector",
-                               "must not be at right angles to the surface at the start");
-            break;
-        }
-        /* fall through */
+        if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
+            return api_problem_set_at(problem, API_INVALID_REQUEST, "/direction/vector",
+                                      "must not be at right angles to the surface at the start");
+        break;
     case STATUS_NO_CONVERGENCE:
-        api_problem_set(problem, API_INTERNAL, "the solver did not accept the decoded request");
         break;
     }
+    return api_problem_set(problem, API_INTERNAL, "the solver did not accept the decoded request");
 }
 
 /* Faces by their numbers in the request's surface, where the shell has a part of them. */
@@ -148,10 +139,8 @@ static enum api_problem_id write_result(const struct warnings_subject *subject, 
     };
     summarise(request, result, solve_ms, &header.summary);
     warnings_make(subject, &header.summary);
-    if (api_fields_list(&fields, request, result, arena) != STATUS_OK) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the drape needs more memory than allowed");
-        return problem->id;
-    }
+    if (api_fields_list(&fields, request, result, arena) != STATUS_OK)
+        return api_problem_no_memory(problem, "the drape");
     return api_columns_write(&header, fields.source, fields.count, sink, arena, problem);
 }
 
@@ -162,26 +151,23 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     struct drape_result result = {0};
     if (api_decode(input, limits, arena, &request, problem) != API_OK)
         return problem->id;
-    if (request.surface.kind == API_SURFACE_NAMED) {
-        api_problem_add(problem, "/surface/id", "no surface is stored under this id");
+    if (request.surface.kind == API_SURFACE_NAMED)
+        return api_problem_add(problem, "/surface/id", "no surface is stored under this id");
+    struct prepared_part prepared;
+    if (prepared_part_make(&request, limits, arena, &prepared, problem) != API_OK)
         return problem->id;
-    }
-    struct prepared_part shape;
-    if (prepared_part_make(&request, limits, arena, &shape, problem) != API_OK)
-        return problem->id;
-    const struct drape_part *part = &shape.part;
-    request.settings.start_face = shape.shell.start_face;
+    const struct drape_part *part = &prepared.part;
+    request.settings.start_face = prepared.shell.start_face;
     struct api_threads threads;
     request.settings.team = api_threads_make(&threads, limits->threads);
     double begin = now_ms();
     enum status status = drape_solve(part, &request.settings, monitor, arena, &result);
     double solve_ms = now_ms() - begin;
     if (part->shell && status == STATUS_START_OFF_SURFACE)
-        prepared_shell_name_left_out(&request, &shape.shell, arena, problem);
-    set_solve_problem(problem, status, &request.settings, result.faulty_generator);
-    if (problem->id != API_OK)
+        prepared_shell_name_left_out(&request, &prepared.shell, arena, problem);
+    if (set_solve_problem(problem, status, &request.settings, result.faulty_generator) != API_OK)
         return problem->id;
-    number_faces(&shape.shell, &result);
+    number_faces(&prepared.shell, &result);
     size_t components = part->mesh    ? part->mesh->component_count
                         : part->shell ? shell_component_count(part->shell)
                                       : 1;
@@ -193,10 +179,8 @@ enum api_problem_id api_run(const struct api_input *input, const struct api_limi
                             const struct drape_monitor *monitor, const struct api_sink *sink,
                             struct api_problem *problem) {
     struct arena *arena = arena_new(limits->max_memory);
-    if (!arena) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the drape");
-        return problem->id;
-    }
+    if (!arena)
+        return api_problem_no_memory(problem, "the drape");
     enum api_problem_id id = api_run_in(arena, input, limits, monitor, sink, problem);
     arena_free(arena);
     return id;

@@ -194,7 +194,7 @@ void api_text_key_rows(struct api_text *text, const char *key, const double *val
     api_text_raw(text, count ? "]" : "[]");
 }
 
-void api_text_box(struct api_text *text, const double lower[3], const double upper[3]) {
+void api_text_box(struct api_text *text, const double *lower, const double *upper) {
     api_text_key(text, "bounding_box");
     api_text_raw(text, "[");
     api_text_numbers(text, lower, 3);

@@ -66,7 +66,7 @@ void api_text_key_rows(struct api_text *text, const char *key, const double *val
                        size_t count);
 
 /* The contract's `bounding_box`, of two corners of three coordinates. */
-void api_text_box(struct api_text *text, const double lower[3], const double upper[3]);
+void api_text_box(struct api_text *text, const double *lower, const double *upper);
 
 /* `[a,b,...]`. */
 void api_text_numbers(struct api_text *text, const double *values, size_t count);

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/request/digest.h"
-#include "api/request/prepared_mesh.h"
-#include "api/request/prepared_shell.h"
-#include "api/request/prepared_surface.h"
+#include "api/request/prepared_part.h"
 #include "laminate.h"
+#include "solver/mesh/mesh.h"
 #include <stdio.h>
 #include <string.h>
 

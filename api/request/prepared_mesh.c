@@ -1,84 +1,51 @@
 /* SPDX-License-Identifier: MIT */
 #include "prepared_mesh.h"
 
+#include "prepared_surface.h"
 #include <stdio.h>
 
-/* Where the fault lies in the request. */
-static void add_fault(struct api_problem *problem, const char *base,
-                      const struct mesh_fault *fault) {
-    char pointer[API_POINTER_MAX];
-    switch (fault->kind) {
-    case MESH_FAULT_EMPTY:
-    case MESH_FAULT_TOO_LARGE:
-        (void)snprintf(pointer, sizeof pointer, "%s/triangles", base);
-        break;
-    case MESH_FAULT_VERTEX:
-        (void)snprintf(pointer, sizeof pointer, "%s/vertices/%zu", base, fault->index);
-        break;
-    case MESH_FAULT_INDEX:
-        (void)snprintf(pointer, sizeof pointer, "%s/triangles/%zu/%d", base, fault->index,
-                       fault->corner);
-        break;
-    default:
-        (void)snprintf(pointer, sizeof pointer, "%s/triangles/%zu", base, fault->index);
-        break;
-    }
-    api_problem_add(problem, pointer, "%s", fault->reason);
-}
-
-static double largest_area(const struct mesh *mesh) {
-    double largest = 0;
-    for (size_t k = 0; k < mesh->component_count; k++)
-        largest = fmax(largest, mesh->components[k].area);
-    return largest;
-}
-
-/* `base` leads to the mesh in the caller's document. */
-static enum api_problem_id make(const struct api_mesh *from, const char *base, struct arena *arena,
-                                struct mesh **mesh, struct api_problem *problem) {
+/* `base` leads to the mesh in the caller's document, and to what is wrong with it from there. */
+static enum api_problem_id make_mesh(const struct api_mesh *from, const char *base,
+                                     struct arena *arena, struct mesh **mesh,
+                                     struct api_problem *problem) {
     struct mesh_source source = {.vertices = from->vertices,
                                  .vertex_count = from->vertex_count,
                                  .triangles = from->triangles,
                                  .triangle_count = from->triangle_count};
     struct mesh_fault fault;
+    char pointer[API_POINTER_MAX];
     enum status status = mesh_make(&source, arena, mesh, &fault);
+    if (status == STATUS_OK)
+        return API_OK;
     if (status == STATUS_OUT_OF_MEMORY)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
-    else if (status != STATUS_OK)
-        add_fault(problem, base, &fault);
-    return problem->id;
+        return api_problem_no_memory(problem, "the mesh");
+    bool of_vertex = fault.kind == MESH_FAULT_VERTEX;
+    int length =
+        snprintf(pointer, sizeof pointer, "%s/%s", base, of_vertex ? "vertices" : "triangles");
+    if (fault.kind != MESH_FAULT_EMPTY && fault.kind != MESH_FAULT_TOO_LARGE)
+        length += snprintf(pointer + length, sizeof pointer - (size_t)length, "/%zu", fault.index);
+    if (fault.kind == MESH_FAULT_INDEX)
+        (void)snprintf(pointer + length, sizeof pointer - (size_t)length, "/%d", fault.corner);
+    return api_problem_add(problem, pointer, "%s", fault.reason);
 }
 
 enum api_problem_id prepared_mesh_make(const struct api_request *request,
                                        const struct api_limits *limits, struct arena *arena,
                                        struct mesh **mesh, struct api_problem *problem) {
     const struct drape_settings *settings = &request->settings;
-    if (make(&request->surface.mesh, "/surface", arena, mesh, problem) != API_OK)
+    double largest = 0;
+    if (make_mesh(&request->surface.mesh, "/surface", arena, mesh, problem) != API_OK)
         return problem->id;
-    double nodes = largest_area(*mesh) / (settings->spacing[0] * settings->spacing[1]);
-    if (nodes > (double)limits->max_nodes && !settings->has_extent[0] && !settings->has_extent[1])
-        api_problem_add(problem, "/fabric/spacing",
-                        "is too small: covering the mesh takes about %.3g nodes, and %zu are "
-                        "allowed",
-                        nodes, limits->max_nodes);
-    return problem->id;
-}
-
-static void write_vector(struct api_text *text, const char *key, struct vec3 v) {
-    api_text_key_numbers(text, key, (const double[]){v.x, v.y, v.z}, 3);
-}
-
-static void write_box(struct api_text *text, const struct mesh *mesh) {
-    api_text_key(text, "bounding_box");
-    api_text_raw(text, "[");
-    api_text_numbers(text, &mesh->lower.x, 3);
-    api_text_raw(text, ",");
-    api_text_numbers(text, &mesh->upper.x, 3);
-    api_text_raw(text, "]");
+    for (size_t k = 0; k < (*mesh)->component_count; k++)
+        largest = fmax(largest, (*mesh)->components[k].area);
+    if (settings->has_extent[0] || settings->has_extent[1])
+        return API_OK;
+    return prepared_surface_check_nodes(largest / (settings->spacing[0] * settings->spacing[1]),
+                                        "the mesh", limits, problem);
 }
 
 /* The mesh as the one face of itself. */
-static void write_face(struct api_text *text, const struct mesh *mesh) {
+static void write_mesh_face(struct api_text *text, const struct mesh *mesh) {
     struct vec3 normal = {0};
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         struct vec3 p[3];
@@ -90,14 +57,15 @@ static void write_face(struct api_text *text, const struct mesh *mesh) {
     api_text_raw(text, "[{");
     api_text_key_integer(text, "index", 0);
     api_text_key_number(text, "area", mesh->area);
-    write_box(text, mesh);
-    write_vector(text, "centre", mesh->centroid);
-    write_vector(text, "normal", vec3_scale(length > 1e-9 * mesh->area ? 1 / length : 0, normal));
+    api_text_box(text, &mesh->lower.x, &mesh->upper.x);
+    normal = vec3_scale(length > 1e-9 * mesh->area ? 1 / length : 0, normal);
+    api_text_key_numbers(text, "centre", &mesh->centroid.x, 3);
+    api_text_key_numbers(text, "normal", &normal.x, 3);
     api_text_key_string(text, "kind", "mesh");
     api_text_raw(text, "}]");
 }
 
-static void write_edges(struct api_text *text, const struct mesh *mesh) {
+static void write_mesh_edges(struct api_text *text, const struct mesh *mesh) {
     size_t rim = 0;
     for (size_t k = 0; k < mesh->component_count; k++)
         rim += mesh->components[k].rim_count;
@@ -112,14 +80,14 @@ static void write_edges(struct api_text *text, const struct mesh *mesh) {
 enum api_problem_id prepared_mesh_describe(const struct api_surface *surface, struct api_text *text,
                                            struct arena *arena, struct api_problem *problem) {
     struct mesh *mesh;
-    if (make(&surface->mesh, "", arena, &mesh, problem) != API_OK)
+    if (make_mesh(&surface->mesh, "", arena, &mesh, problem) != API_OK)
         return problem->id;
     api_text_key_integer(text, "vertices", (int64_t)surface->mesh.vertex_count);
     api_text_key_integer(text, "triangles", (int64_t)mesh->triangle_count);
-    write_face(text, mesh);
-    write_edges(text, mesh);
+    write_mesh_face(text, mesh);
+    write_mesh_edges(text, mesh);
     api_text_key_integer(text, "components", (int64_t)mesh->component_count);
-    write_box(text, mesh);
+    api_text_box(text, &mesh->lower.x, &mesh->upper.x);
     api_text_key_number(text, "area", mesh->area);
     return API_OK;
 }

@@ -35,9 +35,9 @@ static void write_list(const struct api_surface *surface, const struct shell_fau
 }
 
 /* `base` leads to the surface in the caller's document, `offset` is what it is to be moved by. */
-static void explain(const struct api_surface *surface, const struct shell_fault *fault,
-                    const int32_t *numbers, const char *base, double offset,
-                    struct api_problem *problem) {
+static void explain_fault(const struct api_surface *surface, const struct shell_fault *fault,
+                          const int32_t *numbers, const char *base, double offset,
+                          struct api_problem *problem) {
     char list[LIST_SIZE], pointer[API_POINTER_MAX], within[48] = "";
     struct vec3 at = fault->at;
     write_list(surface, fault, numbers, list);
@@ -69,12 +69,11 @@ static void explain(const struct api_surface *surface, const struct shell_fault 
     case SHELL_LOOP_BAD:
         (void)snprintf(pointer, sizeof pointer, "%s/faces/%d/trims/%zu", base,
                        numbers[fault->face[0]], fault->loop.loop);
-        (void)prepared_surface_loop_fault(problem, pointer, list, &fault->loop);
+        prepared_surface_loop_fault(problem, pointer, list, &fault->loop);
         break;
     case SHELL_TOO_CURVED:
     case SHELL_FOLDS:
-        (void)prepared_surface_offset_fault(problem, offset, list, at, fault->radius,
-                                            fault->fold_deg);
+        prepared_surface_offset_fault(problem, offset, list, at, fault->radius, fault->fold_deg);
         break;
     default:
         api_problem_add(problem, pointer, "must be between 1 and %d faces", SHELL_FACES_MAX);
@@ -90,40 +89,29 @@ size_t prepared_shell_bytes(const struct api_surface *surface) {
     return bytes;
 }
 
-static enum api_problem_id no_memory(struct api_problem *problem) {
-    api_problem_set(problem, API_OUT_OF_MEMORY, "the faces need more memory than allowed");
-    return problem->id;
-}
-
-static enum api_problem_id make_part(const struct api_surface *surface, int32_t number,
-                                     const char *base, struct arena *arena,
-                                     struct shell_patch *part, struct api_problem *problem) {
-    const struct api_surface *face = &surface->faces[number];
-    struct surface *made;
-    char title[TITLE_SIZE], pointer[API_POINTER_MAX];
-    enum status status = surface_make(&face->nurbs, arena, &made);
-    if (status == STATUS_OUT_OF_MEMORY)
-        return no_memory(problem);
-    if (status != STATUS_OK) {
-        prepared_shell_face_title(surface, number, title);
-        (void)snprintf(pointer, sizeof pointer, "%s/faces/%d", base, number);
-        api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer, "face %s has no area", title);
-        return problem->id;
-    }
-    *part = (struct shell_patch){made, face->trims, face->trim_count};
-    return API_OK;
-}
-
-static struct shell_patch *make_parts(const struct api_surface *surface, const int32_t *numbers,
+/* NULL with the problem set; `base` leads to the surface in the caller's document. */
+static struct shell_patch *make_faces(const struct api_surface *surface, const int32_t *numbers,
                                       size_t count, const char *base, struct arena *arena,
                                       struct api_problem *problem) {
-    struct shell_patch *parts = arena_alloc(arena, count, sizeof *parts);
-    if (!parts)
-        no_memory(problem);
-    for (size_t k = 0; parts && k < count; k++)
-        if (make_part(surface, numbers[k], base, arena, &parts[k], problem) != API_OK)
-            return NULL;
-    return parts;
+    struct shell_patch *faces = arena_alloc(arena, count, sizeof *faces);
+    enum status status = faces ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; status == STATUS_OK && k < count; k++) {
+        const struct api_surface *face = &surface->faces[numbers[k]];
+        struct surface *made;
+        char title[TITLE_SIZE], pointer[API_POINTER_MAX];
+        status = surface_make(&face->nurbs, arena, &made);
+        if (status == STATUS_OK) {
+            faces[k] = (struct shell_patch){made, face->trims, face->trim_count};
+        } else if (status != STATUS_OUT_OF_MEMORY) {
+            prepared_shell_face_title(surface, numbers[k], title);
+            (void)snprintf(pointer, sizeof pointer, "%s/faces/%d", base, numbers[k]);
+            api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer, "face %s has no area",
+                               title);
+        }
+    }
+    if (status == STATUS_OUT_OF_MEMORY)
+        api_problem_no_memory(problem, "the faces");
+    return status == STATUS_OK ? faces : NULL;
 }
 
 /* The shell of the faces of these numbers, moved by `offset`. */
@@ -132,16 +120,16 @@ static enum api_problem_id make_shell(const struct api_surface *surface, const i
                                       struct arena *arena, struct shell **shell,
                                       struct api_problem *problem) {
     struct shell_fault fault = {0};
-    struct shell_patch *parts = make_parts(surface, numbers, count, base, arena, problem);
-    if (!parts)
+    struct shell_patch *faces = make_faces(surface, numbers, count, base, arena, problem);
+    if (!faces)
         return problem->id;
-    enum status status = shell_make(parts, count, surface->tolerance, arena, shell, &fault);
+    enum status status = shell_make(faces, count, surface->tolerance, arena, shell, &fault);
     if (status == STATUS_OK && offset != 0)
-        status = shell_offset(*shell, parts, offset, arena, shell, &fault);
+        status = shell_offset(*shell, faces, offset, arena, shell, &fault);
     if (status == STATUS_OUT_OF_MEMORY)
-        return no_memory(problem);
+        return api_problem_no_memory(problem, "the faces");
     if (status != STATUS_OK)
-        explain(surface, &fault, numbers, base, offset, problem);
+        explain_fault(surface, &fault, numbers, base, offset, problem);
     return problem->id;
 }
 
@@ -150,12 +138,12 @@ static enum api_problem_id make_apart(const struct api_surface *surface, const i
                                       const char *base, struct arena *arena, struct shell **shell,
                                       struct api_problem *problem) {
     size_t count = surface->face_count;
-    struct shell_patch *parts = make_parts(surface, numbers, count, base, arena, problem);
-    if (!parts)
+    struct shell_patch *faces = make_faces(surface, numbers, count, base, arena, problem);
+    if (!faces)
         return problem->id;
-    enum status status = shell_make_lenient(parts, count, surface->tolerance, arena, shell);
+    enum status status = shell_make_lenient(faces, count, surface->tolerance, arena, shell);
     if (status == STATUS_OUT_OF_MEMORY)
-        return no_memory(problem);
+        return api_problem_no_memory(problem, "the faces");
     if (status != STATUS_OK) /* why, it says itself */
         return make_shell(surface, numbers, count, base, 0, arena, shell, problem);
     return API_OK;
@@ -163,86 +151,70 @@ static enum api_problem_id make_apart(const struct api_surface *surface, const i
 
 /* ---- the selection ---- */
 
-static bool choose_list(const struct api_surface *surface, struct prepared_shell *shell,
-                        struct api_problem *problem) {
-    const struct api_selection *selection = &surface->selection;
-    for (size_t k = 0; k < selection->count; k++) {
-        if ((size_t)selection->faces[k] >= surface->face_count) {
-            char pointer[API_POINTER_MAX];
-            (void)snprintf(pointer, sizeof pointer, "/surface/faces/%zu", k);
-            api_problem_add(problem, pointer,
-                            "must be a number below %zu: there are that many faces",
-                            surface->face_count);
-            return false;
-        }
-        shell->numbers[k] = selection->faces[k];
-    }
-    shell->count = selection->count;
-    return true;
+static enum api_problem_id refuse_number(const struct api_surface *surface, const char *pointer,
+                                         struct api_problem *problem) {
+    return api_problem_add(problem, pointer,
+                           "must be a number below %zu: there are that many faces",
+                           surface->face_count);
 }
 
 /* Keeps of all faces those that are reached. */
-static bool choose_grown(const struct api_surface *surface, struct arena *arena,
-                         struct prepared_shell *shell, struct api_problem *problem) {
+static enum api_problem_id choose_grown(const struct api_surface *surface, struct arena *arena,
+                                        struct prepared_shell *shell, struct api_problem *problem) {
     const struct api_selection *selection = &surface->selection;
-    if ((size_t)selection->grow_from >= surface->face_count) {
-        api_problem_add(problem, "/surface/grow_from",
-                        "must be a number below %zu: there are that many faces",
-                        surface->face_count);
-        return false;
-    }
+    if ((size_t)selection->grow_from >= surface->face_count)
+        return refuse_number(surface, "/surface/grow_from", problem);
     if (make_apart(surface, shell->numbers, "/surface", arena, &shell->shell, problem) != API_OK)
-        return false;
+        return problem->id;
     uint8_t *reached = arena_alloc(arena, shell->count, 1);
     if (!reached || shell_grow(shell->shell, selection->grow_from, selection->up_to_deg, arena,
-                               reached) != STATUS_OK) {
-        no_memory(problem);
-        return false;
-    }
+                               reached) != STATUS_OK)
+        return api_problem_no_memory(problem, "the faces");
     size_t kept = 0;
     for (size_t k = 0; k < shell->count; k++)
         if (reached[k])
             shell->numbers[kept++] = shell->numbers[k];
     shell->count = kept;
-    return true;
+    return API_OK;
 }
 
-static bool choose(const struct api_surface *surface, struct arena *arena,
-                   struct prepared_shell *shell, struct api_problem *problem) {
+/* The numbers of the faces that the request selects. */
+static enum api_problem_id choose_faces(const struct api_surface *surface, struct arena *arena,
+                                        struct prepared_shell *shell, struct api_problem *problem) {
+    const struct api_selection *selection = &surface->selection;
+    bool listed = selection->kind == API_SELECT_LIST;
+    char pointer[API_POINTER_MAX];
     shell->numbers = arena_alloc(arena, surface->face_count, sizeof *shell->numbers);
-    shell->count = surface->face_count;
-    if (!shell->numbers) {
-        no_memory(problem);
-        return false;
+    shell->count = listed ? selection->count : surface->face_count;
+    if (!shell->numbers)
+        return api_problem_no_memory(problem, "the faces");
+    for (size_t k = 0; k < shell->count; k++) {
+        if (listed && (size_t)selection->faces[k] >= surface->face_count) {
+            (void)snprintf(pointer, sizeof pointer, "/surface/faces/%zu", k);
+            return refuse_number(surface, pointer, problem);
+        }
+        shell->numbers[k] = listed ? selection->faces[k] : (int32_t)k;
     }
-    for (size_t k = 0; k < surface->face_count; k++)
-        shell->numbers[k] = (int32_t)k;
-    switch (surface->selection.kind) {
-    case API_SELECT_LIST:
-        return choose_list(surface, shell, problem);
-    case API_SELECT_GROWN:
-        return choose_grown(surface, arena, shell, problem);
-    default:
-        return true;
-    }
+    return selection->kind == API_SELECT_GROWN ? choose_grown(surface, arena, shell, problem)
+                                               : API_OK;
 }
 
 /* Where in the shell the start's face is. */
-static bool find_start(const struct api_request *request, struct prepared_shell *shell,
-                       struct api_problem *problem) {
+static enum api_problem_id find_start_face(const struct api_request *request,
+                                           struct prepared_shell *shell,
+                                           struct api_problem *problem) {
     char title[TITLE_SIZE];
     int32_t number = request->settings.start_face;
     shell->start_face = 0;
     if (request->settings.start_kind != DRAPE_START_UV)
-        return true;
+        return API_OK;
     for (size_t k = 0; k < shell->count; k++)
         if (shell->numbers[k] == number) {
             shell->start_face = (int32_t)k;
-            return true;
+            return API_OK;
         }
     prepared_shell_face_title(&request->surface, number, title);
-    api_problem_add(problem, "/start/face", "face %s is not among those chosen", title);
-    return false;
+    return api_problem_add(problem, "/start/face", "face %s is not among those chosen", title);
 }
 
 void prepared_shell_name_left_out(const struct api_request *request,
@@ -270,44 +242,25 @@ void prepared_shell_name_left_out(const struct api_request *request,
                        "the start is on face %s, which is not among those chosen", title);
 }
 
-static double largest_area(const struct shell *shell) {
-    double largest = 0;
-    for (size_t k = 0; k < shell_component_count(shell); k++)
-        largest = fmax(largest, shell_area(shell, (int32_t)k, NULL));
-    return largest;
-}
-
 enum api_problem_id prepared_shell_make(const struct api_request *request,
                                         const struct api_limits *limits, struct arena *arena,
                                         struct prepared_shell *shell, struct api_problem *problem) {
     const struct drape_settings *settings = &request->settings;
-    if (!choose(&request->surface, arena, shell, problem) || !find_start(request, shell, problem) ||
+    double largest = 0;
+    if (choose_faces(&request->surface, arena, shell, problem) != API_OK ||
+        find_start_face(request, shell, problem) != API_OK ||
         make_shell(&request->surface, shell->numbers, shell->count, "/surface", request->offset,
                    arena, &shell->shell, problem) != API_OK)
         return problem->id;
-    double nodes = largest_area(shell->shell) / (settings->spacing[0] * settings->spacing[1]);
-    if (nodes > (double)limits->max_nodes && !settings->has_extent[0] && !settings->has_extent[1])
-        api_problem_add(problem, "/fabric/spacing",
-                        "is too small: covering the faces takes about %.3g nodes, and %zu are "
-                        "allowed",
-                        nodes, limits->max_nodes);
-    return problem->id;
+    for (size_t k = 0; k < shell_component_count(shell->shell); k++)
+        largest = fmax(largest, shell_area(shell->shell, (int32_t)k, NULL));
+    if (settings->has_extent[0] || settings->has_extent[1])
+        return API_OK;
+    return prepared_surface_check_nodes(largest / (settings->spacing[0] * settings->spacing[1]),
+                                        "the faces", limits, problem);
 }
 
 /* ---- its description ---- */
-
-static void write_box(struct api_text *text, struct vec3 lower, struct vec3 upper) {
-    api_text_key(text, "bounding_box");
-    api_text_raw(text, "[");
-    api_text_numbers(text, (const double[]){lower.x, lower.y, lower.z}, 3);
-    api_text_raw(text, ",");
-    api_text_numbers(text, (const double[]){upper.x, upper.y, upper.z}, 3);
-    api_text_raw(text, "]");
-}
-
-static void write_vector(struct api_text *text, const char *key, struct vec3 v) {
-    api_text_key_numbers(text, key, (const double[]){v.x, v.y, v.z}, 3);
-}
 
 struct totals {
     double area;
@@ -332,9 +285,9 @@ static enum status describe_face(const struct api_surface *surface, size_t numbe
     api_text_raw(text, number ? ",{" : "{");
     api_text_key_integer(text, "index", (int64_t)number);
     api_text_key_number(text, "area", measure.area);
-    write_box(text, measure.lower, measure.upper);
-    write_vector(text, "centre", measure.centre);
-    write_vector(text, "normal", measure.normal);
+    api_text_box(text, &measure.lower.x, &measure.upper.x);
+    api_text_key_numbers(text, "centre", &measure.centre.x, 3);
+    api_text_key_numbers(text, "normal", &measure.normal.x, 3);
     api_text_key_string(text, "kind", face->face_kind ? face->face_kind : "nurbs");
     if (face->face_name)
         api_text_key_string(text, "name", face->face_name);
@@ -393,7 +346,7 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
                                           struct arena *arena, struct api_problem *problem) {
     struct prepared_shell all = {0};
     struct api_problem fault = {0};
-    if (!choose(surface, arena, &all, problem))
+    if (choose_faces(surface, arena, &all, problem) != API_OK)
         return problem->id;
     struct arena_mark mark = arena_mark(arena);
     make_shell(surface, all.numbers, all.count, "", 0, arena, &all.shell, &fault);
@@ -407,7 +360,7 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
         if (make_apart(surface, all.numbers, "", arena, &all.shell, &again) != API_OK)
             all.shell = NULL;
         if (again.id == API_OUT_OF_MEMORY)
-            return no_memory(problem);
+            return api_problem_no_memory(problem, "the faces");
     }
     struct shell_edges edges = all.shell ? shell_edges(all.shell) : (struct shell_edges){0};
     api_text_key_object(text, "edges");
@@ -434,15 +387,13 @@ enum api_problem_id prepared_shell_describe(const struct api_surface *surface,
     api_text_raw(text, "[");
     for (size_t k = 0; k < surface->face_count; k++)
         if (describe_face(surface, k, arena, text, &totals) != STATUS_OK)
-            return no_memory(problem);
+            return api_problem_no_memory(problem, "the faces");
     api_text_raw(text, "]");
-    if (!(totals.area > 0)) {
-        api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/faces", "no face has an area");
-        return problem->id;
-    }
+    if (!(totals.area > 0))
+        return api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/faces", "no face has an area");
     if (describe_edges(surface, text, arena, problem) != API_OK)
         return problem->id;
-    write_box(text, totals.lower, totals.upper);
+    api_text_box(text, &totals.lower.x, &totals.upper.x);
     api_text_key_number(text, "area", totals.area);
     return API_OK;
 }

@@ -44,7 +44,7 @@ void prepared_shell_name_left_out(const struct api_request *request,
                                   struct api_problem *problem);
 
 /* The members of a description that a shell or a mesh has: `faces`, `edges`, `bounding_box`,
- * `area`, `notes`, ... See `prepared_surface_describe`. What is wrong with the faces of an imported
+ * `area`, `notes`, ... See `prepared_part_describe`. What is wrong with the faces of an imported
  * file is one more of its `notes`. */
 enum api_problem_id prepared_shell_describe(const struct api_surface *surface,
                                             struct api_text *text, struct arena *arena,

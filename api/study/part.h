@@ -3,7 +3,7 @@
 #ifndef API_STUDY_PART_H
 #define API_STUDY_PART_H
 
-#include "api/request/prepared_surface.h"
+#include "api/request/prepared_part.h"
 #include "request.h"
 #include "solver/mesh/even_points.h"
 #include "solver/mesh/mesh.h"

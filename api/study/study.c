@@ -6,7 +6,7 @@
 #include "score.h"
 
 #include "api/json/value.h"
-#include "api/request/prepared_surface.h"
+#include "api/request/prepared_part.h"
 #include <math.h>
 #include <string.h>
 
@@ -162,7 +162,7 @@ enum api_problem_id api_check_study(const struct api_input *input, const struct 
         check->needs_surface = surface->kind == API_SURFACE_NAMED;
         check->variants = study_variants(&request);
         bool sound = !check->needs_surface &&
-                     (prepared_surface_is_large(surface) ||
+                     (prepared_part_is_large(surface) ||
                       study_part_make(&request, limits, arena, &part, problem) == API_OK);
         if (sound && !study_digest(&request, arena, check->digest))
             study_no_memory(problem);

@@ -11,7 +11,7 @@
 #include "api/request/decode.h"
 #include "api/request/digest.h"
 #include "api/request/normalise.h"
-#include "api/request/prepared_surface.h"
+#include "api/request/prepared_part.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -219,7 +219,7 @@ static void test_allocation_failures_of_the_written_documents(void **state) {
         bool normalised = api_normalise(&request, NULL, arena) != NULL;
         bool digested = normalised && api_digest_request(&request, arena, id);
         bool described =
-            digested && prepared_surface_describe(&request.surface, arena, &problem) != NULL;
+            digested && prepared_part_describe(&request.surface, arena, &problem) != NULL;
         assert_int_equal(problem.id, digested && !described ? API_OUT_OF_MEMORY : API_OK);
         done = described;
         arena_fail_at(arena, 0);

@@ -3,7 +3,7 @@
 #include "support.h"
 #include "tests/check.h"
 
-#include "api/request/prepared_surface.h"
+#include "api/request/prepared_part.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/measure.h"
 #include <math.h>

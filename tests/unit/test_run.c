@@ -2,7 +2,7 @@
 #include "api/run.h"
 
 #include "api/request/decode.h"
-#include "api/request/prepared_surface.h"
+#include "api/request/prepared_part.h"
 #include "support.h"
 #include "tests/check.h"
 #include <jansson.h>
@@ -239,7 +239,7 @@ static void test_run_describes_a_surface(void **state) {
     double area;
     int degree, size;
     assert_int_equal(decode_text(request_text("saddle"), arena, &request, &problem), API_OK);
-    const char *text = prepared_surface_describe(&request.surface, arena, &problem);
+    const char *text = prepared_part_describe(&request.surface, arena, &problem);
     assert_non_null(text);
     json_t *json = json_loads(text, 0, NULL);
     assert_int_equal(
@@ -265,7 +265,7 @@ static void test_run_describes_no_surface_without_area(void **state) {
     assert_int_equal(
         api_decode_surface(flat, strlen(flat), &api_limits_default, arena, &surface, &problem),
         API_OK);
-    assert_null(prepared_surface_describe(&surface, arena, &problem));
+    assert_null(prepared_part_describe(&surface, arena, &problem));
     assert_problem(&problem, API_DEGENERATE_SURFACE, "");
     arena_free(arena);
 }

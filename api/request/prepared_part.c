@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: MIT */
+#include "prepared_part.h"
+
+#include "api/json/text.h"
+#include "digest.h"
+#include "prepared_mesh.h"
+#include "prepared_surface.h"
+#include "solver/surface/measure.h"
+
+bool prepared_part_is_large(const struct api_surface *surface) {
+    return surface->kind == API_SURFACE_SHELL
+               ? prepared_shell_bytes(surface) > PREPARED_SPANS_MAX
+               : surface->kind == API_SURFACE_NURBS &&
+                     surface_span_bytes(&surface->nurbs) > PREPARED_SPANS_MAX;
+}
+
+enum api_problem_id prepared_part_make(const struct api_request *request,
+                                       const struct api_limits *limits, struct arena *arena,
+                                       struct prepared_part *prepared,
+                                       struct api_problem *problem) {
+    struct mesh *mesh = NULL;
+    enum api_problem_id id;
+    *prepared = (struct prepared_part){0};
+    switch (request->surface.kind) {
+    case API_SURFACE_MESH:
+        id = prepared_mesh_make(request, limits, arena, &mesh, problem);
+        prepared->part.mesh = mesh;
+        return id;
+    case API_SURFACE_SHELL:
+        id = prepared_shell_make(request, limits, arena, &prepared->shell, problem);
+        prepared->part.shell = prepared->shell.shell;
+        return id;
+    default:
+        return prepared_surface_make(request, limits, arena, &prepared->part, problem);
+    }
+}
+
+const char *prepared_part_describe(const struct api_surface *surface, struct arena *arena,
+                                   struct api_problem *problem) {
+    bool on_mesh = surface->kind == API_SURFACE_MESH, on_shell = surface->kind == API_SURFACE_SHELL;
+    char id[API_ID_SIZE];
+    struct api_text text = api_text_growing(arena);
+    if (!api_digest_surface(surface, arena, id)) {
+        api_problem_no_memory(problem, "the description of the surface");
+        return NULL;
+    }
+    api_text_raw(&text, "{");
+    api_text_key_string(&text, "id", id);
+    if (on_mesh    ? prepared_mesh_describe(surface, &text, arena, problem)
+        : on_shell ? prepared_shell_describe(surface, &text, arena, problem)
+                   : prepared_surface_describe(surface, &text, arena, problem))
+        return NULL;
+    if (on_mesh)
+        prepared_shell_write_notes(&text, surface, "");
+    if (surface->length_unit)
+        api_text_key_string(&text, "length_unit", surface->length_unit->name);
+    api_text_raw(&text, "}");
+    const char *document = api_text_finish(&text);
+    if (!document)
+        api_problem_no_memory(problem, "the description of the surface");
+    return document;
+}

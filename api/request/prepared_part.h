@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT */
+/* The part of a request (a surface, a shell or a mesh), made ready for the solver, and described
+ * for its store. */
+#ifndef API_REQUEST_PREPARED_PART_H
+#define API_REQUEST_PREPARED_PART_H
+
+#include "api/limits.h"
+#include "api/problem.h"
+#include "prepared_shell.h"
+#include "request.h"
+#include "solver/arena.h"
+#include "solver/part.h"
+
+struct prepared_part {
+    struct drape_part part;
+    struct prepared_shell shell; /* with the numbers of its faces, if it is one; the solver counts
+                                    the start's face by shell.start_face */
+};
+
+/* Whether its spans take more than PREPARED_SPANS_MAX. */
+bool prepared_part_is_large(const struct api_surface *surface);
+
+/*
+ * Makes the part of a decoded request in `arena`. Refuses at once a spacing so small that covering
+ * the area, or the extent where that is less, would take more than `limits->max_nodes` (not asked
+ * when only one direction has an extent); cheap enough to be asked before a job is queued.
+ * Problems: as `prepared_surface_make`, `prepared_shell_make` and `prepared_mesh_make`.
+ */
+enum api_problem_id prepared_part_make(const struct api_request *request,
+                                       const struct api_limits *limits, struct arena *arena,
+                                       struct prepared_part *prepared,
+                                       struct api_problem *problem) STATUS_MUST_USE;
+
+/*
+ * The document of a stored surface: id, degree_u, degree_v, size_u, size_v, rational, closed_u,
+ * closed_v, bounding_box and area; of a shell id, faces, edges, tolerance, components, notes,
+ * bounding_box, area and, where it is known, length_unit; of a mesh likewise. Zero-terminated, in
+ * `arena`; NULL with `problem` set to API_DEGENERATE_SURFACE, API_INVALID_REQUEST or
+ * API_OUT_OF_MEMORY.
+ */
+const char *prepared_part_describe(const struct api_surface *surface, struct arena *arena,
+                                   struct api_problem *problem);
+
+#endif
