@@ -263,7 +263,7 @@ static bool put_all(struct mapping *m) {
 /* ---- the whole ---- */
 
 static void warn_of_failed(struct mapping *m) {
-    char *text = m->at.map->failed;
+    char text[API_MAP_WARNING_SIZE];
     size_t failed = 0, length = 0;
     for (size_t k = 0; k < m->at.laminate->count; k++) {
         if (m->at.there[m->at.laminate->plies[k].net])
@@ -278,7 +278,7 @@ static void warn_of_failed(struct mapping *m) {
         (void)snprintf(text + length, API_MAP_WARNING_SIZE - length,
                        ": %zu of %zu plies are left out", failed, m->at.laminate->count);
     if (failed)
-        map_warn(m->at.map, text);
+        map_warn(m->at.map, "%s", text);
 }
 
 /* A boundary is projected on the cloth: where it lies far from it, as a polygon of few points does
@@ -293,31 +293,27 @@ static void warn_of_boundaries(struct mapping *m) {
     }
     if (!far)
         return;
-    (void)snprintf(
-        m->at.map->ragged, API_MAP_WARNING_SIZE,
-        "the boundary of ply %zu (\"%.40s\") lies up to %.3g %s off its cloth, and %zu "
-        "of %zu more than twice the spacing: where it was projected to may not be meant; "
-        "give more points of it",
-        worst + 1, laminate->plies[worst].name, m->at.away[worst], m->at.map->fields.unit->name,
-        far, laminate->count);
-    map_warn(m->at.map, m->at.map->ragged);
+    map_warn(m->at.map,
+             "the boundary of ply %zu (\"%.40s\") lies up to %.3g %s off its cloth, and %zu "
+             "of %zu more than twice the spacing: where it was projected to may not be meant; "
+             "give more points of it",
+             worst + 1, laminate->plies[worst].name, m->at.away[worst],
+             m->at.map->fields.unit->name, far, laminate->count);
 }
 
 static void warn_of_places(struct mapping *m) {
     size_t bare = m->at.target->elements ? map_stack_bare(&m->at.map->stack) : 0;
     if (m->far > m->at.count / 2) {
-        (void)snprintf(m->at.map->too_far, API_MAP_WARNING_SIZE,
-                       "%zu of %zu places lie further from the plies than their spacing and "
-                       "thickness, up to %.3g %s: are they in the laminate's length unit and "
-                       "position?",
-                       m->far, m->at.count, m->farthest, m->at.map->fields.unit->name);
-        map_warn(m->at.map, m->at.map->too_far);
+        map_warn(m->at.map,
+                 "%zu of %zu places lie further from the plies than their spacing and "
+                 "thickness, up to %.3g %s: are they in the laminate's length unit and "
+                 "position?",
+                 m->far, m->at.count, m->farthest, m->at.map->fields.unit->name);
     } else if (bare) {
-        (void)snprintf(m->at.map->bare, API_MAP_WARNING_SIZE,
-                       "%zu of %zu elements have no ply: the middle of %zu lies beyond all of "
-                       "them, and %zu have no area",
-                       bare, m->at.count, bare - m->at.map->stack.flat, m->at.map->stack.flat);
-        map_warn(m->at.map, m->at.map->bare);
+        map_warn(m->at.map,
+                 "%zu of %zu elements have no ply: the middle of %zu lies beyond all of "
+                 "them, and %zu have no area",
+                 bare, m->at.count, bare - m->at.map->stack.flat, m->at.map->stack.flat);
     }
 }
 
@@ -405,7 +401,7 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
         return problem->id;
     end_stack(&m);
     if (target->warning)
-        map_warn(map, target->warning);
+        map_warn_text(map, target->warning);
     warn_of_failed(&m);
     warn_of_places(&m);
     warn_of_boundaries(&m);

@@ -42,14 +42,4 @@ bool cavity_take_cloth(struct map_target *target, const struct api_reader *reade
                        const struct api_input *input, const struct api_limits *limits,
                        struct arena *arena, struct api_problem *problem);
 
-/* Sets what the option `cavity_height` says: "H", or a list "pid:3:0.002,pid:4:0.003,0.0025" by the
- * mesh's properties, in which what stands later holds. False with the problem set. */
-bool cavity_take_heights(struct map_target *target, const char *value, struct arena *arena,
-                         struct api_problem *problem);
-
-/* Sets what the option `punch` says: "pid:7,pid:8", properties whose elements are the punch; they
- * are taken out of the target. False with the problem set. */
-bool cavity_take_punch(struct map_target *target, const char *value, struct arena *arena,
-                       struct api_problem *problem);
-
 #endif

@@ -8,7 +8,6 @@
 #include "net.h"
 #include "press.h"
 #include "solver/permeability.h"
-#include <stdio.h>
 #include <string.h>
 
 enum { ASK_EVERY = 1024 }; /* places between two questions to the monitor */
@@ -33,11 +32,6 @@ struct mapping {
 
 /* ---- columns ---- */
 
-static void find_place(const struct map_group *group, enum column_id id, int *place) {
-    if (group->spec == &column_specs[id])
-        *place = (int)group->place;
-}
-
 static bool make_columns(struct mapping *mapping, struct arena *arena, struct api_map *map) {
     const struct map_net *net = &mapping->net;
     bool tensor = false, good = net->column_count + OWN_COLUMNS <= API_COLUMNS_MAX;
@@ -46,9 +40,12 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
     for (size_t k = 0; good && k < net->group_count; k++) {
         const struct map_group *group = &net->group[k];
         tensor = tensor || group->kind == MAP_TENSOR;
-        find_place(group, COLUMN_CELLS_shear_deg, &mapping->shear);
-        find_place(group, COLUMN_CELLS_thickness, &mapping->thickness);
-        find_place(group, COLUMN_CELLS_fiber_volume_fraction, &mapping->fraction);
+        if (group->spec == &column_specs[COLUMN_CELLS_shear_deg])
+            mapping->shear = (int)group->place;
+        if (group->spec == &column_specs[COLUMN_CELLS_thickness])
+            mapping->thickness = (int)group->place;
+        if (group->spec == &column_specs[COLUMN_CELLS_fiber_volume_fraction])
+            mapping->fraction = (int)group->place;
         for (size_t c = 0; good && c < group->columns; c++, column++) {
             const struct api_column *own = &group->column[c];
             double *values = arena_take(arena, map->fields.element_count, sizeof *values);
@@ -68,8 +65,8 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
 /* ---- one place ---- */
 
 /* The tensor of a row's components by k1, k2, k3 and the direction of k1, and in global axes. */
-static void put_tensor(const struct mapping *mapping, const double *k, struct vec3 warp,
-                       struct vec3 weft, size_t row, size_t column) {
+static void put_permeability(const struct mapping *mapping, const double *k, struct vec3 warp,
+                             struct vec3 weft, size_t row, size_t column) {
     double *const *out = mapping->column + column;
     struct permeability principal = permeability_principal(k[0], k[1], k[2], k[3]);
     struct vec3 d = permeability_direction(&principal, warp, weft);
@@ -84,7 +81,7 @@ static void put_tensor(const struct mapping *mapping, const double *k, struct ve
         mapping->tensor[i][row] = tensor[i];
 }
 
-static void put_vector(const struct mapping *mapping, struct vec3 v, size_t row, size_t column) {
+static void put_direction(const struct mapping *mapping, struct vec3 v, size_t row, size_t column) {
     mapping->column[column][row] = v.x;
     mapping->column[column + 1][row] = v.y;
     mapping->column[column + 2][row] = v.z;
@@ -100,20 +97,20 @@ static void put_row(const struct mapping *mapping, const struct facets_point *pl
         const struct map_group *group = &net->group[k];
         const double *own = values + group->place;
         if (group->kind == MAP_TENSOR)
-            put_tensor(mapping, own, warp, weft, row, column);
+            put_permeability(mapping, own, warp, weft, row, column);
         else if (group->kind != MAP_VECTOR)
             mapping->column[column][row] = own[0];
         else if (group->place == net->warp || group->place == net->weft)
-            put_vector(mapping, group->place == net->warp ? warp : weft, row, column);
+            put_direction(mapping, group->place == net->warp ? warp : weft, row, column);
         else
-            put_vector(mapping, vec3_unit(vec3_make(own[0], own[1], own[2])), row, column);
+            put_direction(mapping, vec3_unit(vec3_make(own[0], own[1], own[2])), row, column);
         column += group->columns;
     }
 }
 
 /* The fields of a row in the cavity that the target says is there, or in the drape's own. */
-static void press(struct mapping *mapping, const struct facets_point *place, double *values,
-                  size_t row) {
+static void press_cloth(struct mapping *mapping, const struct facets_point *place, double *values,
+                        size_t row) {
     const struct api_request *cloth = mapping->target->cloth;
     const double shear = values[mapping->shear];
     const bool on = !map_net_is_beyond(&mapping->net, place);
@@ -131,8 +128,8 @@ static void press(struct mapping *mapping, const struct facets_point *place, dou
 }
 
 /* The drape as the one ply at an element, unless that lies beyond the cloth. */
-static bool lay(const struct mapping *mapping, const struct facets_point *place,
-                const double *values, size_t row, struct api_problem *problem) {
+static bool lay_ply(const struct mapping *mapping, const struct facets_point *place,
+                    const double *values, size_t row, struct api_problem *problem) {
     struct map_ply ply = {.shear_deg = mapping->shear < 0 ? 0 : values[mapping->shear],
                           .thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness],
                           .fiber_volume_fraction =
@@ -147,7 +144,7 @@ static bool lay(const struct mapping *mapping, const struct facets_point *place,
 
 /* ---- all of them ---- */
 
-static bool map_places(struct mapping *mapping, struct api_problem *problem) {
+static bool map_points(struct mapping *mapping, struct api_problem *problem) {
     const struct map_net *net = &mapping->net;
     size_t count = mapping->target->element_count;
     double values[API_COLUMNS_MAX];
@@ -162,9 +159,9 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
         facets_nearest(&walk, map_target_point(mapping->target, row), &place);
         map_net_interpolate(net, &place, values);
         if (mapping->target->cloth)
-            press(mapping, &place, values, row);
+            press_cloth(mapping, &place, values, row);
         put_row(mapping, &place, values, row);
-        if (mapping->stack && !lay(mapping, &place, values, row, problem))
+        if (mapping->stack && !lay_ply(mapping, &place, values, row, problem))
             return false;
         mapping->distance[row] = place.distance;
         mapping->extrapolated[row] = map_net_is_beyond(net, &place);
@@ -175,21 +172,10 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
     return true;
 }
 
-static void warn_of_bare(const struct mapping *mapping, struct api_map *map) {
-    size_t bare = mapping->stack ? map_stack_bare(mapping->stack) : 0;
-    if (bare == 0)
-        return;
-    snprintf(map->bare, sizeof map->bare,
-             "%zu of %zu elements have no ply: the middle of %zu lies beyond the cloth, and %zu "
-             "have no area",
-             bare, mapping->target->element_count, bare - mapping->stack->flat,
-             mapping->stack->flat);
-    map_warn(map, map->bare);
-}
-
 /* The channel along the rim, where the target asks for one. */
-static bool mark_channel(const struct mapping *mapping, const struct api_reader *reader,
-                         struct arena *arena, struct api_map *map, struct api_problem *problem) {
+static bool mark_channel_elements(const struct mapping *mapping, const struct api_reader *reader,
+                                  struct arena *arena, struct api_map *map,
+                                  struct api_problem *problem) {
     size_t marked = 1;
     if (mapping->target->has_role[MAP_CHANNEL] &&
         map_channel_mark(mapping->target, reader, &mapping->net.columns, arena, &marked, problem) !=
@@ -204,23 +190,25 @@ static bool mark_channel(const struct mapping *mapping, const struct api_reader 
 }
 
 /* Where most lies elsewhere, that it has no ply is no news. */
-static void warn(const struct mapping *mapping, struct api_map *map) {
+static void warn_of_points(const struct mapping *mapping, struct api_map *map) {
     size_t count = mapping->target->element_count;
+    size_t bare = mapping->stack ? map_stack_bare(mapping->stack) : 0;
     if (mapping->target->warning)
-        map_warn(map, mapping->target->warning);
-    if (mapping->far <= count / 2) {
-        warn_of_bare(mapping, map);
-        return;
-    }
-    snprintf(map->too_far, sizeof map->too_far,
-             "%zu of %zu places lie further from the cloth than its spacing and thickness, up to "
-             "%.3g %s: are they in the drape's length unit and position?",
-             mapping->far, count, mapping->farthest, map->fields.unit->name);
-    map_warn(map, map->too_far);
+        map_warn_text(map, mapping->target->warning);
+    if (mapping->far > count / 2)
+        map_warn(map,
+                 "%zu of %zu places lie further from the cloth than its spacing and thickness, up "
+                 "to %.3g %s: are they in the drape's length unit and position?",
+                 mapping->far, count, mapping->farthest, map->fields.unit->name);
+    else if (bare > 0)
+        map_warn(map,
+                 "%zu of %zu elements have no ply: the middle of %zu lies beyond the cloth, and "
+                 "%zu have no area",
+                 bare, count, bare - mapping->stack->flat, mapping->stack->flat);
 }
 
 /* Onto a mesh the drape is a stack of one ply. */
-static bool begin_stack(struct mapping *mapping, struct arena *arena, struct api_map *map) {
+static bool begin_one_ply(struct mapping *mapping, struct arena *arena, struct api_map *map) {
     static const char *const names[] = {"ply_1"};
     const struct map_plies plies = {.ply_count = 1,
                                     .side = 1,
@@ -232,37 +220,6 @@ static bool begin_stack(struct mapping *mapping, struct arena *arena, struct api
     mapping->stack = &map->stack;
     return map_stack_begin(&map->stack, mapping->target, &plies, mapping->target->element_count,
                            arena);
-}
-
-static void end_stack(const struct mapping *mapping, struct api_map *map) {
-    if (!mapping->stack)
-        return;
-    map->fields.plies = &map->stack.plies;
-    map->fields.column_count +=
-        map_stack_end(mapping->stack, map->columns + map->fields.column_count);
-}
-
-static enum api_problem_id run(struct mapping *mapping, const struct api_reader *reader,
-                               struct arena *arena, struct api_map *map,
-                               struct api_problem *problem) {
-    if (map_net_open(reader, &mapping->net, problem) != API_OK)
-        return problem->id;
-    map->fields.unit = mapping->net.columns.unit;
-    if (!make_columns(mapping, arena, map) || !begin_stack(mapping, arena, map) ||
-        !cavity_begin(&mapping->cavity, mapping->target, arena)) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
-        return problem->id;
-    }
-    struct arena_mark mark = arena_mark(arena);
-    if (map_net_load(reader, mapping->monitor, arena, &mapping->net, problem) == API_OK &&
-        map_places(mapping, problem) && mark_channel(mapping, reader, arena, map, problem)) {
-        end_stack(mapping, map);
-        warn(mapping, map);
-        if (cavity_given(mapping->target))
-            cavity_warn(&mapping->cavity, map, "drape");
-    }
-    arena_rewind(arena, mark);
-    return problem->id;
 }
 
 struct map_fields map_target_fields(const struct map_target *target,
@@ -296,5 +253,27 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
     mapping->target = target;
     mapping->monitor = monitor;
     mapping->shear = mapping->thickness = mapping->fraction = -1;
-    return run(mapping, reader, arena, map, problem);
+    if (map_net_open(reader, &mapping->net, problem) != API_OK)
+        return problem->id;
+    map->fields.unit = mapping->net.columns.unit;
+    if (!make_columns(mapping, arena, map) || !begin_one_ply(mapping, arena, map) ||
+        !cavity_begin(&mapping->cavity, mapping->target, arena)) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
+        return problem->id;
+    }
+    struct arena_mark mark = arena_mark(arena);
+    if (map_net_load(reader, monitor, arena, &mapping->net, problem) == API_OK &&
+        map_points(mapping, problem) &&
+        mark_channel_elements(mapping, reader, arena, map, problem)) {
+        if (mapping->stack) {
+            map->fields.plies = &map->stack.plies;
+            map->fields.column_count +=
+                map_stack_end(mapping->stack, map->columns + map->fields.column_count);
+        }
+        warn_of_points(mapping, map);
+        if (cavity_given(target))
+            cavity_warn(&mapping->cavity, map, "drape");
+    }
+    arena_rewind(arena, mark);
+    return problem->id;
 }

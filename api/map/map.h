@@ -35,9 +35,7 @@ struct api_map {
                                       on a mesh those of the plies */
     struct map_stack stack;   /* on a mesh: the drape as a stack of one ply */
     struct api_column_source columns[API_COLUMNS_MAX];
-    char too_far[API_MAP_WARNING_SIZE], bare[API_MAP_WARNING_SIZE]; /* texts of warnings */
-    char packed[API_MAP_WARNING_SIZE], loose[API_MAP_WARNING_SIZE], failed[API_MAP_WARNING_SIZE];
-    char open[API_MAP_WARNING_SIZE], ragged[API_MAP_WARNING_SIZE];
+    char warning[MAP_WARNINGS_MAX][API_MAP_WARNING_SIZE]; /* texts of warnings */
 };
 
 /* Fields on a target, none yet, that are to have these columns. */

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "map_columns.h"
 
+#include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 
-static bool fill_real(const void *context, size_t first, size_t count, double *values) {
+static bool copy_values(const void *context, size_t first, size_t count, double *values) {
     memcpy(values, (const double *)context + first, count * sizeof *values);
     return true;
 }
@@ -16,8 +18,8 @@ static bool fill_ids(const void *context, size_t first, size_t count, double *va
     return true;
 }
 
-static void add(struct api_map *map, const char *name, bool integer,
-                bool (*fill)(const void *, size_t, size_t, double *), const void *context) {
+static void add_column(struct api_map *map, const char *name, bool integer,
+                       bool (*fill)(const void *, size_t, size_t, double *), const void *context) {
     map->columns[map->fields.column_count++] =
         (struct api_column_source){.table = API_TABLE_CELLS,
                                    .name = name,
@@ -28,7 +30,7 @@ static void add(struct api_map *map, const char *name, bool integer,
 }
 
 double *map_columns_add(struct api_map *map, const char *name, bool integer, double *values) {
-    add(map, name, integer, fill_real, values);
+    add_column(map, name, integer, copy_values, values);
     return values;
 }
 
@@ -39,12 +41,23 @@ double *map_columns_new(struct api_map *map, enum column_id id, int part, struct
 }
 
 void map_columns_ids(struct api_map *map, const struct map_target *target) {
-    add(map, column_specs[COLUMN_CELLS_id].name, true, fill_ids, target->ids);
+    add_column(map, column_specs[COLUMN_CELLS_id].name, true, fill_ids, target->ids);
     if (target->pids)
-        add(map, column_specs[COLUMN_CELLS_pid].name, true, fill_ids, target->pids);
+        add_column(map, column_specs[COLUMN_CELLS_pid].name, true, fill_ids, target->pids);
 }
 
-void map_warn(struct api_map *map, const char *text) {
+void map_warn_text(struct api_map *map, const char *text) {
     if (map->fields.warning_count < MAP_WARNINGS_MAX)
         map->fields.warnings[map->fields.warning_count++] = text;
+}
+
+void map_warn(struct api_map *map, const char *format, ...) {
+    if (map->fields.warning_count == MAP_WARNINGS_MAX)
+        return;
+    char *text = map->warning[map->fields.warning_count];
+    va_list values;
+    va_start(values, format);
+    (void)vsnprintf(text, API_MAP_WARNING_SIZE, format, values);
+    va_end(values);
+    map_warn_text(map, text);
 }

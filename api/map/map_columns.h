@@ -15,7 +15,8 @@ double *map_columns_new(struct api_map *map, enum column_id id, int part, struct
 /* Adds the numbers of the elements, and their properties if there are some. */
 void map_columns_ids(struct api_map *map, const struct map_target *target);
 
-/* Adds a warning as long as there is room; the text is the caller's. */
-void map_warn(struct api_map *map, const char *text);
+/* Adds a warning as long as there is room, printed into the map; or a text of the caller's. */
+void map_warn(struct api_map *map, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void map_warn_text(struct api_map *map, const char *text);
 
 #endif

@@ -21,6 +21,18 @@
 
 struct api_request;
 
+/* The largest coordinate, and height of a cavity. */
+static const double MAP_COORDINATE_MAX = 1e12;
+
+/* Refuses the request as it stands, with a printf-style detail; false. */
+#define MAP_REFUSE(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
+
+/* For what is kept of a mesh; false. */
+static inline bool map_target_no_memory(struct api_problem *problem) {
+    api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
+    return false;
+}
+
 struct map_target {
     const struct vec3 *vertices;
     size_t vertex_count;

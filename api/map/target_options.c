@@ -1,85 +1,29 @@
 /* SPDX-License-Identifier: MIT */
 /* What parameters add to a target, because the mesh's file cannot say it: inlet, outlet and
- * channel, and the direction that angles run from. */
+ * channel, the cavity, and the direction that angles run from. */
 #include "target.h"
 
 #include "api/json/number.h"
-#include "cavity.h"
 #include "channel.h"
 #include "ids.h"
 #include <math.h>
 #include <string.h>
 
-static const char *const role_names[] = {
-    [MAP_FABRIC] = "",
-    [MAP_INLET] = "inlet",
-    [MAP_OUTLET] = "outlet",
-    [MAP_CHANNEL] = "edge_channel",
-};
+/* ---- lists ---- */
 
-#define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
-
-/* A list that is being applied. */
-struct marking {
-    const struct map_target *target;
-    const struct map_id *ids; /* sorted; NULL: elements are counted from 0 */
-    enum map_role role;
-    uint8_t *roles;
-    struct api_problem *problem;
-};
-
-static bool set(const struct marking *marking, size_t element) {
-    uint8_t *role = &marking->roles[element];
-    if (*role != MAP_FABRIC && *role != marking->role)
-        return FAIL(marking->problem, "%s: element %d is both in the inlet and in the outlet",
-                    role_names[marking->role],
-                    marking->target->ids ? marking->target->ids[element] : (int)element);
-    *role = (uint8_t)marking->role;
-    return true;
+/* A whole number without a sign; where it ends, or NULL. */
+static const char *read_whole(const char *text, int32_t *value) {
+    int64_t number = 0;
+    const char *at = text;
+    for (; *at >= '0' && *at <= '9' && number <= INT32_MAX; at++)
+        number = 10 * number + (*at - '0');
+    *value = (int32_t)number;
+    return at > text && number <= INT32_MAX ? at : NULL;
 }
 
-static bool set_element(const struct marking *marking, int32_t id) {
-    const struct map_target *target = marking->target;
-    int32_t element = marking->ids ? map_ids_find(marking->ids, target->element_count, id)
-                      : (size_t)id < target->element_count ? id
-                                                           : -1;
-    if (element < 0)
-        return FAIL(marking->problem, "%s: the mesh has no element %d", role_names[marking->role],
-                    id);
-    return set(marking, (size_t)element);
-}
-
-static bool set_property(const struct marking *marking, int32_t pid) {
-    const struct map_target *target = marking->target;
-    bool found = false;
-    for (size_t k = 0; target->pids && k < target->element_count; k++) {
-        if (target->pids[k] != pid)
-            continue;
-        found = true;
-        if (!set(marking, k))
-            return false;
-    }
-    return found || FAIL(marking->problem, "%s: the mesh has no element of property %d",
-                         role_names[marking->role], pid);
-}
-
-/* All elements whose middle is near to the line from place[0..2] to place[3..5]. */
-static bool set_near(const struct marking *marking, const double place[6], double distance) {
-    struct vec3 a = vec3_make(place[0], place[1], place[2]);
-    struct vec3 b = vec3_make(place[3], place[4], place[5]);
-    bool found = false;
-    for (size_t k = 0; k < marking->target->element_count; k++) {
-        struct vec3 middle = map_target_point(marking->target, k);
-        if (map_segment_distance(a, b, middle) > distance)
-            continue;
-        found = true;
-        if (!set(marking, k))
-            return false;
-    }
-    return found || FAIL(marking->problem,
-                         "%s: no element has its middle within %g of that place; are the numbers "
-                         "in the drape's length unit?",
-                         role_names[marking->role], distance);
+/* "pid:N" if that stands here: where it ends, else NULL. */
+static const char *read_property(const char *text, int32_t *pid) {
+    return strncmp(text, "pid:", 4) == 0 ? read_whole(text + 4, pid) : NULL;
 }
 
 /* `count` numbers, each after a `mark` but the first; where they end, or NULL. */
@@ -95,85 +39,239 @@ static const char *read_reals(const char *text, char mark, size_t count, double 
     return text;
 }
 
-/* "sphere:x:y:z:radius" or "line:x:y:z:x:y:z:distance": where it ends, NULL if it is neither. */
-static const char *read_place(const char *text, double place[6], double *distance) {
-    bool sphere = strncmp(text, "sphere:", 7) == 0, line = strncmp(text, "line:", 5) == 0;
-    double values[7];
+/* ---- inlet and outlet ---- */
+
+/* A list that is being applied. */
+struct marking {
+    struct map_target *target;
+    const char *option;
+    const struct map_id *ids; /* sorted; NULL: elements are counted from 0 */
+    enum map_role role;
+    struct api_problem *problem;
+};
+
+static bool mark_element(const struct marking *marking, size_t element) {
+    const struct map_target *target = marking->target;
+    uint8_t *role = &target->roles[element];
+    if (*role != MAP_FABRIC && *role != marking->role)
+        return MAP_REFUSE(marking->problem, "%s: element %d is both in the inlet and in the outlet",
+                          marking->option, target->ids ? target->ids[element] : (int)element);
+    *role = (uint8_t)marking->role;
+    return true;
+}
+
+/* "sphere:x:y:z:radius" or "line:x:y:z:x:y:z:distance", a line from its first to its second point:
+ * where it ends, NULL if it is neither. */
+static const char *read_region(const char *text, struct vec3 line[2], double *distance) {
+    bool sphere = strncmp(text, "sphere:", 7) == 0;
+    double v[7];
     size_t count = sphere ? 4 : 7;
-    const char *end = sphere ? read_reals(text + 7, ':', count, values)
-                      : line ? read_reals(text + 5, ':', count, values)
-                             : NULL;
-    if (!end || !(values[count - 1] > 0))
+    if (!sphere && strncmp(text, "line:", 5) != 0)
         return NULL;
-    memcpy(place, values, 3 * sizeof *place);
-    memcpy(place + 3, sphere ? values : values + 3, 3 * sizeof *place);
-    *distance = values[count - 1];
+    const char *end = read_reals(strchr(text, ':') + 1, ':', count, v);
+    if (!end || !(v[count - 1] > 0))
+        return NULL;
+    line[0] = vec3_make(v[0], v[1], v[2]);
+    line[1] = sphere ? line[0] : vec3_make(v[3], v[4], v[5]);
+    *distance = v[count - 1];
     return end;
 }
 
-/* The number at `text`, whole and positive; where it ends, or NULL. */
-static const char *read_number(const char *text, int32_t *value) {
-    int64_t number = 0;
-    const char *at = text;
-    for (; *at >= '0' && *at <= '9' && number <= INT32_MAX; at++)
-        number = 10 * number + (*at - '0');
-    *value = (int32_t)number;
-    return at > text && number <= INT32_MAX ? at : NULL;
-}
-
-/* One of the list: sets what it names; where it ends, NULL with the problem set. */
-static const char *apply_one(const struct marking *marking, const char *text) {
-    double place[6], distance;
+/* Marks what one entry of the list names: an element, all of a property, or all whose middle lies
+ * in a region. Where the entry ends, NULL with the problem set. */
+static const char *mark_entry(const struct marking *marking, const char *text) {
+    const struct map_target *target = marking->target;
+    struct vec3 line[2];
+    double distance = 0;
     int32_t number;
-    bool property = strncmp(text, "pid:", 4) == 0;
-    const char *whole = read_number(property ? text + 4 : text, &number);
-    const char *end = whole && *whole != ':' ? whole : read_place(text, place, &distance);
-    bool good = end && (*end == '\0' || *end == ',');
-    if (!good)
-        good = FAIL(marking->problem,
-                    "%s must be elements, properties and places parted by commas, such as "
-                    "17,18,pid:3,sphere:x:y:z:radius,line:x:y:z:x:y:z:distance",
-                    role_names[marking->role]);
-    else if (end != whole)
-        good = set_near(marking, place, distance);
-    else
-        good = (property ? set_property : set_element)(marking, number);
-    return good ? end : NULL;
+    bool property = strncmp(text, "pid:", 4) == 0, found = false;
+    const char *whole = property ? read_property(text, &number) : read_whole(text, &number);
+    const char *end = whole && *whole != ':' ? whole : read_region(text, line, &distance);
+    if (!end || (*end != '\0' && *end != ',')) {
+        api_problem_set(marking->problem, API_INVALID_REQUEST,
+                        "%s must be elements, properties and places parted by commas, such as "
+                        "17,18,pid:3,sphere:x:y:z:radius,line:x:y:z:x:y:z:distance",
+                        marking->option);
+        return NULL;
+    }
+    if (end == whole && !property) {
+        int32_t element = marking->ids ? map_ids_find(marking->ids, target->element_count, number)
+                          : (size_t)number < target->element_count ? number
+                                                                   : -1;
+        if (element < 0)
+            api_problem_set(marking->problem, API_INVALID_REQUEST, "%s: the mesh has no element %d",
+                            marking->option, number);
+        return element >= 0 && mark_element(marking, (size_t)element) ? end : NULL;
+    }
+    for (size_t k = 0; k < target->element_count; k++) {
+        bool own =
+            end == whole
+                ? target->pids && target->pids[k] == number
+                : !(map_segment_distance(line[0], line[1], map_target_point(target, k)) > distance);
+        found = found || own;
+        if (own && !mark_element(marking, k))
+            return NULL;
+    }
+    if (!found && end == whole)
+        api_problem_set(marking->problem, API_INVALID_REQUEST,
+                        "%s: the mesh has no element of property %d", marking->option, number);
+    else if (!found)
+        api_problem_set(marking->problem, API_INVALID_REQUEST,
+                        "%s: no element has its middle within %g of that place; are the numbers "
+                        "in the drape's length unit?",
+                        marking->option, distance);
+    return found ? end : NULL;
 }
 
-static bool apply(const struct marking *marking, const char *list) {
-    const char *at = apply_one(marking, list);
+static bool mark_list(struct marking *marking, const char *list, struct arena *arena) {
+    const struct map_target *target = marking->target;
+    struct arena_mark scratch = arena_mark(arena);
+    if (target->ids)
+        marking->ids = map_ids_sort(target->ids, target->element_count, arena);
+    if (target->ids && !marking->ids)
+        return map_target_no_memory(marking->problem);
+    const char *at = mark_entry(marking, list);
     while (at && *at)
-        at = apply_one(marking, at + 1);
+        at = mark_entry(marking, at + 1);
+    arena_rewind(arena, scratch);
     return at != NULL;
 }
 
-static bool begin(struct marking *marking, struct map_target *target, struct arena *arena) {
+/* Inlet, outlet or channel, each once. */
+static bool set_role(struct map_target *target, enum map_role role, const char *value,
+                     struct arena *arena, struct api_problem *problem) {
+    static const char *const options[] = {[MAP_FABRIC] = "",
+                                          [MAP_INLET] = "inlet",
+                                          [MAP_OUTLET] = "outlet",
+                                          [MAP_CHANNEL] = "edge_channel"};
+    struct marking marking = {target, options[role], NULL, role, problem};
+    double numbers[2];
     if (!target->elements)
-        return FAIL(marking->problem, "%s needs a mesh", role_names[marking->role]);
-    if (target->has_role[marking->role])
-        return FAIL(marking->problem, "%s is given twice", role_names[marking->role]);
-    target->has_role[marking->role] = true;
+        return MAP_REFUSE(problem, "%s needs a mesh", marking.option);
+    if (target->has_role[role])
+        return MAP_REFUSE(problem, "%s is given twice", marking.option);
+    target->has_role[role] = true;
     if (!target->roles)
         target->roles = arena_alloc(arena, target->element_count, 1);
     if (!target->roles)
-        api_problem_set(marking->problem, API_OUT_OF_MEMORY,
-                        "the mesh needs more memory than allowed");
-    marking->roles = target->roles;
-    return target->roles != NULL;
-}
-
-static bool take_channel(struct map_target *target, const char *value,
-                         struct api_problem *problem) {
-    double numbers[2];
+        return map_target_no_memory(problem);
+    if (role != MAP_CHANNEL)
+        return mark_list(&marking, value, arena);
     const char *end = read_reals(value, ',', 2, numbers);
     if (!end || *end || !(numbers[0] > 0) || !(numbers[1] > 0))
-        return FAIL(problem, "edge_channel must be its width, in the drape's length unit, and its "
-                             "permeability in m^2, both positive, such as 5,1e-8");
+        return MAP_REFUSE(problem,
+                          "edge_channel must be its width, in the drape's length unit, and its "
+                          "permeability in m^2, both positive, such as 5,1e-8");
     target->channel_width = numbers[0];
     target->channel_permeability = numbers[1];
     return true;
 }
+
+/* ---- the cavity ---- */
+
+/* "H", or a list "pid:3:0.002,pid:4:0.003,0.0025" by the mesh's properties, in which what stands
+ * later holds. */
+static bool set_heights(struct map_target *target, const char *value, struct arena *arena,
+                        struct api_problem *problem) {
+    size_t count = target->element_count;
+    if (target->heights || target->punch)
+        return MAP_REFUSE(problem,
+                          "cavity_height: the cavity is given by heights or by a punch, not both, "
+                          "and once");
+    double *heights = arena_alloc(arena, count, sizeof *heights);
+    if (!heights)
+        return map_target_no_memory(problem);
+    for (const char *at = value;; at++) {
+        int32_t pid = 0;
+        double height;
+        bool found = false;
+        const char *property = read_property(at, &pid);
+        bool good = !property || *property == ':';
+        at = property ? property + good : at;
+        size_t taken = good ? api_number_read(at, strlen(at), &height) : 0;
+        at += taken;
+        if (taken == 0 || !(height > 0) || !(height <= MAP_COORDINATE_MAX) || (*at && *at != ','))
+            return MAP_REFUSE(problem,
+                              "cavity_height must be a positive height, or heights by "
+                              "property parted by commas, such as pid:3:0.002,pid:4:0.003");
+        for (size_t k = 0; k < count; k++) {
+            bool own = !property || (target->pids && target->pids[k] == pid);
+            heights[k] = own ? height : heights[k];
+            found = found || own;
+        }
+        if (!found)
+            return MAP_REFUSE(problem, "cavity_height: the mesh has no element of property %d",
+                              pid);
+        if (!*at)
+            break;
+    }
+    target->heights = heights;
+    return true;
+}
+
+/* The elements of the properties in the list, which has been read once, become the punch; the
+ * others stay, in their order. */
+static bool part_elements(struct map_target *target, const char *list, struct arena *arena) {
+    size_t count = target->element_count, kept = 0;
+    int32_t(*elements)[4] = arena_take(arena, count, sizeof *elements);
+    int32_t(*punch)[4] = arena_take(arena, count, sizeof *punch);
+    int32_t *pids = arena_take(arena, count, sizeof *pids);
+    int32_t *ids = arena_take(arena, count, sizeof *ids);
+    if (!elements || !punch || !pids || !ids)
+        return false;
+    for (size_t k = 0; k < count; k++) {
+        bool named = false;
+        int32_t pid;
+        for (const char *at = list; !named && at; at = *at ? at + 1 : NULL) {
+            at = read_property(at, &pid);
+            named = pid == target->pids[k];
+        }
+        if (named) {
+            memcpy(punch[target->punch_count++], target->elements[k], sizeof *punch);
+            continue;
+        }
+        memcpy(elements[kept], target->elements[k], sizeof *elements);
+        pids[kept] = target->pids[k];
+        ids[kept] = target->ids ? target->ids[k] : (int32_t)k;
+        if (target->roles)
+            target->roles[kept] = target->roles[k];
+        kept++;
+    }
+    target->element_count = kept;
+    target->elements = (const int32_t(*)[4])elements;
+    target->punch = (const int32_t(*)[4])punch;
+    target->punch_vertices = target->vertices;
+    target->pids = pids;
+    target->ids = ids;
+    return true;
+}
+
+/* "pid:7,pid:8". */
+static bool set_punch(struct map_target *target, const char *value, struct arena *arena,
+                      struct api_problem *problem) {
+    int32_t pid;
+    const char *at = read_property(value, &pid);
+    while (at && *at == ',')
+        at = read_property(at + 1, &pid);
+    if (!at || *at)
+        return MAP_REFUSE(problem,
+                          "punch must be properties of the mesh, parted by commas, such as "
+                          "pid:7,pid:8; as JSON a punch is given beside the mesh");
+    if (target->heights || target->punch)
+        return MAP_REFUSE(problem,
+                          "punch: the cavity is given by heights or by a punch, not both, and "
+                          "once");
+    if (!target->pids)
+        return MAP_REFUSE(problem, "punch: the mesh has no properties");
+    if (!part_elements(target, value, arena))
+        return map_target_no_memory(problem);
+    if (target->punch_count == 0)
+        return MAP_REFUSE(problem, "punch: the mesh has no element of property %d", pid);
+    return target->element_count > 0 ||
+           MAP_REFUSE(problem, "punch: no element of the mesh is left");
+}
+
+/* ---- all ---- */
 
 /* "x,y,z" */
 static bool set_reference(struct map_target *target, const char *value,
@@ -181,34 +279,13 @@ static bool set_reference(struct map_target *target, const char *value,
     double v[3];
     const char *end = read_reals(value, ',', 3, v);
     if (!end || *end)
-        return FAIL(problem, "reference must be a direction, three numbers parted by commas, "
-                             "such as 1,0,0");
+        return MAP_REFUSE(problem, "reference must be a direction, three numbers parted by commas, "
+                                   "such as 1,0,0");
     target->reference = vec3_make(v[0], v[1], v[2]);
     target->has_reference = true;
     double norm2 = vec3_norm2(target->reference);
     return (norm2 > 0 && isfinite(norm2)) ||
-           FAIL(problem, "reference must be a direction, and not of length zero");
-}
-
-static bool take_list(struct marking *marking, const char *list, struct arena *arena) {
-    const struct map_target *target = marking->target;
-    struct arena_mark scratch = arena_mark(arena);
-    if (target->ids)
-        marking->ids = map_ids_sort(target->ids, target->element_count, arena);
-    bool room = !target->ids || marking->ids;
-    bool good = room && apply(marking, list);
-    if (!room)
-        api_problem_set(marking->problem, API_OUT_OF_MEMORY,
-                        "the mesh needs more memory than allowed");
-    arena_rewind(arena, scratch);
-    return good;
-}
-
-static enum map_role role_of(const char *name) {
-    return strcmp(name, "inlet") == 0 || strcmp(name, "inlet_elements") == 0 ? MAP_INLET
-           : strcmp(name, "outlet") == 0                                     ? MAP_OUTLET
-           : strcmp(name, "edge_channel") == 0                               ? MAP_CHANNEL
-                                                                             : MAP_FABRIC;
+           MAP_REFUSE(problem, "reference must be a direction, and not of length zero");
 }
 
 bool map_target_option(struct map_target *target, const char *name, const char *value,
@@ -216,12 +293,13 @@ bool map_target_option(struct map_target *target, const char *name, const char *
     if (strcmp(name, "reference") == 0)
         return set_reference(target, value, problem);
     if (strcmp(name, "cavity_height") == 0)
-        return cavity_take_heights(target, value, arena, problem);
+        return set_heights(target, value, arena, problem);
     if (strcmp(name, "punch") == 0)
-        return cavity_take_punch(target, value, arena, problem);
-    struct marking marking = {target, NULL, role_of(name), NULL, problem};
-    if (marking.role == MAP_FABRIC || !begin(&marking, target, arena))
-        return false;
-    return marking.role == MAP_CHANNEL ? take_channel(target, value, problem)
-                                       : take_list(&marking, value, arena);
+        return set_punch(target, value, arena, problem);
+    if (strcmp(name, "inlet") == 0 || strcmp(name, "inlet_elements") == 0)
+        return set_role(target, MAP_INLET, value, arena, problem);
+    if (strcmp(name, "outlet") == 0)
+        return set_role(target, MAP_OUTLET, value, arena, problem);
+    return strcmp(name, "edge_channel") == 0 &&
+           set_role(target, MAP_CHANNEL, value, arena, problem);
 }
