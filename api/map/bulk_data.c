@@ -2,6 +2,7 @@
 #include "bulk_data.h"
 
 #include "api/json/number.h"
+#include "target.h"
 #include <math.h>
 #include <string.h>
 #include <strings.h>
@@ -11,8 +12,6 @@ enum {
     DATA_COLUMNS = 72, /* the continuation mark stands behind them */
     ID_MAX = 99999999
 };
-
-#define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
 
 /* ---- lines ---- */
 
@@ -54,7 +53,7 @@ static bool begins_with(const char *line, const char *first, const char *second)
 }
 
 /* The next line that is not blank, until ENDDATA. */
-static bool next_line(struct bulk_reader *reader) {
+static bool next_card_line(struct bulk_reader *reader) {
     if (reader->held) {
         reader->held = false;
         return true;
@@ -82,13 +81,13 @@ static bool copy_trimmed(const char *text, size_t length, char *out, size_t size
     return fits;
 }
 
-static bool put_field(struct bulk_reader *reader, struct bulk_card *card, int index,
-                      const char *text, size_t length) {
+static bool put_card_field(struct bulk_reader *reader, struct bulk_card *card, int index,
+                           const char *text, size_t length) {
     if (index >= BULK_FIELDS)
         return true;
     if (!copy_trimmed(text, length, card->field[index], BULK_FIELD_SIZE))
-        return FAIL(reader->problem, "line %zu: a field is longer than %d characters",
-                    reader->number, BULK_FIELD_SIZE - 1);
+        return MAP_REFUSE(reader->problem, "line %zu: a field is longer than %d characters",
+                          reader->number, BULK_FIELD_SIZE - 1);
     card->given = index + 1 > card->given ? index + 1 : card->given;
     return true;
 }
@@ -96,41 +95,33 @@ static bool put_field(struct bulk_reader *reader, struct bulk_card *card, int in
 /* Adds the fields of the current line from `*first` on, which becomes that of the next line: free
  * ones between commas, or fixed ones of 8 columns, 16 in large cards, up to column 72. `head` is
  * what stands before the first: a name, or what marks a continuation. */
-static bool split(struct bulk_reader *reader, struct bulk_card *card, int *first, char *head) {
+static bool split_line(struct bulk_reader *reader, struct bulk_card *card, int *first, char *head) {
     const char *line = reader->line, *comma = strchr(line, ',');
     size_t whole = strlen(line), named = comma ? (size_t)(comma - line) : NAME_COLUMNS;
     if (reader->cut)
-        return FAIL(reader->problem, "line %zu: is longer than %d columns", reader->number,
-                    BULK_COLUMNS - 1);
+        return MAP_REFUSE(reader->problem, "line %zu: is longer than %d columns", reader->number,
+                          BULK_COLUMNS - 1);
     if (!copy_trimmed(line, named < whole ? named : whole, head, BULK_NAME_SIZE))
-        return FAIL(reader->problem, "line %zu: this is no card", reader->number);
+        return MAP_REFUSE(reader->problem, "line %zu: this is no card", reader->number);
     size_t length = strlen(head);
     bool large = length > 0 && (head[0] == '*' || head[length - 1] == '*'), good = true;
     int field = *first;
     *first += large ? 4 : 8;
     for (const char *at = comma; good && at && field < *first; field++) {
         size_t width = strcspn(++at, ",");
-        good = put_field(reader, card, field, at, width);
+        good = put_card_field(reader, card, field, at, width);
         at = at[width] ? at + width : NULL;
     }
     size_t width = large ? 16 : 8, end = whole < DATA_COLUMNS ? whole : DATA_COLUMNS;
     for (size_t at = NAME_COLUMNS; good && !comma && at < end; at += width, field++)
-        good = put_field(reader, card, field, line + at, whole - at < width ? whole - at : width);
+        good =
+            put_card_field(reader, card, field, line + at, whole - at < width ? whole - at : width);
     return good;
 }
 
 static bool is_continuation(const char *line) {
     size_t blanks = strspn(line, " ");
     return *line == '+' || *line == '*' || blanks >= NAME_COLUMNS || line[blanks] == ',';
-}
-
-static void set_name(struct bulk_card *card, const char *head) {
-    size_t length = strlen(head);
-    length -= length > 0 && head[length - 1] == '*';
-    for (size_t k = 0; k < length; k++)
-        card->name[k] = head[k] >= 'a' && head[k] <= 'z' ? (char)(head[k] - 32) : head[k];
-    card->name[length] = '\0';
-    card->name[strcspn(card->name, " ")] = '\0';
 }
 
 struct bulk_reader bulk_begin(const char *bytes, size_t length, struct api_problem *problem) {
@@ -147,7 +138,7 @@ struct bulk_reader bulk_begin(const char *bytes, size_t length, struct api_probl
 bool bulk_next(struct bulk_reader *reader, struct bulk_card *card) {
     char head[BULK_NAME_SIZE];
     int first = 0;
-    if (!next_line(reader)) {
+    if (!next_card_line(reader)) {
         if (reader->bulk && !reader->ended)
             api_problem_set(reader->problem, API_INVALID_REQUEST,
                             "line %zu: the file ends without ENDDATA: it is not whole",
@@ -157,19 +148,23 @@ bool bulk_next(struct bulk_reader *reader, struct bulk_card *card) {
     memset(card, 0, sizeof *card);
     card->line = reader->number;
     if (is_continuation(reader->line))
-        return FAIL(reader->problem, "line %zu: a continuation without its card%s", reader->number,
-                    reader->line[0] == '*'
-                        ? "; decks of Abaqus and CalculiX are not read, Nastran bulk data is"
-                        : "");
-    if (!split(reader, card, &first, head))
+        return MAP_REFUSE(reader->problem, "line %zu: a continuation without its card%s",
+                          reader->number,
+                          reader->line[0] == '*'
+                              ? "; decks of Abaqus and CalculiX are not read, Nastran bulk data is"
+                              : "");
+    if (!split_line(reader, card, &first, head))
         return false;
-    set_name(card, head);
-    while (next_line(reader)) {
+    size_t length = strcspn(head, " ");
+    length -= length > 0 && head[length - 1] == '*' && head[length] == '\0'; /* of large fields */
+    for (size_t k = 0; k < length; k++)
+        card->name[k] = head[k] >= 'a' && head[k] <= 'z' ? (char)(head[k] - 32) : head[k];
+    while (next_card_line(reader)) {
         if (!is_continuation(reader->line)) {
             reader->held = true;
             break;
         }
-        if (!split(reader, card, &first, head))
+        if (!split_line(reader, card, &first, head))
             return false;
     }
     return true;
@@ -187,8 +182,8 @@ bool bulk_id(const struct bulk_card *card, int index, const char *what, int32_t 
     *id = (int32_t)value;
     if (length > 0 && k == length && value > 0 && value <= ID_MAX)
         return true;
-    return FAIL(problem, "line %zu: %s of %s is '%s', which is no whole number from 1 to %d",
-                card->line, what, card->name, text, ID_MAX);
+    return MAP_REFUSE(problem, "line %zu: %s of %s is '%s', which is no whole number from 1 to %d",
+                      card->line, what, card->name, text, ID_MAX);
 }
 
 /* Nastran's reals as the number reader has them: 1.5+3 and 1.5D+3 for 1.5e+3. False when it is none
@@ -220,16 +215,17 @@ bool bulk_real(const struct bulk_card *card, int index, const char *what, double
                struct api_problem *problem) {
     char text[BULK_FIELD_SIZE + 2];
     if (index >= card->given)
-        return FAIL(problem, "line %zu: %s ends before its %s", card->line, card->name, what);
+        return MAP_REFUSE(problem, "line %zu: %s ends before its %s", card->line, card->name, what);
     *value = 0;
     if (!card->field[index][0])
         return true;
     bool good = normalise_real(card->field[index], text);
     size_t length = good ? strlen(text) : 0;
-    if (good && api_number_read(text, length, value) == length && fabs(*value) <= BULK_REAL_MAX)
+    if (good && api_number_read(text, length, value) == length &&
+        fabs(*value) <= MAP_COORDINATE_MAX)
         return true;
-    return FAIL(problem, "line %zu: %s of %s is '%s', which is no number within +-1e12", card->line,
-                what, card->name, card->field[index]);
+    return MAP_REFUSE(problem, "line %zu: %s of %s is '%s', which is no number within +-1e12",
+                      card->line, what, card->name, card->field[index]);
 }
 
 bool bulk_point(const struct bulk_card *card, int first, struct vec3 *point,

@@ -21,9 +21,6 @@ enum {
     BULK_NAME_SIZE = 16
 };
 
-/* The largest real. */
-static const double BULK_REAL_MAX = 1e12;
-
 /* A card with its continuations. `given` counts the fields that its lines reach. */
 struct bulk_card {
     size_t line;
@@ -54,8 +51,8 @@ bool bulk_next(struct bulk_reader *reader, struct bulk_card *card) STATUS_MUST_U
 bool bulk_id(const struct bulk_card *card, int field, const char *what, int32_t *id,
              struct api_problem *problem) STATUS_MUST_USE;
 
-/* A field as a Nastran real within +-1e12, 0 when it is blank; `what` names it in the problem. A
- * card that ends before it is not whole. */
+/* A field as a Nastran real within +-MAP_COORDINATE_MAX, 0 when it is blank; `what` names it in the
+ * problem. A card that ends before it is not whole. */
 bool bulk_real(const struct bulk_card *card, int field, const char *what, double *value,
                struct api_problem *problem) STATUS_MUST_USE;
 

@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-static int compare(const void *a, const void *b) {
+static int compare_ids(const void *a, const void *b) {
     const struct map_id *x = a, *y = b;
     return x->id != y->id ? (x->id > y->id) - (x->id < y->id)
                           : (x->index > y->index) - (x->index < y->index);
@@ -19,7 +19,7 @@ struct map_id *map_ids_sort(const int32_t *ids, size_t count, struct arena *aren
         sorted = sorted && (k == 0 || ids[k - 1] < ids[k]);
     }
     if (keys && !sorted)
-        qsort(keys, count, sizeof *keys, compare);
+        qsort(keys, count, sizeof *keys, compare_ids);
     return keys;
 }
 

@@ -39,8 +39,6 @@ struct file {
     size_t curved; /* elements with nodes in the middle of edges */
 };
 
-#define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
-
 /* ---- cards ---- */
 
 /* A field with an id, or 0 for none; `*id` as it is when the field is blank. */
@@ -52,18 +50,13 @@ static bool take_id(const struct bulk_card *card, int field, const char *what, i
     return strcmp(card->field[field], "0") == 0 || bulk_id(card, field, what, id, problem);
 }
 
-static bool take_system(const struct bulk_card *card, int field, int32_t *system,
-                        struct api_problem *problem) {
-    return take_id(card, field, "the coordinate system", system, problem);
-}
-
 /* GRID ID CP X1 X2 X3 CD ..: CD, the system of displacements, means nothing here. */
 static bool take_grid(struct file *file, const struct bulk_card *card) {
     struct grids *grids = &file->grids;
     struct vec3 point;
     int32_t id, system = file->grid_system;
     if (!bulk_id(card, 0, "the id", &id, file->problem) ||
-        !take_system(card, 1, &system, file->problem) ||
+        !take_id(card, 1, "the coordinate system", &system, file->problem) ||
         !bulk_point(card, 2, &point, file->problem))
         return false;
     if (!file->counting) {
@@ -100,15 +93,6 @@ static bool take_element(struct file *file, const struct bulk_card *card, int co
     return true;
 }
 
-static bool take_systems(struct file *file, const struct bulk_card *card) {
-    struct system found[2];
-    int count = systems_read(card, found, file->problem);
-    for (int k = 0; k < count; k++, file->systems.count++)
-        if (!file->counting)
-            file->systems.system[file->systems.count] = found[k];
-    return count > 0;
-}
-
 static void pass_over(struct passed *passed, const char *name, size_t count) {
     size_t k = 0;
     while (k < passed->names && strcmp(passed->name[k].name, name) != 0)
@@ -122,54 +106,43 @@ static void pass_over(struct passed *passed, const char *name, size_t count) {
     passed->name[k].count += count;
 }
 
-/* A letter, then letters and digits. */
-static bool is_name(const char *name) {
-    size_t letters = strspn(name, "ABCDEFGHIJKLMNOPQRSTUVWXYZ");
-    return letters > 0 && name[letters + strspn(name + letters, "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                                                "0123456789")] == '\0';
-}
-
-struct shell_card {
-    char name[8];
-    int corners;
-    bool curved; /* it may have nodes in the middle of edges, behind the corners */
-};
-
-/* Of a shell element of this name; NULL: it is none. */
-static const struct shell_card *find_shell(const char *name) {
-    static const struct shell_card shells[] = {
-        {"CTRIA3", 3, false}, {"CTRIAR", 3, false}, {"CTRIA6", 3, true}, {"CQUAD4", 4, false},
-        {"CQUADR", 4, false}, {"CQUAD8", 4, true},  {"CQUAD9", 4, true}, {"CQUAD", 4, true}};
-    for (size_t k = 0; k < sizeof shells / sizeof *shells; k++)
-        if (strcmp(name, shells[k].name) == 0)
-            return &shells[k];
-    return NULL;
-}
-
 static bool take_card(struct file *file, const struct bulk_card *card) {
-    enum coordinates_kind kind;
-    bool by_grids;
+    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789";
+    static const struct {
+        char name[8];
+        int corners;
+        bool curved; /* it may have nodes in the middle of edges, behind the corners */
+    } shells[] = {{"CTRIA3", 3, false}, {"CTRIAR", 3, false}, {"CTRIA6", 3, true},
+                  {"CQUAD4", 4, false}, {"CQUADR", 4, false}, {"CQUAD8", 4, true},
+                  {"CQUAD9", 4, true},  {"CQUAD", 4, true}};
+    struct system found[2];
     if (strcmp(card->name, "GRID") == 0)
         return take_grid(file, card);
-    const struct shell_card *shell = find_shell(card->name);
-    if (shell) {
-        file->curved += file->counting && shell->curved && card->field[2 + shell->corners][0];
-        return take_element(file, card, shell->corners);
+    for (size_t k = 0; k < sizeof shells / sizeof *shells; k++) {
+        if (strcmp(card->name, shells[k].name) != 0)
+            continue;
+        file->curved += file->counting && shells[k].curved && card->field[2 + shells[k].corners][0];
+        return take_element(file, card, shells[k].corners);
     }
-    if (systems_is_card(card->name, &kind, &by_grids))
-        return take_systems(file, card);
+    int count = systems_read(card, found, file->problem);
+    for (int k = 0; k < count; k++, file->systems.count++)
+        if (!file->counting)
+            file->systems.system[file->systems.count] = found[k];
+    if (count != 0)
+        return count > 0;
     if (strcmp(card->name, "GRDSET") == 0)
-        return take_system(card, 1, &file->grid_system, file->problem);
+        return take_id(card, 1, "the coordinate system", &file->grid_system, file->problem);
     if (strcmp(card->name, "INCLUDE") == 0)
-        return FAIL(file->problem,
-                    "line %zu: the file that INCLUDE names is not here: send one file with all of "
-                    "it",
-                    card->line);
-    if (!is_name(card->name))
-        return FAIL(file->problem, "line %zu: this is no card%s", card->line,
-                    strcmp(card->name, "-1") == 0
-                        ? ": a universal file (UNV) is not read, Nastran bulk data is"
-                        : "");
+        return MAP_REFUSE(file->problem,
+                          "line %zu: the file that INCLUDE names is not here: send one file with "
+                          "all of it",
+                          card->line);
+    bool name = *card->name >= 'A' && *card->name <= 'Z'; /* then letters and digits */
+    if (!name || card->name[strspn(card->name, letters)] != '\0')
+        return MAP_REFUSE(file->problem, "line %zu: this is no card%s", card->line,
+                          strcmp(card->name, "-1") == 0
+                              ? ": a universal file (UNV) is not read, Nastran bulk data is"
+                              : "");
     if (file->counting)
         pass_over(&file->passed, card->name, 1);
     return true;
@@ -188,16 +161,17 @@ static bool read_cards(struct file *file, const char *bytes, size_t length) {
 
 /* ---- ids ---- */
 
-static bool connect(struct file *file) {
+/* Turns the ids of corners into numbers of grids. */
+static bool connect_corners(struct file *file) {
     struct elements *elements = &file->elements;
     for (size_t row = 0; row < elements->count; row++) {
         for (int k = 0; k < 4 && elements->nodes[row][k] >= 0; k++) {
             int32_t id = elements->nodes[row][k];
             int32_t index = map_ids_find(file->grids.by_id, file->grids.count, id);
             if (index < 0)
-                return FAIL(file->problem,
-                            "line %u: element %d has the corner %d, but there is no GRID %d",
-                            elements->line[row], elements->id[row], id, id);
+                return MAP_REFUSE(file->problem,
+                                  "line %u: element %d has the corner %d, but there is no GRID %d",
+                                  elements->line[row], elements->id[row], id, id);
             elements->nodes[row][k] = index;
         }
     }
@@ -214,36 +188,21 @@ static bool sort_ids(struct file *file, struct arena *arena) {
     struct map_id *elements = map_ids_sort(file->elements.id, file->elements.count, arena);
     grids->by_id = map_ids_sort(grids->id, grids->count, arena);
     systems->by_id = system_ids ? map_ids_sort(system_ids, systems->count, arena) : NULL;
-    if (!grids->by_id || !elements || !systems->by_id) {
-        api_problem_set(file->problem, API_OUT_OF_MEMORY,
-                        "the mesh needs more memory than allowed");
-        return false;
-    }
+    if (!grids->by_id || !elements || !systems->by_id)
+        return map_target_no_memory(file->problem);
     int32_t grid = map_ids_repeated(grids->by_id, grids->count);
     int32_t element = map_ids_repeated(elements, file->elements.count);
     int32_t system = map_ids_repeated(systems->by_id, systems->count);
     if (grid >= 0)
-        return FAIL(file->problem, "line %u: there is another GRID %d before it", grids->line[grid],
-                    grids->id[grid]);
+        return MAP_REFUSE(file->problem, "line %u: there is another GRID %d before it",
+                          grids->line[grid], grids->id[grid]);
     if (element >= 0)
-        return FAIL(file->problem, "line %u: there is another element %d before it",
-                    file->elements.line[element], file->elements.id[element]);
+        return MAP_REFUSE(file->problem, "line %u: there is another element %d before it",
+                          file->elements.line[element], file->elements.id[element]);
     if (system >= 0)
-        return FAIL(file->problem, "line %u: there is another coordinate system %d before it",
-                    systems->system[system].line, systems->system[system].id);
+        return MAP_REFUSE(file->problem, "line %u: there is another coordinate system %d before it",
+                          systems->system[system].line, systems->system[system].id);
     return true;
-}
-
-/* Turns the elements' ids of corners into places, and coordinates into basic ones. */
-static bool resolve(struct file *file, struct arena *arena) {
-    struct arena_mark mark = arena_mark(arena);
-    bool good = sort_ids(file, arena) && connect(file) &&
-                systems_apply(&file->systems, &file->grids, file->problem);
-    for (size_t k = 0; good && k < file->systems.count; k++)
-        if (file->systems.system[k].state == SYSTEM_UNUSED)
-            pass_over(&file->passed, file->systems.system[k].name, 1);
-    arena_rewind(arena, mark);
-    return good;
 }
 
 /* ---- the file ---- */
@@ -260,8 +219,7 @@ static void name_passed(const struct passed *passed, char *text, size_t size) {
 
 static bool warn_of_passed(const struct file *file, struct arena *arena,
                            struct map_target *target) {
-    enum { SIZE = 64 + PASSED_NAMES * (BULK_NAME_SIZE + 24) };
-    char names[SIZE];
+    char names[64 + PASSED_NAMES * (BULK_NAME_SIZE + 24)];
     struct api_text text = api_text_growing(arena);
     if (file->passed.names == 0 && file->curved == 0)
         return true;
@@ -271,29 +229,16 @@ static bool warn_of_passed(const struct file *file, struct arena *arena,
         api_text_raw(&text, names);
         api_text_raw(&text, " (of a Nastran file, GRIDs and shell elements are read)");
     }
-    if (file->curved > 0) {
-        (void)snprintf(names, sizeof names,
-                       "%s%zu elements are taken by their corners, without the nodes in the middle "
-                       "of edges",
-                       file->passed.names > 0 ? "; " : "", file->curved);
-        api_text_raw(&text, names);
-    }
+    if (file->curved > 0)
+        api_text_format(&text,
+                        "%s%zu elements are taken by their corners, without the nodes in the "
+                        "middle of edges",
+                        file->passed.names > 0 ? "; " : "", file->curved);
     target->warning = api_text_finish(&text);
     return target->warning != NULL;
 }
 
-static bool has_elements(struct file *file) {
-    char names[API_DETAIL_MAX] = "no cards";
-    if (file->elements.count > 0)
-        return true;
-    if (file->passed.names > 0)
-        name_passed(&file->passed, names, sizeof names - 100);
-    return FAIL(file->problem,
-                "the file has no shell elements (CTRIA3, CQUAD4, ...); beside %zu GRIDs it has %s",
-                file->grids.count, names);
-}
-
-static bool allocate(struct file *file, struct arena *arena) {
+static bool allocate_file(struct file *file, struct arena *arena) {
     struct grids *grids = &file->grids;
     struct elements *elements = &file->elements;
     grids->point = arena_take(arena, grids->count, sizeof *grids->point);
@@ -309,15 +254,41 @@ static bool allocate(struct file *file, struct arena *arena) {
            elements->id && elements->pid && elements->line && file->systems.system;
 }
 
+/* The second pass; elements get numbers of grids, and grids basic coordinates. */
+static bool read_bulk_mesh(struct file *file, const char *bytes, size_t length,
+                           struct arena *arena) {
+    file->counting = false;
+    if (!allocate_file(file, arena))
+        return map_target_no_memory(file->problem);
+    if (!read_cards(file, bytes, length))
+        return false;
+    struct arena_mark mark = arena_mark(arena);
+    bool good = sort_ids(file, arena) && connect_corners(file) &&
+                systems_apply(&file->systems, &file->grids, file->problem);
+    for (size_t k = 0; good && k < file->systems.count; k++)
+        if (file->systems.system[k].state == SYSTEM_UNUSED)
+            pass_over(&file->passed, file->systems.system[k].name, 1);
+    arena_rewind(arena, mark);
+    return good;
+}
+
 enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct arena *arena,
                                        struct map_target *target, struct api_problem *problem) {
     struct file file = {.problem = problem, .counting = true};
+    char names[API_DETAIL_MAX] = "no cards";
     *target = (struct map_target){0};
-    if (!read_cards(&file, bytes, length) || !has_elements(&file))
+    if (!read_cards(&file, bytes, length))
         return problem->id;
-    file.counting = false;
-    bool room = allocate(&file, arena);
-    if (room && (!read_cards(&file, bytes, length) || !resolve(&file, arena)))
+    if (file.elements.count == 0) {
+        if (file.passed.names > 0)
+            name_passed(&file.passed, names, sizeof names - 100);
+        api_problem_set(
+            problem, API_INVALID_REQUEST,
+            "the file has no shell elements (CTRIA3, CQUAD4, ...); beside %zu GRIDs it has %s",
+            file.grids.count, names);
+        return problem->id;
+    }
+    if (!read_bulk_mesh(&file, bytes, length, arena))
         return problem->id;
     *target = (struct map_target){.vertices = file.grids.point,
                                   .vertex_count = file.grids.count,
@@ -326,7 +297,7 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
                                   .ids = file.elements.id,
                                   .vertex_ids = file.grids.id,
                                   .pids = file.elements.pid};
-    if (!room || !warn_of_passed(&file, arena, target))
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
+    if (!warn_of_passed(&file, arena, target))
+        (void)map_target_no_memory(problem);
     return problem->id;
 }

@@ -9,12 +9,12 @@
 
 enum { BLOCK = 2048 }; /* rows that are read at a time */
 
-static enum api_problem_id damaged(struct api_problem *problem) {
+static enum api_problem_id damaged_result(struct api_problem *problem) {
     api_problem_set(problem, API_INTERNAL, "the stored result is damaged or cannot be read");
     return problem->id;
 }
 
-static enum api_problem_id no_memory(struct api_problem *problem) {
+static enum api_problem_id no_map_memory(struct api_problem *problem) {
     api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
     return problem->id;
 }
@@ -22,33 +22,29 @@ static enum api_problem_id no_memory(struct api_problem *problem) {
 /* ---- groups ---- */
 
 /* Whether the columns from this one on are these. */
-static bool begins(const struct api_column *column, size_t left, const char *const *names,
-                   size_t count) {
+static bool are_columns(const struct api_column *column, size_t left, const char *const *names,
+                        size_t count) {
     for (size_t k = 0; k < count; k++)
         if (k >= left || strcmp(column[k].name, names[k]) != 0)
             return false;
     return true;
 }
 
-static bool is_tensor(const struct api_column *column, size_t left) {
-    static const enum column_id ids[] = {COLUMN_CELLS_k1, COLUMN_CELLS_k2, COLUMN_CELLS_k3,
-                                         COLUMN_CELLS_k1_direction};
-    const char *names[MAP_TENSOR_COLUMNS];
-    return begins(column, left, names, column_part_names(ids, sizeof ids / sizeof *ids, names));
-}
-
 static size_t add_group(struct map_net *net, const struct api_column *column, size_t left) {
     const struct column_spec *spec = column_spec_find(column->table, column->name);
+    static const enum column_id ids[] = {COLUMN_CELLS_k1, COLUMN_CELLS_k2, COLUMN_CELLS_k3,
+                                         COLUMN_CELLS_k1_direction};
+    const char *tensor[MAP_TENSOR_COLUMNS];
+    size_t parts = column_part_names(ids, sizeof ids / sizeof *ids, tensor), values = 1;
     struct map_group group = {column, spec, MAP_SMOOTH, 1, net->width};
-    size_t values = 1;
     if (column->integer) {
         group.kind = MAP_CELL;
-    } else if (is_tensor(column, left)) {
+    } else if (are_columns(column, left, tensor, parts)) {
         group.kind = MAP_TENSOR;
         group.columns = MAP_TENSOR_COLUMNS;
         values = MAP_TENSOR_VALUES;
     } else if (spec && spec->kind == COLUMN_VECTOR &&
-               begins(column, left, spec->part, (size_t)spec->parts)) {
+               are_columns(column, left, spec->part, (size_t)spec->parts)) {
         group.kind = MAP_VECTOR;
         group.columns = values = 3;
     }
@@ -84,7 +80,7 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
     net->spacing = spacing[0] > spacing[1] ? spacing[0] : spacing[1];
     if (!find_vector(net, COLUMN_CELLS_warp, &net->warp) ||
         !find_vector(net, COLUMN_CELLS_weft, &net->weft))
-        return damaged(problem);
+        return damaged_result(problem);
     net->whole = api_columns_rows(columns, API_TABLE_CELLS);
     net->cut = api_columns_rows(columns, API_TABLE_CUT);
     if (net->whole == 0)
@@ -118,8 +114,8 @@ void map_net_keep(struct map_net *net, const enum column_id *ids, size_t count) 
 /* ---- the cloth ---- */
 
 /* A column of all rows, into every `stride`-th double from `out` on. */
-static bool read_column(const struct api_reader *reader, const struct api_columns *columns,
-                        enum api_table table, const char *name, size_t stride, double *out) {
+static bool read_whole_column(const struct api_reader *reader, const struct api_columns *columns,
+                              enum api_table table, const char *name, size_t stride, double *out) {
     const struct api_column *column = api_columns_find(columns, table, name);
     double block[BLOCK];
     for (size_t first = 0; column && first < column->rows; first += BLOCK) {
@@ -167,7 +163,7 @@ static int32_t node_at(const struct gathering *g, int32_t i, int32_t j) {
 }
 
 /* Gives the corners of a cell that is cut their numbers, or notes them. */
-static void find_corners(struct gathering *g, const double cut[14], int32_t corners[4]) {
+static void find_cut_corners(struct gathering *g, const double cut[14], int32_t corners[4]) {
     for (int k = 0; k < 4; k++) {
         int32_t i = (int32_t)cut[0] + (k == 1 || k == 2), j = (int32_t)cut[1] + k / 2;
         corners[k] = node_at(g, i, j);
@@ -195,15 +191,15 @@ static bool read_cloth(const struct api_reader *reader, const struct map_net *ne
     const struct api_columns *columns = &net->columns;
     bool good = true;
     for (int k = 0; k < 3; k++)
-        good =
-            good && read_column(reader, columns, API_TABLE_NODES, points[k], 3, &g->points[0][k]);
+        good = good &&
+               read_whole_column(reader, columns, API_TABLE_NODES, points[k], 3, &g->points[0][k]);
     for (int k = 0; net->cut && k < 2; k++)
         good = good &&
-               read_column(reader, columns, API_TABLE_NODES, places[k], 2, &g->node[0][k]) &&
-               read_column(reader, columns, API_TABLE_CUT, places[k], 14, &g->cut[0][k]);
+               read_whole_column(reader, columns, API_TABLE_NODES, places[k], 2, &g->node[0][k]) &&
+               read_whole_column(reader, columns, API_TABLE_CUT, places[k], 14, &g->cut[0][k]);
     for (int k = 0; net->cut && k < 12; k++)
-        good = good && read_column(reader, columns, API_TABLE_CUT, api_fields_corners[k], 14,
-                                   &g->cut[0][2 + k]);
+        good = good && read_whole_column(reader, columns, API_TABLE_CUT, api_fields_corners[k], 14,
+                                         &g->cut[0][2 + k]);
     return good;
 }
 
@@ -220,16 +216,16 @@ static enum api_problem_id load_cloth(const struct api_reader *reader, struct ar
     g.cut = arena_take(arena, net->cut, sizeof *g.cut);
     g.beyond = arena_take(arena, 4 * net->cut, sizeof *g.beyond);
     if (!g.points || !g.corners || !g.places || !g.node || !g.cut || !g.beyond || !quads)
-        return no_memory(problem);
+        return no_map_memory(problem);
     if (nodes + 4 * net->cut > INT32_MAX || !read_cloth(reader, net, &g) ||
         !cell_corners_begin(quads, reader, columns) ||
         !cell_corners_next(quads, net->whole, g.corners, g.places))
-        return damaged(problem);
+        return damaged_result(problem);
     for (size_t k = 0; k < net->cut; k++) {
         size_t cell = net->whole + k;
         for (int side = 0; side < 2; side++)
             g.places[cell][side] = (int32_t)g.cut[k][side];
-        find_corners(&g, g.cut[k], g.corners[cell]);
+        find_cut_corners(&g, g.cut[k], g.corners[cell]);
     }
     _Static_assert(sizeof(struct vec3) == 3 * sizeof(double), "a point is its coordinates");
     const struct facets_source source = {.node_count = number_corners(&g),
@@ -237,7 +233,7 @@ static enum api_problem_id load_cloth(const struct api_reader *reader, struct ar
                                          .corners = (const int32_t(*)[4])g.corners,
                                          .places = (const int32_t(*)[2])g.places,
                                          .cell_count = cells};
-    return facets_make(&source, arena, &net->facets) == STATUS_OK ? API_OK : no_memory(problem);
+    return facets_make(&source, arena, &net->facets) == STATUS_OK ? API_OK : no_map_memory(problem);
 }
 
 /* ---- the rows ---- */
@@ -249,28 +245,25 @@ struct block {
     double values[MAP_TENSOR_COLUMNS][BLOCK];
 };
 
-static struct vec3 vector_at(const double *values) {
+static struct vec3 vector_of(const double *values) {
     return vec3_make(values[0], values[1], values[2]);
 }
 
-/* k1 d d^T + k2 (n x d)(n x d)^T with d = a warp + b e2, the permeability's frame. */
-static void put_tensors(const struct map_net *net, size_t place, const struct block *block) {
+/* The permeabilities of a block's cells, by the yarns of their rows. */
+static void put_permeabilities(const struct map_net *net, size_t place, const struct block *block) {
     const double(*v)[BLOCK] = block->values;
     for (size_t k = 0; k < block->count; k++) {
         double *row = net->rows + (block->row + k) * net->width;
-        struct vec3 warp = vector_at(row + net->warp), weft = vector_at(row + net->weft);
+        struct vec3 warp = vector_of(row + net->warp), weft = vector_of(row + net->weft);
         struct vec3 d = vec3_make(v[3][k], v[4][k], v[5][k]);
         double a = vec3_dot(d, warp), b = vec3_dot(d, permeability_across(warp, weft));
-        row[place] = v[0][k] * a * a + v[1][k] * b * b;
-        row[place + 1] = (v[0][k] - v[1][k]) * a * b;
-        row[place + 2] = v[0][k] * b * b + v[1][k] * a * a;
-        row[place + 3] = v[2][k];
+        map_tensor_values(v[0][k], v[1][k], v[2][k], a, b, row + place);
     }
 }
 
 /* The groups of one kind or of all others: a tensor takes the yarns of its row. */
-static bool fill_rows(const struct api_reader *reader, const struct map_net *net, bool tensors,
-                      struct block *block) {
+static bool fill_block(const struct api_reader *reader, const struct map_net *net, bool tensors,
+                       struct block *block) {
     for (size_t k = 0; k < net->group_count; k++) {
         const struct map_group *group = &net->group[k];
         if ((group->kind == MAP_TENSOR) != tensors)
@@ -283,7 +276,7 @@ static bool fill_rows(const struct api_reader *reader, const struct map_net *net
                 return false;
         }
         if (tensors)
-            put_tensors(net, group->place, block);
+            put_permeabilities(net, group->place, block);
         for (size_t row = 0; row < block->count && !tensors; row++)
             for (size_t column = 0; column < group->columns; column++)
                 net->rows[(block->row + row) * net->width + group->place + column] =
@@ -292,38 +285,28 @@ static bool fill_rows(const struct api_reader *reader, const struct map_net *net
     return true;
 }
 
-/* The rows of the cells, whole or cut. */
-static enum api_problem_id load_table(const struct api_reader *reader,
-                                      const struct drape_monitor *monitor, struct map_net *net,
-                                      struct block *block, struct api_problem *problem) {
-    bool cut = block->table == API_TABLE_CUT;
-    size_t cells = cut ? net->cut : net->whole;
-    for (block->first = 0; block->first < cells; block->first += BLOCK) {
-        size_t left = cells - block->first;
-        block->count = left < BLOCK ? left : BLOCK;
-        block->row = block->first + (cut ? net->whole : 0);
-        if (!fill_rows(reader, net, false, block) || !fill_rows(reader, net, true, block))
-            return damaged(problem);
-        if (monitor && !monitor->progress(monitor->context, 0)) {
-            api_problem_set(problem, API_CANCELLED, "the map was cancelled");
-            return problem->id;
-        }
-    }
-    return API_OK;
-}
-
+/* The rows of the whole cells, then of those that are cut. */
 static enum api_problem_id load_rows(const struct api_reader *reader,
                                      const struct drape_monitor *monitor, struct arena *arena,
                                      struct map_net *net, struct api_problem *problem) {
-    static const enum api_table tables[] = {API_TABLE_CELLS, API_TABLE_CUT};
     struct block *block = arena_take(arena, 1, sizeof *block);
     net->rows = arena_take(arena, net->whole + net->cut, net->width * sizeof *net->rows);
     if (!block || !net->rows)
-        return no_memory(problem);
-    for (int k = 0; k < 2; k++) {
-        block->table = tables[k];
-        if (load_table(reader, monitor, net, block, problem) != API_OK)
-            return problem->id;
+        return no_map_memory(problem);
+    for (int cut = 0; cut < 2; cut++) {
+        size_t cells = cut ? net->cut : net->whole;
+        block->table = cut ? API_TABLE_CUT : API_TABLE_CELLS;
+        for (block->first = 0; block->first < cells; block->first += BLOCK) {
+            size_t left = cells - block->first;
+            block->count = left < BLOCK ? left : BLOCK;
+            block->row = block->first + (cut ? net->whole : 0);
+            if (!fill_block(reader, net, false, block) || !fill_block(reader, net, true, block))
+                return damaged_result(problem);
+            if (monitor && !monitor->progress(monitor->context, 0)) {
+                api_problem_set(problem, API_CANCELLED, "the map was cancelled");
+                return problem->id;
+            }
+        }
     }
     return API_OK;
 }
@@ -340,7 +323,7 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
         return result;
     net->clear = arena_take(arena, net->whole, sizeof *net->clear);
     if (!net->clear)
-        return no_memory(problem);
+        return no_map_memory(problem);
     stored_rim_find_clear(net->edge, net->facets->source.places, net->whole, net->clear);
     return API_OK;
 }
@@ -394,10 +377,10 @@ void map_net_interpolate(const struct map_net *net, const struct facets_point *p
 void map_net_yarns(const struct map_net *net, const struct facets_point *place, const double *row,
                    struct vec3 *warp, struct vec3 *weft) {
     const double *cell = net->rows + (size_t)place->cell * net->width;
-    *warp = vec3_unit(vector_at(row + net->warp));
-    *weft = vec3_unit(vector_at(row + net->weft));
+    *warp = vec3_unit(vector_of(row + net->warp));
+    *weft = vec3_unit(vector_of(row + net->weft));
     if (vec3_norm2(*warp) == 0)
-        *warp = vector_at(cell + net->warp);
+        *warp = vector_of(cell + net->warp);
     if (vec3_norm2(*weft) == 0)
-        *weft = vector_at(cell + net->weft);
+        *weft = vector_of(cell + net->weft);
 }

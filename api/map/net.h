@@ -23,6 +23,15 @@ enum map_kind {
  * tensors in that frame is positive. */
 enum { MAP_TENSOR_COLUMNS = 6, MAP_TENSOR_VALUES = 4 };
 
+/* k1 d d^T + k2 (n x d)(n x d)^T with d = a warp + b e2, and k3, in that frame. */
+static inline void map_tensor_values(double k1, double k2, double k3, double a, double b,
+                                     double values[MAP_TENSOR_VALUES]) {
+    values[0] = k1 * a * a + k2 * b * b;
+    values[1] = (k1 - k2) * a * b;
+    values[2] = k1 * b * b + k2 * a * a;
+    values[3] = k3;
+}
+
 struct map_group {
     const struct api_column *column; /* the first; the others follow it */
     const struct column_spec *spec;  /* of it; NULL for an unknown one */

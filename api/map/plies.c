@@ -43,7 +43,7 @@ void map_stack_lay(struct map_stack *stack, int ply, const struct map_ply *laid)
 
 /* ---- columns ---- */
 
-static bool fill(const void *context, size_t first, size_t count, double *values) {
+static bool fill_ply_column(const void *context, size_t first, size_t count, double *values) {
     const struct map_ply_column *column = context;
     const struct map_stack *stack = column->stack;
     const int32_t *ids = stack->target->ids;
@@ -85,7 +85,7 @@ size_t map_stack_end(struct map_stack *stack, struct api_column_source columns[M
                                                     .name = spec->name,
                                                     .integer = column_kind_is_integer(spec->kind),
                                                     .rows = stack->plies.row_count,
-                                                    .fill = fill,
+                                                    .fill = fill_ply_column,
                                                     .context = &stack->column[count]};
         count++;
     }

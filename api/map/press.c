@@ -12,15 +12,6 @@ double press_thickness(const struct api_request *cloth, double shear_deg) {
     return thickness;
 }
 
-/* k1 d d^T + k2 e e^T in the frame of the warp, and k3. */
-static void put_tensor(const struct permeability *k, double *values) {
-    double a = k->along, b = k->across;
-    values[0] = k->k1 * a * a + k->k2 * b * b;
-    values[1] = (k->k1 - k->k2) * a * b;
-    values[2] = k->k1 * b * b + k->k2 * a * a;
-    values[3] = k->k3;
-}
-
 /* Whether the cloth is locked is not the cavity's matter. */
 bool press_row(const struct map_net *net, const struct api_request *cloth, double height,
                double shear_deg, double *row) {
@@ -40,7 +31,7 @@ bool press_row(const struct map_net *net, const struct api_request *cloth, doubl
             continue;
         const enum column_id id = (enum column_id)(group->spec - column_specs);
         if (group->kind == MAP_TENSOR)
-            put_tensor(&k, own);
+            map_tensor_values(k.k1, k.k2, k.k3, k.along, k.across, own);
         else if (id == COLUMN_CELLS_out_of_table)
             *own = outside;
         else if (id != COLUMN_CELLS_locked)

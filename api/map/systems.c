@@ -1,59 +1,41 @@
 /* SPDX-License-Identifier: MIT */
 #include "systems.h"
 
+#include "target.h"
 #include <math.h>
 #include <string.h>
 
 enum { DEPTH_MAX = 64 }; /* systems that hang on each other in a row */
 
-#define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
-
 /* ---- cards ---- */
 
-bool systems_is_card(const char *name, enum coordinates_kind *kind, bool *by_grids) {
-    static const char letters[] = "RCS";
-    const char *letter = strlen(name) == 6 ? strchr(letters, name[5]) : NULL;
-    if (!letter || strncmp(name, "CORD", 4) != 0 || (name[4] != '1' && name[4] != '2'))
-        return false;
-    *kind = (enum coordinates_kind)(letter - letters);
-    *by_grids = name[4] == '1';
-    return true;
-}
-
-/* CORD1R CIDA G1A G2A G3A CIDB G1B G2B G3B */
-static bool read_grids(const struct bulk_card *card, int first, struct system *system,
-                       struct api_problem *problem) {
-    bool good = bulk_id(card, first, "the id", &system->id, problem);
-    for (int k = 0; good && k < 3; k++)
-        good = bulk_id(card, first + 1 + k, "a grid", &system->grid[k], problem);
-    return good;
-}
-
-/* CORD2R CID RID A1 A2 A3 B1 B2 B3, C1 C2 C3 */
-static bool read_points(const struct bulk_card *card, struct system *system,
+/* CORD1R CIDA G1A G2A G3A CIDB G1B G2B G3B; CORD2R CID RID A1 A2 A3 B1 B2 B3, C1 C2 C3. */
+static bool read_system(const struct bulk_card *card, int first, struct system *system,
                         struct api_problem *problem) {
     bool basic = !card->field[1][0] || strcmp(card->field[1], "0") == 0;
-    bool good = bulk_id(card, 0, "the id", &system->id, problem) &&
-                (basic || bulk_id(card, 1, "the system", &system->reference, problem));
+    bool good = bulk_id(card, first, "the id", &system->id, problem);
+    if (!system->by_grids)
+        good = good && (basic || bulk_id(card, 1, "the system", &system->reference, problem));
     for (int k = 0; good && k < 3; k++)
-        good = bulk_point(card, 2 + 3 * k, &system->point[k], problem);
+        good = system->by_grids ? bulk_id(card, first + 1 + k, "a grid", &system->grid[k], problem)
+                                : bulk_point(card, 2 + 3 * k, &system->point[k], problem);
     return good;
 }
 
 int systems_read(const struct bulk_card *card, struct system found[2],
                  struct api_problem *problem) {
-    enum coordinates_kind kind;
-    bool by_grids;
-    if (!systems_is_card(card->name, &kind, &by_grids))
+    static const char letters[] = "RCS";
+    const char *name = card->name, *letter = strlen(name) == 6 ? strchr(letters, name[5]) : NULL;
+    if (!letter || strncmp(name, "CORD", 4) != 0 || (name[4] != '1' && name[4] != '2'))
         return 0;
+    bool by_grids = name[4] == '1';
     int count = by_grids && card->field[4][0] ? 2 : 1;
     for (int k = 0; k < count; k++) {
         found[k] = (struct system){.line = (uint32_t)card->line, .by_grids = by_grids};
-        found[k].basis.kind = kind;
-        strcpy(found[k].name, card->name);
-        if (!(by_grids ? read_grids(card, 4 * k, &found[k], problem)
-                       : read_points(card, &found[k], problem)))
-            return 0;
+        found[k].basis.kind = (enum coordinates_kind)(letter - letters);
+        strcpy(found[k].name, name);
+        if (!read_system(card, 4 * k, &found[k], problem))
+            return -1;
     }
     return count;
 }
@@ -77,9 +59,10 @@ static bool to_basic(struct resolution *resolution, int32_t id, struct vec3 *poi
         return true;
     int32_t index = map_ids_find(systems->by_id, systems->count, id);
     if (index < 0)
-        return FAIL(resolution->problem,
-                    "line %u: %s is in the coordinate system %d, which the file does not define",
-                    line, what, id);
+        return MAP_REFUSE(
+            resolution->problem,
+            "line %u: %s is in the coordinate system %d, which the file does not define", line,
+            what, id);
     if (!make_ready(resolution, &systems->system[index]))
         return false;
     *point = coordinates_basic(&systems->system[index].basis, *point);
@@ -93,14 +76,14 @@ static bool move_grid(struct resolution *resolution, size_t index) {
     if (!to_basic(resolution, grids->system[index], point, line, "a GRID"))
         return false;
     grids->system[index] = 0;
-    bool near = fabs(point->x) <= BULK_REAL_MAX && fabs(point->y) <= BULK_REAL_MAX &&
-                fabs(point->z) <= BULK_REAL_MAX;
-    return near || FAIL(resolution->problem, "line %u: a GRID is not within +-1e12", line);
+    bool near = fabs(point->x) <= MAP_COORDINATE_MAX && fabs(point->y) <= MAP_COORDINATE_MAX &&
+                fabs(point->z) <= MAP_COORDINATE_MAX;
+    return near || MAP_REFUSE(resolution->problem, "line %u: a GRID is not within +-1e12", line);
 }
 
 /* The three points that define the system, in basic coordinates. */
-static bool find_points(struct resolution *resolution, const struct system *system,
-                        struct vec3 points[3]) {
+static bool find_defining_points(struct resolution *resolution, const struct system *system,
+                                 struct vec3 points[3]) {
     struct grids *grids = resolution->grids;
     for (int k = 0; k < 3; k++) {
         points[k] = system->point[k];
@@ -111,8 +94,9 @@ static bool find_points(struct resolution *resolution, const struct system *syst
         }
         int32_t grid = map_ids_find(grids->by_id, grids->count, system->grid[k]);
         if (grid < 0)
-            return FAIL(resolution->problem, "line %u: %s %d has the grid %d, which is not there",
-                        system->line, system->name, system->id, system->grid[k]);
+            return MAP_REFUSE(resolution->problem,
+                              "line %u: %s %d has the grid %d, which is not there", system->line,
+                              system->name, system->id, system->grid[k]);
         if (!move_grid(resolution, (size_t)grid))
             return false;
         points[k] = grids->point[grid];
@@ -125,18 +109,19 @@ static bool make_ready(struct resolution *resolution, struct system *system) {
     if (system->state == SYSTEM_READY)
         return true;
     if (system->state == SYSTEM_BUSY)
-        return FAIL(resolution->problem, "line %u: %s %d is defined by itself", system->line,
-                    system->name, system->id);
+        return MAP_REFUSE(resolution->problem, "line %u: %s %d is defined by itself", system->line,
+                          system->name, system->id);
     if (resolution->depth == DEPTH_MAX)
-        return FAIL(resolution->problem, "line %u: %s %d: more than %d systems hang on each other",
-                    system->line, system->name, system->id, DEPTH_MAX);
+        return MAP_REFUSE(resolution->problem,
+                          "line %u: %s %d: more than %d systems hang on each other", system->line,
+                          system->name, system->id, DEPTH_MAX);
     system->state = SYSTEM_BUSY;
     resolution->depth++;
-    if (!find_points(resolution, system, points))
+    if (!find_defining_points(resolution, system, points))
         return false;
     if (!coordinates_make(system->basis.kind, points, &system->basis))
-        return FAIL(resolution->problem, "line %u: the points of %s %d lie on a line", system->line,
-                    system->name, system->id);
+        return MAP_REFUSE(resolution->problem, "line %u: the points of %s %d lie on a line",
+                          system->line, system->name, system->id);
     resolution->depth--;
     system->state = SYSTEM_READY;
     return true;

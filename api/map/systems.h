@@ -41,11 +41,8 @@ struct systems {
     const struct map_id *by_id; /* sorted */
 };
 
-/* The kind of system that a card of this name defines, into `*kind`, and whether three grids do
- * (CORD1x) or three points (CORD2x). False: it is another card. */
-bool systems_is_card(const char *name, enum coordinates_kind *kind, bool *by_grids);
-
-/* The systems of such a card: one, or two of a long CORD1x. How many; 0 with the problem set. */
+/* The systems of a card that defines some, CORD1x by three grids and CORD2x by three points: one,
+ * or two of a long CORD1x. How many; 0: it is another card; -1 with the problem set. */
 int systems_read(const struct bulk_card *card, struct system found[2],
                  struct api_problem *problem) STATUS_MUST_USE;
 

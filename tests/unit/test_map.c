@@ -439,7 +439,7 @@ static void test_map_lays_the_drape_as_one_ply(void **state) {
         assert_near(element_weft_deg(row), weft[k], 1e-12);
         assert_near(row->thickness, 0.002, 1e-15);
     }
-    assert_non_null(strstr(mapped->map.bare, "1 of 3 elements have no ply"));
+    assert_non_null(strstr(mapped->map.fields.warnings[0], "1 of 3 elements have no ply"));
     const struct api_column_source *last = &mapped->map.fields.columns[0];
     double id = 0;
     while (last->table != API_TABLE_PLIES)
