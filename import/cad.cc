@@ -155,7 +155,7 @@ class reading {
 
     void set_unit(const std::vector<std::string> &stated);
     void name_entities(const Handle(XSControl_WorkSession) & session);
-    void collect();
+    void collect(const Handle(XSControl_WorkSession) & session);
     [[noreturn]] void refuse_empty();
     void note_contents();
     void walk(const TDF_Label &label, const TopLoc_Location &place, const std::string &name);
@@ -165,7 +165,6 @@ class reading {
     void note(const std::string &text) { result.notes.push_back(text); }
     void note_faults();
     void convert_face(int number, Bnd_Box &box);
-    void check_size(double diagonal);
     void measure(const found_face &from, face &made);
 };
 
@@ -184,12 +183,10 @@ void reading::set_unit(const std::vector<std::string> &stated) {
     if (unit && !wanted.unit.empty() && wanted.unit != unit->ours)
         note("the file states its unit, " + std::string(unit->ours) + "; unit=" + wanted.unit +
              " was ignored");
-    if (!unit && !wanted.unit.empty())
-        for (const unit_name &named : units)
-            if (wanted.unit == named.ours)
-                unit = &named;
-    if (!unit)
-        unit = &units[0];
+    for (const unit_name &named : units)
+        if (!unit && wanted.unit == named.ours)
+            unit = &named;
+    unit = unit ? unit : &units[0];
     result.unit = unit->ours;
     Interface_Static::SetCVal("xstep.cascade.unit", unit->cascade);
 }
@@ -306,8 +303,7 @@ void reading::read_step(const char *bytes, size_t length) {
              at(reader.ExternFiles());
          at.More(); at.Next())
         elsewhere += (elsewhere.empty() ? "" : ", ") + std::string(at.Key().ToCString());
-    name_entities(reader.Reader().WS());
-    collect();
+    collect(reader.Reader().WS());
 }
 
 /* Open CASCADE reads IGES from standard input when the name is empty. */
@@ -335,8 +331,7 @@ void reading::read_iges(const char *bytes, size_t length) {
     document = new TDocStd_Document("BinXCAF");
     if (!reader.Transfer(document))
         throw unreadable("the IGES file holds no shape");
-    name_entities(reader.WS());
-    collect();
+    collect(reader.WS());
 }
 
 /* ---- shapes, parts and instances ---- */
@@ -349,25 +344,21 @@ std::string label_name(const TDF_Label &label) {
     return own_name(text.ToCString());
 }
 
-std::string colour_text(const Quantity_Color &colour) {
+/* Its own, else that of the shape it is of; "" without. */
+std::string reading::colour_of(const TopoDS_Shape &face, const TDF_Label &label) {
+    Handle(XCAFDoc_ColorTool) colours = XCAFDoc_DocumentTool::ColorTool(document->Main());
+    Quantity_Color colour;
+    if (!colours->GetColor(face, XCAFDoc_ColorSurf, colour) &&
+        !colours->GetColor(face, XCAFDoc_ColorGen, colour) &&
+        !colours->GetColor(label, XCAFDoc_ColorSurf, colour) &&
+        !colours->GetColor(label, XCAFDoc_ColorGen, colour))
+        return "";
     char text[8];
     double r, g, b;
     colour.Values(r, g, b, Quantity_TOC_sRGB);
     std::snprintf(text, sizeof text, "#%02x%02x%02x", unsigned(std::lround(255 * r)) & 255,
                   unsigned(std::lround(255 * g)) & 255, unsigned(std::lround(255 * b)) & 255);
     return text;
-}
-
-std::string reading::colour_of(const TopoDS_Shape &face, const TDF_Label &label) {
-    Handle(XCAFDoc_ColorTool) colours = XCAFDoc_DocumentTool::ColorTool(document->Main());
-    Quantity_Color colour;
-    for (XCAFDoc_ColorType type : {XCAFDoc_ColorSurf, XCAFDoc_ColorGen})
-        if (colours->GetColor(face, type, colour))
-            return colour_text(colour);
-    for (XCAFDoc_ColorType type : {XCAFDoc_ColorSurf, XCAFDoc_ColorGen})
-        if (colours->GetColor(label, type, colour))
-            return colour_text(colour);
-    return "";
 }
 
 /* Heals what the file's own translation left: what every shape has become. Open CASCADE tells what
@@ -412,17 +403,15 @@ void reading::add_shape(const TDF_Label &label, const TopLoc_Location &place,
     size_t before = found.size();
     TopTools_IndexedMapOfShape once;
     for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next()) {
-        if (!once.Contains(at.Current())) {
-            once.Add(at.Current());
-            TopoDS_Shape fixed = context->Apply(at.Current());
-            auto named = entity_names.find(at.Current().TShape().get());
-            std::string own = named == entity_names.end() ? "" : named->second;
-            for (TopExp_Explorer piece(fixed, TopAbs_FACE); piece.More(); piece.Next())
-                found.push_back({TopoDS::Face(piece.Current().Moved(place)),
-                                 own.empty() ? name : own, colour_of(at.Current(), label),
-                                 in_solids.Contains(at.Current()),
-                                 read_faults[at.Current().TShape().get()]});
-        }
+        const TopoDS_Shape &face = at.Current();
+        if (once.Contains(face))
+            continue;
+        once.Add(face);
+        const std::string &own = entity_names[face.TShape().get()];
+        for (TopExp_Explorer piece(context->Apply(face), TopAbs_FACE); piece.More(); piece.Next())
+            found.push_back({TopoDS::Face(piece.Current().Moved(place)), own.empty() ? name : own,
+                             colour_of(face, label), in_solids.Contains(face),
+                             read_faults[face.TShape().get()]});
         if (found.size() > 1000000)
             throw unreadable("the file has more than 1000000 faces");
     }
@@ -484,10 +473,11 @@ void reading::note_contents() {
             "its faces, or by one face and all that are smooth from there");
 }
 
-void reading::collect() {
+/* All faces of the document, and what the file says of those that are not there. */
+void reading::collect(const Handle(XSControl_WorkSession) & session) {
+    name_entities(session);
     TDF_LabelSequence roots;
-    Handle(XCAFDoc_ShapeTool) shapes = XCAFDoc_DocumentTool::ShapeTool(document->Main());
-    shapes->GetFreeShapes(roots);
+    XCAFDoc_DocumentTool::ShapeTool(document->Main())->GetFreeShapes(roots);
     for (const TDF_Label &label : roots)
         walk(label, TopLoc_Location(), "");
     if (found.empty())
@@ -525,24 +515,18 @@ gp_Vec mean_normal(const TopoDS_Face &face) {
 
 void reading::measure(const found_face &from, face &made) {
     GProp_GProps properties;
-    BRepGProp::SurfaceProperties(from.shape, properties, 1e-8);
-    made.area = std::fabs(properties.Mass());
-    gp_Pnt centre = properties.CentreOfMass();
     Bnd_Box box;
+    BRepGProp::SurfaceProperties(from.shape, properties, 1e-8);
     BRepBndLib::AddOptimal(from.shape, box, false, false);
+    made.area = std::fabs(properties.Mass());
     if (!box.IsVoid())
-        box.Get(made.low[0], made.low[1], made.low[2], made.high[0], made.high[1], made.high[2]);
+        box.Get(made.box[0][0], made.box[0][1], made.box[0][2], made.box[1][0], made.box[1][1],
+                made.box[1][2]);
     gp_Vec normal = mean_normal(from.shape);
     for (int k = 0; k < 3; k++) {
-        made.centre[k] = centre.Coord(k + 1);
+        made.centre[k] = properties.CentreOfMass().Coord(k + 1);
         made.normal[k] = normal.Coord(k + 1);
     }
-}
-
-void reading::check_size(double diagonal) {
-    if (result.tolerance > 0.1 * diagonal)
-        throw unreadable("the file's tolerance, " + number_text(result.tolerance) +
-                         ", is nearly as large as its faces");
 }
 
 /* A note for each kind of fault, with the first faces that have it. */
@@ -615,12 +599,12 @@ void reading::convert_face(int number, Bnd_Box &box) {
         wrong.push_back({std::string("left out, for it cannot be converted (") +
                          failure.DynamicType()->Name() + ")"});
     }
-    for (const std::vector<fault> &some : {from.faults, wrong})
-        for (const fault &one : some)
-            faults.emplace_back(number, one);
+    wrong.insert(wrong.begin(), from.faults.begin(), from.faults.end());
+    for (const fault &one : wrong)
+        faults.emplace_back(number, one);
 }
 
-void check_count(size_t count) {
+void check_face_count(size_t count) {
     if (count > FACES_MAX)
         throw unreadable(
             "the file has " + std::to_string(count) + " faces, and at most " +
@@ -638,7 +622,7 @@ part reading::convert() {
                              " was asked for, and the file has " + std::to_string(count));
     for (int number = 0; wanted.faces.empty() && number < count; number++)
         numbers.push_back(number);
-    check_count(numbers.size());
+    check_face_count(numbers.size());
     Bnd_Box box;
     for (int number : numbers)
         convert_face(number, box);
@@ -646,7 +630,9 @@ part reading::convert() {
         double diagonal = std::sqrt(box.SquareExtent());
         result.edges = edges_count(found, result.numbers, diagonal, result.notes);
         result.tolerance = std::max(EDGES_TOLERANCE * diagonal, 2 * result.edges.largest_gap);
-        check_size(diagonal);
+        if (result.tolerance > 0.1 * diagonal)
+            throw unreadable("the file's tolerance, " + number_text(result.tolerance) +
+                             ", is nearly as large as its faces");
     }
     note_faults();
     if (result.faces.empty())
@@ -699,7 +685,7 @@ part cad_read(cad_format format, const char *bytes, size_t length, const selecti
         !(step ? kind_is_step(bytes, length) : kind_is_iges(bytes, length)))
         throw unreadable(kind_refusal(step ? "STEP" : "IGES", bytes, length));
     if (wanted.faces.empty())
-        check_count(step ? step_faces(bytes, length) : iges_faces(bytes, length));
+        check_face_count(step ? step_faces(bytes, length) : iges_faces(bytes, length));
     try {
         reading reader(wanted);
         if (step)

@@ -28,12 +28,12 @@ constexpr double SMOOTH = 1e-9; /* likewise: by which taking out a knot may move
 using point = std::array<double, 4>; /* w x, w y, w z, w */
 using row = std::vector<point>;
 
-point mix(double s, const point &a, double t, const point &b) {
+point blend(double s, const point &a, double t, const point &b) {
     return {s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2], s * a[3] + t * b[3]};
 }
 
 /* Bernstein's polynomial number k of degree n. */
-double bernstein(size_t n, size_t k, double t) {
+double bernstein_polynomial(size_t n, size_t k, double t) {
     double value = 1;
     for (size_t i = 0; i < k; i++)
         value *= t * double(n - i) / double(i + 1);
@@ -43,12 +43,12 @@ double bernstein(size_t n, size_t k, double t) {
 point value(const row &p, double t) {
     point sum{};
     for (size_t k = 0; k < p.size(); k++)
-        sum = mix(1, sum, bernstein(p.size() - 1, k, t), p[k]);
+        sum = blend(1, sum, bernstein_polynomial(p.size() - 1, k, t), p[k]);
     return sum;
 }
 
 /* The control points of [from, to] of a piece. */
-row part(const row &p, double from, double to) {
+row piece_between(const row &p, double from, double to) {
     size_t m = p.size() - 1;
     row out(m + 1);
     for (size_t k = 0; k <= m; k++) { /* the blossom at `to` k times and at `from` m - k times */
@@ -56,7 +56,7 @@ row part(const row &p, double from, double to) {
         for (size_t round = 0; round < m; round++) {
             double t = round < k ? to : from;
             for (size_t i = 0; i < m - round; i++)
-                level[i] = mix(1 - t, level[i], t, level[i + 1]);
+                level[i] = blend(1 - t, level[i], t, level[i + 1]);
         }
         out[k] = level[0];
     }
@@ -69,13 +69,13 @@ void meet_end(const row &p, bool last, double m, double n, row &q) {
     auto to = [&](size_t k) -> point & { return last ? q[q.size() - 1 - k] : q[k]; };
     double first = m / n, second = m * (m - 1) / (n * (n - 1));
     to(0) = from(0);
-    to(1) = mix(1 - first, from(0), first, from(1));
-    point bend = mix(1, mix(1, from(2), -2, from(1)), 1, from(0));
-    to(2) = mix(1, mix(2, to(1), -1, to(0)), second, bend);
+    to(1) = blend(1 - first, from(0), first, from(1));
+    point bend = blend(1, blend(1, from(2), -2, from(1)), 1, from(0));
+    to(2) = blend(1, blend(2, to(1), -1, to(0)), second, bend);
 }
 
 /* Solves a x = b, both given up, by Gauss' method with pivots. */
-row solve(std::vector<std::vector<double>> a, row b) {
+row solve_linear(std::vector<std::vector<double>> a, row b) {
     size_t n = b.size();
     for (size_t k = 0; k < n; k++) {
         size_t pivot = k;
@@ -88,15 +88,15 @@ row solve(std::vector<std::vector<double>> a, row b) {
             double factor = i == k ? 0 : a[i][k] / a[k][k];
             for (size_t j = k; j < n && i != k; j++)
                 a[i][j] -= factor * a[k][j];
-            b[i] = mix(1, b[i], -factor, b[k]);
+            b[i] = blend(1, b[i], -factor, b[k]);
         }
     }
     for (size_t k = 0; k < n; k++)
-        b[k] = mix(1 / a[k][k], b[k], 0, b[k]);
+        b[k] = blend(1 / a[k][k], b[k], 0, b[k]);
     return b;
 }
 
-row reduce(const row &p, size_t n) {
+row reduce_piece(const row &p, size_t n) {
     size_t free = n + 1 - 2 * ENDS;
     row q(n + 1), right;
     meet_end(p, false, double(p.size() - 1), double(n), q);
@@ -106,22 +106,22 @@ row reduce(const row &p, size_t n) {
         double t = (1 - std::cos(M_PI * (double(i) + 0.5) / double(free))) / 2;
         matrix.emplace_back();
         for (size_t k = ENDS; k < n + 1 - ENDS; k++)
-            matrix.back().push_back(bernstein(n, k, t));
-        right.push_back(mix(1, value(p, t), -1, value(q, t)));
+            matrix.back().push_back(bernstein_polynomial(n, k, t));
+        right.push_back(blend(1, value(p, t), -1, value(q, t)));
     }
-    row middle = solve(matrix, right);
+    row middle = solve_linear(matrix, right);
     std::copy(middle.begin(), middle.end(), q.begin() + ENDS);
     return q;
 }
 
 /* How far two pieces are apart at most: q with the degree of p raised step by step. */
-double apart(const row &p, row q) {
+double pieces_apart(const row &p, row q) {
     double worst = 0;
     while (q.size() < p.size()) {
         double n = double(q.size());
         row up{q.front()};
         for (size_t k = 1; k < q.size(); k++)
-            up.push_back(mix(double(k) / n, q[k - 1], 1 - double(k) / n, q[k]));
+            up.push_back(blend(double(k) / n, q[k - 1], 1 - double(k) / n, q[k]));
         up.push_back(q.back());
         q = up;
     }
@@ -141,7 +141,7 @@ struct rows {
     size_t degree;
 };
 
-rows split(const Handle(Geom_BSplineSurface) & surface, bool v) {
+rows split_rows(const Handle(Geom_BSplineSurface) & surface, bool v) {
     rows out;
     int knots = v ? surface->NbVKnots() : surface->NbUKnots();
     int degree = v ? surface->VDegree() : surface->UDegree();
@@ -164,7 +164,7 @@ rows split(const Handle(Geom_BSplineSurface) & surface, bool v) {
     return out;
 }
 
-double size_of(const rows &surface) {
+double rows_size(const rows &surface) {
     double low[3], high[3], sum = 0;
     for (size_t k = 0; k < 3; k++) {
         low[k] = HUGE_VAL;
@@ -186,9 +186,10 @@ double reduce_span(const rows &from, size_t span, size_t n, size_t pieces, rows 
         auto begin = from.of[i].begin() + long(span * from.degree);
         row whole(begin, begin + long(from.degree + 1));
         for (size_t k = 0; k < pieces; k++) {
-            row p = part(whole, double(k) / double(pieces), double(k + 1) / double(pieces));
-            row q = reduce(p, n);
-            worst = std::max(worst, apart(p, q));
+            row p =
+                piece_between(whole, double(k) / double(pieces), double(k + 1) / double(pieces));
+            row q = reduce_piece(p, n);
+            worst = std::max(worst, pieces_apart(p, q));
             to.of[i].insert(to.of[i].end(), q.begin() + !to.of[i].empty(), q.end());
         }
     }
@@ -272,8 +273,8 @@ Handle(Geom_BSplineSurface)
         if ((v ? made->VDegree() : made->UDegree()) <= most)
             continue;
         made = cut_open(made);
-        rows whole = split(made, v);
-        double size = size_of(whole);
+        rows whole = split_rows(made, v);
+        double size = rows_size(whole);
         rows reduced = reduce_rows(whole, size_t(most), APART * size, by);
         if (!(by <= FAR_APART * size))
             return nullptr;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <type_traits>
 
 namespace drape {
 namespace {
@@ -28,18 +29,39 @@ class json {
         text += "\":";
         first = true;
     }
-    void number(double value) {
-        char digits[32];
-        comma();
-        text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+    /* A number, true or false, a string, or an array of such or of arrays. */
+    template <class T> void value(const T &value) {
+        if constexpr (std::is_same_v<T, bool>) {
+            comma();
+            text += value ? "true" : "false";
+        } else if constexpr (std::is_integral_v<T>) {
+            comma();
+            text += std::to_string(value);
+        } else if constexpr (std::is_floating_point_v<T>) {
+            char digits[32];
+            comma();
+            text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+        } else if constexpr (std::is_convertible_v<T, std::string>) {
+            string(value);
+        } else {
+            open('[');
+            for (const auto &one : value)
+                this->value(one);
+            close(']');
+        }
     }
-    void integer(long value) {
-        comma();
-        text += std::to_string(value);
+    template <class T> void member(const char *name, const T &value) {
+        key(name);
+        this->value(value);
     }
-    void truth(bool value) {
-        comma();
-        text += value ? "true" : "false";
+
+  private:
+    bool first = true;
+
+    void comma() {
+        if (!first)
+            text += ',';
+        first = false;
     }
     /* Bytes beyond ASCII are kept where they are UTF-8 and replaced where they are not. */
     void string(const std::string &value) {
@@ -60,21 +82,6 @@ class json {
         }
         text += '"';
     }
-    template <class Range> void numbers(const Range &range) {
-        open('[');
-        for (double value : range)
-            number(value);
-        close(']');
-    }
-
-  private:
-    bool first = true;
-
-    void comma() {
-        if (!first)
-            text += ',';
-        first = false;
-    }
     /* The length of the UTF-8 sequence at `k`, 0 when there is none. */
     static size_t sequence(const std::string &value, size_t k) {
         unsigned char c = static_cast<unsigned char>(value[k]);
@@ -86,136 +93,59 @@ class json {
     }
 };
 
-void write_curve(json &out, const trim_curve &curve) {
-    out.open('{');
-    out.key("degree");
-    out.integer(curve.degree);
-    out.key("knotvector");
-    out.numbers(curve.knots);
+/* Of a curve or a surface. */
+template <class geometry> void write_control_points(json &out, const geometry &shape) {
     out.key("control_points");
     out.open('{');
-    out.key("points");
-    out.open('[');
-    for (const std::array<double, 2> &point : curve.points)
-        out.numbers(point);
-    out.close(']');
-    if (!curve.weights.empty()) {
-        out.key("weights");
-        out.numbers(curve.weights);
-    }
-    out.close('}');
+    out.member("points", shape.points);
+    if (!shape.weights.empty())
+        out.member("weights", shape.weights);
     out.close('}');
 }
 
-void write_loops(json &out, const std::vector<trim_loop> &loops) {
-    out.key("trims");
+void write_loop(json &out, const trim_loop &loop) {
+    out.open('{');
+    out.member("type", "container");
+    out.member("reversed", loop.outer);
+    out.key("data");
     out.open('[');
-    for (const trim_loop &loop : loops) {
+    for (const trim_curve &curve : loop.curves) {
         out.open('{');
-        out.key("type");
-        out.string("container");
-        out.key("reversed");
-        out.truth(loop.outer);
-        out.key("data");
-        out.open('[');
-        for (const trim_curve &curve : loop.curves)
-            write_curve(out, curve);
-        out.close(']');
+        out.member("degree", curve.degree);
+        out.member("knotvector", curve.knots);
+        write_control_points(out, curve);
         out.close('}');
     }
     out.close(']');
+    out.close('}');
 }
 
 void write_marks(json &out, const face &face) {
-    out.key("kind");
-    out.string(face.kind);
-    if (!face.name.empty()) {
-        out.key("name");
-        out.string(face.name);
-    }
-    if (!face.colour.empty()) {
-        out.key("colour");
-        out.string(face.colour);
-    }
+    out.member("kind", face.kind);
+    if (!face.name.empty())
+        out.member("name", face.name);
+    if (!face.colour.empty())
+        out.member("colour", face.colour);
 }
 
-void write_face(json &out, const face &face) {
+void write_nurbs(json &out, const face &face) {
     static const char *const keys[2][3] = {{"degree_u", "size_u", "knotvector_u"},
                                            {"degree_v", "size_v", "knotvector_v"}};
     out.open('{');
     write_marks(out, face);
     for (int k = 0; k < 2; k++) {
-        out.key(keys[k][0]);
-        out.integer(face.degree[k]);
-        out.key(keys[k][1]);
-        out.integer(face.size[k]);
-        out.key(keys[k][2]);
-        out.numbers(face.knots[k]);
+        out.member(keys[k][0], face.degree[k]);
+        out.member(keys[k][1], face.size[k]);
+        out.member(keys[k][2], face.knots[k]);
     }
-    out.key("control_points");
-    out.open('{');
-    out.key("points");
-    out.open('[');
-    for (const std::array<double, 3> &point : face.points)
-        out.numbers(point);
-    out.close(']');
-    if (!face.weights.empty()) {
-        out.key("weights");
-        out.numbers(face.weights);
+    write_control_points(out, face);
+    if (!face.loops.empty()) {
+        out.key("trims");
+        out.open('[');
+        for (const trim_loop &loop : face.loops)
+            write_loop(out, loop);
+        out.close(']');
     }
-    out.close('}');
-    if (!face.loops.empty())
-        write_loops(out, face.loops);
-    out.close('}');
-}
-
-void write_notes(json &out, const part &part) {
-    out.key("notes");
-    out.open('[');
-    for (const std::string &note : part.notes)
-        out.string(note);
-    out.close(']');
-}
-
-void write_box(json &out, const double low[3], const double high[3]) {
-    out.key("bounding_box");
-    out.open('[');
-    out.numbers(std::vector<double>(low, low + 3));
-    out.numbers(std::vector<double>(high, high + 3));
-    out.close(']');
-}
-
-void write_totals(json &out, const part &part) {
-    double area = 0, low[3], high[3];
-    for (int k = 0; k < 3; k++) {
-        low[k] = part.faces[0].low[k];
-        high[k] = part.faces[0].high[k];
-    }
-    for (const face &face : part.faces) {
-        area += face.area;
-        for (int k = 0; k < 3; k++) {
-            low[k] = std::min(low[k], face.low[k]);
-            high[k] = std::max(high[k], face.high[k]);
-        }
-    }
-    out.key("length_unit");
-    out.string(part.unit);
-    out.key("area");
-    out.number(area);
-    write_box(out, low, high);
-}
-
-void write_edges(json &out, const part &part) {
-    out.key("edges");
-    out.open('{');
-    out.key("shared");
-    out.integer(part.edges.shared);
-    out.key("free");
-    out.integer(part.edges.free);
-    out.key("faulty");
-    out.integer(part.edges.faulty);
-    out.key("largest_gap");
-    out.number(part.edges.largest_gap);
     out.close('}');
 }
 
@@ -224,15 +154,13 @@ void write_edges(json &out, const part &part) {
 std::string document_surface(const part &part) {
     json out;
     out.open('{');
-    out.key("length_unit");
-    out.string(part.unit);
-    out.key("tolerance");
-    out.number(part.tolerance);
-    write_notes(out, part);
+    out.member("length_unit", part.unit);
+    out.member("tolerance", part.tolerance);
+    out.member("notes", part.notes);
     out.key("faces");
     out.open('[');
     for (const face &face : part.faces)
-        write_face(out, face);
+        write_nurbs(out, face);
     out.close(']');
     out.close('}');
     return out.text + "\n";
@@ -240,30 +168,42 @@ std::string document_surface(const part &part) {
 
 std::string document_list(const part &part) {
     json out;
+    double area = 0;
+    std::array<double, 3> box[2] = {part.faces[0].box[0], part.faces[0].box[1]};
+    for (const face &face : part.faces) {
+        area += face.area;
+        for (size_t k = 0; k < 3; k++) {
+            box[0][k] = std::min(box[0][k], face.box[0][k]);
+            box[1][k] = std::max(box[1][k], face.box[1][k]);
+        }
+    }
     out.open('{');
-    write_totals(out, part);
-    out.key("tolerance");
-    out.number(part.tolerance);
+    out.member("length_unit", part.unit);
+    out.member("area", area);
+    out.member("bounding_box", box);
+    out.member("tolerance", part.tolerance);
     out.key("faces");
     out.open('[');
     for (size_t k = 0; k < part.faces.size(); k++) {
         const face &face = part.faces[k];
         out.open('{');
-        out.key("index");
-        out.integer(part.numbers[k]);
-        out.key("area");
-        out.number(face.area);
-        write_box(out, face.low, face.high);
-        out.key("centre");
-        out.numbers(std::vector<double>(face.centre, face.centre + 3));
-        out.key("normal");
-        out.numbers(std::vector<double>(face.normal, face.normal + 3));
+        out.member("index", part.numbers[k]);
+        out.member("area", face.area);
+        out.member("bounding_box", face.box);
+        out.member("centre", face.centre);
+        out.member("normal", face.normal);
         write_marks(out, face);
         out.close('}');
     }
     out.close(']');
-    write_edges(out, part);
-    write_notes(out, part);
+    out.key("edges");
+    out.open('{');
+    out.member("shared", part.edges.shared);
+    out.member("free", part.edges.free);
+    out.member("faulty", part.edges.faulty);
+    out.member("largest_gap", part.edges.largest_gap);
+    out.close('}');
+    out.member("notes", part.notes);
     out.close('}');
     return out.text + "\n";
 }

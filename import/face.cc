@@ -29,6 +29,8 @@
 namespace drape {
 namespace {
 
+using uv = std::array<double, 2>; /* a point in parameters */
+
 enum { FIT_DEGREE = 5, HALVINGS = 12, SAMPLES = 32 };
 constexpr double FIT = 1e-9;     /* deviation of a carried trim curve, as a share of the domain */
 constexpr double ON_EDGE = 1e-9; /* how near to the domain's border a curve lies on it, likewise */
@@ -47,6 +49,8 @@ class direction {
     bool angular = false;
     double shift = 0;           /* added to the file's parameter first */
     std::vector<double> breaks; /* distinct knots, rising */
+
+    double span() const { return breaks.back() - breaks.front(); }
 
     /* Takes the knots. A whole turn that begins within an arc cuts the first and the last of them
      * short: their other ends are a whole arc away. */
@@ -100,50 +104,37 @@ struct conversion {
     bool plain() const { return !way[0].angular && !way[1].angular; }
 };
 
-bool is_angle(const GeomAdaptor_Surface &surface, int k) {
-    switch (surface.GetType()) {
-    case GeomAbs_Cylinder:
-    case GeomAbs_Cone:
-        return k == 0;
-    case GeomAbs_Sphere:
-    case GeomAbs_Torus:
-        return true;
-    case GeomAbs_SurfaceOfRevolution:
-        if (k == 0)
-            return true;
-        [[fallthrough]];
-    case GeomAbs_SurfaceOfExtrusion: {
-        if (k != (surface.GetType() == GeomAbs_SurfaceOfRevolution ? 1 : 0))
-            return false;
-        GeomAbs_CurveType basis = surface.BasisCurve()->GetType();
-        return basis == GeomAbs_Circle || basis == GeomAbs_Ellipse;
-    }
-    default:
-        return false;
-    }
+/* Kinds of surfaces, and which of their parameters are angles, of u and v: all, or where the curve
+ * that they are made from is a circle or an ellipse. */
+struct surface_kind {
+    GeomAbs_SurfaceType type;
+    const char *name;
+    enum { NO, YES, BY_BASIS } angular[2];
+};
+const surface_kind &find_kind(GeomAbs_SurfaceType type) {
+    using k = surface_kind;
+    static const surface_kind kinds[] = {
+        {GeomAbs_Plane, "plane", {k::NO, k::NO}},
+        {GeomAbs_Cylinder, "cylinder", {k::YES, k::NO}},
+        {GeomAbs_Cone, "cone", {k::YES, k::NO}},
+        {GeomAbs_Sphere, "sphere", {k::YES, k::YES}},
+        {GeomAbs_Torus, "torus", {k::YES, k::YES}},
+        {GeomAbs_SurfaceOfRevolution, "revolution", {k::YES, k::BY_BASIS}},
+        {GeomAbs_SurfaceOfExtrusion, "extrusion", {k::BY_BASIS, k::NO}},
+        {GeomAbs_OffsetSurface, "offset", {k::NO, k::NO}},
+        {GeomAbs_OtherSurface, "nurbs", {k::NO, k::NO}}};
+    const surface_kind *kind = kinds;
+    while (kind->type != type && kind->type != GeomAbs_OtherSurface)
+        kind++;
+    return *kind;
 }
 
-const char *kind_name(GeomAbs_SurfaceType type) {
-    switch (type) {
-    case GeomAbs_Plane:
-        return "plane";
-    case GeomAbs_Cylinder:
-        return "cylinder";
-    case GeomAbs_Cone:
-        return "cone";
-    case GeomAbs_Sphere:
-        return "sphere";
-    case GeomAbs_Torus:
-        return "torus";
-    case GeomAbs_SurfaceOfRevolution:
-        return "revolution";
-    case GeomAbs_SurfaceOfExtrusion:
-        return "extrusion";
-    case GeomAbs_OffsetSurface:
-        return "offset";
-    default:
-        return "nurbs";
-    }
+bool is_angle(const GeomAdaptor_Surface &surface, int k) {
+    auto angular = find_kind(surface.GetType()).angular[k];
+    if (angular != surface_kind::BY_BASIS)
+        return angular == surface_kind::YES;
+    GeomAbs_CurveType basis = surface.BasisCurve()->GetType();
+    return basis == GeomAbs_Circle || basis == GeomAbs_Ellipse;
 }
 
 std::vector<double> distinct_knots(const Handle(Geom_BSplineSurface) & nurbs, int k) {
@@ -156,7 +147,7 @@ std::vector<double> distinct_knots(const Handle(Geom_BSplineSurface) & nurbs, in
 }
 
 /* The largest distance of the NURBS from the file's surface, over a grid, in shares of the size. */
-double deviation(const conversion &c) {
+double surface_deviation(const conversion &c) {
     double worst = 0, size = 0;
     gp_Pnt first = c.nurbs->Value(c.way[0].at(c.low[0]), c.way[1].at(c.low[1]));
     for (int i = 0; i <= 12; i++)
@@ -196,7 +187,7 @@ Handle(Geom_BSplineSurface)
 }
 
 /* The surface of a face and the box of its trims in the parameters, within the surface's own. */
-void find_box(const TopoDS_Face &shape, conversion &c) {
+void find_parameter_box(const TopoDS_Face &shape, conversion &c) {
     double bound[4];
     c.original = BRep_Tool::Surface(shape);
     if (c.original.IsNull())
@@ -239,7 +230,7 @@ bool begins_elsewhere(const conversion &c, int k, double &from) {
 /* Moves the seam of a whole turn to where the face begins. */
 void move_seam(conversion &c, int k) {
     direction &way = c.way[k];
-    double low[2], high[2], turn = way.breaks.back() - way.breaks.front();
+    double low[2], high[2], turn = way.span();
     c.nurbs->Bounds(low[0], high[0], low[1], high[1]);
     way.shift = -turn * std::floor((c.low[k] - low[k]) / turn);
     low[k] = way.at(c.low[k]);
@@ -254,7 +245,7 @@ void move_seam(conversion &c, int k) {
  * of the angle, which is another parameter. */
 conversion convert(const TopoDS_Face &shape, std::vector<fault> &faults) {
     conversion c;
-    find_box(shape, c);
+    find_parameter_box(shape, c);
     GeomAdaptor_Surface adaptor(c.original);
     double low[2], high[2];
     bool elsewhere[2];
@@ -314,14 +305,14 @@ struct carried {
             out[k][2] = m[2] * x1 * x1 + m[1] * x2;
         }
     }
-    std::array<double, 2> place(double t) const {
+    uv place(double t) const {
         gp_Pnt2d p = curve->Value(first + t * (last - first));
         return {parameters->way[0].at(p.X()), parameters->way[1].at(p.Y())};
     }
 };
 
 /* The quintic Bezier piece that has the curve's derivatives at both ends. */
-void hermite(const carried &curve, double a, double b, std::array<double, 2> out[6]) {
+void hermite(const carried &curve, double a, double b, uv out[6]) {
     double from[2][3], to[2][3], h = b - a, middle = (a + b) / 2;
     curve.at(a, middle, from);
     curve.at(b, middle, to);
@@ -335,29 +326,27 @@ void hermite(const carried &curve, double a, double b, std::array<double, 2> out
     }
 }
 
-bool is_fit(const carried &curve, double a, double b, const std::array<double, 2> piece[6]) {
+bool is_fit(const carried &curve, double a, double b, const uv piece[6]) {
     for (double share : {0.25, 0.5, 0.75}) {
-        std::array<double, 2> d[6], at = curve.place(a + share * (b - a));
+        uv d[6], at = curve.place(a + share * (b - a));
         std::copy(piece, piece + 6, d);
         for (int r = 1; r < 6; r++)
             for (int k = 0; k < 6 - r; k++)
                 for (size_t x = 0; x < 2; x++)
                     d[k][x] += share * (d[k + 1][x] - d[k][x]);
-        for (size_t x = 0; x < 2; x++) {
-            const std::vector<double> &breaks = curve.parameters->way[x].breaks;
-            if (std::fabs(d[0][x] - at[x]) > FIT * (breaks.back() - breaks.front()))
+        for (size_t x = 0; x < 2; x++)
+            if (std::fabs(d[0][x] - at[x]) > FIT * curve.parameters->way[x].span())
                 return false;
-        }
     }
     return true;
 }
 
-void fit(const carried &curve, double a, double b, int depth, trim_curve &out) {
-    std::array<double, 2> piece[FIT_DEGREE + 1];
+void fit_pieces(const carried &curve, double a, double b, int depth, trim_curve &out) {
+    uv piece[FIT_DEGREE + 1];
     hermite(curve, a, b, piece);
     if (depth < HALVINGS && !is_fit(curve, a, b, piece)) {
-        fit(curve, a, (a + b) / 2, depth + 1, out);
-        fit(curve, (a + b) / 2, b, depth + 1, out);
+        fit_pieces(curve, a, (a + b) / 2, depth + 1, out);
+        fit_pieces(curve, (a + b) / 2, b, depth + 1, out);
         return;
     }
     if (out.points.empty()) {
@@ -410,15 +399,14 @@ std::vector<double> find_breaks(const carried &curve) {
 
 bool is_level(const carried &curve, int k) {
     double from = curve.place(0)[size_t(k)];
-    const std::vector<double> &breaks = curve.parameters->way[k].breaks;
     for (int s = 1; s <= SAMPLES; s++)
         if (std::fabs(curve.place(double(s) / SAMPLES)[size_t(k)] - from) >
-            ON_EDGE * (breaks.back() - breaks.front()))
+            ON_EDGE * curve.parameters->way[k].span())
             return false;
     return true;
 }
 
-trim_curve straight(const std::array<double, 2> &from, const std::array<double, 2> &to) {
+trim_curve straight(const uv &from, const uv &to) {
     return {1, {0, 0, 1, 1}, {from, to}, {}};
 }
 
@@ -455,18 +443,17 @@ trim_curve make_curve(const carried &curve) {
     out.degree = FIT_DEGREE;
     std::vector<double> breaks = find_breaks(curve);
     for (size_t k = 0; k + 1 < breaks.size(); k++)
-        fit(curve, breaks[k], breaks[k + 1], 0, out);
+        fit_pieces(curve, breaks[k], breaks[k + 1], 0, out);
     out.knots.push_back(breaks.back());
     return out;
 }
 
 /* ---- loops ---- */
 
-double apart(const conversion &c, const std::array<double, 2> &a, const std::array<double, 2> &b) {
+double parameter_distance(const conversion &c, const uv &a, const uv &b) {
     double sum = 0;
     for (size_t k = 0; k < 2; k++) {
-        const std::vector<double> &breaks = c.way[k].breaks;
-        double x = (a[k] - b[k]) / (breaks.back() - breaks.front());
+        double x = (a[k] - b[k]) / c.way[k].span();
         sum += x * x;
     }
     return std::sqrt(sum);
@@ -480,10 +467,10 @@ struct wire_edge {
 
 /* Whether an edge begins at the vertex where the one before it ends, and not beyond a seam. Where a
  * wire touches itself, the nearest edge may be another one than that which follows. */
-bool goes_on(const conversion &c, const carried &before, const TopoDS_Vertex &vertex,
-             const wire_edge &edge) {
+bool follows_on(const conversion &c, const carried &before, const TopoDS_Vertex &vertex,
+                const wire_edge &edge) {
     return !vertex.IsNull() && !edge.first.IsNull() && vertex.IsSame(edge.first) &&
-           apart(c, before.place(1), edge.curve.place(0)) < NEAR;
+           parameter_distance(c, before.place(1), edge.curve.place(0)) < NEAR;
 }
 
 /* The edges of a wire in the NURBS's parameters, in the order in which they follow each other. */
@@ -509,10 +496,11 @@ std::vector<carried> order_wire(const conversion &c, const TopoDS_Face &shape,
     }
     while (!found.empty()) {
         size_t next = 0;
-        if (!chain.empty() && !goes_on(c, chain.back(), last_vertex, found[0])) {
+        if (!chain.empty() && !follows_on(c, chain.back(), last_vertex, found[0])) {
             double nearest = std::numeric_limits<double>::infinity();
             for (size_t k = 0; k < found.size() && nearest > 1e-6; k++) {
-                double distance = apart(c, found[k].curve.place(0), chain.back().place(1));
+                double distance =
+                    parameter_distance(c, found[k].curve.place(0), chain.back().place(1));
                 if (distance < nearest) {
                     nearest = distance;
                     next = k;
@@ -527,12 +515,12 @@ std::vector<carried> order_wire(const conversion &c, const TopoDS_Face &shape,
 }
 
 /* Whether the curve runs along the border of the domain. */
-bool on_border(const carried &curve) {
+bool is_on_border(const carried &curve) {
     for (int k = 0; k < 2; k++) {
-        const std::vector<double> &breaks = curve.parameters->way[k].breaks;
-        double from = curve.place(0)[size_t(k)], share = ON_EDGE * (breaks.back() - breaks.front());
-        if (is_level(curve, k) &&
-            (std::fabs(from - breaks.front()) < share || std::fabs(from - breaks.back()) < share))
+        const direction &way = curve.parameters->way[k];
+        double from = curve.place(0)[size_t(k)], share = ON_EDGE * way.span();
+        if (is_level(curve, k) && (std::fabs(from - way.breaks.front()) < share ||
+                                   std::fabs(from - way.breaks.back()) < share))
             return true;
     }
     return false;
@@ -542,17 +530,15 @@ bool on_border(const carried &curve) {
 double largest_gap(const conversion &c, const std::vector<carried> &chain) {
     double gap = 0;
     for (size_t k = 0; k < chain.size(); k++) {
-        std::array<double, 2> a = chain[k].place(1), b = chain[(k + 1) % chain.size()].place(0);
-        if (apart(c, a, b) > 1e-9)
+        uv a = chain[k].place(1), b = chain[(k + 1) % chain.size()].place(0);
+        if (parameter_distance(c, a, b) > 1e-9)
             gap = std::max(gap, c.nurbs->Value(a[0], a[1]).Distance(c.nurbs->Value(b[0], b[1])));
     }
     return gap;
 }
 
-bool crosses(const std::array<double, 2> &a, const std::array<double, 2> &b,
-             const std::array<double, 2> &c, const std::array<double, 2> &d) {
-    auto side = [](const std::array<double, 2> &p, const std::array<double, 2> &q,
-                   const std::array<double, 2> &r) {
+bool lines_cross(const uv &a, const uv &b, const uv &c, const uv &d) {
+    auto side = [](const uv &p, const uv &q, const uv &r) {
         return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     };
     return side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0;
@@ -562,7 +548,7 @@ bool crosses(const std::array<double, 2> &a, const std::array<double, 2> &b,
  */
 bool crosses_itself(const std::vector<carried> &chain) {
     size_t steps = chain.size() < 64 ? 16 : chain.size() < 512 ? 2 : 1;
-    std::vector<std::array<double, 2>> line;
+    std::vector<uv> line;
     for (const carried &curve : chain)
         for (size_t s = 0; s < steps; s++)
             line.push_back(curve.place(double(s) / double(steps)));
@@ -571,7 +557,7 @@ bool crosses_itself(const std::vector<carried> &chain) {
         return false;
     for (size_t i = 0; i < n; i++)
         for (size_t j = i + 2; j < n; j++)
-            if ((j + 1) % n != i && crosses(line[i], line[i + 1], line[j], line[(j + 1) % n]))
+            if ((j + 1) % n != i && lines_cross(line[i], line[i + 1], line[j], line[(j + 1) % n]))
                 return true;
     return false;
 }
@@ -592,11 +578,11 @@ void make_loops(const conversion &c, const TopoDS_Face &shape, double tolerance,
             continue;
         trim_loop loop = {bool(wire.IsSame(outer)), {}};
         for (size_t k = 0; k < chain.size(); k++) {
-            std::array<double, 2> end = chain[k].place(1);
-            std::array<double, 2> next = chain[(k + 1) % chain.size()].place(0);
-            bordered = bordered && on_border(chain[k]);
+            uv end = chain[k].place(1);
+            uv next = chain[(k + 1) % chain.size()].place(0);
+            bordered = bordered && is_on_border(chain[k]);
             loop.curves.push_back(make_curve(chain[k]));
-            if (apart(c, end, next) > CLOSE)
+            if (parameter_distance(c, end, next) > CLOSE)
                 loop.curves.push_back(straight(end, next));
         }
         double gap = largest_gap(c, chain);
@@ -632,7 +618,7 @@ void copy_surface(const Handle(Geom_BSplineSurface) & nurbs, face &out) {
 }
 
 /* Exchanges u and v, which turns r_u x r_v round. */
-void turn(face &f) {
+void exchange_parameters(face &f) {
     face old = f;
     for (int k = 0; k < 2; k++) {
         f.degree[k] = old.degree[1 - k];
@@ -648,7 +634,7 @@ void turn(face &f) {
         }
     for (trim_loop &loop : f.loops)
         for (trim_curve &curve : loop.curves)
-            for (std::array<double, 2> &p : curve.points)
+            for (uv &p : curve.points)
                 std::swap(p[0], p[1]);
 }
 
@@ -659,7 +645,7 @@ conversion convert_whole(const TopoDS_Face &shape, TopoDS_Face &made, std::vecto
     made = TopoDS::Face(convert_nurbs.Shape());
     std::vector<fault> none;
     conversion c = convert(made, none);
-    if (deviation(c) > 1e-5)
+    if (surface_deviation(c) > 1e-5)
         throw unreadable("has a surface without a NURBS form");
     faults.push_back({"the trims were fitted to the face's tolerance"});
     return c;
@@ -672,8 +658,8 @@ face face_make(const TopoDS_Face &shape, std::vector<fault> &faults) {
     TopoDS_Face used = shape;
     conversion c = convert(shape, faults);
     GeomAbs_SurfaceType type = GeomAdaptor_Surface(c.original).GetType();
-    out.kind = kind_name(type);
-    double away = deviation(c);
+    out.kind = find_kind(type).name;
+    double away = surface_deviation(c);
     if (away > EXACT && type == GeomAbs_OffsetSurface)
         faults.push_back({"an offset surface was approximated"});
     else if (away > EXACT && faults.empty())
@@ -683,7 +669,7 @@ face face_make(const TopoDS_Face &shape, std::vector<fault> &faults) {
     copy_surface(c.nurbs, out);
     make_loops(c, used, std::max(1e-6, 2 * BRep_Tool::Tolerance(shape)), out, faults);
     if (shape.Orientation() == TopAbs_REVERSED)
-        turn(out);
+        exchange_parameters(out);
     return out;
 }
 

@@ -27,7 +27,7 @@ const struct kind {
     {"solid", "an STL mesh", "give its format as stl"},
 };
 
-const kind *find(const char *bytes, size_t length) {
+const kind *find_foreign(const char *bytes, size_t length) {
     const std::string_view text(bytes, length);
     for (const kind &one : kinds)
         if (text.substr(0, one.begin.size()) == one.begin)
@@ -66,11 +66,11 @@ const char *kind_of_faceless(const char *bytes, size_t length) {
 }
 
 bool kind_is_foreign(const char *bytes, size_t length) {
-    return find(bytes, length) != nullptr;
+    return find_foreign(bytes, length) != nullptr;
 }
 
 std::string kind_refusal(const char *wanted, const char *bytes, size_t length) {
-    const kind *other = find(bytes, length);
+    const kind *other = find_foreign(bytes, length);
     bool step = std::strcmp(wanted, "STEP") == 0;
     std::string text = std::string("this is not ") + (step ? "a STEP" : "an IGES") + " file: ";
     if (length == 0)

@@ -49,7 +49,8 @@ struct face {
     std::vector<trim_loop> loops;              /* none: the whole domain */
     std::string name, colour, kind;            /* "" without; colour as #rrggbb */
     /* By Open CASCADE's own integration, of its faces; where they are asked for. */
-    double area, low[3], high[3], centre[3], normal[3];
+    double area, centre[3], normal[3];
+    std::array<double, 3> box[2]; /* its lowest and highest corner */
 };
 
 /* What the file says of the edges of the faces. */
