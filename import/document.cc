@@ -103,7 +103,7 @@ template <class geometry> void write_control_points(json &out, const geometry &s
     out.close('}');
 }
 
-void write_loop(json &out, const trim_loop &loop) {
+void write_trim_loop(json &out, const trim_loop &loop) {
     out.open('{');
     out.member("type", "container");
     out.member("reversed", loop.outer);
@@ -128,7 +128,7 @@ void write_marks(json &out, const face &face) {
         out.member("colour", face.colour);
 }
 
-void write_nurbs(json &out, const face &face) {
+void write_nurbs_face(json &out, const face &face) {
     static const char *const keys[2][3] = {{"degree_u", "size_u", "knotvector_u"},
                                            {"degree_v", "size_v", "knotvector_v"}};
     out.open('{');
@@ -143,7 +143,7 @@ void write_nurbs(json &out, const face &face) {
         out.key("trims");
         out.open('[');
         for (const trim_loop &loop : face.loops)
-            write_loop(out, loop);
+            write_trim_loop(out, loop);
         out.close(']');
     }
     out.close('}');
@@ -160,7 +160,7 @@ std::string document_surface(const part &part) {
     out.key("faces");
     out.open('[');
     for (const face &face : part.faces)
-        write_nurbs(out, face);
+        write_nurbs_face(out, face);
     out.close(']');
     out.close('}');
     return out.text + "\n";

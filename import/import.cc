@@ -9,7 +9,7 @@
 
 using namespace drape;
 
-static bool explain(import_answer *answer, const char *why) {
+static bool say_why(import_answer *answer, const char *why) {
     std::snprintf(answer->why, sizeof answer->why, "%s", why);
     return false;
 }
@@ -23,7 +23,7 @@ static bool import(const import_order *order, import_answer *answer) {
     std::string text = order->list ? document_list(part) : document_surface(part);
     answer->text = static_cast<char *>(std::malloc(text.size() + 1));
     if (!answer->text)
-        return explain(answer, "the file needs more memory than allowed");
+        return say_why(answer, "the file needs more memory than allowed");
     std::memcpy(answer->text, text.c_str(), text.size() + 1);
     answer->length = text.size();
     return true;
@@ -38,10 +38,10 @@ bool import_cad(const import_order *order, import_answer *answer) {
     try {
         return import(order, answer);
     } catch (const unreadable &why) {
-        return explain(answer, why.what());
+        return say_why(answer, why.what());
     } catch (const std::bad_alloc &) {
-        return explain(answer, "the file needs more memory than allowed");
+        return say_why(answer, "the file needs more memory than allowed");
     } catch (...) {
-        return explain(answer, "the file breaks the reader");
+        return say_why(answer, "the file breaks the reader");
     }
 }

@@ -63,22 +63,13 @@ struct arguments {
 
 /* ---- the command line ---- */
 
-static int compare_numbers(const void *a, const void *b) {
+static int compare_faces(const void *a, const void *b) {
     int x = *(const int *)a, y = *(const int *)b;
     return (x > y) - (x < y);
 }
 
-static bool add_range(struct arguments *arguments, long from, long to) {
-    for (long number = from; number <= to; number++) {
-        if (arguments->face_count == FACES_CHOSEN_MAX)
-            return false;
-        arguments->faces[arguments->face_count++] = (int)number;
-    }
-    return from <= to;
-}
-
 /* A number of digits alone, which `*at` is then behind. */
-static bool take_number(const char **at, long *number) {
+static bool take_digits(const char **at, long *number) {
     char *end;
     if (**at < '0' || **at > '9')
         return false;
@@ -87,65 +78,57 @@ static bool take_number(const char **at, long *number) {
     return *number <= NUMBER_MAX;
 }
 
-/* "3,4,10-17" */
+/* "3,4,10-17": sorted, each once. */
 static bool take_faces(struct arguments *arguments, const char *list) {
-    size_t kept = 0;
-    arguments->face_count = 0;
-    if (!arguments->faces)
-        arguments->faces = malloc(FACES_CHOSEN_MAX * sizeof *arguments->faces);
-    for (const char *at = list; arguments->faces; at++) {
+    size_t count = 0, kept = 0;
+    int *faces = arguments->faces =
+        arguments->faces ? arguments->faces : malloc(FACES_CHOSEN_MAX * sizeof *arguments->faces);
+    for (const char *at = list; faces; at++) {
         long from, to;
-        if (!take_number(&at, &from))
+        if (!take_digits(&at, &from))
             return false;
         to = from;
-        if (*at == '-' && (at++, !take_number(&at, &to)))
+        if ((*at == '-' && (at++, !take_digits(&at, &to))) || from > to)
             return false;
-        if (!add_range(arguments, from, to))
-            return false;
+        for (; from <= to; from++) {
+            if (count == FACES_CHOSEN_MAX)
+                return false;
+            faces[count++] = (int)from;
+        }
         if (*at == '\0')
             break;
         if (*at != ',')
             return false;
     }
-    if (!arguments->faces)
+    if (!faces)
         return false;
-    qsort(arguments->faces, arguments->face_count, sizeof *arguments->faces, compare_numbers);
-    for (size_t k = 0; k < arguments->face_count; k++)
-        if (kept == 0 || arguments->faces[k] != arguments->faces[kept - 1])
-            arguments->faces[kept++] = arguments->faces[k];
+    qsort(faces, count, sizeof *faces, compare_faces);
+    for (size_t k = 0; k < count; k++)
+        if (kept == 0 || faces[k] != faces[kept - 1])
+            faces[kept++] = faces[k];
     arguments->face_count = kept;
     return true;
 }
 
-static bool take_count(const char *text, long *value) {
-    return take_number(&text, value) && *text == '\0' && *value > 0;
-}
-
-static bool take_unit(struct arguments *arguments, const char *name) {
-    for (int k = 0; k < API_UNIT_COUNT; k++)
-        if (strcmp(api_units[k].name, name) == 0) {
-            arguments->unit = api_units[k].name;
-            return true;
-        }
-    return false;
-}
-
-static bool take_format(struct arguments *arguments, const char *name) {
-    arguments->format = name;
-    return strcmp(name, "step") == 0 || strcmp(name, "iges") == 0;
-}
-
-static bool take_option(struct arguments *arguments, const char *name, const char *value) {
+static bool take_import_option(struct arguments *arguments, const char *name, const char *value) {
     if (strcmp(name, "faces") == 0)
         return take_faces(arguments, value);
-    if (strcmp(name, "unit") == 0)
-        return take_unit(arguments, value);
-    if (strcmp(name, "format") == 0)
-        return take_format(arguments, value);
-    if (strcmp(name, "memory") == 0)
-        return take_count(value, &arguments->memory_mib);
-    if (strcmp(name, "time") == 0)
-        return take_count(value, &arguments->seconds);
+    if (strcmp(name, "unit") == 0) {
+        for (int k = 0; k < API_UNIT_COUNT; k++)
+            if (strcmp(api_units[k].name, value) == 0) {
+                arguments->unit = api_units[k].name;
+                return true;
+            }
+        return false;
+    }
+    if (strcmp(name, "format") == 0) {
+        arguments->format = value;
+        return strcmp(value, "step") == 0 || strcmp(value, "iges") == 0;
+    }
+    if (strcmp(name, "memory") == 0 || strcmp(name, "time") == 0) {
+        long *number = *name == 'm' ? &arguments->memory_mib : &arguments->seconds;
+        return take_digits(&value, number) && *value == '\0' && *number > 0;
+    }
     arguments->output = strcmp(value, "-") == 0 ? NULL : value;
     return true;
 }
@@ -171,7 +154,7 @@ static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
             return EXIT_USAGE;
         if (option == 'l')
             arguments->list = true;
-        else if (!take_option(arguments, name, optarg)) {
+        else if (!take_import_option(arguments, name, optarg)) {
             fprintf(stderr, "drape-import: --%s does not take \"%s\"\n", name, optarg);
             return EXIT_USAGE;
         }
@@ -197,13 +180,8 @@ static const char *guess_format(const char *name, const struct files_bytes *file
 
 /* ---- the child that reads the file ---- */
 
-static void bound(int resource, uint64_t value) {
-    const struct rlimit both = {value, value};
-    setrlimit((__rlimit_resource_t)resource, &both);
-}
-
 /* What goes over the socket: whether it is the document, and then that or the reason why not. */
-static bool write_all(int fd, const char *bytes, size_t length) {
+static bool send_whole(int fd, const char *bytes, size_t length) {
     while (length > 0) {
         ssize_t written = write(fd, bytes, length);
         if (written < 0 && errno == EINTR)
@@ -217,29 +195,20 @@ static bool write_all(int fd, const char *bytes, size_t length) {
 }
 
 static int run_child(const struct arguments *arguments, const struct import_order *order, int fd) {
+    const rlim_t seconds = (rlim_t)arguments->seconds, bytes = (rlim_t)arguments->memory_mib << 20;
     struct import_answer answer;
     import_prepare();
-    bound(RLIMIT_CPU, (uint64_t)arguments->seconds);
+    setrlimit(RLIMIT_CPU, &(const struct rlimit){seconds, seconds});
     if (!SANDBOX_SANITIZED)
-        bound(RLIMIT_AS, (uint64_t)arguments->memory_mib << 20);
+        setrlimit(RLIMIT_AS, &(const struct rlimit){bytes, bytes});
     if (dup2(fd, WORKER_FD) < 0 || !sandbox_enter(WORKER_FD, 0))
         return EXIT_FAILURE;
     bool good = import_cad(order, &answer);
     const char *text = good ? answer.text : answer.why;
-    return write_all(WORKER_FD, good ? "+" : "-", 1) &&
-                   write_all(WORKER_FD, text, good ? answer.length : strlen(text))
+    return send_whole(WORKER_FD, good ? "+" : "-", 1) &&
+                   send_whole(WORKER_FD, text, good ? answer.length : strlen(text))
                ? EXIT_SUCCESS
                : EXIT_FAILURE;
-}
-
-static void explain_end(const struct arguments *arguments, int status) {
-    char why[128] = "the reader ended before it was done";
-    if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL))
-        snprintf(why, sizeof why, "takes longer to read than --time allows, %ld s",
-                 arguments->seconds);
-    else if (WIFSIGNALED(status))
-        snprintf(why, sizeof why, "breaks the reader (%s)", sigdescr_np(WTERMSIG(status)));
-    files_complain(arguments->input, why);
 }
 
 /* Reads the file in a child; `text` gets the document. */
@@ -261,7 +230,14 @@ static bool import_apart(const struct arguments *arguments, const struct import_
     while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR)
         continue;
     if (!good || status != 0 || text->length == 0) {
-        explain_end(arguments, status);
+        char why[128] = "the reader ended before it was done";
+        int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+        if (signal == SIGXCPU || signal == SIGKILL)
+            snprintf(why, sizeof why, "takes longer to read than --time allows, %ld s",
+                     arguments->seconds);
+        else if (signal)
+            snprintf(why, sizeof why, "breaks the reader (%s)", sigdescr_np(signal));
+        files_complain(arguments->input, why);
         return false;
     }
     if (text->data[0] == '+')
@@ -292,7 +268,7 @@ static void print_notes(const struct arguments *arguments, const struct files_by
     }
 }
 
-static bool work(const struct arguments *arguments) {
+static bool import_named_file(const struct arguments *arguments) {
     struct files_bytes file = {0}, text = {0};
     struct files_output output = {0};
     bool ok = files_read(arguments->input, &file) && files_open(&output, arguments->output);
@@ -330,20 +306,17 @@ static char *import_body(const char *body, size_t length, const char *format, co
     return answer.text;
 }
 
-static int serve(void) {
-    static const struct checker_abilities abilities = {.import = import_body};
-    import_prepare();
-    return checker_serve(&abilities);
-}
-
 int main(int argc, char **argv) {
-    if (argc == 2 && strcmp(argv[1], CHECKER_ARGUMENT) == 0)
-        return serve();
+    static const struct checker_abilities abilities = {.import = import_body};
+    if (argc == 2 && strcmp(argv[1], CHECKER_ARGUMENT) == 0) {
+        import_prepare();
+        return checker_serve(&abilities);
+    }
     struct arguments arguments = {.unit = "", .memory_mib = 4096, .seconds = 300};
     int status = parse_arguments(argc, argv, &arguments);
     if (status < 0) {
         files_watch_signals();
-        status = work(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
+        status = import_named_file(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
     }
     free(arguments.faces);
     return status;
