@@ -123,22 +123,11 @@ const char *arguments_parameter(const char *flag) {
     return name;
 }
 
-static bool take_format_option(struct arguments *arguments, const char *flag, const char *value) {
-    struct api_problem problem = {0};
-    return format_option(&arguments->options, arguments_parameter(flag), value, &problem);
-}
-
-static bool take_count(const char *text, size_t *count) {
+static bool parse_limit(const char *text, size_t *count) {
     long value;
     bool ok = parse_count(text, 1000000000, &value);
     *count = ok ? (size_t)value : *count;
     return ok;
-}
-
-static bool take_material(struct material_files *files, const char *path) {
-    if (files->count < MATERIAL_FILES_MAX)
-        files->path[files->count] = path;
-    return files->count++ < MATERIAL_FILES_MAX;
 }
 
 /* Where the text of an option is kept as it is; NULL for others. */
@@ -160,8 +149,9 @@ static const char **text_of(struct arguments *arguments, const char *name) {
 }
 
 /* One option with its value; false when the value is wrong. */
-static bool take_option(struct arguments *arguments, const char *name, const char *value) {
+static bool take_argument(struct arguments *arguments, const char *name, const char *value) {
     struct api_limits *limits = &arguments->limits;
+    struct api_problem problem = {0};
     const char **text = text_of(arguments, name);
     if (text) {
         *text = value;
@@ -171,19 +161,23 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
         arguments->format_name = "html";
         return true;
     }
-    if (strcmp(name, "material") == 0)
-        return take_material(&arguments->materials, value);
+    if (strcmp(name, "material") == 0) {
+        struct material_files *files = &arguments->materials;
+        if (files->count < MATERIAL_FILES_MAX)
+            files->path[files->count] = value;
+        return files->count++ < MATERIAL_FILES_MAX;
+    }
     if (strcmp(name, "max-nodes") == 0)
-        return take_count(value, &limits->max_nodes);
+        return parse_limit(value, &limits->max_nodes);
     if (strcmp(name, "max-variants") == 0)
-        return take_count(value, &limits->max_variants);
+        return parse_limit(value, &limits->max_variants);
     if (strcmp(name, "threads") == 0) {
         long threads = 0;
         bool ok = parse_count(value, 1024, &threads);
         limits->threads = (int)threads;
         return ok;
     }
-    return take_format_option(arguments, name, value);
+    return format_option(&arguments->options, arguments_parameter(name), value, &problem);
 }
 
 static const struct option option_table[] = {
@@ -245,7 +239,7 @@ int arguments_parse(struct arguments *arguments, int argc, char **argv) {
             return puts("drape " DRAPE_SOLVER_VERSION) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
         if (option == '?')
             return EXIT_USAGE;
-        if (!take_option(arguments, name, optarg)) {
+        if (!take_argument(arguments, name, optarg)) {
             fprintf(stderr, "drape: --%s does not take \"%s\"\n", name, optarg);
             return EXIT_USAGE;
         }

@@ -16,20 +16,16 @@ void files_complain(const char *what, const char *why) {
 
 /* ---- input ---- */
 
-static bool grow(struct files_bytes *bytes) {
-    size_t capacity = bytes->capacity ? 2 * bytes->capacity : COPY_SIZE;
-    char *data = realloc(bytes->data, capacity);
-    if (!data)
-        return false;
-    bytes->data = data;
-    bytes->capacity = capacity;
-    return true;
-}
-
 bool files_drain(FILE *stream, struct files_bytes *bytes) {
     while (!feof(stream)) {
-        if (bytes->length == bytes->capacity && !grow(bytes))
-            return false;
+        if (bytes->length == bytes->capacity) {
+            size_t capacity = bytes->capacity ? 2 * bytes->capacity : COPY_SIZE;
+            char *data = realloc(bytes->data, capacity);
+            if (!data)
+                return false;
+            bytes->data = data;
+            bytes->capacity = capacity;
+        }
         bytes->length +=
             fread(bytes->data + bytes->length, 1, bytes->capacity - bytes->length, stream);
         if (ferror(stream))
@@ -48,7 +44,16 @@ bool files_read(const char *path, struct files_bytes *bytes) {
     return ok;
 }
 
+bool files_read_at(void *stream, uint64_t offset, void *buffer, size_t length) {
+    return fseeko(stream, (off_t)offset, SEEK_SET) == 0 &&
+           fread(buffer, 1, length, stream) == length;
+}
+
 /* ---- output ---- */
+
+bool files_append(void *stream, const void *bytes, size_t length) {
+    return fwrite(bytes, 1, length, stream) == length;
+}
 
 /* The temporary file of this process, for a signal that ends it. */
 static char *volatile unfinished;
@@ -64,12 +69,6 @@ void files_watch_signals(void) {
     struct sigaction action = {.sa_handler = end_by_signal, .sa_flags = (int)SA_RESETHAND};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         sigaction(numbers[i], &action, NULL);
-}
-
-static mode_t mode_of_new_files(void) {
-    mode_t mask = umask(0);
-    umask(mask);
-    return 0666 & ~mask;
 }
 
 /* A temporary file beside `target`, with the mode that the target will have. */
@@ -93,6 +92,8 @@ static bool open_temporary(struct files_output *output, mode_t mode) {
 
 bool files_open(struct files_output *output, const char *path) {
     struct stat old;
+    mode_t mask = umask(0);
+    umask(mask);
     bool exists = path && stat(path, &old) == 0, ok;
     *output = (struct files_output){.name = path ? path : "standard output"};
     if (!path) {
@@ -104,7 +105,7 @@ bool files_open(struct files_output *output, const char *path) {
     } else {
         output->target = exists ? realpath(path, NULL) : strdup(path);
         ok = (!exists || access(path, W_OK) == 0) &&
-             open_temporary(output, exists ? old.st_mode & 0777 : mode_of_new_files());
+             open_temporary(output, exists ? old.st_mode & 0777 : 0666 & ~mask);
     }
     if (!ok)
         files_complain(output->name, strerror(errno));

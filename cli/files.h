@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 
 /* A growing buffer of the heap; the caller frees `data`. */
@@ -22,6 +23,10 @@ bool files_read(const char *path, struct files_bytes *bytes);
 
 /* The rest of a stream. */
 bool files_drain(FILE *stream, struct files_bytes *bytes);
+
+/* For `api_sink` and `api_reader`: writes to and reads from the stream that is their context. */
+bool files_append(void *stream, const void *bytes, size_t length);
+bool files_read_at(void *stream, uint64_t offset, void *buffer, size_t length);
 
 /* Where the document goes: a stream, and for a regular file the temporary one beside it that takes
  * its place once it is complete. */

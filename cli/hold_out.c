@@ -40,8 +40,8 @@ static const double *shorter(const double *axis, size_t count, size_t left_out,
 }
 
 /* The table without a row, or without a column; false without memory. */
-static bool reduce(const struct api_permeability *table, size_t row, size_t column,
-                   struct arena *arena, struct api_permeability *rest) {
+static bool table_without(const struct api_permeability *table, size_t row, size_t column,
+                          struct arena *arena, struct api_permeability *rest) {
     *rest = *table;
     rest->table_k1 = without(table->table_k1, table, row, column, arena);
     rest->table_k2 = without(table->table_k2, table, row, column, arena);
@@ -57,8 +57,9 @@ static bool reduce(const struct api_permeability *table, size_t row, size_t colu
            (rest->angle_deg || !table->angle_deg) && (rest->table_fractions || !table->fractions);
 }
 
-static void compare(const struct api_permeability *table, const struct api_permeability *rest,
-                    size_t row, size_t column, struct errors *errors, FILE *out) {
+static void compare_tables(const struct api_permeability *table,
+                           const struct api_permeability *rest, size_t row, size_t column,
+                           struct errors *errors, FILE *out) {
     double shear = table->shear_deg[row];
     double vf = table->fractions ? table->table_fractions[column] : 0.5; /* which is not used */
     struct permeability k = api_permeability_at(table, vf, shear, NULL);
@@ -100,10 +101,10 @@ static bool leave_out(const struct api_permeability *table, bool rows, struct ar
             table->fractions ? "       Vf" : "", "k1", "k2", "k3");
     for (size_t k = 1; k + 1 < count; k++) {
         struct api_permeability rest;
-        if (!reduce(table, rows ? k : none, rows ? none : k, arena, &rest))
+        if (!table_without(table, rows ? k : none, rows ? none : k, arena, &rest))
             return false;
         for (size_t other = 0; other < (rows ? columns : table->rows); other++)
-            compare(table, &rest, rows ? k : other, rows ? other : k, &errors, out);
+            compare_tables(table, &rest, rows ? k : other, rows ? other : k, &errors, out);
     }
     print_errors(&errors, table->fractions > 0, out);
     return true;

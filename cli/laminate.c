@@ -8,51 +8,25 @@
 #include <string.h>
 #include <unistd.h>
 
-static bool write_container(void *context, const void *bytes, size_t length) {
-    return fwrite(bytes, 1, length, context) == length;
-}
-
-static bool read_container(void *context, uint64_t offset, void *buffer, size_t length) {
-    return fseeko(context, (off_t)offset, SEEK_SET) == 0 &&
-           fread(buffer, 1, length, context) == length;
-}
-
-static bool show_progress(void *context, double fraction) {
+static bool show_ply_progress(void *context, double fraction) {
     const struct laminate_job *job = context;
     fprintf(stderr, "\rdraping %zu of %zu: %3.0f %%", job->net + 1, job->laminate.net_count,
             100 * fraction);
     return true;
 }
 
-static void complain(const struct api_problem *problem) {
-    for (size_t k = 0; k < problem->count; k++)
-        files_complain("warning", problem->error[k].detail);
-}
-
-static bool allocate(struct laminate_job *job, struct api_problem *problem) {
-    size_t count = job->laminate.net_count;
-    job->nets = arena_alloc(job->arena, count, sizeof *job->nets);
-    job->problems = arena_alloc(job->arena, count, sizeof *job->problems);
-    job->containers = arena_alloc(job->arena, count, sizeof *job->containers);
-    job->readers = arena_alloc(job->arena, count, sizeof *job->readers);
-    if (job->nets && job->problems && job->containers && job->readers)
-        return true;
-    api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the laminate");
-    return false;
-}
-
 /* Drapes one net; whether to go on with others. */
-static bool drape(struct laminate_job *job, size_t n, const struct api_input *input,
-                  const struct api_limits *limits, bool terminal, struct api_problem *problem) {
-    const struct drape_monitor monitor = {show_progress, job};
+static bool drape_net(struct laminate_job *job, size_t n, const struct api_input *input,
+                      const struct api_limits *limits, bool terminal, struct api_problem *problem) {
+    const struct drape_monitor monitor = {show_ply_progress, job};
     job->net = n;
     job->containers[n] = tmpfile();
     if (!job->containers[n]) {
         api_problem_set(problem, API_INTERNAL, "no temporary file: %s", strerror(errno));
         return false;
     }
-    const struct api_sink sink = {.write = write_container, .context = job->containers[n]};
-    job->readers[n] = (struct api_reader){read_container, job->containers[n]};
+    const struct api_sink sink = {.write = files_append, .context = job->containers[n]};
+    job->readers[n] = (struct api_reader){files_read_at, job->containers[n]};
     if (laminate_run(&job->laminate, n, input, limits, terminal ? &monitor : NULL, &sink,
                      &job->problems[n]) == API_OK)
         job->nets[n] = &job->readers[n];
@@ -73,17 +47,26 @@ bool laminate_job_run(struct laminate_job *job, const struct api_input *input,
     if (job->laminate.surface.kind == API_SURFACE_NAMED)
         api_problem_add(problem, "/surface/id", "no surface is stored under this id");
     if (problem->id != API_OK ||
-        laminate_resolve(&job->laminate, limits, job->arena, problem) != API_OK ||
-        !allocate(job, problem))
+        laminate_resolve(&job->laminate, limits, job->arena, problem) != API_OK)
         return false;
-    for (size_t n = 0; n < job->laminate.net_count; n++)
-        if (!drape(job, n, input, limits, terminal, problem))
+    size_t count = job->laminate.net_count;
+    job->nets = arena_alloc(job->arena, count, sizeof *job->nets);
+    job->problems = arena_alloc(job->arena, count, sizeof *job->problems);
+    job->containers = arena_alloc(job->arena, count, sizeof *job->containers);
+    job->readers = arena_alloc(job->arena, count, sizeof *job->readers);
+    if (!job->nets || !job->problems || !job->containers || !job->readers) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the laminate");
+        return false;
+    }
+    for (size_t n = 0; n < count; n++)
+        if (!drape_net(job, n, input, limits, terminal, problem))
             return false;
     if (terminal)
         fputs("\r\033[K", stderr);
-    for (size_t n = 0; n < job->laminate.net_count; n++) {
+    for (size_t n = 0; n < count; n++) {
         done += job->nets[n] != NULL;
-        complain(&job->problems[n]);
+        for (size_t k = 0; k < job->problems[n].count; k++)
+            files_complain("warning", job->problems[n].error[k].detail);
     }
     if (done == 0)
         *problem = job->problems[0];
@@ -97,27 +80,10 @@ void laminate_job_close(struct laminate_job *job) {
     arena_free(job->arena);
 }
 
-/* ---- what became of the plies ---- */
+/* ---- the outcome of each ply ---- */
 
-static void write_summary(struct api_text *text, const struct api_summary *summary) {
-    api_text_key_string(text, "outcome",
-                        summary->outcome == DRAPE_COMPLETE ? "complete" : "partial");
-    api_text_key_integer(text, "nodes", (int64_t)summary->nodes);
-    api_text_key_number(text, "cloth_coverage", summary->cloth_coverage);
-    api_text_key_number(text, "max_shear_deg", summary->max_shear_deg);
-    api_text_key_number(text, "mean_shear_deg", summary->mean_shear_deg);
-    api_text_key(text, "warnings");
-    api_text_raw(text, "[");
-    for (size_t k = 0; k < summary->warnings.count; k++) {
-        if (k)
-            api_text_raw(text, ",");
-        api_text_string(text, summary->warnings.list[k].detail);
-    }
-    api_text_raw(text, "]");
-}
-
-static bool write_ply(const struct laminate_job *job, size_t k, struct api_text *text,
-                      struct api_problem *problem) {
+static bool write_ply_outcome(const struct laminate_job *job, size_t k, struct api_text *text,
+                              struct api_problem *problem) {
     static struct api_columns columns;
     const struct laminate_ply *ply = &job->laminate.plies[k];
     api_text_raw(text, k ? ",{" : "{");
@@ -127,13 +93,26 @@ static bool write_ply(const struct laminate_job *job, size_t k, struct api_text 
     api_text_key_string(text, "digest", job->laminate.net_digest[ply->net]);
     bool done = job->nets[ply->net] != NULL;
     api_text_key_string(text, "status", done ? "succeeded" : "failed");
-    if (!done)
+    if (!done) {
         api_text_key_string(text, "error", job->problems[ply->net].error[0].detail);
-    else if (api_columns_open(job->nets[ply->net], &columns, problem) != API_OK)
+        api_text_raw(text, "}");
+        return true;
+    }
+    if (api_columns_open(job->nets[ply->net], &columns, problem) != API_OK)
         return false;
-    else
-        write_summary(text, &columns.summary);
-    api_text_raw(text, "}");
+    const struct api_summary *summary = &columns.summary;
+    api_text_key_string(text, "outcome",
+                        summary->outcome == DRAPE_COMPLETE ? "complete" : "partial");
+    api_text_key_integer(text, "nodes", (int64_t)summary->nodes);
+    api_text_key_number(text, "cloth_coverage", summary->cloth_coverage);
+    api_text_key_number(text, "max_shear_deg", summary->max_shear_deg);
+    api_text_key_number(text, "mean_shear_deg", summary->mean_shear_deg);
+    api_text_key(text, "warnings");
+    for (size_t w = 0; w < summary->warnings.count; w++) {
+        api_text_raw(text, w ? "," : "[");
+        api_text_string(text, summary->warnings.list[w].detail);
+    }
+    api_text_raw(text, summary->warnings.count ? "]}" : "[]}");
     return true;
 }
 
@@ -142,7 +121,7 @@ bool laminate_job_report(const struct laminate_job *job, const struct files_outp
     struct api_text text = api_text_growing(job->arena);
     api_text_raw(&text, "{\"plies\":[");
     for (size_t k = 0; k < job->laminate.count; k++)
-        if (!write_ply(job, k, &text, problem))
+        if (!write_ply_outcome(job, k, &text, problem))
             return false;
     api_text_raw(&text, "]}\n");
     const char *document = api_text_finish(&text);
@@ -153,15 +132,10 @@ bool laminate_job_report(const struct laminate_job *job, const struct files_outp
     return problem->id == API_OK;
 }
 
-static bool write_output(void *context, const void *bytes, size_t length) {
-    const struct files_output *output = context;
-    return fwrite(bytes, 1, length, output->stream) == length;
-}
-
 bool laminate_job_draw(const struct laminate_job *job, const char *format,
                        const struct files_output *output, struct api_problem *problem) {
     const struct laminate_roll roll = {.width = 0};
-    const struct api_sink sink = {.write = write_output, .context = (void *)(uintptr_t)output};
+    const struct api_sink sink = {.write = files_append, .context = output->stream};
     return laminate_patterns(&job->laminate, job->nets, LAMINATE_ALL, format, &roll, &sink,
                              job->arena, problem) == API_OK;
 }

@@ -36,24 +36,15 @@ static void print_problem(const struct api_problem *problem) {
 
 /* ---- solving into a temporary file ---- */
 
-static bool show_progress(void *context, double fraction) {
+static bool show_drape_progress(void *context, double fraction) {
     (void)context;
     fprintf(stderr, "\rdraping %3.0f %%", 100 * fraction);
     return true;
 }
 
-static bool write_container(void *context, const void *bytes, size_t length) {
-    return fwrite(bytes, 1, length, context) == length;
-}
-
-static bool read_container(void *context, uint64_t offset, void *buffer, size_t length) {
-    return fseeko(context, (off_t)offset, SEEK_SET) == 0 &&
-           fread(buffer, 1, length, context) == length;
-}
-
 /* The id that the service would know the request's result by. */
-static bool identify(const struct api_input *input, const struct api_limits *limits,
-                     char id[API_ID_SIZE], struct api_problem *problem) {
+static bool drape_identify(const struct api_input *input, const struct api_limits *limits,
+                           char id[API_ID_SIZE], struct api_problem *problem) {
     struct api_request request;
     struct arena *arena = arena_new(limits->max_memory);
     bool ok = arena && api_decode(input, limits, arena, &request, problem) == API_OK &&
@@ -64,13 +55,14 @@ static bool identify(const struct api_input *input, const struct api_limits *lim
     return ok;
 }
 
-static bool solve(const struct arguments *arguments, const struct api_input *input, FILE *container,
-                  char id[API_ID_SIZE], struct api_problem *problem) {
+static bool solve_into(const struct arguments *arguments, const struct api_input *input,
+                       FILE *container, char id[API_ID_SIZE], struct api_problem *problem) {
     const struct api_limits *limits = &arguments->limits;
-    const struct api_sink sink = {.write = write_container, .context = container};
-    const struct drape_monitor monitor = {arguments->study ? study_progress : show_progress, NULL};
+    const struct api_sink sink = {.write = files_append, .context = container};
+    const struct drape_monitor monitor = {arguments->study ? study_progress : show_drape_progress,
+                                          NULL};
     bool terminal = isatty(STDERR_FILENO);
-    if (!(arguments->study ? study_identify : identify)(input, limits, id, problem))
+    if (!(arguments->study ? study_identify : drape_identify)(input, limits, id, problem))
         return false;
     enum api_problem_id result = (arguments->study ? api_study_run : api_run)(
         input, limits, terminal ? &monitor : NULL, &sink, problem);
@@ -81,70 +73,57 @@ static bool solve(const struct arguments *arguments, const struct api_input *inp
 
 /* ---- output ---- */
 
-static bool write_bytes(struct encoder *encoder, const struct files_output *output) {
+static bool encode_to(const struct files_output *output, const struct arguments *arguments,
+                      struct format_source source, struct api_problem *problem) {
     static char buffer[1 << 16];
-    ssize_t length;
-    while ((length = encoder_read(encoder, buffer, sizeof buffer)) > 0) {
-        if (fwrite(buffer, 1, (size_t)length, output->stream) != (size_t)length) {
+    ssize_t length = 0;
+    source.id = arguments->id;
+    struct encoder *encoder = encoder_new(arguments->format, &source, &arguments->options, problem);
+    bool ok = encoder != NULL;
+    while (ok && (length = encoder_read(encoder, buffer, sizeof buffer)) > 0) {
+        ok = fwrite(buffer, 1, (size_t)length, output->stream) == (size_t)length;
+        if (!ok)
             files_complain(output->name, strerror(errno));
-            return false;
-        }
     }
     if (length < 0)
         files_complain(output->name, "the solved net could not be read back");
-    return length == 0;
-}
-
-static bool write_document(const struct arguments *arguments, struct format_source source,
-                           const struct files_output *output, struct api_problem *problem) {
-    source.id = arguments->id;
-    struct encoder *encoder = encoder_new(arguments->format, &source, &arguments->options, problem);
-    bool ok = encoder && write_bytes(encoder, output);
     encoder_free(encoder);
-    return ok;
+    return ok && length == 0;
 }
 
 /* ---- as a report ---- */
 
-/* The request as it was understood, in the arena; NULL with the problem. */
-static const char *understood(const struct api_input *input, const struct api_limits *limits,
-                              const struct api_reader *reader, struct arena *arena,
-                              struct api_problem *problem) {
-    static struct api_columns columns;
-    struct api_request decoded;
-    const char *text = NULL;
-    if (api_columns_open(reader, &columns, problem) == API_OK &&
-        api_decode(input, limits, arena, &decoded, problem) == API_OK)
-        text = api_normalise(&decoded, &columns.start, arena);
-    if (!text)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
-    return text;
-}
-
+/* With the request as it was decoded. */
 static bool write_report(const struct arguments *arguments, const struct api_input *input,
                          const struct api_reader *reader, const struct files_output *output,
                          struct api_problem *problem) {
     char finished[32];
     time_t now = time(NULL);
     struct tm date;
+    static struct api_columns columns;
+    struct api_request decoded;
     struct arena *arena = arena_new(arguments->limits.max_memory);
-    const char *inputs =
-        arena ? understood(input, &arguments->limits, reader, arena, problem) : NULL;
+    const char *inputs = NULL;
+    if (arena && api_columns_open(reader, &columns, problem) == API_OK &&
+        api_decode(input, &arguments->limits, arena, &decoded, problem) == API_OK)
+        inputs = api_normalise(&decoded, &columns.start, arena);
+    if (!inputs)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
     strftime(finished, sizeof finished, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &date));
     const struct format_source source = {.reader = reader,
                                          .record = {.inputs = inputs,
                                                     .digest = arguments->id,
                                                     .finished = finished,
                                                     .program = "drape " DRAPE_SOLVER_VERSION}};
-    bool ok = inputs && write_document(arguments, source, output, problem);
+    bool ok = inputs && encode_to(output, arguments, source, problem);
     arena_free(arena);
     return ok;
 }
 
 /* ---- on a mesh ---- */
 
-static bool read_mesh(const struct arguments *arguments, const struct files_bytes *text,
-                      struct arena *arena, struct map_target *mesh, struct api_problem *problem) {
+static bool read_target(const struct arguments *arguments, const struct files_bytes *text,
+                        struct arena *arena, struct map_target *mesh, struct api_problem *problem) {
     size_t length = strlen(arguments->map);
     bool json = length >= 5 && strcasecmp(arguments->map + length - 5, ".json") == 0;
     enum api_problem_id result = (json ? map_target_json : map_target_nastran)(
@@ -172,13 +151,12 @@ static bool write_map(const struct arguments *arguments, const struct api_input 
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the map");
     else
         ok = files_read(arguments->map, &text) &&
-             read_mesh(arguments, &text, arena, &mesh, problem) &&
+             read_target(arguments, &text, arena, &mesh, problem) &&
              (stack ||
               cavity_take_cloth(&mesh, reader, input, &arguments->limits, arena, problem)) &&
              (stack ? laminate_map(&stack->laminate, stack->nets, &mesh, NULL, arena, &map, problem)
                     : api_map_make(reader, &mesh, NULL, arena, &map, problem)) == API_OK &&
-             write_document(arguments, (struct format_source){.fields = &map.fields}, output,
-                            problem);
+             encode_to(output, arguments, (struct format_source){.fields = &map.fields}, problem);
     for (size_t k = 0; ok && k < map.fields.warning_count; k++)
         files_complain("warning", map.fields.warnings[k]);
     arena_free(arena);
@@ -188,18 +166,9 @@ static bool write_map(const struct arguments *arguments, const struct api_input 
 
 /* ---- all of it ---- */
 
-/* On standard error, so that whoever reads the document alone knows as well. */
-static void print_warnings(const struct api_reader *reader, struct api_problem *problem) {
-    static struct api_columns columns;
-    if (api_columns_open(reader, &columns, problem) != API_OK)
-        return;
-    for (size_t k = 0; k < columns.summary.warnings.count; k++)
-        files_complain("warning", columns.summary.warnings.list[k].detail);
-}
-
-/* A stack of plies: on a mesh, or what became of each. */
-static bool laminate(const struct arguments *arguments, const struct api_input *input,
-                     const struct files_output *output, struct api_problem *problem) {
+/* A stack of plies: on a mesh, or the outcome of each. */
+static bool drape_laminate(const struct arguments *arguments, const struct api_input *input,
+                           const struct files_output *output, struct api_problem *problem) {
     struct laminate_job job;
     bool ok = laminate_job_run(&job, input, &arguments->limits, problem);
     if (ok && arguments->map)
@@ -216,27 +185,17 @@ static bool laminate(const struct arguments *arguments, const struct api_input *
     return ok && problem->id == API_OK;
 }
 
-/* What a study cannot do, said before it is done. */
-static bool check_study(const struct arguments *arguments, struct api_problem *problem) {
-    if (arguments->study && arguments->map)
-        api_problem_set(problem, API_NOT_ACCEPTABLE,
-                        "--map is for drapes: write one with --variant and drape it");
-    else if (arguments->study && !arguments->format->tables)
-        api_problem_set(problem, API_NOT_ACCEPTABLE, "a study has no %s; drape one of its variants",
-                        arguments->format->name);
-    else if (!arguments->study && arguments->variant)
-        api_problem_set(problem, API_NOT_ACCEPTABLE, "--variant is for studies");
-    return problem->id == API_OK;
-}
-
-/* The document that is wanted of what was solved. */
-static bool write_wanted(const struct arguments *arguments, const struct api_input *input,
+/* The document that the arguments ask for. Warnings go to standard error as well, for those who do
+ * not read the document's. */
+static bool write_answer(const struct arguments *arguments, const struct api_input *input,
                          const struct api_reader *reader, const struct files_output *output,
                          struct api_problem *problem) {
+    static struct api_columns columns;
     if (arguments->study)
         study_print(reader, arguments->output && !arguments->variant ? stdout : stderr, problem);
-    else
-        print_warnings(reader, problem);
+    else if (api_columns_open(reader, &columns, problem) == API_OK)
+        for (size_t k = 0; k < columns.summary.warnings.count; k++)
+            files_complain("warning", columns.summary.warnings.list[k].detail);
     if (arguments->variant)
         return study_write_variant(input, &arguments->limits, reader, arguments->variant,
                                    output->stream, problem);
@@ -244,12 +203,12 @@ static bool write_wanted(const struct arguments *arguments, const struct api_inp
         return write_map(arguments, input, reader, NULL, output, problem);
     if (arguments->format->uses & FORMAT_REPORT)
         return write_report(arguments, input, reader, output, problem);
-    return write_document(arguments, (struct format_source){.reader = reader}, output, problem);
+    return encode_to(output, arguments, (struct format_source){.reader = reader}, problem);
 }
 
-static bool drape(struct arguments *arguments, struct files_bytes *request, FILE *container,
-                  const struct files_output *output) {
-    const struct api_reader reader = {read_container, container};
+static bool answer(struct arguments *arguments, struct files_bytes *request, FILE *container,
+                   const struct files_output *output) {
+    const struct api_reader reader = {files_read_at, container};
     struct api_problem problem = {0};
     struct files_bytes surface = {0};
     bool ok = material_resolve(request, &arguments->materials, &arguments->limits, &problem) &&
@@ -259,36 +218,26 @@ static bool drape(struct arguments *arguments, struct files_bytes *request, FILE
     arguments->study =
         ok && !stack && api_is_study(input.request, input.request_length, &arguments->limits);
     if (stack)
-        ok = laminate(arguments, &input, output, &problem);
+        ok = drape_laminate(arguments, &input, output, &problem);
+    else if (ok && arguments->study && arguments->map)
+        api_problem_set(&problem, API_NOT_ACCEPTABLE,
+                        "--map is for drapes: write one with --variant and drape it");
+    else if (ok && arguments->study && !arguments->format->tables)
+        api_problem_set(&problem, API_NOT_ACCEPTABLE,
+                        "a study has no %s; drape one of its variants", arguments->format->name);
+    else if (ok && !arguments->study && arguments->variant)
+        api_problem_set(&problem, API_NOT_ACCEPTABLE, "--variant is for studies");
     else
-        ok = ok && check_study(arguments, &problem) &&
-             solve(arguments, &input, container, arguments->id, &problem) &&
-             write_wanted(arguments, &input, &reader, output, &problem);
+        ok = ok && solve_into(arguments, &input, container, arguments->id, &problem) &&
+             write_answer(arguments, &input, &reader, output, &problem);
     free(surface.data);
     if (problem.id != API_OK)
         print_problem(&problem);
-    return ok;
+    return ok && problem.id == API_OK;
 }
 
-/* From the request to the document, once the command line is understood. */
-static bool work(struct arguments *arguments) {
-    struct files_bytes request = {0};
-    struct files_output output = {0};
-    FILE *container = tmpfile();
-    if (!container || !api_prepare()) {
-        files_complain("cannot start", container ? "no randomness" : strerror(errno));
-        return false;
-    }
-    bool ok = files_read(arguments->input, &request) && files_open(&output, arguments->output) &&
-              drape(arguments, &request, container, &output);
-    ok = files_close(&output, ok);
-    fclose(container);
-    free(request.data);
-    return ok;
-}
-
-/* What a table foretells, on standard output. */
-static bool judge_table(const struct arguments *arguments) {
+/* The errors of a table of permeability, on standard output. */
+static bool hold_out_of_table(const struct arguments *arguments) {
     struct api_problem problem = {0};
     struct files_bytes text = {0};
     bool ok = api_prepare() && files_read(arguments->table, &text) &&
@@ -305,7 +254,19 @@ int main(int argc, char **argv) {
     if (status >= 0)
         return status;
     if (arguments.table)
-        return judge_table(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
+        return hold_out_of_table(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
     files_watch_signals();
-    return work(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
+    struct files_bytes request = {0};
+    struct files_output output = {0};
+    FILE *container = tmpfile();
+    if (!container || !api_prepare()) {
+        files_complain("cannot start", container ? "no randomness" : strerror(errno));
+        return EXIT_FAILURE;
+    }
+    bool ok = files_read(arguments.input, &request) && files_open(&output, arguments.output) &&
+              answer(&arguments, &request, container, &output);
+    ok = files_close(&output, ok);
+    fclose(container);
+    free(request.data);
+    return ok ? EXIT_SUCCESS : EXIT_FAILURE;
 }

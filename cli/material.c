@@ -6,8 +6,8 @@
 #include <string.h>
 
 /* The document of a file, checked as the service would, as a line of its own. */
-static bool add(const char *path, const struct api_limits *limits, struct arena *arena,
-                struct api_text *lines, struct api_problem *problem) {
+static bool add_document(const char *path, const struct api_limits *limits, struct arena *arena,
+                         struct api_text *lines, struct api_problem *problem) {
     struct files_bytes file = {0};
     struct api_material material;
     const char *head;
@@ -34,7 +34,7 @@ bool material_resolve(struct files_bytes *request, const struct material_files *
     if (!files->count)
         return true;
     for (int k = 0; arena && good && k < files->count; k++)
-        good = add(files->path[k], limits, arena, &lines, problem);
+        good = add_document(files->path[k], limits, arena, &lines, problem);
     const char *text = arena && good
                            ? api_material_fill(request->data, request->length, lines.bytes,
                                                lines.length, arena, &filled.length)

@@ -66,7 +66,7 @@ static bool is_key(const struct range *key, const char *name) {
 }
 
 /* The member of the object at `at`; at its brace, as long as nothing, where there is none. */
-static struct range find_member(const char *at, const char *name) {
+static struct range member_of(const char *at, const char *name) {
     struct range key, value, found = {at, at};
     for (at = skip_space(at) + 1; next_member(&at, &key, &value);)
         if (is_key(&key, name))
@@ -82,7 +82,7 @@ static bool name_surface(struct files_bytes *request, const char *id) {
     text[request->length] = '\0';
     request->data = text;
     const char *at, *end = text + request->length;
-    struct range key, value, surface = find_member(find_member(text, "drape").from, "surface");
+    struct range key, value, surface = member_of(member_of(text, "drape").from, "surface");
     struct files_bytes named = {.data = malloc(request->length + API_ID_SIZE + 16)};
     if (!named.data)
         return false;
@@ -104,15 +104,7 @@ static bool name_surface(struct files_bytes *request, const char *id) {
 
 /* ---- reading the file ---- */
 
-/* The importer beside this program, or the one that the shell would find. */
-static void find_importer(char path[4096]) {
-    ssize_t length = readlink("/proc/self/exe", path, 4000);
-    char *slash = length > 0 ? memrchr(path, '/', (size_t)length) : NULL;
-    strcpy(slash ? slash + 1 : path, IMPORTER);
-    if (access(path, X_OK) != 0)
-        strcpy(path, IMPORTER);
-}
-
+/* By the importer beside this program, or the one that the shell would find. */
 static bool run_importer(const char *file, const char *unit, struct files_bytes *surface) {
     char importer[4096];
     char *const words[] = {(char[]){IMPORTER},
@@ -124,7 +116,11 @@ static bool run_importer(const char *file, const char *unit, struct files_bytes 
     posix_spawn_file_actions_t actions;
     int ends[2], status = 0;
     pid_t child;
-    find_importer(importer);
+    ssize_t length = readlink("/proc/self/exe", importer, 4000);
+    char *slash = length > 0 ? memrchr(importer, '/', (size_t)length) : NULL;
+    strcpy(slash ? slash + 1 : importer, IMPORTER);
+    if (access(importer, X_OK) != 0)
+        strcpy(importer, IMPORTER);
     if (pipe(ends) != 0 || posix_spawn_file_actions_init(&actions) != 0) {
         files_complain("cannot start", strerror(errno));
         return false;
@@ -150,9 +146,9 @@ static bool run_importer(const char *file, const char *unit, struct files_bytes 
     return good && status == 0;
 }
 
-static bool read_mesh(const struct file_format *format, const char *file, const char *unit,
-                      struct arena *arena, struct files_bytes *surface,
-                      struct api_problem *problem) {
+static bool read_mesh_file(const struct file_format *format, const char *file, const char *unit,
+                           struct arena *arena, struct files_bytes *surface,
+                           struct api_problem *problem) {
     struct files_bytes bytes = {0};
     const char *text;
     bool good = files_read(file, &bytes) &&
@@ -175,7 +171,7 @@ static bool read_file(const char *file, const char *unit, const struct api_limit
         return false;
     }
     if (!(format->cad ? run_importer(file, unit, surface)
-                      : read_mesh(format, file, unit, arena, surface, problem)))
+                      : read_mesh_file(format, file, unit, arena, surface, problem)))
         return false;
     return api_decode_surface(surface->data, surface->length, limits, arena, &read, problem) ==
                API_OK &&
@@ -184,9 +180,9 @@ static bool read_file(const char *file, const char *unit, const struct api_limit
 
 /* ---- both ---- */
 
-static bool resolve(const struct json_value *place, struct files_bytes *request,
-                    const struct api_limits *limits, struct arena *arena,
-                    struct files_bytes *surface, struct api_problem *problem) {
+static bool resolve_file(const struct json_value *place, struct files_bytes *request,
+                         const struct api_limits *limits, struct arena *arena,
+                         struct files_bytes *surface, struct api_problem *problem) {
     struct json_value file = value_member(place, "file"), unit = value_member(place, "unit");
     const char *path, *of = "";
     char id[API_ID_SIZE];
@@ -213,7 +209,7 @@ bool part_resolve(struct files_bytes *request, const struct api_limits *limits,
         struct json_value root = value_root(&tree), drape = value_member(&root, "drape");
         struct json_value place = value_member(value_given(&drape) ? &drape : &root, "surface");
         tree.problem = problem;
-        good = resolve(&place, request, limits, arena, surface, problem);
+        good = resolve_file(&place, request, limits, arena, surface, problem);
         json_tree_free(&tree);
     }
     arena_free(arena);

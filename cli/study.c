@@ -41,8 +41,8 @@ static const double *column_of(const struct table *table, const char *name) {
     return column ? table->values + (size_t)(column - table->columns.column) * table->rows : NULL;
 }
 
-static bool read_table(const struct api_reader *reader, struct table *table,
-                       struct api_problem *problem) {
+static bool read_variants(const struct api_reader *reader, struct table *table,
+                          struct api_problem *problem) {
     if (api_columns_open(reader, &table->columns, problem) != API_OK)
         return false;
     table->rows = api_columns_rows(&table->columns, API_TABLE_VARIANTS);
@@ -147,7 +147,7 @@ static void print_rows(const struct table *table, const struct rank *ranks, FILE
 
 void study_print(const struct api_reader *result, FILE *stream, struct api_problem *problem) {
     struct table table = {.reader = result};
-    bool ok = read_table(result, &table, problem);
+    bool ok = read_variants(result, &table, problem);
     const struct api_study_summary *study = &table.columns.study;
     int objective = ok ? first_objective(study) : -1;
     struct rank *ranks = objective >= 0 ? rank_rows(&table, objective) : NULL;
@@ -163,10 +163,6 @@ void study_print(const struct api_reader *result, FILE *stream, struct api_probl
 }
 
 /* ---- one variant ---- */
-
-static bool write_text(void *context, const void *bytes, size_t length) {
-    return fwrite(bytes, 1, length, context) == length;
-}
 
 static bool find_variant(const struct api_reader *result, const char *variant, size_t *k,
                          struct api_problem *problem) {
@@ -193,7 +189,7 @@ static bool find_variant(const struct api_reader *result, const char *variant, s
 bool study_write_variant(const struct api_input *input, const struct api_limits *limits,
                          const struct api_reader *result, const char *variant, FILE *stream,
                          struct api_problem *problem) {
-    const struct api_sink sink = {.write = write_text, .context = stream};
+    const struct api_sink sink = {.write = files_append, .context = stream};
     size_t k;
     if (!find_variant(result, variant, &k, problem))
         return false;
