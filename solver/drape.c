@@ -267,7 +267,7 @@ enum status drape_solve(const struct drape_part *whole, const struct drape_setti
         if (status == STATUS_OK && march.before.net)
             status = estimate_make(&march);
         if (status == STATUS_OK)
-            status = march_part_layers(&march);
+            status = march_separate_layers(&march);
         if (status == STATUS_OK)
             status = report_make(&march, result);
         /* On triangles only nets of shells are tried again. */

@@ -56,18 +56,14 @@ static bool trimmed_away(const struct march *march, const struct surface_point *
     return away;
 }
 
-/* Whether a point is outside the box round a shell. */
-static bool outside_shell(const struct shell *shell, struct vec3 r) {
-    struct vec3 low, high;
-    shell_bounds(shell, &low, &high);
-    return r.x < low.x || r.y < low.y || r.z < low.z || r.x > high.x || r.y > high.y ||
-           r.z > high.z;
-}
-
 bool march_has_left(const struct march *march, const struct surface_point *point) {
     double uv[2];
-    if (!march->mesh && march->surface->shell)
-        return outside_shell(march->surface->shell, point->jet.r);
+    struct vec3 r = point->jet.r, low, high;
+    if (!march->mesh && march->surface->shell) {
+        shell_bounds(march->surface->shell, &low, &high);
+        return r.x < low.x || r.y < low.y || r.z < low.z || r.x > high.x || r.y > high.y ||
+               r.z > high.z;
+    }
     const struct trim *trim = march->trim;
     return !trim || !march_parameters(march, point, uv) || !trim_near(trim, uv);
 }
@@ -204,134 +200,6 @@ struct vec3 march_normal_at(struct march *march, const struct net_node *node) {
     return march_point_at(march, node, &point) ? point.normal : vec3_make(0, 0, 0);
 }
 
-static struct vec3 normal_at(void *context, const struct net_node *node) {
-    return march_normal_at(context, node);
-}
-
-/* A hash for so many nodes; there are none yet. */
-static enum status make_fold(struct march *march, size_t count) {
-    double turn[2];
-    for (int k = 0; k < 2; k++)
-        turn[k] = march->mesh || march->surface->shell ? HUGE_VAL
-                                                       : surface_point_cut_turn(march->surface, k);
-    march->overlap = overlap_make(march->net, count, march->settings->spacing, turn,
-                                  march->cut.slit, (struct overlap_normals){normal_at, march});
-    return march->overlap ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-}
-
-/* Has the fold know all nodes of the net, and the shapes of its patches. */
-static enum status add_tiles(struct march *march, struct overlap *overlap, bool shaped) {
-    struct net_tile **tiles = net_sorted_tiles(march->net);
-    enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-    for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net); t++)
-        status = overlap_add_tile(overlap, tiles[t], shaped);
-    return status;
-}
-
-enum status march_watch_folds(struct march *march) {
-    if (march->overlap)
-        return STATUS_OK;
-    const double *d = march->settings->spacing;
-    /* Of a net that begins, with some for shear. */
-    double nodes = fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->max_nodes);
-    enum status status =
-        make_fold(march, net_tile_count(march->net) ? march->counts.inside : (size_t)nodes);
-    return status == STATUS_OK ? add_tiles(march, march->overlap, false) : status;
-}
-
-/* Whether a node of those patches of a tile, as bits, lies on another part of the net. */
-static bool tile_folds(struct march *march, const struct net_tile *tile, unsigned patches) {
-    for (int k = 0; patches && k < NET_TILE * NET_TILE; k++) {
-        int x = k % NET_TILE, y = k / NET_TILE;
-        int32_t i = tile->ti * NET_TILE + x, j = tile->tj * NET_TILE + y;
-        const struct net_node *node = &tile->node[y][x];
-        struct surface_point point;
-        if (patches >> overlap_patch_of(x, y) & 1 && node->state == NET_INSIDE &&
-            overlap_is_near(march->overlap, i, j, node->r) && march_point_at(march, node, &point) &&
-            overlap_meets(march->overlap, i, j, &point))
-            return true;
-    }
-    return false;
-}
-
-enum status march_find_fold(struct march *march, bool *folded) {
-    struct overlap *watched = march->overlap;
-    struct arena_mark mark = arena_mark(march->arena);
-    struct net_tile **tiles = net_sorted_tiles(march->net);
-    enum status status = tiles ? make_fold(march, march->counts.inside) : STATUS_OUT_OF_MEMORY;
-    *folded = false;
-    if (status == STATUS_OK)
-        status = add_tiles(march, march->overlap, true);
-    for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net) && !*folded; t++)
-        *folded = tile_folds(march, tiles[t], overlap_layers(march->overlap, tiles[t], true));
-    march->overlap = watched;
-    arena_rewind(march->arena, mark);
-    return status;
-}
-
-/* How far a place of the net is from the start, along the yarns. */
-static int32_t steps_to(int32_t i, int32_t j) {
-    return abs(i) + abs(j);
-}
-
-/* Takes the node (i, j), or the corner of the cell on which it lies that is further from the start,
- * out of the net. */
-static enum status part_at(struct march *march, int32_t i, int32_t j, const int32_t cell[2]) {
-    int32_t far[2] = {i, j};
-    for (int k = 0; k < 4; k++) {
-        const int32_t at[2] = {cell[0] + (k & 1), cell[1] + k / 2};
-        if (steps_to(at[0], at[1]) > steps_to(far[0], far[1]))
-            memcpy(far, at, sizeof far);
-    }
-    march->counts.inside--;
-    return march_fail(march, far[0], far[1], DRAPE_REASON_FOLD);
-}
-
-/* Whether a cell of the net is turned over. */
-static bool turns_over(struct march *march, struct net_tile **tiles) {
-    const struct overlap_normals normals = {normal_at, march};
-    for (size_t t = 0; t < net_tile_count(march->net); t++)
-        if (overlap_turns_over(march->net, tiles[t], march->settings->spacing, normals))
-            return true;
-    return false;
-}
-
-/* Parts what lies on other cloth, of those patches of a tile, as bits. */
-static enum status part_tile(struct march *march, const struct net_tile *tile, unsigned patches) {
-    enum status status = STATUS_OK;
-    for (int k = 0; k < NET_TILE * NET_TILE && patches && status == STATUS_OK; k++) {
-        int x = k % NET_TILE, y = k / NET_TILE;
-        int32_t i = tile->ti * NET_TILE + x, j = tile->tj * NET_TILE + y, cell[2];
-        struct surface_point point;
-        if (patches >> overlap_patch_of(x, y) & 1 && tile->node[y][x].state == NET_INSIDE &&
-            march_point_at(march, &tile->node[y][x], &point) &&
-            overlap_lies_on(march->overlap, i, j, point.normal, cell))
-            status = part_at(march, i, j, cell);
-    }
-    return status;
-}
-
-enum status march_part_layers(struct march *march) {
-    if (!march->counts.broken)
-        return STATUS_OK;
-    struct overlap *watched = march->overlap;
-    struct net_tile **tiles = net_sorted_tiles(march->net);
-    if (!tiles)
-        return STATUS_OUT_OF_MEMORY;
-    /* A net lies on itself about cells that are turned over, or where it was not watched and comes
-     * back. */
-    bool over = turns_over(march, tiles);
-    if (march->watched && !over)
-        return STATUS_OK;
-    enum status status = make_fold(march, march->counts.inside);
-    if (status == STATUS_OK)
-        status = add_tiles(march, march->overlap, true);
-    for (size_t t = 0; t < net_tile_count(march->net) && status == STATUS_OK; t++)
-        status = part_tile(march, tiles[t], overlap_layers(march->overlap, tiles[t], over));
-    march->overlap = watched;
-    return status;
-}
-
 /* Whether the net may come back to itself from any side: on a surface that closes over a pole, or
  * both ways. Others are cut open opposite the start (`surface_point_zone`). A mesh may do so
  * anywhere. */
@@ -358,18 +226,10 @@ static bool is_stuck(struct march *march) {
     return true;
 }
 
-/* A net that nobody watches is given up when it has so many times the nodes that its cells would
+/* A net that is not watched is given up when it has so many times the nodes that its cells would
  * have unsheared. */
 static const double layers_most = 4;
 static const size_t nodes_least = 1000;
-
-static size_t most_nodes(const struct march *march) {
-    const double *d = march->settings->spacing;
-    double most = layers_most * (march_area(march) / (d[0] * d[1]));
-    size_t allowed = march->settings->max_nodes;
-    size_t unwatched = nodes_least + (size_t)fmin(most, (double)SIZE_MAX / 4);
-    return unwatched < allowed ? unwatched : allowed;
-}
 
 /* One net. One on a shell with one boundary is not expected to meet itself, and on most it does
  * not: one that does, as round a deep cup, is marched again and watched from its first node on.
@@ -377,7 +237,13 @@ static size_t most_nodes(const struct march *march) {
 static enum status march_net(struct march *march) {
     const struct march begun = *march;
     bool unexpected = !march->mesh && march->surface->shell && !march->watched, folded = false;
-    march->max_nodes = unexpected ? most_nodes(march) : march->settings->max_nodes;
+    const double *d = march->settings->spacing;
+    march->max_nodes = march->settings->max_nodes;
+    if (unexpected) {
+        double most = layers_most * (march_area(march) / (d[0] * d[1]));
+        size_t unwatched = nodes_least + (size_t)fmin(most, (double)SIZE_MAX / 4);
+        march->max_nodes = unwatched < march->max_nodes ? unwatched : march->max_nodes;
+    }
     for (;;) {
         march->net = arena_alloc(march->arena, 1, sizeof *march->net);
         if (!march->net)
@@ -386,7 +252,7 @@ static enum status march_net(struct march *march) {
         march->watched =
             march->watched || march->mesh || (!march->cut.slit && closes_all_round(march->surface));
         if (status == STATUS_OK && march->watched)
-            status = march_watch_folds(march);
+            status = march_watch_overlaps(march);
         if (status == STATUS_OK)
             status = march_generators(march);
         if (status == STATUS_OK)
@@ -396,7 +262,7 @@ static enum status march_net(struct march *march) {
         if (status == STATUS_OK && is_stuck(march))
             return STATUS_START_STUCK;
         if (unexpected && status == STATUS_OK)
-            status = march_find_fold(march, &folded);
+            status = march_find_overlap(march, &folded);
         if (!unexpected || !(folded || status == STATUS_TOO_MANY_NODES))
             return status;
         *march = begun;

@@ -155,11 +155,11 @@ enum status march_growth(struct march *march) STATUS_MUST_USE;
 bool march_in_extent(const struct march *march, int32_t i, int32_t j);
 
 /* From now on the net is watched for meeting itself. */
-enum status march_watch_folds(struct march *march) STATUS_MUST_USE;
+enum status march_watch_overlaps(struct march *march) STATUS_MUST_USE;
 
 /* Whether a net that was not watched from its first node on lies on itself somewhere. Errors:
  * STATUS_OUT_OF_MEMORY. */
-enum status march_find_fold(struct march *march, bool *folded) STATUS_MUST_USE;
+enum status march_find_overlap(struct march *march, bool *found) STATUS_MUST_USE;
 
 /* The caller's parameters (u, v) of a point inside, in the domain of closed directions; on a mesh
  * without any (triangle, 0). Whether they lie in the domain. */
@@ -363,7 +363,7 @@ bool march_mesh_towards(struct march *march, const struct surface_point *from, s
 /* Of a net that is done: where it ends inside the part, what has gone on beside that may have come
  * to lie on other cells. Takes out the further of two that do, for the reason `fold`. Errors:
  * STATUS_OUT_OF_MEMORY. */
-enum status march_part_layers(struct march *march) STATUS_MUST_USE;
+enum status march_separate_layers(struct march *march) STATUS_MUST_USE;
 
 /* Reports to the monitor; false: stop. */
 bool march_progress(struct march *march);

@@ -483,7 +483,7 @@ enum status march_growth(struct march *march) {
         struct free_end end = pop_end(&g);
         if (net_state_at(march->net, end.i + end.di, end.j + end.dj) != NET_UNKNOWN)
             continue;
-        status = march_watch_folds(march);
+        status = march_watch_overlaps(march);
         if (status == STATUS_OK)
             status = reach_end(&g, &end);
     }
