@@ -7,14 +7,6 @@
 #include "solver/fishnet/rough.h"
 #include "solver/path/path.h"
 
-static bool advance(const struct march *march, struct path *path, struct surface_cursor *cursor,
-                    double d) {
-    enum drape_yarn yarn = march->method->yarn;
-    if (yarn != DRAPE_YARN_GEODESIC)
-        path_follow_net(path, d, march->before.net ? 4 : 2);
-    return yarn == DRAPE_YARN_CHORD ? path_advance_chord(path, cursor, d) : path_advance(path, d);
-}
-
 /* A path at a node, the point there and its tangent. */
 struct stop {
     struct path path;
@@ -23,15 +15,25 @@ struct stop {
     bool known; /* there is such a point */
 };
 
-static bool find_point(struct march *march, struct stop *stop) {
+static bool find_stop_point(struct march *march, struct stop *stop) {
     stop->known = path_surface_point(&stop->path, &march->cursor, &stop->point, &stop->tangent);
     return stop->known;
 }
 
+/* To the next node, a spacing along the path. */
+static bool advance_stop(struct march *march, struct stop *stop, double d) {
+    enum drape_yarn yarn = march->method->yarn;
+    if (yarn != DRAPE_YARN_GEODESIC)
+        path_follow_net(&stop->path, d, march->before.net ? 4 : 2);
+    bool gone = yarn == DRAPE_YARN_CHORD ? path_advance_chord(&stop->path, &march->cursor, d)
+                                         : path_advance(&stop->path, d);
+    return gone && find_stop_point(march, stop);
+}
+
 /* Notes for march_place whether the edge to the neighbour on the side (di, dj), along which a path
  * went, is rough. */
-static void note_edge(struct march *march, const struct stop *from, const struct stop *to, int di,
-                      int dj) {
+static void note_path_edge(struct march *march, const struct stop *from, const struct stop *to,
+                           int di, int dj) {
     const struct surface_point *start = &from->point, *end = &to->point;
     double d = march->settings->spacing[dj != 0], chord = d, curvature;
     march->edges.rough = 0;
@@ -70,7 +72,7 @@ static struct vec3 border_ahead(const struct path *path) {
 
 /* Why a path could not be followed: the surface folds back on itself, or has no tangent plane there
  * or ahead, as at a cusp, well within the part; else its boundary. */
-static enum drape_reason reason_of(struct march *march, const struct path *path, double d) {
+static enum drape_reason why_path_ended(struct march *march, const struct path *path, double d) {
     struct surface_point at;
     double uv[2];
     if (path->ended)
@@ -93,14 +95,13 @@ bool march_straight_on(struct march *march, const struct surface_point *from, st
         return march_mesh_straight_on(march, from, direction, di, dj, point);
     if (!path_geodesic(&start.path, from->surface, from, direction))
         return false;
-    (void)find_point(march, &start);
+    (void)find_stop_point(march, &start);
     end.path = start.path;
-    bool gone = advance(march, &end.path, &march->cursor, d) && find_point(march, &end);
-    if (!gone) {
-        *reason = reason_of(march, &end.path, d);
+    if (!advance_stop(march, &end, d)) {
+        *reason = why_path_ended(march, &end.path, d);
         return false;
     }
-    note_edge(march, &start, &end, di, dj);
+    note_path_edge(march, &start, &end, di, dj);
     *point = end.point;
     return true;
 }
@@ -116,17 +117,6 @@ struct arm {
     bool started, ended;
 };
 
-/* Whether a place is beyond the domain, not in a hole that trims leave. */
-static bool is_beyond_domain(const struct surface_point *point) {
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &point->surface->axis[k];
-        double x = point->uv[k];
-        if (!axis->closed && (x < surface_axis_lower(axis) || x > surface_axis_upper(axis)))
-            return true;
-    }
-    return false;
-}
-
 /* No hole is longer than the part: an arm that is outside for longer comes to it from behind. So
  * does one beyond the domain that has turned back after this share of that. */
 static const double turns_after = 0.25;
@@ -137,42 +127,44 @@ static bool goes_round(const struct march *march, const struct arm *arm, double 
     if (march->mesh || arm->outside == 0)
         return false;
     double part = surface->shell ? shell_size(surface->shell) : surface->size;
-    bool turned = vec3_dot(arm->left, arm->at.tangent) < 0 && is_beyond_domain(&arm->at.point);
+    const struct surface_point *point = &arm->at.point;
+    bool beyond = false;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &point->surface->axis[k];
+        double x = point->uv[k];
+        beyond = beyond ||
+                 (!axis->closed && (x < surface_axis_lower(axis) || x > surface_axis_upper(axis)));
+    }
+    bool turned = beyond && vec3_dot(arm->left, arm->at.tangent) < 0;
     return arm->outside * d > (turned ? turns_after : 1) * part;
 }
 
-/* An arm along a polyline from the start on; where its points end, a geodesic. */
-static bool start_curve(const struct march *march, int k, int sign, struct vec3 direction,
-                        struct path *path) {
-    const struct drape_generator *generator = &march->settings->generator[k];
-    const struct march_curve *curve = &march->start.curve[k];
-    int sense = sign * curve->sense, side = sense > 0 ? 0 : 1;
-    if (curve->ends[side])
-        return path_geodesic(path, march->surface, &curve->from, direction);
-    return path_curve(path, march->surface, &curve->from, generator->curve, generator->curve_count,
-                      curve->next[side], sense);
-}
-
+/* An arm along a polyline goes on where its points end as a geodesic. */
 static struct arm make_arm(struct march *march, int number) {
     int sign = number % 2 ? -1 : 1, k = number / 2;
     const struct drape_generator *generator = &march->settings->generator[k];
     const struct march_start *start = &march->start;
+    const struct march_curve *curve = &start->curve[k];
     const struct surface_point *from = march->mesh ? &start->smooth : &start->point;
     struct vec3 direction = vec3_scale(sign, k == 0 ? start->warp : start->weft);
     struct arm arm = {.di = k == 0 ? sign : 0, .dj = k == 0 ? 0 : sign, .last = start->point};
+    int sense = sign * curve->sense, side = sense > 0 ? 0 : 1;
+    bool is_curve = generator->kind == DRAPE_GENERATOR_CURVE;
     if (march->mesh && march->surface)
         direction = vec3_scale(sign, start->smooth_direction[k]);
     if (!march->surface)
         arm.started = march_mesh_arm(march, generator, direction, &arm.yarn);
-    else if (generator->kind == DRAPE_GENERATOR_CURVE)
-        arm.started = start_curve(march, k, sign, direction, &arm.at.path);
+    else if (is_curve && !curve->ends[side])
+        arm.started = path_curve(&arm.at.path, march->surface, &curve->from, generator->curve,
+                                 generator->curve_count, curve->next[side], sense);
     else if (generator->kind == DRAPE_GENERATOR_PLANE)
         arm.started = path_section(&arm.at.path, march->surface, from,
                                    vec3_unit(generator->plane_normal), direction);
     else
-        arm.started = path_geodesic(&arm.at.path, march->surface, from, direction);
+        arm.started =
+            path_geodesic(&arm.at.path, march->surface, is_curve ? &curve->from : from, direction);
     if (arm.started && march->surface)
-        (void)find_point(march, &arm.at);
+        (void)find_stop_point(march, &arm.at);
     return arm;
 }
 
@@ -204,7 +196,7 @@ static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, d
     path_follow_net(&to.path, d, 4);
     if (!correction_find(&march->before, i, j, arm->di, arm->dj, d, &correction) ||
         !correction.whole || !correction_chord(&correction, &chord) || !from->known ||
-        !path_advance_chord(&to.path, &march->cursor, chord) || !find_point(march, &to))
+        !path_advance_chord(&to.path, &march->cursor, chord) || !find_stop_point(march, &to))
         return false;
     double leaving = surface_point_normal_curvature(&from->point, from->tangent);
     double arriving = surface_point_normal_curvature(&to.point, to.tangent);
@@ -213,13 +205,6 @@ static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, d
         return false;
     arm->at = to;
     return true;
-}
-
-/* To node k. */
-static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double d) {
-    if (march->before.net && advance_corrected(march, arm, k, d))
-        return true;
-    return advance(march, &arm->at.path, &march->cursor, d) && find_point(march, &arm->at);
 }
 
 static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
@@ -232,15 +217,18 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
     bool lost = false;
     struct stop before = arm->at;
-    bool gone = arm->started && (march->mesh ? advance_on_mesh(march, arm, d, &on_mesh, &lost)
-                                             : advance_arm(march, arm, k, d));
+    bool gone = arm->started;
+    if (gone && march->mesh)
+        gone = advance_on_mesh(march, arm, d, &on_mesh, &lost);
+    else if (gone && !(march->before.net && advance_corrected(march, arm, k, d)))
+        gone = advance_stop(march, &arm->at, d);
     if (!gone)
         return march_fail(march, i, j,
                           lost                           ? DRAPE_REASON_NO_CONVERGENCE
-                          : arm->started && !march->mesh ? reason_of(march, &arm->at.path, d)
+                          : arm->started && !march->mesh ? why_path_ended(march, &arm->at.path, d)
                                                          : DRAPE_REASON_BOUNDARY);
     if (!march->mesh)
-        note_edge(march, &before, &arm->at, arm->di, arm->dj);
+        note_path_edge(march, &before, &arm->at, arm->di, arm->dj);
     enum status status = march_place(march, i, j, march->mesh ? &on_mesh : &arm->at.point, &zone);
     if (arm->outside == 0 && !march->mesh)
         arm->left = before.tangent;
