@@ -135,14 +135,6 @@ static enum status tessellate(struct march *march) {
 
 /* ---- starts ---- */
 
-static int32_t largest_component(const struct shell *shell) {
-    int32_t largest = 0, count = (int32_t)shell_component_count(shell);
-    for (int32_t k = 1; k < count; k++)
-        if (shell_area(shell, k, NULL) > shell_area(shell, largest, NULL))
-            largest = k;
-    return largest;
-}
-
 /* The place of a shell at which the settings start: a face and its parameters. */
 static enum status find_face(const struct shell *shell, const struct drape_settings *settings,
                              struct shell_point *place) {
@@ -156,7 +148,7 @@ static enum status find_face(const struct shell *shell, const struct drape_setti
         return there ? STATUS_OK : STATUS_START_OFF_SURFACE;
     }
     if (settings->start_kind == DRAPE_START_CENTROID) {
-        component = largest_component(shell);
+        component = shell_largest_component(shell);
         (void)shell_area(shell, component, &target);
         reach = HUGE_VAL;
     }
@@ -169,7 +161,7 @@ static bool find_inside(const struct drape_part *part, struct shell_point *place
     const struct shell *shell = part->shell;
     struct vec3 centroid;
     double least = HUGE_VAL;
-    int32_t component = shell ? largest_component(shell) : 0;
+    int32_t component = shell ? shell_largest_component(shell) : 0;
     int32_t faces = shell ? (int32_t)shell_face_count(shell) : 1;
     if (shell)
         (void)shell_area(shell, component, &centroid);
@@ -222,8 +214,8 @@ static enum status begin(const struct drape_part *part, const struct shell_point
         trim = shell_trim(part->shell, at->face);
         at = settings->start_kind == DRAPE_START_UV ? NULL : at;
     }
-    status = at ? start_find_at(march->surface, settings, at->inner, &march->start, faulty)
-                : start_find(march->surface, trim, settings, &march->start, faulty);
+    status =
+        start_find(march->surface, trim, settings, at ? at->inner : NULL, &march->start, faulty);
     if (status == STATUS_OK)
         status = march_open(march);
     return status == STATUS_OK && march->method->flat ? tessellate(march) : status;

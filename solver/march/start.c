@@ -20,14 +20,6 @@ static const double passing = 1e-3;
 /* Generators that meet at an angle with a smaller sine make no net: 1 degree. */
 static const double nearly_parallel = 0.0175;
 
-static enum status find_point(const struct surface *surface, const struct drape_settings *settings,
-                              double uv[2]) {
-    double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
-    reach += fabs(surface->height); /* the point may lie on the surface before it is moved */
-    surface_nearest_at(surface, settings->start_point, uv, &distance);
-    return distance <= reach ? STATUS_OK : STATUS_START_OFF_SURFACE;
-}
-
 /* The surface point nearest to the centroid; where that is trimmed away, a place well inside the
  * trimmed region. */
 static void find_centroid(const struct surface *surface, const struct trim *trim, double uv[2]) {
@@ -94,24 +86,27 @@ static bool touches(const struct trim *trim, const double uv[2], const double lo
 /* The inner parameters of the start. */
 static enum status find_uv(const struct surface *surface, const struct trim *trim,
                            const struct drape_settings *settings, double uv[2]) {
-    double lower[2], upper[2], outer[2];
-    enum status status = STATUS_OK;
+    double lower[2], upper[2], outer[2], distance;
     surface_domain(surface, lower, upper);
-    if (settings->start_kind == DRAPE_START_CENTROID)
+    if (settings->start_kind == DRAPE_START_CENTROID) {
         find_centroid(surface, trim, uv);
-    else if (settings->start_kind == DRAPE_START_POINT)
-        status = find_point(surface, settings, uv);
-    else
+    } else if (settings->start_kind == DRAPE_START_POINT) {
+        double reach = fmax(settings->spacing[0], settings->spacing[1]);
+        reach += fabs(surface->height); /* the point may lie on the surface before it is moved */
+        surface_nearest_at(surface, settings->start_point, uv, &distance);
+        if (!(distance <= reach))
+            return STATUS_START_OFF_SURFACE;
+    } else {
         surface_inner(surface, settings->start_uv, uv);
+    }
     surface_outer(surface, uv, outer);
     if (settings->start_kind == DRAPE_START_UV)
         memcpy(outer, settings->start_uv, sizeof outer);
     for (int k = 0; k < 2; k++)
         if (!(outer[k] >= lower[k] && outer[k] <= upper[k]))
             return STATUS_START_OFF_SURFACE;
-    if (trim && !trim_contains(trim, outer) && !touches(trim, outer, lower, upper))
-        return STATUS_START_OFF_SURFACE;
-    return status;
+    bool inside = !trim || trim_contains(trim, outer) || touches(trim, outer, lower, upper);
+    return inside ? STATUS_OK : STATUS_START_OFF_SURFACE;
 }
 
 /* Turned about the unit normal, to which `direction` is at right angles. */
@@ -162,18 +157,6 @@ static double nearest_share(const struct surface_point *point, const double p[2]
     return share;
 }
 
-/* The start as the polyline's segment p q sees it: at a pole all its parameters are one place, but
- * the surface's lines leave it in different directions. */
-static bool on_segment(const struct surface *surface, const struct surface_point *start,
-                       const double p[2], const double q[2], double share,
-                       struct surface_point *from) {
-    struct surface_cursor cursor = {0};
-    double uv[2] = {p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])};
-    surface_inner(surface, uv, uv);
-    *from = *start;
-    return !surface_point_at_pole(surface, start) || surface_point_at(surface, &cursor, uv, from);
-}
-
 /* From the point to (u, v), to first order. */
 static struct vec3 offset_to(const struct surface_point *point, const double uv[2]) {
     return vec3_axpy(uv[1] - point->uv[1], point->jet.v,
@@ -182,8 +165,9 @@ static struct vec3 offset_to(const struct surface_point *point, const double uv[
 
 /* The first points on both sides of the segment from point `before` on that are further than
  * `reach` from the start. */
-static void find_next(const struct drape_generator *generator, const struct surface_point *from,
-                      double reach, size_t before, struct march_curve *curve) {
+static void find_ends_of_start(const struct drape_generator *generator,
+                               const struct surface_point *from, double reach, size_t before,
+                               struct march_curve *curve) {
     size_t ahead = before + 1, behind = before + 1; /* behind: one more than the index */
     while (ahead < generator->curve_count &&
            !(vec3_norm(offset_to(from, generator->curve[ahead])) > reach))
@@ -213,12 +197,21 @@ static enum status find_on_curve(const struct surface *surface,
             before = k;
         }
     }
+    if (!(least <= passing * spacing))
+        return STATUS_GENERATOR_OFF_START;
+    /* At a pole all its parameters are one place, but the surface's lines leave it in different
+     * directions: the start is as the segment sees it. */
     const double *p = generator->curve[before], *q = generator->curve[before + 1];
-    if (!(least <= passing * spacing) || !on_segment(surface, start, p, q, share, &curve->from))
+    double uv[2] = {p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])};
+    struct surface_cursor cursor = {0};
+    surface_inner(surface, uv, uv);
+    curve->from = *start;
+    if (surface_point_at_pole(surface, start) &&
+        !surface_point_at(surface, &cursor, uv, &curve->from))
         return STATUS_GENERATOR_OFF_START;
     curve->sense = 1;
     outer = in_outer_parameters(surface, &curve->from);
-    find_next(generator, &outer, passing * spacing, before, curve);
+    find_ends_of_start(generator, &outer, passing * spacing, before, curve);
     size_t to = curve->ends[0] ? curve->next[1] : curve->next[0];
     if (curve->ends[0] && curve->ends[1])
         return STATUS_GENERATOR_OFF_START;
@@ -293,23 +286,21 @@ static void leave_singular_corner(const struct surface *surface, struct surface_
         uv[k] += sign[k] * singular_inside * least / vec3_norm(inward[k]);
 }
 
-enum status start_find_at(const struct surface *surface, const struct drape_settings *settings,
-                          const double inner[2], struct march_start *start, int *faulty) {
+enum status start_find(const struct surface *surface, const struct trim *trim,
+                       const struct drape_settings *settings, const double inner[2],
+                       struct march_start *start, int *faulty) {
     struct surface_cursor cursor = {0};
-    double uv[2] = {inner[0], inner[1]};
+    double uv[2];
+    enum status status = inner ? STATUS_OK : find_uv(surface, trim, settings, uv);
+    if (status != STATUS_OK)
+        return status;
+    if (inner)
+        memcpy(uv, inner, sizeof uv);
     leave_singular_corner(surface, &cursor, uv);
     if (!surface_point_at(surface, &cursor, uv, &start->point))
         return STATUS_DEGENERATE_SURFACE;
-    enum status status = find_direction(surface, settings, &start->point, &start->warp);
+    status = find_direction(surface, settings, &start->point, &start->warp);
     return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
-}
-
-enum status start_find(const struct surface *surface, const struct trim *trim,
-                       const struct drape_settings *settings, struct march_start *start,
-                       int *faulty) {
-    double uv[2];
-    enum status status = find_uv(surface, trim, settings, uv);
-    return status == STATUS_OK ? start_find_at(surface, settings, uv, start, faulty) : status;
 }
 
 enum status start_move_to_mesh(struct march *march) {
@@ -327,26 +318,6 @@ enum status start_move_to_mesh(struct march *march) {
     return STATUS_OK;
 }
 
-static int32_t largest_component(const struct mesh *mesh) {
-    size_t largest = 0;
-    for (size_t k = 1; k < mesh->component_count; k++)
-        if (mesh->components[k].area > mesh->components[largest].area)
-            largest = k;
-    return (int32_t)largest;
-}
-
-static enum status find_on_mesh(const struct mesh *mesh, const struct drape_settings *settings,
-                                struct mesh_point *place) {
-    double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
-    if (settings->start_kind == DRAPE_START_UV)
-        return STATUS_INVALID;
-    bool by_point = settings->start_kind == DRAPE_START_POINT;
-    int32_t component = by_point ? MESH_ANY : largest_component(mesh);
-    struct vec3 target = by_point ? settings->start_point : mesh->components[component].centroid;
-    bool found = mesh_nearest(mesh, target, component, place, &distance);
-    return found && (!by_point || distance <= reach) ? STATUS_OK : STATUS_START_OFF_SURFACE;
-}
-
 /* Onto the smooth surface: from the point asked for, so that it stays if it lies there; else, or
  * where that is beyond the rim, from the place on the triangles. */
 static void move_to_smooth(const struct march *march, struct mesh_point *place) {
@@ -358,31 +329,34 @@ static void move_to_smooth(const struct march *march, struct mesh_point *place) 
     mesh_smooth_project(march->smooth, place);
 }
 
-static enum status mesh_direction(const struct drape_settings *settings, struct vec3 normal,
-                                  struct vec3 *warp) {
-    bool by_vector = settings->direction_kind == DRAPE_DIRECTION_VECTOR;
-    struct vec3 axis = fabs(normal.x) < across_x ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0);
-    struct vec3 wanted = by_vector ? vec3_unit(settings->direction_vector) : axis;
-    *warp = vec3_unit(vec3_axpy(-vec3_dot(wanted, normal), normal, wanted));
-    if (!by_vector)
-        *warp = turned(*warp, normal, settings->direction_deg);
-    bool along = vec3_norm(vec3_cross(normal, wanted)) > along_normal;
-    return along ? STATUS_OK : STATUS_INVALID;
-}
-
 enum status start_find_on_mesh(struct march *march, int *faulty) {
     const struct drape_settings *settings = march->settings;
+    const struct mesh *mesh = march->mesh;
     struct march_start *start = &march->start;
     struct mesh_point place;
-    enum status status = find_on_mesh(march->mesh, settings, &place);
-    for (int k = 0; k < 2; k++)
-        if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
-            return STATUS_INVALID;
-    if (status != STATUS_OK)
-        return status;
+    double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
+    if (settings->start_kind == DRAPE_START_UV ||
+        settings->generator[0].kind == DRAPE_GENERATOR_CURVE ||
+        settings->generator[1].kind == DRAPE_GENERATOR_CURVE)
+        return STATUS_INVALID;
+    bool by_point = settings->start_kind == DRAPE_START_POINT;
+    int32_t component = by_point ? MESH_ANY : mesh_largest_component(mesh);
+    struct vec3 target = by_point ? settings->start_point : mesh->components[component].centroid;
+    if (!mesh_nearest(mesh, target, component, &place, &distance) ||
+        (by_point && !(distance <= reach)))
+        return STATUS_START_OFF_SURFACE;
     if (march->smooth)
         move_to_smooth(march, &place);
     start->point = march_mesh_point(march, &place);
-    status = mesh_direction(settings, start->point.normal, &start->warp);
-    return status == STATUS_OK ? find_generators(NULL, settings, start, faulty) : status;
+    /* Warp by angle is from an axis, by vector of the vector's projection. */
+    struct vec3 normal = start->point.normal;
+    bool by_vector = settings->direction_kind == DRAPE_DIRECTION_VECTOR;
+    struct vec3 axis = fabs(normal.x) < across_x ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0);
+    struct vec3 wanted = by_vector ? vec3_unit(settings->direction_vector) : axis;
+    start->warp = vec3_unit(vec3_axpy(-vec3_dot(wanted, normal), normal, wanted));
+    if (!by_vector)
+        start->warp = turned(start->warp, normal, settings->direction_deg);
+    if (!(vec3_norm(vec3_cross(normal, wanted)) > along_normal))
+        return STATUS_INVALID;
+    return find_generators(NULL, settings, start, faulty);
 }

@@ -5,22 +5,18 @@
 
 #include "march.h"
 
-/* Finds the start that the settings ask for, in the region `trim` (NULL: all). Warp by angle is r_u
- * turned about the normal, at a pole where r_u vanishes r_v takes its place; by vector its
- * projection on the tangent plane. Weft is 90 degrees less the pre-shear further. Generators that
- * are curves or planes have the direction they have. Errors: STATUS_START_OFF_SURFACE (parameters
- * outside the domain, or a point further from the surface than a spacing),
- * STATUS_DEGENERATE_SURFACE (no tangent plane there), STATUS_INVALID (a direction along the
- * normal), STATUS_GENERATOR_OFF_START and STATUS_GENERATOR_PARALLEL, for which `faulty` says which.
+/* Finds the start that the settings ask for, in the region `trim` (NULL: all), or at a place that
+ * is known by its inner parameters unless they are NULL. Warp by angle is r_u turned about the
+ * normal, at a pole where r_u vanishes r_v takes its place; by vector its projection on the tangent
+ * plane. Weft is 90 degrees less the pre-shear further. Generators that are curves or planes have
+ * the direction they have. Errors: STATUS_START_OFF_SURFACE (parameters outside the domain, or a
+ * point further from the surface than a spacing), STATUS_DEGENERATE_SURFACE (no tangent plane
+ * there), STATUS_INVALID (a direction along the normal), STATUS_GENERATOR_OFF_START and
+ * STATUS_GENERATOR_PARALLEL, for which `faulty` says which.
  */
 enum status start_find(const struct surface *surface, const struct trim *trim,
-                       const struct drape_settings *settings, struct march_start *start,
-                       int *faulty) STATUS_MUST_USE;
-
-/* The same at a place that is known, in inner parameters. */
-enum status start_find_at(const struct surface *surface, const struct drape_settings *settings,
-                          const double inner[2], struct march_start *start,
-                          int *faulty) STATUS_MUST_USE;
+                       const struct drape_settings *settings, const double inner[2],
+                       struct march_start *start, int *faulty) STATUS_MUST_USE;
 
 /* The place nearest to `target` among those of a grid of the domain that are in the region (NULL:
  * all of it), first in the middle half of each direction, in inner parameters, and its distance;

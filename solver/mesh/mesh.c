@@ -157,6 +157,14 @@ enum status mesh_make(const struct mesh_source *source, struct arena *arena, str
     return status;
 }
 
+int32_t mesh_largest_component(const struct mesh *mesh) {
+    size_t largest = 0;
+    for (size_t k = 1; k < mesh->component_count; k++)
+        if (mesh->components[k].area > mesh->components[largest].area)
+            largest = k;
+    return (int32_t)largest;
+}
+
 /* With edges a, b at corner 0 and d = r - p_0 in the plane: the areas of the triangles that r makes
  * with two corners, over the whole. */
 void mesh_weights(const struct mesh *mesh, const struct mesh_point *at, double weight[3]) {

@@ -119,6 +119,9 @@ struct mesh_point {
 enum status mesh_make(const struct mesh_source *source, struct arena *arena, struct mesh **mesh,
                       struct mesh_fault *fault) STATUS_MUST_USE;
 
+/* The component of the largest area, of equal ones the first. */
+int32_t mesh_largest_component(const struct mesh *mesh);
+
 /* The nearest point of a component, or with MESH_ANY of the whole mesh, and its distance (may be
  * NULL); of points equally near, that in the first triangle. False when there is no such component
  * or `point` is not finite. */

@@ -502,6 +502,14 @@ double shell_area(const struct shell *shell, int32_t component, struct vec3 *cen
     return area;
 }
 
+int32_t shell_largest_component(const struct shell *shell) {
+    int32_t largest = 0, count = (int32_t)shell_component_count(shell);
+    for (int32_t k = 1; k < count; k++)
+        if (shell_area(shell, k, NULL) > shell_area(shell, largest, NULL))
+            largest = k;
+    return largest;
+}
+
 bool shell_is_closed(const struct shell *shell, int32_t face) {
     for (size_t e = 0; e < shell->edge_count; e++) {
         const struct face_edge *edge = &shell->edges[e];
