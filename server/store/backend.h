@@ -10,6 +10,7 @@
 #include "cache.h"
 #include "clock_check.h"
 #include "cursor.h"
+#include "reads.h"
 #include "store.h"
 #include <pthread.h>
 
@@ -64,9 +65,6 @@ enum { STORE_SCHEMA = 10 };
 /* Whether tables of that version are these; else `why` says what to do. `what` names the store. */
 bool store_schema_known(const char *what, int64_t schema, char why[STORE_WHY_SIZE]);
 
-/* Completes a job as its row has it: that has begun a round when `round` is not 0. */
-void store_job_show(struct store_job *job, int64_t status, int64_t round);
-
 struct store_ops {
     bool wall_leases; /* leases are counted by the database's clock, which can be set */
     bool fails_late;  /* a full disk is seen by what needs room, not by every write */
@@ -85,26 +83,14 @@ struct store_ops {
     enum store_answer (*flush)(struct store *store);
     enum store_answer (*submit_family)(struct store *store, const struct store_family *family,
                                        struct store_receipt *receipt);
-    enum store_answer (*members)(struct store *store, const char *id, struct store_page *page);
-    enum store_answer (*get)(struct store *store, const char *id, struct store_job *job);
-    enum store_answer (*request)(struct store *store, const char *id, char **bytes, size_t *length);
-    enum store_answer (*list)(struct store *store, const struct store_filter *filter,
-                              struct store_page *page);
     enum store_answer (*cancel)(struct store *store, const char *id);
     enum store_answer (*remove)(struct store *store, const char *id);
-    enum store_answer (*counts)(struct store *store, struct store_counts *counts);
-    enum store_answer (*usage)(struct store *store, const char *owner, struct store_usage *usage);
     enum store_answer (*claim)(struct store *store, bool fresh, struct store_claim *claim);
     enum store_answer (*starving)(struct store *store, bool fresh);
     enum store_answer (*renew)(struct store *store, const struct store_claim *claim,
                                double progress);
-    enum store_answer (*check)(struct store *store, const struct store_claim *claim);
     enum store_answer (*fail)(struct store *store, const struct store_claim *claim,
                               const char *error);
-    /* The attempts of a job that runs under the claim, and how many of them are excused: not held
-     * against it. STORE_CONFLICT when it does not. */
-    enum store_answer (*attempts)(struct store *store, const struct store_claim *claim,
-                                  int64_t *attempts, int64_t *excused);
     /* Puts it back into the queue, the attempt excused or not, and its owner behind `later` turns
      * of others. STORE_CONFLICT likewise. */
     enum store_answer (*requeue)(struct store *store, const struct store_claim *claim, bool excused,
@@ -115,8 +101,6 @@ struct store_ops {
                                   const void *numbers, size_t length, int64_t spent);
     enum store_answer (*change_task)(struct store *store, const struct store_claim *claim,
                                      const void *task);
-    enum store_answer (*numbers)(struct store *store, const struct store_claim *claim, void **bytes,
-                                 size_t *length);
     /* Running jobs whose claims have ended, at most so many. */
     enum store_answer (*find_ended)(struct store *store, struct store_ended *ended, size_t most,
                                     size_t *count);
@@ -138,22 +122,10 @@ struct store_ops {
     enum store_answer (*result_commit)(struct store *store, struct store_segment *segment);
     /* Drops a result that was begun and not committed. */
     enum store_answer (*result_drop)(struct store *store, int64_t number);
-    enum store_answer (*result_find)(struct store *store, const char *id,
-                                     struct store_result *result);
-    /* Reads one chunk, which has that length. */
-    enum store_answer (*result_read)(struct store *store, int64_t number, int64_t index,
-                                     void *bytes, size_t length);
     enum store_answer (*item_put)(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created);
-    enum store_answer (*item_get)(struct store *store, enum store_item_kind kind, const char *owner,
-                                  const char *id, struct store_item *item);
-    enum store_answer (*item_list)(struct store *store, enum store_item_kind kind,
-                                   const char *owner, int64_t cursor, int limit,
-                                   struct store_items *page);
     enum store_answer (*item_delete)(struct store *store, enum store_item_kind kind,
                                      const char *owner, const char *id);
-    /* The key of the store's cursors. */
-    enum store_answer (*secret)(struct store *store, unsigned char secret[CURSOR_SECRET_BYTES]);
 };
 
 /* Rows of hosts that were silent for longer do not count, and then are removed. */
@@ -174,10 +146,11 @@ struct store_uncommitted_list {
     struct store_uncommitted *first;
 };
 
-/* The head of every backend's own struct. A backend sets the first three. */
+/* The head of every backend's own struct. A backend sets the first four. */
 struct store {
     const struct store_ops *ops;
     struct store_options options;
+    struct reader reader;
     struct clock_check clocks; /* of the sweeps */
     struct job_events *events;
     struct store_cache *cache;

@@ -55,7 +55,7 @@ struct store *store_open(const char *url, const struct store_options *options,
     pthread_mutex_init(&store->uncommitted.lock, NULL);
     id_make(store->health.host.name);
     store->cache = store_cache_new();
-    bool keyed = store->ops->secret(store, store->secret) == STORE_OK;
+    bool keyed = reads_secret(store, store->secret) == STORE_OK;
     if (store->cache && keyed)
         return store;
     snprintf(why, STORE_WHY_SIZE, "%s",

@@ -42,7 +42,7 @@ static enum store_answer give_back(struct store *store, const struct store_claim
     if (cause == CAUSE_RELEASED || cause == CAUSE_YIELDED)
         return store->ops->requeue(store, claim, true,
                                    cause == CAUSE_YIELDED ? STORE_LATER_TURNS : 0);
-    enum store_answer answer = store->ops->attempts(store, claim, &attempts, &excuses);
+    enum store_answer answer = reads_attempts(store, claim, &attempts, &excuses);
     if (answer != STORE_OK)
         return answer;
     bool excused = cause == CAUSE_INTERRUPTED && excuses < INTERRUPTIONS_EXCUSED;

@@ -108,47 +108,11 @@ enum store_answer store_submit_family(struct store *store, const struct store_fa
     return answer;
 }
 
-enum store_answer store_members(struct store *store, const char *id, struct store_page *page) {
-    memset(page, 0, sizeof *page);
-    return store->ops->members(store, id, page);
-}
-
-enum store_answer store_get(struct store *store, const char *id, struct store_job *job) {
-    memset(job, 0, sizeof *job);
-    return store->ops->get(store, id, job);
-}
-
-/* Between two steps a study has no attempt, though it is at its first. */
-void store_job_show(struct store_job *job, int64_t status, int64_t round) {
-    bool begun = round > 0 && status < STORE_SUCCEEDED;
-    job->status = begun ? STORE_RUNNING : (enum store_status)status;
-    if (round > 0 && job->attempts == 0)
-        job->attempts = 1;
-    if (begun)
-        job->progress = job->total > job->done ? (double)job->done / (double)job->total : 1;
-}
-
 void store_job_clear(struct store_job *job) {
     free(job->error);
     free(job->summary);
     job->error = NULL;
     job->summary = NULL;
-}
-
-enum store_answer store_request(struct store *store, const char *id, char **bytes, size_t *length) {
-    *bytes = NULL;
-    *length = 0;
-    return store->ops->request(store, id, bytes, length);
-}
-
-enum store_answer store_list(struct store *store, const struct store_filter *filter,
-                             struct store_page *page) {
-    struct store_filter position = *filter;
-    memset(page, 0, sizeof *page);
-    position.cursor = cursor_open(store->secret, filter->owner, filter->cursor);
-    enum store_answer answer = store->ops->list(store, &position, page);
-    page->next = cursor_seal(store->secret, filter->owner, page->next);
-    return answer;
 }
 
 void store_page_clear(struct store_page *page) {
@@ -170,16 +134,6 @@ enum store_answer store_delete(struct store *store, const char *id) {
     if (answer == STORE_OK)
         store_tell(store, id);
     return answer;
-}
-
-enum store_answer store_counts(struct store *store, struct store_counts *counts) {
-    memset(counts, 0, sizeof *counts);
-    return store->ops->counts(store, counts);
-}
-
-enum store_answer store_usage(struct store *store, const char *owner, struct store_usage *usage) {
-    memset(usage, 0, sizeof *usage);
-    return store->ops->usage(store, owner, usage);
 }
 
 /* ------------------------------------------------------------------ dispatchers */
@@ -221,10 +175,6 @@ enum store_answer store_renew(struct store *store, const struct store_claim *cla
     return answer;
 }
 
-enum store_answer store_check(struct store *store, const struct store_claim *claim) {
-    return store->ops->check(store, claim);
-}
-
 enum store_answer store_fail(struct store *store, const struct store_claim *claim,
                              const char *error) {
     enum store_answer answer = store->ops->fail(store, claim, error);
@@ -259,13 +209,6 @@ enum store_answer store_change_task(struct store *store, const struct store_clai
     if (answer == STORE_OK)
         store_tell(store, job_events_queue);
     return answer;
-}
-
-enum store_answer store_numbers(struct store *store, const struct store_claim *claim, void **bytes,
-                                size_t *length) {
-    *bytes = NULL;
-    *length = 0;
-    return store->ops->numbers(store, claim, bytes, length);
 }
 
 /* ------------------------------------------------------------------ results */
@@ -376,12 +319,6 @@ void store_writer_free(struct store_writer *writer) {
     free(writer);
 }
 
-enum store_answer store_result_find(struct store *store, const char *id,
-                                    struct store_result *result) {
-    memset(result, 0, sizeof *result);
-    return store->ops->result_find(store, id, result);
-}
-
 /* Loads the chunk whole: the next call is going to ask for what follows. */
 static enum store_answer load_chunk(struct store *store, const struct store_result *result,
                                     int64_t index, size_t offset, void *to, size_t length) {
@@ -390,7 +327,7 @@ static enum store_answer load_chunk(struct store *store, const struct store_resu
     unsigned char *bytes = malloc(size);
     if (!bytes)
         return STORE_DOWN;
-    enum store_answer answer = store->ops->result_read(store, result->number, index, bytes, size);
+    enum store_answer answer = reads_chunk(store, result->number, index, bytes, size);
     if (answer == STORE_OK) {
         memcpy(to, bytes + offset, length);
         store_cache_put(store->cache, result->number, index, bytes, size);
@@ -432,21 +369,6 @@ void store_item_clear(struct store_item *item) {
 enum store_answer store_item_put(struct store *store, enum store_item_kind kind,
                                  const struct store_item *item, bool *created) {
     return store_note(store, store->ops->item_put(store, kind, item, created));
-}
-
-enum store_answer store_item_get(struct store *store, enum store_item_kind kind, const char *owner,
-                                 const char *id, struct store_item *item) {
-    memset(item, 0, sizeof *item);
-    return store->ops->item_get(store, kind, owner, id, item);
-}
-
-enum store_answer store_item_list(struct store *store, enum store_item_kind kind, const char *owner,
-                                  int64_t cursor, int limit, struct store_items *page) {
-    memset(page, 0, sizeof *page);
-    cursor = cursor_open(store->secret, owner, cursor);
-    enum store_answer answer = store->ops->item_list(store, kind, owner, cursor, limit, page);
-    page->next = cursor_seal(store->secret, owner, page->next);
-    return answer;
 }
 
 void store_items_clear(struct store_items *page) {

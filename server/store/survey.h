@@ -28,6 +28,11 @@ struct survey {
  * be read, is none of ours, or has the tables of another version. */
 bool survey_store(const char *url, struct survey *survey, char why[STORE_WHY_SIZE]) STORE_MUST_USE;
 
+/* The same by a reader, by the time `survey->now`; when `why` is empty the database has failed. */
+struct reader;
+bool survey_read(const struct reader *reader, struct survey *survey,
+                 char why[STORE_WHY_SIZE]) STORE_MUST_USE;
+
 /* Of each backend. */
 bool sqlite_survey(const char *path, struct survey *survey, char why[STORE_WHY_SIZE]);
 bool postgres_survey(const char *url, struct survey *survey, char why[STORE_WHY_SIZE]);

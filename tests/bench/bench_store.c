@@ -5,7 +5,7 @@
  */
 #include "server/log.h"
 #include "server/store/postgres/pool.h"
-#include "server/store/postgres/query.h"
+#include "server/store/postgres/statement.h"
 #include "server/store/sqlite/db.h"
 #include "server/store/store.h"
 #include <pthread.h>
@@ -66,10 +66,10 @@ static int64_t log_bytes(const char *url) {
     struct pool *pool = store_url_remote(url) ? pool_open(url, 60000, why) : NULL;
     if (!pool)
         return 0;
-    struct pg_query query =
+    struct query query =
         pg_query(pool, "SELECT (pg_current_wal_insert_lsn() - '0/0'::pg_lsn)::bigint");
-    int64_t bytes = pg_run(&query) ? pg_int(&query, 0, 0) : 0;
-    must(pg_end(&query) == STORE_OK, "position in the log");
+    int64_t bytes = query_row(&query) ? query_int(&query, 0) : 0;
+    must(query_end(&query) == STORE_OK, "position in the log");
     pool_close(pool);
     return bytes;
 }

@@ -4,7 +4,7 @@
 #include "server/clock.h"
 #include "server/log.h"
 #include "server/store/postgres/pool.h"
-#include "server/store/postgres/query.h"
+#include "server/store/postgres/statement.h"
 #include "server/store/sqlite/db.h"
 #include <dirent.h>
 #include <errno.h>
@@ -186,10 +186,10 @@ int64_t scratch_number(struct scratch *scratch, const char *sql) {
         return sqlite_number(scratch->path, sql);
     struct pool *pool = pool_open(scratch->path, POOL_PATIENCE_MS, why);
     assert_non_null(pool);
-    struct pg_query query = pg_query(pool, sql);
-    assert_true(pg_run(&query) > 0);
-    int64_t number = pg_int(&query, 0, 0);
-    assert_int_equal(pg_end(&query), STORE_OK);
+    struct query query = pg_query(pool, sql);
+    assert_true(query_row(&query));
+    int64_t number = query_int(&query, 0);
+    assert_int_equal(query_end(&query), STORE_OK);
     pool_close(pool);
     return number;
 }

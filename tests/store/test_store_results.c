@@ -146,7 +146,7 @@ static void test_store_second_result_of_a_digest_is_dropped(void **state) {
 /* ------------------------------------------------------------------ uncommitted results */
 
 /* One who waits for a job, and takes the uncommitted result when told of it. */
-struct reader {
+struct early_reader {
     struct scratch *scratch;
     const char *id;
     struct store_uncommitted *uncommitted;
@@ -154,7 +154,7 @@ struct reader {
 };
 
 static void take_uncommitted(void *context) {
-    struct reader *reader = context;
+    struct early_reader *reader = context;
     if (reader->uncommitted)
         return;
     reader->uncommitted = store_uncommitted_take(reader->scratch->store, reader->id);
@@ -162,7 +162,7 @@ static void take_uncommitted(void *context) {
 }
 
 /* Commits while the reader waits; its answer. */
-static enum store_answer commit_before(struct reader *reader, const struct store_claim *claim,
+static enum store_answer commit_before(struct early_reader *reader, const struct store_claim *claim,
                                        const void *bytes, size_t length) {
     struct job_watch watch;
     reader->id = claim->id;
@@ -184,7 +184,7 @@ static void test_store_draft_is_what_the_commit_keeps(void **state) {
                                        {LENGTH, 0}};
     uint64_t seed = check_seed(1);
     unsigned char *bytes = random_bytes(&seed, LENGTH), *read = malloc(LENGTH);
-    struct reader reader = {.scratch = scratch};
+    struct early_reader reader = {.scratch = scratch};
     struct store_claim claim = scratch_claimed(scratch, "a");
     assert_int_equal(commit_before(&reader, &claim, bytes, LENGTH), STORE_OK);
     assert_non_null(reader.uncommitted);
@@ -208,7 +208,7 @@ static void test_store_draft_is_what_the_commit_keeps(void **state) {
 static void test_store_draft_that_is_not_the_result_is_not_kept(void **state) {
     struct scratch *scratch = *state;
     struct store_claim lost = scratch_claimed(scratch, "a"), first, second;
-    struct reader reader = {.scratch = scratch};
+    struct early_reader reader = {.scratch = scratch};
     assert_int_equal(store_cancel(scratch->store, lost.id), STORE_OK);
     assert_int_equal(commit_before(&reader, &lost, "result", 6), STORE_CONFLICT);
     assert_true(reader.early && !store_uncommitted_kept(reader.uncommitted));
@@ -220,7 +220,7 @@ static void test_store_draft_that_is_not_the_result_is_not_kept(void **state) {
     assert_int_equal(store_claim(scratch->store, &first), STORE_OK);
     assert_int_equal(store_claim(scratch->store, &second), STORE_OK);
     assert_int_equal(scratch_commit(scratch, &first, "result", 6), STORE_OK);
-    reader = (struct reader){.scratch = scratch};
+    reader = (struct early_reader){.scratch = scratch};
     assert_int_equal(commit_before(&reader, &second, "others", 6), STORE_OK);
     assert_true(reader.early && !store_uncommitted_kept(reader.uncommitted));
     store_uncommitted_drop(reader.uncommitted);
@@ -228,7 +228,7 @@ static void test_store_draft_that_is_not_the_result_is_not_kept(void **state) {
 
     unsigned char *large = calloc(1, STORE_SEGMENT_BYTES + 1);
     struct store_claim claim = scratch_claimed(scratch, "large");
-    reader = (struct reader){.scratch = scratch};
+    reader = (struct early_reader){.scratch = scratch};
     assert_int_equal(commit_before(&reader, &claim, large, STORE_SEGMENT_BYTES + 1), STORE_OK);
     assert_null(reader.uncommitted);
     free(large);

@@ -79,19 +79,19 @@ static bool read_copy(const char *path, int out, char why[STORE_WHY_SIZE]) {
 static bool read_contents(struct pool *pool, struct backup_contents *contents,
                           char why[STORE_WHY_SIZE]) {
     static const char *const tables[] = {"jobs", "results", "surfaces"};
-    struct pg_query query =
+    struct query query =
         pg_query(pool, "SELECT max(version), (SELECT count(*) FROM draped.jobs),"
                        " (SELECT count(*) FROM draped.results),"
                        " (SELECT count(*) FROM draped.surfaces) FROM draped.schema_version");
-    if (pg_run(&query)) {
-        contents->schema = pg_int(&query, 0, 0);
+    if (query_row(&query)) {
+        contents->schema = query_int(&query, 0);
         for (contents->count = 0; contents->count < 3; contents->count++) {
             struct backup_table *table = &contents->tables[contents->count];
             snprintf(table->name, sizeof table->name, "%s", tables[contents->count]);
-            table->rows = pg_int(&query, 0, (int)contents->count + 1);
+            table->rows = query_int(&query, (int)contents->count + 1);
         }
     }
-    return pg_end(&query) == STORE_OK ||
+    return query_end(&query) == STORE_OK ||
            backup_fail(why, "the database holds no store of draped, or it cannot be read");
 }
 
@@ -113,11 +113,11 @@ static bool dump(struct pool *pool, const char *path, struct backup_contents *co
                    NULL, why) ||
         !read_contents(pool, contents, why))
         return false;
-    struct pg_query query = pg_query(pool, "SELECT pg_export_snapshot()");
+    struct query query = pg_query(pool, "SELECT pg_export_snapshot()");
     size_t length = strlen(snapshot);
-    if (pg_run(&query))
-        pg_copy(&query, 0, 0, snapshot + length, sizeof snapshot - length);
-    if (pg_end(&query) != STORE_OK)
+    if (query_row(&query))
+        query_copy(&query, 0, snapshot + length, sizeof snapshot - length);
+    if (query_end(&query) != STORE_OK)
         return backup_fail(why, "the database gives no snapshot (see above)");
     return end_program(arguments[0], start_program(arguments, -1, -1), why);
 }
@@ -199,15 +199,15 @@ static bool is_dump(const char *path, char why[STORE_WHY_SIZE]) {
 static bool name_old(struct pool *pool, char kept[BACKUP_KEPT_SIZE], char old[NAME_SIZE],
                      char why[STORE_WHY_SIZE]) {
     char time[BACKUP_TIME_SIZE];
-    struct pg_query query = pg_query(pool, "SELECT to_regnamespace('draped') IS NOT NULL");
-    bool there = pg_run(&query) && pg_int(&query, 0, 0) != 0;
+    struct query query = pg_query(pool, "SELECT to_regnamespace('draped') IS NOT NULL");
+    bool there = query_row(&query) && query_int(&query, 0) != 0;
     backup_time(time);
     for (char *c = time; *c; c++)
         *c = *c == '.' ? '_' : *c == 'T' ? 't' : *c == 'Z' ? 'z' : *c;
     snprintf(old, NAME_SIZE, "draped_before_%s", time);
     if (there)
         snprintf(kept, BACKUP_KEPT_SIZE, "schema %s", old);
-    return pg_end(&query) == STORE_OK || backup_fail(why, "the database cannot be read");
+    return query_end(&query) == STORE_OK || backup_fail(why, "the database cannot be read");
 }
 
 bool postgres_backup_restore(const char *url, const char *path, struct backup_contents *contents,

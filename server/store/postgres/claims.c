@@ -48,7 +48,7 @@ static const char claim_sql[] =
 
 /* The claimed job's result is there already. STORE_CONFLICT when it has gone meanwhile. */
 static enum store_answer reuse(struct store *store, const struct store_claim *claim) {
-    struct pg_query query = postgres_query_now(
+    struct query query = postgres_query_now(
         store,
         "WITH twin AS MATERIALIZED (SELECT r.number FROM draped.jobs j"
         " JOIN draped.results r ON r.owner = j.owner AND r.digest = j.digest AND r.state "
@@ -58,122 +58,100 @@ static enum store_answer reuse(struct store *store, const struct store_claim *cl
         " finished = " POSTGRES_NOW ", attempts = attempts - 1, result = twin.number,"
         " lease = NULL FROM twin WHERE sequence = $2 AND token = $3 AND status = " SQL_RUNNING
         " RETURNING 1");
-    pg_bind_int(&query, claim->sequence);
-    pg_bind_int(&query, claim->token);
-    return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
+    query_bind_int(&query, claim->sequence);
+    query_bind_int(&query, claim->token);
+    return query_find(&query, STORE_CONFLICT);
 }
 
 enum store_answer postgres_starving(struct store *store, bool fresh) {
-    struct pg_query query =
+    struct query query =
         postgres_query(store, "SELECT 1 FROM draped.owners GROUP BY owner"
                               " HAVING sum(queued) > 0 AND sum(running) = 0"
                               " AND ($1 = 0 OR sum(queued) > sum(tasks) AND"
                               "  max(turn) <= pg_sequence_last_value('draped.turns')) LIMIT 1");
-    pg_bind_int(&query, fresh);
-    return postgres_end(&query, pg_run(&query), STORE_EMPTY);
+    query_bind_int(&query, fresh);
+    return query_find(&query, STORE_EMPTY);
 }
 
 enum store_answer postgres_claim(struct store *store, bool fresh, struct store_claim *claim) {
-    struct pg_query query = postgres_query_now(store, claim_sql);
+    struct query query = postgres_query_now(store, claim_sql);
     bool twin = false;
-    pg_bind_int(&query, store->options.lease_us);
-    pg_bind_int(&query, fresh ? 1 : store->options.owner_running);
-    pg_bind_int(&query, fresh);
-    size_t rows = pg_run(&query);
-    if (rows) {
-        claim->sequence = pg_int(&query, 0, 0);
-        pg_copy(&query, 0, 1, claim->id, sizeof claim->id);
-        pg_copy(&query, 0, 2, claim->surface, sizeof claim->surface);
-        claim->token = pg_int(&query, 0, 3);
-        claim->attempts = (int)pg_int(&query, 0, 4);
-        twin = pg_int(&query, 0, 5) != 0;
-        pg_copy(&query, 0, 6, claim->owner, sizeof claim->owner);
-        pg_copy(&query, 0, 7, claim->origin, sizeof claim->origin);
-        claim->kind = (enum store_kind)pg_int(&query, 0, 9);
-        claim->spent = pg_int(&query, 0, 10);
-        const void *task = pg_bytes(&query, 0, 11, &claim->task_length);
+    query_bind_int(&query, store->options.lease_us);
+    query_bind_int(&query, fresh ? 1 : store->options.owner_running);
+    query_bind_int(&query, fresh);
+    bool found = query_row(&query);
+    if (found) {
+        claim->sequence = query_int(&query, 0);
+        query_copy(&query, 1, claim->id, sizeof claim->id);
+        query_copy(&query, 2, claim->surface, sizeof claim->surface);
+        claim->token = query_int(&query, 3);
+        claim->attempts = (int)query_int(&query, 4);
+        twin = query_int(&query, 5) != 0;
+        query_copy(&query, 6, claim->owner, sizeof claim->owner);
+        query_copy(&query, 7, claim->origin, sizeof claim->origin);
+        claim->kind = (enum store_kind)query_int(&query, 9);
+        claim->spent = query_int(&query, 10);
+        const void *task = query_bytes(&query, 11, &claim->task_length);
         if (task && claim->task_length <= sizeof claim->task)
             memcpy(claim->task, task, claim->task_length);
-        pg_copy(&query, 0, 12, claim->parent, sizeof claim->parent);
-        claim->waited_us = pg_int(&query, 0, 13);
+        query_copy(&query, 12, claim->parent, sizeof claim->parent);
+        claim->waited_us = query_int(&query, 13);
     }
-    enum store_answer answer = postgres_end(&query, rows, STORE_EMPTY);
+    enum store_answer answer = query_end_found(&query, found, STORE_EMPTY);
     claim->reused = answer == STORE_OK && twin && reuse(store, claim) == STORE_OK;
     return answer;
 }
 
 /* No owner has fewer than none running. */
 enum store_answer postgres_try_claim(struct store *store) {
-    struct pg_query query = postgres_query_now(store, claim_sql);
-    pg_bind_int(&query, store->options.lease_us);
-    pg_bind_int(&query, -1);
-    pg_bind_int(&query, false);
-    pg_run(&query);
-    return pg_end(&query);
+    struct query query = postgres_query_now(store, claim_sql);
+    query_bind_int(&query, store->options.lease_us);
+    query_bind_int(&query, -1);
+    query_bind_int(&query, false);
+    query_row(&query);
+    return query_end(&query);
 }
 
 /* ------------------------------------------------------------------ holding */
 
 #define HELD " sequence = $2 AND token = $3 AND status = " SQL_RUNNING
 
-static struct pg_query held_query(struct store *store, const char *sql,
-                                  const struct store_claim *claim) {
-    struct pg_query query = postgres_query_now(store, sql);
-    pg_bind_int(&query, claim->sequence);
-    pg_bind_int(&query, claim->token);
+static struct query held_query(struct store *store, const char *sql,
+                               const struct store_claim *claim) {
+    struct query query = postgres_query_now(store, sql);
+    query_bind_int(&query, claim->sequence);
+    query_bind_int(&query, claim->token);
     return query;
 }
 
 enum store_answer postgres_renew(struct store *store, const struct store_claim *claim,
                                  double progress) {
-    struct pg_query query =
+    struct query query =
         held_query(store,
                    "UPDATE draped.jobs SET lease = " POSTGRES_NOW " + $4,"
                    " progress = greatest(progress, $5) WHERE" HELD " RETURNING " POSTGRES_LAZY,
                    claim);
-    pg_bind_int(&query, store->options.lease_us);
-    pg_bind_real(&query, progress);
-    return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
-}
-
-enum store_answer postgres_check(struct store *store, const struct store_claim *claim) {
-    struct pg_query query = postgres_query(
-        store,
-        "SELECT 1 FROM draped.jobs WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING);
-    pg_bind_int(&query, claim->sequence);
-    pg_bind_int(&query, claim->token);
-    return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
+    query_bind_int(&query, store->options.lease_us);
+    query_bind_real(&query, progress);
+    return query_find(&query, STORE_CONFLICT);
 }
 
 /* ------------------------------------------------------------------ giving up */
 
 enum store_answer postgres_fail(struct store *store, const struct store_claim *claim,
                                 const char *error) {
-    struct pg_query query =
+    struct query query =
         held_query(store,
                    "UPDATE draped.jobs SET status = " SQL_FAILED ", error = $4, lease = NULL,"
                    " finished = " POSTGRES_NOW " WHERE" HELD " RETURNING 1",
                    claim);
-    pg_bind_text(&query, error);
-    return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
-}
-
-enum store_answer postgres_attempts(struct store *store, const struct store_claim *claim,
-                                    int64_t *attempts, int64_t *excused) {
-    struct pg_query query =
-        postgres_query(store, "SELECT attempts, excused FROM draped.jobs"
-                              " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING);
-    pg_bind_int(&query, claim->sequence);
-    pg_bind_int(&query, claim->token);
-    size_t rows = pg_run(&query);
-    *attempts = rows ? pg_int(&query, 0, 0) : 0;
-    *excused = rows ? pg_int(&query, 0, 1) : 0;
-    return postgres_end(&query, rows, STORE_CONFLICT);
+    query_bind_text(&query, error);
+    return query_find(&query, STORE_CONFLICT);
 }
 
 static enum store_answer requeue(struct store *store, const struct store_claim *claim, bool excused,
                                  int64_t later, const void *task) {
-    struct pg_query query = postgres_query(
+    struct query query = postgres_query(
         store,
         "UPDATE draped.jobs SET status = " SQL_QUEUED ", progress = 0, lease = NULL,"
         " started = CASE WHEN round > 0 THEN started ELSE 0 END, task = coalesce(nullif($5, ''), "
@@ -182,12 +160,12 @@ static enum store_answer requeue(struct store *store, const struct store_claim *
         " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING " RETURNING " POSTGRES_LAZY
         ", CASE WHEN $4 > 0 THEN draped.count_owner(owner, 0, 0, 0, 0, 0,"
         "  pg_sequence_last_value('draped.turns') + $4)::text END");
-    pg_bind_int(&query, claim->sequence);
-    pg_bind_int(&query, claim->token);
-    pg_bind_int(&query, excused);
-    pg_bind_int(&query, later);
-    pg_bind_bytes(&query, task, task ? claim->task_length : 0);
-    return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
+    query_bind_int(&query, claim->sequence);
+    query_bind_int(&query, claim->token);
+    query_bind_int(&query, excused);
+    query_bind_int(&query, later);
+    query_bind_bytes(&query, task, task ? claim->task_length : 0);
+    return query_find(&query, STORE_CONFLICT);
 }
 
 enum store_answer postgres_requeue(struct store *store, const struct store_claim *claim,
@@ -213,33 +191,33 @@ static int64_t far_ahead(const struct store *store) {
 
 enum store_answer postgres_find_ended(struct store *store, struct store_ended *ended, size_t most,
                                       size_t *count) {
-    struct pg_query query = postgres_query_now(
+    struct query query = postgres_query_now(
         store, "SELECT sequence, token, id FROM draped.jobs WHERE status = " SQL_RUNNING
                " AND (lease < " POSTGRES_NOW " OR lease > " POSTGRES_NOW " + $3)"
                " ORDER BY lease LIMIT $2");
-    pg_bind_int(&query, (int64_t)most);
-    pg_bind_int(&query, far_ahead(store));
-    *count = pg_run(&query);
-    for (size_t row = 0; row < *count; row++) {
-        ended[row].claim.sequence = pg_int(&query, row, 0);
-        ended[row].claim.token = pg_int(&query, row, 1);
-        pg_copy(&query, row, 2, ended[row].claim.id, sizeof ended[row].claim.id);
-        ended[row].holder_gone = false;
+    query_bind_int(&query, (int64_t)most);
+    query_bind_int(&query, far_ahead(store));
+    for (; *count < most && query_row(&query); ++*count) {
+        struct store_claim *claim = &ended[*count].claim;
+        claim->sequence = query_int(&query, 0);
+        claim->token = query_int(&query, 1);
+        query_copy(&query, 2, claim->id, sizeof claim->id);
+        ended[*count].holder_gone = false;
     }
-    return pg_end(&query);
+    return query_end(&query);
 }
 
 enum store_answer postgres_take_over(struct store *store, const struct store_ended *ended,
                                      int64_t *token) {
-    struct pg_query query =
+    struct query query =
         held_query(store,
                    "UPDATE draped.jobs SET token = token + 1, lease = " POSTGRES_NOW " + $4"
                    " WHERE" HELD " AND (lease < " POSTGRES_NOW " OR lease > " POSTGRES_NOW " + $5)"
                    " RETURNING token, " POSTGRES_LAZY,
                    &ended->claim);
-    pg_bind_int(&query, store->options.lease_us);
-    pg_bind_int(&query, far_ahead(store));
-    size_t rows = pg_run(&query);
-    *token = rows ? pg_int(&query, 0, 0) : 0;
-    return postgres_end(&query, rows, STORE_CONFLICT);
+    query_bind_int(&query, store->options.lease_us);
+    query_bind_int(&query, far_ahead(store));
+    bool found = query_row(&query);
+    *token = found ? query_int(&query, 0) : 0;
+    return query_end_found(&query, found, STORE_CONFLICT);
 }

@@ -13,15 +13,15 @@ static const char beat_sql[] =
 
 /* After a full disk was seen, that a row is written over is not enough. */
 enum store_answer postgres_beat(struct store *store, const struct store_host *host) {
-    struct pg_query query = postgres_query_now(store, beat_sql);
-    pg_bind_text(&query, host->name);
-    pg_bind_text(&query, host->host);
-    pg_bind_text(&query, host->role);
-    pg_bind_text(&query, host->version);
-    pg_bind_int(&query, host->workers);
-    pg_bind_int(&query, host->busy);
-    pg_bind_int(&query, STORE_FORGOTTEN_US);
-    enum store_answer answer = postgres_end(&query, pg_run(&query), STORE_DOWN);
+    struct query query = postgres_query_now(store, beat_sql);
+    query_bind_text(&query, host->name);
+    query_bind_text(&query, host->host);
+    query_bind_text(&query, host->role);
+    query_bind_text(&query, host->version);
+    query_bind_int(&query, host->workers);
+    query_bind_int(&query, host->busy);
+    query_bind_int(&query, STORE_FORGOTTEN_US);
+    enum store_answer answer = query_find(&query, STORE_DOWN);
     if (answer == STORE_OK)
         answer = postgres_try_claim(store);
     if (answer == STORE_OK && store_health(store) == STORE_NO_SPACE)
@@ -31,10 +31,10 @@ enum store_answer postgres_beat(struct store *store, const struct store_host *ho
 
 /* If it cannot be removed it ages. */
 void postgres_leave(struct store *store, const char *name) {
-    struct pg_query query =
+    struct query query =
         postgres_query(store, "DELETE FROM draped.hosts WHERE name = $1 RETURNING 1");
-    pg_bind_text(&query, name);
-    pg_run(&query);
-    enum store_answer answer = pg_end(&query);
+    query_bind_text(&query, name);
+    query_row(&query);
+    enum store_answer answer = query_end(&query);
     (void)answer;
 }

@@ -106,40 +106,40 @@ static const char submit_family_sql[] =
     " UNION ALL SELECT 0, id, " SQL_RUNNING ", false, 0 FROM made"
     " UNION ALL SELECT answer, $2, 0, false, reached FROM fit WHERE answer <> 0";
 
-static struct pg_query bind_submission(struct store *store, const char *sql,
-                                       const struct store_submission *submission, const char *id) {
+static struct query bind_submission(struct store *store, const char *sql,
+                                    const struct store_submission *submission, const char *id) {
     const char *surface = submission->surface;
-    struct pg_query query = postgres_query_now(store, sql);
-    pg_bind_text(&query, id);
-    pg_bind_int(&query, submission->priority);
-    pg_bind_int(&query, store_rank(submission, 0));
-    pg_bind_text(&query, submission->owner ? submission->owner : "");
-    pg_bind_text(&query, submission->digest);
-    pg_bind_text(&query, surface && surface[0] ? surface : NULL);
-    pg_bind_text(&query, submission->key);
-    pg_bind_bytes(&query, submission->request, submission->request_length);
-    pg_bind_int(&query, store->options.queue_limit);
-    pg_bind_int(&query, submission->quota.queued);
-    pg_bind_int(&query, submission->quota.bytes);
-    pg_bind_text(&query, submission->origin);
-    pg_bind_int(&query, submission->kind);
+    struct query query = postgres_query_now(store, sql);
+    query_bind_text(&query, id);
+    query_bind_int(&query, submission->priority);
+    query_bind_int(&query, store_rank(submission, 0));
+    query_bind_text(&query, submission->owner ? submission->owner : "");
+    query_bind_text(&query, submission->digest);
+    query_bind_text(&query, surface && surface[0] ? surface : NULL);
+    query_bind_text(&query, submission->key);
+    query_bind_bytes(&query, submission->request, submission->request_length);
+    query_bind_int(&query, store->options.queue_limit);
+    query_bind_int(&query, submission->quota.queued);
+    query_bind_int(&query, submission->quota.bytes);
+    query_bind_text(&query, submission->origin);
+    query_bind_int(&query, submission->kind);
     return query;
 }
 
 /* Ends the query. */
-static enum store_answer read_receipt(struct pg_query query, struct store_receipt *receipt,
+static enum store_answer read_receipt(struct query query, struct store_receipt *receipt,
                                       bool *taken) {
     enum store_answer found = STORE_DOWN;
-    if (pg_run(&query)) {
-        int64_t status = pg_int(&query, 0, 2);
-        found = (enum store_answer)pg_int(&query, 0, 0);
-        pg_copy(&query, 0, 1, receipt->id, sizeof receipt->id);
+    if (query_row(&query)) {
+        int64_t status = query_int(&query, 2);
+        found = (enum store_answer)query_int(&query, 0);
+        query_copy(&query, 1, receipt->id, sizeof receipt->id);
         receipt->status = status < 0 ? STORE_RUNNING : (enum store_status)status;
-        receipt->existing = pg_int(&query, 0, 3) != 0;
-        receipt->full = (enum store_bound)pg_int(&query, 0, 4);
+        receipt->existing = query_int(&query, 3) != 0;
+        receipt->full = (enum store_bound)query_int(&query, 4);
     }
     *taken = query.taken;
-    enum store_answer answer = pg_end(&query);
+    enum store_answer answer = query_end(&query);
     return answer == STORE_OK ? found : answer;
 }
 
@@ -152,8 +152,8 @@ enum store_answer postgres_submit(struct store *store, const struct store_submis
     bool taken = true;
     id_make(id);
     for (int k = 0; k < SUBMIT_TRIES && taken; k++) {
-        struct pg_query query = bind_submission(store, submit_sql, submission, id);
-        pg_bind_int(&query, submission->total);
+        struct query query = bind_submission(store, submit_sql, submission, id);
+        query_bind_int(&query, submission->total);
         answer = read_receipt(query, receipt, &taken);
     }
     return answer;
@@ -209,196 +209,34 @@ enum store_answer postgres_submit_family(struct store *store, const struct store
     enum store_answer answer = STORE_DOWN;
     id_make(id);
     for (int k = 0; k < SUBMIT_TRIES && taken; k++) {
-        struct pg_query query = bind_submission(store, submit_family_sql, &family->parent, id);
-        pg_bind_int(&query, (int64_t)family->count);
-        pg_bind_text(&query, lists.ids);
-        pg_bind_text(&query, lists.digests);
-        pg_bind_text(&query, lists.ends);
-        pg_bind_bytes(&query, lists.requests, lists.length);
+        struct query query = bind_submission(store, submit_family_sql, &family->parent, id);
+        query_bind_int(&query, (int64_t)family->count);
+        query_bind_text(&query, lists.ids);
+        query_bind_text(&query, lists.digests);
+        query_bind_text(&query, lists.ends);
+        query_bind_bytes(&query, lists.requests, lists.length);
         answer = read_receipt(query, receipt, &taken);
     }
     free_lists(&lists);
     return answer;
 }
 
-/* ------------------------------------------------------------------ looking */
-
-#define JOB_COLUMNS                                                                                \
-    "j.sequence, j.id, j.status, j.progress, j.created, j.started, j.finished, j.attempts,"        \
-    " j.priority, j.expired, j.owner, j.surface, j.digest, j.error,"                               \
-    " coalesce(r.summary, j.summary), j.kind, j.done, j.total, j.position, j.round"                \
-    " FROM draped.jobs j LEFT JOIN draped.results r ON r.number = j.result"
-
-static void read_job(struct pg_query *query, size_t row, struct store_job *job) {
-    job->sequence = pg_int(query, row, 0);
-    pg_copy(query, row, 1, job->id, sizeof job->id);
-    job->progress = pg_real(query, row, 3);
-    job->created = pg_int(query, row, 4);
-    job->started = pg_int(query, row, 5);
-    job->finished = pg_int(query, row, 6);
-    job->attempts = (int)pg_int(query, row, 7);
-    job->priority = (int)pg_int(query, row, 8);
-    job->expired = pg_int(query, row, 9) != 0;
-    pg_copy(query, row, 10, job->owner, sizeof job->owner);
-    pg_copy(query, row, 11, job->surface, sizeof job->surface);
-    pg_copy(query, row, 12, job->digest, sizeof job->digest);
-    pg_duplicate(query, row, 13, &job->error, NULL);
-    pg_duplicate(query, row, 14, &job->summary, NULL);
-    job->kind = (enum store_kind)pg_int(query, row, 15);
-    job->done = pg_int(query, row, 16);
-    job->total = pg_int(query, row, 17);
-    job->position = pg_int(query, row, 18);
-    store_job_show(job, pg_int(query, row, 2), pg_int(query, row, 19));
-}
-
-enum store_answer postgres_get(struct store *store, const char *id, struct store_job *job) {
-    struct pg_query query = postgres_query(store, "SELECT " JOB_COLUMNS " WHERE j.id = $1");
-    pg_bind_text(&query, id);
-    size_t rows = pg_run(&query);
-    if (rows)
-        read_job(&query, 0, job);
-    return postgres_end(&query, rows, STORE_EMPTY);
-}
-
-enum store_answer postgres_request(struct store *store, const char *id, char **bytes,
-                                   size_t *length) {
-    struct pg_query query =
-        postgres_query(store, "SELECT q.bytes FROM draped.jobs j"
-                              " JOIN draped.requests q ON q.job = j.sequence WHERE j.id = $1");
-    pg_bind_text(&query, id);
-    size_t rows = pg_run(&query);
-    if (rows)
-        pg_duplicate(&query, 0, 0, bytes, length);
-    return postgres_end(&query, rows, STORE_EMPTY);
-}
-
-enum store_answer postgres_members(struct store *store, const char *id, struct store_page *page) {
-    struct pg_query query = postgres_query(
-        store, "SELECT " JOB_COLUMNS " WHERE j.parent = (SELECT sequence FROM draped.jobs"
-               " WHERE id = $1 AND kind = " SQL_LAMINATE ") ORDER BY j.position");
-    pg_bind_text(&query, id);
-    size_t rows = pg_run(&query);
-    page->jobs = calloc(rows + 1, sizeof *page->jobs);
-    for (size_t row = 0; page->jobs && row < rows; row++)
-        read_job(&query, row, &page->jobs[page->count++]);
-    enum store_answer answer = pg_end(&query);
-    return page->jobs ? answer : STORE_DOWN;
-}
-
-#define LIST_OF(which)                                                                             \
-    "SELECT " JOB_COLUMNS " WHERE j.sequence < $1 AND " which " ORDER BY j.sequence DESC LIMIT $3"
-
-/* A statement each, so that it has the index it needs. One row more than asked tells whether there
- * is a next page. */
-static struct pg_query list_query(struct store *store, const struct store_filter *filter) {
-    struct pg_query query = postgres_query(
-        store,
-        filter->owner
-            ? (filter->has_status ? LIST_OF("j.owner = $2 AND j.kind = $4 AND $5 = " SQL_SHOWN)
-                                  : LIST_OF("j.owner = $2 AND j.kind = $4"))
-        : filter->kind != STORE_DRAPE
-            ? (filter->has_status ? LIST_OF("$2::text IS NULL AND j.kind > 0 AND j.kind = $4 AND"
-                                            " $5 = " SQL_SHOWN)
-                                  : LIST_OF("$2::text IS NULL AND j.kind > 0 AND j.kind = $4"))
-            : (filter->has_status ? LIST_OF("$2::text IS NULL AND j.kind = $4 AND j.status = $5")
-                                  : LIST_OF("$2::text IS NULL AND j.kind = $4")));
-    pg_bind_int(&query, filter->cursor > 0 ? filter->cursor : INT64_MAX);
-    pg_bind_text(&query, filter->owner);
-    pg_bind_int(&query, filter->limit + 1);
-    pg_bind_int(&query, filter->kind);
-    if (filter->has_status)
-        pg_bind_int(&query, filter->status);
-    return query;
-}
-
-enum store_answer postgres_list(struct store *store, const struct store_filter *filter,
-                                struct store_page *page) {
-    size_t limit = (size_t)filter->limit;
-    page->jobs = calloc(limit, sizeof *page->jobs);
-    if (!page->jobs)
-        return STORE_DOWN;
-    struct pg_query query = list_query(store, filter);
-    size_t rows = pg_run(&query);
-    for (size_t row = 0; row < rows && row < limit; row++)
-        read_job(&query, row, &page->jobs[page->count++]);
-    if (rows > limit)
-        page->next = page->jobs[limit - 1].sequence;
-    return pg_end(&query);
-}
-
-/* `now` 0: by the database's clock. */
-enum store_answer postgres_read_counts(struct pool *pool, int64_t now,
-                                       struct store_counts *counts) {
-    struct pg_query query = pg_query(
-        pool, "SELECT sum(n[1])::bigint, sum(n[2])::bigint, sum(n[3])::bigint, sum(n[4])::bigint,"
-              " sum(n[5])::bigint, (SELECT min(created) FROM ((SELECT created FROM draped.jobs"
-              " WHERE kind = " SQL_DRAPE " AND status = " SQL_QUEUED " ORDER BY sequence LIMIT 1)"
-              " UNION ALL (SELECT created FROM draped.jobs WHERE kind = " SQL_STUDY
-              " AND status = " SQL_QUEUED " AND round = 0 ORDER BY sequence LIMIT 1)) oldest),"
-              " sum(succeeded)::bigint, sum(failed)::bigint,"
-              " sum(cancelled)::bigint, sum(crashed)::bigint, hosts, workers, busy,"
-              " sum(n[6])::bigint, sum(n[7])::bigint"
-              " FROM draped.counts, (SELECT count(*) AS hosts, coalesce(sum(h.workers), 0)::bigint"
-              "  AS workers, coalesce(sum(h.busy), 0)::bigint AS busy FROM draped.hosts h"
-              "  WHERE h.seen > " POSTGRES_NOW " - $2) alive GROUP BY hosts, workers, busy");
-    if (now)
-        pg_bind_int(&query, now);
-    else
-        pg_bind_no_int(&query);
-    pg_bind_int(&query, STORE_SEEN_US);
-    size_t rows = pg_run(&query);
-    for (int k = 0; k < STORE_STATUS_COUNT && rows; k++)
-        counts->jobs[k] = pg_int(&query, 0, k);
-    if (rows) {
-        counts->oldest_queued = pg_int(&query, 0, 5);
-        counts->ended[STORE_SUCCEEDED] = pg_int(&query, 0, 6);
-        counts->ended[STORE_FAILED] = pg_int(&query, 0, 7);
-        counts->ended[STORE_CANCELLED] = pg_int(&query, 0, 8);
-        counts->crashed = pg_int(&query, 0, 9);
-        counts->hosts = pg_int(&query, 0, 10);
-        counts->workers = pg_int(&query, 0, 11);
-        counts->busy = pg_int(&query, 0, 12);
-        counts->tasks[0] = pg_int(&query, 0, 13);
-        counts->tasks[1] = pg_int(&query, 0, 14);
-    }
-    return postgres_end(&query, rows, STORE_DOWN);
-}
-
-enum store_answer postgres_counts(struct store *store, struct store_counts *counts) {
-    return postgres_read_counts(postgres_pool(store),
-                                store->options.clock ? store->options.clock() : 0, counts);
-}
-
-enum store_answer postgres_usage(struct store *store, const char *owner,
-                                 struct store_usage *usage) {
-    struct pg_query query = postgres_query(
-        store, "SELECT coalesce(sum(queued - tasks), 0)::bigint, coalesce(sum(running), 0)::bigint,"
-               " coalesce(sum(results + others), 0)::bigint FROM draped.owners WHERE owner = $1");
-    pg_bind_text(&query, owner);
-    if (pg_run(&query)) {
-        usage->queued = pg_int(&query, 0, 0);
-        usage->running = pg_int(&query, 0, 1);
-        usage->bytes = pg_int(&query, 0, 2);
-    }
-    return pg_end(&query);
-}
-
 /* ------------------------------------------------------------------ ending by the caller */
 
 static enum store_answer known(struct store *store, const char *id) {
-    struct pg_query query = postgres_query(store, "SELECT 1 FROM draped.jobs WHERE id = $1");
-    pg_bind_text(&query, id);
-    return postgres_end(&query, pg_run(&query), STORE_EMPTY);
+    struct query query = postgres_query(store, "SELECT 1 FROM draped.jobs WHERE id = $1");
+    query_bind_text(&query, id);
+    return query_find(&query, STORE_EMPTY);
 }
 
 enum store_answer postgres_cancel(struct store *store, const char *id) {
-    struct pg_query query =
+    struct query query =
         postgres_query_now(store, "UPDATE draped.jobs SET status = " SQL_CANCELLED
                                   ", finished = " POSTGRES_NOW ", lease = NULL"
                                   " WHERE sequence = (SELECT draped.lock_family($2))"
                                   " AND status < " SQL_FIRST_ENDED " RETURNING 1");
-    pg_bind_text(&query, id);
-    enum store_answer answer = postgres_end(&query, pg_run(&query), STORE_EMPTY);
+    query_bind_text(&query, id);
+    enum store_answer answer = query_find(&query, STORE_EMPTY);
     if (answer != STORE_EMPTY)
         return answer;
     answer = known(store, id);
@@ -407,13 +245,13 @@ enum store_answer postgres_cancel(struct store *store, const char *id) {
 
 /* The function is called when the job is gone, and sees that. */
 enum store_answer postgres_remove(struct store *store, const char *id) {
-    struct pg_query query =
+    struct query query =
         postgres_query(store, "WITH gone AS (DELETE FROM draped.jobs WHERE sequence ="
                               " (SELECT draped.lock_family($1)) RETURNING sequence, result),"
                               " with_it AS (DELETE FROM draped.requests USING gone"
                               " WHERE job = gone.sequence)"
                               " SELECT count(*), draped.forget_results(array_agg(result))"
                               " FROM gone HAVING count(*) > 0");
-    pg_bind_text(&query, id);
-    return postgres_end(&query, pg_run(&query), STORE_EMPTY);
+    query_bind_text(&query, id);
+    return query_find(&query, STORE_EMPTY);
 }

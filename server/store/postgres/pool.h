@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A few connections to a PostgreSQL database. Only `pool.c`, `query.c` and `notify.c` know libpq.
+ * A few connections to a PostgreSQL database. Only `pool.c`, `statement.c`, `notify.c` and
+ * `backup.c` know libpq.
  *
  * A connection that is lost is replaced by the next call. When none can be had, calls fail at once
  * until the next try is due, 0.1 s later at first and 5 s at the most, so that the threads which

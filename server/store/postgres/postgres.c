@@ -20,23 +20,22 @@ struct pool *postgres_pool(struct store *store) {
     return postgres_of(store)->pool;
 }
 
-struct pg_query postgres_query(struct store *store, const char *sql) {
+static struct query postgres_begin(void *pool, const char *sql) {
+    return pg_query(pool, sql);
+}
+
+struct query postgres_query(struct store *store, const char *sql) {
     return pg_query(postgres_of(store)->pool, sql);
 }
 
-struct pg_query postgres_query_now(struct store *store, const char *sql) {
+struct query postgres_query_now(struct store *store, const char *sql) {
     const struct postgres_store *postgres = postgres_of(store);
-    struct pg_query query = pg_query(postgres->pool, sql);
+    struct query query = pg_query(postgres->pool, sql);
     if (postgres->base.options.clock)
-        pg_bind_int(&query, postgres->base.options.clock());
+        query_bind_int(&query, postgres->base.options.clock());
     else
-        pg_bind_no_int(&query);
+        query_bind_no_int(&query);
     return query;
-}
-
-enum store_answer postgres_end(struct pg_query *query, size_t rows, enum store_answer none) {
-    enum store_answer answer = pg_end(query);
-    return answer == STORE_OK && rows == 0 ? none : answer;
 }
 
 /* ------------------------------------------------------------------ open and close */
@@ -50,9 +49,9 @@ static void postgres_close(struct store *base) {
 
 /* A primary that has become a replica is as good as none. */
 static enum store_answer postgres_ping(struct store *store) {
-    struct pg_query query = postgres_query(store, "SELECT 1 FROM draped.schema_version"
-                                                  " WHERE NOT pg_is_in_recovery() LIMIT 1");
-    return postgres_end(&query, pg_run(&query), STORE_DOWN);
+    struct query query = postgres_query(store, "SELECT 1 FROM draped.schema_version"
+                                               " WHERE NOT pg_is_in_recovery() LIMIT 1");
+    return query_find(&query, STORE_DOWN);
 }
 
 /* Rows that need new pages, which others find and use again. */
@@ -72,16 +71,22 @@ static void postgres_announce(struct store *store, const char *subject) {
     notify_announce(postgres_of(store)->notify, subject);
 }
 
-static enum store_answer postgres_secret(struct store *store,
-                                         unsigned char secret[CURSOR_SECRET_BYTES]) {
-    size_t length = 0;
-    struct pg_query query = postgres_query(store, "SELECT bytes FROM draped.secret");
-    const void *bytes = pg_run(&query) ? pg_bytes(&query, 0, 0, &length) : NULL;
-    bool good = bytes && length == CURSOR_SECRET_BYTES;
-    if (good)
-        memcpy(secret, bytes, length);
-    enum store_answer answer = pg_end(&query);
-    return answer == STORE_OK && !good ? STORE_DAMAGED : answer;
+/* Numbers of statuses are the places in `counts.n`. */
+static const struct dialect dialect = {
+    .counts = "SELECT k + CASE WHEN k > 5 THEN 2 ELSE -1 END, CAST(sum(n[k]) AS bigint)"
+              " FROM draped.counts, generate_series(1, 7) k GROUP BY k"
+              " UNION ALL SELECT 12, CAST(sum(succeeded) AS bigint) FROM draped.counts"
+              " UNION ALL SELECT 13, CAST(sum(failed) AS bigint) FROM draped.counts"
+              " UNION ALL SELECT 14, CAST(sum(cancelled) AS bigint) FROM draped.counts"
+              " UNION ALL SELECT 15, CAST(sum(crashed) AS bigint) FROM draped.counts",
+    .hosts = "SELECT count(*), CAST(coalesce(sum(workers), 0) AS bigint),"
+             " CAST(coalesce(sum(busy), 0) AS bigint) FROM draped.hosts"
+             " WHERE seen > " POSTGRES_NOW " - $2",
+    .chunk = "SELECT bytes FROM draped.chunks WHERE result = $1 AND index = $2",
+};
+
+struct reader postgres_reader(struct pool *pool) {
+    return (struct reader){postgres_begin, pool, &dialect};
 }
 
 static const struct store_ops postgres_ops = {
@@ -94,25 +99,16 @@ static const struct store_ops postgres_ops = {
     .leave = postgres_leave,
     .submit = postgres_submit,
     .submit_family = postgres_submit_family,
-    .members = postgres_members,
-    .get = postgres_get,
-    .request = postgres_request,
-    .list = postgres_list,
     .cancel = postgres_cancel,
     .remove = postgres_remove,
-    .counts = postgres_counts,
-    .usage = postgres_usage,
     .claim = postgres_claim,
     .starving = postgres_starving,
     .renew = postgres_renew,
-    .check = postgres_check,
     .fail = postgres_fail,
-    .attempts = postgres_attempts,
     .requeue = postgres_requeue,
     .begin_round = postgres_begin_round,
     .end_task = postgres_end_task,
     .change_task = postgres_change_task,
-    .numbers = postgres_numbers,
     .find_ended = postgres_find_ended,
     .take_over = postgres_take_over,
     .find_due = postgres_find_due,
@@ -120,25 +116,19 @@ static const struct store_ops postgres_ops = {
     .result_append = postgres_result_append,
     .result_commit = postgres_result_commit,
     .result_drop = postgres_result_drop,
-    .result_find = postgres_result_find,
-    .result_read = postgres_result_read,
     .item_put = postgres_item_put,
-    .item_get = postgres_item_get,
-    .item_list = postgres_item_list,
     .item_delete = postgres_item_delete,
-    .secret = postgres_secret,
 };
 
 /* What must be so for answers to mean what they say. */
 static bool check_server(struct pool *pool, char why[STORE_WHY_SIZE]) {
-    struct pg_query query =
-        pg_query(pool, "SELECT pg_is_in_recovery() OR"
-                       " current_setting('default_transaction_read_only') = 'on',"
-                       " current_setting('synchronous_commit') = 'off'");
-    size_t rows = pg_run(&query);
-    bool read_only = rows && pg_int(&query, 0, 0);
-    bool loose = rows && pg_int(&query, 0, 1);
-    enum store_answer answer = pg_end(&query);
+    struct query query = pg_query(pool, "SELECT pg_is_in_recovery() OR"
+                                        " current_setting('default_transaction_read_only') = 'on',"
+                                        " current_setting('synchronous_commit') = 'off'");
+    bool found = query_row(&query);
+    bool read_only = found && query_int(&query, 0);
+    bool loose = found && query_int(&query, 1);
+    enum store_answer answer = query_end(&query);
     if (answer != STORE_OK)
         snprintf(why, STORE_WHY_SIZE, "the database does not answer (see the log)");
     else if (read_only)
@@ -165,6 +155,7 @@ struct store *store_postgres_open(const char *url, const struct store_options *o
     store->pool = pool_open(url, options->busy_ms, why);
     if (store->pool && check_server(store->pool, why) &&
         postgres_prepare_tables(store->pool, why)) {
+        store->base.reader = postgres_reader(store->pool);
         store->notify = notify_start(store->pool, events);
         if (store->notify)
             return &store->base;

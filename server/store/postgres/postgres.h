@@ -1,28 +1,29 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Inside the PostgreSQL backend. `postgres.c` opens the database; what is written in SQL is
- * in `jobs.c`, `claims.c`, `rounds.c`, `results.c`, `items.c`, `sweep.c` and `schema.c`, in the
- * words of `query.h`; `pool.c` keeps the connections, `notify.c` carries hints between processes.
+ * Inside the PostgreSQL backend. `postgres.c` opens the database; what is written in SQL is in
+ * `jobs.c`, `claims.c`, `rounds.c`, `results.c`, `items.c`, `sweep.c` and `schema.c`, in the words
+ * of `server/store/query.h`; `statement.c` runs it, `pool.c` keeps the connections, and `notify.c`
+ * carries hints between processes.
  *
  * SQLite's backend is sure to be the only writer and takes its time over several statements in one
  * transaction. Here others write at the same moment and every statement costs a way to another
  * machine, so that an operation is one statement, written so that it is right beside any other:
  * what decides is locked (FOR SHARE, FOR UPDATE) or is a condition of the very row that changes.
- * That is why the two share no SQL; they share the tests.
+ * That is why the two share no SQL that writes; they share the reads (`reads.c`) and the tests.
  */
 #ifndef SERVER_STORE_POSTGRES_POSTGRES_H
 #define SERVER_STORE_POSTGRES_POSTGRES_H
 
-#include "query.h"
 #include "server/store/backend.h"
+#include "statement.h"
 
 struct pool *postgres_pool(struct store *store);
 
 /* A statement on the store's database. */
-struct pg_query postgres_query(struct store *store, const char *sql);
+struct query postgres_query(struct store *store, const char *sql);
 
 /* The same, with the time by the test's clock as $1, or null. */
-struct pg_query postgres_query_now(struct store *store, const char *sql);
+struct query postgres_query_now(struct store *store, const char *sql);
 
 /* In such a statement: the time, in microseconds since 1970 UTC by the database's clock. */
 #define POSTGRES_NOW "coalesce($1, (extract(epoch FROM clock_timestamp()) * 1000000)::bigint)"
@@ -31,8 +32,8 @@ struct pg_query postgres_query_now(struct store *store, const char *sql);
  * once the database's machine has stopped, or is done again. */
 #define POSTGRES_LAZY "set_config('synchronous_commit', 'off', true)"
 
-/* Ends a statement that has to change or give one row at least; else the answer is `none`. */
-enum store_answer postgres_end(struct pg_query *query, size_t rows, enum store_answer none);
+/* For reads, on the pool of a store or of a look from outside. */
+struct reader postgres_reader(struct pool *pool);
 
 /* --- schema.c */
 
@@ -67,18 +68,8 @@ enum store_answer postgres_submit(struct store *store, const struct store_submis
                                   struct store_receipt *receipt);
 enum store_answer postgres_submit_family(struct store *store, const struct store_family *family,
                                          struct store_receipt *receipt);
-enum store_answer postgres_members(struct store *store, const char *id, struct store_page *page);
-enum store_answer postgres_get(struct store *store, const char *id, struct store_job *job);
-enum store_answer postgres_request(struct store *store, const char *id, char **bytes,
-                                   size_t *length);
-enum store_answer postgres_list(struct store *store, const struct store_filter *filter,
-                                struct store_page *page);
 enum store_answer postgres_cancel(struct store *store, const char *id);
 enum store_answer postgres_remove(struct store *store, const char *id);
-enum store_answer postgres_counts(struct store *store, struct store_counts *counts);
-/* The same by that time; 0: by the database's clock. */
-enum store_answer postgres_read_counts(struct pool *pool, int64_t now, struct store_counts *counts);
-enum store_answer postgres_usage(struct store *store, const char *owner, struct store_usage *usage);
 
 /* --- claims.c */
 
@@ -88,11 +79,8 @@ enum store_answer postgres_starving(struct store *store, bool fresh);
 enum store_answer postgres_try_claim(struct store *store);
 enum store_answer postgres_renew(struct store *store, const struct store_claim *claim,
                                  double progress);
-enum store_answer postgres_check(struct store *store, const struct store_claim *claim);
 enum store_answer postgres_fail(struct store *store, const struct store_claim *claim,
                                 const char *error);
-enum store_answer postgres_attempts(struct store *store, const struct store_claim *claim,
-                                    int64_t *attempts, int64_t *excused);
 enum store_answer postgres_requeue(struct store *store, const struct store_claim *claim,
                                    bool excused, int64_t later);
 enum store_answer postgres_change_task(struct store *store, const struct store_claim *claim,
@@ -108,18 +96,12 @@ enum store_answer postgres_begin_round(struct store *store, const struct store_c
                                        const struct store_round *round);
 enum store_answer postgres_end_task(struct store *store, const struct store_claim *claim,
                                     const void *numbers, size_t length, int64_t spent);
-enum store_answer postgres_numbers(struct store *store, const struct store_claim *claim,
-                                   void **bytes, size_t *length);
 
 /* --- results.c */
 
 enum store_answer postgres_result_append(struct store *store, struct store_segment *segment);
 enum store_answer postgres_result_commit(struct store *store, struct store_segment *segment);
 enum store_answer postgres_result_drop(struct store *store, int64_t number);
-enum store_answer postgres_result_find(struct store *store, const char *id,
-                                       struct store_result *result);
-enum store_answer postgres_result_read(struct store *store, int64_t number, int64_t index,
-                                       void *bytes, size_t length);
 
 /* --- sweep.c */
 
@@ -130,11 +112,6 @@ enum store_answer postgres_step(struct store *store, enum store_step step, int64
 
 enum store_answer postgres_item_put(struct store *store, enum store_item_kind kind,
                                     const struct store_item *item, bool *created);
-enum store_answer postgres_item_get(struct store *store, enum store_item_kind kind,
-                                    const char *owner, const char *id, struct store_item *item);
-enum store_answer postgres_item_list(struct store *store, enum store_item_kind kind,
-                                     const char *owner, int64_t cursor, int limit,
-                                     struct store_items *page);
 enum store_answer postgres_item_delete(struct store *store, enum store_item_kind kind,
                                        const char *owner, const char *id);
 

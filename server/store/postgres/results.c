@@ -77,50 +77,50 @@ static unsigned char *join(const struct store_segment *segment) {
     return bytes;
 }
 
-static void bind_segment(struct pg_query *query, const struct store_segment *segment,
+static void bind_segment(struct query *query, const struct store_segment *segment,
                          const unsigned char *bytes) {
-    pg_bind_int(query, segment->claim->sequence);
-    pg_bind_int(query, segment->claim->token);
-    pg_bind_int(query, segment->index);
-    pg_bind_bytes(query, bytes, segment->length);
+    query_bind_int(query, segment->claim->sequence);
+    query_bind_int(query, segment->claim->token);
+    query_bind_int(query, segment->index);
+    query_bind_bytes(query, bytes, segment->length);
 }
 
 enum store_answer postgres_result_append(struct store *store, struct store_segment *segment) {
     unsigned char *bytes = join(segment);
     if (!bytes)
         return STORE_DOWN;
-    struct pg_query query = postgres_query(store, segment->index ? append_sql : append_first_sql);
-    pg_bind_int(&query, segment->number);
+    struct query query = postgres_query(store, segment->index ? append_sql : append_first_sql);
+    query_bind_int(&query, segment->number);
     bind_segment(&query, segment, bytes);
-    size_t rows = pg_run(&query);
-    if (rows)
-        segment->number = pg_int(&query, 0, 0);
+    bool found = query_row(&query);
+    if (found)
+        segment->number = query_int(&query, 0);
     free(bytes);
-    return postgres_end(&query, rows, STORE_CONFLICT);
+    return query_end_found(&query, found, STORE_CONFLICT);
 }
 
 /* `*taken`: there is a result of that digest. */
 static enum store_answer commit_own(struct store *store, struct store_segment *segment,
                                     const unsigned char *bytes, bool *taken) {
-    struct pg_query query =
+    struct query query =
         postgres_query_now(store, segment->number ? commit_begun_sql : commit_new_sql);
     bind_segment(&query, segment, bytes);
-    pg_bind_int(&query, segment->total);
-    pg_bind_text(&query, segment->summary);
+    query_bind_int(&query, segment->total);
+    query_bind_text(&query, segment->summary);
     if (segment->number)
-        pg_bind_int(&query, segment->number);
-    size_t rows = pg_run(&query);
-    if (rows)
-        segment->number = pg_int(&query, 0, 0);
+        query_bind_int(&query, segment->number);
+    bool found = query_row(&query);
+    if (found)
+        segment->number = query_int(&query, 0);
     *taken = query.taken;
-    return postgres_end(&query, rows, STORE_CONFLICT);
+    return query_end_found(&query, found, STORE_CONFLICT);
 }
 
 static enum store_answer commit_twin(struct store *store, struct store_segment *segment) {
-    struct pg_query query = postgres_query_now(store, commit_twin_sql);
-    pg_bind_int(&query, segment->claim->sequence);
-    pg_bind_int(&query, segment->claim->token);
-    enum store_answer answer = postgres_end(&query, pg_run(&query), STORE_CONFLICT);
+    struct query query = postgres_query_now(store, commit_twin_sql);
+    query_bind_int(&query, segment->claim->sequence);
+    query_bind_int(&query, segment->claim->token);
+    enum store_answer answer = query_find(&query, STORE_CONFLICT);
     if (answer != STORE_OK)
         return answer;
     if (segment->number)
@@ -147,41 +147,10 @@ enum store_answer postgres_result_commit(struct store *store, struct store_segme
 
 /* Not one that was committed after all, by a statement whose answer was lost. */
 enum store_answer postgres_result_drop(struct store *store, int64_t number) {
-    struct pg_query query = postgres_query(store, "UPDATE draped.results SET state = " SQL_DOOMED
-                                                  " WHERE number = $1 AND state = " SQL_BUILDING
-                                                  " RETURNING " POSTGRES_LAZY);
-    pg_bind_int(&query, number);
-    pg_run(&query);
-    return pg_end(&query);
-}
-
-/* ------------------------------------------------------------------ reading */
-
-enum store_answer postgres_result_find(struct store *store, const char *id,
-                                       struct store_result *result) {
-    struct pg_query query = postgres_query(
-        store, "SELECT r.number, r.length FROM draped.jobs j JOIN draped.results r"
-               " ON r.number = j.result WHERE j.id = $1 AND r.state = " SQL_COMPLETE);
-    pg_bind_text(&query, id);
-    size_t rows = pg_run(&query);
-    if (rows) {
-        result->number = pg_int(&query, 0, 0);
-        result->length = pg_int(&query, 0, 1);
-    }
-    return postgres_end(&query, rows, STORE_EMPTY);
-}
-
-enum store_answer postgres_result_read(struct store *store, int64_t number, int64_t index,
-                                       void *bytes, size_t length) {
-    struct pg_query query = postgres_query(
-        store, "SELECT bytes FROM draped.chunks WHERE result = $1 AND index = $2::integer");
-    pg_bind_int(&query, number);
-    pg_bind_int(&query, index);
-    size_t rows = pg_run(&query);
-    size_t found = 0;
-    const void *from = rows ? pg_bytes(&query, 0, 0, &found) : NULL;
-    if (from && found == length)
-        memcpy(bytes, from, length);
-    enum store_answer answer = postgres_end(&query, rows, STORE_EMPTY);
-    return answer == STORE_OK && found != length ? STORE_DOWN : answer;
+    struct query query = postgres_query(store, "UPDATE draped.results SET state = " SQL_DOOMED
+                                               " WHERE number = $1 AND state = " SQL_BUILDING
+                                               " RETURNING " POSTGRES_LAZY);
+    query_bind_int(&query, number);
+    query_row(&query);
+    return query_end(&query);
 }

@@ -40,18 +40,17 @@ enum store_answer postgres_begin_round(struct store *store, const struct store_c
         ids[k * ID_SIZE + ID_SIZE - 1] = *comma;
         next += snprintf(next, NUMBER_SIZE, "%lld%s", (long long)round->variants[k], comma);
     }
-    struct pg_query query = postgres_query_now(store, begin_sql);
-    pg_bind_int(&query, claim->sequence);
-    pg_bind_int(&query, claim->token);
-    pg_bind_int(&query, (int64_t)round->count);
-    pg_bind_bytes(&query, round->tasks, round->count * round->length);
-    pg_bind_text(&query, ids);
-    pg_bind_text(&query, variants);
-    pg_bind_int(&query, round->done);
-    pg_bind_int(&query, round->total);
-    pg_bind_text(&query, round->best);
-    enum store_answer answer =
-        ids && variants ? postgres_end(&query, pg_run(&query), STORE_CONFLICT) : STORE_DOWN;
+    struct query query = postgres_query_now(store, begin_sql);
+    query_bind_int(&query, claim->sequence);
+    query_bind_int(&query, claim->token);
+    query_bind_int(&query, (int64_t)round->count);
+    query_bind_bytes(&query, round->tasks, round->count * round->length);
+    query_bind_text(&query, ids);
+    query_bind_text(&query, variants);
+    query_bind_int(&query, round->done);
+    query_bind_int(&query, round->total);
+    query_bind_text(&query, round->best);
+    enum store_answer answer = ids && variants ? query_find(&query, STORE_CONFLICT) : STORE_DOWN;
     free(ids);
     free(variants);
     return answer;
@@ -61,31 +60,16 @@ enum store_answer postgres_begin_round(struct store *store, const struct store_c
 
 enum store_answer postgres_end_task(struct store *store, const struct store_claim *claim,
                                     const void *numbers, size_t length, int64_t spent) {
-    struct pg_query query = postgres_query_now(
+    struct query query = postgres_query_now(
         store, "WITH ended AS (UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", finished ="
                " " POSTGRES_NOW ", spent = $5, lease = NULL, task = NULL WHERE" HELD
                " RETURNING parent, round, position),"
                " kept AS (INSERT INTO draped.task_numbers (parent, round, position, bytes)"
                "  SELECT parent, round, position, $4 FROM ended)"
                " SELECT 1, " POSTGRES_LAZY " FROM ended");
-    pg_bind_int(&query, claim->sequence);
-    pg_bind_int(&query, claim->token);
-    pg_bind_bytes(&query, numbers, length);
-    pg_bind_int(&query, spent);
-    return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
-}
-
-/* ------------------------------------------------------------------ read */
-
-enum store_answer postgres_numbers(struct store *store, const struct store_claim *claim,
-                                   void **bytes, size_t *length) {
-    struct pg_query query = postgres_query(store, "SELECT coalesce(string_agg(bytes, '' ORDER BY "
-                                                  "round, position), '') FROM draped.task_numbers"
-                                                  " WHERE parent = $1");
-    char *all = NULL;
-    pg_bind_int(&query, claim->sequence);
-    if (pg_run(&query))
-        pg_duplicate(&query, 0, 0, &all, length);
-    *bytes = all;
-    return pg_end(&query);
+    query_bind_int(&query, claim->sequence);
+    query_bind_int(&query, claim->token);
+    query_bind_bytes(&query, numbers, length);
+    query_bind_int(&query, spent);
+    return query_find(&query, STORE_CONFLICT);
 }

@@ -28,7 +28,7 @@ static const char tables[] =
     " + nextval('draped.numbers') % 1048576 $$;"
     "CREATE TABLE draped.results ("
     " number bigint PRIMARY KEY DEFAULT draped.next_number(),"
-    " owner text COLLATE \"C\" NOT NULL,"
+    " owner text COLLATE \"C\" NOT NULL DEFAULT '',"
     " digest text NOT NULL,"
     " state smallint NOT NULL,"
     " job bigint NOT NULL,"
@@ -364,9 +364,9 @@ enum { SCRIPT_SIZE = 24576 };
 
 static bool read_number(struct pool *pool, const char *sql, int64_t *number,
                         char why[STORE_WHY_SIZE]) {
-    struct pg_query query = pg_query(pool, sql);
-    *number = pg_run(&query) ? pg_int(&query, 0, 0) : 0;
-    if (pg_end(&query) == STORE_OK)
+    struct query query = pg_query(pool, sql);
+    *number = query_row(&query) ? query_int(&query, 0) : 0;
+    if (query_end(&query) == STORE_OK)
         return true;
     snprintf(why, STORE_WHY_SIZE,
              "the schema 'draped' of the database cannot be read: this user has no privilege there,"

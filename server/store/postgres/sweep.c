@@ -88,16 +88,16 @@ enum store_answer postgres_step(struct store *store, enum store_step step, int64
         [STORE_STEP_CLEAR] = {clear_sql, 0},
         [STORE_STEP_SHRINK] = {shrink_sql, 0},
     };
-    struct pg_query query = postgres_query_now(store, steps[step].sql);
-    pg_bind_int(&query, steps[step].bound);
-    *done = pg_run(&query) ? pg_int(&query, 0, 0) : 0;
-    return postgres_end(&query, (size_t)*done, STORE_EMPTY);
+    struct query query = postgres_query_now(store, steps[step].sql);
+    query_bind_int(&query, steps[step].bound);
+    *done = query_row(&query) ? query_int(&query, 0) : 0;
+    return query_end_found(&query, *done > 0, STORE_EMPTY);
 }
 
 enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COUNT], int64_t *now) {
     static const enum store_step columns[] = {STORE_STEP_EXPIRE, STORE_STEP_REMOVE, STORE_STEP_DOOM,
                                               STORE_STEP_CLEAR};
-    struct pg_query query = postgres_query_now(
+    struct query query = postgres_query_now(
         store,
         "SELECT EXISTS (SELECT 1 FROM draped.jobs WHERE status >= " SQL_FIRST_ENDED
         " AND expired = 0"
@@ -108,13 +108,13 @@ enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COU
         "),"
         " EXISTS (SELECT 1 FROM draped.results WHERE state <> " SQL_COMPLETE
         " AND state = " SQL_DOOMED "), " POSTGRES_NOW);
-    pg_bind_int(&query, store->options.retention_us);
-    pg_bind_int(&query, store->options.records_us);
-    if (pg_run(&query)) {
+    query_bind_int(&query, store->options.retention_us);
+    query_bind_int(&query, store->options.records_us);
+    if (query_row(&query)) {
         for (int k = 0; k < 4; k++)
-            due[columns[k]] = pg_int(&query, 0, k) != 0;
-        *now = pg_int(&query, 0, 4);
+            due[columns[k]] = query_int(&query, k) != 0;
+        *now = query_int(&query, 4);
     }
     due[STORE_STEP_EXPIRE_EXCESS] = store->options.retention_bytes > 0;
-    return pg_end(&query);
+    return query_end(&query);
 }

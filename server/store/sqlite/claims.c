@@ -53,8 +53,7 @@ static enum store_answer pick(const struct sqlite_store *store, struct db *db, i
         query_copy(&query, 11, claim->parent, sizeof claim->parent);
         claim->waited_us = query_int(&query, 12);
     }
-    enum store_answer answer = query_end(&query);
-    return answer == STORE_OK && !any ? STORE_EMPTY : answer;
+    return query_end_found(&query, any, STORE_EMPTY);
 }
 
 static enum store_answer succeed(const struct sqlite_store *store, struct db *db,
@@ -114,13 +113,9 @@ static enum store_answer claim_operation(struct sqlite_store *store, struct db *
  * is not worth waiting for the disk: a power cut ends its worker too. */
 enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_claim *claim) {
     struct claiming claiming = {.claim = claim, .fresh = fresh};
-    struct db *db = sqlite_take_reader(store);
-    struct query query = db_query(db, "SELECT 1 FROM jobs INDEXED BY jobs_queue"
-                                      " WHERE status = " SQL_QUEUED " LIMIT 1");
-    bool any = query_row(&query);
-    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
-    if (answer == STORE_OK && !any)
-        return STORE_EMPTY;
+    struct query query = sqlite_read(store, "SELECT 1 FROM jobs INDEXED BY jobs_queue"
+                                            " WHERE status = " SQL_QUEUED " LIMIT 1");
+    enum store_answer answer = query_find(&query, STORE_EMPTY);
     if (answer == STORE_OK)
         answer = sqlite_write_lazy(store, claim_operation, &claiming);
     if (answer != STORE_CONFLICT)
@@ -138,14 +133,11 @@ enum store_answer sqlite_try_claim(struct sqlite_store *store, struct db *db) {
 }
 
 enum store_answer sqlite_starving(struct store *store, bool fresh) {
-    struct db *db = sqlite_take_reader(store);
-    struct query query =
-        db_query(db, "SELECT 1 FROM owners INDEXED BY owners_turn WHERE queued > 0 AND running = 0"
-                     " AND (NOT ? OR queued > tasks AND turn <= (SELECT n FROM turns)) LIMIT 1");
+    struct query query = sqlite_read(
+        store, "SELECT 1 FROM owners INDEXED BY owners_turn WHERE queued > 0 AND running = 0"
+               " AND (NOT ? OR queued > tasks AND turn <= (SELECT n FROM turns)) LIMIT 1");
     query_bind_int(&query, fresh);
-    bool any = query_row(&query);
-    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
-    return answer == STORE_OK && !any ? STORE_EMPTY : answer;
+    return query_find(&query, STORE_EMPTY);
 }
 
 /* ------------------------------------------------------------------ holding */
@@ -159,11 +151,6 @@ struct holding {
     const void *task; /* it becomes another; NULL: the same */
 };
 
-static enum store_answer changed(struct db *db, struct query *query) {
-    enum store_answer answer = query_run(query);
-    return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
-}
-
 static enum store_answer renew_operation(struct sqlite_store *store, struct db *db, void *context) {
     struct holding *holding = context;
     struct query query =
@@ -173,24 +160,13 @@ static enum store_answer renew_operation(struct sqlite_store *store, struct db *
     query_bind_real(&query, holding->progress);
     query_bind_int(&query, holding->claim->sequence);
     query_bind_int(&query, holding->claim->token);
-    return changed(db, &query);
+    return db_change(&query, STORE_CONFLICT);
 }
 
 enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
                                double progress) {
     struct holding holding = {.claim = claim, .progress = progress};
     return sqlite_write_lazy(store, renew_operation, &holding);
-}
-
-enum store_answer sqlite_check(struct store *store, const struct store_claim *claim) {
-    struct db *db = sqlite_take_reader(store);
-    struct query query = db_query(
-        db, "SELECT 1 FROM jobs WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, claim->sequence);
-    query_bind_int(&query, claim->token);
-    bool holds = query_row(&query);
-    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
-    return answer == STORE_OK && !holds ? STORE_CONFLICT : answer;
 }
 
 /* ------------------------------------------------------------------ giving up */
@@ -204,28 +180,13 @@ static enum store_answer fail_operation(struct sqlite_store *store, struct db *d
     query_bind_text(&query, holding->error);
     query_bind_int(&query, holding->claim->sequence);
     query_bind_int(&query, holding->claim->token);
-    return changed(db, &query);
+    return db_change(&query, STORE_CONFLICT);
 }
 
 enum store_answer sqlite_fail(struct store *store, const struct store_claim *claim,
                               const char *error) {
     struct holding holding = {.claim = claim, .error = error};
     return sqlite_write(store, fail_operation, &holding);
-}
-
-enum store_answer sqlite_attempts(struct store *store, const struct store_claim *claim,
-                                  int64_t *attempts, int64_t *excused) {
-    struct db *db = sqlite_take_reader(store);
-    struct query query =
-        db_query(db, "SELECT attempts, excused FROM jobs"
-                     " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, claim->sequence);
-    query_bind_int(&query, claim->token);
-    bool holds = query_row(&query);
-    *attempts = holds ? query_int(&query, 0) : 0;
-    *excused = holds ? query_int(&query, 1) : 0;
-    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
-    return answer == STORE_OK && !holds ? STORE_CONFLICT : answer;
 }
 
 static enum store_answer requeue_operation(struct sqlite_store *store, struct db *db,
@@ -243,7 +204,7 @@ static enum store_answer requeue_operation(struct sqlite_store *store, struct db
         query_bind_text(&query, NULL);
     query_bind_int(&query, holding->claim->sequence);
     query_bind_int(&query, holding->claim->token);
-    enum store_answer answer = changed(db, &query);
+    enum store_answer answer = db_change(&query, STORE_CONFLICT);
     if (answer != STORE_OK || !holding->later)
         return answer;
     query = db_query(db, "UPDATE owners SET turn = (SELECT n FROM turns) + ?1 WHERE owner ="
@@ -275,9 +236,8 @@ enum store_answer sqlite_find_ended(struct store *base, struct store_ended *ende
     int64_t now = sqlite_steady(store);
     char holder[ID_SIZE] = "";
     bool gone = false;
-    struct db *db = sqlite_take_reader(base);
-    struct query query = db_query(db, "SELECT sequence, token, id, holder, lease FROM jobs"
-                                      " WHERE status = " SQL_RUNNING " ORDER BY holder");
+    struct query query = sqlite_read(base, "SELECT sequence, token, id, holder, lease FROM jobs"
+                                           " WHERE status = " SQL_RUNNING " ORDER BY holder");
     while (*count < most && query_row(&query)) {
         const char *name = query_text(&query, 3);
         if (name && strcmp(name, holder) != 0) {
@@ -292,7 +252,7 @@ enum store_answer sqlite_find_ended(struct store *base, struct store_ended *ende
         query_copy(&query, 2, claim->id, sizeof claim->id);
         ended[(*count)++].holder_gone = gone;
     }
-    return sqlite_give_reader(base, db, query_end(&query));
+    return query_end(&query);
 }
 
 static enum store_answer take_operation(struct sqlite_store *store, struct db *db, void *context) {
@@ -307,7 +267,7 @@ static enum store_answer take_operation(struct sqlite_store *store, struct db *d
     query_bind_int(&query, ended->claim.token);
     query_bind_int(&query, ended->holder_gone);
     query_bind_int(&query, now);
-    return changed(db, &query);
+    return db_change(&query, STORE_CONFLICT);
 }
 
 enum store_answer sqlite_take_over(struct store *store, const struct store_ended *ended,

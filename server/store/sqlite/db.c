@@ -123,6 +123,8 @@ struct db *db_open(const char *path, int64_t busy_ms, char why[STORE_WHY_SIZE]) 
     int flags =
         SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
     int code = log_writes_open(path, &db->handle, flags);
+    if (code == SQLITE_OK)
+        code = sqlite3_db_config(db->handle, SQLITE_DBCONFIG_MAINDBNAME, "draped");
     if (code == SQLITE_OK) {
         db_wait_for_locks(db, busy_ms);
         return db;
@@ -228,83 +230,61 @@ static sqlite3_stmt *prepare(struct db *db, const char *sql, int *code) {
     return statement;
 }
 
-struct query db_query(struct db *db, const char *sql) {
-    struct query query = {.db = db};
-    query.statement = prepare(db, sql, &query.code);
-    return query;
+static int bind(sqlite3_stmt *statement, int number, const struct query_value *value) {
+    if (value->null)
+        return sqlite3_bind_null(statement, number);
+    switch (value->kind) {
+    case QUERY_INT:
+        return sqlite3_bind_int64(statement, number, value->integer);
+    case QUERY_REAL:
+        return sqlite3_bind_double(statement, number, value->real);
+    case QUERY_TEXT:
+        return sqlite3_bind_text(statement, number, value->bytes, -1, SQLITE_STATIC);
+    default:
+        return sqlite3_bind_blob64(statement, number, value->bytes, value->length, SQLITE_STATIC);
+    }
 }
 
-void query_bind_int(struct query *query, int64_t value) {
-    if (query->code == SQLITE_OK)
-        query->code = sqlite3_bind_int64(query->statement, ++query->bound, value);
-}
-
-void query_bind_real(struct query *query, double value) {
-    if (query->code == SQLITE_OK)
-        query->code = sqlite3_bind_double(query->statement, ++query->bound, value);
-}
-
-void query_bind_text(struct query *query, const char *value) {
-    if (query->code == SQLITE_OK)
-        query->code = sqlite3_bind_text(query->statement, ++query->bound, value, -1, SQLITE_STATIC);
-}
-
-void query_bind_bytes(struct query *query, const void *bytes, size_t length) {
-    if (query->code == SQLITE_OK)
-        query->code = sqlite3_bind_blob64(query->statement, ++query->bound, bytes ? bytes : "",
-                                          length, SQLITE_STATIC);
-}
-
-bool query_row(struct query *query) {
+static bool db_row(struct query *query) {
+    if (query->row++ == 0)
+        for (int k = 0; k < query->bound && query->code == SQLITE_OK; k++)
+            query->code = bind(query->statement, k + 1, &query->values[k]);
     if (query->code != SQLITE_OK && query->code != SQLITE_ROW)
         return false;
     query->code = sqlite3_step(query->statement);
     return query->code == SQLITE_ROW;
 }
 
-int64_t query_int(const struct query *query, int column) {
-    return sqlite3_column_int64(query->statement, column);
-}
-
-double query_real(const struct query *query, int column) {
-    return sqlite3_column_double(query->statement, column);
-}
-
-const char *query_text(const struct query *query, int column) {
-    return (const char *)sqlite3_column_text(query->statement, column);
-}
-
-const void *query_bytes(const struct query *query, int column, size_t *length) {
-    const void *bytes = sqlite3_column_blob(query->statement, column);
-    *length = (size_t)sqlite3_column_bytes(query->statement, column);
-    return bytes;
-}
-
-void query_copy(const struct query *query, int column, char *to, size_t size) {
-    const char *text = query_text(query, column);
-    snprintf(to, size, "%s", text ? text : "");
-}
-
-void query_duplicate(struct query *query, int column, char **to, size_t *length) {
-    size_t size = 0;
-    *to = NULL;
-    if (sqlite3_column_type(query->statement, column) == SQLITE_NULL)
-        return;
-    const void *bytes = query_bytes(query, column, &size);
-    *to = malloc(size + 1);
-    if (!*to || (!bytes && size > 0)) {
-        query->code = SQLITE_NOMEM;
-        return;
+static struct query_value db_column(const struct query *query, int column) {
+    sqlite3_stmt *statement = query->statement;
+    struct query_value value = {0};
+    switch (sqlite3_column_type(statement, column)) {
+    case SQLITE_INTEGER:
+        value.kind = QUERY_INT;
+        value.integer = sqlite3_column_int64(statement, column);
+        break;
+    case SQLITE_FLOAT:
+        value.kind = QUERY_REAL;
+        value.real = sqlite3_column_double(statement, column);
+        break;
+    case SQLITE_TEXT:
+        value.kind = QUERY_TEXT;
+        value.bytes = sqlite3_column_text(statement, column);
+        break;
+    case SQLITE_BLOB:
+        value.kind = QUERY_BYTES;
+        value.bytes = sqlite3_column_blob(statement, column);
+        break;
+    default:
+        value.null = true;
     }
-    if (size > 0)
-        memcpy(*to, bytes, size);
-    (*to)[size] = '\0';
-    if (length)
-        *length = size;
+    if (value.kind == QUERY_TEXT || value.kind == QUERY_BYTES)
+        value.length = (size_t)sqlite3_column_bytes(statement, column);
+    return value;
 }
 
-enum store_answer query_end(struct query *query) {
-    enum store_answer answer = report(query->db, query->code);
+static enum store_answer db_end(struct query *query) {
+    enum store_answer answer = report(query->connection, query->code);
     if (query->statement) {
         sqlite3_reset(query->statement);
         sqlite3_clear_bindings(query->statement);
@@ -312,9 +292,16 @@ enum store_answer query_end(struct query *query) {
     return answer;
 }
 
-enum store_answer query_run(struct query *query) {
-    query_row(query);
-    return query_end(query);
+struct query db_query(struct db *db, const char *sql) {
+    static const struct query_driver driver = {db_row, db_column, db_end};
+    struct query query = {.driver = &driver, .connection = db, .sql = sql};
+    query.statement = prepare(db, sql, &query.code);
+    return query;
+}
+
+enum store_answer db_change(struct query *query, enum store_answer none) {
+    enum store_answer answer = query_run(query);
+    return answer == STORE_OK && db_changes(query->connection) == 0 ? none : answer;
 }
 
 enum store_answer db_run(struct db *db, const char *sql) {

@@ -1,16 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * A connection to an SQLite database and its prepared statements. `db.c` is the only file that
- * knows SQLite's own interface; the rest of the backend writes SQL in the words of this header.
- *
- * A statement is used like this: `db_query`, the binds in order, `query_row` while there are rows,
- * `query_end`. After a failure everything is a no-op until `query_end` reports it, so that only one
- * place has to look.
+ * knows SQLite's own interface; the rest of the backend writes SQL in the words of this header and
+ * of `query.h`.
  */
 #ifndef SERVER_STORE_SQLITE_DB_H
 #define SERVER_STORE_SQLITE_DB_H
 
-#include "server/store/answer.h"
+#include "server/store/query.h"
 #include <stddef.h>
 #include <stdint.h>
 
@@ -67,46 +64,13 @@ enum store_answer db_sync_log(struct db *db) STORE_MUST_USE;
 
 /* ------------------------------------------------------------------ statements */
 
-/* One execution of a statement. The fields belong to this module. */
-struct query {
-    struct db *db;
-    void *statement;
-    int code;  /* SQLite's */
-    int bound; /* parameters so far */
-};
-
 /* `sql` must be a literal: its address names the prepared statement. */
 struct query db_query(struct db *db, const char *sql);
 
-/* Each sets the next parameter; memory is the caller's until `query_end`. NULL is SQL's null. */
-void query_bind_int(struct query *query, int64_t value);
-void query_bind_real(struct query *query, double value);
-void query_bind_text(struct query *query, const char *value);
-void query_bind_bytes(struct query *query, const void *bytes, size_t length);
+/* Executes a statement; `none` when it has changed no row. */
+enum store_answer db_change(struct query *query, enum store_answer none);
 
-/* Goes on to the next row, or executes; false at the end and at a failure. */
-bool query_row(struct query *query);
-
-/* Columns of the current row, from 0; memory is valid until the next row. */
-int64_t query_int(const struct query *query, int column);
-double query_real(const struct query *query, int column);
-const char *query_text(const struct query *query, int column); /* NULL for null */
-const void *query_bytes(const struct query *query, int column, size_t *length);
-
-/* Copies a text into an array, cut to its size; null becomes "". */
-void query_copy(const struct query *query, int column, char *to, size_t size);
-
-/* A malloc'ed, zero-terminated copy in `*to` (NULL for null); no memory fails the query. `length`
- * may be NULL. */
-void query_duplicate(struct query *query, int column, char **to, size_t *length);
-
-/* STORE_OK, or how the database failed (logged). */
-enum store_answer query_end(struct query *query);
-
-/* Executes a statement that gives no rows: query_row and query_end. */
-enum store_answer query_run(struct query *query);
-
-/* The same for a statement without parameters. */
+/* Executes a statement without parameters and rows. */
 enum store_answer db_run(struct db *db, const char *sql);
 
 /* Of the last statement that was run. */

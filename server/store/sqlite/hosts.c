@@ -68,15 +68,3 @@ void sqlite_leave(struct store *store, const char *name) {
     enum store_answer answer = sqlite_write_lazy(store, leave_operation, own);
     (void)answer;
 }
-
-enum store_answer sqlite_count_hosts(struct db *db, int64_t now, struct store_counts *counts) {
-    struct query query = db_query(db, "SELECT count(*), coalesce(sum(workers), 0),"
-                                      " coalesce(sum(busy), 0) FROM hosts WHERE seen > ?");
-    query_bind_int(&query, now - STORE_SEEN_US);
-    if (query_row(&query)) {
-        counts->hosts = query_int(&query, 0);
-        counts->workers = query_int(&query, 1);
-        counts->busy = query_int(&query, 2);
-    }
-    return query_end(&query);
-}

@@ -41,59 +41,6 @@ enum store_answer sqlite_item_put(struct store *store, enum store_item_kind kind
     return answer;
 }
 
-#define ITEM_COLUMNS "sequence, id, owner, created, description"
-
-static void read_item(struct query *query, struct store_item *item) {
-    item->sequence = query_int(query, 0);
-    query_copy(query, 1, item->id, sizeof item->id);
-    query_copy(query, 2, item->owner, sizeof item->owner);
-    item->created = query_int(query, 3);
-    query_duplicate(query, 4, &item->description, NULL);
-}
-
-enum store_answer sqlite_item_get(struct store *store, enum store_item_kind kind, const char *owner,
-                                  const char *id, struct store_item *item) {
-    struct db *db = sqlite_take_reader(store);
-    struct query query =
-        db_query(db, OF_SHELF("SELECT " ITEM_COLUMNS ", definition FROM ",
-                              " WHERE id = ?1 AND (?2 IS NULL OR owner = ?2) LIMIT 1"));
-    query_bind_text(&query, id);
-    query_bind_text(&query, owner);
-    bool found = query_row(&query);
-    if (found) {
-        read_item(&query, item);
-        query_duplicate(&query, 5, &item->definition, &item->definition_length);
-    }
-    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
-    return answer == STORE_OK && !found ? STORE_EMPTY : answer;
-}
-
-enum store_answer sqlite_item_list(struct store *store, enum store_item_kind kind,
-                                   const char *owner, int64_t cursor, int limit,
-                                   struct store_items *page) {
-    page->items = calloc((size_t)limit, sizeof *page->items);
-    if (!page->items)
-        return STORE_DOWN;
-    struct db *db = sqlite_take_reader(store);
-    struct query query = db_query(
-        db, owner ? OF_SHELF("SELECT " ITEM_COLUMNS " FROM ",
-                             " WHERE owner = ? AND sequence < ? ORDER BY sequence DESC LIMIT ?")
-                  : OF_SHELF("SELECT " ITEM_COLUMNS " FROM ",
-                             " WHERE ?1 IS NULL AND sequence < ?2 ORDER BY sequence DESC"
-                             " LIMIT ?3"));
-    query_bind_text(&query, owner);
-    query_bind_int(&query, cursor > 0 ? cursor : INT64_MAX);
-    query_bind_int(&query, (int64_t)limit + 1);
-    while (query_row(&query)) {
-        if (page->count == (size_t)limit) {
-            page->next = page->items[limit - 1].sequence;
-            break;
-        }
-        read_item(&query, &page->items[page->count++]);
-    }
-    return sqlite_give_reader(store, db, query_end(&query));
-}
-
 struct named {
     enum store_item_kind kind;
     const char *owner, *id; /* owner NULL: all */
@@ -125,8 +72,7 @@ static enum store_answer delete_operation(struct sqlite_store *store, struct db 
         db_query(db, OF_SHELF("DELETE FROM ", " WHERE id = ?1 AND (?2 IS NULL OR owner = ?2)"));
     query_bind_text(&query, named->id);
     query_bind_text(&query, named->owner);
-    answer = query_run(&query);
-    return answer == STORE_OK && db_changes(db) == 0 ? STORE_EMPTY : answer;
+    return db_change(&query, STORE_EMPTY);
 }
 
 enum store_answer sqlite_item_delete(struct store *store, enum store_item_kind kind,

@@ -43,9 +43,9 @@ static enum store_answer insert_result(struct db *db, const struct store_segment
     query_bind_text(&query, segment->summary);
     query_bind_int(&query, segment->claim->sequence);
     query_bind_int(&query, segment->claim->token);
-    enum store_answer answer = query_run(&query);
+    enum store_answer answer = db_change(&query, STORE_CONFLICT);
     *number = db_last_row(db);
-    return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
+    return answer;
 }
 
 /* Between two segments the result may have been given up (its job cancelled, say). */
@@ -54,9 +54,7 @@ static enum store_answer still_building(struct db *db, int64_t number) {
         db, "SELECT 1 FROM results r JOIN jobs j ON j.sequence = r.job AND j.token = r.token"
             " WHERE r.number = ? AND r.state = " SQL_BUILDING " AND j.status = " SQL_RUNNING);
     query_bind_int(&query, number);
-    bool building = query_row(&query);
-    enum store_answer answer = query_end(&query);
-    return answer == STORE_OK && !building ? STORE_CONFLICT : answer;
+    return query_find(&query, STORE_CONFLICT);
 }
 
 static enum store_answer append_operation(struct sqlite_store *store, struct db *db,
@@ -106,8 +104,7 @@ static enum store_answer complete(struct db *db, const struct store_segment *seg
     query_bind_int(&query, segment->total);
     query_bind_text(&query, segment->summary);
     query_bind_int(&query, segment->number);
-    enum store_answer answer = query_run(&query);
-    return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
+    return db_change(&query, STORE_CONFLICT);
 }
 
 /* Makes the result whole, or drops it for a twin that was first; `*number` is the one the job
@@ -142,8 +139,7 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
     query_bind_int(&query, number);
     query_bind_int(&query, segment->claim->sequence);
     query_bind_int(&query, segment->claim->token);
-    answer = query_run(&query);
-    return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
+    return db_change(&query, STORE_CONFLICT);
 }
 
 enum store_answer sqlite_result_commit(struct store *store, struct store_segment *segment) {
@@ -166,39 +162,4 @@ enum store_answer sqlite_result_forget(struct db *db, int64_t number) {
                                       " AND NOT EXISTS (SELECT 1 FROM jobs WHERE result = ?1)");
     query_bind_int(&query, number);
     return query_run(&query);
-}
-
-/* ------------------------------------------------------------------ reading */
-
-enum store_answer sqlite_result_find(struct store *store, const char *id,
-                                     struct store_result *result) {
-    struct db *db = sqlite_take_reader(store);
-    struct query query =
-        db_query(db, "SELECT r.number, r.length FROM jobs j JOIN results r ON r.number = j.result"
-                     " WHERE j.id = ? AND r.state = " SQL_COMPLETE);
-    query_bind_text(&query, id);
-    bool found = query_row(&query);
-    if (found) {
-        result->number = query_int(&query, 0);
-        result->length = query_int(&query, 1);
-    }
-    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
-    return answer == STORE_OK && !found ? STORE_EMPTY : answer;
-}
-
-enum store_answer sqlite_result_read(struct store *store, int64_t number, int64_t index,
-                                     void *bytes, size_t length) {
-    struct db *db = sqlite_take_reader(store);
-    struct query query = db_query(db, "SELECT bytes FROM chunks WHERE id = ?");
-    query_bind_int(&query, chunk_row(number, index));
-    bool found = query_row(&query);
-    size_t stored = 0;
-    const void *from = found ? query_bytes(&query, 0, &stored) : NULL;
-    bool good = from && stored == length;
-    if (good)
-        memcpy(bytes, from, length);
-    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
-    if (answer != STORE_OK)
-        return answer;
-    return good ? STORE_OK : found ? STORE_DOWN : STORE_EMPTY;
 }

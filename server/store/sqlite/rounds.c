@@ -14,11 +14,6 @@ struct step {
     int64_t spent;
 };
 
-static enum store_answer changed(struct db *db, struct query *query) {
-    enum store_answer answer = query_run(query);
-    return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
-}
-
 /* ------------------------------------------------------------------ begin */
 
 static enum store_answer wait_for_round(struct db *db, const struct step *step) {
@@ -33,7 +28,7 @@ static enum store_answer wait_for_round(struct db *db, const struct step *step) 
     query_bind_text(&query, step->round->best);
     query_bind_int(&query, step->claim->sequence);
     query_bind_int(&query, step->claim->token);
-    return changed(db, &query);
+    return db_change(&query, STORE_CONFLICT);
 }
 
 /* Its rank is the study's: after the tasks of the studies before. */
@@ -83,7 +78,7 @@ static enum store_answer end_operation(struct sqlite_store *store, struct db *db
     query_bind_bytes(&query, step->numbers, step->length);
     query_bind_int(&query, step->claim->sequence);
     query_bind_int(&query, step->claim->token);
-    enum store_answer answer = changed(db, &query);
+    enum store_answer answer = db_change(&query, STORE_CONFLICT);
     if (answer != STORE_OK)
         return answer;
     query = db_query(db, "UPDATE jobs SET status = " SQL_SUCCEEDED ", finished = ?, spent = ?,"
@@ -99,38 +94,4 @@ enum store_answer sqlite_end_task(struct store *store, const struct store_claim 
     struct step step = {.claim = claim, .numbers = numbers, .length = length, .spent = spent};
     enum store_answer room = sqlite_room_for(store, length);
     return room == STORE_OK ? sqlite_write_lazy(store, end_operation, &step) : room;
-}
-
-/* ------------------------------------------------------------------ read */
-
-/* Appends; false without memory. */
-static bool add(void **bytes, size_t *length, size_t *room, const void *more, size_t count) {
-    if (*length + count > *room || !*bytes) {
-        *room = 2 * (*length + count) + 1;
-        void *grown = realloc(*bytes, *room);
-        if (!grown)
-            return false;
-        *bytes = grown;
-    }
-    if (count > 0)
-        memcpy((char *)*bytes + *length, more, count);
-    *length += count;
-    return true;
-}
-
-enum store_answer sqlite_numbers(struct store *store, const struct store_claim *claim, void **bytes,
-                                 size_t *length) {
-    size_t room = 0;
-    struct db *db = sqlite_take_reader(store);
-    struct query query =
-        db_query(db, "SELECT bytes FROM task_numbers WHERE parent = ? ORDER BY round, position");
-    query_bind_int(&query, claim->sequence);
-    bool good = add(bytes, length, &room, NULL, 0);
-    while (good && query_row(&query)) {
-        size_t count = 0;
-        const void *more = query_bytes(&query, 0, &count);
-        good = add(bytes, length, &room, more, count);
-    }
-    enum store_answer answer = query_end(&query);
-    return sqlite_give_reader(store, db, good ? answer : STORE_DOWN);
 }

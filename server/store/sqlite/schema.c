@@ -29,7 +29,7 @@ static const char tables[] =
      * others learn nothing of it, not even by the time their own takes. */
     "CREATE TABLE results ("
     " number INTEGER PRIMARY KEY AUTOINCREMENT,"
-    " owner TEXT NOT NULL,"
+    " owner TEXT NOT NULL DEFAULT '',"
     " digest TEXT NOT NULL,"
     " state INTEGER NOT NULL,"
     " job INTEGER NOT NULL,"

@@ -218,12 +218,10 @@ enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operat
 /* By how much the file grows when the log is taken into it. */
 static uint64_t growth(struct store *base) {
     struct stat file;
-    struct db *db = sqlite_take_reader(base);
     struct query query =
-        db_query(db, "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size");
+        sqlite_read(base, "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size");
     int64_t size = query_row(&query) ? query_int(&query, 0) : 0;
-    bool known = sqlite_give_reader(base, db, query_end(&query)) == STORE_OK &&
-                 stat(sqlite_of(base)->path, &file) == 0;
+    bool known = query_end(&query) == STORE_OK && stat(sqlite_of(base)->path, &file) == 0;
     return known && size > file.st_size ? (uint64_t)(size - file.st_size) : 0;
 }
 
@@ -371,27 +369,42 @@ static void sqlite_close(struct store *base) {
 static enum store_answer sqlite_ping(struct store *store) {
     if (!file_identity_check(sqlite_of(store)->identity))
         return STORE_MISSING;
-    struct db *db = sqlite_take_reader(store);
-    struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
-    enum store_answer answer = sqlite_give_reader(store, db, query_run(&query));
+    struct query query = sqlite_read(store, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
+    enum store_answer answer = query_run(&query);
     return answer == STORE_OK ? sqlite_room_for(store, 0) : answer;
-}
-
-static enum store_answer sqlite_secret(struct store *store,
-                                       unsigned char secret[CURSOR_SECRET_BYTES]) {
-    size_t length = 0;
-    struct db *db = sqlite_take_reader(store);
-    struct query query = db_query(db, "SELECT bytes FROM secret");
-    const void *bytes = query_row(&query) ? query_bytes(&query, 0, &length) : NULL;
-    bool good = bytes && length == CURSOR_SECRET_BYTES;
-    if (good)
-        memcpy(secret, bytes, length);
-    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
-    return answer == STORE_OK && !good ? STORE_DAMAGED : answer;
 }
 
 bool sqlite_broken(struct sqlite_store *store) {
     return atomic_load(&store->broken);
+}
+
+static const struct dialect dialect = {
+    .counts = "SELECT status, n FROM draped.counts"
+              " UNION ALL SELECT 10 + status, n FROM draped.ended",
+    .hosts = "SELECT count(*), coalesce(sum(workers), 0), coalesce(sum(busy), 0)"
+             " FROM draped.hosts WHERE seen > $1 - $2",
+    .chunk = "SELECT bytes FROM draped.chunks WHERE id = $1 * (1 << 24) + $2",
+};
+
+_Static_assert(STORE_CHUNKS_BITS == 24, "as in the statement of a chunk");
+
+static struct query begin_on(void *db, const char *sql) {
+    return db_query(db, sql);
+}
+
+struct reader sqlite_reader(struct db *db) {
+    return (struct reader){begin_on, db, &dialect};
+}
+
+static void give_back(struct query *query) {
+    (void)sqlite_give_reader(query->lender, query->connection, STORE_OK);
+}
+
+struct query sqlite_read(void *store, const char *sql) {
+    struct query query = db_query(sqlite_take_reader(store), sql);
+    query.lender = store;
+    query.give_back = give_back;
+    return query;
 }
 
 static const struct store_ops sqlite_ops = {
@@ -402,25 +415,16 @@ static const struct store_ops sqlite_ops = {
     .submit = sqlite_submit,
     .flush = sqlite_flush,
     .submit_family = sqlite_submit_family,
-    .members = sqlite_members,
-    .get = sqlite_get,
-    .request = sqlite_request,
-    .list = sqlite_list,
     .cancel = sqlite_cancel,
     .remove = sqlite_remove,
-    .counts = sqlite_counts,
-    .usage = sqlite_usage,
     .claim = sqlite_claim,
     .starving = sqlite_starving,
     .renew = sqlite_renew,
-    .check = sqlite_check,
     .fail = sqlite_fail,
-    .attempts = sqlite_attempts,
     .requeue = sqlite_requeue,
     .begin_round = sqlite_begin_round,
     .end_task = sqlite_end_task,
     .change_task = sqlite_change_task,
-    .numbers = sqlite_numbers,
     .find_ended = sqlite_find_ended,
     .take_over = sqlite_take_over,
     .find_due = sqlite_find_due,
@@ -429,13 +433,8 @@ static const struct store_ops sqlite_ops = {
     .result_append = sqlite_result_append,
     .result_commit = sqlite_result_commit,
     .result_drop = sqlite_result_drop,
-    .result_find = sqlite_result_find,
-    .result_read = sqlite_result_read,
     .item_put = sqlite_item_put,
-    .item_get = sqlite_item_get,
-    .item_list = sqlite_item_list,
     .item_delete = sqlite_item_delete,
-    .secret = sqlite_secret,
 };
 
 static struct sqlite_store *sqlite_new(const char *path, const struct store_options *options,
@@ -446,6 +445,7 @@ static struct sqlite_store *sqlite_new(const char *path, const struct store_opti
     store->base.ops = &sqlite_ops;
     store->base.events = events;
     store->base.options = *options;
+    store->base.reader = (struct reader){sqlite_read, store, &dialect};
     store->end = &store->first;
     store->path = strdup(path);
     pthread_mutex_init(&store->queue_lock, NULL);

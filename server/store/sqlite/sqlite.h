@@ -49,8 +49,14 @@ enum store_answer sqlite_room_for(struct store *store, size_t bytes);
 /* A connection to read with, which never waits for writers; to be given back soon. */
 struct db *sqlite_take_reader(struct store *store);
 
+/* A statement on one that is taken, and given back when the query ends. */
+struct query sqlite_read(void *store, const char *sql);
+
 /* Gives it back; returns `answer`. */
 enum store_answer sqlite_give_reader(struct store *store, struct db *db, enum store_answer answer);
+
+/* For reads on a connection, by a look from outside. */
+struct reader sqlite_reader(struct db *db);
 
 /* Takes the write-ahead log into the database. Writers and readers go on meanwhile. */
 enum store_answer sqlite_take_log(struct store *store);
@@ -70,7 +76,6 @@ bool sqlite_broken(struct sqlite_store *store);
 
 enum store_answer sqlite_beat(struct store *store, const struct store_host *host);
 void sqlite_leave(struct store *store, const char *name);
-enum store_answer sqlite_count_hosts(struct db *db, int64_t now, struct store_counts *counts);
 
 /* --- schema.c */
 
@@ -87,17 +92,8 @@ enum store_answer sqlite_submit(struct store *store, const struct store_submissi
                                 struct store_receipt *receipt);
 enum store_answer sqlite_submit_family(struct store *store, const struct store_family *family,
                                        struct store_receipt *receipt);
-enum store_answer sqlite_members(struct store *store, const char *id, struct store_page *page);
-enum store_answer sqlite_get(struct store *store, const char *id, struct store_job *job);
-enum store_answer sqlite_request(struct store *store, const char *id, char **bytes, size_t *length);
-enum store_answer sqlite_list(struct store *store, const struct store_filter *filter,
-                              struct store_page *page);
 enum store_answer sqlite_cancel(struct store *store, const char *id);
 enum store_answer sqlite_remove(struct store *store, const char *id);
-enum store_answer sqlite_counts(struct store *store, struct store_counts *counts);
-/* The same by that time, on any connection. */
-enum store_answer sqlite_read_counts(struct db *db, int64_t now, struct store_counts *counts);
-enum store_answer sqlite_usage(struct store *store, const char *owner, struct store_usage *usage);
 
 /* --- claims.c */
 
@@ -107,11 +103,8 @@ enum store_answer sqlite_starving(struct store *store, bool fresh);
 enum store_answer sqlite_try_claim(struct sqlite_store *store, struct db *db);
 enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
                                double progress);
-enum store_answer sqlite_check(struct store *store, const struct store_claim *claim);
 enum store_answer sqlite_fail(struct store *store, const struct store_claim *claim,
                               const char *error);
-enum store_answer sqlite_attempts(struct store *store, const struct store_claim *claim,
-                                  int64_t *attempts, int64_t *excused);
 enum store_answer sqlite_requeue(struct store *store, const struct store_claim *claim, bool excused,
                                  int64_t later);
 enum store_answer sqlite_change_task(struct store *store, const struct store_claim *claim,
@@ -127,18 +120,12 @@ enum store_answer sqlite_begin_round(struct store *store, const struct store_cla
                                      const struct store_round *round);
 enum store_answer sqlite_end_task(struct store *store, const struct store_claim *claim,
                                   const void *numbers, size_t length, int64_t spent);
-enum store_answer sqlite_numbers(struct store *store, const struct store_claim *claim, void **bytes,
-                                 size_t *length);
 
 /* --- results.c */
 
 enum store_answer sqlite_result_append(struct store *store, struct store_segment *segment);
 enum store_answer sqlite_result_commit(struct store *store, struct store_segment *segment);
 enum store_answer sqlite_result_drop(struct store *store, int64_t number);
-enum store_answer sqlite_result_find(struct store *store, const char *id,
-                                     struct store_result *result);
-enum store_answer sqlite_result_read(struct store *store, int64_t number, int64_t index,
-                                     void *bytes, size_t length);
 
 /* results.state */
 enum { RESULT_BUILDING, RESULT_COMPLETE, RESULT_DOOMED };
@@ -155,11 +142,6 @@ enum store_answer sqlite_step(struct store *store, enum store_step step, int64_t
 
 enum store_answer sqlite_item_put(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created);
-enum store_answer sqlite_item_get(struct store *store, enum store_item_kind kind, const char *owner,
-                                  const char *id, struct store_item *item);
-enum store_answer sqlite_item_list(struct store *store, enum store_item_kind kind,
-                                   const char *owner, int64_t cursor, int limit,
-                                   struct store_items *page);
 enum store_answer sqlite_item_delete(struct store *store, enum store_item_kind kind,
                                      const char *owner, const char *id);
 

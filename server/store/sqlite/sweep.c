@@ -15,8 +15,7 @@ static enum store_answer first_job(struct query query, int64_t *sequence, int64_
     bool found = query_row(&query);
     *sequence = found ? query_int(&query, 0) : 0;
     *result = found ? query_int(&query, 1) : 0;
-    enum store_answer answer = query_end(&query);
-    return answer == STORE_OK && !found ? STORE_EMPTY : answer;
+    return query_end_found(&query, found, STORE_EMPTY);
 }
 
 static struct query oldest_ended(struct db *db, bool expired, int64_t before) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "query.h"
+#include "statement.h"
 #include "pool.h"
 #include "server/clock.h"
 #include "server/log.h"
@@ -15,7 +15,15 @@ enum {
 };
 
 /* What the server calls its types. */
-enum kind { KIND_BYTES = 17, KIND_INT = 20, KIND_TEXT = 25, KIND_REAL = 701 };
+enum {
+    TYPE_BOOL = 16,
+    TYPE_BYTEA = 17,
+    TYPE_INT8 = 20,
+    TYPE_INT2 = 21,
+    TYPE_INT4 = 23,
+    TYPE_TEXT = 25,
+    TYPE_FLOAT8 = 701
+};
 
 /* ------------------------------------------------------------------ errors */
 
@@ -45,27 +53,35 @@ static void name_of(const char *sql, char name[NAME_SIZE]) {
 }
 
 struct arguments {
-    Oid types[PG_PARAMETERS];
-    const char *values[PG_PARAMETERS];
-    int lengths[PG_PARAMETERS];
-    int formats[PG_PARAMETERS];
+    Oid types[QUERY_PARAMETERS];
+    const char *values[QUERY_PARAMETERS];
+    int lengths[QUERY_PARAMETERS];
+    int formats[QUERY_PARAMETERS];
+    char numbers[QUERY_PARAMETERS][8];
 };
 
-static void lay_out(const struct pg_query *query, struct arguments *arguments) {
+static void lay_out(const struct query *query, struct arguments *arguments) {
+    static const Oid types[] = {[QUERY_INT] = TYPE_INT8,
+                                [QUERY_REAL] = TYPE_FLOAT8,
+                                [QUERY_TEXT] = TYPE_TEXT,
+                                [QUERY_BYTES] = TYPE_BYTEA};
     for (int k = 0; k < query->bound; k++) {
-        const struct pg_parameter *parameter = &query->parameters[k];
-        bool number = parameter->kind == KIND_INT || parameter->kind == KIND_REAL;
-        bool null = !number && !parameter->bytes;
-        const void *value = number ? parameter->number : parameter->bytes;
-        arguments->types[k] = (Oid)parameter->kind;
-        arguments->values[k] = null || (number && parameter->length == 0) ? NULL : value;
-        arguments->lengths[k] = (int)parameter->length;
+        const struct query_value *value = &query->values[k];
+        uint64_t bits = (uint64_t)value->integer;
+        if (value->kind == QUERY_REAL)
+            memcpy(&bits, &value->real, sizeof bits);
+        for (int n = 0; n < 8; n++) /* numbers travel with the highest byte first */
+            arguments->numbers[k][n] = (char)(bits >> (56 - 8 * n));
+        bool number = value->kind == QUERY_INT || value->kind == QUERY_REAL;
+        arguments->types[k] = types[value->kind];
+        arguments->values[k] = value->null ? NULL : number ? arguments->numbers[k] : value->bytes;
+        arguments->lengths[k] = number ? 8 : (int)value->length;
         arguments->formats[k] = 1;
     }
 }
 
 /* Prepares the statement on the connection if it is not yet. NULL: it is; else what failed. */
-static bool prepare(struct pool_connection *connection, const struct pg_query *query,
+static bool prepare(struct pool_connection *connection, const struct query *query,
                     const struct arguments *arguments, const char *name, int64_t until_ms,
                     PGresult **failed) {
     *failed = NULL;
@@ -87,7 +103,7 @@ static bool prepare(struct pool_connection *connection, const struct pg_query *q
 
 /* NULL: the connection is lost. */
 static PGresult *execute(struct pool *pool, struct pool_connection *connection,
-                         const struct pg_query *query) {
+                         const struct query *query) {
     struct arguments a;
     char name[NAME_SIZE];
     PGresult *failed = NULL;
@@ -142,7 +158,7 @@ static enum verdict judge(struct pool *pool, const PGresult *result, bool *lost)
     return *lost ? VERDICT_AGAIN : VERDICT_DOWN;
 }
 
-static void note_failure(const struct pool *pool, const struct pg_query *query,
+static void note_failure(const struct pool *pool, const struct query *query,
                          const PGresult *result) {
     char text[STORE_WHY_SIZE];
     pool_say(text, "%s", result ? message_of(result) : "the connection was lost");
@@ -151,43 +167,87 @@ static void note_failure(const struct pool *pool, const struct pg_query *query,
               log_text("sqlstate", result ? state_of(result) : ""), log_text("sql", query->sql));
 }
 
-size_t pg_run(struct pg_query *query) {
+/* All tries of it. */
+static void run(struct query *query) {
     static const enum store_answer answers[] = {
         [VERDICT_GOOD] = STORE_OK,       [VERDICT_TAKEN] = STORE_CONFLICT,
         [VERDICT_BUSY] = STORE_BUSY,     [VERDICT_DOWN] = STORE_DOWN,
         [VERDICT_FULL] = STORE_NO_SPACE, [VERDICT_READ_ONLY] = STORE_READ_ONLY,
         [VERDICT_AGAIN] = STORE_DOWN};
-    struct pool *pool = query->pool;
+    struct pool *pool = query->connection;
     for (int k = 0; k < TRIES && query->answer == STORE_OK; k++) {
         bool lost = false;
         struct pool_connection *connection = pool_take(pool, &query->answer);
         if (!connection)
-            return 0;
+            return;
         PGresult *result = execute(pool, connection, query);
         enum verdict verdict = judge(pool, result, &lost);
         query->answer = answers[verdict];
         query->taken = verdict == VERDICT_TAKEN;
         if (verdict == VERDICT_GOOD)
-            query->result = result;
+            query->statement = result;
         else if (verdict == VERDICT_DOWN || verdict == VERDICT_FULL ||
                  verdict == VERDICT_READ_ONLY || (verdict == VERDICT_AGAIN && k == TRIES - 1))
             note_failure(pool, query, result);
         pool_give(pool, connection, lost);
         if (verdict == VERDICT_GOOD)
-            return (size_t)PQntuples(result);
+            return;
         PQclear(result);
         if (verdict == VERDICT_AGAIN && k < TRIES - 1)
             query->answer = STORE_OK;
     }
-    return 0;
 }
 
-enum store_answer pg_end(struct pg_query *query) {
-    PQclear(query->result);
-    query->result = NULL;
+static bool pg_row(struct query *query) {
+    if (query->row++ == 0)
+        run(query);
+    return query->statement && query->row <= PQntuples(query->statement);
+}
+
+static struct query_value pg_column(const struct query *query, int column) {
+    const PGresult *result = query->statement;
+    struct query_value value = {.null = PQgetisnull(result, query->row - 1, column) != 0};
+    const char *bytes = PQgetvalue(result, query->row - 1, column);
+    int length = PQgetlength(result, query->row - 1, column);
+    uint64_t bits = 0;
+    if (value.null)
+        return value;
+    for (int k = 0; k < length && k < 8; k++)
+        bits = bits << 8 | (unsigned char)bytes[k];
+    switch (PQftype(result, column)) {
+    case TYPE_BOOL:
+        value.integer = (int64_t)bits;
+        break;
+    case TYPE_INT2:
+        value.integer = (int16_t)bits;
+        break;
+    case TYPE_INT4:
+        value.integer = (int32_t)bits;
+        break;
+    case TYPE_INT8:
+        value.integer = (int64_t)bits;
+        break;
+    case TYPE_FLOAT8:
+        memcpy(&value.real, &bits, sizeof value.real);
+        break;
+    default: /* libpq adds a zero */
+        value.bytes = bytes;
+        value.length = (size_t)length;
+    }
+    return value;
+}
+
+static enum store_answer pg_end(struct query *query) {
+    PQclear(query->statement);
+    query->statement = NULL;
     if (store_failed(query->answer))
         metrics_store_failed(query->answer == STORE_BUSY);
     return query->answer;
+}
+
+struct query pg_query(struct pool *pool, const char *sql) {
+    static const struct query_driver driver = {pg_row, pg_column, pg_end};
+    return (struct query){.driver = &driver, .connection = pool, .sql = sql};
 }
 
 static void explain(const struct pool *pool, char why[STORE_WHY_SIZE], const PGresult *result) {
@@ -218,110 +278,4 @@ bool pg_script(struct pool *pool, const char *sql, bool *taken, char why[STORE_W
     PQclear(result);
     pool_give(pool, connection, lost);
     return verdict == VERDICT_GOOD;
-}
-
-/* ------------------------------------------------------------------ parameters and rows */
-
-struct pg_query pg_query(struct pool *pool, const char *sql) {
-    return (struct pg_query){.pool = pool, .sql = sql};
-}
-
-static struct pg_parameter *next(struct pg_query *query, enum kind kind) {
-    struct pg_parameter *parameter = &query->parameters[query->bound++];
-    parameter->kind = kind;
-    return parameter;
-}
-
-/* Numbers travel with the highest byte first. */
-static void put_number(struct pg_parameter *parameter, uint64_t bits) {
-    for (int k = 0; k < 8; k++)
-        parameter->number[k] = (unsigned char)(bits >> (56 - 8 * k));
-    parameter->length = sizeof parameter->number;
-}
-
-void pg_bind_int(struct pg_query *query, int64_t value) {
-    put_number(next(query, KIND_INT), (uint64_t)value);
-}
-
-void pg_bind_no_int(struct pg_query *query) {
-    next(query, KIND_INT)->length = 0;
-}
-
-void pg_bind_real(struct pg_query *query, double value) {
-    uint64_t bits = 0;
-    memcpy(&bits, &value, sizeof bits);
-    put_number(next(query, KIND_REAL), bits);
-}
-
-void pg_bind_text(struct pg_query *query, const char *value) {
-    struct pg_parameter *parameter = next(query, KIND_TEXT);
-    parameter->bytes = value;
-    parameter->length = value ? strlen(value) : 0;
-}
-
-void pg_bind_bytes(struct pg_query *query, const void *bytes, size_t length) {
-    struct pg_parameter *parameter = next(query, KIND_BYTES);
-    parameter->bytes = bytes ? bytes : "";
-    parameter->length = length;
-}
-
-static uint64_t get_number(const struct pg_query *query, size_t row, int column, int *length) {
-    const unsigned char *bytes = (const unsigned char *)PQgetvalue(query->result, (int)row, column);
-    uint64_t bits = 0;
-    *length = PQgetlength(query->result, (int)row, column);
-    for (int k = 0; k < *length && k < 8; k++)
-        bits = bits << 8 | bytes[k];
-    return bits;
-}
-
-int64_t pg_int(const struct pg_query *query, size_t row, int column) {
-    int length = 0;
-    uint64_t bits = get_number(query, row, column, &length);
-    switch (length) {
-    case 2:
-        return (int16_t)bits;
-    case 4:
-        return (int32_t)bits;
-    default:
-        return (int64_t)bits;
-    }
-}
-
-double pg_real(const struct pg_query *query, size_t row, int column) {
-    int length = 0;
-    double value = 0;
-    uint64_t bits = get_number(query, row, column, &length);
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-const char *pg_text(const struct pg_query *query, size_t row, int column) {
-    return PQgetisnull(query->result, (int)row, column)
-               ? NULL
-               : PQgetvalue(query->result, (int)row, column);
-}
-
-const void *pg_bytes(const struct pg_query *query, size_t row, int column, size_t *length) {
-    *length = (size_t)PQgetlength(query->result, (int)row, column);
-    return pg_text(query, row, column);
-}
-
-void pg_copy(const struct pg_query *query, size_t row, int column, char *to, size_t size) {
-    const char *text = pg_text(query, row, column);
-    snprintf(to, size, "%s", text ? text : "");
-}
-
-void pg_duplicate(struct pg_query *query, size_t row, int column, char **to, size_t *length) {
-    size_t size = 0;
-    const void *bytes = pg_bytes(query, row, column, &size);
-    *to = bytes ? malloc(size + 1) : NULL;
-    if (!bytes)
-        return;
-    if (!*to) {
-        query->answer = STORE_DOWN;
-        return;
-    }
-    memcpy(*to, bytes, size + 1); /* libpq adds a zero */
-    if (length)
-        *length = size;
 }

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT */
+#include "query.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ------------------------------------------------------------------ parameters */
+
+static struct query_value *next_value(struct query *query, enum query_kind kind) {
+    struct query_value *value = &query->values[query->bound++];
+    value->kind = kind;
+    return value;
+}
+
+void query_bind_int(struct query *query, int64_t value) {
+    next_value(query, QUERY_INT)->integer = value;
+}
+
+void query_bind_no_int(struct query *query) {
+    next_value(query, QUERY_INT)->null = true;
+}
+
+void query_bind_real(struct query *query, double value) {
+    next_value(query, QUERY_REAL)->real = value;
+}
+
+void query_bind_text(struct query *query, const char *text) {
+    struct query_value *value = next_value(query, QUERY_TEXT);
+    value->null = !text;
+    value->bytes = text;
+    value->length = text ? strlen(text) : 0;
+}
+
+void query_bind_bytes(struct query *query, const void *bytes, size_t length) {
+    struct query_value *value = next_value(query, QUERY_BYTES);
+    value->bytes = bytes ? bytes : "";
+    value->length = length;
+}
+
+/* ------------------------------------------------------------------ rows */
+
+bool query_row(struct query *query) {
+    return !query->no_memory && query->driver->row(query);
+}
+
+int64_t query_int(const struct query *query, int column) {
+    return query->driver->column(query, column).integer;
+}
+
+double query_real(const struct query *query, int column) {
+    return query->driver->column(query, column).real;
+}
+
+const char *query_text(const struct query *query, int column) {
+    return query->driver->column(query, column).bytes;
+}
+
+const void *query_bytes(const struct query *query, int column, size_t *length) {
+    struct query_value value = query->driver->column(query, column);
+    *length = value.length;
+    return value.bytes;
+}
+
+void query_copy(const struct query *query, int column, char *to, size_t size) {
+    const char *text = query_text(query, column);
+    snprintf(to, size, "%s", text ? text : "");
+}
+
+void query_duplicate(struct query *query, int column, char **to, size_t *length) {
+    struct query_value value = query->driver->column(query, column);
+    *to = value.null ? NULL : malloc(value.length + 1);
+    query->no_memory = query->no_memory || (!value.null && !*to);
+    if (!*to)
+        return;
+    if (value.length > 0)
+        memcpy(*to, value.bytes, value.length);
+    (*to)[value.length] = '\0';
+    if (length)
+        *length = value.length;
+}
+
+/* ------------------------------------------------------------------ ends */
+
+enum store_answer query_end(struct query *query) {
+    enum store_answer answer = query->driver->end(query);
+    if (query->give_back)
+        query->give_back(query);
+    return answer == STORE_OK && query->no_memory ? STORE_DOWN : answer;
+}
+
+enum store_answer query_end_found(struct query *query, bool found, enum store_answer none) {
+    enum store_answer answer = query_end(query);
+    return answer == STORE_OK && !found ? none : answer;
+}
+
+enum store_answer query_run(struct query *query) {
+    query_row(query);
+    return query_end(query);
+}
+
+enum store_answer query_find(struct query *query, enum store_answer none) {
+    return query_end_found(query, query_row(query), none);
+}
