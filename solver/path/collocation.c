@@ -60,45 +60,28 @@ static double guess_at(const struct collocation_guess *g, int k, double t, doubl
     return g->from[k] + t * (g->leave[k] + t * (c2 + t * c3));
 }
 
-static bool make_guess(const struct surface_point *from, const struct surface_point *to,
-                       const struct vec3 tangent[2], double length, struct collocation_guess *g) {
-    for (int k = 0; k < 2; k++) {
-        g->from[k] = from->uv[k];
-        g->to[k] = to->uv[k];
-        g->tangent[k] = tangent[k];
-    }
-    g->mean = vec3_scale(1 / length, vec3_sub(to->jet.r, from->jet.r));
-    return surface_point_components(from, vec3_scale(length, tangent[0]), g->leave) &&
-           surface_point_components(to, vec3_scale(length, tangent[1]), g->arrive);
-}
-
-/* The share of the way at which the guess meets the parameter `at`, which lies between its ends. */
-static double guess_meets(const struct collocation_guess *c, int k, double at) {
-    double low = 0, high = 1, t = (at - c->from[k]) / (c->to[k] - c->from[k]), rate;
-    for (int round = 0; round < ROOT_ROUNDS; round++) {
-        double miss = at - guess_at(c, k, t, &rate);
-        *((miss > 0) == (c->to[k] > c->from[k]) ? &low : &high) = t;
-        t += miss / rate;
-        if (!(t > low && t < high))
-            t = (low + high) / 2;
-    }
-    return t;
-}
-
 /* A knot line of one direction, and where on the way it is met. */
 struct meeting {
     int axis;
     double knot, t;
 };
 
-/* The knot lines of direction k between the ends, sorted in; false when there are too many. */
+/* The knot lines of direction k between the ends, sorted in by the share of the way at which the
+ * guess meets them; false when there are too many. */
 static bool find_knot_lines(const struct surface_axis *axis, const struct collocation_guess *c,
                             int k, struct meeting *meeting, int *count) {
     struct surface_walk walk = surface_walk_begin(axis, c->from[k], c->to[k]);
     while (surface_walk_next(&walk)) {
         if (*count == COLLOCATION_PIECES - 1)
             return false;
-        double t = guess_meets(c, k, walk.at);
+        double low = 0, high = 1, t = (walk.at - c->from[k]) / (c->to[k] - c->from[k]), rate;
+        for (int round = 0; round < ROOT_ROUNDS; round++) {
+            double miss = walk.at - guess_at(c, k, t, &rate);
+            *((miss > 0) == (c->to[k] > c->from[k]) ? &low : &high) = t;
+            t += miss / rate;
+            if (!(t > low && t < high))
+                t = (low + high) / 2;
+        }
         int n = (*count)++;
         for (; n > 0 && meeting[n - 1].t > t; n--)
             meeting[n] = meeting[n - 1];
@@ -202,7 +185,15 @@ bool collocation_begin(struct collocation *path, const struct surface_point *fro
     struct collocation_guess *guess = &path->guess;
     struct meeting meeting[COLLOCATION_PIECES];
     int count = 0, into[COLLOCATION_PIECES];
-    if (!is_free(from, to, length) || !make_guess(from, to, tangent, length, guess) ||
+    for (int k = 0; k < 2; k++) {
+        guess->from[k] = from->uv[k];
+        guess->to[k] = to->uv[k];
+        guess->tangent[k] = tangent[k];
+    }
+    guess->mean = vec3_scale(1 / length, vec3_sub(to->jet.r, from->jet.r));
+    if (!is_free(from, to, length) ||
+        !surface_point_components(from, vec3_scale(length, tangent[0]), guess->leave) ||
+        !surface_point_components(to, vec3_scale(length, tangent[1]), guess->arrive) ||
         !find_knot_lines(&surface->axis[0], guess, 0, meeting, &count) ||
         !find_knot_lines(&surface->axis[1], guess, 1, meeting, &count))
         return false;
@@ -244,25 +235,22 @@ bool collocation_evaluate(struct collocation *path) {
     return isfinite(path->to.x + path->to.y + path->to.z);
 }
 
-/* The size of the last two terms of a piece's bend in Legendre's polynomials, times its length: the
- * last term's, or about that where it happens to vanish. */
-static double size_of_rest(const struct collocation_piece *piece) {
-    double size2[2] = {0, 0};
-    for (int x = 0; x < 3; x++)
-        for (int n = 0; n < 2; n++) {
-            double sum = 0;
-            for (int p = 0; p < COLLOCATION_POINTS; p++)
-                sum += last_terms[n][p] * piece->bend[x][p];
-            size2[n] += sum * sum;
-        }
-    return piece->length * sqrt(fmax(last_share * last_share * size2[0], size2[1]));
-}
-
+/* By the size of the last two terms of a piece's bend in Legendre's polynomials, times its length:
+ * the last term's, or about that where it happens to vanish. */
 bool collocation_refine(struct collocation *path, double most, bool *split) {
     int into[COLLOCATION_PIECES];
     *split = false;
     for (int k = 0; k < path->pieces; k++) {
-        double rest = size_of_rest(&path->piece[k]);
+        const struct collocation_piece *piece = &path->piece[k];
+        double size2[2] = {0, 0};
+        for (int x = 0; x < 3; x++)
+            for (int n = 0; n < 2; n++) {
+                double sum = 0;
+                for (int p = 0; p < COLLOCATION_POINTS; p++)
+                    sum += last_terms[n][p] * piece->bend[x][p];
+                size2[n] += sum * sum;
+            }
+        double rest = piece->length * sqrt(fmax(last_share * last_share * size2[0], size2[1]));
         for (into[k] = 1; into[k] < SPLITS_MOST && rest > most; into[k] *= 2)
             rest *= half_rest;
         *split = *split || into[k] > 1;
@@ -353,28 +341,22 @@ double collocation_change(const struct collocation *path) {
     return sqrt(most2) * path->length;
 }
 
-static bool in_spans(const struct collocation *path) {
-    bool within = true;
-    for (int k = 0; k < path->pieces; k++)
-        for (int n = 0; n < 2; n++) {
-            const struct collocation_piece *piece = &path->piece[k];
-            const struct surface_axis *axis = &path->from->surface->axis[n];
-            int span = piece->span[n];
-            double low = axis->breaks[span], high = axis->breaks[span + 1];
-            double beyond = slack * (high - low);
-            low = span == 0 && !axis->closed ? -HUGE_VAL : low - beyond + piece->turn[n];
-            high = span == axis->span_count - 1 && !axis->closed ? HUGE_VAL
-                                                                 : high + beyond + piece->turn[n];
-            for (int p = 0; p < COLLOCATION_POINTS; p++)
-                within = within && piece->uv[n][p] >= low && piece->uv[n][p] <= high;
-        }
-    return within;
-}
-
 bool collocation_is_whole(const struct collocation *path, const struct surface_point *end) {
     const struct surface *surface = path->from->surface;
     const struct collocation_piece *last = &path->piece[path->pieces - 1];
-    if (!in_spans(path))
+    bool within = true;
+    for (int k = 0; k < 2 * path->pieces; k++) {
+        const struct collocation_piece *piece = &path->piece[k / 2];
+        const struct surface_axis *axis = &surface->axis[k % 2];
+        int span = piece->span[k % 2];
+        double low = axis->breaks[span], high = axis->breaks[span + 1], turn = piece->turn[k % 2];
+        double beyond = slack * (high - low);
+        low = span == 0 && !axis->closed ? -HUGE_VAL : low - beyond + turn;
+        high = span == axis->span_count - 1 && !axis->closed ? HUGE_VAL : high + beyond + turn;
+        for (int p = 0; p < COLLOCATION_POINTS; p++)
+            within = within && piece->uv[k % 2][p] >= low && piece->uv[k % 2][p] <= high;
+    }
+    if (!within)
         return false;
     return !surface->has_folds ||
            (!is_fold(span_normal(surface, path->piece, path->from->uv), path->from->normal) &&

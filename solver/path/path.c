@@ -191,18 +191,6 @@ struct effort {
     double whole;
 };
 
-/* Whether a step of h, which has to be shortened, is still worth trying. Near a pole steps are
- * short on the continuation, too. */
-static bool worth_trying(const struct path *g, struct effort *effort, double h) {
-    struct vec3 pole, tangent;
-    double inside[2];
-    bool near_pole =
-        surface_point_pole_distance(g->surface, path_point(g, &tangent), &pole) < effort->whole;
-    bool outside = path_clamp(g, inside) && !near_pole;
-    return ++effort->failures <= (outside ? FAILURES_OUTSIDE : FAILURES_MAX) &&
-           h > (outside ? shortest_outside : shortest) * effort->whole;
-}
-
 /* A step that is about to be taken: how long it is, and where it then leads. */
 struct attempt {
     struct path_footing at;
@@ -223,16 +211,21 @@ static struct attempt plan_step(const struct path *g, double h) {
     return a;
 }
 
-/* Takes a step that has been tried, or a shorter one; the length it went. */
+/* Takes a step that has been tried, or a shorter one as long as that is worth trying; the length it
+ * went. Near a pole steps are short on the continuation, too. */
 static bool take_step(struct path *g, struct attempt *a, struct effort *effort, double *length) {
     struct path_event event;
+    struct vec3 pole, tangent;
     double inside[2];
     bool outside = path_clamp(g, inside);
     g->outside += outside;
     while (!path_followed(a->error)) {
         a->h *= fmin(path_rescaling(a->error), 0.85);
         a->at_knot = false;
-        if (!worth_trying(g, effort, a->h))
+        double to_pole = surface_point_pole_distance(g->surface, path_point(g, &tangent), &pole);
+        bool strict = outside && !(to_pole < effort->whole);
+        if (++effort->failures > (strict ? FAILURES_OUTSIDE : FAILURES_MAX) ||
+            !(a->h > (strict ? shortest_outside : shortest) * effort->whole))
             return false;
         g->outside += outside;
         a->error = path_try_step(g, &a->at, a->h, &a->y);
@@ -285,21 +278,19 @@ static bool advance_on_face(struct path *g, double h, struct effort *effort, dou
     return true;
 }
 
-/* The sum of the squares of the two principal curvatures: tr (I^-1 II)^2. */
-static double squared_curvature(const struct surface_jet *jet) {
-    struct vec3 across = vec3_cross(jet->u, jet->v);
-    double e = vec3_norm2(jet->u), f = vec3_dot(jet->u, jet->v), g = vec3_norm2(jet->v);
-    double area2 = vec3_norm2(across), l = vec3_dot(jet->uu, across);
-    double m = vec3_dot(jet->uv, across), n = vec3_dot(jet->vv, across);
-    double a = g * l - f * m, b = g * m - f * n, c = e * m - f * l, d = e * n - f * m;
-    return (a * a + 2 * b * c + d * d) / (area2 * area2 * area2);
-}
-
 void path_follow_net(struct path *path, double d, int order) {
     if (!path->has_jet)
         path_jet(path, path->uv, &path->jet);
     path->has_jet = true;
-    double bend = squared_curvature(&path->jet) * d * d;
+    const struct surface_jet *jet = &path->jet;
+    struct tangent_basis i = tangent_basis_of(jet->u, jet->v);
+    struct vec3 across = vec3_cross(jet->u, jet->v);
+    double area2 = vec3_norm2(across), l = vec3_dot(jet->uu, across);
+    double m = vec3_dot(jet->uv, across), n = vec3_dot(jet->vv, across);
+    /* the sum of the squares of the two principal curvatures, tr (I^-1 II)^2 */
+    double a = i.g * l - i.f * m, b = i.g * m - i.f * n, c = i.e * m - i.f * l;
+    double k = i.e * n - i.f * m;
+    double bend = (a * a + 2 * b * c + k * k) / (area2 * area2 * area2) * d * d;
     bool second = order == 2;
     double share = share_of_order[!second] * (second ? bend : bend * bend);
     path->accuracy = fmin(fmax(share, finest_of_order[!second]), coarsest_of_order[!second]);

@@ -108,14 +108,17 @@ static bool advance_towards(struct path *g, const struct path_event *event, doub
     return false;
 }
 
-/* The share of a step of h at which the cubic through (u, p) at both its ends, `from` and `to`,
- * reaches `at`, which lies between. */
-static double hermite_share(const vec4 *from, const vec4 *to, int k, double h, double at) {
-    double a = (*from)[k], b = (*to)[k], low = 0, high = 1, t = (at - a) / (b - a);
-    double pa = h * (*from)[2 + k], pb = h * (*to)[2 + k];
+/* The share of a step of h, to the state `end`, at which the cubic through (u, p) at both its ends
+ * reaches the event, which lies between. */
+static double hermite_share(const struct path *g, const struct path_event *event, double h,
+                            const vec4 *end) {
+    int k = event->k;
+    double a = g->uv[k], b = (*end)[k], low = 0, high = 1, t = (event->at - a) / (b - a);
+    double pa = h * g->velocity[k], pb = h * (*end)[2 + k];
     for (int round = 0; round < PATH_ROUNDS; round++) {
         double c2 = 3 * (b - a) - 2 * pa - pb, c3 = pa + pb - 2 * (b - a);
-        double value = a + t * (pa + t * (c2 + t * c3)) - at, rate = pa + t * (2 * c2 + 3 * t * c3);
+        double value = a + t * (pa + t * (c2 + t * c3)) - event->at;
+        double rate = pa + t * (2 * c2 + 3 * t * c3);
         *((value > 0) == (b > a) ? &high : &low) = t;
         double next = t - value / rate;
         if (!(next > low && next < high))
@@ -127,16 +130,15 @@ static double hermite_share(const vec4 *from, const vec4 *to, int k, double h, d
     return t;
 }
 
-/* The length to the event, at most h, where the state is `end`: Newton on uv[k](length) = at, kept
- * between 0 and h by bisection, from where a cubic meets the knot line; and the state there. False
- * when the step to there is too long to be followed; `length` then is one that was too long. */
-static bool find_event(const struct path *g, const struct path_event *event, double h,
-                       const vec4 *end, vec4 *y, double *length) {
+/* The length to the event, at most h: Newton on uv[k](length) = at, kept between 0 and h by
+ * bisection, from the length `first`; and the state there. False when the step to there is too long
+ * to be followed; `length` then is one that was too long. */
+static bool find_event(const struct path *g, const struct path_event *event, double h, double first,
+                       vec4 *y, double *length) {
     int k = event->k;
     const struct surface_axis *axis = &g->surface->axis[k];
     struct path_footing at = path_footing_of(g);
-    double low = 0, high = h, next = h * hermite_share(at.state, end, k, h, event->at),
-           last = HUGE_VAL;
+    double low = 0, high = h, next = first, last = HUGE_VAL;
     double slack = 1e-14 * (surface_axis_upper(axis) - surface_axis_lower(axis));
     for (int round = 0; round < PATH_ROUNDS; round++) {
         if (fabs(next - last) <= path_nudge_share * h)
@@ -167,15 +169,16 @@ static bool crosses_other(const struct path *g, int k, vec4 y, struct path_event
 bool path_advance_to(struct path *g, const struct path_event *first, double h, const vec4 *end,
                      double *length) {
     struct path_event event = *first, other;
-    vec4 y, before;
+    vec4 y;
     *length = 0;
     if (event.sign * (event.at - g->uv[event.k]) > 0) {
-        if (!find_event(g, &event, h, end, &y, length))
+        double share = hermite_share(g, &event, h, end);
+        if (!find_event(g, &event, h, h * share, &y, length))
             return advance_towards(g, &event, *length / 2, length);
         if (crosses_other(g, event.k, y, &other)) {
             event = other;
-            before = y;
-            if (!find_event(g, &event, *length, &before, &y, length))
+            share = hermite_share(g, &event, *length, &y);
+            if (!find_event(g, &event, *length, *length * share, &y, length))
                 return advance_towards(g, &event, *length / 2, length);
         }
         path_accept(g, &y);

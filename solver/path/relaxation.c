@@ -353,26 +353,22 @@ static bool fit_mesh(struct problem *problem, const struct relaxation *path, dou
     return after == 1;
 }
 
-/* Each step lies in the span of its middle. */
-static void find_spans(struct problem *problem, const struct relaxation *path) {
-    for (int k = 1; k < path->points; k++) {
-        struct step *step = &problem->step[k];
-        *step = k > 1 ? step[-1] : (struct step){0};
-        for (int n = 0; n < 2; n++) {
-            const struct surface_axis *axis = &problem->surface->axis[n];
-            double x = problem->from[n] + (path->y[k - 1][n] + path->y[k][n]) / 2;
-            double wrapped = surface_axis_wrap(axis, x);
-            step->turn[n] = x - wrapped;
-            step->span[n] = surface_axis_span(axis, step->span[n], wrapped);
-        }
-    }
-}
-
-/* Newton on a mesh that is fitted to the knots as the path comes to be known. */
+/* Newton on a mesh that is fitted to the knots as the path comes to be known; each step lies in the
+ * span of its middle. */
 static bool relax(struct problem *problem, struct relaxation *path) {
     for (int round = 0; round < FITTINGS_MAX; round++) {
         double moved;
-        find_spans(problem, path);
+        for (int k = 1; k < path->points; k++) {
+            struct step *step = &problem->step[k];
+            *step = k > 1 ? step[-1] : (struct step){0};
+            for (int n = 0; n < 2; n++) {
+                const struct surface_axis *axis = &problem->surface->axis[n];
+                double x = problem->from[n] + (path->y[k - 1][n] + path->y[k][n]) / 2;
+                double wrapped = surface_axis_wrap(axis, x);
+                step->turn[n] = x - wrapped;
+                step->span[n] = surface_axis_span(axis, step->span[n], wrapped);
+            }
+        }
         if (!relax_on_mesh(problem, path))
             return false;
         if (problem->meetings == 0)

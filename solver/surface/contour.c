@@ -28,7 +28,7 @@ struct contour {
     double work;
 };
 
-static void add_sums(struct sums *sums, double factor, const struct sums *more) {
+static void add_weighted(struct sums *sums, double factor, const struct sums *more) {
     sums->area += factor * more->area;
     sums->moment = vec3_axpy(factor, more->moment, sums->moment);
     sums->normal = vec3_axpy(factor, more->normal, sums->normal);
@@ -60,7 +60,8 @@ static struct sums line_sums(struct contour *c, double u, double v) {
             surface_evaluate(c->surface, &c->cursor, x, at, &jet);
             struct vec3 normal = vec3_cross(jet.u, jet.v);
             double weight = c->rule.weight[k] * (end - from) / 2, element = vec3_norm(normal);
-            add_sums(&sums, weight, &(struct sums){element, vec3_scale(element, jet.r), normal});
+            add_weighted(&sums, weight,
+                         &(struct sums){element, vec3_scale(element, jet.r), normal});
         }
         from = end;
     }
@@ -83,7 +84,7 @@ static int surface_span(const struct contour *c, int direction, double x) {
 }
 
 /* Adds the integral of F dv along a piece of a span. */
-static void integrate_piece(struct contour *c, const struct span *span, double from, double to,
+static void integrate_along(struct contour *c, const struct span *span, double from, double to,
                             struct sums *sums) {
     for (int k = 0; k < c->rule.count; k++) {
         double uv[2], slope[2];
@@ -93,7 +94,7 @@ static void integrate_piece(struct contour *c, const struct span *span, double f
         if (slope[1] == 0)
             continue;
         struct sums inner = line_sums(c, uv[0], uv[1]);
-        add_sums(sums, c->rule.weight[k] * (to - from) / 2 * slope[1], &inner);
+        add_weighted(sums, c->rule.weight[k] * (to - from) / 2 * slope[1], &inner);
     }
     c->work += c->surface->axis[0].span_count;
 }
@@ -118,7 +119,7 @@ static void integrate_span(struct contour *c, const struct span *span, struct su
             stack[++top] = (struct piece){middle, piece.to, piece.depth + 1};
             stack[++top] = (struct piece){piece.from, middle, piece.depth + 1};
         } else {
-            integrate_piece(c, span, piece.from, piece.to, sums);
+            integrate_along(c, span, piece.from, piece.to, sums);
         }
     }
 }
@@ -148,7 +149,7 @@ static struct sums loop_sums(struct contour *c, const struct trim_loop *loop) {
     }
     if (sums.area < 0) {
         struct sums turned = {0};
-        add_sums(&turned, -1, &sums);
+        add_weighted(&turned, -1, &sums);
         return turned;
     }
     return sums;
@@ -167,7 +168,7 @@ enum status contour_measure(const struct surface *surface, const struct trim_loo
     surface_domain(surface, c.low, c.high);
     for (size_t k = 0; k < count; k++) {
         struct sums loop = loop_sums(&c, &loops[k]);
-        add_sums(&sums, loops[k].reversed ? 1 : -1, &loop);
+        add_weighted(&sums, loops[k].reversed ? 1 : -1, &loop);
         kept = kept || loops[k].reversed;
     }
     if (!kept) {
@@ -176,7 +177,7 @@ enum status contour_measure(const struct surface *surface, const struct trim_loo
         const struct trim_curve upper = {1, border, 2, NULL, NULL};
         struct sums whole = {0};
         integrate_curve(&c, &upper, &whole);
-        add_sums(&sums, 1, &whole);
+        add_weighted(&sums, 1, &whole);
         bounds_tight(surface, &c.lower, &c.upper);
     }
     if (count > 0) {

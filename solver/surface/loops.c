@@ -137,15 +137,6 @@ static void look_along(struct view *view, int along) {
     }
 }
 
-/* Twice the area, positive where the inside lies on the left. */
-static double signed_area(const struct view *view) {
-    double sum = 0;
-    for (size_t k = 0; k < view->count; k++)
-        sum += (coordinate(view, k, 0) - view->low[0]) * coordinate(view, k + 1, 1) -
-               (coordinate(view, k + 1, 0) - view->low[0]) * coordinate(view, k, 1);
-    return sum;
-}
-
 static enum status is_simple(const struct trim *trim, size_t loop, struct arena *arena,
                              struct loop_fault *fault, bool *simple) {
     struct view view;
@@ -162,8 +153,12 @@ static enum status is_simple(const struct trim *trim, size_t loop, struct arena 
             return STATUS_OUT_OF_MEMORY;
         cross_loop(&view, crossings);
         qsort(crossings, count, sizeof *crossings, compare_crossings);
+        double area = 0;
+        for (size_t k = 0; k < view.count; k++)
+            area += (coordinate(&view, k, 0) - view.low[0]) * coordinate(&view, k + 1, 1) -
+                    (coordinate(&view, k + 1, 0) - view.low[0]) * coordinate(&view, k, 1);
         /* With its inside on the left it goes down first. */
-        *simple = winds_once(&view, crossings, count, signed_area(&view) > 0 ? -1 : 1, fault->uv);
+        *simple = winds_once(&view, crossings, count, area > 0 ? -1 : 1, fault->uv);
         arena_rewind(arena, mark);
     }
     return STATUS_OK;

@@ -62,7 +62,7 @@ static vec4 homogeneous(const struct nurbs *nurbs, int i, int j) {
     return (vec4){w * p.x, w * p.y, w * p.z, w};
 }
 
-static struct vec3 in_space(vec4 a) {
+static struct vec3 space_point(vec4 a) {
     return vec3_make(a[0] / a[3], a[1] / a[3], a[2] / a[3]);
 }
 
@@ -80,8 +80,8 @@ static bool is_line(const struct nurbs *nurbs, int direction, const struct extra
                 sum += extraction->weight[k][m] *
                        (direction == 0 ? homogeneous(nurbs, i, j) : homogeneous(nurbs, j, i));
             }
-            first = k == 0 ? in_space(sum) : first;
-            if (vec3_distance(in_space(sum), first) > line_width * size)
+            first = k == 0 ? space_point(sum) : first;
+            if (vec3_distance(space_point(sum), first) > line_width * size)
                 return false;
         }
     }
@@ -181,30 +181,13 @@ static void bernstein_powers(int p, double rate, double row[ORDER_MAX][ORDER_MAX
     }
 }
 
-/* powers[m][n] = sum_kl a[k][m] b[l][n] points[k][l] for one span. */
-static void fill_powers(const struct surface *surface, int su, int sv, const vec4 *points,
-                        vec4 *powers) {
-    const struct surface_axis *u = &surface->axis[0], *v = &surface->axis[1];
-    int p = u->degree, q = v->degree;
-    double a[ORDER_MAX][ORDER_MAX], b[ORDER_MAX][ORDER_MAX];
-    bernstein_powers(p, u->rates[su], a);
-    bernstein_powers(q, v->rates[sv], b);
-    for (int m = 0; m <= p; m++)
-        for (int n = 0; n <= q; n++) {
-            vec4 sum = {0};
-            for (int k = 0; k <= p; k++)
-                for (int l = 0; l <= q; l++)
-                    sum += a[k][m] * b[l][n] * points[k * (q + 1) + l];
-            powers[m * (q + 1) + n] = sum;
-        }
-}
-
-/* Powers are used for spans where they are as good as Bernstein polynomials: whose weights do not
- * differ by much. */
+/* powers[m][n] = sum_kl a[k][m] b[l][n] points[k][l] for each span. They are used where they are as
+ * good as Bernstein polynomials: for spans whose weights do not differ by much. */
 static enum status make_powers(struct arena *arena, struct surface *surface) {
-    int nu = surface->axis[0].span_count, nv = surface->axis[1].span_count;
-    if (surface->axis[0].degree > SURFACE_POWERS_DEGREE ||
-        surface->axis[1].degree > SURFACE_POWERS_DEGREE)
+    const struct surface_axis *u = &surface->axis[0], *v = &surface->axis[1];
+    int nu = u->span_count, nv = v->span_count, p = u->degree, q = v->degree;
+    double a[ORDER_MAX][ORDER_MAX], b[ORDER_MAX][ORDER_MAX];
+    if (p > SURFACE_POWERS_DEGREE || q > SURFACE_POWERS_DEGREE)
         return STATUS_OK;
     size_t size = surface->points_per_span, spans = (size_t)nu * (size_t)nv;
     surface->powers = arena_alloc(arena, spans * size, sizeof *surface->powers);
@@ -219,7 +202,16 @@ static enum status make_powers(struct arena *arena, struct surface *surface) {
             most = fmax(most, points[k][3]);
         }
         surface->in_powers[i] = most <= weights_for_powers * least;
-        fill_powers(surface, i / nv, i % nv, points, surface->powers + (size_t)i * size);
+        bernstein_powers(p, u->rates[i / nv], a);
+        bernstein_powers(q, v->rates[i % nv], b);
+        for (size_t at = 0; at < size; at++) {
+            vec4 sum = {0};
+            for (int k = 0; k <= p; k++)
+                for (int l = 0; l <= q; l++)
+                    sum += a[k][at / (size_t)(q + 1)] * b[l][at % (size_t)(q + 1)] *
+                           points[k * (q + 1) + l];
+            surface->powers[(size_t)i * size + at] = sum;
+        }
     }
     return STATUS_OK;
 }
@@ -318,19 +310,19 @@ static void balance(struct surface *surface, int k) {
 }
 
 static bool is_same_point(const struct surface *surface, vec4 a, vec4 b) {
-    return vec3_distance(in_space(a), in_space(b)) <= coincidence * surface->size;
+    return vec3_distance(space_point(a), space_point(b)) <= coincidence * surface->size;
 }
 
 /* A border is a pole when all its control points are one; a direction is closed when its two
  * borders have the same control points and proportional weights. */
-static void find_topology(struct surface *surface, int direction) {
+static void find_poles(struct surface *surface, int direction) {
     struct surface_axis *axis = &surface->axis[direction];
     const struct surface_axis *other = &surface->axis[1 - direction];
     vec4 first[2] = {border_point(surface, direction, 0, 0, 0),
                      border_point(surface, direction, 1, 0, 0)};
     axis->pole[0] = axis->pole[1] = axis->closed = true;
-    axis->pole_point[0] = in_space(first[0]);
-    axis->pole_point[1] = in_space(first[1]);
+    axis->pole_point[0] = space_point(first[0]);
+    axis->pole_point[1] = space_point(first[1]);
     for (int span = 0; span < other->span_count; span++)
         for (int along = 0; along <= other->degree; along++) {
             vec4 low = border_point(surface, direction, 0, span, along);
@@ -389,8 +381,8 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     balance(made, 1);
     set_rates(&made->axis[0]);
     set_rates(&made->axis[1]);
-    find_topology(made, 0);
-    find_topology(made, 1);
+    find_poles(made, 0);
+    find_poles(made, 1);
     *surface = made;
     status = make_powers(arena, made);
     return status == STATUS_OK ? surface_finish(made) : status;

@@ -57,7 +57,7 @@ struct collector {
     size_t point_count, point_room;
 };
 
-static bool add_end(struct collector *c, const double to[2]) {
+static bool add_flat_edge(struct collector *c, const double to[2]) {
     if (c->point_count == c->point_room) {
         double(*points)[2] =
             arena_enlarge(c->arena, c->points, c->point_count, sizeof *points, &c->point_room);
@@ -66,12 +66,6 @@ static bool add_end(struct collector *c, const double to[2]) {
         c->points = points;
     }
     memcpy(c->points[c->point_count++], to, sizeof *c->points);
-    return true;
-}
-
-static bool add_flat_edge(struct collector *c, const double to[2]) {
-    if (!add_end(c, to))
-        return false;
     if (!c->begun) {
         memcpy(c->last, to, sizeof c->last);
         c->begun = true;

@@ -7,7 +7,7 @@
 
 enum { LINES = 64 };
 
-static int compare_numbers(const void *a, const void *b) {
+static int compare_crossings_across(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
@@ -29,7 +29,7 @@ static bool is_bare_line(const struct trim *trim, const struct surface_axis *oth
         }
     }
     across[count++] = other->outer[1];
-    qsort(across, count, sizeof *across, compare_numbers);
+    qsort(across, count, sizeof *across, compare_crossings_across);
     for (size_t n = 1; n < count; n++) {
         double at[2];
         at[k] = x;
