@@ -25,7 +25,7 @@ INLINE MASK NAME(rough_is_folded_back)(const POINT *p, const POINT *q) {
     return V(dot)(p->normal, q->normal) < 0;
 }
 
-/* Whether misfit and turn alone tell that an edge is an arc. */
+/* Whether an edge is an arc by its misfit and turn alone. */
 INLINE MASK NAME(rough_is_arc)(const POINT *p, const POINT *q, NUMBER curvature, double d) {
     return (NAME(rough_misfit)(p, q, curvature, d) < ROUGH_MISFIT_SMOOTH) &
            (N(abs)(curvature) * d < ROUGH_TURN_SMOOTH) & N(not )(NAME(rough_is_folded_back)(p, q));

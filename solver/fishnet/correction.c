@@ -25,7 +25,7 @@ static enum difference find_nodes(const struct net_view *net, int32_t i, int32_t
     return rough ? DIFFERENCE_ROUGH : DIFFERENCE_MADE;
 }
 
-/* At the first of four places. */
+/* At the first of four nodes. */
 static enum difference at_first(const struct net_view *net, int32_t i, int32_t j, int di, int dj,
                                 struct vec3 *d2) {
     static const double one_sided[] = {2, -5, 4, -1};

@@ -12,7 +12,7 @@
  * a circle to d^8. What is left is that curvature changes unevenly.
  *
  * Across a rough edge (`rough.h`) no difference is taken, and at a node where the curvature jumps
- * none holds along the normal: it then is not what the surface's curvature says. Near such places,
+ * none holds along the normal: it then is not what the surface's curvature says. Near such nodes,
  * and where yarns along free edges carry the net on, only the sideways component is used, to
  * shorten the arc of the surface's curvature.
  */
@@ -26,7 +26,7 @@ struct correction {
     struct vec3 bend[2]; /* D2 at the ends; zero where only rough edges lie round it */
     struct vec3 along;   /* the edge's chord in the net before, towards its far end */
     double d;            /* its length along the yarn */
-    bool whole;          /* D2 holds at both ends, along the normal too, as far as the net tells */
+    bool whole;          /* D2 holds at both ends, along the normal too, as far as the net shows */
 };
 
 /* D2 at both ends of the edge from (i, j) to (i + di, j + dj), one of di, dj being 0 and the other

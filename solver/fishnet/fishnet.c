@@ -139,7 +139,7 @@ static struct vec3 planar_corner(const struct fishnet_cell *cell) {
 /* Places nearer to each other than this share of an edge lead Newton to the same end. */
 static const double same_place = 1e-6;
 
-/* The k-th place to start Newton from: the guess, then the parallelogram and the planar corner,
+/* The k-th point to start Newton from: the guess, then the parallelogram and the planar corner,
  * seen from C and from B. False when it cannot be had, or is the same as another. */
 static bool predict(const struct surface *surface, struct surface_cursor *cursor,
                     const struct fishnet_cell *cell, int k, double uv[2]) {
@@ -164,11 +164,11 @@ struct begin {
     double uv[2];
 };
 
-/* The same as `predict` on a shell: the place on the continuation of the face of C or B, carried
+/* The same as `predict` on a shell: the point on the continuation of the face of C or B, carried
  * to where it belongs; after those, what is nearest to the last ones. */
 static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell, int k,
                              struct begin *begin) {
-    struct surface_point place;
+    struct surface_point point;
     if (k >= PREDICTORS) {
         const struct shell *shell = cell->c->surface->shell;
         struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
@@ -186,10 +186,10 @@ static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet
         return false;
     if (crossing_within(begin->surface, begin->uv))
         return true;
-    if (!surface_point_at(begin->surface, cursor, begin->uv, &place) ||
-        !crossing_settle(cursor, &place))
+    if (!surface_point_at(begin->surface, cursor, begin->uv, &point) ||
+        !crossing_settle(cursor, &point))
         return false;
-    *begin = (struct begin){place.surface, {place.uv[0], place.uv[1]}};
+    *begin = (struct begin){point.surface, {point.uv[0], point.uv[1]}};
     return true;
 }
 
@@ -197,22 +197,22 @@ static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet
  * shorter edge, it has. */
 static const double landing = 0.05;
 
-/* Whether a corner of a cell lies in the region of another face than that of a place. */
+/* Whether a corner of a cell lies in the region of another face than that of a point. */
 static bool is_on_other_face(const struct surface_point *corner,
-                             const struct surface_point *place) {
-    return corner->surface != place->surface && crossing_within(corner->surface, corner->uv);
+                             const struct surface_point *point) {
+    return corner->surface != point->surface && crossing_within(corner->surface, corner->uv);
 }
 
-/* Whether a place beyond a free edge lies over a face on the other side of a hole, or of a notch
+/* Whether a point beyond a free edge lies over a face on the other side of a hole, or of a notch
  * when the net is there already, and where on it. */
-static bool lands_on_face(const struct fishnet_cell *cell, const struct surface_point *place,
+static bool lands_on_face(const struct fishnet_cell *cell, const struct surface_point *point,
                           struct begin *begin) {
-    const struct shell *shell = place->surface->shell;
+    const struct shell *shell = point->surface->shell;
     struct shell_point over;
     double distance = landing * fmin(cell->bd, cell->cd);
-    if (!(shell_may_close(shell, place->surface->face) || is_on_other_face(cell->b, place) ||
-          is_on_other_face(cell->c, place)) ||
-        !shell_over(shell, place->jet.r, place->surface->face, distance, &over))
+    if (!(shell_may_close(shell, point->surface->face) || is_on_other_face(cell->b, point) ||
+          is_on_other_face(cell->c, point)) ||
+        !shell_over(shell, point->jet.r, point->surface->face, distance, &over))
         return false;
     *begin = (struct begin){shell_surface(shell, over.face), {over.inner[0], over.inner[1]}};
     return true;

@@ -14,7 +14,7 @@ struct fishnet_collocation {
     int lanes; /* as drape_settings' */
 };
 
-/* Moves `node`, a place near D, to where the geodesics from B and C meet; `yarns` (may be NULL)
+/* Moves `node`, a point near D, to where the geodesics from B and C meet; `yarns` (may be NULL)
  * gets their tangents. False, with the node as it was, where collocation is not sure to find it. */
 bool fishnet_collocation_solve(struct surface_cursor *cursor, const struct fishnet_cell *cell,
                                const struct fishnet_collocation *wanted,

@@ -270,7 +270,7 @@ static bool come_closer(struct approach *to, double closer, const struct meeting
 
 /* Where the yarns are nearly parallel, D is nearly a double root: it is lost when the cell
  * collapses, and close to that Newton may go to its twin on the side of A. A step that does not
- * reduce the gap or leaves the right side is therefore halved. `chords` tells whether the sides of
+ * reduce the gap or leaves the right side is therefore halved. `chords` says whether the sides of
  * chords are looked at for that, as for a smooth cell, or the yarns' own. Rays are as accurate as
  * it takes to come nearer: first rays[0], in the end rays[1] of their length. */
 static enum fishnet_end approach_by(const struct surface *surface, struct surface_cursor *cursor,

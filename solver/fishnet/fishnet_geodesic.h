@@ -24,7 +24,7 @@ struct fishnet_yarns {
     bool stays[2]; /* on the continuation of B's or C's face, over no joint */
 };
 
-/* Moves `node`, a place near D on the right side (`fishnet_solve` with the chords of `gib`), to
+/* Moves `node`, a point near D on the right side (`fishnet_solve` with the chords of `gib`), to
  * where the geodesics of these lengths from B and C meet, to 1e-11 of them, which is
  * node->residual; `lanes` as drape_settings'. */
 enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,

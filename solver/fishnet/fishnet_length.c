@@ -41,7 +41,8 @@ static double left_by(const struct surface_point *d, double size, double length,
     return size * size * (size + k / 3) + size * (1 - vec3_dot(normal, d->normal));
 }
 
-/* Whether the first step will be the last, by what the ends of the edges tell of their lengths. */
+/* Whether the first step will be the last, by the lengths that are estimated from the ends of the
+ * edges. */
 static bool is_nearly_there(const struct surface_point *const from[2],
                             const struct surface_point *d, const double length[2]) {
     double least = fmin(length[0], length[1]);

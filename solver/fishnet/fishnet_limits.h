@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The numbers of Newton's method for a cell's fourth corner, which its forms for one cell
- * (fishnet.c) and for several at once (wave_cells.h) have in common. */
+/* The numbers of Newton's method for a cell's fourth corner (`cell_formulas.h`). */
 #ifndef SOLVER_FISHNET_FISHNET_LIMITS_H
 #define SOLVER_FISHNET_FISHNET_LIMITS_H
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The logarithm of a point of the surface at a near one: length and direction of the geodesic
- * between them, without following it. Between p and q as many points are put as it takes for the
- * ends of each piece to tell what it is (`rough_estimate`). The pieces make a geodesic when none of
+ * between them, without following it. Between p and q as many points are put as it takes for
+ * each piece to be known by its ends (`rough_estimate`). The pieces make a geodesic when none of
  * them meets the next at an angle: with a_k the angles, by which the path turns to the left, and
  * h_k the lengths of the pieces, the points move to the left by x_k,
  *
@@ -28,8 +28,8 @@ struct logarithm {
 bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p,
                     const struct surface_point *q, double accuracy, struct logarithm *logarithm);
 
-/* The unit tangent at p of the geodesic to an end, as `rough_leave`; where the ends of the edge do
- * not tell it surely, by its logarithm. */
+/* The unit tangent at p of the geodesic to an end, as `rough_leave`; where that is not
+ * sure, by its logarithm. */
 struct vec3 logarithm_leave(struct surface_cursor *cursor, const struct surface_point *p,
                             const struct rough_end *end);
 

@@ -20,7 +20,7 @@
 
 enum rough_kind {
     ROUGH_NOT,    /* an arc of the curvature at one end */
-    ROUGH_BENT,   /* a curve that both ends tell: it has another chord */
+    ROUGH_BENT,   /* a curve that follows from both ends: it has another chord */
     ROUGH_UNEVEN, /* alike, but too uneven for differences of positions in space */
     ROUGH_EDGE    /* neither: a crease or a joint, or a small radius, lies between the ends */
 };
@@ -48,7 +48,7 @@ struct rough_end {
 struct vec3 rough_leave(struct surface_cursor *cursor, const struct surface_point *p,
                         const struct rough_end *end, bool *sure);
 
-/* Whether the edge from p to the place `to` is sure in that way. */
+/* Whether the edge from p to the point `to` is sure in that way. */
 bool rough_leaves_surely(const struct surface_point *p, struct vec3 to);
 
 /* The point of an end: that which is known, or else in `made`; NULL where there is none. */
@@ -56,7 +56,7 @@ const struct surface_point *rough_end_point(struct surface_cursor *cursor,
                                             const struct rough_end *end,
                                             struct surface_point *made);
 
-/* The geodesic between two points as they tell it, by chord, normals and curvatures. */
+/* The geodesic between two points as it follows from chord, normals and curvatures there. */
 struct rough_geodesic {
     double length;
     double error;              /* what that may be wrong by, as a share of it, */
@@ -64,7 +64,7 @@ struct rough_geodesic {
     struct vec3 leave, arrive; /* its unit tangents at p and, onward, at q */
 };
 
-/* False where p and q tell nothing of the length. */
+/* False where the length does not follow from p and q. */
 bool rough_estimate(const struct surface_point *p, const struct surface_point *q,
                     struct rough_geodesic *geodesic);
 

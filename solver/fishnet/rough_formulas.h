@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the ends of an edge tell of it, for numbers and for lanes (`solver/numbers.h`): how it sets
- * off from them, how it turns between them, and what kind of edge it is. `rough.h` has the idea.
+ * What follows from the ends of an edge, for numbers and for lanes (`solver/numbers.h`): how it
+ * sets off from them, how it turns between them, and what kind of edge it is. `rough.h` has the
+ * idea.
  */
 #include "solver/numbers.h"
 
@@ -78,10 +79,10 @@ INLINE void NAME(chord_angles)(const struct NAME(departure) * p, const struct NA
 }
 
 /* The turn that has the curvatures at both ends, the angle between the normals there and, as its
- * mean, the direction of the chord: what p and q tell of the edge between them, d long, which has
- * these angles there, to fourth order. What is left out of a helix, of the length and of its angle,
- * follows from curvatures and torsions times the length: where they change, and where there is much
- * of them. */
+ * mean, the direction of the chord: what follows from p and q for the edge between them, d long,
+ * which has these angles there, to fourth order. What is left out of a helix, of the length and of
+ * its angle, follows from curvatures and torsions times the length: where they change, and where
+ * there is much of them. */
 INLINE struct NAME(turn)
     NAME(turn_between)(const struct NAME(departure) * p, const struct NAME(departure) * q,
                        NUMBER at_p, NUMBER mean, NUMBER d) {
@@ -139,8 +140,8 @@ INLINE MASK NAME(rises_as_arc)(const POINT *p, const POINT *q, NUMBER curvature,
            (change * (k + change / 4) < 12 * (ROUGH_ARC_ERROR + ROUGH_ARC_SHARE * net));
 }
 
-/* What an edge is: an arc; or a curve that its ends tell, with this chord, perhaps even enough for
- * differences of positions in space. */
+/* What an edge is: an arc; or a curve that follows from its ends, with this chord, perhaps even
+ * enough for differences of positions in space. */
 struct NAME(edge_kind) {
     MASK arc, known, even;
     NUMBER chord;

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The numbers by which the edges of a cell are told apart, which the forms of `rough_edge` for one
- * edge (rough.c) and for several at once (rough_lanes.h) have in common. */
+/* The numbers by which the kinds of edges are distinguished (`rough_formulas.h`). */
 #ifndef SOLVER_FISHNET_ROUGH_LIMITS_H
 #define SOLVER_FISHNET_ROUGH_LIMITS_H
 
@@ -33,15 +32,16 @@
  * chord. */
 #define ROUGH_MISSED 3.0
 
-/* Where the surface has no curvature of its own, the direction of an edge that its ends tell is
- * right to 1e-4 when it goes no further to the side by torsion, by half the angle of rough_leave.
+/* Where the surface has no curvature of its own, the direction of an edge that follows from its
+ * ends is right to 1e-4 when it goes no further to the side by torsion, by half the angle of
+ * rough_leave.
  */
 #define ROUGH_WINDING 8e-3
 
 /* An edge that turns by more to either side of its middle is no arc. */
 #define ROUGH_TURN_MOST 0.75
 
-/* A chord that is wrong by more than this share of the spacing leads to a D that tells nothing of
+/* A chord that is wrong by more than this share of the spacing leads to a D that says nothing of
  * the edge. */
 #define ROUGH_FAR_OFF 0.05
 

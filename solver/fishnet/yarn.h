@@ -26,7 +26,7 @@ struct yarn_place {
 
 /* A node with its point, and the directions of its yarns as far as they have been looked for:
  * towards the higher index, by family and by the side, lower (0) or higher (1), of the neighbour
- * that tells; zero where there is none. */
+ * that they come from; zero where there is none. */
 struct yarn_spot {
     int32_t i, j;
     struct surface_point point;

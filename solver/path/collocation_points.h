@@ -110,9 +110,9 @@ static void evaluate_piece(const struct surface *surface, struct collocation_pie
 
 static void move_piece(struct collocation_piece *piece, struct vec3 turn, const double shift[2]) {
     BATCHES(k) {
-        lanes place = lanes_load(&collocation_point[k]), ab[2];
-        lanes along = piece->begin + piece->length * place;
-        lanes further = shift[0] + (shift[1] - shift[0]) * place;
+        lanes share = lanes_load(&collocation_point[k]), ab[2];
+        lanes along = piece->begin + piece->length * share;
+        lanes further = shift[0] + (shift[1] - shift[0]) * share;
         struct lanes3 tangent = load_points(piece->tangent, k);
         struct lanes3 bend = load_points(piece->bend, k), turned = lanes3_of(turn);
         struct lanes3 to = lanes3_axpy(along, turned, load_points(piece->r, k));

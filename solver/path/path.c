@@ -88,7 +88,7 @@ static bool leap(struct path *g, const struct surface_point *from, struct vec3 d
     double uv[2];
     g->ahead += length;
     return surface_point_pull(g->surface, &cursor, from, vec3_scale(length, direction), uv) &&
-           path_place(g, uv, direction);
+           path_put(g, uv, direction);
 }
 
 bool path_geodesic(struct path *path, const struct surface *surface,
@@ -100,7 +100,7 @@ bool path_geodesic(struct path *path, const struct surface *surface,
     double radius = pole_radius * surface->size;
     if (surface_point_pole_distance(surface, from->jet.r, &pole) < radius)
         return leap(path, from, tangent, radius);
-    return path_place(path, from->uv, tangent) && (!surface->shell || path_set_off(path));
+    return path_put(path, from->uv, tangent) && (!surface->shell || path_set_off(path));
 }
 
 bool path_section(struct path *path, const struct surface *surface,
@@ -131,7 +131,7 @@ bool path_curve(struct path *path, const struct surface *surface, const struct s
         ab[k] = path->line[k] * surface_axis_rate(&surface->axis[k], from->uv[k], NULL);
     }
     direction = vec3_axpy(ab[1], from->jet.v, vec3_scale(ab[0], from->jet.u));
-    return path_place(path, from->uv, direction);
+    return path_put(path, from->uv, direction);
 }
 
 /* Shortens a step to half the way to a pole that is near. Within a pole's radius and heading for

@@ -58,7 +58,7 @@ bool path_geodesic(struct path *path, const struct surface *surface,
 bool path_section(struct path *path, const struct surface *surface,
                   const struct surface_point *from, struct vec3 plane, struct vec3 direction);
 
-/* Sets off from `from`, a place on the polyline `curve` of `count` points, for its point `next` and
+/* Sets off from `from`, a point on the polyline `curve` of `count` points, for its point `next` and
  * on from there by `sense`, 1 or -1. The points are borrowed. False when it has no direction. */
 bool path_curve(struct path *path, const struct surface *surface, const struct surface_point *from,
                 const double (*curve)[2], size_t count, size_t next, int sense);
@@ -78,10 +78,10 @@ bool path_advance_both(struct path path[2], const double length[2]);
 
 /* Moves on until it is the chord d away from where it was: one advance, then Newton on the length,
  * for which the chord grows at the cosine between chord and tangent, in steps next to nothing.
- * False as above, or when there is no such place. */
+ * False as above, or when there is no such point. */
 bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double d);
 
-/* The place where it is now, and which way it is going there (unit; may be NULL). False when the
+/* The point where it is now, and which way it is going there (unit; may be NULL). False when the
  * surface has no tangent plane there. */
 bool path_surface_point(const struct path *path, struct surface_cursor *cursor,
                         struct surface_point *point, struct vec3 *tangent);

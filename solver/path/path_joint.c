@@ -6,8 +6,8 @@
 #include <string.h>
 
 enum {
-    SETTLE_ROUNDS = 3, /* to the place beyond a joint that was missed */
-    JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
+    SETTLE_ROUNDS = 3, /* to the point beyond a joint that was missed */
+    JOINT_PIECES = 4,  /* straight ones, in which joints are looked for along a step */
 };
 
 /* Straight lines between points of the cubic through (u, v) and velocity at both ends of the step.
@@ -34,7 +34,7 @@ bool path_find_joint(const struct path *from, const struct path *to, double h,
     return false;
 }
 
-/* A path that passes an edge by more than this share of its way does not meet it: what is sought
+/* A path that passes an edge by more than this share of its way does not meet it: the joint
  * may lie past a vertex, on the next edge. */
 static const double missed_share = 1e-6;
 
@@ -48,7 +48,7 @@ static bool cross_joint(struct path *g, const struct crossing *joint) {
     if (g->kind == PATH_CURVE)
         g->kind = PATH_GEODESIC;
     g->plane = vec3_scale(sides, g->plane);
-    return path_place(g, joint->entry, crossing_turn(joint, t));
+    return path_put(g, joint->entry, crossing_turn(joint, t));
 }
 
 /* Newton's method for the length and the edge's parameter. */

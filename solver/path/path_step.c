@@ -164,7 +164,7 @@ struct vec3 path_point(const struct path *g, struct vec3 *tangent) {
     return jet.r;
 }
 
-bool path_place(struct path *g, const double uv[2], struct vec3 direction) {
+bool path_put(struct path *g, const double uv[2], struct vec3 direction) {
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &g->surface->axis[k];
         double wrapped = surface_axis_wrap(axis, uv[k]);

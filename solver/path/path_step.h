@@ -36,7 +36,7 @@ struct vec3 path_point(const struct path *g, struct vec3 *tangent);
 
 /* Puts the path at uv, in the span there, heading along the projection of `direction`. False when
  * that is normal to the surface. */
-bool path_place(struct path *g, const double uv[2], struct vec3 direction);
+bool path_put(struct path *g, const double uv[2], struct vec3 direction);
 
 /* Moves the path to the state y of its span. */
 void path_accept(struct path *g, const vec4 *y);
@@ -44,7 +44,7 @@ void path_accept(struct path *g, const vec4 *y);
 /* The velocity whose tangent is the projection of `t`, scaled to unit speed. */
 bool path_head_for(const struct surface_jet *jet, struct vec3 t, double velocity[2]);
 
-/* The velocity of a path that is given by its direction at each place: a line of the chart, or the
+/* The velocity of a path that is given by its direction at each point: a line of the chart, or the
  * section by a plane, along which plane . r stays what it is: (plane . r_v, -plane . r_u). */
 void path_given_velocity(const struct path *g, const double uv[2], const struct surface_jet *jet,
                          double velocity[2]);

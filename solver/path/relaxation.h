@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The geodesic between two places of the surface, as a boundary-value problem solved by relaxation
+ * The geodesic between two points of the surface, as a boundary-value problem solved by relaxation
  * (paper, section 4.3). With y = (u, v, p, q), s from 0 at A to 1 at B, and the connection G,
  *
  *     u' = p,  v' = q,  p' = -G1(p, q),  q' = -G2(p, q),  (u, v) given at A and at B

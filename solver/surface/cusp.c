@@ -7,7 +7,7 @@
 #include "trim.h"
 
 /* Samples in each direction. Between two whose normals differ by more than a right angle so many
- * halvings find whether they do so at one place, by more than the 178 degrees at which cloth ends:
+ * halvings find whether they do so at one point, by more than the 178 degrees at which cloth ends:
  * where the surface goes round a bend they do not. */
 enum { SAMPLES = 32, HALVINGS = 50 };
 static const double back_cosine = -0.99939;
@@ -15,7 +15,7 @@ static const double back_cosine = -0.99939;
 /* A little off the middle, where symmetric parts have their cusps and so no normal. */
 static const double half = 0.49;
 
-/* A place of the region and the normal there; not `known` where there is none. */
+/* A point of the region and the normal there; not `known` where there is none. */
 struct sample {
     double uv[2];
     struct vec3 r, normal;

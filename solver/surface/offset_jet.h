@@ -21,7 +21,7 @@
 #ifndef SOLVER_SURFACE_OFFSET_JET_H
 #define SOLVER_SURFACE_OFFSET_JET_H
 
-/* The derivatives up to the third, by their place. */
+/* The derivatives up to the third, in their order. */
 enum offset_part { OF, OF_U, OF_V, OF_UU, OF_UV, OF_VV, OF_UUU, OF_UUV, OF_UVV, OF_VVV, OF_PARTS };
 enum { OFFSET_ORDER = NURBS_DEGREE_MAX + 1, OFFSET_DERIVATIVES = 4 };
 

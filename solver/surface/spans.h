@@ -139,8 +139,8 @@ void surface_jet_at(const struct surface *surface, struct surface_cursor *cursor
 void surface_nearest_at(const struct surface *surface, struct vec3 point, double uv[2],
                         double *distance);
 
-/* The place inside the domain to which a descent of the distance to `point` leads from `uv`, which
- * becomes that place, in inner parameters; and that distance. */
+/* The point inside the domain to which a descent of the distance to `point` leads from `uv`, which
+ * becomes that point, in inner parameters; and that distance. */
 double surface_nearest_from(const struct surface *surface, struct vec3 point, double uv[2]);
 
 /* Of surfaces being made: sets the box and what follows from it; then, with the edges known, what
@@ -161,12 +161,12 @@ void surface_evaluate_moved(const struct surface *surface, int span_u, int span_
 void surface_evaluate_span(const struct surface *surface, int span_u, int span_v, double u,
                            double v, struct surface_jet *jet);
 
-/* A place and its first derivatives. */
+/* A point and its first derivatives. */
 struct surface_element {
     struct vec3 r, u, v;
 };
 
-/* The elements at the places (at[0][a], at[1][b]) of a span, at [a * count[1] + b], with the bits
+/* The elements at the points (at[0][a], at[1][b]) of a span, at [a * count[1] + b], with the bits
  * of `surface_evaluate_span`; at most QUADRATURE_MAX either way. Not of a surface that is moved. */
 struct surface_grid {
     int span[2], count[2];

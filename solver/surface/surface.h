@@ -55,7 +55,7 @@ void surface_bounds(const struct surface *surface, struct vec3 *lower, struct ve
  * its centroid (may be NULL). */
 double surface_area(const struct surface *surface, struct vec3 *centroid);
 
-/* The least radius of curvature among samples of the surface's regular places, a few in each span,
+/* The least radius of curvature among samples of the surface's regular points, a few in each span,
  * within the region (NULL: all of it); infinite where it is flat. */
 double surface_least_radius(const struct surface *surface, const struct trim *trim);
 
