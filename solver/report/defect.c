@@ -104,7 +104,7 @@ static bool by_differences(const struct bends *found, struct vec3 edge, double d
 
 /* The angle by which the yarn at (i, j) that goes along (di, dj) turns sideways there, in the
  * surface; less than 0 when it is not known. */
-static double turn_at(struct defect_net *net, int32_t i, int32_t j, int di, int dj) {
+static double sideways_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj) {
     int family = di ? 0 : 1, ahead = di + dj > 0;
     struct yarn_net yarns = {net->net.net, net->march->surface, &net->cursor};
     struct yarn_place place[3];
@@ -129,7 +129,8 @@ static double mean_turn(double near, double far) {
 }
 
 bool defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, double *turn) {
-    double near = turn_at(net, i, j, di, dj), far = turn_at(net, i + di, j + dj, di, dj);
+    double near = sideways_turn(net, i, j, di, dj),
+           far = sideways_turn(net, i + di, j + dj, di, dj);
     *turn = mean_turn(near, far);
     return *turn >= 0;
 }
@@ -139,16 +140,17 @@ bool defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, d
 static bool excess_of(struct defect_net *net, const struct net_node *from,
                       const struct net_node *to, double d, struct defect *excess) {
     struct surface_point p, q;
-    struct rough_geodesic told;
+    struct rough_geodesic geodesic;
     struct vec3 edge = vec3_sub(to->r, from->r);
     if (!surface_point_at(march_surface(net->march, from), &net->cursor, from->uv, &p) ||
         !surface_point_at(march_surface(net->march, to), &net->cursor, to->uv, &q))
         return false;
     double curvature = surface_point_normal_curvature(&p, edge),
            chord = fishnet_arc_chord(d, curvature);
-    if (rough_edge(&p, &q, curvature, d, &chord) == ROUGH_EDGE || !rough_estimate(&p, &q, &told))
+    if (rough_edge(&p, &q, curvature, d, &chord) == ROUGH_EDGE ||
+        !rough_estimate(&p, &q, &geodesic))
         return false;
-    *excess = (struct defect){told.length - d, told.error * d};
+    *excess = (struct defect){geodesic.length - d, geodesic.error * d};
     return true;
 }
 
@@ -160,20 +162,21 @@ static struct defect by_turn(struct defect_net *net, int32_t i, int32_t j, int d
                              bool rough) {
     struct defect excess = {0, 0};
     double least = d * unknown_turn * unknown_turn / 24;
-    double near = turn_at(net, i, j, di, dj), far = turn_at(net, i + di, j + dj, di, dj);
+    double near = sideways_turn(net, i, j, di, dj),
+           far = sideways_turn(net, i + di, j + dj, di, dj);
     double turn = mean_turn(near, far);
     const struct net_node *from = net_view_place(&net->net, i, j);
     const struct net_node *to = net_view_place(&net->net, i + di, j + dj);
-    bool told = excess_of(net, from, to, d, &excess);
+    bool known = excess_of(net, from, to, d, &excess);
     if (turn < 0)
         return (struct defect){excess.known, excess.unsure + least};
-    double sideways = d * turn * turn / 24, known = excess.known + sideways;
+    double sideways = d * turn * turn / 24, sum = excess.known + sideways;
     double at_once = rough && near >= 0 && far >= 0 ? d * near * far / 2 : 0;
-    double unsure = excess.unsure + of_known * fabs(known) + (of_known + turn) * sideways +
+    double unsure = excess.unsure + of_known * fabs(sum) + (of_known + turn) * sideways +
                     of_at_once * at_once + rounding * d;
-    if (!told)
+    if (!known)
         unsure = rough ? unsure + of_measured * d : fmax(unsure, least);
-    return (struct defect){known, unsure};
+    return (struct defect){sum, unsure};
 }
 
 struct defect defect_of(struct defect_net *net, int32_t i, int32_t j, int di, int dj) {
@@ -198,8 +201,8 @@ struct patch {
 };
 
 /* Places first[0] .. end[0] - 1 of rows first[1] .. end[1] - 1 of a window, all of one tile. */
-static void load(const struct net_window *window, const int first[2], const int end[2],
-                 struct patch *patch) {
+static void load_positions(const struct net_window *window, const int first[2], const int end[2],
+                           struct patch *patch) {
     for (int y = first[1]; y < end[1]; y++) {
         const struct net_node *node = net_window_find(window, first[0], y);
         for (int x = first[0]; x < end[0]; x++) {
@@ -214,9 +217,9 @@ static void load(const struct net_window *window, const int first[2], const int 
 static void load_all(const struct net_window *window, struct patch *patch) {
     static const int range[3][2] = {{-MARGIN, 0}, {0, NET_TILE}, {NET_TILE, NET_TILE + MARGIN}};
     for (int k = 0; k < 3; k++) {
-        load(window, (int[]){range[k][0], 0}, (int[]){range[k][1], NET_TILE}, patch);
+        load_positions(window, (int[]){range[k][0], 0}, (int[]){range[k][1], NET_TILE}, patch);
         if (k != 1)
-            load(window, (int[]){0, range[k][0]}, (int[]){NET_TILE, range[k][1]}, patch);
+            load_positions(window, (int[]){0, range[k][0]}, (int[]){NET_TILE, range[k][1]}, patch);
     }
 }
 

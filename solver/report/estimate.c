@@ -2,6 +2,7 @@
 #include "estimate.h"
 
 #include "defect.h"
+#include "solver/team.h"
 #include "solver/wide.h"
 #include <stddef.h>
 #include <stdlib.h>
@@ -147,7 +148,7 @@ static double straight_error(struct estimate *e, int32_t i, int32_t j, int di, i
 
 /* Of a node by a yarn from Q = (i - di, j - dj): it goes on as it went before Q, and a step aside.
  */
-static void step_error(struct estimate *e, const struct march_step *s, struct error *error) {
+static void error_of_step(struct estimate *e, const struct march_step *s, struct error *error) {
     int family = s->di ? 0 : 1;
     double d = e->net.spacing[family];
     int32_t i = s->i, j = s->j;
@@ -179,7 +180,7 @@ static void move_views(struct estimate *e, int32_t i, int32_t j) {
     net_view_move(&e->before, i, j);
 }
 
-static bool is_awaited(const struct estimate *e, int32_t i, int32_t j) {
+static bool estimate_awaited(const struct estimate *e, int32_t i, int32_t j) {
     const struct net_node *kept = net_view_place(&e->before, i, j);
     return kept && kept->rough == AWAITED;
 }
@@ -191,7 +192,7 @@ static void estimate_arm(struct estimate *e, int di, int dj) {
     double known = 0, unsure = 0;
     for (int32_t i = di, j = dj;; i += di, j += dj) {
         move_views(e, i, j);
-        if (!net_view_place(&e->net.net, i, j) || is_awaited(e, i, j) ||
+        if (!net_view_place(&e->net.net, i, j) || estimate_awaited(e, i, j) ||
             !find_link(e, i, j, di, dj, &link))
             return;
         known += link.edge.known;
@@ -283,16 +284,6 @@ static void estimate_run(const struct even_run *row) {
     }
 }
 
-/* One node by itself. */
-static void estimate_node(struct estimate *e, int32_t i, int32_t j, int si, int sj) {
-    struct error error;
-    if (i == 0 || j == 0 || !net_view_place(&e->net.net, i, j) || is_awaited(e, i, j))
-        return;
-    if (!cell_error(e, i, j, si, sj, &error))
-        loose_error(e, i, j, si, sj, &error);
-    keep_error(e, i, j, &error);
-}
-
 /* Row y of a tile: those of its places together that are `even` and hang on estimated ones. */
 static void estimate_row(struct estimate *e, const struct net_tile *tile,
                          const struct defect_tile *defects, int y) {
@@ -313,7 +304,13 @@ static void estimate_row(struct estimate *e, const struct net_tile *tile,
     int end = si > 0 ? NET_TILE : -1;
     for (int x = si > 0 ? 0 : NET_TILE - 1; x != end;) {
         if (!(even >> x & 1)) {
-            estimate_node(e, i + x, j, si, sj);
+            struct error error;
+            bool here = i + x != 0 && net_view_place(&e->net.net, i + x, j);
+            if (here && !estimate_awaited(e, i + x, j)) {
+                if (!cell_error(e, i + x, j, si, sj, &error))
+                    loose_error(e, i + x, j, si, sj, &error);
+                keep_error(e, i + x, j, &error);
+            }
             x += si;
             continue;
         }
@@ -324,14 +321,6 @@ static void estimate_row(struct estimate *e, const struct net_tile *tile,
         run.end = x;
         estimate_run(&run);
     }
-}
-
-static void estimate_tile(struct estimate *e, const struct net_tile *tile) {
-    struct defect_tile defects;
-    move_views(e, tile->ti * NET_TILE, tile->tj * NET_TILE);
-    defect_of_tile(&e->net, &e->net.net.window, &defects);
-    for (int y = 0; y < NET_TILE; y++)
-        estimate_row(e, tile, &defects, tile->tj < 0 ? NET_TILE - 1 - y : y);
 }
 
 /* The tiles of one quadrant, each after those between it and the generators. */
@@ -352,31 +341,26 @@ static void estimate_quadrant(void *data, int number) {
         size_t low = down ? all - end : k, count = end - k;
         for (size_t n = 0; n < count; n++) {
             const struct net_tile *tile = task->tiles[low + (left ? count - 1 - n : n)];
-            if ((tile->ti < 0) == left && (tile->tj < 0) == down)
-                estimate_tile(&task->estimate, tile);
+            struct estimate *e = &task->estimate;
+            struct defect_tile defects;
+            if ((tile->ti < 0) != left || (tile->tj < 0) != down)
+                continue;
+            move_views(e, tile->ti * NET_TILE, tile->tj * NET_TILE);
+            defect_of_tile(&e->net, &e->net.net.window, &defects);
+            for (int y = 0; y < NET_TILE; y++)
+                estimate_row(e, tile, &defects, down ? NET_TILE - 1 - y : y);
         }
     }
 }
 
-/* Marks the nodes that the growth placed, which are to be estimated in its order; they are plain no
- * longer. */
-static void mark_steps(struct estimate *e, const struct march_steps *steps) {
-    for (size_t k = 0; k < steps->count; k++) {
-        struct net_node *node = net_find(e->kept, steps->step[k].i, steps->step[k].j);
-        if (!node)
-            continue;
-        node->rough = AWAITED;
-        net_mark_grown(e->kept, steps->step[k].i, steps->step[k].j);
-    }
-}
-
+/* The nodes that the growth placed, in its order. */
 static void estimate_steps(struct estimate *e, const struct march_steps *steps) {
     for (size_t k = 0; k < steps->count; k++) {
         const struct march_step *s = &steps->step[k];
         struct error error;
         move_views(e, s->i, s->j);
         if (s->way != MARCH_CELL)
-            step_error(e, s, &error);
+            error_of_step(e, s, &error);
         else if (!cell_error(e, s->i, s->j, s->di, s->dj, &error))
             loose_error(e, s->i, s->j, s->di, s->dj, &error);
         keep_error(e, s->i, s->j, &error);
@@ -385,7 +369,6 @@ static void estimate_steps(struct estimate *e, const struct march_steps *steps) 
 
 enum status estimate_make(struct march *march) {
     static const int8_t side[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    const struct drape_team *team = march->settings->team;
     const struct error exact = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
     struct estimate e = {
         .net = {.march = march, .net = net_view(march->net), .spacing = march->settings->spacing},
@@ -395,16 +378,21 @@ enum status estimate_make(struct march *march) {
     struct task task[NET_TABLES];
     if (!tiles)
         return STATUS_OUT_OF_MEMORY;
-    mark_steps(&e, &march->grown);
+    /* Nodes that the growth placed are estimated later, and are plain no longer. */
+    for (size_t k = 0; k < march->grown.count; k++) {
+        const struct march_step *step = &march->grown.step[k];
+        struct net_node *node = net_find(e.kept, step->i, step->j);
+        if (!node)
+            continue;
+        node->rough = AWAITED;
+        net_mark_grown(e.kept, step->i, step->j);
+    }
     keep_error(&e, 0, 0, &exact);
     for (int k = 0; k < 4; k++)
         estimate_arm(&e, side[k][0], side[k][1]);
     for (int k = 0; k < NET_TABLES; k++)
         task[k] = (struct task){e, tiles, net_tile_count(march->net)};
-    if (team)
-        team->run(team->context, NET_TABLES, estimate_quadrant, task);
-    for (int k = 0; !team && k < NET_TABLES; k++)
-        estimate_quadrant(task, k);
+    team_run(march->settings->team, NET_TABLES, estimate_quadrant, task);
     estimate_steps(&e, &march->grown);
     return STATUS_OK;
 }

@@ -3,6 +3,7 @@
 
 #include "report_strip.h"
 #include "solver/rim/rim_report.h"
+#include "solver/team.h"
 
 static enum status alloc_columns(struct arena *arena, bool faces, struct drape_result *result) {
     struct drape_nodes *n = &result->nodes;
@@ -31,7 +32,7 @@ static enum status alloc_columns(struct arena *arena, bool faces, struct drape_r
     return all && n->grown && f->reason ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
-static void summarise(const struct march *march, struct drape_result *result) {
+static void summarise_net(const struct march *march, struct drape_result *result) {
     struct drape_summary *s = &result->summary;
     const struct drape_nodes *nodes = &result->nodes;
     size_t count = nodes->count;
@@ -53,95 +54,77 @@ static void summarise(const struct march *march, struct drape_result *result) {
             nodes->error_estimate[k] = s->error_estimate_max;
 }
 
-/* Windows on all tiles, sorted by row, then column; NULL without memory. */
-static struct net_window *make_windows(struct net *net) {
-    struct net_tile **tiles = net_sorted_tiles(net);
-    struct net_window *windows = arena_take(net->arena, net_tile_count(net), sizeof *windows);
-    for (size_t t = 0; tiles && windows && t < net_tile_count(net); t++)
-        windows[t] = net_window(net, tiles[t]->ti, tiles[t]->tj);
-    return tiles ? windows : NULL;
-}
-
 static bool begins_row(const struct net_window *windows, size_t t) {
     return t == 0 || windows[t].tile[1][1]->tj != windows[t - 1].tile[1][1]->tj;
 }
 
-static size_t tile_rows(const struct net_window *windows, size_t tiles) {
-    size_t rows = 0;
-    for (size_t t = 0; windows && t < tiles; t++)
+/* One strip for each row of tiles; NULL without memory. */
+static struct report_strip *make_strips(struct march *march, struct drape_result *result,
+                                        int *count) {
+    size_t count_of_tiles = net_tile_count(march->net), rows = 0;
+    struct net_tile **tiles = net_sorted_tiles(march->net);
+    struct net_window *windows = arena_take(march->arena, count_of_tiles, sizeof *windows);
+    if (!tiles || !windows)
+        return NULL;
+    for (size_t t = 0; t < count_of_tiles; t++) {
+        windows[t] = net_window(march->net, tiles[t]->ti, tiles[t]->tj);
         rows += begins_row(windows, t);
-    return rows;
-}
-
-/* One part for each row of tiles; NULL without memory. */
-static struct report_strip *make_parts(struct march *march, struct drape_result *result,
-                                       int *count) {
-    size_t tiles = net_tile_count(march->net);
-    const struct net_window *windows = make_windows(march->net);
-    struct report_strip *parts =
-        arena_alloc(march->arena, tile_rows(windows, tiles), sizeof *parts);
-    if (!windows || !parts)
+    }
+    struct report_strip *strips = arena_alloc(march->arena, rows, sizeof *strips);
+    if (!strips)
         return NULL;
     *count = 0;
-    for (size_t t = 0; t < tiles; t++) {
+    for (size_t t = 0; t < count_of_tiles; t++) {
         if (begins_row(windows, t)) {
-            struct report_strip *part = &parts[(*count)++];
-            *part = (struct report_strip){.march = march,
-                                          .result = result,
-                                          .windows = &windows[t],
-                                          .before = march->before,
-                                          .estimate_max = -1};
+            struct report_strip *strip = &strips[(*count)++];
+            *strip = (struct report_strip){.march = march,
+                                           .result = result,
+                                           .windows = &windows[t],
+                                           .before = march->before,
+                                           .estimate_max = -1};
         }
-        parts[*count - 1].count++;
+        strips[*count - 1].count++;
     }
-    /* Parts that are made one after the other share them. */
+    /* Strips that are made one after the other share them. */
     size_t kept = net_has_rough(march->net) ? 2 * REPORT_SPOTS : 0;
     size_t sharing = march->settings->team ? 1 : (size_t)*count;
     struct yarn_spot *spots =
         arena_alloc(march->arena, kept * (size_t)*count / sharing, sizeof *spots);
     for (int k = 0; spots && k < *count; k++)
-        parts[k].spots = spots + kept * ((size_t)k / sharing);
-    return spots ? parts : NULL;
+        strips[k].spots = spots + kept * ((size_t)k / sharing);
+    return spots ? strips : NULL;
 }
 
-/* Gives each part its places in the columns. */
-static void place_parts(struct report_strip *parts, int count, struct drape_result *result) {
+/* Gives each strip its places in the columns. */
+static void place_strips(struct report_strip *strips, int count, struct drape_result *result) {
     struct report_tally sum = {0};
     for (int k = 0; k < count; k++) {
-        parts[k].next = sum;
-        sum.nodes += parts[k].holds.nodes;
-        sum.cells += parts[k].holds.cells;
-        sum.front += parts[k].holds.front;
+        strips[k].next = sum;
+        sum.nodes += strips[k].holds.nodes;
+        sum.cells += strips[k].holds.cells;
+        sum.front += strips[k].holds.front;
     }
     result->nodes.count = sum.nodes;
     result->cells.count = sum.cells;
     result->front.count = sum.front;
 }
 
-/* In the order of the parts: the same sums, to the last bit, on any threads. */
-static void gather_parts(const struct report_strip *parts, int count,
-                         struct drape_summary *summary) {
+/* In the order of the strips: the same sums, to the last bit, on any threads. */
+static void gather_strips(const struct report_strip *strips, int count,
+                          struct drape_summary *summary) {
     for (int k = 0; k < count; k++) {
-        summary->coverage += parts[k].covered;
-        summary->error_estimate_max = fmax(summary->error_estimate_max, parts[k].estimate_max);
+        summary->coverage += strips[k].covered;
+        summary->error_estimate_max = fmax(summary->error_estimate_max, strips[k].estimate_max);
         for (int reason = 0; reason < DRAPE_REASON_COUNT; reason++)
-            summary->front_reasons[reason] += parts[k].reasons[reason];
+            summary->front_reasons[reason] += strips[k].reasons[reason];
     }
 }
 
-static void run(const struct march *march, int count, void (*task)(void *data, int k), void *data) {
-    const struct drape_team *team = march->settings->team;
-    if (team)
-        team->run(team->context, count, task, data);
-    for (int k = 0; !team && k < count; k++)
-        task(data, k);
-}
-
-static void count_part(void *data, int k) {
+static void count_strip(void *data, int k) {
     report_strip_count(&((struct report_strip *)data)[k]);
 }
 
-/* Where the first march had no node, the largest elsewhere stands for it (`summarise`). */
+/* Where the first march had no node, the largest elsewhere stands for it (`summarise_net`). */
 static void add_estimates(void *data, int k) {
     report_strip_add_estimates(&((struct report_strip *)data)[k]);
 }
@@ -149,25 +132,25 @@ static void add_estimates(void *data, int k) {
 /* All that is made at the same time once the places in the columns are known. */
 struct tasks {
     struct rim_found *rim;
-    struct report_strip *parts;
+    struct report_strip *strips;
 };
 
 /* The rim, which takes longest, first. */
-static void add_part(void *data, int k) {
+static void add_strip(void *data, int k) {
     const struct tasks *tasks = data;
     if (k == 0)
         rim_report_find(tasks->rim);
     else
-        report_strip_add(&tasks->parts[k - 1]);
+        report_strip_add(&tasks->strips[k - 1]);
 }
 
 /* Takes the estimates from the net that was corrected, and gives its memory back. */
-static enum status take_estimates(struct march *march, struct report_strip *parts, int count,
+static enum status take_estimates(struct march *march, struct report_strip *strips, int count,
                                   struct drape_nodes *nodes) {
     nodes->error_estimate = arena_take(march->arena, nodes->count, sizeof *nodes->error_estimate);
     if (!nodes->error_estimate)
         return STATUS_OUT_OF_MEMORY;
-    run(march, count, add_estimates, parts);
+    team_run(march->settings->team, count, add_estimates, strips);
     net_free(march->first);
     march->first = NULL;
     march->before = (struct net_view){.net = NULL};
@@ -182,20 +165,20 @@ enum status report_make(struct march *march, struct drape_result *result) {
                                     .summary.error_estimate_max = -1};
     (void)march_parameters(march, &march->start.point, result->start_uv);
     result->start_face = march_face(march, &march->start.point);
-    struct report_strip *parts = make_parts(march, result, &count);
-    struct tasks tasks = {rim_report_begin(march), parts};
-    if (!parts || !tasks.rim)
+    struct report_strip *strips = make_strips(march, result, &count);
+    struct tasks tasks = {rim_report_begin(march), strips};
+    if (!strips || !tasks.rim)
         return STATUS_OUT_OF_MEMORY;
-    run(march, count, count_part, parts);
-    place_parts(parts, count, result);
+    team_run(march->settings->team, count, count_strip, strips);
+    place_strips(strips, count, result);
     enum status status =
-        march->first ? take_estimates(march, parts, count, &result->nodes) : STATUS_OK;
+        march->first ? take_estimates(march, strips, count, &result->nodes) : STATUS_OK;
     if (status == STATUS_OK)
         status = alloc_columns(march->arena, march->surface && march->surface->shell, result);
     if (status != STATUS_OK)
         return status;
-    run(march, count + 1, add_part, &tasks);
-    gather_parts(parts, count, &result->summary);
-    summarise(march, result);
+    team_run(march->settings->team, count + 1, add_strip, &tasks);
+    gather_strips(strips, count, &result->summary);
+    summarise_net(march, result);
     return rim_report(march, tasks.rim, result);
 }

@@ -15,8 +15,8 @@ static const double folded_cosine = 0.5;
 /* The surface is developable, for all that matters, where |K| d^2 is less. */
 static const double developable = 1e-4;
 
-/* A known place of the net: (i, j), which is (x, y) of the window. */
-struct spot {
+/* A place (i, j) of the net, which is (x, y) of the window, and its node. */
+struct place {
     int32_t i, j;
     const struct net_window *window;
     int x, y;
@@ -30,7 +30,7 @@ struct row_bits {
 };
 
 /* Whether the four corners of a cell that is not folded turn one way. */
-static bool is_convex(const struct net_window *window, int x, int y) {
+static bool cell_is_convex(const struct net_window *window, int x, int y) {
     const struct net_node *node[4] = {
         net_window_find(window, x, y), net_window_find(window, x + 1, y),
         net_window_find(window, x + 1, y + 1), net_window_find(window, x, y + 1)};
@@ -45,62 +45,60 @@ static bool is_convex(const struct net_window *window, int x, int y) {
     return true;
 }
 
-static bool point_of(struct report_strip *part, const struct net_node *node,
-                     struct surface_point *point) {
-    if (node && part->march->mesh) {
-        struct mesh_point place = {.triangle = (int32_t)node->uv[0], .r = node->r};
-        *point = march_mesh_point(part->march, &place);
-        return true;
-    }
-    return node &&
-           surface_point_at(march_surface(part->march, node), &part->cursor, node->uv, point);
-}
-
-static struct yarn_net yarn_net(struct report_strip *part) {
-    return (struct yarn_net){part->march->net, part->march->surface, &part->cursor};
+static struct yarn_net yarn_net(struct report_strip *strip) {
+    return (struct yarn_net){strip->march->net, strip->march->surface, &strip->cursor};
 }
 
 /* The node at (x, y) of a window, which is kept for the cells and nodes next to it; NULL where
  * there is no tangent plane. */
-static struct yarn_spot *spot_of(struct report_strip *part, const struct net_window *window, int x,
-                                 int y) {
+static struct yarn_spot *yarn_spot_at(struct report_strip *strip, const struct net_window *window,
+                                      int x, int y) {
+    const struct march *march = strip->march;
     int32_t i = window->tile[1][1]->ti * NET_TILE + x, j = window->tile[1][1]->tj * NET_TILE + y;
-    struct yarn_spot *spot = &part->spots[(j & 1) * REPORT_SPOTS + (i & (REPORT_SPOTS - 1))];
+    const struct net_node *node = net_window_find(window, x, y);
+    struct yarn_spot *spot = &strip->spots[(j & 1) * REPORT_SPOTS + (i & (REPORT_SPOTS - 1))];
     if (spot->filled && spot->i == i && spot->j == j)
         return spot;
-    spot->filled = point_of(part, net_window_find(window, x, y), &spot->point);
+    spot->filled = node;
     spot->i = i;
     spot->j = j;
     spot->known = 0;
+    if (node && march->mesh) {
+        struct mesh_point point = {.triangle = (int32_t)node->uv[0], .r = node->r};
+        spot->point = march_mesh_point(march, &point);
+    } else if (node) {
+        spot->filled =
+            surface_point_at(march_surface(march, node), &strip->cursor, node->uv, &spot->point);
+    }
     return spot->filled ? spot : NULL;
 }
 
 /* The corners of the cell from (x, y) on. */
-static bool find_corners(struct report_strip *part, const struct net_window *window, int x, int y,
-                         struct yarn_spot *corner[4]) {
+static bool find_cell_spots(struct report_strip *strip, const struct net_window *window, int x,
+                            int y, struct yarn_spot *corner[4]) {
     static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (int k = 0; k < 4; k++)
-        if (!(corner[k] = spot_of(part, window, x + at[k][0], y + at[k][1])))
+        if (!(corner[k] = yarn_spot_at(strip, window, x + at[k][0], y + at[k][1])))
             return false;
     return true;
 }
 
 /* Whether a cell whose corners do not turn one way in space is cloth all the same: one that is bent
  * over a fold, and open in the surface. */
-static bool is_bent(struct report_strip *part, const struct net_window *window, int x, int y) {
+static bool is_bent(struct report_strip *strip, const struct net_window *window, int x, int y) {
     struct yarn_spot *corner[4];
     double least = 1;
-    if (!yarn_cell_is_rough(window, x, y) || !find_corners(part, window, x, y, corner))
+    if (!yarn_cell_is_rough(window, x, y) || !find_cell_spots(strip, window, x, y, corner))
         return false;
     for (int k = 1; k < 4; k++)
         least = fmin(least, vec3_dot(corner[0]->point.normal, corner[k]->point.normal));
-    struct yarn_net net = yarn_net(part);
+    struct yarn_net net = yarn_net(strip);
     return least < folded_cosine && yarn_cell_is_open(&net, window, x, y, corner);
 }
 
 /* Those of the cells that are no cloth: yarns along free edges may close cells that are not convex,
  * and so may rough ones where the net all but collapses. The march never makes others. */
-static uint32_t no_cells(struct report_strip *part, const struct net_window *window, int y,
+static uint32_t no_cells(struct report_strip *strip, const struct net_window *window, int y,
                          uint32_t cells) {
     uint32_t row = net_window_bits(window, NET_BIT_GROWN, y), none = 0;
     uint32_t up = net_window_bits(window, NET_BIT_GROWN, y + 1);
@@ -108,44 +106,45 @@ static uint32_t no_cells(struct report_strip *part, const struct net_window *win
     up |= net_window_bits(window, NET_BIT_ROUGH, y + 1);
     for (uint32_t left = cells & (row | row >> 1 | up | up >> 1); left; left &= left - 1) {
         int bit = __builtin_ctz(left);
-        if (!is_convex(window, bit - 1, y) && !is_bent(part, window, bit - 1, y))
+        if (!cell_is_convex(window, bit - 1, y) && !is_bent(strip, window, bit - 1, y))
             none |= 1u << bit;
     }
     return none;
 }
 
-static struct row_bits row_bits(struct report_strip *part, const struct net_window *window, int y) {
+static struct row_bits row_bits(struct report_strip *strip, const struct net_window *window,
+                                int y) {
     uint32_t row = net_window_bits(window, NET_BIT_INSIDE, y);
     uint32_t up = net_window_bits(window, NET_BIT_INSIDE, y + 1), both = row & up;
     uint32_t down = net_window_bits(window, NET_BIT_INSIDE, y - 1);
     uint32_t all = up & down & row << 1 & row >> 1, any = up | down | row << 1 | row >> 1;
     uint32_t cells = both & both >> 1 & own_bits;
     return (struct row_bits){.inside = row & own_bits,
-                             .cells = cells & ~no_cells(part, window, y, cells),
+                             .cells = cells & ~no_cells(strip, window, y, cells),
                              .rim = ((row & ~all) | (~row & any)) & own_bits};
 }
 
-static struct spot spot_at(const struct net_window *window, int x, int y) {
+static struct place place_in_window(const struct net_window *window, int x, int y) {
     const struct net_tile *tile = window->tile[1][1];
-    return (struct spot){.i = tile->ti * NET_TILE + x,
-                         .j = tile->tj * NET_TILE + y,
-                         .window = window,
-                         .x = x,
-                         .y = y,
-                         .node = &tile->node[y][x]};
+    return (struct place){.i = tile->ti * NET_TILE + x,
+                          .j = tile->tj * NET_TILE + y,
+                          .window = window,
+                          .x = x,
+                          .y = y,
+                          .node = &tile->node[y][x]};
 }
 
-/* Whether the net ends at the spot, and why: for the boundary the last node inside stands for it,
+/* Whether the net ends at the place, and why: for the boundary the last node inside stands for it,
  * for all else the place that has no node. */
-static bool ends_at(const struct spot *spot, enum drape_reason *reason) {
+static bool ends_at(const struct place *place, enum drape_reason *reason) {
     static const int8_t side[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    bool own = spot->node->state != NET_INSIDE;
-    *reason = own ? (enum drape_reason)spot->node->reason : DRAPE_REASON_BOUNDARY;
+    bool own = place->node->state != NET_INSIDE;
+    *reason = own ? (enum drape_reason)place->node->reason : DRAPE_REASON_BOUNDARY;
     if (own && *reason == DRAPE_REASON_BOUNDARY)
         return false;
     for (int k = 0; k < 4; k++) {
         const struct net_node *next =
-            net_window_find(spot->window, spot->x + side[k][0], spot->y + side[k][1]);
+            net_window_find(place->window, place->x + side[k][0], place->y + side[k][1]);
         bool inside = next && next->state == NET_INSIDE;
         if (own ? inside
                 : !inside && (!next || next->state == NET_UNKNOWN ||
@@ -155,34 +154,30 @@ static bool ends_at(const struct spot *spot, enum drape_reason *reason) {
     return false;
 }
 
-static void count_tile(struct report_strip *part, size_t t) {
-    for (int y = 0; y < NET_TILE; y++) {
-        struct row_bits bits = row_bits(part, &part->windows[t], y);
-        part->holds.nodes += (size_t)__builtin_popcount(bits.inside);
-        part->holds.cells += (size_t)__builtin_popcount(bits.cells);
-        for (uint32_t rim = bits.rim; rim; rim &= rim - 1) {
-            enum drape_reason reason;
-            struct spot spot = spot_at(&part->windows[t], __builtin_ctz(rim) - 1, y);
-            part->holds.front += ends_at(&spot, &reason);
+void report_strip_count(struct report_strip *strip) {
+    for (size_t t = 0; t < strip->count; t++)
+        for (int y = 0; y < NET_TILE; y++) {
+            struct row_bits bits = row_bits(strip, &strip->windows[t], y);
+            strip->holds.nodes += (size_t)__builtin_popcount(bits.inside);
+            strip->holds.cells += (size_t)__builtin_popcount(bits.cells);
+            for (uint32_t rim = bits.rim; rim; rim &= rim - 1) {
+                enum drape_reason reason;
+                struct place place = place_in_window(&strip->windows[t], __builtin_ctz(rim) - 1, y);
+                strip->holds.front += ends_at(&place, &reason);
+            }
         }
-    }
-}
-
-void report_strip_count(struct report_strip *part) {
-    for (size_t t = 0; t < part->count; t++)
-        count_tile(part, t);
 }
 
 /* The parameters within the domain, and the point there: a node that lies outside by rounding, or
  * on a later turn round a closed direction, is brought back. */
-static struct vec3 bring_inside(struct report_strip *part, const struct net_node *node,
+static struct vec3 bring_inside(struct report_strip *strip, const struct net_node *node,
                                 double uv[2]) {
-    const struct surface *surface = march_surface(part->march, node);
+    const struct surface *surface = march_surface(strip->march, node);
     struct surface_jet jet;
     bool moved = false;
-    if (part->march->mesh) {
+    if (strip->march->mesh) {
         struct mesh_point place = {.triangle = (int32_t)node->uv[0], .r = node->r};
-        mesh_parameters(part->march->mesh, &place, uv);
+        mesh_parameters(strip->march->mesh, &place, uv);
         return node->r;
     }
     for (int k = 0; k < 2; k++) {
@@ -193,7 +188,7 @@ static struct vec3 bring_inside(struct report_strip *part, const struct net_node
         moved = moved || uv[k] != wrapped;
     }
     if (moved)
-        surface_jet_at(surface, &part->cursor, uv[0], uv[1], &jet);
+        surface_jet_at(surface, &strip->cursor, uv[0], uv[1], &jet);
     surface_outer(surface, uv, uv);
     return moved ? jet.r : node->r;
 }
@@ -238,12 +233,12 @@ INLINE bool outer_run(const struct surface_axis *axis, int k, const struct net_n
 
 /* The parameters of nodes from number `at` on and, where they have to be brought inside for that,
  * their places. */
-static void bring_run_inside(struct report_strip *part, const struct net_node *nodes, int count,
+static void bring_run_inside(struct report_strip *strip, const struct net_node *nodes, int count,
                              size_t at) {
-    struct drape_nodes *to = &part->result->nodes;
+    struct drape_nodes *to = &strip->result->nodes;
     for (int n = 0; n < count; n++, at++) {
         double uv[2];
-        struct vec3 r = bring_inside(part, &nodes[n], uv);
+        struct vec3 r = bring_inside(strip, &nodes[n], uv);
         to->u[at] = uv[0];
         to->v[at] = uv[1];
         to->x[at] = r.x;
@@ -253,17 +248,17 @@ static void bring_run_inside(struct report_strip *part, const struct net_node *n
 }
 
 /* `count` nodes of row y of a tile from x on, which are inside. */
-INLINE void add_run(struct report_strip *part, const struct net_tile *tile, int x, int y, int count,
-                    const struct shear_block *block, const double *shear_deg) {
-    const struct drape_nodes *to = &part->result->nodes;
+INLINE void add_run(struct report_strip *strip, const struct net_tile *tile, int x, int y,
+                    int count, const struct shear_block *block, const double *shear_deg) {
+    const struct drape_nodes *to = &strip->result->nodes;
     const struct net_node *nodes = &tile->node[y][x];
-    const struct surface *surface = part->march->mesh ? NULL : march_surface(part->march, nodes);
-    const size_t at = part->next.nodes;
+    const struct surface *surface = strip->march->mesh ? NULL : march_surface(strip->march, nodes);
+    const size_t at = strip->next.nodes;
     const unsigned grown = tile->bits[NET_BIT_GROWN][y] >> x;
     uint8_t *to_grown = to->grown + at;
     int32_t *face = to->face ? to->face + at : NULL;
     bool one = surface;
-    part->next.nodes += (size_t)count;
+    strip->next.nodes += (size_t)count;
     index_run(tile->ti * NET_TILE + x, tile->tj * NET_TILE + y, count, to->i + at, to->j + at);
     copy_run(shear_places(block, 0, x), count, to->x + at);
     copy_run(shear_places(block, 1, x), count, to->y + at);
@@ -277,14 +272,14 @@ INLINE void add_run(struct report_strip *part, const struct net_tile *tile, int 
     }
     if (!one || !outer_run(&surface->axis[0], 0, nodes, count, to->u + at) ||
         !outer_run(&surface->axis[1], 1, nodes, count, to->v + at))
-        bring_run_inside(part, nodes, count, at);
+        bring_run_inside(strip, nodes, count, at);
 }
 
 /* The nodes of row y of a tile, those that are `inside`. Returns the places, as bits, whose shear
  * is by the stencil that most have. */
-static uint32_t add_nodes(struct report_strip *part, const struct net_window *window, int y,
+static uint32_t add_nodes(struct report_strip *strip, const struct net_window *window, int y,
                           const struct shear_block *block, uint32_t inside) {
-    bool chords = part->march->method->yarn == DRAPE_YARN_CHORD;
+    bool chords = strip->march->method->yarn == DRAPE_YARN_CHORD;
     enum shear_order order = chords ? SHEAR_SECOND : SHEAR_FOURTH;
     struct shear_row yarns;
     double shear_deg[SHEAR_PLACES];
@@ -295,21 +290,21 @@ static uint32_t add_nodes(struct report_strip *part, const struct net_window *wi
     for (uint32_t left = inside >> 1; left;) {
         int x, count = next_run(&left, &x);
         if (count == NET_TILE)
-            add_run(part, window->tile[1][1], 0, y, NET_TILE, block, shear_deg);
+            add_run(strip, window->tile[1][1], 0, y, NET_TILE, block, shear_deg);
         else
-            add_run(part, window->tile[1][1], x, y, count, block, shear_deg);
+            add_run(strip, window->tile[1][1], x, y, count, block, shear_deg);
     }
     return usual;
 }
 
 /* `count` cells from row y of a tile from x on. */
-INLINE void add_cell_run(struct report_strip *part, const struct net_tile *tile, int x, int y,
+INLINE void add_cell_run(struct report_strip *strip, const struct net_tile *tile, int x, int y,
                          int count, const struct shear_row *yarns, const double *shear_deg) {
-    const struct drape_cells *to = &part->result->cells;
+    const struct drape_cells *to = &strip->result->cells;
     double *warp[] = {to->warp_x, to->warp_y, to->warp_z};
     double *weft[] = {to->weft_x, to->weft_y, to->weft_z};
-    const size_t at = part->next.cells;
-    part->next.cells += (size_t)count;
+    const size_t at = strip->next.cells;
+    strip->next.cells += (size_t)count;
     index_run(tile->ti * NET_TILE + x, tile->tj * NET_TILE + y, count, to->i + at, to->j + at);
     copy_run(shear_deg + x, count, to->shear_deg + at);
     for (int k = 0; k < 3; k++) {
@@ -319,7 +314,7 @@ INLINE void add_cell_run(struct report_strip *part, const struct net_tile *tile,
 }
 
 /* The cells from row y of a tile, of which some are rough. */
-static void add_cells(struct report_strip *part, const struct net_window *window, int y,
+static void add_cells(struct report_strip *strip, const struct net_window *window, int y,
                       const struct shear_block *block, uint32_t cells, uint32_t rough) {
     struct shear_row yarns;
     double shear_deg[SHEAR_PLACES], area[SHEAR_PLACES];
@@ -331,42 +326,25 @@ static void add_cells(struct report_strip *part, const struct net_window *window
     shear_normalise(&yarns);
     shear_angles(&yarns, shear_deg);
     for (uint32_t left = cells >> 1 & ~(rough >> 1); left; left &= left - 1)
-        part->covered += area[__builtin_ctz(left)];
+        strip->covered += area[__builtin_ctz(left)];
     for (uint32_t left = cells >> 1; left;) {
         int x, count = next_run(&left, &x);
         if (count == NET_TILE)
-            add_cell_run(part, window->tile[1][1], 0, y, NET_TILE, &yarns, shear_deg);
+            add_cell_run(strip, window->tile[1][1], 0, y, NET_TILE, &yarns, shear_deg);
         else
-            add_cell_run(part, window->tile[1][1], x, y, count, &yarns, shear_deg);
+            add_cell_run(strip, window->tile[1][1], x, y, count, &yarns, shear_deg);
     }
 }
 
-/* The shear angle at a node near rough edges, number `at`, between the directions of its yarns. */
-static void measure_node(struct report_strip *part, const struct spot *spot, size_t at) {
-    struct yarn_spot *own = spot_of(part, spot->window, spot->x, spot->y);
-    struct yarn_net net = yarn_net(part);
-    if (own)
-        part->result->nodes.shear_deg[at] =
-            90 - yarn_node_angle(&net, spot->window, spot->x, spot->y, own);
-}
-
-/* Whether the surface has hardly any curvature of its own at a node, so that yarns do not turn
- * sideways and the one direction in which one ends is its own. */
-static bool is_developable(struct report_strip *part, const struct spot *spot) {
-    struct yarn_spot *own = spot_of(part, spot->window, spot->x, spot->y);
-    const double *d = part->march->settings->spacing;
-    return own && fabs(surface_point_gauss_curvature(&own->point)) * d[0] * d[1] < developable;
-}
-
-/* The same of a cell, and its area, that of the fabric. */
-static void measure_cell(struct report_strip *part, const struct spot *spot, size_t at) {
-    struct drape_cells *cells = &part->result->cells;
+/* The directions of a cell by the yarns at its corners, and its area, that of the fabric. */
+static void measure_cell(struct report_strip *strip, const struct place *place, size_t at) {
+    struct drape_cells *cells = &strip->result->cells;
     struct yarn_spot *corner[4];
-    const double *d = part->march->settings->spacing;
+    const double *d = strip->march->settings->spacing;
     double sine, cosine;
-    bool regular = find_corners(part, spot->window, spot->x, spot->y, corner);
-    struct yarn_net net = yarn_net(part);
-    double w = regular ? yarn_cell_angle(&net, spot->window, spot->x, spot->y, corner)
+    bool regular = find_cell_spots(strip, place->window, place->x, place->y, corner);
+    struct yarn_net net = yarn_net(strip);
+    double w = regular ? yarn_cell_angle(&net, place->window, place->x, place->y, corner)
                        : 90 - cells->shear_deg[at];
     struct vec3 warp = {cells->warp_x[at], cells->warp_y[at], cells->warp_z[at]};
     struct vec3 weft = {cells->weft_x[at], cells->weft_y[at], cells->weft_z[at]};
@@ -379,86 +357,88 @@ static void measure_cell(struct report_strip *part, const struct spot *spot, siz
     cells->weft_z[at] = weft.z;
     cells->shear_deg[at] = 90 - w;
     angle_sincos_deg(w, &sine, &cosine);
-    part->covered += d[0] * d[1] * fabs(sine);
+    strip->covered += d[0] * d[1] * fabs(sine);
 }
 
-static void add_end(struct report_strip *part, const struct spot *spot) {
-    struct drape_front *front = &part->result->front;
-    enum drape_reason reason;
-    if (!ends_at(spot, &reason))
-        return;
-    size_t at = part->next.front++;
-    front->i[at] = spot->i;
-    front->j[at] = spot->j;
-    front->reason[at] = (uint8_t)reason;
-    part->reasons[reason]++;
-}
-
-/* The nodes and cells of a row that rough edges are near, one after the other; the first of the row
- * are at `first`. Stencils at the `ends` of yarns reach further. */
-static void measure_rough(struct report_strip *part, size_t t, int y, const struct row_bits *bits,
+/* The nodes and cells of a row that rough edges are near, one after the other, by the angles
+ * between their yarns; the first of the row are at `first`. Stencils at the `ends` of yarns reach
+ * further: there the one direction in which a yarn ends is its own only where yarns do not turn
+ * sideways, because the surface has hardly any curvature. */
+static void measure_rough(struct report_strip *strip, size_t t, int y, const struct row_bits *bits,
                           uint32_t ends, uint32_t cells, struct report_tally first) {
-    uint32_t near = net_window_near_rough(&part->windows[t], y, SHEAR_REACH) << 1;
-    uint32_t far = net_window_near_rough(&part->windows[t], y, SHEAR_REACH_AT_END) << 1;
+    uint32_t near = net_window_near_rough(&strip->windows[t], y, SHEAR_REACH) << 1;
+    uint32_t far = net_window_near_rough(&strip->windows[t], y, SHEAR_REACH_AT_END) << 1;
+    const double *d = strip->march->settings->spacing;
     for (uint32_t left = bits->inside | bits->cells; left; left &= left - 1) {
         int bit = __builtin_ctz(left);
-        struct spot spot = spot_at(&part->windows[t], bit - 1, y);
-        uint32_t here = bits->inside & 1u << bit;
-        if (here & near || (here & far & ends && is_developable(part, &spot)))
-            measure_node(part, &spot, first.nodes);
+        struct place place = place_in_window(&strip->windows[t], bit - 1, y);
+        uint32_t here = bits->inside & 1u << bit & (near | (far & ends));
+        struct yarn_spot *own = here ? yarn_spot_at(strip, place.window, place.x, place.y) : NULL;
+        if (own && (here & near ||
+                    fabs(surface_point_gauss_curvature(&own->point)) * d[0] * d[1] < developable)) {
+            struct yarn_net net = yarn_net(strip);
+            strip->result->nodes.shear_deg[first.nodes] =
+                90 - yarn_node_angle(&net, place.window, place.x, place.y, own);
+        }
         if (bits->cells & cells & 1u << bit)
-            measure_cell(part, &spot, first.cells);
+            measure_cell(strip, &place, first.cells);
         first.nodes += bits->inside >> bit & 1;
         first.cells += bits->cells >> bit & 1;
     }
 }
 
-/* The cells of row y that have a node with a rough edge next to them, as bits like those of nodes.
- */
-static uint32_t rough_cells(const struct net_window *window, int y) {
-    uint32_t low = net_window_near_rough(window, y, 1);
-    uint32_t high = net_window_near_rough(window, y + 1, 1);
-    return (low | low >> 1 | high | high >> 1) << 1;
-}
-
-static void add_row(struct report_strip *part, size_t t, int y) {
-    struct row_bits bits = row_bits(part, &part->windows[t], y);
-    bool measured = net_has_rough(part->march->net);
-    uint32_t rough = measured ? rough_cells(&part->windows[t], y) : 0, usual = 0;
-    struct report_tally first = part->next;
+/* Writes the nodes, cells and ends of row y of the t-th tile. */
+static void add_row(struct report_strip *strip, size_t t, int y) {
+    struct row_bits bits = row_bits(strip, &strip->windows[t], y);
+    bool measured = net_has_rough(strip->march->net);
+    uint32_t rough = 0, usual = 0; /* cells that have a node with a rough edge next to them */
+    struct report_tally first = strip->next;
+    struct drape_front *front = &strip->result->front;
     struct shear_block block;
     if (!(bits.inside | bits.rim))
         return;
-    shear_load(&block, &part->windows[t], y);
+    if (measured) {
+        uint32_t low = net_window_near_rough(&strip->windows[t], y, 1);
+        uint32_t high = net_window_near_rough(&strip->windows[t], y + 1, 1);
+        rough = (low | low >> 1 | high | high >> 1) << 1;
+    }
+    shear_load(&block, &strip->windows[t], y);
     if (bits.inside)
-        usual = add_nodes(part, &part->windows[t], y, &block, bits.inside);
+        usual = add_nodes(strip, &strip->windows[t], y, &block, bits.inside);
     if (bits.cells)
-        add_cells(part, &part->windows[t], y, &block, bits.cells, rough);
+        add_cells(strip, &strip->windows[t], y, &block, bits.cells, rough);
     for (uint32_t left = bits.rim; left; left &= left - 1) {
-        struct spot spot = spot_at(&part->windows[t], __builtin_ctz(left) - 1, y);
-        add_end(part, &spot);
+        struct place place = place_in_window(&strip->windows[t], __builtin_ctz(left) - 1, y);
+        enum drape_reason reason;
+        if (!ends_at(&place, &reason))
+            continue;
+        size_t at = strip->next.front++;
+        front->i[at] = place.i;
+        front->j[at] = place.j;
+        front->reason[at] = (uint8_t)reason;
+        strip->reasons[reason]++;
     }
     if (measured)
-        measure_rough(part, t, y, &bits, ~usual << 1, rough, first);
+        measure_rough(strip, t, y, &bits, ~usual << 1, rough, first);
 }
 
-void report_strip_add(struct report_strip *part) {
+void report_strip_add(struct report_strip *strip) {
     for (int y = 0; y < NET_TILE; y++)
-        for (size_t t = 0; t < part->count; t++)
-            add_row(part, t, y);
+        for (size_t t = 0; t < strip->count; t++)
+            add_row(strip, t, y);
 }
 
-void report_strip_add_estimates(struct report_strip *part) {
-    double *to = part->result->nodes.error_estimate + part->next.nodes;
+void report_strip_add_estimates(struct report_strip *strip) {
+    double *to = strip->result->nodes.error_estimate + strip->next.nodes;
     for (int y = 0; y < NET_TILE; y++)
-        for (size_t t = 0; t < part->count; t++) {
-            const struct net_tile *tile = part->windows[t].tile[1][1];
-            net_view_move(&part->before, tile->ti * NET_TILE, tile->tj * NET_TILE);
+        for (size_t t = 0; t < strip->count; t++) {
+            const struct net_tile *tile = strip->windows[t].tile[1][1];
+            net_view_move(&strip->before, tile->ti * NET_TILE, tile->tj * NET_TILE);
             for (uint32_t left = tile->bits[NET_BIT_INSIDE][y]; left; left &= left - 1) {
                 const struct net_node *before =
-                    net_window_place(&part->before.window, __builtin_ctz(left), y);
+                    net_window_place(&strip->before.window, __builtin_ctz(left), y);
                 *to = before ? estimate_of(before) : -1;
-                part->estimate_max = fmax(part->estimate_max, *to++);
+                strip->estimate_max = fmax(strip->estimate_max, *to++);
             }
         }
 }

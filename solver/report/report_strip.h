@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A row of tiles of the net at the same height: a part of the result that is made by itself, after
- * all have been counted, so that the parts can be made at the same time.
+ * A row of tiles of the net at the same height: a strip of the result that is made by itself, after
+ * all have been counted, so that strips can be made at the same time.
  */
 #ifndef SOLVER_REPORT_REPORT_STRIP_H
 #define SOLVER_REPORT_REPORT_STRIP_H
@@ -34,13 +34,13 @@ struct report_strip {
 };
 
 /* Counts what it holds. */
-void report_strip_count(struct report_strip *part);
+void report_strip_count(struct report_strip *strip);
 
 /* Writes its nodes, cells and ends, sorted by j, then i, to the columns from `next` on. */
-void report_strip_add(struct report_strip *part);
+void report_strip_add(struct report_strip *strip);
 
 /* Writes the error estimates of its nodes, from the net before it was corrected. Where that had no
  * node they are -1. */
-void report_strip_add_estimates(struct report_strip *part);
+void report_strip_add_estimates(struct report_strip *strip);
 
 #endif
