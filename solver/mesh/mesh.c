@@ -71,8 +71,8 @@ static void find_mesh_bounds(struct mesh *mesh) {
     for (size_t t = 0; t < mesh->triangle_count; t++)
         for (int k = 0; k < 3; k++) {
             struct vec3 p = mesh_corner_point(mesh, (int32_t)t, k);
-            low = vec3_make(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
-            high = vec3_make(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
+            low = vec3_min(low, p);
+            high = vec3_max(high, p);
         }
     mesh->lower = low;
     mesh->upper = high;

@@ -36,21 +36,10 @@ static bool has_yarn(const struct yarn_spot *spot, int family) {
     return vec3_norm2(vec3_add(spot->onward[family][0], spot->onward[family][1])) > 0;
 }
 
-/* Whether a ghost's neighbours, as far as it has them, lie on its own face of a shell: what goes on
- * beyond the end of a joint is on neither of two faces. */
-static bool is_on_one_face(const struct net_view *view, int x, int y, int face) {
-    static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    for (int k = 0; k < 4; k++) {
-        const struct net_node *node =
-            net_window_place(&view->window, x + sides[k][0], y + sides[k][1]);
-        if (node && node->face != face)
-            return false;
-    }
-    return true;
-}
-
-/* The angle between the yarns of a ghost. */
+/* The angle between the yarns of a ghost. On a shell its neighbours, as far as it has them, have to
+ * lie on its own face: what goes on beyond the end of a joint is on neither of two faces. */
 static bool measure_ghost(struct node_shear *shear, struct node_shear_place *ghost) {
+    static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     struct march *march = shear->march;
     struct yarn_spot spot = {.filled = true};
     struct yarn_net net = {march->net, march->surface, &march->cursor};
@@ -58,19 +47,23 @@ static bool measure_ghost(struct node_shear *shear, struct node_shear_place *gho
         return false;
     net_view_move(&shear->view, ghost->i, ghost->j);
     int x = ghost->i - shear->view.ti * NET_TILE, y = ghost->j - shear->view.tj * NET_TILE;
-    if (march->surface->shell && !is_on_one_face(&shear->view, x, y, spot.point.surface->face))
-        return false;
+    for (int k = 0; k < 4 && march->surface->shell; k++) {
+        const struct net_node *node =
+            net_window_place(&shear->view.window, x + sides[k][0], y + sides[k][1]);
+        if (node && node->face != spot.point.surface->face)
+            return false;
+    }
     ghost->shear_deg = 90 - yarn_node_angle(&net, &shear->view.window, x, y, &spot);
     return has_yarn(&spot, 0) && has_yarn(&spot, 1);
 }
 
 /* The shear at the node (i, j); false where no node and no ghost tells it. */
-static bool shear_at(struct node_shear *shear, int32_t i, int32_t j, double *shear_deg) {
+static bool node_shear_at(struct node_shear *shear, int32_t i, int32_t j, double *shear_deg) {
     int32_t last = shear->across - 1;
     struct node_shear_place *place = &shear->places[(j & last) * shear->across + (i & last)];
-    if (!place->sought || place->i != i || place->j != j) {
+    if (!place->searched || place->i != i || place->j != j) {
         size_t row = find_row(shear->nodes, i, j);
-        *place = (struct node_shear_place){.i = i, .j = j, .sought = true};
+        *place = (struct node_shear_place){.i = i, .j = j, .searched = true};
         place->known = row < shear->nodes->count;
         if (place->known)
             place->shear_deg = shear->nodes->shear_deg[row];
@@ -86,7 +79,7 @@ bool node_shear_between(struct node_shear *shear, double p, double q, double *sh
     for (int k = 0; k < 4; k++) {
         double own, weight = (k & 1 ? x : 1 - x) * (k / 2 ? y : 1 - y);
         if (weight == 0 ||
-            !shear_at(shear, (int32_t)floor(p) + (k & 1), (int32_t)floor(q) + k / 2, &own))
+            !node_shear_at(shear, (int32_t)floor(p) + (k & 1), (int32_t)floor(q) + k / 2, &own))
             continue;
         sum += weight * own;
         weights += weight;

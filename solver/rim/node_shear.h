@@ -14,7 +14,7 @@
 
 struct node_shear_place {
     int32_t i, j;
-    bool sought, known;
+    bool searched, known;
     double shear_deg;
 };
 

@@ -2,6 +2,7 @@
 #include "rim.h"
 
 #include "solver/angle.h"
+#include "solver/surface/boxes.h"
 #include "statistics.h"
 #include <string.h>
 
@@ -23,7 +24,7 @@ static const double parabola_miss = 20 * RIM_TOLERANCE;
 
 /* Or by how much the parabola through the places round it may, which over one step is off by an
  * eighth of that; it has points enough for a step as bent as this. */
-static const double told_miss = 3 * RIM_TOLERANCE, most_bent = 40 * RIM_TOLERANCE;
+static const double guess_miss = 3 * RIM_TOLERANCE, most_bent = 40 * RIM_TOLERANCE;
 
 /* Points that a step is divided into, at the most. */
 enum { DIVISIONS = 64 };
@@ -55,7 +56,7 @@ struct stop {
 /* The box around the nodes inside of a tile. */
 struct tile_box {
     const struct net_tile *tile;
-    struct vec3 low, high;
+    struct box box;
 };
 
 struct tracer {
@@ -73,14 +74,6 @@ struct tracer {
 
 /* ---- a place to begin at ---- */
 
-static struct vec3 low_of(struct vec3 a, struct vec3 b) {
-    return vec3_make(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z));
-}
-
-static struct vec3 high_of(struct vec3 a, struct vec3 b) {
-    return vec3_make(fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z));
-}
-
 static bool make_boxes(struct tracer *t) {
     struct net *net = t->march->net;
     struct net_tile **tiles = net_sorted_tiles(net);
@@ -89,24 +82,17 @@ static bool make_boxes(struct tracer *t) {
     if (!tiles || !t->boxes)
         return false;
     for (size_t k = 0; k < count; k++) {
-        struct tile_box box = {.tile = tiles[k],
-                               .low = {HUGE_VAL, HUGE_VAL, HUGE_VAL},
-                               .high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+        struct box box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
         for (int y = 0; y < NET_TILE; y++)
             for (uint32_t row = tiles[k]->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
                 struct vec3 r = tiles[k]->node[y][__builtin_ctz(row)].r;
-                box.low = low_of(box.low, r);
-                box.high = high_of(box.high, r);
+                box.lower = vec3_min(box.lower, r);
+                box.upper = vec3_max(box.upper, r);
             }
-        if (box.low.x <= box.high.x)
-            t->boxes[t->box_count++] = box;
+        if (box.lower.x <= box.upper.x)
+            t->boxes[t->box_count++] = (struct tile_box){tiles[k], box};
     }
     return true;
-}
-
-static double box_distance2(const struct tile_box *box, struct vec3 r) {
-    struct vec3 nearest = high_of(box->low, low_of(box->high, r));
-    return vec3_norm2(vec3_sub(r, nearest));
 }
 
 /* Whether a node is on the same side of the cuts as what is to be covered beside the place: looked
@@ -126,16 +112,9 @@ static bool same_turn(const struct tracer *t, const struct net_node *node,
                      fabs(node->uv[1] - spot->uv[1]) <= t->half_turn[1]);
 }
 
-/* Whether a node faces the way the spot does: the two sides of a thin part, of a blade at its
- * trailing edge, are near each other in space alone. */
-static bool faces_alike(const struct tracer *t, const struct net_node *node,
-                        const struct rim_edge_point *spot) {
-    struct surface_point point;
-    return march_point_at(t->march, node, &point) && vec3_dot(point.normal, spot->normal) >= 0;
-}
-
-/* The node inside that is nearest to the spot among those that face as it does, or of all, as a
- * place of the net; false when none is near. */
+/* The node inside that is nearest to the spot, as a place of the net; false when none is near. Of
+ * those that face `alike`, or of all: the two sides of a thin part, of a blade at its trailing
+ * edge, are near each other in space alone. */
 static bool find_seed(const struct tracer *t, const struct rim_edge_point *spot, bool alike,
                       double pq[2]) {
     const double *d = t->march->settings->spacing;
@@ -143,15 +122,17 @@ static bool find_seed(const struct tracer *t, const struct rim_edge_point *spot,
     bool found = false;
     for (size_t k = 0; k < t->box_count; k++) {
         const struct net_tile *tile = t->boxes[k].tile;
-        if (box_distance2(&t->boxes[k], spot->r) >= best)
+        if (box_distance2(&t->boxes[k].box, spot->r) >= best)
             continue;
         for (int y = 0; y < NET_TILE; y++)
             for (uint32_t row = tile->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
                 int x = __builtin_ctz(row);
                 const struct net_node *node = &tile->node[y][x];
                 double own = vec3_norm2(vec3_sub(node->r, spot->r));
+                struct surface_point point;
                 if (own >= best || !same_turn(t, node, spot) ||
-                    (alike && !faces_alike(t, node, spot)))
+                    (alike && !(march_point_at(t->march, node, &point) &&
+                                vec3_dot(point.normal, spot->normal) >= 0)))
                     continue;
                 best = own;
                 found = true;
@@ -173,16 +154,6 @@ static void note_shear(struct tracer *t, double half_tangent, const double pq[2]
         *most = (struct rim_shear){half_tangent, pq[0], pq[1], r};
 }
 
-static void note_rough(struct tracer *t, const struct rim_cloth_point *place) {
-    struct rim *rim = t->rim;
-    if (rim->rough_count == rim->rough_room)
-        rim->rough = arena_enlarge(t->march->arena, rim->rough, rim->rough_count,
-                                   sizeof *rim->rough, &rim->rough_room);
-    t->failed = t->failed || !rim->rough;
-    if (!t->failed)
-        rim->rough[rim->rough_count++] = (struct rim_rough){place->p, place->q, place->r};
-}
-
 /* tan(gamma / 2) of the shear at a place of the surface. Cubics through nodes leave the surface's
  * tangent plane by the third power of the yarns' curvature, and hardly turn within it. */
 static double half_tangent_in_surface(const struct rim_cloth_point *place, struct vec3 normal) {
@@ -193,20 +164,13 @@ static double half_tangent_in_surface(const struct rim_cloth_point *place, struc
     return rim_cloth_point_half_tangent(&flat);
 }
 
-/* The derivatives of p and q where the cloth's are known: along[0] p' + along[1] q' = r', in the
- * mean of squares. */
-static void find_slopes(struct stop *stop) {
-    const struct vec3 *x = stop->along;
-    double e = vec3_norm2(x[0]), f = vec3_dot(x[0], x[1]), g = vec3_norm2(x[1]);
-    double a = vec3_dot(stop->spot.dr, x[0]), b = vec3_dot(stop->spot.dr, x[1]);
-    stop->by_t[0] = (g * a - f * b) / (e * g - f * f);
-    stop->by_t[1] = (e * b - f * a) / (e * g - f * f);
-}
-
-/* Takes in a place of the cloth. */
-static void take_place(struct tracer *t, const struct rim_cloth_point *place, struct stop *stop) {
+/* Takes in a point of the cloth. Its derivatives by t follow from along[0] p' + along[1] q' = r',
+ * in the mean of squares. */
+static void take_cloth_point(struct tracer *t, const struct rim_cloth_point *place,
+                             struct stop *stop) {
+    struct rim *rim = t->rim;
     memcpy(stop->along, place->along, sizeof stop->along);
-    find_slopes(stop);
+    (void)rim_cloth_components(stop->along, stop->spot.dr, stop->by_t);
     stop->pq[0] = place->p;
     stop->pq[1] = place->q;
     stop->smooth = place->smooth;
@@ -214,7 +178,12 @@ static void take_place(struct tracer *t, const struct rim_cloth_point *place, st
     stop->covered = true;
     stop->half_tangent = NAN;
     if (place->rough) {
-        note_rough(t, place);
+        if (rim->rough_count == rim->rough_room)
+            rim->rough = arena_enlarge(t->march->arena, rim->rough, rim->rough_count,
+                                       sizeof *rim->rough, &rim->rough_room);
+        t->failed = t->failed || !rim->rough;
+        if (!t->failed)
+            rim->rough[rim->rough_count++] = (struct rim_rough){place->p, place->q, place->r};
         return;
     }
     stop->half_tangent = t->march->surface ? fabs(half_tangent_in_surface(place, stop->spot.normal))
@@ -224,8 +193,8 @@ static void take_place(struct tracer *t, const struct rim_cloth_point *place, st
 
 /* Looks for the spot on the cloth near the coordinates of `place`. Where it is looked for in
  * space alone, cloth that faces the other way is not the spot's. */
-static bool find_place(struct tracer *t, const struct rim_edge_point *spot,
-                       struct rim_cloth_point *place) {
+static bool find_on_cloth(struct tracer *t, const struct rim_edge_point *spot,
+                          struct rim_cloth_point *place) {
     const struct march_start *start = &t->march->start;
     if (!rim_cloth_find(&t->rim->cloth, spot, place))
         return false;
@@ -243,21 +212,21 @@ static void find_stop(struct tracer *t, const double expected[2], bool known, st
     stop->pq[0] = expected[0];
     stop->pq[1] = expected[1];
     stop->by_t[0] = stop->by_t[1] = 0;
-    bool found = known && find_place(t, &stop->spot, &place);
+    bool found = known && find_on_cloth(t, &stop->spot, &place);
     double miss = found ? vec3_distance(place.r, stop->spot.r) : HUGE_VAL;
     if (miss > beyond_doubt * t->spacing &&
         (find_seed(t, &stop->spot, true, seed) || find_seed(t, &stop->spot, false, seed))) {
         struct rim_cloth_point other = {.p = seed[0], .q = seed[1]};
-        if (find_place(t, &stop->spot, &other) && vec3_distance(other.r, stop->spot.r) < miss) {
+        if (find_on_cloth(t, &stop->spot, &other) && vec3_distance(other.r, stop->spot.r) < miss) {
             place = other;
             found = true;
         }
     }
     if (found)
-        take_place(t, &place, stop);
+        take_cloth_point(t, &place, stop);
 }
 
-static void spot_at(struct tracer *t, double at, struct rim_edge_point *spot) {
+static void edge_point_at(struct tracer *t, double at, struct rim_edge_point *spot) {
     rim_edges_point(t->march, t->from, t->to, at, spot);
 }
 
@@ -288,14 +257,14 @@ static void note_top(struct tracer *t, const struct stop *a, const struct stop *
     if (!(bend < 0) || !(fabs(at) < 1) || !wanted)
         return;
     cubic(a, c, (1 + at) / 2, pq);
-    spot_at(t, a->t + (1 + at) / 2 * (c->t - a->t), &spot);
+    edge_point_at(t, a->t + (1 + at) / 2 * (c->t - a->t), &spot);
     note_shear(t, top, pq, spot.r);
 }
 
 /* ---- points ---- */
 
-static void add_point(struct tracer *t, const struct rim_edge_point *spot, const double pq[2],
-                      bool covered) {
+static void add_rim_point(struct tracer *t, const struct rim_edge_point *spot, const double pq[2],
+                          bool covered) {
     struct rim *rim = t->rim;
     if (rim->count == rim->room)
         rim->points = arena_enlarge(t->march->arena, rim->points, rim->count, sizeof *rim->points,
@@ -329,13 +298,13 @@ static int divisions(const struct stop *a, const struct stop *b) {
 /* The points of a step but its last. */
 static void emit(struct tracer *t, const struct stop *a, const struct stop *b) {
     int count = a->sloped && b->sloped ? divisions(a, b) : 1;
-    add_point(t, &a->spot, a->pq, a->covered);
+    add_rim_point(t, &a->spot, a->pq, a->covered);
     for (int k = 1; k < count; k++) {
         struct rim_edge_point spot;
         double share = (double)k / count, pq[2];
-        spot_at(t, a->t + share * (b->t - a->t), &spot);
+        edge_point_at(t, a->t + share * (b->t - a->t), &spot);
         cubic(a, b, share, pq);
-        add_point(t, &spot, pq, true);
+        add_rim_point(t, &spot, pq, true);
     }
 }
 
@@ -350,11 +319,11 @@ static void emit_parabola(struct tracer *t, const struct stop *a, const struct s
         double share = (double)n / count, pq[2];
         struct rim_edge_point spot = a->spot;
         if (n > 0)
-            spot_at(t, a->t + share * (c->t - a->t), &spot);
+            edge_point_at(t, a->t + share * (c->t - a->t), &spot);
         for (int k = 0; k < 2; k++)
             pq[k] = a->pq[k] + share * (c->pq[k] - a->pq[k]) +
                     4 * share * (1 - share) * (b->pq[k] - (a->pq[k] + c->pq[k]) / 2);
-        add_point(t, &spot, pq, true);
+        add_rim_point(t, &spot, pq, true);
     }
 }
 
@@ -378,14 +347,14 @@ static bool is_cubic(const struct stop *a, const struct stop *b, const struct st
 }
 
 /* Near rough edges: whether the place in the middle is near the straight line, or where a parabola
- * has `told` (or NULL) that it is. */
+ * has `guess` (or NULL) that it is. */
 static bool is_parabola(const struct stop *a, const struct stop *b, const struct stop *c,
-                        const double told[2]) {
+                        const double *guess) {
     double pq[2];
     for (int k = 0; k < 2; k++)
         pq[k] = (a->pq[k] + c->pq[k]) / 2;
     return are_near(pq, b->pq, parabola_miss) ||
-           (told && are_near(told, b->pq, told_miss) && are_near(pq, b->pq, most_bent));
+           (guess && are_near(guess, b->pq, guess_miss) && are_near(pq, b->pq, most_bent));
 }
 
 /* The place a quarter of the way from a to c on the parabola through these and b in their middle.
@@ -403,10 +372,10 @@ static bool jumps(const struct tracer *t, const struct stop *a, const struct sto
     return sqrt(p * p + q * q) > jump + jump_steepness * way;
 }
 
-/* The points of a step but its last, halved until its cubics hold; `told`: the place in its middle
+/* The points of a step but its last, halved until its cubics hold; `guess`: the place in its middle
  * on the parabola through its ends and another place, or NULL. */
-static void refine(struct tracer *t, const struct stop *a, const struct stop *c,
-                   const double told[2]) {
+static void refine_step(struct tracer *t, const struct stop *a, const struct stop *c,
+                        const double *guess) {
     struct stop middle = {.t = (a->t + c->t) / 2};
     double length = vec3_distance(a->spot.r, c->spot.r) / t->spacing;
     double expected[2], near_a[2], near_c[2];
@@ -416,15 +385,15 @@ static void refine(struct tracer *t, const struct stop *a, const struct stop *c,
         return;
     }
     cubic(a, c, 0.5, expected);
-    if (told && !(a->smooth && c->smooth))
-        memcpy(expected, told, sizeof expected);
-    spot_at(t, middle.t, &middle.spot);
+    if (guess && !(a->smooth && c->smooth))
+        memcpy(expected, guess, sizeof expected);
+    edge_point_at(t, middle.t, &middle.spot);
     find_stop(t, both ? expected : a->covered ? a->pq : c->pq, a->covered || c->covered, &middle);
     double halves = vec3_distance(a->spot.r, middle.spot.r) / t->spacing;
     bool found = both && middle.covered, cubics = found && is_cubic(a, &middle, c);
     bool settled = cubics || (none && !middle.covered);
     if (found && !cubics && !(a->smooth && middle.smooth && c->smooth) &&
-        is_parabola(a, &middle, c, told)) {
+        is_parabola(a, &middle, c, guess)) {
         emit_parabola(t, a, &middle, c);
         return;
     }
@@ -440,19 +409,19 @@ static void refine(struct tracer *t, const struct stop *a, const struct stop *c,
     }
     quarter(a, &middle, c, near_a);
     quarter(c, &middle, a, near_c);
-    refine(t, a, &middle, found ? near_a : NULL);
-    refine(t, &middle, c, found ? near_c : NULL);
+    refine_step(t, a, &middle, found ? near_a : NULL);
+    refine_step(t, &middle, c, found ? near_c : NULL);
 }
 
 /* ---- pieces and loops ---- */
 
 /* The next place along the piece, a step from the last. */
-static void advance(struct tracer *t, const struct stop *last, struct stop *next) {
+static void next_stop(struct tracer *t, const struct stop *last, struct stop *next) {
     double step = first_step * t->spacing, speed = vec3_norm(last->spot.dr), left = 1 - last->t;
     double dt = speed * left > step ? step / speed : left, expected[2];
     for (;; dt /= 2) {
         next->t = dt >= left ? 1 : last->t + dt;
-        spot_at(t, next->t, &next->spot);
+        edge_point_at(t, next->t, &next->spot);
         if (vec3_distance(next->spot.r, last->spot.r) < 1.5 * step || dt < 1e-9)
             break;
     }
@@ -462,11 +431,11 @@ static void advance(struct tracer *t, const struct stop *last, struct stop *next
 }
 
 /* A piece from a place that is known; `last` becomes that at its end. */
-static void follow_piece(struct tracer *t, struct stop *last) {
+static void follow_edge_piece(struct tracer *t, struct stop *last) {
     struct rim_cloth_point place = {.p = last->pq[0], .q = last->pq[1]};
     struct stop next;
     last->t = 0;
-    spot_at(t, 0, &last->spot);
+    edge_point_at(t, 0, &last->spot);
     if (last->covered && last->smooth) {
         const struct rim_patch *patch = t->rim->cloth.patch;
         if (!patch->known || fabs(place.p - patch->i - 0.5) > 0.6 ||
@@ -475,30 +444,30 @@ static void follow_piece(struct tracer *t, struct stop *last) {
                 rim_cloth_patch(&t->rim->cloth, (int32_t)floor(place.p), (int32_t)floor(place.q));
         if (patch->smooth) {
             rim_patch_point(patch, place.p, place.q, &place);
-            take_place(t, &place, last);
+            take_cloth_point(t, &place, last);
         }
     } else if (last->covered) {
-        find_slopes(last);
+        (void)rim_cloth_components(last->along, last->spot.dr, last->by_t);
     }
     while (last->t < 1) {
-        advance(t, last, &next);
-        refine(t, last, &next, NULL);
+        next_stop(t, last, &next);
+        refine_step(t, last, &next, NULL);
         *last = next;
     }
 }
 
-static void follow_loop(struct tracer *t, const struct rim_loop *loop) {
+static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
     const struct rim_vertex *vertices = t->edges.vertices + loop->first;
     struct stop stop = {.t = 0};
     for (size_t k = 0; k < loop->count && !t->failed; k++) {
         t->from = &vertices[k];
         t->to = &vertices[k + 1];
         if (k == 0) {
-            spot_at(t, 0, &stop.spot);
+            edge_point_at(t, 0, &stop.spot);
             find_stop(t, stop.pq, false, &stop);
         }
         if (!t->from->leaps)
-            follow_piece(t, &stop);
+            follow_edge_piece(t, &stop);
     }
 }
 
@@ -534,7 +503,7 @@ enum status rim_make(struct march *march, struct rim *rim) {
     for (size_t k = 0; k < t.edges.loop_count && !t.failed; k++) {
         size_t first = rim->count;
         t.loop = (int32_t)k;
-        follow_loop(&t, &t.edges.loops[k]);
+        follow_edge_loop(&t, &t.edges.loops[k]);
         if (!t.failed && rim->count > first)
             place_uncovered(rim->points + first, rim->count - first);
     }

@@ -19,14 +19,10 @@ void rim_builder_add_point(struct rim_builder *b, double u, double v) {
     rim_builder_add_vertex(b, &(struct rim_vertex){.uv = {u, v}, .r = jet.r});
 }
 
-static size_t next_loop(const struct rim_edges *e) {
-    const struct rim_loop *last = e->loop_count ? &e->loops[e->loop_count - 1] : NULL;
-    return last ? last->first + last->count + 1 : 0;
-}
-
 void rim_builder_end_loop(struct rim_builder *b, bool closed) {
     struct rim_edges *e = b->edges;
-    size_t first = next_loop(e);
+    const struct rim_loop *last = e->loop_count ? &e->loops[e->loop_count - 1] : NULL;
+    size_t first = last ? last->first + last->count + 1 : 0;
     if (b->failed)
         return;
     struct rim_vertex begin = e->vertices[first];
@@ -53,8 +49,8 @@ static struct tangents tangents_at(const struct rim_builder *b, const struct sur
     return (struct tangents){jet.u, jet.v};
 }
 
-static double deviation(const struct tangents *at_m, const double a[2], const double c[2],
-                        const double m[2], double *share) {
+static double chord_deviation(const struct tangents *at_m, const double a[2], const double c[2],
+                              const double m[2], double *share) {
     double chord[2] = {c[0] - a[0], c[1] - a[1]}, off[2] = {m[0] - a[0], m[1] - a[1]};
     struct vec3 along = vec3_axpy(chord[1], at_m->v, vec3_scale(chord[0], at_m->u));
     struct vec3 to = vec3_axpy(off[1], at_m->v, vec3_scale(off[0], at_m->u));
@@ -67,7 +63,7 @@ double rim_builder_deviation(const struct rim_builder *b, const struct surface *
                              const double a[2], const double c[2], const double m[2],
                              double *share) {
     struct tangents at_m = tangents_at(b, surface, m);
-    return deviation(&at_m, a, c, m, share);
+    return chord_deviation(&at_m, a, c, m, share);
 }
 
 bool rim_builder_keep_points(struct rim_builder *b, const struct surface *surface,
@@ -81,8 +77,8 @@ bool rim_builder_keep_points(struct rim_builder *b, const struct surface *surfac
         return false;
     for (size_t k = 0; k < count; k++)
         tangents[k] = tangents_at(b, surface, uv[k]);
-    for (size_t part = 0; part < 4; part++) {
-        size_t first = part * (count - 1) / 4, last = (part + 1) * (count - 1) / 4;
+    for (size_t quarter = 0; quarter < 4; quarter++) {
+        size_t first = quarter * (count - 1) / 4, last = (quarter + 1) * (count - 1) / 4;
         kept[first] = kept[last] = 1;
         stack[depth][0] = first;
         stack[depth++][1] = last;
@@ -91,7 +87,7 @@ bool rim_builder_keep_points(struct rim_builder *b, const struct surface *surfac
         size_t first = stack[--depth][0], last = stack[depth][1], at = first;
         double most = b->tolerance;
         for (size_t k = first + 1; k < last; k++) {
-            double share, off = deviation(&tangents[k], uv[first], uv[last], uv[k], &share);
+            double share, off = chord_deviation(&tangents[k], uv[first], uv[last], uv[k], &share);
             at = off > most ? k : at;
             most = fmax(most, off);
         }

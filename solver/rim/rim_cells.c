@@ -25,31 +25,25 @@ struct passages {
 
 /* ---- shares ---- */
 
-static struct passage *passage_of(struct passages *c, int32_t i, int32_t j) {
-    struct passage *last = c->count ? &c->all[c->count - 1] : NULL;
-    if (last && last->i == i && last->j == j)
-        return last;
-    if (c->count == c->room)
-        c->all = arena_enlarge(c->march->arena, c->all, c->count, sizeof *c->all, &c->room);
-    c->failed = c->failed || !c->all;
-    if (c->failed)
-        return NULL;
-    last = &c->all[c->count++];
-    *last = (struct passage){.i = i, .j = j};
-    return last;
-}
-
 /* The rim that runs along the sides of cells, as far as rounding goes, is that of the cells that it
  * has on its left: they may have nodes beyond it, and then are no whole cells. */
 static const double beside = 1e-9;
 
-static void add_piece(struct passages *c, const double from[2], const double to[2], bool loose) {
+/* Adds a straight piece within one cell to the passage of that cell: the last, or a new one. */
+static void add_passage(struct passages *c, const double from[2], const double to[2], bool loose) {
     double p = (from[0] + to[0]) / 2, q = (from[1] + to[1]) / 2, rise = to[1] - from[1];
     double dp = to[0] - from[0], weight = sqrt(dp * dp + rise * rise) + 1e-12;
     double i = floor(p - beside * rise / weight), j = floor(q + beside * dp / weight);
-    struct passage *own = passage_of(c, (int32_t)i, (int32_t)j);
-    if (!own)
-        return;
+    struct passage *own = c->count ? &c->all[c->count - 1] : NULL;
+    if (!own || own->i != (int32_t)i || own->j != (int32_t)j) {
+        if (c->count == c->room)
+            c->all = arena_enlarge(c->march->arena, c->all, c->count, sizeof *c->all, &c->room);
+        c->failed = c->failed || !c->all;
+        if (c->failed)
+            return;
+        own = &c->all[c->count++];
+        *own = (struct passage){.i = (int32_t)i, .j = (int32_t)j};
+    }
     own->rise += rise;
     own->area += rise * (p - i);
     own->length += weight;
@@ -60,7 +54,7 @@ static void add_piece(struct passages *c, const double from[2], const double to[
 
 /* The share of the way from `x` to `to`, starting at share `at`, at which the next whole number is
  * passed; 1 if none is. */
-static double next_line(double from, double to, double at) {
+static double next_cell_side(double from, double to, double at) {
     double x = from + at * (to - from), step = to - from;
     if (step == 0)
         return 1;
@@ -71,25 +65,26 @@ static double next_line(double from, double to, double at) {
 }
 
 /* A straight line between two points of the rim, cell by cell. */
-static void add_line(struct passages *c, const struct rim_point *a, const struct rim_point *b) {
+static void add_rim_line(struct passages *c, const struct rim_point *a, const struct rim_point *b) {
     const double from[2] = {a->p, a->q}, to[2] = {b->p, b->q};
     double at = 0, last[2] = {from[0], from[1]};
     bool loose = !a->covered || !b->covered;
     if (floor(from[0]) == floor(to[0]) && floor(from[1]) == floor(to[1])) {
-        add_piece(c, from, to, loose);
+        add_passage(c, from, to, loose);
         return;
     }
     while (at < 1 && !c->failed) {
-        double next = fmin(next_line(from[0], to[0], at), next_line(from[1], to[1], at)), here[2];
+        double next = fmin(next_cell_side(from[0], to[0], at), next_cell_side(from[1], to[1], at)),
+               here[2];
         for (int k = 0; k < 2; k++)
             here[k] = next == 1 ? to[k] : from[k] + next * (to[k] - from[k]);
-        add_piece(c, last, here, loose);
+        add_passage(c, last, here, loose);
         memcpy(last, here, sizeof last);
         at = next;
     }
 }
 
-static int compare(const void *a, const void *b) {
+static int compare_passages(const void *a, const void *b) {
     const struct passage *x = a, *y = b;
     if (x->j != y->j)
         return x->j < y->j ? -1 : 1;
@@ -125,14 +120,14 @@ enum status rim_cells_make(struct march *march, const struct rim *rim, struct ri
     *cells = (struct rim_cells){0};
     for (size_t first = 0, k = 0; k < rim->count; k++) {
         bool last = k + 1 == rim->count || rim->points[k + 1].loop != rim->points[k].loop;
-        add_line(&c, &rim->points[k], &rim->points[last ? first : k + 1]);
+        add_rim_line(&c, &rim->points[k], &rim->points[last ? first : k + 1]);
         first = last ? k + 1 : first;
     }
     cells->cells = arena_take(march->arena, c.count, sizeof *cells->cells);
     if (c.failed || !cells->cells)
         return STATUS_OUT_OF_MEMORY;
     if (c.count)
-        qsort(c.all, c.count, sizeof *c.all, compare);
+        qsort(c.all, c.count, sizeof *c.all, compare_passages);
     double rise = 0;
     for (size_t k = 0; k < c.count;) {
         bool new_row = cells->count == 0 || cells->cells[cells->count - 1].j != c.all[k].j;

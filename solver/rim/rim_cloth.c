@@ -46,7 +46,7 @@ enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) {
     for (int k = 0; cloth->patches && k < PATCHES; k++)
         cloth->patches[k].made = cloth->patches[k].known = false;
     for (int k = 0; cloth->nodes && k < NODES_ACROSS * NODES_ACROSS; k++)
-        cloth->nodes[k].sought = false;
+        cloth->nodes[k].searched = false;
     return cloth->beyond && cloth->patches && cloth->nodes
                ? net_make(cloth->beyond, march->arena, false)
                : STATUS_OUT_OF_MEMORY;
@@ -62,15 +62,16 @@ static bool may_reach(struct rim_cloth *cloth, int32_t i, int32_t j) {
     return !ended && march_in_extent(cloth->march, i, j);
 }
 
-static const struct net_node *corner_at(struct rim_cloth *cloth, int32_t i, int32_t j, int layers);
+static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, int32_t j,
+                                           int layers);
 
 /* Extrapolates to (i, j) along a yarn from the nodes on the side (-di, -dj): the order, 0 when that
  * cannot be. */
-static int extrapolate(struct rim_cloth *cloth, int32_t i, int32_t j, int di, int dj, int layers,
-                       struct vec3 *r) {
-    const struct net_node *a = corner_at(cloth, i - di, j - dj, layers);
-    const struct net_node *b = a ? corner_at(cloth, i - 2 * di, j - 2 * dj, layers) : NULL;
-    const struct net_node *c = b ? corner_at(cloth, i - 3 * di, j - 3 * dj, layers) : NULL;
+static int extrapolate_corner(struct rim_cloth *cloth, int32_t i, int32_t j, int di, int dj,
+                              int layers, struct vec3 *r) {
+    const struct net_node *a = cloth_corner(cloth, i - di, j - dj, layers);
+    const struct net_node *b = a ? cloth_corner(cloth, i - 2 * di, j - 2 * dj, layers) : NULL;
+    const struct net_node *c = b ? cloth_corner(cloth, i - 3 * di, j - 3 * dj, layers) : NULL;
     double d = cloth->march->settings->spacing[dj != 0];
     if (!b)
         return 0;
@@ -92,7 +93,7 @@ static bool extend_to(struct rim_cloth *cloth, int32_t i, int32_t j, int layers,
     struct vec3 sum[3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, r;
     int count[3] = {0, 0, 0};
     for (int k = 0; k < 4; k++) {
-        int order = extrapolate(cloth, i, j, sides[k][0], sides[k][1], layers, &r);
+        int order = extrapolate_corner(cloth, i, j, sides[k][0], sides[k][1], layers, &r);
         sum[order] = order ? vec3_add(sum[order], r) : sum[order];
         count[order]++;
     }
@@ -106,7 +107,8 @@ static bool extend_to(struct rim_cloth *cloth, int32_t i, int32_t j, int layers,
 /* The corner at (i, j): of the net, or else extrapolated and at most `layers` beyond it; NULL when
  * it cannot be had. An extrapolated one has its layer in `yarns`, a place that has none the layers
  * that were tried: each would else be asked for by all places behind it, again and again. */
-static const struct net_node *corner_at(struct rim_cloth *cloth, int32_t i, int32_t j, int layers) {
+static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, int32_t j,
+                                           int layers) {
     const struct net_node *node = net_place(cloth->march->net, i, j);
     struct net_node made;
     if (node || layers == 0)
@@ -137,7 +139,7 @@ static bool load_cell(struct rim_cloth *cloth, struct rim_patch *patch, bool *ro
             int32_t i = patch->i + a - 1, j = patch->j + b - 1;
             const struct net_node *node = net_view_place(&cloth->view, i, j);
             patch->extended = patch->extended || !node;
-            node = node ? node : corner_at(cloth, i, j, LAYERS);
+            node = node ? node : cloth_corner(cloth, i, j, LAYERS);
             if (!node)
                 return false;
             patch->r[b][a] = node->r;
@@ -200,7 +202,7 @@ static bool goes_on_evenly(const struct rim_cloth *cloth, const struct line *lin
 }
 
 /* Whether the nodes turn evenly, though edges among them are called rough. */
-static bool is_even(const struct rim_cloth *cloth, struct rim_patch *patch) {
+static bool turns_evenly(const struct rim_cloth *cloth, struct rim_patch *patch) {
     const double *d = cloth->march->settings->spacing;
     double most = bent * fmin(d[0], d[1]);
     for (int k = 0; k < 8; k++) {
@@ -241,7 +243,7 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
     for (int k = 0; k < 16; k++)
         all = all && known[k / 4][k % 4];
     patch->rough = *rough || (patch->extended && !cloth->march->mesh);
-    *rough = *rough && !(all && is_even(cloth, patch));
+    *rough = *rough && !(all && turns_evenly(cloth, patch));
     for (int k = 1; k <= 2; k++) {
         extend_row(cloth, patch, k, known, *rough);
         const struct line up = {&patch->r[0][k], 4, patch->i + k - 1, patch->j - 1, 0, 1};
@@ -261,7 +263,7 @@ const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int3
     patch->i = i;
     patch->j = j;
     for (int k = 0; k < 4; k++)
-        patch->corner[k].sought = false;
+        patch->corner[k].searched = false;
     patch->extended = false;
     patch->rough = true;
     net_view_move(&cloth->view, i, j);
@@ -285,7 +287,7 @@ static void cubics(double t, double of[4], double by[4]) {
     by[3] = (t * b + a * (t + b)) / 6;
 }
 
-INLINE struct vec3 lanes(vec4 a) {
+INLINE struct vec3 vec3_of_lanes(vec4 a) {
     return vec3_make(a[0], a[1], a[2]);
 }
 
@@ -310,32 +312,30 @@ void rim_patch_point(const struct rim_patch *patch, double p, double q,
     }
     *place = (struct rim_cloth_point){.p = p,
                                       .q = q,
-                                      .r = lanes(sum),
-                                      .along = {lanes(by_p), lanes(by_q)},
+                                      .r = vec3_of_lanes(sum),
+                                      .along = {vec3_of_lanes(by_p), vec3_of_lanes(by_q)},
                                       .smooth = patch->smooth,
                                       .rough = patch->rough};
 }
 
 /* ---- places ---- */
 
-/* The components (a, b) for which a along[0] + b along[1] is nearest to `step`. */
-static bool components(const struct rim_cloth_point *place, struct vec3 step, double ab[2]) {
-    const struct vec3 *x = place->along;
+bool rim_cloth_components(const struct vec3 along[2], struct vec3 step, double ab[2]) {
+    const struct vec3 *x = along;
     double e = vec3_norm2(x[0]), f = vec3_dot(x[0], x[1]), g = vec3_norm2(x[1]);
     double s = vec3_dot(step, x[0]), t = vec3_dot(step, x[1]), determinant = e * g - f * f;
-    if (!(determinant > 1e-4 * e * g))
-        return false;
     ab[0] = (g * s - f * t) / determinant;
     ab[1] = (e * t - f * s) / determinant;
-    return true;
+    return determinant > 1e-4 * e * g;
 }
 
 /* Newton's method in one patch; false when it fails, or leaves the patch by far. */
-static bool descend(const struct rim_patch *patch, struct vec3 r, struct rim_cloth_point *place) {
+static bool newton_in_patch(const struct rim_patch *patch, struct vec3 r,
+                            struct rim_cloth_point *place) {
     double p = place->p, q = place->q, ab[2];
     for (int k = 0; k < STEPS; k++) {
         rim_patch_point(patch, p, q, place);
-        if (!components(place, vec3_sub(r, place->r), ab))
+        if (!rim_cloth_components(place->along, vec3_sub(r, place->r), ab))
             return false;
         p += fmin(fmax(ab[0], -1), 1);
         q += fmin(fmax(ab[1], -1), 1);
@@ -355,8 +355,8 @@ static bool is_within(const struct rim_patch *patch, const struct rim_cloth_poin
     return x >= -slack && x <= 1 + slack && y >= -slack && y <= 1 + slack;
 }
 
-static bool is_near(const struct rim_cloth *cloth, const struct rim_cloth_point *place,
-                    struct vec3 r) {
+static bool is_near_point(const struct rim_cloth *cloth, const struct rim_cloth_point *place,
+                          struct vec3 r) {
     const double *d = cloth->march->settings->spacing;
     double most = place->smooth ? near_smooth : near_rough;
     return vec3_distance(place->r, r) < most * fmax(d[0], d[1]);
@@ -376,17 +376,17 @@ static const double seen_accuracy = 1e-4, seen_share = 0.03, seen_most = 1e-2;
 static const struct rim_node *find_node(struct rim_cloth *cloth, int32_t i, int32_t j) {
     int at = (j & (NODES_ACROSS - 1)) * NODES_ACROSS + (i & (NODES_ACROSS - 1));
     struct rim_node *node = &cloth->nodes[at];
-    if (node->sought && node->i == i && node->j == j)
+    if (node->searched && node->i == i && node->j == j)
         return node;
-    node->sought = true;
+    node->searched = true;
     node->i = i;
     node->j = j;
     node->found = march_point(cloth->march, i, j, &node->point);
     for (int k = 0; k < 4 && node->found; k++) {
         int family = k / 2, side = k % 2 ? 1 : -1;
         struct vec3 *yarn = &node->yarn[family][k % 2];
-        node->told[family][k % 2] = march_yarn(cloth->march, i, j, family ? 0 : side,
-                                               family ? side : 0, &node->point, yarn);
+        node->has_yarn[family][k % 2] = march_yarn(cloth->march, i, j, family ? 0 : side,
+                                                   family ? side : 0, &node->point, yarn);
         *yarn = vec3_scale(side, *yarn);
     }
     return node;
@@ -394,23 +394,23 @@ static const struct rim_node *find_node(struct rim_cloth *cloth, int32_t i, int3
 
 /* Finds corner number n of a patch, its yarns by their edges of the cell or, where these are
  * missing, straight through from the other side; false when the net has none. */
-static bool find_corner(struct rim_cloth *cloth, struct rim_patch *patch, int n) {
+static bool find_patch_corner(struct rim_cloth *cloth, struct rim_patch *patch, int n) {
     struct rim_corner *corner = &patch->corner[n];
-    if (corner->sought)
+    if (corner->searched)
         return corner->found;
     *corner = (struct rim_corner){
-        .i = patch->i + (n & 1), .j = patch->j + n / 2, .sought = true, .blind = false};
+        .i = patch->i + (n & 1), .j = patch->j + n / 2, .searched = true, .blind = false};
     const struct rim_node *node = find_node(cloth, corner->i, corner->j);
     corner->point = node->point;
     corner->found = node->found;
     for (int k = 0; k < 2 && node->found; k++) {
         int own = k ? 1 - n / 2 : 1 - (n & 1);
         const struct vec3 *yarn = node->yarn[k];
-        const bool *told = node->told[k];
+        const bool *has = node->has_yarn[k];
         double turn = vec3_dot(vec3_cross(yarn[0], yarn[1]), node->point.normal);
-        corner->turn[k] = told[0] && told[1] && fabs(turn) < most_turned ? turn : 0;
-        corner->yarn[k] = yarn[told[own] ? own : 1 - own];
-        corner->found = corner->found && (told[0] || told[1]);
+        corner->turn[k] = has[0] && has[1] && fabs(turn) < most_turned ? turn : 0;
+        corner->yarn[k] = yarn[has[own] ? own : 1 - own];
+        corner->found = corner->found && (has[0] || has[1]);
     }
     return corner->found;
 }
@@ -428,7 +428,7 @@ static void bend_yarns(const struct rim_corner *corner, double pq[2],
             vec3_scale(corner->turn[k] / 2, vec3_cross(corner->point.normal, frame->along[k]));
         off = vec3_axpy(far * (1 - far), left[k], off);
     }
-    if (!components(frame, off, ab))
+    if (!rim_cloth_components(frame->along, off, ab))
         return;
     for (int k = 0; k < 2; k++) {
         double far = fmin(fabs(x[k]), 1);
@@ -454,14 +454,6 @@ static void carry_yarns(const struct rim_corner *corner, const struct surface_po
                              vec3_scale(vec3_dot(frame->along[k], side), there));
 }
 
-/* `d2`: the area of an unsheared cell. */
-static double accuracy_between(const struct surface_point *p, const struct surface_point *q,
-                               double d2) {
-    double gauss =
-        fmax(fabs(surface_point_gauss_curvature(p)), fabs(surface_point_gauss_curvature(q)));
-    return fmin(seen_accuracy + seen_share * gauss * d2, seen_most);
-}
-
 /* The place `to` by its geodesic from the corner: its logarithm or, with `search`, where that is
  * not to be had, what a search finds. */
 static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner,
@@ -482,7 +474,9 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner,
     if (vec3_distance(to->jet.r, corner->point.jet.r) < last_step * fmin(d[0], d[1]))
         return true;
     struct logarithm l;
-    double accuracy = accuracy_between(&corner->point, to, d[0] * d[1]);
+    double gauss = fmax(fabs(surface_point_gauss_curvature(&corner->point)),
+                        fabs(surface_point_gauss_curvature(to)));
+    double accuracy = fmin(seen_accuracy + seen_share * gauss * (d[0] * d[1]), seen_most);
     if (logarithm_find(&cloth->march->cursor, &corner->point, to, accuracy, &l)) {
         length = l.length;
         start = l.leave;
@@ -496,7 +490,7 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner,
         if (corner->blind)
             return false;
     }
-    if (!components(&frame, vec3_scale(length, start), ab))
+    if (!rim_cloth_components(frame.along, vec3_scale(length, start), ab))
         return false;
     pq[0] += ab[0];
     pq[1] += ab[1];
@@ -524,7 +518,7 @@ static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
         *asked = true;
         sight->view[k].pq[0] = expected->p;
         sight->view[k].pq[1] = expected->q;
-        sight->seen[k] = find_corner(cloth, patch, k) &&
+        sight->seen[k] = find_patch_corner(cloth, patch, k) &&
                          see_from(cloth, &patch->corner[k], to, sight->search, &sight->view[k]);
     }
     return sight->seen[k];
@@ -577,8 +571,8 @@ static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct s
 }
 
 /* Once more where the place was not the one expected, because the weights follow from it. */
-static bool descend_rough(struct rim_cloth *cloth, struct rim_patch *patch,
-                          const struct rim_edge_point *spot, struct rim_cloth_point *place) {
+static bool find_by_geodesics(struct rim_cloth *cloth, struct rim_patch *patch,
+                              const struct rim_edge_point *spot, struct rim_cloth_point *place) {
     struct surface_point to = {.uv = {spot->uv[0], spot->uv[1]}, .jet = spot->jet};
     struct sight sight = {.search = false};
     if (cloth->march->mesh ||
@@ -591,14 +585,6 @@ static bool descend_rough(struct rim_cloth *cloth, struct rim_patch *patch,
     return expected || see(cloth, patch, &to, &sight, place);
 }
 
-/* Whether the cloth may go on to all corners of the cell. */
-static bool may_reach_corners(struct rim_cloth *cloth, const struct rim_patch *patch) {
-    for (int k = 0; k < 4; k++)
-        if (!may_reach(cloth, patch->i + (k & 1), patch->j + k / 2))
-            return false;
-    return true;
-}
-
 /* Finds the place in the patch, or where it leads out of it: in space where that tells it, else
  * along the surface from corners that the net has. */
 static bool find_in_patch(struct rim_cloth *cloth, struct rim_patch *patch,
@@ -606,13 +592,15 @@ static bool find_in_patch(struct rim_cloth *cloth, struct rim_patch *patch,
     const double *d = cloth->march->settings->spacing;
     struct vec3 r = spot->r;
     struct rim_cloth_point own = *place;
-    bool spatial = patch->known && patch->smooth && descend(patch, r, &own);
-    bool told =
+    bool spatial = patch->known && patch->smooth && newton_in_patch(patch, r, &own);
+    bool enough =
         spatial && (!patch->extended || vec3_distance(own.r, r) < near_extended * fmin(d[0], d[1]));
-    if (!told && (!patch->smooth || patch->extended) && may_reach_corners(cloth, patch) &&
-        descend_rough(cloth, patch, spot, place))
+    bool reached = !enough && (!patch->smooth || patch->extended);
+    for (int k = 0; k < 4 && reached; k++)
+        reached = may_reach(cloth, patch->i + (k & 1), patch->j + k / 2);
+    if (reached && find_by_geodesics(cloth, patch, spot, place))
         return true;
-    spatial = spatial || (patch->known && !patch->smooth && descend(patch, r, &own));
+    spatial = spatial || (patch->known && !patch->smooth && newton_in_patch(patch, r, &own));
     *place = own;
     return spatial;
 }
@@ -629,14 +617,14 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
         if (!find_in_patch(cloth, patch, spot, place))
             break;
         if (is_within(patch, place, hop < STRICT_HOPS ? strict : lax))
-            return is_near(cloth, place, spot->r);
+            return is_near_point(cloth, place, spot->r);
         if (is_within(patch, place, at_end)) {
             last = *place;
             found = true;
         }
     }
     *place = last;
-    return found && is_near(cloth, place, spot->r);
+    return found && is_near_point(cloth, place, spot->r);
 }
 
 /* tan(gamma / 2) = x.y / (|x| |y| + |x cross y|) */

@@ -23,16 +23,16 @@
 /* A node that places near rough edges are seen from. */
 struct rim_node {
     int32_t i, j;
-    bool sought, found;
+    bool searched, found;
     struct surface_point point;
-    bool told[2][2];        /* by its neighbours of lower and higher index there are, by family, */
-    struct vec3 yarn[2][2]; /* its yarns towards the higher index */
+    bool has_yarn[2][2];    /* by family, to its neighbours of lower and higher index: .. */
+    struct vec3 yarn[2][2]; /* .. its yarns there, towards the higher index */
 };
 
 /* A corner of a cell that places near rough edges are seen from. */
 struct rim_corner {
     int32_t i, j;
-    bool sought, found;
+    bool searched, found;
     bool blind; /* a search for a geodesic from it failed: they cost as much as twenty logarithms */
     struct surface_point point;
     struct vec3 yarn[2]; /* towards the higher index */
@@ -86,6 +86,10 @@ void rim_patch_point(const struct rim_patch *patch, double p, double q,
  * it minimises |X(p, q) - r| by Gauss and Newton. False when there is no cloth. */
 bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
                     struct rim_cloth_point *place);
+
+/* The components (a, b) for which a along[0] + b along[1] is nearest to `step`; false where the two
+ * are nearly parallel. */
+bool rim_cloth_components(const struct vec3 along[2], struct vec3 step, double ab[2]);
 
 /* tan(gamma / 2) of the shear between the directions at a place. */
 double rim_cloth_point_half_tangent(const struct rim_cloth_point *place);

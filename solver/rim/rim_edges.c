@@ -54,25 +54,23 @@ static struct rim_window find_window(const struct march *march) {
     return window;
 }
 
-/* A side of the domain round which the other direction closes. */
-static void add_ring(struct rim_builder *b, const struct rim_window *w, int k, int end) {
-    bool forward = (k == 1) == (end == 0);
-    for (int part = 0; part <= 4; part++) {
-        double share = (forward ? part : 4 - part) / 4.0, uv[2];
-        uv[k] = end ? w->high[k] : w->low[k];
-        uv[1 - k] = w->low[1 - k] + share * w->length[1 - k];
-        rim_builder_add_point(b, uv[0], uv[1]);
-    }
-    rim_builder_end_loop(b, true);
-}
-
+/* The sides of the domain round which the other direction closes, each a ring of its own; else the
+ * whole border. */
 static void add_border(struct rim_builder *b, const struct rim_window *w) {
     if (w->endless[0] && w->endless[1])
         return;
     for (int k = 0; k < 2; k++)
         for (int end = 0; end < 2 && w->endless[1 - k]; end++)
-            if (!rim_builder_is_pole(b, k, end))
-                add_ring(b, w, k, end);
+            if (!rim_builder_is_pole(b, k, end)) {
+                bool forward = (k == 1) == (end == 0);
+                for (int quarter = 0; quarter <= 4; quarter++) {
+                    double share = (forward ? quarter : 4 - quarter) / 4.0, uv[2];
+                    uv[k] = end ? w->high[k] : w->low[k];
+                    uv[1 - k] = w->low[1 - k] + share * w->length[1 - k];
+                    rim_builder_add_point(b, uv[0], uv[1]);
+                }
+                rim_builder_end_loop(b, true);
+            }
     if (w->endless[0] || w->endless[1])
         return;
     rim_builder_add_point(b, w->low[0], w->low[1]);

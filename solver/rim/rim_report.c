@@ -3,6 +3,7 @@
 
 #include "node_shear.h"
 #include "solver/angle.h"
+#include "solver/team.h"
 #include "statistics.h"
 
 /* Bins of the absolute shear: a hundredth of a degree or so. */
@@ -41,7 +42,7 @@ static void spread_area(struct spread *s, double area, double low, double high, 
 }
 
 /* The shear that a share of the area has less than. */
-static double quantile(const struct spread *s, double share) {
+static double spread_quantile(const struct spread *s, double share) {
     double density = 0, sum = 0, wanted = share * s->area;
     for (int bin = 0; bin < s->end; bin++) {
         density += s->change[bin];
@@ -73,7 +74,7 @@ static bool comes_before(int32_t i, int32_t j, int32_t i2, int32_t j2) {
 }
 
 /* The row of node (i, j), from a row on that is not behind it; both are sorted alike. */
-static size_t seek(const struct drape_nodes *n, size_t from, int32_t i, int32_t j) {
+static size_t seek_node(const struct drape_nodes *n, size_t from, int32_t i, int32_t j) {
     while (from < n->count && comes_before(n->i[from], n->j[from], i, j))
         from++;
     return from;
@@ -106,18 +107,16 @@ struct gathering {
     struct sums *sums;
 };
 
-/* The angle of a warp from the direction wanted, in the plane of warp and weft; 0..90. */
-static double angle_from(struct vec3 wanted, struct vec3 warp, struct vec3 weft) {
-    struct vec3 normal = vec3_unit(vec3_cross(warp, weft));
-    struct vec3 along = vec3_axpy(-vec3_dot(wanted, normal), normal, wanted);
-    double sine = vec3_norm(vec3_cross(along, warp)), cosine = fabs(vec3_dot(along, warp));
-    return sine + cosine > 0 ? angle_atan2_deg(sine, cosine) : 45;
-}
-
+/* Adds the angle of an area's warp from the direction wanted, in the plane of warp and weft; 0..90.
+ */
 static void add_turned(const struct gathering *g, struct sums *sums, double area, struct vec3 warp,
                        struct vec3 weft) {
-    if (g->statistics && vec3_norm2(g->statistics->wanted) > 0)
-        sums->turned += area * angle_from(g->statistics->wanted, warp, weft);
+    if (!g->statistics || !(vec3_norm2(g->statistics->wanted) > 0))
+        return;
+    struct vec3 wanted = g->statistics->wanted, normal = vec3_unit(vec3_cross(warp, weft));
+    struct vec3 along = vec3_axpy(-vec3_dot(wanted, normal), normal, wanted);
+    double sine = vec3_norm(vec3_cross(along, warp)), cosine = fabs(vec3_dot(along, warp));
+    sums->turned += area * (sine + cosine > 0 ? angle_atan2_deg(sine, cosine) : 45);
 }
 
 /* ---- whole cells ---- */
@@ -134,14 +133,6 @@ struct stretch {
  * must not depend on who is there to measure them, or sums would. */
 enum { WORTH = 1 << 16, STRETCHES = 8 };
 
-/* sin w of a cell from its unit directions */
-static double sine_between(const struct drape_cells *c, size_t k) {
-    double cosine =
-        c->warp_x[k] * c->weft_x[k] + c->warp_y[k] * c->weft_y[k] + c->warp_z[k] * c->weft_z[k];
-    double square = 1 - cosine * cosine;
-    return sqrt(square > 0 ? square : 0);
-}
-
 static void add_whole(struct stretch *s, size_t k, double share) {
     const struct gathering *g = s->g;
     const struct drape_nodes *n = &g->result->nodes;
@@ -149,18 +140,20 @@ static void add_whole(struct stretch *s, size_t k, double share) {
     struct sums *sums = s->sums;
     int32_t i = c->i[k], j = c->j[k];
     double low = HUGE_VAL, high = 0, own = fabs(c->shear_deg[k]);
-    s->low = seek(n, s->low, i, j);
-    s->high = seek(n, s->high, i, j + 1);
+    s->low = seek_node(n, s->low, i, j);
+    s->high = seek_node(n, s->high, i, j + 1);
     const size_t corner[4] = {s->low, s->low + 1, s->high, s->high + 1};
     for (int m = 0; m < 4; m++) {
         double shear = fabs(n->shear_deg[corner[m]]);
         low = shear < low ? shear : low;
         high = shear > high ? shear : high;
     }
-    double area = share * sine_between(c, k);
+    const struct vec3 warp = {c->warp_x[k], c->warp_y[k], c->warp_z[k]};
+    const struct vec3 weft = {c->weft_x[k], c->weft_y[k], c->weft_z[k]};
+    double cosine = vec3_dot(warp, weft), square = 1 - cosine * cosine;
+    double area = share * sqrt(square > 0 ? square : 0); /* by the sine of the yarns' angle */
     spread_area(&sums->spread, area, low, high, own);
-    add_turned(g, sums, area, vec3_make(c->warp_x[k], c->warp_y[k], c->warp_z[k]),
-               vec3_make(c->weft_x[k], c->weft_y[k], c->weft_z[k]));
+    add_turned(g, sums, area, warp, weft);
     sums->flat += share;
     if (own > sums->most.shear_deg || statistics_divides(g->statistics)) {
         struct vec3 sum = {0, 0, 0};
@@ -199,7 +192,6 @@ static void add_sums(struct sums *to, const struct sums *more) {
 /* All of them; the divisions of the statistics are noted by one alone. */
 static enum status add_wholes(struct gathering *g) {
     size_t cells = g->result->cells.count, count = 1 + cells / WORTH;
-    const struct drape_team *team = g->march->settings->team;
     count = statistics_divides(g->statistics) ? 1 : count < STRETCHES ? count : STRETCHES;
     struct arena_mark mark = arena_mark(g->march->arena);
     struct stretch stretches[STRETCHES];
@@ -211,21 +203,16 @@ static enum status add_wholes(struct gathering *g) {
     for (size_t k = 0; k < count; k++)
         stretches[k] = (struct stretch){
             .g = g, .k = k * cells / count, .end = (k + 1) * cells / count, .sums = &sums[k]};
-    if (team && count > 1)
-        team->run(team->context, (int)count, add_stretch, stretches);
-    for (size_t k = 0; k < count; k++) {
-        if (!team || count == 1)
-            add_stretch(stretches, (int)k);
-        if (count > 1)
-            add_sums(g->sums, &sums[k]);
-    }
+    team_run(count > 1 ? g->march->settings->team : NULL, (int)count, add_stretch, stretches);
+    for (size_t k = 0; k < count && count > 1; k++)
+        add_sums(g->sums, &sums[k]);
     arena_rewind(g->march->arena, mark);
     return STATUS_OK;
 }
 
 /* ---- the cells that are cut ---- */
 
-static enum status make_cut(struct arena *arena, size_t room, struct drape_cut *cut) {
+static enum status alloc_cut_columns(struct arena *arena, size_t room, struct drape_cut *cut) {
     struct drape_cells *c = &cut->cells;
     double **columns[] = {&c->shear_deg, &c->warp_x, &c->warp_y, &c->warp_z,
                           &c->weft_x,    &c->weft_y, &c->weft_z};
@@ -277,7 +264,7 @@ static void list_cut(struct drape_cut *cut, const struct rim_patch *patch, doubl
     c->count++;
 }
 
-static double shear_at(const struct rim_cloth_point *place) {
+static double cloth_shear_at(const struct rim_cloth_point *place) {
     return fabs(2 * angle_atan_deg(rim_cloth_point_half_tangent(place)));
 }
 
@@ -286,7 +273,7 @@ static const double least_share = 1e-9;
 
 /* A cell that is not whole, by the share that the rim leaves of it: its shear goes from that at
  * the rim to that as far on the other side of its middle. */
-static void add_cut(struct gathering *g, const struct rim_cell *cell) {
+static void add_cut_cell(struct gathering *g, const struct rim_cell *cell) {
     const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
     double sine, cosine, half, shear, with_sign = 0, share = cell->share, rest = 1 - share;
     struct rim_cloth_point middle, rim;
@@ -296,8 +283,8 @@ static void add_cut(struct gathering *g, const struct rim_cell *cell) {
                     share * (cell->j + 0.5) + rest * cell->q, &middle);
     if (!patch->rough) {
         rim_patch_point(patch, cell->p, cell->q, &rim);
-        shear = shear_at(&middle);
-        half = fabs(shear - shear_at(&rim));
+        shear = cloth_shear_at(&middle);
+        half = fabs(shear - cloth_shear_at(&rim));
     } else {
         (void)node_shear_between(&g->between, middle.p, middle.q, &with_sign);
         (void)node_shear_between(&g->between, cell->p, cell->q, &half);
@@ -312,7 +299,7 @@ static void add_cut(struct gathering *g, const struct rim_cell *cell) {
 }
 
 /* Those that are not among the whole ones. */
-static void add_cuts(struct gathering *g) {
+static void add_cut_cells(struct gathering *g) {
     const struct drape_cells *c = &g->result->cells;
     size_t at = 0;
     for (size_t k = 0; k < g->cells->count; k++) {
@@ -320,7 +307,7 @@ static void add_cuts(struct gathering *g) {
         while (at < c->count && comes_before(c->i[at], c->j[at], cut->i, cut->j))
             at++;
         if (at == c->count || c->i[at] != cut->i || c->j[at] != cut->j)
-            add_cut(g, cut);
+            add_cut_cell(g, cut);
     }
 }
 
@@ -350,7 +337,7 @@ static const double gap_cells = 2;
 
 /* Whether the cloth ends nowhere but at the rim, all of which it reaches, and where it meets
  * itself. */
-static bool is_whole(const struct gathering *g) {
+static bool cloth_is_whole(const struct gathering *g) {
     const size_t *reasons = g->result->summary.front_reasons;
     const double *d = g->march->settings->spacing;
     size_t all = 0, folds = reasons[DRAPE_REASON_FOLD];
@@ -376,32 +363,13 @@ static double cloth_coverage(const struct gathering *g) {
     const size_t *reasons = g->result->summary.front_reasons;
     const double *d = g->march->settings->spacing;
     size_t ends = 0;
-    if (is_whole(g))
+    if (cloth_is_whole(g))
         return 1;
     for (int k = 0; k < DRAPE_REASON_COUNT; k++)
         ends += k == DRAPE_REASON_BOUNDARY || k == DRAPE_REASON_FOLD ? 0 : reasons[k];
     double cell = d[0] * d[1] / march_area(g->march);
     double most = fmax(1 - lost_cells * (double)ends * cell, 0);
     return fmin(fmax(g->sums->spread.area * cell, g->result->summary.coverage), most);
-}
-
-/* The box round the pattern. A surface without a rim is cut where the net meets itself. */
-static void find_box(const struct rim *rim, const struct drape_result *result,
-                     struct drape_statistics *statistics) {
-    const int32_t *range[2] = {result->warp_range, result->weft_range};
-    for (int k = 0; k < 2; k++) {
-        statistics->lower[k] = range[k][0];
-        statistics->upper[k] = range[k][1];
-    }
-    for (size_t i = 0; i < rim->count; i++) {
-        const double at[2] = {rim->points[i].p, rim->points[i].q};
-        for (int k = 0; k < 2; k++) {
-            statistics->lower[k] =
-                i == 0 || at[k] < statistics->lower[k] ? at[k] : statistics->lower[k];
-            statistics->upper[k] =
-                i == 0 || at[k] > statistics->upper[k] ? at[k] : statistics->upper[k];
-        }
-    }
 }
 
 static void fill_statistics(const struct gathering *g, struct drape_statistics *statistics) {
@@ -414,11 +382,21 @@ static void fill_statistics(const struct gathering *g, struct drape_statistics *
         statistics->area[bin] = density > 0 ? density * d[0] * d[1] : 0;
     }
     statistics->wanted_deg = g->sums->spread.area > 0 ? g->sums->turned / g->sums->spread.area : 0;
-    find_box(g->rim, g->result, statistics);
+    /* The box round the pattern. A surface without a rim is cut where the net meets itself. */
+    const int32_t *range[2] = {g->result->warp_range, g->result->weft_range};
+    for (int k = 0; k < 2; k++) {
+        statistics->lower[k] = range[k][0];
+        statistics->upper[k] = range[k][1];
+        for (size_t n = 0; n < g->rim->count; n++) {
+            double at = k ? g->rim->points[n].q : g->rim->points[n].p;
+            statistics->lower[k] = n == 0 ? at : fmin(statistics->lower[k], at);
+            statistics->upper[k] = n == 0 ? at : fmax(statistics->upper[k], at);
+        }
+    }
 }
 
-static enum status measure(struct march *march, struct rim *rim, const struct rim_cells *cells,
-                           struct drape_result *result) {
+static enum status measure_cloth(struct march *march, struct rim *rim,
+                                 const struct rim_cells *cells, struct drape_result *result) {
     struct sums sums;
     const struct spread *spread = &sums.spread;
     struct drape_statistics *statistics = march->settings->statistics;
@@ -437,14 +415,14 @@ static enum status measure(struct march *march, struct rim *rim, const struct ri
     find_most(&g);
     if (add_wholes(&g) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
-    add_cuts(&g);
+    add_cut_cells(&g);
     s->max_shear_deg = sums.most.shear_deg;
     s->max_shear_at[0] = sums.most.p;
     s->max_shear_at[1] = sums.most.q;
     s->max_shear_point = sums.most.r;
     s->mean_shear_deg =
         spread->area > 0 ? fmin(spread->moment / spread->area, s->max_shear_deg) : 0;
-    s->p95_shear_deg = fmin(quantile(spread, 0.95), s->max_shear_deg);
+    s->p95_shear_deg = fmin(spread_quantile(spread, 0.95), s->max_shear_deg);
     s->overlaps = cells->overlaps;
     s->part_area = march_area(march);
     s->cloth_area = spread->area * d[0] * d[1];
@@ -476,7 +454,8 @@ static void parameters(const struct march *march, const struct rim_point *point,
         surface_outer(surface, uv, uv);
 }
 
-static enum status list(const struct march *march, const struct rim *rim, struct drape_rim *out) {
+static enum status list_rim(const struct march *march, const struct rim *rim,
+                            struct drape_rim *out) {
     double **columns[] = {&out->x, &out->y, &out->z, &out->u, &out->v, &out->p, &out->q};
     out->count = rim->count;
     out->loop = arena_take(march->arena, rim->count, sizeof *out->loop);
@@ -525,11 +504,12 @@ void rim_report_find(struct rim_found *found) {
 enum status rim_report(struct march *march, struct rim_found *found, struct drape_result *result) {
     enum status status = found->status;
     if (status == STATUS_OK)
-        status = make_cut(march->arena, found->cells.count, &result->cut);
+        status = alloc_cut_columns(march->arena, found->cells.count, &result->cut);
     if (status != STATUS_OK)
         return status;
-    status = measure(march, &found->rim, &found->cells, result);
+    status = measure_cloth(march, &found->rim, &found->cells, result);
     if (status != STATUS_OK)
         return status;
-    return found->rim.cloth.failed ? STATUS_OUT_OF_MEMORY : list(march, &found->rim, &result->rim);
+    return found->rim.cloth.failed ? STATUS_OUT_OF_MEMORY
+                                   : list_rim(march, &found->rim, &result->rim);
 }

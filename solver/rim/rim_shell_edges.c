@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: MIT */
-/* The edges of a shell: those of its faces that are not joined, and both sides of the cut. */
+/* The edges of a shell: those of its faces that are not joined, and both sides of the slit. */
 #include "rim_builder.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The free edges as chains: first both sides of the cut, part by part, number 2 k and 2 k + 1. */
+/* The free edges as chains: first both sides of the slit, piece by piece, number 2 k and 2 k + 1.
+ */
 struct free_edges {
     struct shell_edge *edges;
     struct vec3 (*ends)[2];
     bool *used;
-    size_t count, of_cut;
+    size_t count, of_slit;
 };
 
 static struct vec3 point_on_face(struct rim_builder *b, int32_t face, const double uv[2]) {
@@ -19,7 +20,7 @@ static struct vec3 point_on_face(struct rim_builder *b, int32_t face, const doub
     return jet.r;
 }
 
-static void set_ends(struct rim_builder *b, struct free_edges *found, size_t k) {
+static void set_edge_ends(struct rim_builder *b, struct free_edges *found, size_t k) {
     const struct shell_edge *edge = &found->edges[k];
     for (int end = 0; end < 2; end++)
         found->ends[k][end] = point_on_face(b, edge->face, edge->uv[end ? edge->count - 1 : 0]);
@@ -27,8 +28,8 @@ static void set_ends(struct rim_builder *b, struct free_edges *found, size_t k) 
 
 /* The place of an edge nearest to parameters m beside it: its piece and parameters; its distance.
  */
-static double nearest_on_edge(struct rim_builder *b, const struct shell_edge *edge,
-                              const double m[2], size_t *piece, double uv[2]) {
+static double nearest_on_free_edge(struct rim_builder *b, const struct shell_edge *edge,
+                                   const double m[2], size_t *piece, double uv[2]) {
     const struct surface *surface = rim_edges_surface(b->march, edge->face);
     double best = HUGE_VAL;
     for (size_t k = 0; k + 1 < edge->count; k++) {
@@ -46,26 +47,26 @@ static double nearest_on_edge(struct rim_builder *b, const struct shell_edge *ed
 
 /* Whether a place of a free edge, in one of its pieces, is an end of it. A ring ends where it
  * begins: which of the two is meant the piece tells. */
-static bool is_end(struct rim_builder *b, const struct free_edges *found, size_t k, size_t piece,
-                   const double uv[2]) {
+static bool is_edge_end(struct rim_builder *b, const struct free_edges *found, size_t k,
+                        size_t piece, const double uv[2]) {
     const struct shell_edge *edge = &found->edges[k];
     struct vec3 r = point_on_face(b, edge->face, uv);
     return (piece == 0 && vec3_distance(r, found->ends[k][0]) <= b->tolerance) ||
            (piece + 2 == edge->count && vec3_distance(r, found->ends[k][1]) <= b->tolerance);
 }
 
-/* Divides the free edge on which the cut ends at `uv` of a face, which becomes a place of it. At
+/* Divides the free edge on which the slit ends at `uv` of a face, which becomes a place of it. At
  * its end there is nothing to divide. */
 static void divide_edge(struct rim_builder *b, struct free_edges *found, int32_t face,
                         double uv[2]) {
     double least = HUGE_VAL, at[2] = {0, 0};
     size_t best = 0, best_piece = 0;
-    for (size_t k = found->of_cut; k < found->count; k++) {
+    for (size_t k = found->of_slit; k < found->count; k++) {
         double own_uv[2];
         size_t piece = 0;
         if (found->edges[k].face != face)
             continue;
-        double own = nearest_on_edge(b, &found->edges[k], uv, &piece, own_uv);
+        double own = nearest_on_free_edge(b, &found->edges[k], uv, &piece, own_uv);
         if (!(own < least))
             continue;
         least = own;
@@ -74,7 +75,7 @@ static void divide_edge(struct rim_builder *b, struct free_edges *found, int32_t
         memcpy(at, own_uv, sizeof at);
     }
     struct shell_edge *edge = &found->edges[best], *rest = &found->edges[found->count];
-    if (least < HUGE_VAL && is_end(b, found, best, best_piece, at)) {
+    if (least < HUGE_VAL && is_edge_end(b, found, best, best_piece, at)) {
         memcpy(uv, at, sizeof at);
         return;
     }
@@ -88,28 +89,28 @@ static void divide_edge(struct rim_builder *b, struct free_edges *found, int32_t
     *rest = (struct shell_edge){face, edge->uv + best_piece, edge->count - best_piece};
     memcpy(rest->uv[0], at, sizeof at);
     *edge = (struct shell_edge){face, first, best_piece + 2};
-    set_ends(b, found, best);
-    set_ends(b, found, found->count++);
+    set_edge_ends(b, found, best);
+    set_edge_ends(b, found, found->count++);
 }
 
-/* Both sides of part `number` of the cut, whose ends at the boundary divide the edges there. */
-static void add_cut_part(struct rim_builder *b, struct free_edges *found, size_t number,
-                         const struct shell_slit_piece *part) {
-    double(*uv)[2] = arena_alloc(b->march->arena, 2 * part->count, sizeof *uv);
+/* Both sides of piece `number` of the slit, whose ends at the boundary divide the edges there. */
+static void add_slit_sides(struct rim_builder *b, struct free_edges *found, size_t number,
+                           const struct shell_slit_piece *piece) {
+    double(*uv)[2] = arena_alloc(b->march->arena, 2 * piece->count, sizeof *uv);
     b->failed = b->failed || !uv;
     if (b->failed)
         return;
-    memcpy(uv, part->uv, part->count * sizeof *uv);
-    if (part->begins)
-        divide_edge(b, found, part->face, uv[0]);
-    if (part->ends)
-        divide_edge(b, found, part->face, uv[part->count - 1]);
-    for (size_t k = 0; k < part->count; k++)
-        memcpy(uv[2 * part->count - 1 - k], uv[k], sizeof *uv);
+    memcpy(uv, piece->uv, piece->count * sizeof *uv);
+    if (piece->begins)
+        divide_edge(b, found, piece->face, uv[0]);
+    if (piece->ends)
+        divide_edge(b, found, piece->face, uv[piece->count - 1]);
+    for (size_t k = 0; k < piece->count; k++)
+        memcpy(uv[2 * piece->count - 1 - k], uv[k], sizeof *uv);
     for (size_t side = 0; side < 2; side++) {
         found->edges[2 * number + side] =
-            (struct shell_edge){part->face, uv + side * part->count, part->count};
-        set_ends(b, found, 2 * number + side);
+            (struct shell_edge){piece->face, uv + side * piece->count, piece->count};
+        set_edge_ends(b, found, 2 * number + side);
     }
 }
 
@@ -117,30 +118,30 @@ static bool find_free_edges(struct rim_builder *b, struct free_edges *found) {
     struct march *march = b->march;
     const struct shell *shell = march->surface->shell;
     int32_t component = shell_component(shell, march->surface->face);
-    size_t parts = 0, count = shell_edge_count(shell);
-    const struct shell_slit_piece *part =
-        march->cut.slit ? shell_slit_pieces(march->cut.slit, &parts) : NULL;
-    size_t room = count + 4 * parts;
+    size_t pieces = 0, count = shell_edge_count(shell);
+    const struct shell_slit_piece *piece =
+        march->cut.slit ? shell_slit_pieces(march->cut.slit, &pieces) : NULL;
+    size_t room = count + 4 * pieces;
     found->edges = arena_alloc(march->arena, room, sizeof *found->edges);
     found->ends = arena_alloc(march->arena, room, sizeof *found->ends);
     found->used = arena_alloc(march->arena, room, sizeof *found->used);
     if (!found->edges || !found->ends || !found->used)
         return false;
-    found->count = found->of_cut = 2 * parts;
+    found->count = found->of_slit = 2 * pieces;
     for (size_t k = 0; k < count; k++) {
         struct shell_edge *edge = &found->edges[found->count];
         if (shell_edge(shell, k, component, march->arena, edge) != STATUS_OK)
             return false;
         if (edge->count > 0)
-            set_ends(b, found, found->count++);
+            set_edge_ends(b, found, found->count++);
     }
-    for (size_t k = 0; k < parts; k++)
-        add_cut_part(b, found, k, &part[k]);
+    for (size_t k = 0; k < pieces; k++)
+        add_slit_sides(b, found, k, &piece[k]);
     return !b->failed;
 }
 
 /* Adds an edge's vertices, of which a polyline within the tolerance needs no more. */
-static void add_edge(struct rim_builder *b, const struct shell_edge *edge) {
+static void add_free_edge(struct rim_builder *b, const struct shell_edge *edge) {
     struct march *march = b->march;
     const struct surface *surface = shell_surface(march->surface->shell, edge->face);
     uint8_t *kept = arena_alloc(march->arena, edge->count, sizeof *kept);
@@ -160,9 +161,9 @@ static void add_edge(struct rim_builder *b, const struct shell_edge *edge) {
     }
 }
 
-/* Whether two edges are the sides of the same part of the cut. */
+/* Whether two edges are the sides of the same piece of the slit. */
 static bool turns_back(const struct free_edges *found, size_t edge, size_t other) {
-    return edge < found->of_cut && (edge ^ other) == 1;
+    return edge < found->of_slit && (edge ^ other) == 1;
 }
 
 /* Edge after edge, each that whose beginning is nearest to the end of the last, until it is the
@@ -180,7 +181,7 @@ void rim_builder_add_shell(struct rim_builder *b) {
                               : vec3_distance(found.ends[at][1], found.ends[first][0]);
             size_t next = first;
             found.used[at] = true;
-            add_edge(b, &found.edges[at]);
+            add_free_edge(b, &found.edges[at]);
             for (size_t k = 0; k < found.count; k++) {
                 double gap = vec3_distance(found.ends[at][1], found.ends[k][0]);
                 if (found.used[k] || turns_back(&found, at, k) || gap >= best)

@@ -13,7 +13,7 @@ static const double beside = 4e-6;
 /* Ends of chains that are this near to each other, as a share of the domain, are joined. */
 static const double joint = 1e-5;
 
-enum { PARTS = 64, HALVINGS = 40, SUBDIVISIONS = 32 };
+enum { STEPS = 64, HALVINGS = 40, SUBDIVISIONS = 32 };
 
 /* Pieces that a straight one is cut into at the most, across both cuts of a torus. */
 enum { BETWEEN_CUTS = 3 };
@@ -41,18 +41,6 @@ struct chains {
 };
 
 /* ---- which of the edges count ---- */
-
-/* Whether a place is in the domain, or `beside` it. */
-static bool is_in_domain(const struct chains *c, const double uv[2]) {
-    bool inside = true;
-    for (int k = 0; k < 2; k++) {
-        const struct rim_window *w = &c->window;
-        double slack = beside * w->length[k];
-        inside = inside &&
-                 (w->endless[k] || (uv[k] >= w->low[k] - slack && uv[k] <= w->high[k] + slack));
-    }
-    return inside;
-}
 
 /* Whether a place is to be covered. */
 static bool is_covered(const struct chains *c, const double uv[2]) {
@@ -87,8 +75,12 @@ static enum cover trim_side(const struct chains *c, const double from[2], const 
                             double t) {
     double at[2], side[2][2];
     beside_line(c, from, to, t, at, side);
-    if (!is_in_domain(c, at))
-        return COVER_NEITHER;
+    for (int k = 0; k < 2; k++) {
+        const struct rim_window *w = &c->window;
+        double slack = beside * w->length[k];
+        if (!w->endless[k] && !(at[k] >= w->low[k] - slack && at[k] <= w->high[k] + slack))
+            return COVER_NEITHER;
+    }
     bool left = is_covered(c, side[0]), right = is_covered(c, side[1]);
     return left == right ? COVER_NEITHER : left ? COVER_LEFT : COVER_RIGHT;
 }
@@ -157,46 +149,43 @@ static void switch_run(struct chains *c, struct run *run, enum cover cover, cons
         add_to_line(c, at);
 }
 
-/* Follows a part of a piece: where its ends are of different kinds, the place between them is
- * sought. */
-static void follow_part(struct chains *c, struct run *run, side_finder *side, const double from[2],
-                        const double to[2]) {
+/* Follows one straight piece, in steps so short that no trim across it is missed. Where the ends of
+ * a step are of different kinds the place between them is looked for. */
+static void follow_straight(struct chains *c, struct run *run, side_finder *side,
+                            const double from[2], const double to[2]) {
     static const double inset = 1e-3;
-    double low = inset, high = 1 - inset, at[2];
-    enum cover begin = side(c, from, to, low), end = side(c, from, to, high);
-    switch_run(c, run, begin, from);
-    for (int k = 0; begin != end && k < HALVINGS; k++) {
-        double middle = (low + high) / 2;
-        *(side(c, from, to, middle) == begin ? &low : &high) = middle;
-    }
-    for (int k = 0; k < 2; k++)
-        at[k] = from[k] + high * (to[k] - from[k]);
-    switch_run(c, run, end, at);
-}
-
-/* Follows one piece, in parts so short that no trim across it is missed. */
-static void follow_piece(struct chains *c, struct run *run, side_finder *side, const double from[2],
-                         const double to[2]) {
-    double part[PARTS + 1][2], most = 0;
+    double most = 0, begin[2], end[2], at[2];
     for (int m = 0; m < 2; m++)
         most = fmax(most, fabs(to[m] - from[m]) / c->window.length[m]);
-    int parts = most < 1 ? 1 + (int)(most * PARTS) : PARTS;
-    for (int k = 0; k <= parts; k++)
+    int steps = most < 1 ? 1 + (int)(most * STEPS) : STEPS;
+    memcpy(end, from, sizeof end);
+    for (int k = 1; k <= steps; k++) {
+        memcpy(begin, end, sizeof begin);
         for (int m = 0; m < 2; m++)
-            part[k][m] = k == parts ? to[m] : from[m] + (to[m] - from[m]) * ((double)k / parts);
-    for (int k = 0; k < parts; k++)
-        follow_part(c, run, side, part[k], part[k + 1]);
+            end[m] = k == steps ? to[m] : from[m] + (to[m] - from[m]) * ((double)k / steps);
+        double low = inset, high = 1 - inset;
+        enum cover first = side(c, begin, end, low), last = side(c, begin, end, high);
+        switch_run(c, run, first, begin);
+        for (int half = 0; first != last && half < HALVINGS; half++) {
+            double middle = (low + high) / 2;
+            *(side(c, begin, end, middle) == first ? &low : &high) = middle;
+        }
+        for (int m = 0; m < 2; m++)
+            at[m] = begin[m] + high * (end[m] - begin[m]);
+        switch_run(c, run, last, at);
+    }
     if (run->cover != COVER_NEITHER)
         add_to_line(c, to);
 }
 
 /* The chains of a closed polyline whose pieces count; its last point is its first. Where a run
  * passes its ends the two parts are joined later, unless all of it is one. */
-static void follow(struct chains *c, side_finder *side, const double (*uv)[2], size_t count) {
+static void follow_polyline(struct chains *c, side_finder *side, const double (*uv)[2],
+                            size_t count) {
     struct run run = {c->line.count, COVER_NEITHER, false};
     for (size_t k = 0; k + 1 < count; k++)
         if (uv[k + 1][0] != uv[k][0] || uv[k + 1][1] != uv[k][1])
-            follow_piece(c, &run, side, uv[k], uv[k + 1]);
+            follow_straight(c, &run, side, uv[k], uv[k + 1]);
     if (run.cover == COVER_NEITHER)
         return;
     bool closed = !run.gaps && memcmp(uv[0], uv[count - 1], sizeof uv[0]) == 0;
@@ -205,7 +194,7 @@ static void follow(struct chains *c, side_finder *side, const double (*uv)[2], s
     add_chain(c, run.first, run.cover, closed);
 }
 
-static void follow_border(struct chains *c) {
+static void follow_domain_border(struct chains *c) {
     const struct rim_window *w = &c->window;
     const double corner[5][2] = {{w->low[0], w->low[1]},
                                  {w->high[0], w->low[1]},
@@ -215,7 +204,7 @@ static void follow_border(struct chains *c) {
     for (int k = 0; k < 4; k++) {
         int axis = k % 2 ? 0 : 1, end = k == 1 || k == 2;
         if (!w->endless[axis] && !rim_builder_is_pole(c->builder, axis, end))
-            follow(c, border_side, &corner[k], 2);
+            follow_polyline(c, border_side, &corner[k], 2);
     }
 }
 
@@ -233,7 +222,7 @@ static void end_stretch(struct chains *c, struct polyline *stretch) {
         if (kept[k])
             memcpy(uv[used++], uv[k], sizeof *uv);
     if (!c->builder->failed)
-        follow(c, trim_side, (const double(*)[2])uv, used);
+        follow_polyline(c, trim_side, (const double(*)[2])uv, used);
     stretch->count = 0;
 }
 
@@ -295,7 +284,7 @@ static void add_straight(struct chains *c, struct polyline *stretch, const doubl
 
 /* Follows a loop in stretches between the cuts of the window; where its straight lines are bent in
  * inner parameters, in parts. */
-static void follow_loop(struct chains *c, size_t loop) {
+static void follow_trim_loop(struct chains *c, size_t loop) {
     const struct surface *surface = c->builder->march->surface;
     const double(*outer)[2];
     size_t count = trim_loop_points(c->builder->march->trim, loop, &outer);
@@ -322,7 +311,7 @@ static void follow_loop(struct chains *c, size_t loop) {
 
 /* How far apart two places are: in parameters, as shares of the domain, round endless directions
  * too. */
-static double apart(const struct chains *c, const double p[2], const double q[2]) {
+static double gap_between(const struct chains *c, const double p[2], const double q[2]) {
     double most = 0;
     for (int k = 0; k < 2; k++) {
         double gap = fabs(p[k] - q[k]) / c->window.length[k];
@@ -340,22 +329,15 @@ static struct chain *next_chain(struct chains *c, const double at[2], double *ga
     for (size_t k = 0; k < c->count; k++) {
         struct chain *chain = &c->chain[k];
         double own =
-            chain->used || chain->closed ? HUGE_VAL : apart(c, at, c->line.uv[chain->first]);
+            chain->used || chain->closed ? HUGE_VAL : gap_between(c, at, c->line.uv[chain->first]);
         best = own < *gap ? chain : best;
         *gap = fmin(*gap, own);
     }
     return best;
 }
 
-static void add_vertices(struct chains *c, const struct chain *chain) {
-    for (size_t k = 0; k < chain->count; k++) {
-        const double *uv = c->line.uv[chain->first + k];
-        rim_builder_add_point(c->builder, uv[0], uv[1]);
-    }
-}
-
 /* Chain after chain, until the nearest beginning is the loop's own. */
-static void join_chains(struct chains *c) {
+static void join_rim_chains(struct chains *c) {
     for (size_t k = 0; k < c->count && !c->builder->failed; k++) {
         struct chain *chain = &c->chain[k];
         const double *begin = c->line.uv[chain->first];
@@ -365,12 +347,15 @@ static void join_chains(struct chains *c) {
             const double *end = c->line.uv[chain->first + chain->count - 1];
             double gap;
             chain->used = true;
-            add_vertices(c, chain);
+            for (size_t n = 0; n < chain->count; n++) {
+                const double *uv = c->line.uv[chain->first + n];
+                rim_builder_add_point(c->builder, uv[0], uv[1]);
+            }
             if (!c->builder->failed && !chain->closed)
                 c->builder->edges->vertices[c->builder->edges->vertex_count - 1].leaps = true;
             struct chain *next = chain->closed ? NULL : next_chain(c, end, &gap);
-            if (!next || (apart(c, end, begin) <= gap && gap > joint) ||
-                apart(c, end, begin) <= joint)
+            if (!next || (gap_between(c, end, begin) <= gap && gap > joint) ||
+                gap_between(c, end, begin) <= joint)
                 break;
             chain = next;
         }
@@ -381,8 +366,8 @@ static void join_chains(struct chains *c) {
 void rim_builder_add_trims(struct rim_builder *b, const struct rim_window *window) {
     struct chains c = {.builder = b, .window = *window};
     const struct trim *trim = b->march->trim;
-    follow_border(&c);
+    follow_domain_border(&c);
     for (size_t k = 0; k < trim_loop_count(trim) && !b->failed; k++)
-        follow_loop(&c, k);
-    join_chains(&c);
+        follow_trim_loop(&c, k);
+    join_rim_chains(&c);
 }

@@ -55,9 +55,8 @@ static void find_shell_bounds(struct shell *shell) {
             shell->lower = low;
             shell->upper = high;
         }
-        struct vec3 *a = &shell->lower, *b = &shell->upper;
-        *a = vec3_make(fmin(a->x, low.x), fmin(a->y, low.y), fmin(a->z, low.z));
-        *b = vec3_make(fmax(b->x, high.x), fmax(b->y, high.y), fmax(b->z, high.z));
+        shell->lower = vec3_min(shell->lower, low);
+        shell->upper = vec3_max(shell->upper, high);
     }
     shell->size = vec3_distance(shell->lower, shell->upper);
 }
