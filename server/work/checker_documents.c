@@ -35,24 +35,11 @@ static bool take_options(const struct checker_task *task, struct arena *arena,
     return problem->id == API_OK;
 }
 
-static bool read_mesh(const struct checker_task *task, const struct format *format,
-                      struct arena *arena, struct map_target *mesh, struct api_problem *problem) {
-    const char *body = task->document[CHECKER_BODY];
-    size_t length = task->order.length[CHECKER_BODY];
-    enum api_problem_id id = task->order.nastran
-                                 ? map_target_nastran(body, length, arena, mesh, problem)
-                                 : map_target_json(body, length, arena, mesh, problem);
-    if (id == API_OK && !mesh->elements && format->elements)
-        api_problem_set(problem, API_NOT_ACCEPTABLE,
-                        "%s is of elements; a map onto points is available as json, csv",
-                        format->name);
-    return problem->id == API_OK;
-}
-
 /* Writes a document of the format. */
-static void write_document(struct checker_task *task, const struct format *format,
-                           const struct format_source *source, const struct format_options *options,
-                           struct api_problem *problem) {
+static void write_checked_document(struct checker_task *task, const struct format *format,
+                                   const struct format_source *source,
+                                   const struct format_options *options,
+                                   struct api_problem *problem) {
     struct encoder *encoder = encoder_new(format, source, options, problem);
     if (!encoder)
         return;
@@ -62,7 +49,7 @@ static void write_document(struct checker_task *task, const struct format *forma
            spool_write(task->output, task->buffer, (size_t)got))
         task->answer.output_length += (uint64_t)got;
     if (got)
-        api_problem_set(problem, API_UNAVAILABLE, "there is no room to write the answer now");
+        api_problem_set(problem, API_UNAVAILABLE, "there is no disk space for the answer now");
     encoder_free(encoder);
 }
 
@@ -90,7 +77,7 @@ enum api_problem_id checker_task_variant(const struct checker_task *task,
     return problem->id;
 }
 
-static bool append(void *context, const void *bytes, size_t length) {
+static bool append_text(void *context, const void *bytes, size_t length) {
     api_text_bytes(context, bytes, length);
     return !((struct api_text *)context)->failed;
 }
@@ -111,8 +98,8 @@ static enum api_problem_id drape_variant(const struct checker_task *task,
                                          struct api_problem *problem) {
     const struct checker_order *order = &task->order;
     struct api_text request = api_text_growing(arena), container = api_text_growing(arena);
-    const struct api_sink to_request = {.write = append, .context = &request};
-    const struct api_sink to_container = {.write = append, .context = &container};
+    const struct api_sink to_request = {.write = append_text, .context = &request};
+    const struct api_sink to_container = {.write = append_text, .context = &container};
     if (checker_task_variant(task, &to_request, problem) != API_OK)
         return without_room(&request, problem);
     *input = (struct api_input){.request = request.bytes,
@@ -160,18 +147,28 @@ void checker_task_map(struct checker_task *task, struct api_problem *problem) {
     const struct checker_order *order = &task->order;
     const struct drape_monitor monitor = {in_time, task};
     const struct format *format = format_named(FORMAT_MAP, order->format);
+    const char *body = task->document[CHECKER_BODY];
+    size_t length = order->length[CHECKER_BODY];
     char id[FORMAT_ID_SIZE];
     struct format_options options = {0};
     struct map_target mesh;
     struct arena *arena = arena_new(order->limits.max_memory);
+    bool read = arena && format &&
+                (order->nastran ? map_target_nastran(body, length, arena, &mesh, problem)
+                                : map_target_json(body, length, arena, &mesh, problem)) == API_OK;
     if (!arena || !format)
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
-    else if (read_mesh(task, format, arena, &mesh, problem) &&
-             take_options(task, arena, &mesh, &options, problem) &&
+    else if (read && !mesh.elements && format->elements)
+        api_problem_set(problem, API_NOT_ACCEPTABLE,
+                        "%s needs a mesh with elements; a map onto points is available as json, "
+                        "csv",
+                        format->name);
+    else if (read && take_options(task, arena, &mesh, &options, problem) &&
              fill_map(task, &mesh, &monitor, arena, &map, problem) == API_OK)
-        write_document(task, format,
-                       &(struct format_source){.id = subject_of(order, id), .fields = &map.fields},
-                       &options, problem);
+        write_checked_document(
+            task, format,
+            &(struct format_source){.id = subject_of(order, id), .fields = &map.fields}, &options,
+            problem);
     arena_free(arena);
 }
 
@@ -190,9 +187,9 @@ void checker_task_sample(struct checker_task *task, struct api_problem *problem)
     } else if (take_options(task, arena, &mesh, &options, problem) &&
                drape_variant(task, &monitor, arena, &input, &result, problem) == API_OK) {
         const struct api_reader reader = api_reader_of(&result);
-        write_document(task, format,
-                       &(struct format_source){.id = subject_of(order, id), .reader = &reader},
-                       &options, problem);
+        write_checked_document(
+            task, format, &(struct format_source){.id = subject_of(order, id), .reader = &reader},
+            &options, problem);
     }
     arena_free(arena);
 }
@@ -217,9 +214,9 @@ void checker_task_report(struct checker_task *task, struct api_problem *problem)
     } else if (take_options(task, arena, &mesh, &options, problem) &&
                api_columns_open(&reader, columns, problem) == API_OK) {
         struct api_text inputs = api_text_growing(arena);
-        const struct api_sink sink = {.write = append, .context = &inputs};
+        const struct api_sink sink = {.write = append_text, .context = &inputs};
         if (api_check_normalise(&input, &order->limits, &columns->start, &sink, problem) == API_OK)
-            write_document(
+            write_checked_document(
                 task, format,
                 &(struct format_source){.id = order->id,
                                         .reader = &reader,

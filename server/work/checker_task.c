@@ -9,17 +9,17 @@
 #include <string.h>
 #include <time.h>
 
-static bool flush(struct checker_task *task) {
+static bool flush_output(struct checker_task *task) {
     bool good = spool_write(task->output, task->buffer, task->buffered);
     task->buffered = 0;
     return good;
 }
 
 /* The output as an `api_sink`. */
-static bool put(void *context, const void *bytes, size_t length) {
+static bool write_output(void *context, const void *bytes, size_t length) {
     struct checker_task *task = context;
     task->answer.output_length += length;
-    if (task->buffered + length > sizeof task->buffer && !flush(task))
+    if (task->buffered + length > sizeof task->buffer && !flush_output(task))
         return false;
     if (length > sizeof task->buffer)
         return spool_write(task->output, bytes, length);
@@ -35,16 +35,19 @@ static int64_t processor_us(void) {
 }
 
 /* A surface to be stored that comes as a file of CAD or mesh. */
-static enum api_problem_id import_file(struct checker_task *task,
-                                       const struct checker_abilities *abilities,
-                                       struct arena *arena, const struct api_sink *sink) {
+static enum api_problem_id check_surface_file(struct checker_task *task,
+                                              const struct checker_abilities *abilities,
+                                              const struct api_sink *sink) {
     const struct checker_order *order = &task->order;
     const char *body = task->document[CHECKER_BODY], *text = NULL;
     const struct file_format *format = file_format_named(order->source);
     struct api_problem *problem = &task->answer.problem;
     size_t length = order->length[CHECKER_BODY], text_length = 0;
     char why[API_DETAIL_MAX] = "", *imported = NULL;
-    if (!format || (format->cad && !abilities->import)) {
+    struct arena *arena = arena_new(order->limits.max_memory);
+    if (!arena) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the file");
+    } else if (!format || (format->cad && !abilities->import)) {
         api_problem_set(problem, API_INTERNAL, "this process cannot import files");
     } else if (format->cad) {
         text = imported =
@@ -56,28 +59,11 @@ static enum api_problem_id import_file(struct checker_task *task,
         text = NULL;
     }
     const struct api_input input = {.request = text, .request_length = text_length};
-    enum api_problem_id id = problem->id;
     if (text)
-        id = api_check_surface(&input, &order->limits, sink, &task->answer.check, problem);
+        (void)!api_check_surface(&input, &order->limits, sink, &task->answer.check, problem);
     free(imported);
-    return id;
-}
-
-static enum api_problem_id check_surface(struct checker_task *task,
-                                         const struct checker_abilities *abilities,
-                                         const struct api_input *input,
-                                         const struct api_sink *sink) {
-    struct checker_answer *answer = &task->answer;
-    if (!task->order.source[0])
-        return api_check_surface(input, &task->order.limits, sink, &answer->check,
-                                 &answer->problem);
-    struct arena *arena = arena_new(task->order.limits.max_memory);
-    if (arena)
-        import_file(task, abilities, arena, sink);
-    else
-        api_problem_set(&answer->problem, API_OUT_OF_MEMORY, "no memory for the file");
     arena_free(arena);
-    return answer->problem.id;
+    return problem->id;
 }
 
 /* A request to be accepted, whose materials are in `input` already. */
@@ -92,15 +78,17 @@ static enum api_problem_id check_filled(struct checker_task *task, const struct 
                : api_check_drape(input, &order->limits, &answer->check, &answer->problem);
 }
 
-/* One that may name materials. What is written of a laminate has its plies' requests and record; of
- * the others it is the request. */
-static enum api_problem_id check_mentions(struct checker_task *task, struct api_input input,
-                                          const struct api_sink *sink) {
+/* A request to be accepted. What is written of a laminate has its plies' requests and record; of
+ * the others that name materials it is the request. */
+static enum api_problem_id check_request(struct checker_task *task, struct api_input input,
+                                         const struct api_sink *sink) {
     const struct checker_order *order = &task->order;
     struct checker_answer *answer = &task->answer;
     struct api_check found = {0};
-    struct arena *arena = arena_new(order->limits.max_memory);
     size_t own = order->length[CHECKER_MATERIALS];
+    if (!api_material_mentioned(input.request, input.request_length))
+        return check_filled(task, &input, sink);
+    struct arena *arena = arena_new(order->limits.max_memory);
     if (!arena)
         api_problem_set(&answer->problem, API_OUT_OF_MEMORY, "no memory for the request");
     else if (api_check_mentions(&input, own ? task->document[CHECKER_MATERIALS] : NULL, own, sink,
@@ -109,7 +97,8 @@ static enum api_problem_id check_mentions(struct checker_task *task, struct api_
         if (order->kind == CHECKER_LAMINATE)
             found.filled_length = 0;
         else if (!sink->write(sink->context, input.request, input.request_length))
-            api_problem_set(&answer->problem, API_UNAVAILABLE, "there is no room for it now");
+            api_problem_set(&answer->problem, API_UNAVAILABLE,
+                            "there is no disk space for the request now");
         if (answer->problem.id == API_OK)
             (void)!check_filled(task, &input, sink);
     }
@@ -117,13 +106,6 @@ static enum api_problem_id check_mentions(struct checker_task *task, struct api_
     answer->check.filled_length = found.filled_length;
     arena_free(arena);
     return answer->problem.id;
-}
-
-static enum api_problem_id check_request(struct checker_task *task, const struct api_input *input,
-                                         const struct api_sink *sink) {
-    return api_material_mentioned(input->request, input->request_length)
-               ? check_mentions(task, *input, sink)
-               : check_filled(task, input, sink);
 }
 
 void checker_task_carry_out(struct checker_task *task, const struct checker_abilities *abilities) {
@@ -134,14 +116,14 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
                                     .request_length = order->length[CHECKER_BODY],
                                     .surface = checker_task_surface(task),
                                     .surface_length = order->length[CHECKER_SECOND]};
-    const struct api_sink sink = {.write = put, .context = task};
+    const struct api_sink sink = {.write = write_output, .context = task};
     const struct api_start *start = order->has_start ? &order->start : NULL;
     enum api_problem_id id = API_OK;
     switch (order->kind) {
     case CHECKER_DRAPE:
     case CHECKER_STUDY:
     case CHECKER_LAMINATE:
-        id = check_request(task, &input, &sink);
+        id = check_request(task, input, &sink);
         break;
     case CHECKER_MATERIAL:
         id = api_check_material(&input, &order->limits, &sink, &answer->check, &answer->problem);
@@ -159,7 +141,9 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
         checker_task_report(task, &answer->problem);
         break;
     case CHECKER_SURFACE:
-        id = check_surface(task, abilities, &input, &sink);
+        id = order->source[0] ? check_surface_file(task, abilities, &sink)
+                              : api_check_surface(&input, &order->limits, &sink, &answer->check,
+                                                  &answer->problem);
         break;
     case CHECKER_PREVIEW:
         id = api_check_preview(&input, &order->limits, &sink, &answer->problem);
@@ -173,7 +157,8 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
     default:
         checker_task_map(task, &answer->problem);
     }
-    if (id == API_OK && task->buffered && !flush(task))
-        api_problem_set(&answer->problem, API_UNAVAILABLE, "there is no room for the answer now");
+    if (id == API_OK && task->buffered && !flush_output(task))
+        api_problem_set(&answer->problem, API_UNAVAILABLE,
+                        "there is no disk space for the answer now");
     answer->processor_us = processor_us() - begun;
 }

@@ -4,19 +4,17 @@
  * claims a job, sends it to its worker, renews the lease, passes progress and result to the store,
  * and kills the worker when the job is cancelled, deleted, lost to another or over its time. A
  * worker that dies costs the job one attempt and is replaced; so is one whose next job is another
- * owner's. New jobs
- * are seen at once through the job events; those of other processes within WORK_POLL_MS. One
- * further thread sweeps the store.
+ * owner's. New jobs are seen at once through `job_events.h`; those of other processes within
+ * WORK_POLL_MS. One further thread sweeps the store.
  *
- * No owner waits for the end of another's long jobs. Beside the lanes of the workers there is an
- * express lane, with a worker of its own that is started when it is needed first: while all others
- * are busy, and none has ended a job for some milliseconds, it takes jobs of owners who have
- * nothing running and whose jobs were not too long for it lately (`store_yield`), each for
- * JOB_RUN_EXPRESS_MS of a processor at the most. What is not done by then goes back to the queue,
- * and waits for one of the others. There a job that has had its turn gives way to an owner who has
- * nothing running
- * (`job_run.h`). Work that gave way is begun anew; that costs a job half of its time again at the
- * most, since each turn is twice as long as the one before.
+ * No owner waits for the end of another's long jobs. Beside the workers there is a fast worker,
+ * started when it is needed first: while all others are busy, and none has ended a job for some
+ * milliseconds, it takes jobs of owners who have nothing running and whose jobs were not too long
+ * for it lately (`store_yield`), each for JOB_RUN_FAST_MS of a processor at the most. What is not
+ * done by then goes back to the queue, and waits for one of the others. There a job that has had
+ * its turn gives way to an owner who has nothing running (`job_run.h`). Work that gave way is begun
+ * anew; that costs a job half of its time again at the most, since each turn is twice as long as
+ * the one before.
  */
 #ifndef SERVER_WORK_DISPATCHER_H
 #define SERVER_WORK_DISPATCHER_H

@@ -53,10 +53,10 @@ struct job_run {
     double progress;
     int64_t written; /* bytes of the result */
     int64_t deadline_ms, renew_at_ms, progress_at_ms, look_at_ms;
-    bool express;
+    bool fast;
     int64_t processor_us;     /* of the worker, when it began */
     int64_t yield_at_ms;      /* from when it gives way */
-    int64_t starved_since_ms; /* as far as this attempt has seen; 0: nobody waits with nothing */
+    int64_t starved_since_ms; /* as far as this run has seen; 0: nobody waits with nothing */
     /* of studies */
     unsigned char *kept; /* malloc'ed: the tasks of a round, or the numbers of a task */
     size_t kept_length;
@@ -82,7 +82,7 @@ static void wake_up(void *context) {
 }
 
 /* The job whose request it is, and whose end would end it: of a task its study. */
-static const char *subject(const struct job_run *run) {
+static const char *subject_of_run(const struct job_run *run) {
     const struct store_claim *claim = run->claim;
     return claim->kind == STORE_TASK ? claim->parent : claim->id;
 }
@@ -96,7 +96,7 @@ static void conclude(struct job_run *run, enum outcome outcome) {
 
 /* Renewal that fails because the store is down is tried again; if it stays down, the claim will
  * turn out to be lost. */
-static void renew(struct job_run *run, int64_t now) {
+static void renew_lease(struct job_run *run, int64_t now) {
     const struct dispatcher_settings *settings = &run->shared->settings;
     enum store_answer answer = store_renew(run->shared->store, run->claim, run->progress);
     if (answer == STORE_CONFLICT)
@@ -105,17 +105,17 @@ static void renew(struct job_run *run, int64_t now) {
     run->progress_at_ms = now + settings->progress_ms;
 }
 
-/* Of the processor, for a job in the express lane. */
-static int64_t express_left_ms(const struct job_run *run) {
+/* Of the processor, for a job of the fast worker. */
+static int64_t fast_left_ms(const struct job_run *run) {
     int64_t used = sandbox_processor_us(run->child->pid) - run->processor_us;
-    return JOB_RUN_EXPRESS_MS - used / 1000;
+    return JOB_RUN_FAST_MS - used / 1000;
 }
 
 /* Whether the job has had its turn and another owner has waited long enough. Of the jobs of this
  * process one at a time gives way: that may be all that is needed. */
-static bool must_yield(struct job_run *run, int64_t now) {
-    if (run->express)
-        return now >= run->yield_at_ms || express_left_ms(run) <= 0;
+static bool must_give_way(struct job_run *run, int64_t now) {
+    if (run->fast)
+        return now >= run->yield_at_ms || fast_left_ms(run) <= 0;
     if (now < run->yield_at_ms)
         return false;
     if (store_starving(run->shared->store, false) != STORE_OK)
@@ -128,70 +128,40 @@ static bool must_yield(struct job_run *run, int64_t now) {
            atomic_compare_exchange_strong(&run->shared->yielded_ms, &last, now);
 }
 
-static void look_at_claim(struct job_run *run, int64_t now) {
-    if (store_check(run->shared->store, run->claim) == STORE_CONFLICT)
-        conclude(run, OUTCOME_LOST);
-    else if (must_yield(run, now))
-        conclude(run, OUTCOME_YIELDED);
-    run->look_at_ms = now + (run->express ? express_left_ms(run) + 1 : WORK_POLL_MS);
-}
-
 /* The duties that do not depend on the worker. */
-static void attend(struct job_run *run) {
+static void attend_to_duties(struct job_run *run) {
     int64_t now = clock_ms();
     if (now >= run->deadline_ms)
         conclude(run, OUTCOME_TIMEOUT);
     if (job_run_out_of_time(run->shared))
         conclude(run, OUTCOME_RELEASED);
-    if (now >= run->look_at_ms)
-        look_at_claim(run, now);
+    if (now >= run->look_at_ms) {
+        if (store_check(run->shared->store, run->claim) == STORE_CONFLICT)
+            conclude(run, OUTCOME_LOST);
+        else if (must_give_way(run, now))
+            conclude(run, OUTCOME_YIELDED);
+        run->look_at_ms = now + (run->fast ? fast_left_ms(run) + 1 : WORK_POLL_MS);
+    }
     if (now >= run->renew_at_ms)
-        renew(run, now);
+        renew_lease(run, now);
 }
 
 static int64_t least(int64_t a, int64_t b) {
     return a < b ? a : b;
 }
 
-/* Sleeps until the worker's socket is ready, a duty is due, or the lane is woken. */
+/* Sleeps until the worker's socket is ready, a duty is due, or the thread is woken. */
 static void wait_for_worker(struct job_run *run, short events) {
-    struct pollfd files[2] = {{.fd = run->child->socket, .events = events},
-                              {.fd = run->wake, .events = POLLIN}};
     int64_t stop_at = atomic_load(&run->shared->stop_at_ms);
     int64_t due = least(least(run->deadline_ms, run->look_at_ms), run->renew_at_ms);
     if (stop_at != JOB_RUN_NO_STOP)
         due = least(due, stop_at);
-    int64_t wait = due - clock_ms();
-    if (poll(files, 2, wait < 0 ? 0 : (int)least(wait, 60000)) <= 0)
-        return;
-    if (files[1].revents) {
-        uint64_t count = 0;
-        ssize_t got = read(run->wake, &count, sizeof count);
-        (void)got;
+    if (child_wait(run->child, events, run->wake, due - clock_ms()))
         run->look_at_ms = 0;
-    }
-}
-
-static void take_progress(struct job_run *run) {
-    double fraction = 0;
-    if (run->child->inbox.head.length != sizeof fraction) {
-        conclude(run, OUTCOME_BROKEN);
-        return;
-    }
-    memcpy(&fraction, run->child->inbox.bytes, sizeof fraction);
-    if (run->claim->kind == STORE_TASK) {
-        run->variant = fraction;
-        return;
-    }
-    if (fraction > run->progress && fraction <= 1.0)
-        run->progress = fraction;
-    int64_t now = clock_ms();
-    if (now >= run->progress_at_ms)
-        renew(run, now);
 }
 
 /* Keeps what goes to the store at the end alone. */
-static void keep(struct job_run *run) {
+static void keep_bytes(struct job_run *run) {
     size_t length = run->child->inbox.head.length;
     unsigned char *kept = NULL;
     if (run->kept_length + length <= KEPT_MOST)
@@ -205,16 +175,8 @@ static void keep(struct job_run *run) {
     run->kept_length += length;
 }
 
-static void take_round(struct job_run *run) {
-    bool good = run->claim->kind == STORE_STUDY && run->kept_length > 0 &&
-                run->kept_length % sizeof(struct frame_task) == 0 &&
-                run->child->inbox.head.length == sizeof run->round;
-    if (good)
-        memcpy(&run->round, run->child->inbox.bytes, sizeof run->round);
-    conclude(run, good ? OUTCOME_ROUND : OUTCOME_BROKEN);
-}
-
-static void take_result(struct job_run *run) {
+/* The next bytes of the result. */
+static void store_bytes(struct job_run *run) {
     size_t length = run->child->inbox.head.length;
     run->written += (int64_t)length;
     if (run->written > run->shared->settings.max_result) {
@@ -233,32 +195,50 @@ static void take_text(struct job_run *run, enum outcome outcome) {
     conclude(run, run->text ? outcome : OUTCOME_RELEASED);
 }
 
+/* Passes on what the worker has sent. */
 static void take_frame(struct job_run *run) {
-    switch (run->child->inbox.head.type) {
+    const struct frame_inbox *inbox = &run->child->inbox;
+    bool task = run->claim->kind == STORE_TASK, study = run->claim->kind == STORE_STUDY;
+    bool good = true;
+    double fraction;
+    switch (inbox->head.type) {
     case FRAME_PROGRESS:
-        take_progress(run);
+        good = inbox->head.length == sizeof fraction;
+        if (!good)
+            break;
+        memcpy(&fraction, inbox->bytes, sizeof fraction);
+        if (task)
+            run->variant = fraction;
+        else if (fraction > run->progress && fraction <= 1.0)
+            run->progress = fraction;
+        if (!task && clock_ms() >= run->progress_at_ms)
+            renew_lease(run, clock_ms());
         break;
     case FRAME_RESULT:
-        (run->claim->kind == STORE_TASK ? keep : take_result)(run);
+        (task ? keep_bytes : store_bytes)(run);
         break;
     case FRAME_TASKS:
-        if (run->claim->kind == STORE_STUDY)
-            keep(run);
-        else
-            conclude(run, OUTCOME_BROKEN);
+        good = study;
+        if (good)
+            keep_bytes(run);
         break;
     case FRAME_ROUND:
-        take_round(run);
+        good = study && run->kept_length > 0 && run->kept_length % sizeof(struct frame_task) == 0 &&
+               inbox->head.length == sizeof run->round;
+        if (!good)
+            break;
+        memcpy(&run->round, inbox->bytes, sizeof run->round);
+        conclude(run, OUTCOME_ROUND);
         break;
     case FRAME_DONE:
-        take_text(run, OUTCOME_DONE);
-        break;
     case FRAME_PROBLEM:
-        take_text(run, OUTCOME_PROBLEM);
+        take_text(run, inbox->head.type == FRAME_DONE ? OUTCOME_DONE : OUTCOME_PROBLEM);
         break;
     default:
-        conclude(run, OUTCOME_BROKEN);
+        good = false;
     }
+    if (!good)
+        conclude(run, OUTCOME_BROKEN);
 }
 
 bool job_run_bound(const struct job_run_shared *shared, const struct child *child) {
@@ -269,34 +249,27 @@ bool job_run_bound(const struct job_run_shared *shared, const struct child *chil
     return false;
 }
 
-/* Of memory, the job's own budget, and beside it the program itself, the documents, and the JSON
- * tree of a body at its limits. The processor's is for the case that nothing watches the deadline.
- */
-static bool bound_worker(const struct job_run *run, const struct api_input *input) {
+/* Bounds the worker and sends it the job; one that dies meanwhile is noticed by receiving. Its
+ * memory is the job's own budget, and beside it the program itself, the documents, and the JSON
+ * tree of a body at its limits. The processor's bound is for the case that nothing watches the
+ * deadline. */
+static void send_job(struct job_run *run, const struct frame_work *order,
+                     const struct api_input *input) {
     const struct dispatcher_settings *settings = &run->shared->settings;
-    uint64_t budgets =
-        run->claim->kind == STORE_DRAPE ? 1 : 2; /* a study is kept beside its task */
+    /* a study is kept beside its task */
+    uint64_t budgets = run->claim->kind == STORE_DRAPE ? 1 : 2;
     uint64_t memory = budgets * (uint64_t)settings->limits.max_memory + MEMORY_BESIDE_BYTES +
                       budgets * (input->request_length + input->surface_length);
     uint64_t threads = settings->limits.threads > 1 ? (uint64_t)settings->limits.threads : 1;
     uint64_t seconds = (uint64_t)(settings->job_timeout_ms / 1000 + CPU_MARGIN_SECONDS) * threads;
-    if (sandbox_bound(run->child->pid, RLIMIT_AS, memory) &&
-        sandbox_bound_processor(run->child->pid, seconds))
-        return true;
-    log_error(log_event("worker_not_bounded"), log_text("detail", strerror(errno)));
-    return false;
-}
-
-/* Sends the job; a worker that dies while it is sent is noticed by receiving. */
-static void send_job(struct job_run *run, const struct frame_work *order,
-                     const struct api_input *input) {
     struct frame_outbox outbox;
-    frame_outbox_fill(&outbox, order, input, &run->shared->settings.limits);
-    if (!bound_worker(run, input))
+    frame_outbox_fill(&outbox, order, input, &settings->limits);
+    if (!child_bound(run->child, RLIMIT_AS, memory) ||
+        !sandbox_bound_processor(run->child->pid, seconds))
         conclude(run, OUTCOME_RELEASED);
     while (run->outcome == OUTCOME_NONE && frame_push(run->child->socket, &outbox) == FRAME_LATER) {
         wait_for_worker(run, POLLOUT);
-        attend(run);
+        attend_to_duties(run);
     }
 }
 
@@ -316,13 +289,13 @@ static void receive_result(struct job_run *run) {
             conclude(run, OUTCOME_BROKEN);
             break;
         }
-        attend(run);
+        attend_to_duties(run);
     }
 }
 
 /* ------------------------------------------------------------------ its end */
 
-/* A problem document in `attempt->text`; without memory the job goes back to the queue. */
+/* A problem document in `run->text`; without memory the job goes back to the queue. */
 static void set_problem(struct job_run *run, enum api_problem_id id, const char *detail,
                         long long number) {
     struct api_problem problem = {0};
@@ -336,7 +309,7 @@ static void set_problem(struct job_run *run, enum api_problem_id id, const char 
 
 /* Ends the worker unless it can go on with the next job, and turns what was the worker's fault into
  * what is to be reported to the store. `why` is set for OUTCOME_CRASHED. */
-static void settle_worker(struct job_run *run, char why[CHILD_WHY_SIZE]) {
+static void end_worker(struct job_run *run, char why[CHILD_WHY_SIZE]) {
     struct job_run_shared *shared = run->shared;
     const struct dispatcher_settings *settings = &shared->settings;
     if (run->outcome == OUTCOME_DONE || run->outcome == OUTCOME_ROUND ||
@@ -365,21 +338,8 @@ static void settle_worker(struct job_run *run, char why[CHILD_WHY_SIZE]) {
     }
 }
 
-/* What a study has found so far, as it is reported: an object of its objectives. */
-static const char *tell_best(const struct frame_round *round, struct api_text *text) {
-    for (int k = 0; k < QUANTITY_COUNT; k++) {
-        if (!isfinite(round->best[k]))
-            continue;
-        if (text->length == 0)
-            api_text_raw(text, "{");
-        api_text_key_number(text, quantities[k].name, round->best[k]);
-    }
-    if (text->length == 0)
-        return NULL;
-    api_text_raw(text, "}");
-    return api_text_finish(text);
-}
-
+/* Stores the tasks of a study's next round, and what the study has found so far: an object of its
+ * objectives. */
 static enum store_answer begin_round(struct job_run *run) {
     char best[BEST_SIZE];
     struct api_text text = api_text_over(best, sizeof best);
@@ -388,17 +348,25 @@ static enum store_answer begin_round(struct job_run *run) {
     size_t length = tasks->length < STORE_TASK_BYTES ? tasks->length : STORE_TASK_BYTES;
     unsigned char *bytes = calloc(count, STORE_TASK_BYTES);
     int64_t *variants = calloc(count, sizeof *variants);
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        if (!isfinite(run->round.best[k]))
+            continue;
+        api_text_raw(&text, text.length == 0 ? "{" : "");
+        api_text_key_number(&text, quantities[k].name, run->round.best[k]);
+    }
+    bool any = text.length > 0;
+    api_text_raw(&text, any ? "}" : "");
+    for (size_t k = 0; bytes && variants && k < count; k++) {
+        memcpy(bytes + k * length, tasks[k].bytes, length);
+        variants[k] = (int64_t)tasks[k].variants;
+    }
     struct store_round round = {.tasks = bytes,
                                 .variants = variants,
                                 .length = length,
                                 .count = count,
                                 .done = (int64_t)run->round.done,
                                 .total = (int64_t)run->round.total,
-                                .best = tell_best(&run->round, &text)};
-    for (size_t k = 0; bytes && variants && k < count; k++) {
-        memcpy(bytes + k * length, tasks[k].bytes, length);
-        variants[k] = (int64_t)tasks[k].variants;
-    }
+                                .best = any ? api_text_finish(&text) : NULL};
     enum store_answer answer = bytes && variants
                                    ? store_begin_round(run->shared->store, run->claim, &round)
                                    : store_release(run->shared->store, run->claim);
@@ -443,9 +411,24 @@ static enum store_answer tell_store(struct job_run *run, const char *why) {
     }
 }
 
-static void count_outcome(struct job_run *run, enum store_answer answer) {
+/* Reports to the store, again and again while it is down: the work is done and must not be lost.
+ * When the daemon stops meanwhile, the lease will end by itself. */
+static void report_outcome(struct job_run *run) {
+    static const char *const names[] = {"none",    "done",     "round",   "problem",
+                                        "crashed", "broken",   "timeout", "too large",
+                                        "lost",    "released", "yielded"};
+    const struct timespec pause = {.tv_nsec = JOB_RUN_RETRY_MS * 1000000L};
     struct work_counters *counters = &run->shared->counters;
-    if (run->claim->kind == STORE_TASK)
+    char why[CHILD_WHY_SIZE] = "";
+    bool task = run->claim->kind == STORE_TASK;
+    enum outcome seen = run->outcome;
+    end_worker(run, why);
+    enum store_answer answer = tell_store(run, why);
+    while (store_failed(answer) && !job_run_out_of_time(run->shared)) {
+        nanosleep(&pause, NULL);
+        answer = tell_store(run, why);
+    }
+    if (task)
         atomic_fetch_add(&counters->tasks, answer == STORE_OK && run->outcome == OUTCOME_DONE);
     else if (answer == STORE_CONFLICT)
         atomic_fetch_add(&counters->stopped, 1);
@@ -453,81 +436,55 @@ static void count_outcome(struct job_run *run, enum store_answer answer) {
         atomic_fetch_add(&counters->succeeded, 1);
     else if (run->outcome == OUTCOME_PROBLEM)
         atomic_fetch_add(&counters->failed, 1);
-}
-
-/* Reports to the store, again and again while it is down: the work is done and must not be lost.
- * When the daemon stops meanwhile, the lease will end by itself. */
-static void settle(struct job_run *run) {
-    static const char *const names[] = {"none",    "done",     "round",   "problem",
-                                        "crashed", "broken",   "timeout", "too large",
-                                        "lost",    "released", "yielded"};
-    char why[CHILD_WHY_SIZE] = "";
-    enum outcome seen = run->outcome;
-    settle_worker(run, why);
-    enum store_answer answer = tell_store(run, why);
-    while (store_failed(answer)) {
-        const struct timespec pause = {.tv_nsec = JOB_RUN_RETRY_MS * 1000000L};
-        if (job_run_out_of_time(run->shared))
-            break;
-        nanosleep(&pause, NULL);
-        answer = tell_store(run, why);
-    }
-    count_outcome(run, answer);
     bool harmed = seen == OUTCOME_CRASHED || seen == OUTCOME_BROKEN || seen == OUTCOME_TIMEOUT;
-    if (run->claim->kind == STORE_TASK && !harmed && !store_failed(answer))
+    if (task && !harmed && !store_failed(answer))
         return; /* there are many */
-    log_write(
-        harmed || store_failed(answer) ? LOG_LEVEL_WARNING : LOG_LEVEL_INFO,
-        LOG_FIELDS(log_event("job_left_worker"),
-                   log_text(run->claim->kind == STORE_DRAPE ? "drape" : "study", subject(run)),
-                   log_word("request_id", run->claim->origin), log_text("outcome", names[seen]),
-                   log_text("worker", why), log_int("attempt", run->claim->attempts),
-                   log_text("store", store_answer_name(answer))));
+    log_write(harmed || store_failed(answer) ? LOG_LEVEL_WARNING : LOG_LEVEL_INFO,
+              LOG_FIELDS(log_event("job_left_worker"),
+                         log_text(run->claim->kind == STORE_DRAPE ? "drape" : "study",
+                                  subject_of_run(run)),
+                         log_word("request_id", run->claim->origin),
+                         log_text("outcome", names[seen]), log_text("worker", why),
+                         log_int("attempt", run->claim->attempts),
+                         log_text("store", store_answer_name(answer))));
 }
 
 /* ------------------------------------------------------------------ from claim to end */
 
-/* The documents of the job, and the `numbers` of a study; false when it cannot be worked on, with
- * the outcome set. */
-static bool load(struct job_run *run, struct api_input *input, char **request,
-                 struct store_item *surface, void **numbers, size_t *length) {
+/* Fetches the documents of the job, and of a study the numbers so far, and has the worker do it. */
+static void solve_job(struct job_run *run) {
     struct store *store = run->shared->store;
-    enum store_answer answer = store_request(store, subject(run), request, &input->request_length);
-    if (answer == STORE_OK && run->claim->kind == STORE_STUDY)
-        answer = store_numbers(store, run->claim, numbers, length);
-    if (answer == STORE_OK && run->claim->surface[0])
-        answer = store_item_get(store, STORE_SURFACES, NULL, run->claim->surface, surface);
-    input->request = *request;
-    input->surface = surface->definition;
-    input->surface_length = surface->definition_length;
-    /* Neither can be missing while the job is running: it was deleted. */
-    if (answer == STORE_EMPTY)
-        conclude(run, OUTCOME_LOST);
-    else if (answer != STORE_OK)
-        conclude(run, OUTCOME_RELEASED);
-    return answer == STORE_OK;
-}
-
-static void work(struct job_run *run) {
+    const struct store_claim *claim = run->claim;
+    bool drape = claim->kind == STORE_DRAPE, task = claim->kind == STORE_TASK;
+    struct frame_work order = {.kind = drape  ? FRAME_DRAPE
+                                       : task ? FRAME_TASK
+                                              : FRAME_STEP,
+                               .careful = task && claim->attempts > 1,
+                               .spent_ms = (double)claim->spent / 1000};
     struct api_input input = {0};
     struct store_item surface = {0};
     char *request = NULL;
     void *numbers = NULL;
-    size_t length = 0;
-    const struct store_claim *claim = run->claim;
-    bool drape = claim->kind == STORE_DRAPE;
     if (drape && claim->attempts == 1 && claim->waited_us >= 0)
         metrics_time(METRICS_QUEUE, claim->waited_us);
-    if (load(run, &input, &request, &surface, &numbers, &length)) {
-        bool task = claim->kind == STORE_TASK;
-        const struct frame_work order = {.kind = drape  ? FRAME_DRAPE
-                                                 : task ? FRAME_TASK
-                                                        : FRAME_STEP,
-                                         .careful = task && claim->attempts > 1,
-                                         .spent_ms = (double)claim->spent / 1000,
-                                         .bytes = task ? claim->task : numbers,
-                                         .length = task ? claim->task_length : length};
+    enum store_answer answer =
+        store_request(store, subject_of_run(run), &request, &input.request_length);
+    if (answer == STORE_OK && claim->kind == STORE_STUDY)
+        answer = store_numbers(store, claim, &numbers, &order.length);
+    if (answer == STORE_OK && claim->surface[0])
+        answer = store_item_get(store, STORE_SURFACES, NULL, claim->surface, &surface);
+    /* None can be missing while the job is running: it was deleted. */
+    if (answer == STORE_EMPTY)
+        conclude(run, OUTCOME_LOST);
+    else if (answer != STORE_OK)
+        conclude(run, OUTCOME_RELEASED);
+    if (answer == STORE_OK) {
         int64_t begun = clock_us();
+        order.bytes = task ? claim->task : numbers;
+        order.length = task ? claim->task_length : order.length;
+        input.request = request;
+        input.surface = surface.definition;
+        input.surface_length = surface.definition_length;
         send_job(run, &order, &input);
         receive_result(run);
         run->solved_us = clock_us() - begun;
@@ -540,7 +497,7 @@ static void work(struct job_run *run) {
 }
 
 bool job_run(struct job_run_shared *shared, const struct store_claim *claim, struct child *child,
-             int wake, bool express) {
+             int wake, bool fast) {
     int doublings = claim->attempts < 16 ? claim->attempts - 1 : 15;
     int64_t now = clock_ms();
     struct job_watch watch;
@@ -553,21 +510,21 @@ bool job_run(struct job_run_shared *shared, const struct store_claim *claim, str
         .deadline_ms = now + shared->settings.job_timeout_ms,
         .renew_at_ms = now + shared->settings.renew_ms,
         .progress_at_ms = now + shared->settings.progress_ms,
-        .look_at_ms = now + (express ? JOB_RUN_EXPRESS_MS : WORK_POLL_MS),
-        .express = express,
+        .look_at_ms = now + (fast ? JOB_RUN_FAST_MS : WORK_POLL_MS),
+        .fast = fast,
         .variant = -1,
         .processor_us = sandbox_processor_us(child->pid),
-        .yield_at_ms =
-            now + (express ? JOB_RUN_EXPRESS_MOST_MS : (int64_t)JOB_RUN_TURN_MS << doublings),
+        .yield_at_ms = now + (fast ? JOB_RUN_FAST_MOST_MS : (int64_t)JOB_RUN_TURN_MS << doublings),
     };
     atomic_fetch_add(&shared->counters.busy, 1);
-    job_events_subscribe(shared->events, &watch, subject(&run), JOB_CHANGED, wake_up, &run.wake);
+    job_events_subscribe(shared->events, &watch, subject_of_run(&run), JOB_CHANGED, wake_up,
+                         &run.wake);
     if (run.writer)
-        work(&run);
+        solve_job(&run);
     else
         conclude(&run, OUTCOME_RELEASED);
     job_events_unsubscribe(shared->events, &watch);
-    settle(&run);
+    report_outcome(&run);
     store_writer_free(run.writer);
     free(run.text);
     free(run.kept);

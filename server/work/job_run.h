@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * One attempt of one job on a worker process: sends the job, renews the lease, passes progress and
- * result to the store, watches for cancellation, deadline and shutdown, and at the end reports
- * the outcome to the store. Ending a job early is always a kill of its worker.
+ * The run of one job on a worker process, which is one of the job's attempts: sends the job, renews
+ * the lease, passes progress and result to the store, watches for cancellation, deadline and
+ * shutdown, and at the end reports the outcome to the store. Ending a job early is always a kill of
+ * its worker.
  */
 #ifndef SERVER_WORK_JOB_RUN_H
 #define SERVER_WORK_JOB_RUN_H
@@ -20,7 +21,7 @@ enum {
     JOB_RUN_NO_STOP = -1
 };
 
-/* What the attempts of one dispatcher have in common. */
+/* What the runs of one dispatcher have in common. */
 struct job_run_shared {
     struct store *store;
     struct job_events *events;
@@ -31,12 +32,12 @@ struct job_run_shared {
     atomic_int_fast64_t yielded_ms; /* when a job last gave way to another owner's */
 };
 
-/* For how long a job may have its worker to itself. In the express lane so long of a processor, of
+/* For how long a job may have its worker to itself. On the fast worker so long of a processor, of
  * one that sanitizers slow down more, and so long in any case: on a busy machine a small job takes
  * long, too. Then it goes back to the queue. */
 enum {
-    JOB_RUN_EXPRESS_MS = SANDBOX_SANITIZED ? 600 : 60,
-    JOB_RUN_EXPRESS_MOST_MS = 10 * JOB_RUN_EXPRESS_MS,
+    JOB_RUN_FAST_MS = SANDBOX_SANITIZED ? 600 : 60,
+    JOB_RUN_FAST_MOST_MS = 10 * JOB_RUN_FAST_MS,
     JOB_RUN_TURN_MS = 10000, /* else; then it goes back when another owner has waited, with nothing
                                 running, for JOB_RUN_STARVED_MS. Doubled with every attempt, so
                                 that each job ends at last. */
@@ -52,12 +53,12 @@ bool job_run_bound(const struct job_run_shared *shared, const struct child *chil
 
 /* Works on the claimed job until it is off the worker and the store knows. `child` is running; when
  * it is not afterwards, it had to be killed or died. `wake` is an eventfd, non-blocking: what is
- * written to it makes the attempt look at once at its claim and at the time. False: the job went
+ * written to it makes the run look at once at its claim and at the time. False: the job went
  * back to the queue because it could not be worked on now (not because it gave way); to take it
  * again at once would not help.
  */
 bool job_run(struct job_run_shared *shared, const struct store_claim *claim, struct child *child,
-             int wake, bool express);
+             int wake, bool fast);
 
 /* Writes to such an eventfd. Any thread; never blocks. */
 void job_run_wake(int wake);

@@ -17,35 +17,27 @@ static struct {
     struct api_limits limits;
 } ready;
 
-static bool is_ready(const struct worker_order *order) {
-    const struct api_input *input = order->input;
-    return ready.study && ready.request_length == input->request_length &&
-           ready.length == input->request_length + input->surface_length &&
-           !memcmp(&ready.limits, order->limits, sizeof ready.limits) &&
-           !memcmp(ready.documents, input->request, input->request_length) &&
-           !memcmp(ready.documents + ready.request_length, input->surface, input->surface_length);
-}
-
-static void forget(void) {
-    api_study_close(ready.study);
-    free(ready.documents);
-    memset(&ready, 0, sizeof ready);
-}
-
-/* NULL with the problem. Without memory to know it by, it is made again for the next order. */
+/* The study of the order, made ready unless it is. NULL with the problem. Without memory to know it
+ * by, it is made again for the next order. */
 static const struct api_study *get_ready(const struct worker_order *order,
                                          struct api_problem *problem) {
     const struct api_input *input = order->input;
-    if (is_ready(order))
+    size_t length = input->request_length + input->surface_length;
+    if (ready.study && ready.request_length == input->request_length && ready.length == length &&
+        !memcmp(&ready.limits, order->limits, sizeof ready.limits) &&
+        !memcmp(ready.documents, input->request, input->request_length) &&
+        !memcmp(ready.documents + ready.request_length, input->surface, input->surface_length))
         return ready.study;
-    forget();
+    api_study_close(ready.study);
+    free(ready.documents);
+    memset(&ready, 0, sizeof ready);
     ready.study = api_study_open(input, order->limits, problem);
-    ready.documents = malloc(input->request_length + input->surface_length + 1);
+    ready.documents = malloc(length + 1);
     if (ready.documents) {
         memcpy(ready.documents, input->request, input->request_length);
         memcpy(ready.documents + input->request_length, input->surface, input->surface_length);
         ready.request_length = input->request_length;
-        ready.length = input->request_length + input->surface_length;
+        ready.length = length;
         memcpy(&ready.limits, order->limits, sizeof ready.limits);
     }
     return ready.study;
@@ -60,37 +52,27 @@ static struct arena *make_arena(const struct worker_order *order, struct api_pro
 
 /* ------------------------------------------------------------------ orders */
 
-static enum api_problem_id give_tasks(const struct api_study_plan *plan,
-                                      struct worker_round *round) {
-    round->done = plan->done;
-    round->total = plan->variants;
-    memcpy(round->best, plan->best, sizeof round->best);
-    for (size_t k = 0; k < plan->count; k++) {
-        const struct api_study_task *task = &plan->tasks[k];
-        if (!round->add(round->context, task, sizeof *task, (size_t)task->variants))
-            return API_CANCELLED;
-    }
-    round->count = plan->count;
-    return API_OK;
-}
-
-static enum api_problem_id step_in(struct arena *arena, const struct worker_order *order,
-                                   struct worker_round *round, const struct api_sink *sink,
-                                   struct api_problem *problem) {
-    const struct api_study *study = get_ready(order, problem);
-    const struct api_study_numbers numbers = {order->bytes, order->length / sizeof(double)};
-    struct api_study_plan plan = {0};
-    if (!study || api_study_plan(study, &numbers, arena, &plan, problem) != API_OK)
-        return problem->id;
-    return plan.count > 0
-               ? give_tasks(&plan, round)
-               : api_study_finish(study, &numbers, order->spent_ms, arena, sink, problem);
-}
-
 enum api_problem_id study_step(const struct worker_order *order, struct worker_round *round,
                                const struct api_sink *sink, struct api_problem *problem) {
     struct arena *arena = make_arena(order, problem);
-    enum api_problem_id id = arena ? step_in(arena, order, round, sink, problem) : problem->id;
+    const struct api_study *study = arena ? get_ready(order, problem) : NULL;
+    const struct api_study_numbers numbers = {order->bytes, order->length / sizeof(double)};
+    struct api_study_plan plan = {0};
+    enum api_problem_id id =
+        study ? api_study_plan(study, &numbers, arena, &plan, problem) : problem->id;
+    if (study && id == API_OK && plan.count == 0) {
+        id = api_study_finish(study, &numbers, order->spent_ms, arena, sink, problem);
+    } else if (study && id == API_OK) {
+        round->count = plan.count;
+        round->done = plan.done;
+        round->total = plan.variants;
+        memcpy(round->best, plan.best, sizeof round->best);
+        for (size_t k = 0; k < plan.count && id == API_OK; k++) {
+            const struct api_study_task *task = &plan.tasks[k];
+            if (!round->add(round->context, task, sizeof *task, (size_t)task->variants))
+                id = API_CANCELLED;
+        }
+    }
     arena_free(arena);
     return id;
 }

@@ -26,14 +26,15 @@ struct task {
 
 /* ------------------------------------------------------------------ sending */
 
-static bool flush(struct task *task) {
+/* Sends what is in the buffer; false when the dispatcher is gone. */
+static bool flush_buffer(struct task *task, enum frame_type type) {
     if (task->used > 0 && !task->gone)
-        task->gone = !frame_send(WORKER_FD, FRAME_RESULT, task->buffer, task->used);
+        task->gone = !frame_send(WORKER_FD, type, task->buffer, task->used);
     task->used = 0;
     return !task->gone;
 }
 
-static bool take_result(void *context, const void *bytes, size_t length) {
+static bool send_result(void *context, const void *bytes, size_t length) {
     struct task *task = context;
     const unsigned char *from = bytes;
     task->total += length;
@@ -44,20 +45,20 @@ static bool take_result(void *context, const void *bytes, size_t length) {
         task->used += part;
         from += part;
         length -= part;
-        if (task->used == sizeof task->buffer && !flush(task))
+        if (task->used == sizeof task->buffer && !flush_buffer(task, FRAME_RESULT))
             return false;
     }
     return !task->gone;
 }
 
-static bool take_summary(void *context, const char *json) {
+static bool keep_summary(void *context, const char *json) {
     struct task *task = context;
     free(task->summary);
     task->summary = strdup(json);
     return task->summary && !task->gone;
 }
 
-static bool take_progress(void *context, double fraction) {
+static bool send_progress(void *context, double fraction) {
     struct task *task = context;
     int64_t now = clock_ms();
     if (!task->careful && now - task->last_progress_ms < PROGRESS_MS)
@@ -67,37 +68,7 @@ static bool take_progress(void *context, double fraction) {
     return !task->gone;
 }
 
-/* Without memory for the document one from static storage says just that. */
-static bool send_problem(const struct api_problem *problem) {
-    static const char no_memory[] =
-        "{\"type\":\"/problems/out-of-memory\",\"title\":\"The drape needs more memory than "
-        "allowed\",\"status\":500,\"detail\":\"The problem of this drape could not be told.\"}";
-    char *json = api_problem_json(problem, NULL);
-    const char *text = json ? json : no_memory;
-    bool sent = frame_send(WORKER_FD, FRAME_PROBLEM, text, strlen(text));
-    free(json);
-    return sent;
-}
-
-static bool send_summary(struct task *task) {
-    if (!task->summary) {
-        struct api_problem problem = {0};
-        api_problem_set(&problem, API_INTERNAL, "The result has no summary.");
-        return send_problem(&problem);
-    }
-    return flush(task) && frame_send(WORKER_FD, FRAME_DONE, task->summary, strlen(task->summary));
-}
-
-/* ------------------------------------------------------------------ a job */
-
-static bool flush_tasks(struct task *task) {
-    if (task->used > 0 && !task->gone)
-        task->gone = !frame_send(WORKER_FD, FRAME_TASKS, task->buffer, task->used);
-    task->used = 0;
-    return !task->gone;
-}
-
-static bool take_task(void *context, const void *bytes, size_t length, size_t variants) {
+static bool send_study_task(void *context, const void *bytes, size_t length, size_t variants) {
     struct task *task = context;
     struct frame_task packed = {.variants = variants, .length = length};
     if (length > sizeof packed.bytes)
@@ -105,22 +76,30 @@ static bool take_task(void *context, const void *bytes, size_t length, size_t va
     memcpy(packed.bytes, bytes, length);
     memcpy(task->buffer + task->used, &packed, sizeof packed);
     task->used += sizeof packed;
-    return task->used + sizeof packed <= sizeof task->buffer || flush_tasks(task);
+    return task->used + sizeof packed <= sizeof task->buffer || flush_buffer(task, FRAME_TASKS);
 }
 
-static bool send_round(struct task *task, const struct worker_round *round) {
-    struct frame_round end = {.done = round->done, .total = round->total};
-    memcpy(end.best, round->best, sizeof end.best);
-    return flush_tasks(task) && frame_send(WORKER_FD, FRAME_ROUND, &end, sizeof end);
+/* Without memory for the document one from static storage says just that. */
+static bool send_problem(const struct api_problem *problem) {
+    static const char no_memory[] =
+        "{\"type\":\"/problems/out-of-memory\",\"title\":\"The drape needs more memory than "
+        "allowed\",\"status\":500,\"detail\":\"There was no memory to describe the problem.\"}";
+    char *json = api_problem_json(problem, NULL);
+    const char *text = json ? json : no_memory;
+    bool sent = frame_send(WORKER_FD, FRAME_PROBLEM, text, strlen(text));
+    free(json);
+    return sent;
 }
+
+/* ------------------------------------------------------------------ a job */
 
 /* Carries the job out and says how it ended; false when the dispatcher is gone. */
 static bool run_job(const struct worker_engine *engine, struct task *task,
                     const struct frame_job *job, const struct worker_order *order) {
     struct api_problem problem = {0};
-    struct drape_monitor monitor = {.progress = take_progress, .context = task};
-    struct api_sink sink = {.write = take_result, .context = task, .summary = take_summary};
-    struct worker_round round = {.add = take_task, .context = task};
+    struct drape_monitor monitor = {.progress = send_progress, .context = task};
+    struct api_sink sink = {.write = send_result, .context = task, .summary = keep_summary};
+    struct worker_round round = {.add = send_study_task, .context = task};
     task->gone = false;
     task->careful = job->careful;
     task->last_progress_ms = clock_ms();
@@ -136,32 +115,36 @@ static bool run_job(const struct worker_engine *engine, struct task *task,
         return false;
     if (id != API_OK)
         return send_problem(&problem);
-    if (round.count > 0)
-        return send_round(task, &round);
-    return job->kind == FRAME_TASK ? flush(task) && frame_send(WORKER_FD, FRAME_DONE, "{}", 2)
-                                   : send_summary(task);
-}
-
-/* Reads away what cannot be kept, so that the next frame starts where it should. */
-static bool skip(struct task *task, uint64_t length) {
-    while (length > 0) {
-        size_t part = length < sizeof task->buffer ? (size_t)length : sizeof task->buffer;
-        if (!frame_receive(WORKER_FD, task->buffer, part))
-            return false;
-        length -= part;
+    if (round.count > 0) {
+        struct frame_round end = {.done = round.done, .total = round.total};
+        memcpy(end.best, round.best, sizeof end.best);
+        return flush_buffer(task, FRAME_TASKS) &&
+               frame_send(WORKER_FD, FRAME_ROUND, &end, sizeof end);
     }
-    return true;
+    const char *summary = job->kind == FRAME_TASK ? "{}" : task->summary;
+    if (!summary) {
+        api_problem_set(&problem, API_INTERNAL, "The result has no summary.");
+        return send_problem(&problem);
+    }
+    return flush_buffer(task, FRAME_RESULT) &&
+           frame_send(WORKER_FD, FRAME_DONE, summary, strlen(summary));
 }
 
-/* False when the dispatcher is gone. */
-static bool handle(const struct worker_engine *engine, struct task *task,
-                   const struct frame_job *job) {
+/* Receives the documents of a job and runs it; false when the dispatcher is gone. */
+static bool handle_job(const struct worker_engine *engine, struct task *task,
+                       const struct frame_job *job) {
     uint64_t length = job->length + job->request_length + job->surface_length;
     char *bytes = malloc(length + 1);
     if (!bytes) {
         struct api_problem problem = {0};
         api_problem_set(&problem, API_OUT_OF_MEMORY, "The request does not fit into memory.");
-        return skip(task, length) && send_problem(&problem);
+        while (length > 0) { /* read away, so that the next frame starts where it should */
+            size_t part = length < sizeof task->buffer ? (size_t)length : sizeof task->buffer;
+            if (!frame_receive(WORKER_FD, task->buffer, part))
+                return false;
+            length -= part;
+        }
+        return send_problem(&problem);
     }
     struct api_input input = {.request = bytes + job->length,
                               .request_length = job->request_length,
@@ -189,7 +172,7 @@ int worker_serve(const struct worker_engine *engine) {
         return 1;
     while ((state = frame_expect(WORKER_FD, FRAME_JOB, &job, sizeof job, NULL, NULL)) ==
            FRAME_READY)
-        if (!handle(engine, &task, &job))
+        if (!handle_job(engine, &task, &job))
             return 1;
     return state == FRAME_CLOSED ? 0 : 1;
 }
