@@ -13,36 +13,30 @@ static const char *bearer(const struct request *request) {
     return text + 7 + strspn(text + 7, " ");
 }
 
-static bool refuse_unknown(bool tried, struct reply *reply) {
-    reply_header(reply, "WWW-Authenticate", "Bearer realm=\"draped\"%s",
-                 tried ? ", error=\"invalid_token\"" : "");
-    reply_refuse(reply, API_UNAUTHORIZED,
-                 tried ? "this token is not known here"
-                       : "this needs a header 'Authorization: Bearer TOKEN'");
-    return false;
-}
-
-static bool refuse_role(enum tokens_role needed, struct reply *reply) {
-    const char *role = needed == TOKENS_ADMIN ? "admin" : "write";
-    reply_header(reply, "WWW-Authenticate",
-                 "Bearer realm=\"draped\", error=\"insufficient_scope\", scope=\"%s\"", role);
-    reply_refuse(reply, API_FORBIDDEN, "this takes a token of the role %s", role);
-    return false;
-}
-
 bool access_allow(struct tokens *tokens, struct request *request, enum tokens_role needed,
                   struct reply *reply) {
     struct tokens_holder holder;
     request->sees_all = !tokens;
     if (!tokens)
         return true;
-    const char *token = bearer(request);
-    if (!token || !tokens_find(tokens, token, &holder))
-        return refuse_unknown(token != NULL, reply);
+    const char *token = bearer(request), *role = needed == TOKENS_ADMIN ? "admin" : "write";
+    if (!token || !tokens_find(tokens, token, &holder)) {
+        reply_header(reply, "WWW-Authenticate", "Bearer realm=\"draped\"%s",
+                     token ? ", error=\"invalid_token\"" : "");
+        reply_refuse(reply, API_UNAUTHORIZED,
+                     token ? "this token is not known here"
+                           : "this needs a header 'Authorization: Bearer TOKEN'");
+        return false;
+    }
     memcpy(request->caller, holder.name, sizeof holder.name);
     memcpy(request->owner, holder.name, sizeof holder.name);
     request->sees_all = holder.role == TOKENS_ADMIN;
-    return holder.role >= needed || refuse_role(needed, reply);
+    if (holder.role >= needed)
+        return true;
+    reply_header(reply, "WWW-Authenticate",
+                 "Bearer realm=\"draped\", error=\"insufficient_scope\", scope=\"%s\"", role);
+    reply_refuse(reply, API_FORBIDDEN, "this takes a token of the role %s", role);
+    return false;
 }
 
 bool access_holds(struct tokens *tokens, const struct request *request) {

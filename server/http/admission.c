@@ -49,20 +49,11 @@ void admissions_free(struct admissions *admissions) {
 /* ------------------------------------------------------------------ counting */
 
 /* How many connections of the owner are served. */
-static int64_t count(const struct admissions *admissions, const char *owner) {
+static int64_t count_served(const struct admissions *admissions, const char *owner) {
     return quotas_of(admissions->quotas, owner, QUOTAS_CONNECTIONS);
 }
 
-/* False without memory. */
-static bool take_place(struct admissions *admissions, const struct admission_client *client) {
-    if (client->how != ADMISSION_SERVED)
-        admissions->reserved++;
-    else
-        return quotas_add(admissions->quotas, client->owner, QUOTAS_CONNECTIONS, 1);
-    return true;
-}
-
-static void leave_place(struct admissions *admissions, const struct admission_client *client) {
+static void give_back(struct admissions *admissions, const struct admission_client *client) {
     if (client->closing) {
         admissions->closing--;
     } else if (client->how == ADMISSION_SERVED) {
@@ -72,7 +63,7 @@ static void leave_place(struct admissions *admissions, const struct admission_cl
     }
 }
 
-static void append(struct admissions *admissions, struct admission_client *client) {
+static void append_client(struct admissions *admissions, struct admission_client *client) {
     bool served = client->how == ADMISSION_SERVED;
     struct admission_client *last = admissions->clients[served].last;
     client->next = NULL;
@@ -81,7 +72,7 @@ static void append(struct admissions *admissions, struct admission_client *clien
     admissions->clients[served].last = client;
 }
 
-static void withdraw(struct admissions *admissions, struct admission_client *client) {
+static void withdraw_client(struct admissions *admissions, struct admission_client *client) {
     bool served = client->how == ADMISSION_SERVED;
     struct admission_client *next = client->next, *previous = client->previous;
     *(previous ? &previous->next : &admissions->clients[served].first) = next;
@@ -112,16 +103,9 @@ static bool idle_longer(const struct admission_client *client,
     return !than || atomic_load(&client->active_us) < atomic_load(&than->active_us);
 }
 
-/* FNV-1a; two owners at one place are walked for more often. */
-static unsigned place_of(const char *owner) {
-    uint32_t hash = 2166136261u;
-    for (; *owner; owner++)
-        hash = (hash ^ (unsigned char)*owner) * 16777619u;
-    return hash % OWNERS;
-}
-
+/* What was found for the owner; two at one place are walked for more often. */
 static struct findings *findings_of(struct admissions *admissions, const char *owner) {
-    struct findings *findings = &admissions->findings[place_of(owner)];
+    struct findings *findings = &admissions->findings[request_hash_owner(owner) % OWNERS];
     if (strcmp(findings->owner, owner) != 0) {
         memset(findings, 0, sizeof *findings);
         snprintf(findings->owner, sizeof findings->owner, "%s", owner);
@@ -147,7 +131,7 @@ static struct admission_client *find_idle(struct admissions *admissions, const c
             continue;
         }
         bool same = *owner || (found && !strcmp(found->owner, client->owner));
-        int64_t has = same ? most : count(admissions, client->owner);
+        int64_t has = same ? most : count_served(admissions, client->owner);
         if ((has > most || (has == most && idle_longer(client, found))) &&
             !has_unread(client, now)) {
             most = has;
@@ -184,7 +168,7 @@ static struct admission_client *find_any(struct admissions *admissions, const ch
         if (client->closing || client->shared)
             continue;
         if (!last || strcmp(last->owner, client->owner) != 0)
-            has = count(admissions, client->owner);
+            has = count_served(admissions, client->owner);
         last = client;
         if (has > most || (found && has == most && idle_longer(client, found))) {
             most = has;
@@ -200,7 +184,7 @@ static struct admission_client *find_any(struct admissions *admissions, const ch
 static bool close_client(struct admissions *admissions, struct admission_client *client) {
     if (!client || admissions->closing >= ADMISSION_CLOSING)
         return false;
-    leave_place(admissions, client);
+    give_back(admissions, client);
     client->closing = true;
     admissions->closing++;
     shutdown(client->socket, SHUT_RDWR);
@@ -209,38 +193,28 @@ static bool close_client(struct admissions *admissions, struct admission_client 
 
 /* ------------------------------------------------------------------ coming and going */
 
-static bool replace_own(struct admissions *admissions, const char *owner) {
-    return close_client(admissions, find_idle(admissions, owner));
-}
-
-/* In the place of one of an owner who has more than the new one's; `any`: of whoever has most. */
-static bool replace_other(struct admissions *admissions, int64_t held, bool any) {
-    struct admission_client *idle = find_idle(admissions, "");
-    return idle && (any || count(admissions, idle->owner) > held) && close_client(admissions, idle);
-}
-
-/* In the place of any one of the owner who has most, if that leaves it no fewer than the new one's;
- * where places are left, it need not go. */
-static bool be_second(struct admissions *admissions, const char *owner, int64_t held, bool left) {
-    struct admission_client *any = find_any(admissions, owner, held + 1);
-    return any && (left || close_client(admissions, any));
-}
-
 /* While an owner has less than is left it gets one more, beyond that as long as another has more.
  * The last places are made anew from who has most: idle ones, or else any. */
-static enum admission place(struct admissions *admissions, const struct admission_client *client) {
+static enum admission admit(struct admissions *admissions, const struct admission_client *client) {
     const char *owner = client->owner;
-    int64_t held = count(admissions, owner);
+    const int64_t held = count_served(admissions, owner), most = admissions->owner_most;
     bool left = quotas_left(admissions->quotas, QUOTAS_CONNECTIONS) > 0;
-    bool fits = client->shared || quotas_fit(admissions->quotas, owner, QUOTAS_CONNECTIONS, 1,
-                                             admissions->owner_most);
-    bool good = left && fits;
-    if (!good && !left && held < admissions->owner_most)
-        good = replace_other(admissions, held, client->shared);
+    bool good = left && (client->shared ||
+                         quotas_fit(admissions->quotas, owner, QUOTAS_CONNECTIONS, 1, most));
+    if (!good && !left && held < most) {
+        /* in place of one of an owner who has more than the new one's; for a proxy, of anybody */
+        struct admission_client *idle = find_idle(admissions, "");
+        good = idle && (client->shared || count_served(admissions, idle->owner) > held) &&
+               close_client(admissions, idle);
+    }
     if (!good && held > 0)
-        good = replace_own(admissions, owner);
-    if (!good && held < admissions->owner_most)
-        good = be_second(admissions, owner, held, left);
+        good = close_client(admissions, find_idle(admissions, owner));
+    if (!good && held < most) {
+        /* in place of any one of the owner who has most, if that leaves it no fewer than the new
+         * one's; where places are left, it need not go */
+        struct admission_client *any = find_any(admissions, owner, held + 1);
+        good = any && (left || close_client(admissions, any));
+    }
     return good                          ? ADMISSION_SERVED
            : held > 0 && !client->shared ? ADMISSION_OWNER_FULL
                                          : ADMISSION_FULL;
@@ -252,20 +226,22 @@ bool admission_enter(struct admissions *admissions, struct admission_client *cli
         (struct admission_client){.socket = socket, .shared = shared, .active_us = clock_us()};
     snprintf(client->owner, sizeof client->owner, "%s", owner);
     pthread_mutex_lock(&admissions->lock);
-    client->how = place(admissions, client);
-    bool good = client->how == ADMISSION_SERVED || admissions->reserved < ADMISSION_RESERVE ||
-                close_client(admissions, find_idle_in_reserve(admissions));
-    good = good && take_place(admissions, client);
+    client->how = admit(admissions, client);
+    bool served = client->how == ADMISSION_SERVED;
+    bool good = served ? quotas_add(admissions->quotas, client->owner, QUOTAS_CONNECTIONS, 1)
+                       : admissions->reserved < ADMISSION_RESERVE ||
+                             close_client(admissions, find_idle_in_reserve(admissions));
+    admissions->reserved += good && !served;
     if (good)
-        append(admissions, client);
+        append_client(admissions, client);
     pthread_mutex_unlock(&admissions->lock);
     return good;
 }
 
 void admission_leave(struct admissions *admissions, struct admission_client *client) {
     pthread_mutex_lock(&admissions->lock);
-    leave_place(admissions, client);
-    withdraw(admissions, client);
+    give_back(admissions, client);
+    withdraw_client(admissions, client);
     pthread_mutex_unlock(&admissions->lock);
 }
 
@@ -274,8 +250,8 @@ void admission_busy(struct admissions *admissions, struct admission_client *clie
     client->busy = busy;
     atomic_store(&client->active_us, clock_us());
     if (!busy) {
-        withdraw(admissions, client);
-        append(admissions, client);
+        withdraw_client(admissions, client);
+        append_client(admissions, client);
     }
     pthread_mutex_unlock(&admissions->lock);
 }

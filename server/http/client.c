@@ -11,30 +11,23 @@
 #include <string.h>
 #include <sys/socket.h>
 
-static void keep_peer(struct client *client, const struct sockaddr *peer) {
-    if (peer && (peer->sa_family == AF_INET || peer->sa_family == AF_INET6))
-        memcpy(&client->peer, peer,
-               peer->sa_family == AF_INET ? sizeof(struct sockaddr_in)
-                                          : sizeof(struct sockaddr_in6));
-}
-
-static bool admit(struct client *client, int socket) {
-    const struct config *config = client->http->settings.config;
-    const struct sockaddr *peer = (const struct sockaddr *)&client->peer;
-    char owner[REQUEST_CALLER_SIZE];
-    owner_of_address(peer, owner);
-    return admission_enter(client->http->admissions, &client->admission, owner,
-                           owner_trusts(config->trusted_proxy, peer), socket);
-}
-
 struct client *client_open(struct http *http, int socket, const struct sockaddr *peer) {
+    const char *trusted = http->settings.config->trusted_proxy;
+    char owner[REQUEST_CALLER_SIZE];
     struct client *client = calloc(1, sizeof *client);
     if (!client)
         return NULL;
     client->http = http;
     wire_init(&client->wire);
-    keep_peer(client, peer);
-    if (!interpose_watch(socket, client) || !admit(client, socket)) {
+    if (peer && (peer->sa_family == AF_INET || peer->sa_family == AF_INET6))
+        memcpy(&client->peer, peer,
+               peer->sa_family == AF_INET ? sizeof(struct sockaddr_in)
+                                          : sizeof(struct sockaddr_in6));
+    peer = (const struct sockaddr *)&client->peer;
+    owner_of_address(peer, owner);
+    if (!interpose_watch(socket, client) ||
+        !admission_enter(http->admissions, &client->admission, owner, owner_trusts(trusted, peer),
+                         socket)) {
         interpose_watch(socket, NULL);
         shutdown(socket, SHUT_RDWR);
         free(client);
@@ -104,29 +97,26 @@ void client_refuse(struct client *client, enum api_problem_id problem, const cha
 }
 
 void client_refuse_status(struct client *client, unsigned status) {
+    static const struct {
+        unsigned status;
+        enum api_problem_id problem;
+        const char *of_head, *of_body; /* NULL: the same */
+    } answers[] = {
+        {413, API_TOO_LARGE, "the body is too large", "a chunk of the body is too large"},
+        {414, API_TARGET_TOO_LONG, "the request line does not fit", NULL},
+        {431, API_HEADERS_TOO_LARGE, "the headers do not fit", NULL},
+        {500, API_UNAVAILABLE, "there is no memory for the request now", NULL},
+        {505, API_HTTP_VERSION, "the request is of another version of HTTP", NULL},
+        {400, API_BAD_REQUEST, "the request line or a header is malformed",
+         "the chunks of the body are malformed"},
+    };
+    const size_t last = sizeof answers / sizeof *answers - 1; /* stands for all others */
     bool body = client->exchange && client->exchange->known;
-    switch (status) {
-    case 413:
-        client_refuse(client, API_TOO_LARGE,
-                      body ? "a chunk of the body is too large" : "the body is too large");
-        break;
-    case 414:
-        client_refuse(client, API_TARGET_TOO_LONG, "the request line does not fit");
-        break;
-    case 431:
-        client_refuse(client, API_HEADERS_TOO_LARGE, "the headers do not fit");
-        break;
-    case 500:
-        client_refuse(client, API_UNAVAILABLE, "there is no memory for the request now");
-        break;
-    case 505:
-        client_refuse(client, API_HTTP_VERSION, "the request is of another version of HTTP");
-        break;
-    default:
-        client_refuse(client, API_BAD_REQUEST,
-                      body ? "the chunks of the body are malformed"
-                           : "the request line or a header is malformed");
-    }
+    size_t k = 0;
+    while (k < last && answers[k].status != status)
+        k++;
+    client_refuse(client, answers[k].problem,
+                  body && answers[k].of_body ? answers[k].of_body : answers[k].of_head);
 }
 
 void client_refuse_late(void *context, int socket) {

@@ -79,6 +79,7 @@ struct exchange {
         size_t used;
         ssize_t length; /* or what `next` gave in place of it */
     } ahead;
+    enum slow_calls_kind kind;
     bool known;    /* the head was looked at */
     bool unread;   /* answered before the body was here */
     bool complete; /* the whole body is here */

@@ -68,23 +68,17 @@ static bool compress_gzip(struct compressor *compressor, char *buffer, size_t si
     return answer == Z_OK || answer == Z_STREAM_END || answer == Z_BUF_ERROR;
 }
 
-/* Fills the empty input; REPLY_WAIT and REPLY_BROKEN are passed on. */
-static ssize_t fetch(struct compressor *compressor) {
-    ssize_t got =
-        compressor->source.next(compressor->source.context, compressor->input, INPUT_BYTES);
-    compressor->taken = 0;
-    compressor->length = got > 0 ? (size_t)got : 0;
-    compressor->source_ended = got == REPLY_END;
-    return got;
-}
-
 static ssize_t compressor_next(void *context, char *buffer, size_t size) {
     struct compressor *compressor = context;
     size_t part = size < UINT32_MAX ? size : UINT32_MAX;
     while (!compressor->ended) {
         size_t made;
         if (compressor->taken == compressor->length && !compressor->source_ended) {
-            ssize_t got = fetch(compressor);
+            ssize_t got =
+                compressor->source.next(compressor->source.context, compressor->input, INPUT_BYTES);
+            compressor->taken = 0;
+            compressor->length = got > 0 ? (size_t)got : 0;
+            compressor->source_ended = got == REPLY_END;
             if (got == REPLY_WAIT || got == REPLY_BROKEN)
                 return got;
         }
@@ -99,29 +93,14 @@ static ssize_t compressor_next(void *context, char *buffer, size_t size) {
     return REPLY_END;
 }
 
-static void free_compressor(struct compressor *compressor) {
+static void compressor_free(void *context) {
+    struct compressor *compressor = context;
+    if (compressor->source.free)
+        compressor->source.free(compressor->source.context);
     ZSTD_freeCCtx(compressor->zstd);
     if (compressor->coding == COMPRESS_GZIP)
         deflateEnd(&compressor->gzip);
     free(compressor);
-}
-
-static void compressor_free(void *context) {
-    struct compressor *compressor = context;
-    compressor->source.free(compressor->source.context);
-    free_compressor(compressor);
-}
-
-static bool prepare(struct compressor *compressor) {
-    if (compressor->coding == COMPRESS_GZIP)
-        return deflateInit2(&compressor->gzip, GZIP_LEVEL, Z_DEFLATED, GZIP_WINDOW_BITS, 8,
-                            Z_DEFAULT_STRATEGY) == Z_OK;
-    compressor->zstd = ZSTD_createCCtx();
-    return compressor->zstd &&
-           !ZSTD_isError(
-               ZSTD_CCtx_setParameter(compressor->zstd, ZSTD_c_compressionLevel, ZSTD_LEVEL)) &&
-           !ZSTD_isError(
-               ZSTD_CCtx_setParameter(compressor->zstd, ZSTD_c_windowLog, ZSTD_WINDOW_LOG));
 }
 
 bool compress_stream(enum compress_coding coding, struct reply_stream *stream) {
@@ -129,8 +108,18 @@ bool compress_stream(enum compress_coding coding, struct reply_stream *stream) {
     if (!compressor)
         return false;
     compressor->coding = coding;
-    if (!prepare(compressor)) {
-        free_compressor(compressor);
+    bool good;
+    if (coding == COMPRESS_GZIP) {
+        good = deflateInit2(&compressor->gzip, GZIP_LEVEL, Z_DEFLATED, GZIP_WINDOW_BITS, 8,
+                            Z_DEFAULT_STRATEGY) == Z_OK;
+    } else {
+        ZSTD_CCtx *zstd = compressor->zstd = ZSTD_createCCtx();
+        good = zstd &&
+               !ZSTD_isError(ZSTD_CCtx_setParameter(zstd, ZSTD_c_compressionLevel, ZSTD_LEVEL)) &&
+               !ZSTD_isError(ZSTD_CCtx_setParameter(zstd, ZSTD_c_windowLog, ZSTD_WINDOW_LOG));
+    }
+    if (!good) {
+        compressor_free(compressor);
         return false;
     }
     compressor->source = *stream;

@@ -53,8 +53,8 @@ void deadlines_remove(struct deadlines *deadlines, struct deadlines_client *clie
 }
 
 /* `most` bounds the new time when `more` is added to the old one; without, it is the new one. */
-static bool set(struct deadlines *deadlines, struct deadlines_client *client, bool replying,
-                int64_t more, int64_t most) {
+static bool set_due(struct deadlines *deadlines, struct deadlines_client *client, bool replying,
+                    int64_t more, int64_t most) {
     pthread_mutex_lock(&deadlines->lock);
     bool good = !client->cut;
     if (good) {
@@ -66,48 +66,27 @@ static bool set(struct deadlines *deadlines, struct deadlines_client *client, bo
 }
 
 bool deadlines_idle(struct deadlines *deadlines, struct deadlines_client *client) {
-    return set(deadlines, client, false, 0, clock_ms() + DEADLINES_IDLE_MS + DEADLINES_HEAD_MS);
+    return set_due(deadlines, client, false, 0, clock_ms() + DEADLINES_IDLE_MS + DEADLINES_HEAD_MS);
 }
 
 bool deadlines_body(struct deadlines *deadlines, struct deadlines_client *client) {
-    return set(deadlines, client, false, 0, clock_ms() + DEADLINES_BODY_MS);
+    return set_due(deadlines, client, false, 0, clock_ms() + DEADLINES_BODY_MS);
 }
 
 /* What comes fast earns no right to dawdle later: the time left never exceeds the first one. */
 bool deadlines_received(struct deadlines *deadlines, struct deadlines_client *client,
                         size_t length) {
     int64_t more = (int64_t)length * 1000 / DEADLINES_BODY_RATE;
-    return set(deadlines, client, false, more, clock_ms() + DEADLINES_BODY_MS);
+    return set_due(deadlines, client, false, more, clock_ms() + DEADLINES_BODY_MS);
 }
 
 bool deadlines_suspend(struct deadlines *deadlines, struct deadlines_client *client) {
-    return set(deadlines, client, true, 0, INT64_MAX);
+    return set_due(deadlines, client, true, 0, INT64_MAX);
 }
 
 bool deadlines_reply(struct deadlines *deadlines, struct deadlines_client *client, size_t length) {
     int64_t due = clock_ms() + DEADLINES_REPLY_MS + (int64_t)length * 1000 / DEADLINES_BODY_RATE;
-    return set(deadlines, client, true, 0, due);
-}
-
-/* Whether it is our turn: the client has sent what we have not read, or fetched all that it was
- * given of a reply. */
-static bool is_our_turn(const struct deadlines_client *client) {
-    int unread = 0, unfetched = 0;
-    if (client->cut)
-        return false;
-    if (client->replying)
-        return ioctl(client->socket, SIOCOUTQ, &unfetched) == 0 && unfetched == 0;
-    return ioctl(client->socket, SIOCINQ, &unread) == 0 && unread > 0;
-}
-
-/* With the lock. The second time, or in the midst of a reply, at once. */
-static void cut(struct deadlines *deadlines, struct deadlines_client *client, int64_t now) {
-    bool at_once = client->cut || client->replying;
-    if (!at_once)
-        deadlines->late(deadlines->context, client->socket);
-    shutdown(client->socket, at_once ? SHUT_RDWR : SHUT_WR);
-    client->due = at_once ? INT64_MAX : now + DEADLINES_LINGER_MS;
-    client->cut = true;
+    return set_due(deadlines, client, true, 0, due);
 }
 
 void deadlines_cut(struct deadlines *deadlines, struct deadlines_client *client) {
@@ -117,14 +96,26 @@ void deadlines_cut(struct deadlines *deadlines, struct deadlines_client *client)
     pthread_mutex_unlock(&deadlines->lock);
 }
 
+/* While the client has sent what we have not read, or fetched all that it was given of a reply, it
+ * is our turn. The second time, or in the midst of a reply, it is cut off at once. */
 int deadlines_reap(struct deadlines *deadlines, int64_t now) {
     int count = 0;
     pthread_mutex_lock(&deadlines->lock);
     for (struct deadlines_client *client = deadlines->clients; client; client = client->next) {
-        if (client->due > now || is_our_turn(client))
+        bool at_once = client->cut || client->replying;
+        int unread = 0, unfetched = 0;
+        if (client->due > now)
+            continue;
+        if (!client->cut &&
+            (client->replying ? !ioctl(client->socket, SIOCOUTQ, &unfetched) && !unfetched
+                              : !ioctl(client->socket, SIOCINQ, &unread) && unread > 0))
             continue;
         count += !client->cut;
-        cut(deadlines, client, now);
+        if (!at_once)
+            deadlines->late(deadlines->context, client->socket);
+        shutdown(client->socket, at_once ? SHUT_RDWR : SHUT_WR);
+        client->due = at_once ? INT64_MAX : now + DEADLINES_LINGER_MS;
+        client->cut = true;
     }
     pthread_mutex_unlock(&deadlines->lock);
     return count;

@@ -98,35 +98,20 @@ static void log_library(void *context, const char *format, va_list arguments) {
 
 /* ------------------------------------------------------------------ start and stop */
 
-/* More than the cores: submits that come in while a commit waits for the disk share the next one.
- * Never more than the least --max-connections, which are divided among them. */
-static unsigned thread_count(void) {
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    long threads = cores < 1 ? 1 : cores * THREADS_PER_CORE;
-    return threads < THREADS_MAX ? (unsigned)threads : THREADS_MAX;
-}
-
-static bool start_daemon(struct http *http) {
-    unsigned connections =
-        (unsigned)http->settings.config->max_connections + ADMISSION_RESERVE + ADMISSION_CLOSING;
-    unsigned flags =
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
-    http->daemon = MHD_start_daemon(
-        flags, 0, NULL, NULL, request_continues, http, MHD_OPTION_EXTERNAL_LOGGER, log_library,
-        NULL, MHD_OPTION_LISTEN_SOCKET, http->socket, MHD_OPTION_THREAD_POOL_SIZE, thread_count(),
-        MHD_OPTION_CONNECTION_LIMIT, connections, MHD_OPTION_CONNECTION_TIMEOUT,
-        (unsigned)DEADLINES_IDLE_MS / 1000, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-        (size_t)CLIENT_POOL_BYTES, MHD_OPTION_NOTIFY_CONNECTION, connection_notified, http,
-        MHD_OPTION_URI_LOG_CALLBACK, request_begins, http, MHD_OPTION_NOTIFY_COMPLETED,
-        request_ends, http, MHD_OPTION_END);
-    return http->daemon != NULL;
-}
-
 bool http_start(const struct http_settings *settings, struct http **out) {
     const struct config *config = settings->config;
     const int64_t limits[] = {[QUOTAS_CONNECTIONS] = config->max_connections,
                               [QUOTAS_STREAMS] = config->max_connections,
                               [QUOTAS_BODIES] = config->max_bodies};
+    const struct interpose_hooks hooks = {replace_page, client_received};
+    const unsigned flags =
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
+    const unsigned connections =
+        (unsigned)config->max_connections + ADMISSION_RESERVE + ADMISSION_CLOSING;
+    /* More than the cores: submits that come in while a commit waits for the disk share the next
+     * one. Never more than the least --max-connections, which are divided among them. */
+    long cores = sysconf(_SC_NPROCESSORS_ONLN), threads = cores * THREADS_PER_CORE;
+    threads = cores < 1 ? 1 : threads < THREADS_MAX ? threads : THREADS_MAX;
     struct http *http = calloc(1, sizeof *http);
     if (!http)
         return false;
@@ -136,17 +121,24 @@ bool http_start(const struct http_settings *settings, struct http **out) {
     http->deadlines = deadlines_new(client_refuse_late, http);
     http->quotas = quotas_new(limits);
     http->slow_calls = slow_calls_start(exchange_attend);
-    http->admissions =
-        http->quotas ? admissions_new(http->quotas, config->owner_connections) : NULL;
-    const struct interpose_hooks hooks = {replace_page, client_received};
-    bool listening = http->socket >= 0;
-    if (listening && http->slow_calls && http->linger && http->deadlines && http->admissions &&
-        suspension_start(http) && interpose_init(&hooks, listener_descriptors()) &&
-        start_daemon(http)) {
+    if (http->quotas)
+        http->admissions = admissions_new(http->quotas, config->owner_connections);
+    if (http->socket >= 0 && http->slow_calls && http->linger && http->deadlines &&
+        http->admissions && suspension_start(http) &&
+        interpose_init(&hooks, listener_descriptors()))
+        http->daemon = MHD_start_daemon(
+            flags, 0, NULL, NULL, request_continues, http, MHD_OPTION_EXTERNAL_LOGGER, log_library,
+            NULL, MHD_OPTION_LISTEN_SOCKET, http->socket, MHD_OPTION_THREAD_POOL_SIZE,
+            (unsigned)threads, MHD_OPTION_CONNECTION_LIMIT, connections,
+            MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)DEADLINES_IDLE_MS / 1000,
+            MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CLIENT_POOL_BYTES,
+            MHD_OPTION_NOTIFY_CONNECTION, connection_notified, http, MHD_OPTION_URI_LOG_CALLBACK,
+            request_begins, http, MHD_OPTION_NOTIFY_COMPLETED, request_ends, http, MHD_OPTION_END);
+    if (http->daemon) {
         *out = http;
         return true;
     }
-    if (listening)
+    if (http->socket >= 0)
         log_error(log_event("http_failed"), log_text("error", "threads cannot be started"));
     http_stop(http);
     return false;
@@ -167,21 +159,18 @@ void http_drain(struct http *http) {
         shutdown(http->socket, SHUT_RDWR);
 }
 
-static void stop_daemon(struct http *http) {
-    http_drain(http);
-    int64_t until = clock_ms() + FLUSH_MS;
-    while (atomic_load(&http->exchanges) > 0 && clock_ms() < until)
-        nanosleep(&(struct timespec){0, FLUSH_STEP_MS * 1000000}, NULL);
-    MHD_stop_daemon(http->daemon);
-}
-
 void http_stop(struct http *http) {
     if (!http)
         return;
     suspension_stop(http);
     slow_calls_stop(http->slow_calls); /* nothing is handed over any more */
-    if (http->daemon)
-        stop_daemon(http);
+    if (http->daemon) {
+        http_drain(http);
+        int64_t until = clock_ms() + FLUSH_MS;
+        while (atomic_load(&http->exchanges) > 0 && clock_ms() < until)
+            nanosleep(&(struct timespec){0, FLUSH_STEP_MS * 1000000}, NULL);
+        MHD_stop_daemon(http->daemon);
+    }
     lingering_close_stop(http->linger);
     deadlines_free(http->deadlines);
     admissions_free(http->admissions);

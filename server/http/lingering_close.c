@@ -32,7 +32,7 @@ struct lingering_close {
     struct lingering entries[LINGER_MAX];
 };
 
-static void drop(struct lingering_close *pool, size_t k) {
+static void drop_entry(struct lingering_close *pool, size_t k) {
     close(pool->entries[k].socket);
     pool->entries[k] = pool->entries[--pool->count];
 }
@@ -45,30 +45,23 @@ static void read_away(struct lingering_close *pool, int64_t now) {
         ssize_t got = recv(entry->socket, away, sizeof away, MSG_DONTWAIT);
         bool idle = got < 0;
         if (got == 0 || now >= entry->until || (!idle && ++entry->reads >= LINGER_READS_MAX))
-            drop(pool, k);
+            drop_entry(pool, k);
     }
 }
 
-/* Fills the poll set; returns how many, and the milliseconds to wait. */
-static nfds_t watch(struct lingering_close *pool, struct pollfd *set, int *wait) {
-    int64_t now = clock_ms(), first = INT64_MAX;
-    set[0] = (struct pollfd){pool->event, POLLIN, 0};
-    for (size_t k = 0; k < pool->count; k++) {
-        set[k + 1] = (struct pollfd){pool->entries[k].socket, POLLIN, 0};
-        if (pool->entries[k].until < first)
-            first = pool->entries[k].until;
-    }
-    *wait = !pool->count ? -1 : first > now ? (int)(first - now) : 0;
-    return pool->count + 1;
-}
-
-static void *run(void *context) {
+static void *read_lingering(void *context) {
     struct lingering_close *pool = context;
-    struct pollfd set[LINGER_MAX + 1];
+    struct pollfd set[LINGER_MAX + 1] = {{pool->event, POLLIN, 0}};
     pthread_mutex_lock(&pool->lock);
     while (!pool->stop) {
-        int wait;
-        nfds_t count = watch(pool, set, &wait);
+        int64_t now = clock_ms(), first = INT64_MAX;
+        nfds_t count = pool->count + 1;
+        for (size_t k = 0; k < pool->count; k++) {
+            set[k + 1] = (struct pollfd){pool->entries[k].socket, POLLIN, 0};
+            if (pool->entries[k].until < first)
+                first = pool->entries[k].until;
+        }
+        int wait = !pool->count ? -1 : first > now ? (int)(first - now) : 0;
         pthread_mutex_unlock(&pool->lock);
         poll(set, count, wait);
         uint64_t events;
@@ -78,7 +71,7 @@ static void *run(void *context) {
         read_away(pool, clock_ms());
     }
     while (pool->count)
-        drop(pool, pool->count - 1);
+        drop_entry(pool, pool->count - 1);
     pthread_mutex_unlock(&pool->lock);
     return NULL;
 }
@@ -89,7 +82,7 @@ struct lingering_close *lingering_close_start(void) {
         return NULL;
     pool->event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     pthread_mutex_init(&pool->lock, NULL);
-    if (pool->event >= 0 && !pthread_create(&pool->thread, NULL, run, pool))
+    if (pool->event >= 0 && !pthread_create(&pool->thread, NULL, read_lingering, pool))
         return pool;
     if (pool->event >= 0)
         close(pool->event);

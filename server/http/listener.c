@@ -16,37 +16,13 @@ enum {
     UNHEARD_MS = 60000 /* what was sent or asked must arrive within that */
 };
 
-static void raise_descriptor_limit(int64_t connections) {
-    struct rlimit limit;
-    rlim_t wanted = (rlim_t)connections + DESCRIPTORS_OTHER;
-    if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted)
-        return;
-    limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
-    if (setrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur < wanted)
-        log_warning(log_event("few_descriptors"), log_int("wanted", (int64_t)wanted),
-                    log_int("allowed", (int64_t)limit.rlim_cur));
-}
-
 size_t listener_descriptors(void) {
     struct rlimit limit;
     bool known = getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < DESCRIPTORS_MAX;
     return known ? (size_t)limit.rlim_cur : DESCRIPTORS_MAX;
 }
 
-/* A client whose machine or line has gone sends no FIN: its connections, which inherit this, are
- * closed within two minutes. */
-static void probe_silent_clients(int listener) {
-    static const struct {
-        int level, name, value;
-    } options[] = {{SOL_SOCKET, SO_KEEPALIVE, 1},
-                   {IPPROTO_TCP, TCP_KEEPIDLE, SILENCE_S},
-                   {IPPROTO_TCP, TCP_KEEPINTVL, PROBE_S},
-                   {IPPROTO_TCP, TCP_USER_TIMEOUT, UNHEARD_MS}};
-    for (size_t k = 0; k < sizeof options / sizeof *options; k++)
-        (void)setsockopt(listener, options[k].level, options[k].name, &options[k].value,
-                         sizeof options[k].value);
-}
-
+/* Binds and listens; -1 with a line in the log. */
 static int listen_at(const struct config *config) {
     const struct sockaddr *address = (const struct sockaddr *)&config->address;
     int on = 1, off = 0; /* [::] is every address, of IPv4 too, however the system is set */
@@ -64,10 +40,26 @@ static int listen_at(const struct config *config) {
 }
 
 int listener_open(const struct config *config) {
-    raise_descriptor_limit(config->max_connections);
+    /* A client whose machine or line has gone sends no FIN: its connections, which inherit this,
+     * are closed within two minutes. */
+    static const struct {
+        int level, name, value;
+    } options[] = {{SOL_SOCKET, SO_KEEPALIVE, 1},
+                   {IPPROTO_TCP, TCP_KEEPIDLE, SILENCE_S},
+                   {IPPROTO_TCP, TCP_KEEPINTVL, PROBE_S},
+                   {IPPROTO_TCP, TCP_USER_TIMEOUT, UNHEARD_MS}};
+    struct rlimit limit;
+    rlim_t wanted = (rlim_t)config->max_connections + DESCRIPTORS_OTHER;
+    if (getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < wanted) {
+        limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
+        if (setrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur < wanted)
+            log_warning(log_event("few_descriptors"), log_int("wanted", (int64_t)wanted),
+                        log_int("allowed", (int64_t)limit.rlim_cur));
+    }
     int listener = config->inherited >= 0 ? config->inherited : listen_at(config);
-    if (listener >= 0)
-        probe_silent_clients(listener);
+    for (size_t k = 0; listener >= 0 && k < sizeof options / sizeof *options; k++)
+        (void)setsockopt(listener, options[k].level, options[k].name, &options[k].value,
+                         sizeof options[k].value);
     return listener;
 }
 

@@ -11,7 +11,7 @@ enum { ITEM_SIZE = 256 };
 
 /* Copies the next piece of a list up to one of `separators`, without blanks around it; moves
  * `*rest` on. Too long a piece is cut, which at worst makes it match nothing. False at the end. */
-static bool next_piece(const char **rest, const char *separators, char piece[ITEM_SIZE]) {
+static bool next_list_item(const char **rest, const char *separators, char piece[ITEM_SIZE]) {
     if (!**rest)
         return false;
     const char *from = *rest, *end = from + strcspn(from, separators);
@@ -37,7 +37,7 @@ static int specificity(const char *range, const char *media_type) {
 /* The q of a range's parameters, in thousandths. */
 static int quality(const char *parameters) {
     char parameter[ITEM_SIZE];
-    while (next_piece(&parameters, ";", parameter)) {
+    while (next_list_item(&parameters, ";", parameter)) {
         if (strncasecmp(parameter, "q=", 2) != 0)
             continue;
         double q = strtod(parameter + 2, NULL);
@@ -51,9 +51,9 @@ int negotiate_quality(const char *accept, const char *media_type) {
         return 1000;
     int best = 0, wanted = 0;
     char item[ITEM_SIZE], range[ITEM_SIZE];
-    while (next_piece(&accept, ",", item)) {
+    while (next_list_item(&accept, ",", item)) {
         const char *rest = item;
-        if (!next_piece(&rest, ";", range))
+        if (!next_list_item(&rest, ";", range))
             continue;
         int specific = specificity(range, media_type);
         if (specific > best) {
@@ -67,9 +67,9 @@ int negotiate_quality(const char *accept, const char *media_type) {
 int negotiate_coding(const char *accept_encoding, const char *coding) {
     int others = 0;
     char item[ITEM_SIZE], name[ITEM_SIZE];
-    while (accept_encoding && next_piece(&accept_encoding, ",", item)) {
+    while (accept_encoding && next_list_item(&accept_encoding, ",", item)) {
         const char *rest = item;
-        if (!next_piece(&rest, ";", name))
+        if (!next_list_item(&rest, ";", name))
             continue;
         if (!strcasecmp(name, coding))
             return quality(rest);
@@ -98,7 +98,7 @@ static char *preference(char *text, const char *name) {
 
 int64_t negotiate_wait(const char *prefer, int64_t high) {
     char item[ITEM_SIZE];
-    while (prefer && next_piece(&prefer, ",;", item)) {
+    while (prefer && next_list_item(&prefer, ",;", item)) {
         int64_t seconds;
         const char *value = preference(item, "wait");
         if (value && request_parse_int(value, 0, INT64_MAX, &seconds))
@@ -109,7 +109,7 @@ int64_t negotiate_wait(const char *prefer, int64_t high) {
 
 bool negotiate_etag_matches(const char *if_none_match, const char *etag) {
     char item[ITEM_SIZE];
-    while (if_none_match && next_piece(&if_none_match, ",", item)) {
+    while (if_none_match && next_list_item(&if_none_match, ",", item)) {
         const char *tag = strncmp(item, "W/", 2) ? item : item + 2;
         if (!strcmp(tag, "*") || !strcmp(tag, etag))
             return true;
@@ -119,18 +119,18 @@ bool negotiate_etag_matches(const char *if_none_match, const char *etag) {
 
 bool negotiate_is_type(const char *content_type, const char *type) {
     char own[ITEM_SIZE];
-    return next_piece(&content_type, ";", own) && strcasecmp(own, type) == 0;
+    return next_list_item(&content_type, ";", own) && strcasecmp(own, type) == 0;
 }
 
 bool negotiate_is_json(const char *content_type) {
     char type[ITEM_SIZE], parameter[ITEM_SIZE];
-    if (!next_piece(&content_type, ";", type))
+    if (!next_list_item(&content_type, ";", type))
         return false;
     size_t length = strlen(type);
     if (strcasecmp(type, "application/json") != 0 &&
         (length < 5 || strcasecmp(type + length - 5, "+json") != 0))
         return false;
-    while (next_piece(&content_type, ";", parameter))
+    while (next_list_item(&content_type, ";", parameter))
         if (!strncasecmp(parameter, "charset=", 8) && strcasecmp(parameter + 8, "utf-8") != 0 &&
             strcasecmp(parameter + 8, "\"utf-8\"") != 0)
             return false;

@@ -24,7 +24,7 @@ static const char *authority_of(const struct request *request) {
 }
 
 /* Whether the list that commas split has this item, in any case of letters, or is "*". */
-static bool in_list(const char *list, struct host item) {
+static bool list_has_host(const char *list, struct host item) {
     if (!strcmp(list, "*"))
         return true;
     for (;; list++) {
@@ -75,18 +75,15 @@ bool origin_are_names(const char *names) {
     }
 }
 
-/* http or https, and what may follow them up to a path. */
-static bool is_origin(const char *text, size_t length) {
-    size_t scheme = !strncmp(text, "https://", 8) ? 8 : !strncmp(text, "http://", 7) ? 7 : 0;
-    return scheme > 0 && scheme < length && wire_is_authority(text + scheme, length - scheme);
-}
-
 bool origin_are_origins(const char *origins) {
     if (!*origins || !strcmp(origins, "*"))
         return true;
     for (const char *origin = origins;; origin++) {
         size_t width = strcspn(origin, ",");
-        if (!is_origin(origin, width))
+        size_t scheme = !strncmp(origin, "https://", 8)  ? 8
+                        : !strncmp(origin, "http://", 7) ? 7
+                                                         : 0;
+        if (!scheme || scheme >= width || !wire_is_authority(origin + scheme, width - scheme))
             return false;
         origin += width;
         if (!*origin)
@@ -101,7 +98,8 @@ bool origin_allows_host(const struct config *config, const struct request *reque
     if (!authority && request->http_1_0)
         return true;
     struct host host = host_of(authority ? authority : "");
-    if (in_list(local, host) || in_list(config->public_name, host) || is_own_address(config, host))
+    if (list_has_host(local, host) || list_has_host(config->public_name, host) ||
+        is_own_address(config, host))
         return true;
     reply_refuse(reply, API_FORBIDDEN,
                  "the host '%.*s' is no name of this service; --public-name sets them",
@@ -121,7 +119,7 @@ static bool is_same_origin(const struct config *config, const struct request *re
     host += 3;
     return (authority && !strcasecmp(host, authority)) ||
            (config->public_name[0] && strcmp(config->public_name, "*") != 0 &&
-            in_list(config->public_name, host_of(host)));
+            list_has_host(config->public_name, host_of(host)));
 }
 
 bool origin_allows_change(const struct config *config, const struct request *request,
@@ -129,7 +127,7 @@ bool origin_allows_change(const struct config *config, const struct request *req
     const char *site = request_header(request, "Sec-Fetch-Site");
     const char *origin = request_header(request, "Origin");
     bool listed = origin && config->cors_origin[0] &&
-                  in_list(config->cors_origin, (struct host){origin, strlen(origin)});
+                  list_has_host(config->cors_origin, (struct host){origin, strlen(origin)});
     bool own = site     ? !strcmp(site, "same-origin") || !strcmp(site, "none")
                : origin ? is_same_origin(config, request, origin)
                         : true;
@@ -148,7 +146,7 @@ void origin_share(const struct config *config, const struct request *request, st
     if (!config->cors_origin[0])
         return;
     reply_header(reply, "Vary", "Origin");
-    if (!origin || !in_list(config->cors_origin, (struct host){origin, strlen(origin)}))
+    if (!origin || !list_has_host(config->cors_origin, (struct host){origin, strlen(origin)}))
         return;
     reply_header(reply, "Access-Control-Allow-Origin", "%s", origin);
     reply_header(reply, "Access-Control-Expose-Headers",

@@ -102,7 +102,7 @@ bool owner_are_addresses(const char *list) {
     return true;
 }
 
-static bool in_list(const char *list, struct address address) {
+static bool list_has_address(const char *list, struct address address) {
     const char *item;
     size_t length;
     while (*list && address.known && next_item(&list, &item, &length)) {
@@ -116,7 +116,7 @@ static bool in_list(const char *list, struct address address) {
 }
 
 bool owner_trusts(const char *trusted, const struct sockaddr *peer) {
-    return *trusted && in_list(trusted, from_socket(peer));
+    return *trusted && list_has_address(trusted, from_socket(peer));
 }
 
 /* ------------------------------------------------------------------ what proxies say */
@@ -149,8 +149,8 @@ static struct address forwarded_for(const char *element, size_t length) {
 /* Follows the lines of the header of that name from the first proxy's entry to the last. `*client`
  * is the last one that is not trusted, or unknown where one cannot be read: what stands before it
  * counts for nothing. */
-static bool follow(const char *trusted, const struct request *request, const char *name,
-                   struct address (*read)(const char *, size_t), struct address *client) {
+static bool follow_header(const char *trusted, const struct request *request, const char *name,
+                          struct address (*read)(const char *, size_t), struct address *client) {
     bool any = false;
     for (size_t k = 0; k < request->header_count; k++) {
         const char *list = request->headers[k].value, *item;
@@ -159,7 +159,7 @@ static bool follow(const char *trusted, const struct request *request, const cha
             continue;
         while (next_item(&list, &item, &length)) {
             struct address address = read(item, length);
-            if (!any || !address.known || !in_list(trusted, address))
+            if (!any || !address.known || !list_has_address(trusted, address))
                 *client = address;
             any = true;
         }
@@ -171,7 +171,7 @@ void owner_of_request(const char *trusted, const struct sockaddr *peer,
                       const struct request *request, char name[REQUEST_CALLER_SIZE]) {
     struct address client = from_socket(peer), said = {.known = false};
     bool any = owner_trusts(trusted, peer) &&
-               (follow(trusted, request, "Forwarded", forwarded_for, &said) ||
-                follow(trusted, request, "X-Forwarded-For", from_text, &said));
+               (follow_header(trusted, request, "Forwarded", forwarded_for, &said) ||
+                follow_header(trusted, request, "X-Forwarded-For", from_text, &said));
     name_address(any && said.known ? said : client, name);
 }

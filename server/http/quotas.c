@@ -38,27 +38,12 @@ void quotas_free(struct quotas *quotas) {
     free(quotas);
 }
 
-/* FNV-1a. Who chooses names to collide has that many addresses anyway. */
-static struct share **bucket_of(struct quotas *quotas, const char *owner) {
-    uint32_t hash = 2166136261u;
-    for (; *owner; owner++)
-        hash = (hash ^ (unsigned char)*owner) * 16777619u;
-    return &quotas->buckets[hash % BUCKETS];
-}
-
 /* Where the owner's entry is or would be. With the lock. */
-static struct share **find(struct quotas *quotas, const char *owner) {
-    struct share **at = bucket_of(quotas, owner);
+static struct share **find_share(struct quotas *quotas, const char *owner) {
+    struct share **at = &quotas->buckets[request_hash_owner(owner) % BUCKETS];
     while (*at && strcmp((*at)->owner, owner) != 0)
         at = &(*at)->next;
     return at;
-}
-
-static struct share *add(struct share **at, const char *owner) {
-    struct share *share = calloc(1, sizeof *share);
-    if (share)
-        snprintf(share->owner, sizeof share->owner, "%s", owner);
-    return *at = share;
 }
 
 static int64_t held_at(struct share *const *at, enum quotas_kind kind) {
@@ -66,27 +51,23 @@ static int64_t held_at(struct share *const *at, enum quotas_kind kind) {
 }
 
 /* With the lock, like the next ones. */
-static bool fits(const struct quotas *quotas, struct share *const *at, enum quotas_kind kind,
-                 int64_t amount, int64_t most) {
+static bool share_has_room(const struct quotas *quotas, struct share *const *at,
+                           enum quotas_kind kind, int64_t amount, int64_t most) {
     int64_t held = held_at(at, kind);
     return held + amount <= most &&
            share_fits(held, quotas->taken[kind], quotas->limits[kind], amount);
 }
 
-static bool grows(const struct quotas *quotas, struct share *const *at, enum quotas_kind kind,
-                  int64_t amount, int64_t held) {
-    int64_t taken = quotas->taken[kind], limit = quotas->limits[kind];
-    int64_t kept = taken == held ? 0 : limit / QUOTAS_KEPT;
-    return held_at(at, kind) == held && taken + amount <= limit - kept;
-}
-
 /* False without memory. */
-static bool take(struct quotas *quotas, struct share **at, const char *owner, enum quotas_kind kind,
-                 int64_t amount) {
-    struct share *share = *at ? *at : add(at, owner);
-    if (!share)
-        return false;
-    share->held[kind] += amount;
+static bool take_amount(struct quotas *quotas, struct share **at, const char *owner,
+                        enum quotas_kind kind, int64_t amount) {
+    if (!*at) {
+        *at = calloc(1, sizeof **at);
+        if (!*at)
+            return false;
+        snprintf((*at)->owner, sizeof(*at)->owner, "%s", owner);
+    }
+    (*at)->held[kind] += amount;
     quotas->taken[kind] += amount;
     return true;
 }
@@ -94,7 +75,7 @@ static bool take(struct quotas *quotas, struct share **at, const char *owner, en
 bool quotas_fit(struct quotas *quotas, const char *owner, enum quotas_kind kind, int64_t amount,
                 int64_t most) {
     pthread_mutex_lock(&quotas->lock);
-    bool good = fits(quotas, find(quotas, owner), kind, amount, most);
+    bool good = share_has_room(quotas, find_share(quotas, owner), kind, amount, most);
     pthread_mutex_unlock(&quotas->lock);
     return good;
 }
@@ -102,8 +83,9 @@ bool quotas_fit(struct quotas *quotas, const char *owner, enum quotas_kind kind,
 bool quotas_take(struct quotas *quotas, const char *owner, enum quotas_kind kind, int64_t amount,
                  int64_t most) {
     pthread_mutex_lock(&quotas->lock);
-    struct share **at = find(quotas, owner);
-    bool good = fits(quotas, at, kind, amount, most) && take(quotas, at, owner, kind, amount);
+    struct share **at = find_share(quotas, owner);
+    bool good = share_has_room(quotas, at, kind, amount, most) &&
+                take_amount(quotas, at, owner, kind, amount);
     pthread_mutex_unlock(&quotas->lock);
     return good;
 }
@@ -111,22 +93,25 @@ bool quotas_take(struct quotas *quotas, const char *owner, enum quotas_kind kind
 bool quotas_grow(struct quotas *quotas, const char *owner, enum quotas_kind kind, int64_t amount,
                  int64_t held) {
     pthread_mutex_lock(&quotas->lock);
-    struct share **at = find(quotas, owner);
-    bool good = grows(quotas, at, kind, amount, held) && take(quotas, at, owner, kind, amount);
+    struct share **at = find_share(quotas, owner);
+    int64_t taken = quotas->taken[kind], limit = quotas->limits[kind];
+    int64_t kept = taken == held ? 0 : limit / QUOTAS_KEPT;
+    bool good = held_at(at, kind) == held && taken + amount <= limit - kept &&
+                take_amount(quotas, at, owner, kind, amount);
     pthread_mutex_unlock(&quotas->lock);
     return good;
 }
 
 bool quotas_add(struct quotas *quotas, const char *owner, enum quotas_kind kind, int64_t amount) {
     pthread_mutex_lock(&quotas->lock);
-    bool good = take(quotas, find(quotas, owner), owner, kind, amount);
+    bool good = take_amount(quotas, find_share(quotas, owner), owner, kind, amount);
     pthread_mutex_unlock(&quotas->lock);
     return good;
 }
 
 void quotas_give(struct quotas *quotas, const char *owner, enum quotas_kind kind, int64_t amount) {
     pthread_mutex_lock(&quotas->lock);
-    struct share **at = find(quotas, owner), *share = *at;
+    struct share **at = find_share(quotas, owner), *share = *at;
     bool left = false;
     share->held[kind] -= amount;
     quotas->taken[kind] -= amount;
@@ -141,7 +126,7 @@ void quotas_give(struct quotas *quotas, const char *owner, enum quotas_kind kind
 
 int64_t quotas_of(struct quotas *quotas, const char *owner, enum quotas_kind kind) {
     pthread_mutex_lock(&quotas->lock);
-    int64_t held = held_at(find(quotas, owner), kind);
+    int64_t held = held_at(find_share(quotas, owner), kind);
     pthread_mutex_unlock(&quotas->lock);
     return held;
 }

@@ -90,15 +90,33 @@ void reply_problem(struct reply *reply, const struct api_problem *problem) {
                api_problem_json(problem, reply->request_id));
 }
 
-void reply_refuse(struct reply *reply, enum api_problem_id problem, const char *detail, ...) {
+static void refuse_with(struct reply *reply, enum api_problem_id problem, const char *detail,
+                        va_list arguments) {
     struct api_problem refusal = {0};
     char text[API_DETAIL_MAX];
-    va_list arguments;
-    va_start(arguments, detail);
     vsnprintf(text, sizeof text, detail, arguments);
-    va_end(arguments);
     api_problem_set(&refusal, problem, "%s", text);
     reply_problem(reply, &refusal);
+}
+
+void reply_refuse(struct reply *reply, enum api_problem_id problem, const char *detail, ...) {
+    va_list arguments;
+    va_start(arguments, detail);
+    refuse_with(reply, problem, detail, arguments);
+    va_end(arguments);
+}
+
+void reply_refuse_for(struct reply *reply, int seconds, enum api_problem_id problem,
+                      const char *detail, ...) {
+    va_list arguments;
+    va_start(arguments, detail);
+    reply_header(reply, "Retry-After", "%d", seconds);
+    refuse_with(reply, problem, detail, arguments);
+    va_end(arguments);
+}
+
+void reply_no_memory(struct reply *reply) {
+    reply_refuse(reply, API_UNAVAILABLE, "there is no memory for this now: try again");
 }
 
 int reply_on_socket(int socket, const char *request_id, enum api_problem_id problem,

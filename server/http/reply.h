@@ -80,6 +80,13 @@ void reply_problem(struct reply *reply, const struct api_problem *problem);
 void reply_refuse(struct reply *reply, enum api_problem_id problem, const char *detail, ...)
     __attribute__((format(printf, 3, 4)));
 
+/* The same, and when to come back: `seconds` as Retry-After. */
+void reply_refuse_for(struct reply *reply, int seconds, enum api_problem_id problem,
+                      const char *detail, ...) __attribute__((format(printf, 4, 5)));
+
+/* 503 where there is no memory for what is asked. */
+void reply_no_memory(struct reply *reply);
+
 /* Answers with a problem on the socket itself, for where there is no other way left; the connection
  * has to be closed after it. Does not block: an answer that finds no room is lost. Returns the
  * status. */

@@ -16,35 +16,20 @@ static void set_fault(struct request *request, const char *fault) {
         snprintf(request->fault, sizeof request->fault, "%s", fault);
 }
 
-static int hex_value(char c) {
-    if (c >= '0' && c <= '9')
-        return c - '0';
-    if (c >= 'a' && c <= 'f')
-        return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F')
-        return c - 'A' + 10;
-    return -1;
-}
-
-/* One character of encoded text, `*in` moved to its last byte; -1 when it is not allowed. A zero
- * byte would end the string early. */
-static int decode_one(const char **in) {
-    int c = (unsigned char)**in;
-    if (c == '%') {
-        int high = hex_value((*in)[1]);
-        int low = high < 0 ? -1 : hex_value((*in)[2]);
-        *in += low < 0 ? 0 : 2;
-        c = low < 0 ? 0 : high * 16 + low;
-        return c ? c : -1;
-    }
-    return c < ' ' || c == 0x7f ? -1 : c;
-}
-
-/* Undoes percent-encoding in place. */
-static void decode(struct request *request, char *text, bool plus_is_space) {
+/* Undoes percent-encoding in place. A zero byte would end the string early: it is not allowed. */
+static void decode_in_place(struct request *request, char *text, bool plus_is_space) {
     char *out = text;
     for (const char *in = text; *in; in++) {
-        int c = *in == '+' && plus_is_space ? ' ' : decode_one(&in);
+        int c = *in == '+' && plus_is_space ? ' ' : (unsigned char)*in;
+        if (c == '%') {
+            int high = wire_hex_value((unsigned char)in[1]);
+            int low = high < 0 ? -1 : wire_hex_value((unsigned char)in[2]);
+            in += low < 0 ? 0 : 2;
+            c = low < 0 ? 0 : high * 16 + low;
+            c = c ? c : -1;
+        } else if (c < ' ' || c == 0x7f) {
+            c = -1;
+        }
         if (c < 0) {
             set_fault(request, "the target has a control character or a stray %");
             return;
@@ -54,37 +39,8 @@ static void decode(struct request *request, char *text, bool plus_is_space) {
     *out = '\0';
 }
 
-static void split_path(struct request *request, char *path) {
-    if (!path[1])
-        return; /* "/": no segments */
-    for (char *rest = path + 1, *segment; (segment = strsep(&rest, "/"));) {
-        if (request->segment_count == REQUEST_SEGMENTS_MAX)
-            return; /* one more than any route has: not found */
-        decode(request, segment, false);
-        request->segments[request->segment_count++] = segment;
-    }
-}
-
-static void split_query(struct request *request, char *query) {
-    for (char *pair; (pair = strsep(&query, "&"));) {
-        if (!*pair)
-            continue;
-        if (request->query_count == REQUEST_QUERY_MAX) {
-            set_fault(request, "the query has too many parameters");
-            return;
-        }
-        char *value = strchr(pair, '=');
-        if (value)
-            *value++ = '\0';
-        else
-            value = pair + strlen(pair);
-        decode(request, pair, true);
-        decode(request, value, true);
-        request->query[request->query_count++] = (struct request_field){pair, value};
-    }
-}
-
-/* A path, an absolute URI or "*". */
+/* A path, an absolute URI or "*". A path of "/" has no segments; one more than any route has is not
+ * found. */
 static void split_target(struct request *request) {
     char *path = request->decoded;
     if (*path == '*')
@@ -99,8 +55,29 @@ static void split_target(struct request *request) {
     char *query = strchr(path, '?');
     if (query)
         *query++ = '\0';
-    split_path(request, path);
-    split_query(request, query);
+    char *rest = path[1] ? path + 1 : NULL;
+    for (char *segment; (segment = strsep(&rest, "/"));) {
+        if (request->segment_count == REQUEST_SEGMENTS_MAX)
+            break;
+        decode_in_place(request, segment, false);
+        request->segments[request->segment_count++] = segment;
+    }
+    for (char *pair; (pair = strsep(&query, "&"));) {
+        if (!*pair)
+            continue;
+        if (request->query_count == REQUEST_QUERY_MAX) {
+            set_fault(request, "the query has too many parameters");
+            return;
+        }
+        char *value = strchr(pair, '=');
+        if (value)
+            *value++ = '\0';
+        else
+            value = pair + strlen(pair);
+        decode_in_place(request, pair, true);
+        decode_in_place(request, value, true);
+        request->query[request->query_count++] = (struct request_field){pair, value};
+    }
 }
 
 struct request *request_new(const char *target) {
@@ -119,23 +96,18 @@ struct request *request_new(const char *target) {
     return request;
 }
 
-static void free_body(struct request *request) {
-    if (request->body_file < 0) {
-        free(request->body);
-        return;
-    }
-    if (request->body)
-        munmap(request->body, request->body_capacity);
-    close(request->body_file);
-}
-
 void request_free(struct request *request) {
     if (!request)
         return;
     free(request->target);
     free(request->decoded);
     free(request->authority);
-    free_body(request);
+    if (request->body_file < 0)
+        free(request->body);
+    else if (request->body)
+        munmap(request->body, request->body_capacity);
+    if (request->body_file >= 0)
+        close(request->body_file);
     for (size_t k = 0; k < request->owned_count; k++)
         free(request->owned[k]);
     if (request->state_free && request->state)
@@ -153,32 +125,8 @@ static size_t find_header(const struct request *request, const char *name) {
     return k;
 }
 
-/* Whether it is one of the lists that are read here, which may come in several lines. */
-static bool is_list(const char *name) {
-    static const char *const lists[] = {"Accept", "Accept-Encoding", "Content-Encoding",
-                                        "If-None-Match", "Prefer"};
-    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
-        if (!strcasecmp(lists[k], name))
-            return true;
-    return false;
-}
-
-/* A header of one value that comes again: another reader on the way may go by the other one. Those
- * of framing and Authorization are not let through by `wire.h`. */
-static void refuse_again(struct request *request, const char *name) {
-    static const char *const singles[] = {"Content-Type",  "Idempotency-Key", "If-Range",
-                                          "Last-Event-ID", "Origin",          "Range",
-                                          "Sec-Fetch-Site"};
-    char fault[REQUEST_FAULT_SIZE];
-    for (size_t k = 0; k < sizeof singles / sizeof *singles; k++) {
-        snprintf(fault, sizeof fault, "there is more than one %s", singles[k]);
-        if (!strcasecmp(singles[k], name))
-            set_fault(request, fault);
-    }
-}
-
 /* Takes over a string of malloc; `fallback` without one, or without room. */
-static const char *own(struct request *request, char *text, const char *fallback) {
+static const char *own_text(struct request *request, char *text, const char *fallback) {
     if (!text || request->owned_count == REQUEST_OWNED_MAX) {
         free(text);
         return fallback;
@@ -186,44 +134,51 @@ static const char *own(struct request *request, char *text, const char *fallback
     return request->owned[request->owned_count++] = text;
 }
 
+static bool is_named(const char *name, const char *const *names, size_t count) {
+    size_t k = 0;
+    while (k < count && strcasecmp(names[k], name) != 0)
+        k++;
+    return k < count;
+}
+
 void request_add_header(struct request *request, const char *name, const char *value) {
+    /* Lists that are read here may come in several lines (RFC 9110, 5.3). */
+    static const char *const lists[] = {"Accept", "Accept-Encoding", "Content-Encoding",
+                                        "If-None-Match", "Prefer"};
+    /* Of others another reader on the way may go by the other line. Those of framing and
+     * Authorization are not let through by `wire.h`. */
+    static const char *const singles[] = {"Content-Type",  "Idempotency-Key", "If-Range",
+                                          "Last-Event-ID", "Origin",          "Range",
+                                          "Sec-Fetch-Site"};
     size_t length = strlen(value), sent = length;
     while (length && strchr(" \t", value[length - 1]))
         length--;
     if (length < sent)
-        value = own(request, strndup(value, length), value);
+        value = own_text(request, strndup(value, length), value);
     size_t first = find_header(request, name);
-    if (first < request->header_count && is_list(name)) { /* RFC 9110, 5.3 */
+    bool again = first < request->header_count;
+    if (again && is_named(name, lists, sizeof lists / sizeof *lists)) {
         const char *before = request->headers[first].value;
         char *joined = NULL;
         if (asprintf(&joined, "%s, %s", before, value) < 0)
             joined = NULL; /* without memory it is as if it had not come */
-        request->headers[first].value = own(request, joined, before);
+        request->headers[first].value = own_text(request, joined, before);
         return;
     }
-    if (first < request->header_count)
-        refuse_again(request, name);
+    if (again && is_named(name, singles, sizeof singles / sizeof *singles) && !request->fault[0])
+        snprintf(request->fault, sizeof request->fault, "there is more than one %s", name);
     if (request->header_count < REQUEST_HEADERS_MAX)
         request->headers[request->header_count++] = (struct request_field){name, value};
 }
 
-static bool sane_id(const char *text) {
-    size_t length = strlen(text);
-    if (!length || length >= REQUEST_ID_SIZE)
-        return false;
-    for (size_t k = 0; k < length; k++) {
-        char c = text[k], lower = (char)(c | 32);
-        if (!((c >= '0' && c <= '9') || (lower >= 'a' && lower <= 'z') || strchr("._:-", c)))
-            return false;
-    }
-    return true;
-}
-
 void request_choose_id(struct request *request) {
+    static const char allowed[] =
+        "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ._:-";
     const char *given = request_header(request, "X-Request-Id");
+    size_t length = given ? strlen(given) : 0;
     _Static_assert((int)REQUEST_ID_SIZE >= (int)ID_SIZE, "an id of ours must fit");
-    if (given && sane_id(given))
-        memcpy(request->id, given, strlen(given) + 1);
+    if (length > 0 && length < REQUEST_ID_SIZE && strspn(given, allowed) == length)
+        memcpy(request->id, given, length + 1);
     else
         id_make(request->id);
 }
@@ -253,15 +208,7 @@ bool request_expects_continue(const struct request *request) {
     return expect && !strcasecmp(expect, "100-continue");
 }
 
-/* Room for `capacity` bytes in the heap. */
-static bool grow_in_heap(struct request *request, size_t capacity) {
-    char *body = realloc(request->body, capacity);
-    if (body)
-        request->body = body;
-    return body != NULL;
-}
-
-/* Room for them in the memory file; a body that has been in the heap moves there. */
+/* Room for `capacity` bytes in the memory file; a body that has been in the heap moves there. */
 static bool grow_in_file(struct request *request, size_t capacity) {
     bool first = request->body_file < 0;
     if (first)
@@ -288,9 +235,15 @@ bool request_append_body(struct request *request, const char *bytes, size_t leng
         size_t capacity = request->body_capacity ? 2 * request->body_capacity : 8192;
         if (capacity < needed)
             capacity = needed;
-        bool in_file = request->body_file >= 0 || needed > REQUEST_BODY_IN_HEAP;
-        if (in_file ? !grow_in_file(request, capacity) : !grow_in_heap(request, capacity))
-            return false;
+        if (request->body_file >= 0 || needed > REQUEST_BODY_IN_HEAP) {
+            if (!grow_in_file(request, capacity))
+                return false;
+        } else {
+            char *body = realloc(request->body, capacity);
+            if (!body)
+                return false;
+            request->body = body;
+        }
         request->body_capacity = capacity;
     }
     memcpy(request->body + request->body_length, bytes, length);
@@ -312,6 +265,13 @@ bool request_complete_body(struct request *request) {
     void *body = mmap(NULL, capacity, PROT_READ, MAP_SHARED, request->body_file, 0);
     request->body = body == MAP_FAILED ? NULL : body;
     return request->body != NULL;
+}
+
+uint32_t request_hash_owner(const char *owner) {
+    uint32_t hash = 2166136261u; /* FNV-1a */
+    for (; *owner; owner++)
+        hash = (hash ^ (unsigned char)*owner) * 16777619u;
+    return hash;
 }
 
 bool request_parse_int(const char *text, int64_t low, int64_t high, int64_t *value) {

@@ -31,17 +31,12 @@ struct slow_calls {
     pthread_t thread[SLOW_CALLS_THREADS];
 };
 
-static int readers(const struct slow_calls *slow_calls) {
+/* With the lock: the calls under way, of an owner or, with NULL, those that read. */
+static int count_seats(const struct slow_calls *slow_calls, const char *owner) {
     int count = 0;
-    for (int k = 0; k < SLOW_CALLS_THREADS; k++)
-        count += slow_calls->seats[k].taken && slow_calls->seats[k].reads;
-    return count;
-}
-
-static int under_way(const struct slow_calls *slow_calls, const char *owner) {
-    int count = 0;
-    for (int k = 0; k < SLOW_CALLS_THREADS; k++)
-        count += slow_calls->seats[k].taken && !strcmp(slow_calls->seats[k].owner, owner);
+    for (const struct seat *seat = slow_calls->seats; seat < slow_calls->seats + SLOW_CALLS_THREADS;
+         seat++)
+        count += seat->taken && (owner ? !strcmp(seat->owner, owner) : seat->reads);
     return count;
 }
 
@@ -51,7 +46,7 @@ static struct exchange *take_next(const struct slow_calls *slow_calls, struct li
     struct exchange **best = NULL;
     int least = SLOW_CALLS_THREADS + 1;
     for (struct exchange **at = &line->first; *at && least > 0; at = &(*at)->next) {
-        int count = under_way(slow_calls, (*at)->request->owner);
+        int count = count_seats(slow_calls, (*at)->request->owner);
         if (count >= least)
             continue;
         best = at;
@@ -67,35 +62,32 @@ static struct exchange *take_next(const struct slow_calls *slow_calls, struct li
     return exchange;
 }
 
-/* With the lock: the next one, for that seat; NULL at the end. */
-static struct exchange *next(struct slow_calls *slow_calls, struct seat *seat) {
-    for (;;) {
-        struct exchange *exchange = take_next(slow_calls, &slow_calls->lines[SLOW_CALLS_CHANGES]);
-        seat->reads = !exchange;
-        if (!exchange && readers(slow_calls) < SLOW_CALLS_READERS)
-            exchange = take_next(slow_calls, &slow_calls->lines[SLOW_CALLS_READS]);
-        seat->taken = exchange != NULL;
-        if (exchange)
-            memcpy(seat->owner, exchange->request->owner, sizeof seat->owner);
-        if (exchange || (slow_calls->stopping && !slow_calls->lines[SLOW_CALLS_READS].first))
-            return exchange;
-        pthread_cond_wait(&slow_calls->changed, &slow_calls->lock);
-    }
-}
-
-static void *serve(void *context) {
+/* A thread: attends to one call after the other, changes first. */
+static void *serve_slow_calls(void *context) {
     struct slow_calls *slow_calls = context;
-    struct exchange *exchange;
+    struct line *lines = slow_calls->lines;
     pthread_mutex_lock(&slow_calls->lock);
     struct seat *seat = &slow_calls->seats[slow_calls->seated++];
-    while ((exchange = next(slow_calls, seat))) {
+    for (;;) {
+        struct exchange *exchange = take_next(slow_calls, &lines[SLOW_CALLS_CHANGES]);
+        seat->reads = !exchange;
+        if (!exchange && count_seats(slow_calls, NULL) < SLOW_CALLS_READERS)
+            exchange = take_next(slow_calls, &lines[SLOW_CALLS_READS]);
+        if (!exchange && slow_calls->stopping && !lines[SLOW_CALLS_READS].first)
+            break;
+        if (!exchange) {
+            pthread_cond_wait(&slow_calls->changed, &slow_calls->lock);
+            continue;
+        }
+        seat->taken = true;
+        memcpy(seat->owner, exchange->request->owner, sizeof seat->owner);
         pthread_mutex_unlock(&slow_calls->lock);
         slow_calls->attend(exchange);
         pthread_mutex_lock(&slow_calls->lock);
         seat->taken = false;
     }
-    pthread_cond_broadcast(
-        &slow_calls->changed); /* one that was the last to read kept others waiting */
+    /* one that was the last to read kept others waiting */
+    pthread_cond_broadcast(&slow_calls->changed);
     pthread_mutex_unlock(&slow_calls->lock);
     return NULL;
 }
@@ -110,7 +102,8 @@ struct slow_calls *slow_calls_start(void (*attend)(struct exchange *exchange)) {
     pthread_mutex_init(&slow_calls->lock, NULL);
     pthread_cond_init(&slow_calls->changed, NULL);
     while (slow_calls->threads < SLOW_CALLS_THREADS &&
-           pthread_create(&slow_calls->thread[slow_calls->threads], NULL, serve, slow_calls) == 0)
+           pthread_create(&slow_calls->thread[slow_calls->threads], NULL, serve_slow_calls,
+                          slow_calls) == 0)
         slow_calls->threads++;
     if (slow_calls->threads == SLOW_CALLS_THREADS)
         return slow_calls;

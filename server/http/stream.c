@@ -94,47 +94,31 @@ struct stream *stream_begin(const struct stream_source *source, size_t most) {
     return stream;
 }
 
-static void reply_compressed(struct reply *reply, const char *type, enum compress_coding coding,
-                             struct reply_stream stream) {
-    if (!compress_stream(coding, &stream)) {
-        stream.free(stream.context);
-        reply_refuse(reply, API_UNAVAILABLE, "there is no memory for this now");
-        return;
-    }
-    reply_header(reply, "Content-Encoding", "%s", compress_name(coding));
-    reply_stream(reply, 200, type, stream, 0);
-}
-
-/* A range is of the version that the client has a part of already. */
-static bool same_version(const struct request *request, const char *etag) {
-    const char *version = request_header(request, "If-Range");
-    return !version || !strcmp(version, etag);
-}
-
-/* Answers with a part of a document of that length, if that is what is wanted. */
+/* Answers with a part of a document of that length, if that is what is wanted: of the version that
+ * the client has a part of already. */
 static bool reply_part(const struct request *request, struct reply *reply, const char *type,
                        struct stream *stream, uint64_t length) {
+    const char *etag = stream->source.etag, *version = request_header(request, "If-Range");
+    const unsigned long long all = length;
     struct negotiate_range range;
-    if (!stream->source.etag || !length || strcmp(request->method, "GET") != 0)
+    if (!etag || !length || strcmp(request->method, "GET") != 0)
         return false;
     reply_header(reply, "Accept-Ranges", "bytes");
-    if (!same_version(request, stream->source.etag))
+    if (version && strcmp(version, etag) != 0)
         return false;
-    switch (negotiate_range(request_header(request, "Range"), length, &range)) {
-    case NEGOTIATE_ALL:
+    enum negotiate_part part = negotiate_range(request_header(request, "Range"), length, &range);
+    if (part == NEGOTIATE_ALL)
         return false;
-    case NEGOTIATE_NONE:
+    if (part == NEGOTIATE_NONE) {
         stream_free(stream);
-        reply_header(reply, "Content-Range", "bytes */%llu", (unsigned long long)length);
-        reply_refuse(reply, API_RANGE, "there are %llu bytes", (unsigned long long)length);
+        reply_header(reply, "Content-Range", "bytes */%llu", all);
+        reply_refuse(reply, API_RANGE, "there are %llu bytes", all);
         return true;
-    case NEGOTIATE_SOME:
-        break;
     }
     stream->skip = range.first;
     stream->left = range.last - range.first + 1;
     reply_header(reply, "Content-Range", "bytes %llu-%llu/%llu", (unsigned long long)range.first,
-                 (unsigned long long)range.last, (unsigned long long)length);
+                 (unsigned long long)range.last, all);
     reply_stream(reply, 206, type, (struct reply_stream){range_next, free_stream, stream, 0},
                  (size_t)stream->left);
     return true;
@@ -142,12 +126,16 @@ static bool reply_part(const struct request *request, struct reply *reply, const
 
 void stream_send(const struct request *request, struct reply *reply, const char *type,
                  enum compress_coding coding, struct stream *stream) {
-    const struct reply_stream bytes = {stream_next, free_stream, stream, 0};
+    struct reply_stream bytes = {stream_next, free_stream, stream, 0};
     if (stream->failed) {
         stream_free(stream);
         reply_refuse(reply, API_INTERNAL, "the stored result cannot be read");
+    } else if (coding != COMPRESS_IDENTITY && !compress_stream(coding, &bytes)) {
+        stream_free(stream);
+        reply_no_memory(reply);
     } else if (coding != COMPRESS_IDENTITY) {
-        reply_compressed(reply, type, coding, bytes);
+        reply_header(reply, "Content-Encoding", "%s", compress_name(coding));
+        reply_stream(reply, 200, type, bytes, 0);
     } else if (reply_part(request, reply, type, stream,
                           stream->whole ? stream->head_length : stream->source.length)) {
         return;
@@ -170,5 +158,5 @@ void stream_reply(const struct request *request, struct reply *reply, const char
     if (stream)
         stream_send(request, reply, type, coding, stream);
     else
-        reply_refuse(reply, API_UNAVAILABLE, "there is no memory for this now");
+        reply_no_memory(reply);
 }

@@ -12,7 +12,7 @@ enum {
 };
 
 /* With the lock. */
-static void resume(struct exchange *exchange) {
+static void resume_exchange(struct exchange *exchange) {
     struct http *http = exchange->http;
     exchange->suspended = false;
     *(exchange->previous ? &exchange->previous->next : &http->suspended) = exchange->next;
@@ -23,13 +23,13 @@ static void resume(struct exchange *exchange) {
 }
 
 /* Called by the job events: the subject has changed. */
-static void wake(void *context) {
+static void wake_exchange(void *context) {
     struct exchange *exchange = context;
     pthread_mutex_lock(&exchange->http->lock);
     exchange->notified = true;
     exchange->woken_us = clock_us();
     if (exchange->suspended)
-        resume(exchange);
+        resume_exchange(exchange);
     pthread_mutex_unlock(&exchange->http->lock);
 }
 
@@ -41,7 +41,7 @@ void http_watch(struct request *request, const char *subject, enum job_event lea
     if (exchange->watching)
         job_events_unsubscribe(events, &exchange->watch);
     exchange->watching = true;
-    job_events_subscribe(events, &exchange->watch, subject, least, wake, exchange);
+    job_events_subscribe(events, &exchange->watch, subject, least, wake_exchange, exchange);
     pthread_mutex_lock(&exchange->http->lock);
     request->woken_us = exchange->woken_us = clock_us();
     pthread_mutex_unlock(&exchange->http->lock);
@@ -101,45 +101,37 @@ bool suspension_refresh(struct exchange *exchange) {
     return !gone;
 }
 
-/* With the lock: nothing is known to have changed, so that what others saw just now will do. */
-static void resume_in_time(struct exchange *exchange, int64_t now) {
-    int64_t since = (now - SEEN_MS) * 1000;
-    if (exchange->woken_us < since)
-        exchange->woken_us = since;
-    resume(exchange);
-}
-
 /* With the lock: resumes those whose time has come (all of them at the end); sets when to look
- * next. */
+ * next. Nothing is known to have changed, so that what others saw just now will do for them. */
 static void resume_due(struct http *http, int64_t now) {
+    const int64_t since = (now - SEEN_MS) * 1000;
     http->wake_at = INT64_MAX;
     for (struct exchange *exchange = http->suspended, *next; exchange; exchange = next) {
         next = exchange->next;
         int64_t due = exchange->request->wake_at;
-        if (due <= now || http->stopping)
-            resume_in_time(exchange, now);
-        else if (due < http->wake_at)
+        if (due <= now || http->stopping) {
+            if (exchange->woken_us < since)
+                exchange->woken_us = since;
+            resume_exchange(exchange);
+        } else if (due < http->wake_at) {
             http->wake_at = due;
+        }
     }
     if (http->wake_at < now + TICK_MS)
         http->wake_at = now + TICK_MS;
 }
 
-/* Whether the client has closed its side of the connection. Most that do are gone, and the rest
- * cannot be told apart: as with nginx, a client that wants the answer must leave its side open. */
-static bool hung_up(const struct client *client) {
-    struct pollfd side = {client->deadline.socket, POLLRDHUP, 0};
-    return poll(&side, 1, 0) == 1;
-}
-
-/* With the lock: resumes those whose client is gone, so that their connections end. The library
- * does not look at the socket of one that is suspended. */
+/* With the lock: resumes those whose client has closed its side of the connection, so that their
+ * connections end. Most that do are gone, and the rest cannot be told apart: as with nginx, a
+ * client that wants the answer must leave its side open. The library does not look at the socket of
+ * one that is suspended. */
 static void resume_gone(struct http *http) {
     for (struct exchange *exchange = http->suspended, *next; exchange; exchange = next) {
+        struct pollfd side = {exchange->client->deadline.socket, POLLRDHUP, 0};
         next = exchange->next;
-        exchange->gone = hung_up(exchange->client);
+        exchange->gone = poll(&side, 1, 0) == 1;
         if (exchange->gone)
-            resume(exchange);
+            resume_exchange(exchange);
     }
 }
 

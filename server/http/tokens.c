@@ -35,11 +35,11 @@ struct tokens {
 
 static const char *const roles[] = {"read", "write", "admin"};
 
-static bool explain(char why[TOKENS_WHY_SIZE], const char *format, ...)
+static bool explain_tokens(char why[TOKENS_WHY_SIZE], const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 /* Always false. */
-static bool explain(char why[TOKENS_WHY_SIZE], const char *format, ...) {
+static bool explain_tokens(char why[TOKENS_WHY_SIZE], const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(why, TOKENS_WHY_SIZE, format, arguments);
@@ -79,16 +79,9 @@ static bool read_role(const char *text, struct tokens_holder *holder) {
     return false;
 }
 
-static bool read_hash(const char *text, unsigned char hash[HASH_BYTES]) {
-    size_t length = 0;
-    return strlen(text) == 2 * HASH_BYTES && /* what is not hexadecimal ends it early */
-           sodium_hex2bin(hash, HASH_BYTES, text, 2 * HASH_BYTES, NULL, &length, NULL) == 0 &&
-           length == HASH_BYTES;
-}
-
 /* The reason why the line is none; NULL if it is. Reasons hold nothing of the line: it may be a
  * token that was put there by mistake. */
-static const char *read_line(char *line, struct entry *entry) {
+static const char *read_token_line(char *line, struct entry *entry) {
     char *name = strsep(&line, ":"), *role = strsep(&line, ":"), *hash = line;
     if (!role || !hash)
         return "is not name:role:hash; draped hash-token makes such lines";
@@ -96,7 +89,10 @@ static const char *read_line(char *line, struct entry *entry) {
         return "has no name of 1 to 64 letters, digits, '.', '_' or '-'";
     if (!read_role(role, &entry->holder))
         return "has a role other than read, write and admin";
-    if (!read_hash(hash, entry->hash))
+    size_t length = 0; /* what is not hexadecimal ends it early */
+    if (strlen(hash) != 2 * HASH_BYTES ||
+        sodium_hex2bin(entry->hash, HASH_BYTES, hash, 2 * HASH_BYTES, NULL, &length, NULL) != 0 ||
+        length != HASH_BYTES)
         return "has no hash of 64 hexadecimal digits; draped hash-token makes it";
     return NULL;
 }
@@ -124,37 +120,33 @@ static const char *add_entry(struct table *table, const struct entry *entry) {
     return NULL;
 }
 
-static bool read_table(FILE *file, const char *path, struct table *table,
-                       char why[TOKENS_WHY_SIZE]) {
+/* The tokens of the file; false, and nothing is kept, with a sentence in `why`. */
+static bool load_tokens(const char *path, struct table *table, char why[TOKENS_WHY_SIZE]) {
     char line[LINE_SIZE];
-    for (int number = 1; fgets(line, sizeof line, file); number++) {
-        bool cut = !strchr(line, '\n') && !feof(file);
-        struct entry entry;
-        cut_blanks(line);
-        if (!cut && (!line[0] || line[0] == '#'))
-            continue;
-        if (cut && line[0] == '#') { /* a long comment goes on */
-            for (int c; (c = getc(file)) != EOF && c != '\n';)
-                continue;
-            continue;
-        }
-        const char *fault = cut ? "is too long" : read_line(line, &entry);
-        if (!fault)
-            fault = add_entry(table, &entry);
-        if (fault)
-            return explain(why, "%.128s: line %d %s", path, number, fault);
-    }
-    if (ferror(file))
-        return explain(why, "%.128s cannot be read: %s", path, strerror(errno));
-    return table->count > 0 || explain(why, "%.128s has no token: nobody could call", path);
-}
-
-static bool load(const char *path, struct table *table, char why[TOKENS_WHY_SIZE]) {
+    bool good = true;
     *table = (struct table){NULL, 0};
     FILE *file = fopen(path, "re");
     if (!file)
-        return explain(why, "%.128s cannot be read: %s", path, strerror(errno));
-    bool good = read_table(file, path, table, why);
+        return explain_tokens(why, "%.128s cannot be read: %s", path, strerror(errno));
+    for (int number = 1; good && fgets(line, sizeof line, file); number++) {
+        bool cut = !strchr(line, '\n') && !feof(file);
+        struct entry entry;
+        cut_blanks(line);
+        if ((!cut && !line[0]) || line[0] == '#') {
+            for (int c = 0; cut && c != EOF && c != '\n';) /* a long comment goes on */
+                c = getc(file);
+            continue;
+        }
+        const char *fault = cut ? "is too long" : read_token_line(line, &entry);
+        if (!fault)
+            fault = add_entry(table, &entry);
+        if (fault)
+            good = explain_tokens(why, "%.128s: line %d %s", path, number, fault);
+    }
+    if (good && ferror(file))
+        good = explain_tokens(why, "%.128s cannot be read: %s", path, strerror(errno));
+    else if (good && table->count == 0)
+        good = explain_tokens(why, "%.128s has no token: nobody could call", path);
     fclose(file);
     if (!good)
         free(table->entries);
@@ -163,12 +155,12 @@ static bool load(const char *path, struct table *table, char why[TOKENS_WHY_SIZE
 
 struct tokens *tokens_open(const char *path, char why[TOKENS_WHY_SIZE]) {
     struct table table;
-    if (!load(path, &table, why))
+    if (!load_tokens(path, &table, why))
         return NULL;
     struct tokens *tokens = calloc(1, sizeof *tokens);
     char *copy = strdup(path);
     if (!tokens || !copy) {
-        explain(why, "there is no memory");
+        explain_tokens(why, "there is no memory");
         free(tokens);
         free(copy);
         free(table.entries);
@@ -191,7 +183,7 @@ void tokens_free(struct tokens *tokens) {
 
 bool tokens_reload(struct tokens *tokens, char why[TOKENS_WHY_SIZE]) {
     struct table table, old;
-    if (!load(tokens->path, &table, why))
+    if (!load_tokens(tokens->path, &table, why))
         return false;
     pthread_rwlock_wrlock(&tokens->lock);
     old = tokens->table;
@@ -229,31 +221,6 @@ bool tokens_find(struct tokens *tokens, const char *token, struct tokens_holder 
 
 /* ------------------------------------------------------------------ draped hash-token */
 
-static void make_token(char token[TOKEN_SIZE]) {
-    unsigned char random[TOKENS_RANDOM_BYTES];
-    randombytes_buf(random, sizeof random);
-    sodium_bin2base64(token, TOKEN_SIZE, random, sizeof random,
-                      sodium_base64_VARIANT_URLSAFE_NO_PADDING);
-    sodium_memzero(random, sizeof random);
-}
-
-/* What fits behind "Bearer" (RFC 6750, 2.1). */
-static bool take_token(FILE *in, char token[TOKEN_SIZE]) {
-    if (!fgets(token, TOKEN_SIZE, in))
-        return false;
-    cut_blanks(token);
-    return consists_of(token, "-._~+/=", TOKEN_SIZE - 2);
-}
-
-static int print_line(const struct tokens_holder *holder, const char *token, FILE *out) {
-    unsigned char hash[HASH_BYTES];
-    char hex[2 * HASH_BYTES + 1];
-    hash_token(token, hash);
-    sodium_bin2hex(hex, sizeof hex, hash, sizeof hash);
-    fprintf(out, "%s:%s:%s\n", holder->name, roles[holder->role], hex);
-    return fflush(out) == 0 ? 0 : 1;
-}
-
 int tokens_command(int argc, char **argv, FILE *in, FILE *out, FILE *err) {
     static const char usage[] =
         "usage: draped hash-token NAME read|write|admin [--generate]\n"
@@ -262,23 +229,34 @@ int tokens_command(int argc, char **argv, FILE *in, FILE *out, FILE *err) {
         "kept\n"
         "of them is a fast hash.\n";
     struct tokens_holder holder;
-    char token[TOKEN_SIZE];
+    unsigned char hash[HASH_BYTES];
+    char token[TOKEN_SIZE], hex[2 * HASH_BYTES + 1];
     bool generate = argc == 5 && !strcmp(argv[4], "--generate");
     if ((argc != 4 && !generate) || !read_name(argv[2], &holder) || !read_role(argv[3], &holder)) {
         fputs(usage, err);
         return 2;
     }
+    token[0] = '\0';
     if (generate) {
-        make_token(token);
+        unsigned char random[TOKENS_RANDOM_BYTES];
+        randombytes_buf(random, sizeof random);
+        sodium_bin2base64(token, sizeof token, random, sizeof random,
+                          sodium_base64_VARIANT_URLSAFE_NO_PADDING);
+        sodium_memzero(random, sizeof random);
         fprintf(err, "the token: %s\n", token);
-    } else if (!take_token(in, token)) {
+    } else if (fgets(token, sizeof token, in)) {
+        cut_blanks(token);
+    }
+    if (!consists_of(token, "-._~+/=", TOKEN_SIZE - 2)) { /* behind "Bearer" (RFC 6750, 2.1) */
         fputs("draped: a token is one line of letters, digits or any of -._~+/=\n", err);
         return 2;
-    } else if (strlen(token) < SHORT_TOKEN) {
+    }
+    if (strlen(token) < SHORT_TOKEN)
         fputs("draped: this token is short enough to be guessed; --generate makes a good one\n",
               err);
-    }
-    int code = print_line(&holder, token, out);
+    hash_token(token, hash);
+    sodium_bin2hex(hex, sizeof hex, hash, sizeof hash);
+    fprintf(out, "%s:%s:%s\n", holder.name, roles[holder.role], hex);
     sodium_memzero(token, sizeof token);
-    return code;
+    return fflush(out) == 0 ? 0 : 1;
 }

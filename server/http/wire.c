@@ -23,11 +23,11 @@ static set address_set = {0, 0x07ff4000, 0x0000007e, 0x0000007e, 0, 0, 0, 0};
 static set quoted_set = {0x00000200, 0xfffffffb, 0xefffffff, 0x7fffffff,
                          0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff};
 
-static inline bool is(const uint32_t *bits, unsigned char c) {
+static inline bool in_set(const uint32_t *bits, unsigned char c) {
     return bits[c >> 5] >> (c & 31) & 1;
 }
 
-static int hex_value(unsigned char c) {
+int wire_hex_value(unsigned char c) {
     unsigned char lower = c | 0x20;
     return c >= '0' && c <= '9' ? c - '0' : lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
@@ -81,14 +81,14 @@ enum { TRAILERS = TRAILER_FIRST - FIELD_FIRST }; /* from a state of fields to th
 enum field { OTHER, HOST, CONTENT_LENGTH, TRANSFER_ENCODING, AUTHORIZATION, CONNECTION };
 
 /* Always false: the byte is not good. */
-static bool refuse(struct wire *wire, enum api_problem_id problem, const char *detail) {
+static bool refuse_bytes(struct wire *wire, enum api_problem_id problem, const char *detail) {
     wire->problem = problem;
     wire->detail = detail;
     return false;
 }
 
 static bool malformed(struct wire *wire, const char *detail) {
-    return refuse(wire, API_BAD_REQUEST, detail);
+    return refuse_bytes(wire, API_BAD_REQUEST, detail);
 }
 
 /* Always true. */
@@ -97,19 +97,19 @@ static bool go(struct wire *wire, enum state state) {
     return true;
 }
 
-static void keep(struct wire *wire, unsigned char c) {
+static void keep_byte(struct wire *wire, unsigned char c) {
     if (wire->text_length < sizeof wire->text)
         wire->text[wire->text_length++] = (char)c;
     else
         wire->text_cut = true;
 }
 
-static void forget(struct wire *wire) {
+static void forget_text(struct wire *wire) {
     wire->text_length = 0;
     wire->text_cut = false;
 }
 
-static bool complete(struct wire *wire) {
+static bool complete_message(struct wire *wire) {
     wire->messages++;
     wire->fields = 0;
     return go(wire, START);
@@ -118,31 +118,31 @@ static bool complete(struct wire *wire) {
 /* ------------------------------------------------------------------ the request line */
 
 static bool begin_message(struct wire *wire, unsigned char c) {
-    if (!is(token_set, c))
+    if (!in_set(token_set, c))
         return malformed(wire, "the request line does not begin with a method");
     wire->head = 1;
     wire->left = wire->extensions = 0;
     wire->fields = wire->seen = 0;
     wire->asterisk = wire->http_1_0 = wire->chunked = false;
     wire->close_token = wire->keep_token = false;
-    forget(wire);
-    keep(wire, c);
+    forget_text(wire);
+    keep_byte(wire, c);
     return go(wire, METHOD);
 }
 
 bool wire_is_authority(const char *text, size_t length) {
     size_t at = 0, port = 0;
     if (length && text[0] == '[') {
-        while (++at < length && is(address_set, (unsigned char)text[at]))
+        while (++at < length && in_set(address_set, (unsigned char)text[at]))
             continue;
         if (at < 3 || at == length || text[at++] != ']')
             return false;
     } else {
         for (; at < length && text[at] != ':'; at++) {
             bool escape = text[at] == '%' && length - at > 2 &&
-                          hex_value((unsigned char)text[at + 1]) >= 0 &&
-                          hex_value((unsigned char)text[at + 2]) >= 0;
-            if (!escape && !is(host_set, (unsigned char)text[at]))
+                          wire_hex_value((unsigned char)text[at + 1]) >= 0 &&
+                          wire_hex_value((unsigned char)text[at + 2]) >= 0;
+            if (!escape && !in_set(host_set, (unsigned char)text[at]))
                 return false;
             at += escape ? 2 : 0;
         }
@@ -186,7 +186,7 @@ static bool version_byte(struct wire *wire, unsigned char c) {
     if (at < sizeof version - 1 && c == (unsigned char)version[at])
         return true;
     if (at == 5 && c >= '0' && c <= '9')
-        return refuse(wire, API_HTTP_VERSION, "the request is of another version of HTTP");
+        return refuse_bytes(wire, API_HTTP_VERSION, "the request is of another version of HTTP");
     return malformed(wire, "the request line does not end with HTTP/1.1 or HTTP/1.0");
 }
 
@@ -202,25 +202,25 @@ static bool line_byte(struct wire *wire, unsigned char c) {
     case METHOD:
         if (c == ' ') {
             wire->options = wire->text_length == 7 && !memcmp(wire->text, "OPTIONS", 7);
-            forget(wire);
+            forget_text(wire);
             return go(wire, TARGET_FIRST);
         }
-        keep(wire, c);
-        return is(token_set, c) || malformed(wire, "the method is no token");
+        keep_byte(wire, c);
+        return in_set(token_set, c) || malformed(wire, "the method is no token");
     case TARGET_FIRST:
         if (c == '/')
             return go(wire, TARGET);
-        keep(wire, c);
-        return is(target_set, c) ? go(wire, TARGET_OTHER) : malformed(wire, stray);
+        keep_byte(wire, c);
+        return in_set(target_set, c) ? go(wire, TARGET_OTHER) : malformed(wire, stray);
     case TARGET_OTHER:
         if (c == ' ' && !end_target(wire))
             return false;
-        keep(wire, c);
+        keep_byte(wire, c);
         /* fall through */
     case TARGET:
         if (c != ' ')
-            return is(target_set, c) || malformed(wire, stray);
-        forget(wire);
+            return in_set(target_set, c) || malformed(wire, stray);
+        forget_text(wire);
         return go(wire, VERSION);
     case VERSION:
         return version_byte(wire, c);
@@ -244,19 +244,7 @@ static enum field field_named(const struct wire *wire) {
     return OTHER;
 }
 
-static bool begin_field(struct wire *wire, unsigned char c) {
-    if (c == ' ' || c == '\t')
-        return malformed(wire, "a header is folded over two lines");
-    if (!is(token_set, c))
-        return malformed(wire, "a header's name has a character that is not allowed there");
-    if (++wire->fields > WIRE_FIELDS_MAX)
-        return refuse(wire, API_HEADERS_TOO_LARGE, "there are too many headers");
-    forget(wire);
-    keep(wire, c);
-    return true;
-}
-
-static bool read_length(struct wire *wire) {
+static bool read_content_length(struct wire *wire) {
     bool huge = false;
     if (!wire->text_length || wire->text_cut)
         return malformed(wire, "Content-Length is no number");
@@ -267,7 +255,7 @@ static bool read_length(struct wire *wire) {
         huge = huge || wire->left > ((uint64_t)INT64_MAX - digit) / 10;
         wire->left = huge ? 0 : wire->left * 10 + digit;
     }
-    return !huge || refuse(wire, API_TOO_LARGE, "the body is too large");
+    return !huge || refuse_bytes(wire, API_TOO_LARGE, "the body is too large");
 }
 
 /* Whether the list of tokens in `text` has this one. */
@@ -303,7 +291,7 @@ static bool end_field(struct wire *wire) {
             return malformed(wire, "Host is no name or address with an optional port");
         break;
     case CONTENT_LENGTH:
-        return read_length(wire);
+        return read_content_length(wire);
     case TRANSFER_ENCODING:
         wire->chunked = wire->text_length == 7 && !strncasecmp(wire->text, "chunked", 7);
         return wire->chunked || malformed(wire, "the only transfer coding here is chunked");
@@ -327,7 +315,9 @@ static bool end_head(struct wire *wire) {
         return malformed(wire, "there is no Host");
     wire->closing = wire->close_token || (wire->http_1_0 && !wire->keep_token);
     wire->line = 0;
-    return wire->chunked ? go(wire, CHUNK_FIRST) : wire->left ? go(wire, BODY) : complete(wire);
+    return wire->chunked ? go(wire, CHUNK_FIRST)
+           : wire->left  ? go(wire, BODY)
+                         : complete_message(wire);
 }
 
 static bool field_byte(struct wire *wire, unsigned char c) {
@@ -337,15 +327,23 @@ static bool field_byte(struct wire *wire, unsigned char c) {
     case FIELD_FIRST:
         if (c == '\r')
             return go(wire, (enum state)(HEAD_LF + part));
-        return begin_field(wire, c) && go(wire, (enum state)(FIELD_NAME + part));
+        if (c == ' ' || c == '\t')
+            return malformed(wire, "a header is folded over two lines");
+        if (!in_set(token_set, c))
+            return malformed(wire, "a header's name has a character that is not allowed there");
+        if (++wire->fields > WIRE_FIELDS_MAX)
+            return refuse_bytes(wire, API_HEADERS_TOO_LARGE, "there are too many headers");
+        forget_text(wire);
+        keep_byte(wire, c);
+        return go(wire, (enum state)(FIELD_NAME + part));
     case FIELD_NAME:
         if (c == ':') {
             wire->field = (unsigned char)field_named(wire);
-            forget(wire);
+            forget_text(wire);
             return go(wire, (enum state)(FIELD_BLANK + part));
         }
-        keep(wire, c);
-        return is(token_set, c) ||
+        keep_byte(wire, c);
+        return in_set(token_set, c) ||
                malformed(wire, "a header's name has a character that is not allowed there");
     case FIELD_BLANK:
         if (c == ' ' || c == '\t')
@@ -356,8 +354,8 @@ static bool field_byte(struct wire *wire, unsigned char c) {
         if (c == '\r')
             return go(wire, (enum state)(FIELD_LF + part));
         if (wire->field != OTHER)
-            keep(wire, c);
-        return is(value_set, c) || malformed(wire, stray);
+            keep_byte(wire, c);
+        return in_set(value_set, c) || malformed(wire, stray);
     case FIELD_LF:
         if (c != '\n')
             return malformed(wire, "a header does not end with CR LF");
@@ -365,7 +363,7 @@ static bool field_byte(struct wire *wire, unsigned char c) {
     default: /* HEAD_LF */
         if (c != '\n')
             return malformed(wire, "the head does not end with CR LF");
-        return part ? complete(wire) : end_head(wire);
+        return part ? complete_message(wire) : end_head(wire);
     }
 }
 
@@ -380,41 +378,41 @@ static bool end_extension(struct wire *wire, unsigned char c) {
 
 static bool extension_byte(struct wire *wire, unsigned char c) {
     if (++wire->extensions > WIRE_EXTENSION_BYTES)
-        return refuse(wire, API_TOO_LARGE, "the extensions of the chunks are too long");
+        return refuse_bytes(wire, API_TOO_LARGE, "the extensions of the chunks are too long");
     switch ((enum state)wire->state) {
     case EXTENSION_FIRST:
-        return is(token_set, c) ? go(wire, EXTENSION_NAME) : end_extension(wire, 0);
+        return in_set(token_set, c) ? go(wire, EXTENSION_NAME) : end_extension(wire, 0);
     case EXTENSION_NAME:
         if (c == '=')
             return go(wire, EXTENSION_VALUE);
-        return is(token_set, c) || end_extension(wire, c);
+        return in_set(token_set, c) || end_extension(wire, c);
     case EXTENSION_VALUE:
         if (c == '"')
             return go(wire, EXTENSION_QUOTED);
-        return is(token_set, c) ? go(wire, EXTENSION_TOKEN) : end_extension(wire, 0);
+        return in_set(token_set, c) ? go(wire, EXTENSION_TOKEN) : end_extension(wire, 0);
     case EXTENSION_TOKEN:
-        return is(token_set, c) || end_extension(wire, c);
+        return in_set(token_set, c) || end_extension(wire, c);
     case EXTENSION_QUOTED:
         if (c == '"')
             return go(wire, EXTENSION_END);
         if (c == '\\')
             return go(wire, EXTENSION_ESCAPED);
-        return is(quoted_set, c) || end_extension(wire, 0);
+        return in_set(quoted_set, c) || end_extension(wire, 0);
     case EXTENSION_ESCAPED:
-        return is(value_set, c) ? go(wire, EXTENSION_QUOTED) : end_extension(wire, 0);
+        return in_set(value_set, c) ? go(wire, EXTENSION_QUOTED) : end_extension(wire, 0);
     default: /* EXTENSION_END */
         return end_extension(wire, c);
     }
 }
 
 static bool size_byte(struct wire *wire, unsigned char c) {
-    int digit = hex_value(c);
+    int digit = wire_hex_value(c);
     if (wire->state == CHUNK_FIRST) {
         wire->line = 0;
         wire->left = 0;
     }
     if (digit >= 0 && wire->left >> 59)
-        return refuse(wire, API_TOO_LARGE, "a chunk of the body is too large");
+        return refuse_bytes(wire, API_TOO_LARGE, "a chunk of the body is too large");
     if (digit >= 0) {
         wire->left = wire->left << 4 | (unsigned)digit;
         return go(wire, CHUNK_SIZE);
@@ -430,7 +428,7 @@ static bool chunk_byte(struct wire *wire, unsigned char c) {
     if (wire->state <= EXTENSION_END) {
         bool good = wire->state <= CHUNK_SIZE ? size_byte(wire, c) : extension_byte(wire, c);
         if (good && ++wire->line > WIRE_CHUNK_LINE_BYTES)
-            return refuse(wire, API_TOO_LARGE, "a chunk's size and extension are too long");
+            return refuse_bytes(wire, API_TOO_LARGE, "a chunk's size and extension are too long");
         return good;
     }
     switch ((enum state)wire->state) {
@@ -450,33 +448,27 @@ static bool chunk_byte(struct wire *wire, unsigned char c) {
 
 /* ------------------------------------------------------------------ from byte to byte */
 
-/* The head and the trailers are bounded: whether one byte more fits. */
-static bool count_head(struct wire *wire) {
-    bool trailers = wire->state >= TRAILER_FIRST;
-    if (wire->head++ < (trailers ? WIRE_TRAILER_BYTES : WIRE_HEAD_BYTES))
-        return true;
-    if (wire->state < FIELD_FIRST)
-        return refuse(wire, API_TARGET_TOO_LONG, "the request line does not fit");
-    return refuse(wire, API_HEADERS_TOO_LARGE,
-                  trailers ? "the trailers do not fit" : "the headers do not fit");
-}
-
+/* The head and the trailers are bounded. */
 static bool check_byte(struct wire *wire, unsigned char c) {
+    bool trailers = wire->state >= TRAILER_FIRST;
     if (wire->state >= BODY)
         return chunk_byte(wire, c);
-    if (wire->state > EMPTY_LF && !count_head(wire))
-        return false;
+    if (wire->state > EMPTY_LF && wire->head++ >= (trailers ? WIRE_TRAILER_BYTES : WIRE_HEAD_BYTES))
+        return wire->state < FIELD_FIRST
+                   ? refuse_bytes(wire, API_TARGET_TOO_LONG, "the request line does not fit")
+                   : refuse_bytes(wire, API_HEADERS_TOO_LARGE,
+                                  trailers ? "the trailers do not fit" : "the headers do not fit");
     return wire->state < FIELD_FIRST ? line_byte(wire, c) : field_byte(wire, c);
 }
 
 /* How many of the next bytes leave the state as it is: in targets and values of which nothing is
  * kept, and in bodies. */
-static size_t run(struct wire *wire, const char *bytes, size_t length) {
+static size_t skip_bytes(struct wire *wire, const char *bytes, size_t length) {
     if (wire->state == BODY || wire->state == CHUNK_DATA) {
         size_t count = wire->left < length ? (size_t)wire->left : length;
         wire->left -= count;
         if (wire->left == 0 && wire->state == BODY)
-            complete(wire);
+            complete_message(wire);
         else if (wire->left == 0)
             go(wire, DATA_CR);
         return count;
@@ -486,7 +478,7 @@ static size_t run(struct wire *wire, const char *bytes, size_t length) {
         return 0;
     const uint32_t *bits = target ? target_set : value_set;
     size_t count = 0, most = WIRE_HEAD_BYTES - wire->head;
-    while (count < length && count < most && is(bits, (unsigned char)bytes[count]))
+    while (count < length && count < most && in_set(bits, (unsigned char)bytes[count]))
         count++;
     wire->head += (uint32_t)count;
     return count;
@@ -501,7 +493,7 @@ size_t wire_check(struct wire *wire, const char *bytes, size_t length, size_t *b
     while (wire->problem == API_OK && at < length) {
         if (wire->state == START)
             start = at;
-        size_t skipped = run(wire, bytes + at, length - at);
+        size_t skipped = skip_bytes(wire, bytes + at, length - at);
         at += skipped;
         if (!skipped && check_byte(wire, (unsigned char)bytes[at]))
             at++;

@@ -67,4 +67,7 @@ bool wire_between(const struct wire *wire);
  * in brackets. The empty text is none. */
 bool wire_is_authority(const char *text, size_t length);
 
+/* Of a hexadecimal digit; -1 for another character. */
+int wire_hex_value(unsigned char c);
+
 #endif

@@ -4,6 +4,7 @@
 #include "server/config.h"
 #include "server/http/negotiate.h"
 #include "server/job_events.h"
+#include "server/work/stored_result.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -27,24 +28,21 @@ const char *call_owner(const struct call *call) {
 }
 
 enum http_next call_store_failed(struct call *call, enum store_answer answer) {
-    reply_header(call->reply, "Retry-After", "%d", answer == STORE_BUSY ? 1 : 10);
-    reply_refuse(call->reply, API_UNAVAILABLE, "the store is %s", store_answer_name(answer));
+    reply_refuse_for(call->reply, answer == STORE_BUSY ? 1 : 10, API_UNAVAILABLE, "the store is %s",
+                     store_answer_name(answer));
     return HTTP_DONE;
 }
 
 enum http_next call_draining(struct call *call) {
-    reply_header(call->reply, "Retry-After", "5");
-    reply_refuse(call->reply, API_UNAVAILABLE, "the service is shutting down");
+    reply_refuse_for(call->reply, 5, API_UNAVAILABLE, "the service is shutting down");
     return HTTP_DONE;
 }
 
 enum http_next call_bytes_full(struct call *call) {
-    reply_header(call->reply, "Retry-After", "60");
-    reply_refuse(
-        call->reply, API_QUOTA,
-        "you have stored as much as one owner may: %lld bytes (--owner-bytes); delete what "
-        "is no longer needed",
-        (long long)call->services->config->owner_bytes);
+    reply_refuse_for(call->reply, 60, API_QUOTA,
+                     "you have stored as much as one owner may: %lld bytes (--owner-bytes); "
+                     "delete what you no longer need",
+                     (long long)call->services->config->owner_bytes);
     return HTTP_DONE;
 }
 
@@ -105,50 +103,53 @@ bool call_read_page(struct call *call, int *limit, int64_t *cursor) {
     return true;
 }
 
-enum http_next call_list_items(struct call *call, enum store_item_kind kind, const char *collection,
-                               const char *first) {
-    struct store_items page = {0};
-    int limit;
-    int64_t cursor;
-    if (!call_read_page(call, &limit, &cursor))
-        return HTTP_DONE;
-    enum store_answer answer =
-        store_item_list(call->services->store, kind, call_owner(call), cursor, limit, &page);
-    if (answer == STORE_OK)
-        reply_text(call->reply, 200, "application/json",
-                   documents_items(collection, cursor ? "" : first, &page));
-    else
-        call_store_failed(call, answer);
-    store_items_clear(&page);
+enum http_next call_request_failed(struct call *call, enum store_answer answer) {
+    if (answer != STORE_EMPTY)
+        return call_store_failed(call, answer);
+    reply_refuse(call->reply, API_GONE,
+                 "the request has been removed (--retention, --retention-bytes)");
     return HTTP_DONE;
 }
 
-/* The format of that name; without one the first of those that `accept` wants the most. */
-static const struct format *find_format(enum format_use use, const char *name, const char *accept) {
-    const struct format *format, *found = NULL;
-    int highest = 0;
-    for (size_t k = 0; (format = format_at(use, k)); k++) {
-        int quality =
-            name ? !strcmp(name, format->name) : negotiate_quality(accept, format->media_type);
-        if (quality <= highest)
-            continue;
-        highest = quality;
-        found = format;
-    }
-    return found;
+char *call_stored_request(struct call *call, const char *id, size_t *length) {
+    char *request = NULL;
+    enum store_answer answer = store_request(call->services->store, id, &request, length);
+    if (answer != STORE_OK)
+        call_request_failed(call, answer);
+    return request;
+}
+
+bool call_stored_result(struct call *call, const char *id, struct stored_result *stored) {
+    stored->store = call->services->store;
+    enum store_answer answer = store_result_find(stored->store, id, &stored->result);
+    if (answer == STORE_EMPTY)
+        reply_refuse(call->reply, API_GONE, "the result has been removed");
+    else if (answer != STORE_OK)
+        call_store_failed(call, answer);
+    return answer == STORE_OK;
 }
 
 bool call_choose(struct call *call, enum format_use use, struct call_choice *choice) {
     const struct request *request = call->request;
+    const char *name = request_query(request, "format"),
+               *accept = request_header(request, "Accept");
+    const struct format *format;
     struct api_problem problem = {0};
     char names[128] = "";
-    *choice = (struct call_choice){.format = find_format(use, request_query(request, "format"),
-                                                         request_header(request, "Accept"))};
-    if (!choice->format) {
-        const struct format *format;
-        for (size_t k = 0, used = 0; (format = format_at(use, k)) && used < sizeof names; k++)
+    size_t used = 0;
+    int highest = 0;
+    *choice = (struct call_choice){0};
+    for (size_t k = 0; (format = format_at(use, k)); k++) { /* the first that is wanted the most */
+        int quality =
+            name ? !strcmp(name, format->name) : negotiate_quality(accept, format->media_type);
+        if (quality > highest)
+            choice->format = format;
+        highest = quality > highest ? quality : highest;
+        if (used < sizeof names)
             used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", k ? ", " : "",
                                      format->name);
+    }
+    if (!choice->format) {
         reply_refuse(call->reply, API_NOT_ACCEPTABLE, "this is available as %s", names);
         return false;
     }

@@ -19,6 +19,7 @@ struct config;
 struct dispatcher;
 struct document_pool;
 struct tokens;
+struct stored_result;
 
 /* What handlers work with. All of it is borrowed and outlives the front. */
 struct services {
@@ -33,7 +34,8 @@ struct call {
     const struct services *services;
     struct request *request;
     struct reply *reply;
-    enum store_kind kind; /* of the jobs that the path is about */
+    enum store_kind kind;      /* of the jobs that the path is about */
+    enum store_item_kind item; /* or of the items */
 };
 
 typedef enum http_next call_handler(struct call *call);
@@ -72,11 +74,14 @@ bool call_find_job(struct call *call, struct store_job *job);
 /* A list's `limit` and `cursor` of the query. False: the reply says what is wrong. */
 bool call_read_page(struct call *call, int *limit, int64_t *cursor);
 
-/* Answers with a page of what the owner keeps of that kind, as that collection; the JSON of
- * `first`,
- * "" or elements that everybody has, begins it. */
-enum http_next call_list_items(struct call *call, enum store_item_kind kind, const char *collection,
-                               const char *first);
+/* 410 or 503: why a stored request cannot be read. HTTP_DONE. */
+enum http_next call_request_failed(struct call *call, enum store_answer answer);
+
+/* The job's stored request, malloc'ed. NULL: the reply says why not. */
+char *call_stored_request(struct call *call, const char *id, size_t *length);
+
+/* Where the job's result is stored. False: the reply says why not (410, 503). */
+bool call_stored_result(struct call *call, const char *id, struct stored_result *stored);
 
 /* How the caller wants a document. */
 struct call_choice {

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "checking.h"
-#include <stdio.h>
 #include <stdlib.h>
 
 struct document_pool_order checking_order(const struct call *call, enum checker_kind kind) {
@@ -30,13 +29,13 @@ struct check *checking_begin(struct call *call, const struct document_pool_order
     return check;
 }
 
-static void drop(void *state) {
+static void drop_check(void *state) {
     check_drop(state);
 }
 
 bool checking_keep(struct call *call, const struct document_pool_order *order) {
     call->request->state = checking_begin(call, order);
-    call->request->state_free = drop;
+    call->request->state_free = drop_check;
     return call->request->state != NULL;
 }
 
@@ -71,17 +70,16 @@ char *checking_text(struct check *check, uint64_t offset, uint64_t length) {
     return text;
 }
 
-bool checking_item(struct call *call, struct check *check, const char *id,
-                   struct store_item *item) {
-    const struct checker_answer *answer = check_answer(check);
-    uint64_t split = answer->check.definition_length;
-    *item = (struct store_item){.definition = checking_text(check, 0, split),
-                                .definition_length = (size_t)split,
-                                .description =
-                                    checking_text(check, split, answer->output_length - split)};
-    snprintf(item->owner, sizeof item->owner, "%s", call->request->owner);
-    snprintf(item->id, sizeof item->id, "%s", id);
-    if (!item->definition || !item->description)
-        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
-    return item->definition && item->description;
+enum http_next checking_answer(struct call *call,
+                               void (*passed)(struct call *call, struct check *check)) {
+    struct check *check = call->request->state;
+    enum checking_state state = checking_look(call, check);
+    if (state == CHECKING_PASSED)
+        passed(call, check);
+    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+}
+
+void checking_reply_json(struct call *call, struct check *check) {
+    reply_text(call->reply, 200, "application/json",
+               checking_text(check, 0, check_answer(check)->output_length));
 }

@@ -52,8 +52,12 @@ enum checking_state checking_look(struct call *call, struct check *check);
  */
 char *checking_text(struct check *check, uint64_t offset, uint64_t length);
 
-/* What the check has read of a surface or a material, as the caller's own under `id`: its output is
- * the definition and behind that the description. To be cleared; false: the reply says why. */
-bool checking_item(struct call *call, struct check *check, const char *id, struct store_item *item);
+/* The answer of a call whose check is its request's `state`: HTTP_WAIT until that is done; when it
+ * has passed, `passed` makes the reply. */
+enum http_next checking_answer(struct call *call,
+                               void (*passed)(struct call *call, struct check *check));
+
+/* As `passed`: all that the check has written, as JSON. */
+void checking_reply_json(struct call *call, struct check *check);
 
 #endif

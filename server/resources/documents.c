@@ -70,6 +70,11 @@ const char *documents_collection(enum store_kind kind) {
     return names[kind];
 }
 
+static void write_member(struct api_text *text, const char *key, const char *json) {
+    api_text_key(text, key);
+    api_text_raw(text, json);
+}
+
 /* Nothing of it needs escaping. */
 static void write_link(struct api_text *text, const char *key, const struct store_job *job,
                        const char *tail) {
@@ -82,7 +87,45 @@ static void write_link(struct api_text *text, const char *key, const struct stor
     api_text_raw(text, "\"");
 }
 
-static void write_links(struct api_text *text, const struct store_job *job) {
+/* `plies` may be NULL. The stored summary belongs to the result, which other jobs may share; the
+ * time in the queue is this job's. */
+static void write_status(struct api_text *text, const struct store_job *job, const char *plies) {
+    bool shares = job->kind == STORE_LAMINATE && job->total > 0; /* of its drapes have ended */
+    double progress = !shares                          ? job->progress
+                      : job->status == STORE_SUCCEEDED ? 1
+                                                       : (double)job->done / (double)job->total;
+    api_text_raw(text, "{");
+    api_text_key_string(text, "id", job->id);
+    if (job->owner[0] && job->owner[0] != '@') /* an address is nobody else's business */
+        api_text_key_string(text, "owner", job->owner);
+    api_text_key_string(text, "status", store_status_name(job->status));
+    api_text_key_number(text, "progress", progress);
+    if (job->kind == STORE_STUDY) {
+        /* How many have been looked at. A search may end before its budget: then the summary has
+         * their number. */
+        json_t *summary = json_loads(job->summary ? job->summary : "{}", 0, NULL);
+        int64_t all = json_integer_value(json_object_get(summary, "variants"));
+        json_decref(summary);
+        api_text_key(text, "variants");
+        api_text_raw(text, "{");
+        api_text_key_integer(text, "done", all ? all : job->done);
+        api_text_key_integer(text, "total", all ? all : job->total);
+        api_text_raw(text, "}");
+    }
+    write_time(text, "created", job->created);
+    write_time(text, "started", job->started);
+    write_time(text, "finished", job->finished);
+    api_text_key_integer(text, "attempts", job->attempts);
+    if (job->summary && (job->kind != STORE_STUDY || job->status == STORE_SUCCEEDED)) {
+        api_text_key(text, "summary");
+        api_summary_write_stored(text, job->summary, documents_queue_ms(job));
+    } else if (job->summary) {
+        write_member(text, "best_so_far", job->summary);
+    }
+    if (plies)
+        write_member(text, "plies", plies);
+    if (job->error)
+        write_member(text, "error", job->error);
     api_text_key(text, "links");
     api_text_raw(text, "{");
     write_link(text, "self", job, "");
@@ -90,66 +133,7 @@ static void write_links(struct api_text *text, const struct store_job *job) {
         write_link(text, "result", job, "/result");
     write_link(text, "request", job, "/request");
     write_link(text, "events", job, "/events");
-    api_text_raw(text, "}");
-}
-
-/* Of a study: how many of its variants have been looked at. A search may end before its budget:
- * then the summary has their number. */
-static void write_variants(struct api_text *text, const struct store_job *job) {
-    json_t *summary = json_loads(job->summary ? job->summary : "{}", 0, NULL);
-    int64_t all = json_integer_value(json_object_get(summary, "variants"));
-    json_decref(summary);
-    api_text_key(text, "variants");
-    api_text_raw(text, "{");
-    api_text_key_integer(text, "done", all ? all : job->done);
-    api_text_key_integer(text, "total", all ? all : job->total);
-    api_text_raw(text, "}");
-}
-
-/* The stored summary belongs to the result, which other jobs may share; the time in the queue is
- * this job's. */
-static void write_summary(struct api_text *text, const struct store_job *job) {
-    api_text_key(text, "summary");
-    api_summary_write_stored(text, job->summary, documents_queue_ms(job));
-}
-
-/* Of a laminate the share of its drapes that have ended. */
-static double progress_of(const struct store_job *job) {
-    if (job->kind != STORE_LAMINATE || job->total <= 0)
-        return job->progress;
-    return job->status == STORE_SUCCEEDED ? 1 : (double)job->done / (double)job->total;
-}
-
-/* `plies` may be NULL. */
-static void write_status(struct api_text *text, const struct store_job *job, const char *plies) {
-    api_text_raw(text, "{");
-    api_text_key_string(text, "id", job->id);
-    if (job->owner[0] && job->owner[0] != '@') /* an address is nobody else's business */
-        api_text_key_string(text, "owner", job->owner);
-    api_text_key_string(text, "status", store_status_name(job->status));
-    api_text_key_number(text, "progress", progress_of(job));
-    if (job->kind == STORE_STUDY)
-        write_variants(text, job);
-    write_time(text, "created", job->created);
-    write_time(text, "started", job->started);
-    write_time(text, "finished", job->finished);
-    api_text_key_integer(text, "attempts", job->attempts);
-    if (job->summary && (job->kind != STORE_STUDY || job->status == STORE_SUCCEEDED)) {
-        write_summary(text, job);
-    } else if (job->summary) {
-        api_text_key(text, "best_so_far");
-        api_text_raw(text, job->summary);
-    }
-    if (plies) {
-        api_text_key(text, "plies");
-        api_text_raw(text, plies);
-    }
-    if (job->error) {
-        api_text_key(text, "error");
-        api_text_raw(text, job->error);
-    }
-    write_links(text, job);
-    api_text_raw(text, "}");
+    api_text_raw(text, "}}");
 }
 
 char *documents_status_with(const struct store_job *job, const char *plies) {
@@ -162,44 +146,43 @@ char *documents_status(const struct store_job *job) {
     return documents_status_with(job, NULL);
 }
 
-/* The cursor is a string: what it means is the store's business. */
-static void write_next(struct api_text *text, int64_t next) {
-    char cursor[24];
-    snprintf(cursor, sizeof cursor, "\"%lld\"", (long long)next);
-    api_text_key(text, "next");
-    api_text_raw(text, next ? cursor : "null");
-}
-
-char *documents_list(enum store_kind kind, const struct store_page *page) {
-    struct document document = document_new();
-    api_text_raw(&document.text, "{");
-    api_text_key(&document.text, documents_collection(kind));
-    api_text_raw(&document.text, "[");
-    for (size_t k = 0; k < page->count; k++) {
-        api_text_raw(&document.text, k ? "," : "");
-        write_status(&document.text, &page->jobs[k], NULL);
-    }
-    api_text_raw(&document.text, "]");
-    write_next(&document.text, page->next);
-    api_text_raw(&document.text, "}");
-    return document_finish(&document);
-}
-
-char *documents_items(const char *collection, const char *first, const struct store_items *page) {
+/* A page of a list begins and ends. The cursor is a string: what it means is the store's business.
+ */
+static struct document begin_page(const char *collection) {
     struct document document = document_new();
     api_text_raw(&document.text, "{");
     api_text_key(&document.text, collection);
     api_text_raw(&document.text, "[");
+    return document;
+}
+
+static char *end_page(struct document *document, int64_t next) {
+    char cursor[24];
+    snprintf(cursor, sizeof cursor, "\"%lld\"", (long long)next);
+    api_text_raw(&document->text, "]");
+    write_member(&document->text, "next", next ? cursor : "null");
+    api_text_raw(&document->text, "}");
+    return document_finish(document);
+}
+
+char *documents_list(enum store_kind kind, const struct store_page *page) {
+    struct document document = begin_page(documents_collection(kind));
+    for (size_t k = 0; k < page->count; k++) {
+        api_text_raw(&document.text, k ? "," : "");
+        write_status(&document.text, &page->jobs[k], NULL);
+    }
+    return end_page(&document, page->next);
+}
+
+char *documents_items(const char *collection, const char *first, const struct store_items *page) {
+    struct document document = begin_page(collection);
     api_text_raw(&document.text, first);
     for (size_t k = 0; k < page->count; k++) {
         const char *description = page->items[k].description;
         api_text_raw(&document.text, k || *first ? "," : "");
         api_text_raw(&document.text, description ? description : "null");
     }
-    api_text_raw(&document.text, "]");
-    write_next(&document.text, page->next);
-    api_text_raw(&document.text, "}");
-    return document_finish(&document);
+    return end_page(&document, page->next);
 }
 
 char *documents_job_problem(const struct store_job *job, const char *request_id, int *status) {

@@ -20,17 +20,13 @@ struct look {
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static struct look looks[PLACES];
 
-/* Ids are random digits. */
-static struct look *place_of(const char *id) {
+enum store_answer event_cache_look(struct store *store, const char *id, int64_t since,
+                                   struct store_job *job, char **document) {
+    struct store_job whole;
     unsigned number = 0;
-    for (int k = 0; k < 4 && id[k]; k++)
+    for (int k = 0; k < 4 && id[k]; k++) /* ids are random digits */
         number = number * 31 + (unsigned char)id[k];
-    return &looks[number % PLACES];
-}
-
-static bool find(const struct store *store, const char *id, int64_t since, struct store_job *job,
-                 char **document) {
-    const struct look *look = place_of(id);
+    struct look *look = &looks[number % PLACES];
     pthread_mutex_lock(&lock);
     bool found = look->store == store && look->begun >= since && !strcmp(look->id, id);
     if (found) {
@@ -38,28 +34,7 @@ static bool find(const struct store *store, const char *id, int64_t since, struc
         *document = strdup(look->document);
     }
     pthread_mutex_unlock(&lock);
-    return found;
-}
-
-static void pin(const struct store *store, const char *id, int64_t begun,
-                const struct store_job *job, const char *document) {
-    struct look *look = place_of(id);
-    char *copy = document ? strdup(document) : NULL;
-    pthread_mutex_lock(&lock);
-    if (copy && begun > look->begun) {
-        free(look->document);
-        *look = (struct look){.store = store, .begun = begun, .job = *job, .document = copy};
-        memcpy(look->id, id, strnlen(id, sizeof look->id - 1));
-        copy = NULL;
-    }
-    pthread_mutex_unlock(&lock);
-    free(copy);
-}
-
-enum store_answer event_cache_look(struct store *store, const char *id, int64_t since,
-                                   struct store_job *job, char **document) {
-    struct store_job whole;
-    if (find(store, id, since, job, document))
+    if (found)
         return STORE_OK;
     int64_t begun = clock_us();
     enum store_answer answer = store_get(store, id, &whole);
@@ -68,7 +43,16 @@ enum store_answer event_cache_look(struct store *store, const char *id, int64_t 
     *job = (struct store_job){
         .attempts = whole.attempts, .status = whole.status, .progress = whole.progress};
     *document = documents_status(&whole);
-    pin(store, id, begun, job, *document);
     store_job_clear(&whole);
+    char *copy = *document ? strdup(*document) : NULL;
+    pthread_mutex_lock(&lock);
+    if (copy && begun > look->begun) { /* keep it for the others */
+        free(look->document);
+        *look = (struct look){.store = store, .begun = begun, .job = *job, .document = copy};
+        memcpy(look->id, id, strnlen(id, sizeof look->id - 1));
+        copy = NULL;
+    }
+    pthread_mutex_unlock(&lock);
+    free(copy);
     return STORE_OK;
 }

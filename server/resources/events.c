@@ -31,7 +31,7 @@ struct events {
     char known[EVENTS_ID_SIZE]; /* what the client had before it came back; "" */
 };
 
-static void take_text(struct events *events, char *text) {
+static void send_text(struct events *events, char *text) {
     free(events->text);
     events->text = text;
     events->length = text ? strlen(text) : 0;
@@ -45,22 +45,6 @@ static void name_state(const struct store_job *job, char name[EVENTS_ID_SIZE]) {
              (int)(job->progress * 1000));
 }
 
-/* Takes up the event for the job as it is now. */
-static void take_status(struct events *events, const struct store_job *job, const char *document) {
-    char *text = NULL;
-    char state[EVENTS_ID_SIZE];
-    name_state(job, state);
-    events->ended = store_status_ended(job->status);
-    events->status = job->status;
-    events->progress = job->progress;
-    events->attempts = job->attempts;
-    const char *name = events->ended ? "end" : "progress";
-    if (document && asprintf(&text, "event: %s\nid: %s\ndata: %s\n\n", name, state, document) < 0)
-        text = NULL;
-    take_text(events, text);
-    events->ended = events->ended || !text; /* without memory the stream ends early */
-}
-
 /* Whether that is what the client saw last, before its connection broke. */
 static bool seen(const char *known, const struct store_job *job) {
     char state[EVENTS_ID_SIZE];
@@ -68,40 +52,40 @@ static bool seen(const char *known, const struct store_job *job) {
     return !strcmp(state, known);
 }
 
-static bool changed(const struct events *events, const struct store_job *job) {
-    if (events->attempts < 0 && seen(events->known, job))
-        return false;
-    return events->attempts < 0 || job->status != events->status ||
-           job->progress > events->progress || job->attempts != events->attempts;
-}
-
-/* A stream outlives its token no longer than to the next look after SIGHUP. */
-static bool allowed(struct events *events) {
-    int64_t reloads = events->tokens ? tokens_reloads(events->tokens) : 0;
-    if (reloads == events->reloads)
-        return true;
-    events->reloads = reloads;
-    return access_holds(events->tokens, events->request);
-}
-
-/* Looks for something to send. False when there is nothing now. */
-static bool look(struct events *events) {
+/* Looks for something to send. False when there is nothing now. A stream outlives its token no
+ * longer than to the next look after SIGHUP. */
+static bool look_for_news(struct events *events) {
     struct store_job job;
-    char *document = NULL;
-    int64_t now = clock_ms();
-    if (!allowed(events)) {
+    char *document = NULL, *text = NULL, state[EVENTS_ID_SIZE];
+    int64_t now = clock_ms(), reloads = events->tokens ? tokens_reloads(events->tokens) : 0;
+    bool looked = reloads == events->reloads, news = false;
+    events->reloads = reloads;
+    if (!looked && !access_holds(events->tokens, events->request)) {
         events->ended = true;
         return false;
     }
     enum store_answer answer =
         event_cache_look(events->store, events->id, events->request->woken_us, &job, &document);
-    bool news = answer == STORE_OK && changed(events, &job);
+    if (answer == STORE_OK)
+        news = events->attempts < 0
+                   ? !seen(events->known, &job)
+                   : job.status != events->status || job.progress > events->progress ||
+                         job.attempts != events->attempts;
     if (news) {
-        take_status(events, &job, document);
-    } else if (answer == STORE_EMPTY) { /* deleted */
+        name_state(&job, state);
+        events->ended = store_status_ended(job.status);
+        events->status = job.status;
+        events->progress = job.progress;
+        events->attempts = job.attempts;
+        if (document && asprintf(&text, "event: %s\nid: %s\ndata: %s\n\n",
+                                 events->ended ? "end" : "progress", state, document) < 0)
+            text = NULL;
+        send_text(events, text);
+        events->ended = events->ended || !text; /* without memory the stream ends early */
+    } else if (answer == STORE_EMPTY) {         /* deleted */
         events->ended = true;
     } else if (now - events->sent_at >= EVENTS_KEEP_ALIVE_MS) {
-        take_text(events, strdup(": still here\n\n"));
+        send_text(events, strdup(": still here\n\n"));
         news = true;
     }
     free(document);
@@ -114,7 +98,7 @@ static ssize_t events_next(void *context, char *buffer, size_t size) {
     if (events->sent == events->length) {
         if (events->ended || events->request->stopping)
             return REPLY_END;
-        if (!look(events))
+        if (!look_for_news(events))
             return events->ended ? REPLY_END : REPLY_WAIT;
         if (!events->length)
             return REPLY_BROKEN; /* no memory */
@@ -157,7 +141,7 @@ enum http_next events_stream(struct call *call) {
         reply_header(reply, "Cache-Control", "no-store");
         reply_header(reply, "X-Accel-Buffering", "no"); /* nginx would hold events back */
     } else {
-        reply_refuse(reply, API_UNAVAILABLE, "there is no memory for this now");
+        reply_no_memory(reply);
     }
     store_job_clear(&job);
     return HTTP_DONE;

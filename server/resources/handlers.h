@@ -17,20 +17,15 @@ call_handler studies_variant, studies_sample;
 call_handler laminates_request, laminates_pattern, laminates_patterns, laminates_report;
 /* maps.c */
 call_handler maps_create;
-/* surfaces.c */
-call_handler surfaces_create, surfaces_list, surfaces_get, surfaces_preview, surfaces_delete;
+/* items.c */
+call_handler items_create, items_list, items_get, items_preview, items_delete;
 /* Whether the body of `POST /v1/surfaces` is said to be a file of CAD or mesh, by `?format=` or its
  * type; the reply then says why it is not taken, if so. */
-bool surfaces_check_file(struct call *call);
-/* materials.c */
-call_handler materials_create, materials_list, materials_get, materials_delete;
+bool items_check_file(struct call *call);
 /* meta.c */
 call_handler meta_openapi, meta_limits, meta_health, meta_ready, meta_version, meta_metrics;
 /* viewer.c */
 call_handler viewer_page, viewer_file;
-
-/* 410 or 503: why a stored request cannot be read. */
-void jobs_request_failed(struct call *call, enum store_answer answer);
 
 /* Whether there is a result. False: the reply says why not, with the drape's own problem if it
  * failed. */

@@ -6,8 +6,8 @@
 #include "checking.h"
 #include "documents.h"
 #include "handlers.h"
+#include "items.h"
 #include "laminates.h"
-#include "materials.h"
 #include "queue_rate.h"
 #include "server/clock.h"
 #include "server/config.h"
@@ -52,7 +52,7 @@ static void free_waiting(void *state) {
 static bool start_waiting(struct call *call, const char *id, int64_t seconds) {
     struct waiting *waiting = calloc(1, sizeof *waiting);
     if (!waiting) {
-        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
+        reply_no_memory(call->reply);
         return false;
     }
     snprintf(waiting->id, sizeof waiting->id, "%.32s", id);
@@ -78,19 +78,6 @@ static bool must_wait(struct request *request, const struct store_job *job) {
 
 /* ------------------------------------------------------------------ POST */
 
-/* Keys of other bytes need be no text, which PostgreSQL does not take. */
-static bool check_key(struct call *call) {
-    const char *key = request_header(call->request, "Idempotency-Key");
-    size_t length = 0;
-    while (key && key[length] >= ' ' && key[length] <= '~')
-        length++;
-    if (!key || (length > 0 && length < STORE_KEY_SIZE && !key[length]))
-        return true;
-    reply_refuse(call->reply, API_INVALID_REQUEST,
-                 "the Idempotency-Key must have 1 to %d characters of ASCII", STORE_KEY_SIZE - 1);
-    return false;
-}
-
 /* The check of the body, with the stored surface and the materials that it names once these are
  * known. False: the reply says why there is none. */
 static bool begin_check(struct call *call) {
@@ -108,11 +95,22 @@ static bool begin_check(struct call *call) {
     return waiting->check != NULL;
 }
 
-/* The first call. False: the reply says why the body is not even looked at. */
-static bool begin(struct call *call) {
+/* The first call. False: the reply says why the body is not even looked at. Idempotency keys of
+ * other bytes need be no text, which PostgreSQL does not take. */
+static bool begin_submission(struct call *call) {
     int64_t wait = negotiate_wait(request_header(call->request, "Prefer"), CALL_WAIT_MAX);
+    const char *key = request_header(call->request, "Idempotency-Key");
+    size_t length = 0;
     queue_rate_sample(call->services->store);
-    return check_key(call) && (!wait || http_take_stream(call->request, call->reply)) &&
+    while (key && key[length] >= ' ' && key[length] <= '~')
+        length++;
+    if (key && (length == 0 || length >= STORE_KEY_SIZE || key[length])) {
+        reply_refuse(call->reply, API_INVALID_REQUEST,
+                     "the Idempotency-Key must have 1 to %d characters of ASCII",
+                     STORE_KEY_SIZE - 1);
+        return false;
+    }
+    return (!wait || http_take_stream(call->request, call->reply)) &&
            start_waiting(call, "", wait) && begin_check(call);
 }
 
@@ -121,15 +119,25 @@ static const char *surface_pointer(const struct call *call) {
     return call->kind == STORE_STUDY ? "/drape/surface/id" : "/surface/id";
 }
 
-/* Fetches the stored surface that the request names. False: the reply says why not. */
-static bool fetch_surface(struct call *call, const char *id) {
+/* Fetches what the request names beside itself: the caller's materials, or a stored surface. False:
+ * the reply says why not. */
+static bool fetch_named(struct call *call, const struct api_check *check) {
     struct waiting *waiting = call->request->state;
     struct api_problem problem = {0};
-    const char *pointer = surface_pointer(call);
+    if (check->needs_materials) {
+        char *names = checking_text(waiting->check, 0, check_answer(waiting->check)->output_length);
+        if (names)
+            waiting->materials = items_collect_materials(call, names, &waiting->materials_length);
+        else
+            reply_no_memory(call->reply);
+        free(names);
+        return waiting->materials != NULL;
+    }
     enum store_answer answer = store_item_get(call->services->store, STORE_SURFACES,
-                                              call_owner(call), id, &waiting->surface);
+                                              call_owner(call), check->surface, &waiting->surface);
     if (answer == STORE_EMPTY)
-        api_problem_add(&problem, pointer, "there is no stored surface '%s'", id);
+        api_problem_add(&problem, surface_pointer(call), "there is no stored surface '%s'",
+                        check->surface);
     else if (answer != STORE_OK)
         api_problem_set(&problem, API_UNAVAILABLE, "the store is %s", store_answer_name(answer));
     if (problem.id != API_OK)
@@ -137,49 +145,36 @@ static bool fetch_surface(struct call *call, const char *id) {
     return answer == STORE_OK;
 }
 
-/* Fetches the caller's materials that the request names. False: the reply says why not. */
-static bool fetch_materials(struct call *call) {
-    struct waiting *waiting = call->request->state;
-    char *names = checking_text(waiting->check, 0, check_answer(waiting->check)->output_length);
-    if (names)
-        waiting->materials = materials_collect(call, names, &waiting->materials_length);
-    else
-        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
-    free(names);
-    return waiting->materials != NULL;
-}
-
 /* 429 for the bound that the submission would have been over. */
 static void refuse_full(struct call *call, enum store_bound bound) {
     const struct config *config = call->services->config;
     struct reply *reply = call->reply;
-    const int64_t bounds[] = {[STORE_BOUND_QUEUE] = config->queue_limit,
-                              [STORE_BOUND_OWNER_QUEUED] = config->owner_queue,
-                              [STORE_BOUND_SHARE] = config->owner_queue};
-    if (bound == STORE_BOUND_OWNER_BYTES) {
+    int retry = queue_rate_retry_seconds(bound == STORE_BOUND_QUEUE ? config->queue_limit
+                                                                    : config->owner_queue);
+    if (bound == STORE_BOUND_OWNER_BYTES)
         call_bytes_full(call);
-        return;
-    }
-    reply_header(reply, "Retry-After", "%d", queue_rate_retry_seconds(bounds[bound]));
-    if (bound == STORE_BOUND_OWNER_QUEUED)
-        reply_refuse(
-            reply, API_QUOTA,
+    else if (bound == STORE_BOUND_OWNER_QUEUED)
+        reply_refuse_for(
+            reply, retry, API_QUOTA,
             "you have as many drapes and studies waiting as one owner may: %lld (--owner-queue)",
             (long long)config->owner_queue);
     else if (bound == STORE_BOUND_SHARE)
-        reply_refuse(reply, API_QUOTA,
-                     "you have as many drapes and studies waiting as there are places left "
-                     "(--queue-limit)");
+        reply_refuse_for(reply, retry, API_QUOTA,
+                         "you have as many drapes and studies waiting as there are places left "
+                         "in the queue (--queue-limit)");
     else
-        reply_refuse(reply, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
+        reply_refuse_for(reply, retry, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
 }
 
-/* Submits what the check has passed: the body, with its materials in it. */
-static enum store_answer store_checked(struct call *call, const struct api_check *check,
-                                       struct store_receipt *receipt) {
+/* Queues what the check has passed: the body, with its materials in it. `waiting->id` is the job's
+ * then. False: the reply says why not. */
+static bool submit_checked(struct call *call, const struct api_check *check) {
     const struct request *request = call->request;
     const struct config *config = call->services->config;
     struct waiting *waiting = request->state;
+    struct reply *reply = call->reply;
+    struct api_problem problem = {0};
+    struct store_receipt receipt;
     const char *key = request_header(request, "Idempotency-Key");
     const size_t filled = check->filled_length;
     char *text = filled ? checking_text(waiting->check, 0, filled) : NULL;
@@ -199,39 +194,24 @@ static enum store_answer store_checked(struct call *call, const struct api_check
     };
     enum store_answer answer = STORE_BUSY;
     if (call->kind == STORE_LAMINATE)
-        answer = laminates_submit(call, waiting->check, &submission, receipt);
+        answer = laminates_submit(call, waiting->check, &submission, &receipt);
     else if (!filled || text)
-        answer = store_submit(call->services->store, &submission, receipt);
+        answer = store_submit(call->services->store, &submission, &receipt);
     free(text);
-    return answer;
-}
-
-/* Queues the checked job; `waiting->id` is its id then. False: the reply says why not. */
-static bool submit(struct call *call, const struct api_check *check) {
-    struct waiting *waiting = call->request->state;
-    struct reply *reply = call->reply;
-    struct api_problem problem = {0};
-    struct store_receipt receipt;
-    enum store_answer answer = store_checked(call, check, &receipt);
-    switch (answer) {
-    case STORE_OK:
+    if (answer == STORE_OK) {
         memcpy(waiting->id, receipt.id, sizeof waiting->id);
         waiting->queued = receipt.status == STORE_QUEUED;
         memcpy(call->request->drape, receipt.id, sizeof receipt.id);
-        break;
-    case STORE_CONFLICT:
+    } else if (answer == STORE_CONFLICT) {
         reply_refuse(reply, API_IDEMPOTENCY_MISMATCH,
                      "this Idempotency-Key came with another body before");
-        break;
-    case STORE_FULL:
+    } else if (answer == STORE_FULL) {
         refuse_full(call, receipt.full);
-        break;
-    case STORE_EMPTY: /* deleted since it was read */
+    } else if (answer == STORE_EMPTY) { /* deleted since it was read */
         api_problem_add(&problem, surface_pointer(call), "there is no stored surface '%s'",
                         check->surface);
         reply_problem(reply, &problem);
-        break;
-    default:
+    } else {
         call_store_failed(call, answer);
     }
     return answer == STORE_OK;
@@ -246,10 +226,8 @@ static enum checking_state accept_body(struct call *call) {
             return state;
         const struct api_check *check = &check_answer(waiting->check)->check;
         if (!check->needs_surface && !check->needs_materials)
-            return submit(call, check) ? CHECKING_PASSED : CHECKING_REFUSED;
-        bool fetched =
-            check->needs_materials ? fetch_materials(call) : fetch_surface(call, check->surface);
-        if (!fetched || !begin_check(call))
+            return submit_checked(call, check) ? CHECKING_PASSED : CHECKING_REFUSED;
+        if (!fetch_named(call, check) || !begin_check(call))
             return CHECKING_REFUSED;
     }
 }
@@ -280,22 +258,14 @@ static void reply_created(struct call *call, const struct store_job *job,
     reply_header(call->reply, "Location", "/v1/%s/%s", documents_collection(job->kind), job->id);
 }
 
-/* While it waits, it makes ready what there is of the answer. */
-static enum http_next wait_for_end(struct call *call, const struct store_job *job,
-                                   const struct call_choice *choice) {
-    struct waiting *waiting = call->request->state;
-    if (!waiting->early)
-        waiting->early = results_begin_early(call, job, choice);
-    return HTTP_WAIT;
-}
-
 enum http_next jobs_create(struct call *call) {
     struct call_choice choice;
     struct store_job job = {0};
     enum http_next next = HTTP_DONE;
-    if (!call_choose(call, FORMAT_RESULT, &choice) || (!call->request->state && !begin(call)))
+    if (!call_choose(call, FORMAT_RESULT, &choice) ||
+        (!call->request->state && !begin_submission(call)))
         return HTTP_DONE;
-    const struct waiting *waiting = call->request->state;
+    struct waiting *waiting = call->request->state;
     enum checking_state state = waiting->id[0] ? CHECKING_PASSED : accept_body(call);
     if (state != CHECKING_PASSED)
         return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
@@ -308,9 +278,11 @@ enum http_next jobs_create(struct call *call) {
     else if (answer != STORE_OK)
         call_store_failed(call, answer);
     else if (must_wait(call->request, &job))
-        next = wait_for_end(call, &job, &choice);
+        next = HTTP_WAIT;
     else
         reply_created(call, &job, &choice);
+    if (next == HTTP_WAIT && !waiting->early) /* make ready what there is of the answer */
+        waiting->early = results_begin_early(call, &job, &choice);
     store_job_clear(&job);
     return next;
 }
@@ -340,30 +312,27 @@ enum http_next jobs_list(struct call *call) {
     return HTTP_DONE;
 }
 
-/* The `wait` of the query starts the waiting at the first call. False: the reply says why not. */
-static bool read_wait(struct call *call) {
-    const char *text = request_query(call->request, "wait");
-    int64_t seconds = 0;
-    if (!text || call->request->state)
-        return true;
-    if (request_parse_int(text, 0, CALL_WAIT_MAX, &seconds))
-        return !seconds || (http_take_stream(call->request, call->reply) &&
-                            start_waiting(call, call->request->parameter, seconds));
-    reply_refuse(call->reply, API_INVALID_REQUEST,
-                 "the query parameter 'wait' must be a whole number of seconds from 0 to %d",
-                 CALL_WAIT_MAX);
-    return false;
-}
-
+/* The `wait` of the query starts the waiting at the first call. */
 enum http_next jobs_status(struct call *call) {
+    struct request *request = call->request;
+    const char *text = request_query(request, "wait");
     struct store_job job = {0};
     enum http_next next = HTTP_DONE;
-    if (!read_wait(call))
+    int64_t seconds = 0;
+    if (text && !request_parse_int(text, 0, CALL_WAIT_MAX, &seconds)) {
+        reply_refuse(call->reply, API_INVALID_REQUEST,
+                     "the query parameter 'wait' must be a whole number of seconds from 0 to %d",
+                     CALL_WAIT_MAX);
         return HTTP_DONE;
-    if (call->request->state && id_valid(call->request->parameter))
-        http_watch(call->request, call->request->parameter, JOB_CHANGED);
+    }
+    if (seconds && !request->state &&
+        (!http_take_stream(request, call->reply) ||
+         !start_waiting(call, request->parameter, seconds)))
+        return HTTP_DONE;
+    if (request->state && id_valid(request->parameter))
+        http_watch(request, request->parameter, JOB_CHANGED);
     if (call_find_job(call, &job)) {
-        if (must_wait(call->request, &job))
+        if (must_wait(request, &job))
             next = HTTP_WAIT;
         else
             reply_status(call, 200, &job);
@@ -374,51 +343,29 @@ enum http_next jobs_status(struct call *call) {
 
 /* ------------------------------------------------------------------ the request as understood */
 
-/* What the solve started from, if there is a result that says so. */
-static bool read_start(struct call *call, const char *id, struct api_start *start) {
-    struct stored_result stored = {.store = call->services->store};
-    struct api_problem problem = {0};
-    if (store_result_find(stored.store, id, &stored.result) != STORE_OK)
-        return false;
-    struct api_reader reader = stored_result_reader(&stored);
-    struct api_columns *columns = malloc(sizeof *columns);
-    bool found = columns && api_columns_open(&reader, columns, &problem) == API_OK;
-    if (found)
-        *start = columns->start;
-    free(columns);
-    return found;
-}
-
-void jobs_request_failed(struct call *call, enum store_answer answer) {
-    if (answer == STORE_EMPTY)
-        reply_refuse(call->reply, API_GONE,
-                     "the request has been removed (--retention, --retention-bytes)");
-    else
-        call_store_failed(call, answer);
-}
-
 /* Begins to write down the stored request with every default filled in. False: the reply says why
  * not. */
 static bool begin_normalising(struct call *call) {
+    bool drape = call->kind == STORE_DRAPE;
+    struct document_pool_order order =
+        checking_order(call, drape ? CHECKER_NORMALISE : CHECKER_UNDERSTOOD);
+    struct stored_result stored = {.store = call->services->store};
+    struct api_columns *columns = NULL; /* of a result, which say what the solve started from */
+    struct api_problem problem = {0};
     struct store_job job = {0};
-    struct api_start start;
     char *bytes = NULL;
-    size_t length;
-    if (!call_find_job(call, &job))
-        return false;
-    enum store_answer answer = store_request(call->services->store, job.id, &bytes, &length);
-    if (answer == STORE_OK) {
-        bool drape = call->kind == STORE_DRAPE;
-        struct document_pool_order order =
-            checking_order(call, drape ? CHECKER_NORMALISE : CHECKER_UNDERSTOOD);
+    if (call_find_job(call, &job) &&
+        (bytes = call_stored_request(call, job.id, &order.length[CHECKER_BODY]))) {
         order.document[CHECKER_BODY] = bytes;
-        order.length[CHECKER_BODY] = length;
         order.body_file = -1;
-        order.start = drape && read_start(call, job.id, &start) ? &start : NULL;
+        struct api_reader reader = stored_result_reader(&stored);
+        if (drape && store_result_find(stored.store, job.id, &stored.result) == STORE_OK &&
+            (columns = malloc(sizeof *columns)) &&
+            api_columns_open(&reader, columns, &problem) == API_OK)
+            order.start = &columns->start;
         (void)checking_keep(call, &order);
-    } else {
-        jobs_request_failed(call, answer);
     }
+    free(columns);
     free(bytes);
     store_job_clear(&job);
     return call->request->state != NULL;
@@ -427,22 +374,16 @@ static bool begin_normalising(struct call *call) {
 enum http_next jobs_request(struct call *call) {
     if (!call->request->state && !begin_normalising(call))
         return HTTP_DONE;
-    struct check *check = call->request->state;
-    enum checking_state state = checking_look(call, check);
-    if (state == CHECKING_PASSED)
-        reply_text(call->reply, 200, "application/json",
-                   checking_text(check, 0, check_answer(check)->output_length));
-    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+    return checking_answer(call, checking_reply_json);
 }
 
 /* ------------------------------------------------------------------ ending */
 
 enum http_next jobs_cancel(struct call *call) {
     struct store_job job = {0};
-    bool found = call_find_job(call, &job);
-    store_job_clear(&job);
-    if (!found)
+    if (!call_find_job(call, &job))
         return HTTP_DONE;
+    store_job_clear(&job);
     enum store_answer answer = store_cancel(call->services->store, call->request->parameter);
     if (answer == STORE_EMPTY)
         return call_not_found(call, store_kind_name(call->kind));
@@ -456,10 +397,9 @@ enum http_next jobs_cancel(struct call *call) {
 
 enum http_next jobs_delete(struct call *call) {
     struct store_job job = {0};
-    bool found = call_find_job(call, &job);
-    store_job_clear(&job);
-    if (!found)
+    if (!call_find_job(call, &job))
         return HTTP_DONE;
+    store_job_clear(&job);
     enum store_answer answer = store_delete(call->services->store, call->request->parameter);
     if (answer == STORE_EMPTY)
         return call_not_found(call, store_kind_name(call->kind));

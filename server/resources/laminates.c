@@ -15,12 +15,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COPY_BYTES = 256 * 1024, PLY_SEGMENT = 4 };
+enum { PLY_SEGMENT = 4 };
 
 /* ------------------------------------------------------------------ submission */
 
 /* The next line from `*at` on, zero-terminated in place; NULL at the end. */
-static char *next_line(char **at) {
+static char *take_line(char **at) {
     char *line = *at, *end = strchr(line, '\n');
     if (!end)
         return NULL;
@@ -32,10 +32,10 @@ static char *next_line(char **at) {
 /* The parts of what the checker wrote; false when it is not that. */
 static bool read_family(char *text, size_t length, struct store_member *members, size_t count,
                         size_t record_length, struct store_family *family) {
-    char *at = text, *line = next_line(&at);
+    char *at = text, *line = take_line(&at);
     size_t total = record_length;
     for (size_t n = 0; line && n < count; n++) {
-        line = next_line(&at);
+        line = take_line(&at);
         char *space = line ? strchr(line, ' ') : NULL;
         if (!space)
             return false;
@@ -44,7 +44,7 @@ static bool read_family(char *text, size_t length, struct store_member *members,
         members[n].request_length = strtoull(space + 1, NULL, 10);
         total += members[n].request_length;
     }
-    line = line ? next_line(&at) : NULL;
+    line = line ? take_line(&at) : NULL;
     if (!line || *line || total != length - (size_t)(at - text))
         return false;
     for (size_t n = 0; n < count; n++) {
@@ -90,19 +90,18 @@ static void stack_clear(struct stack *stack) {
     store_page_clear(&stack->members);
 }
 
-/* To be cleared in any case. */
-static enum store_answer stack_get(struct store *store, const char *id, struct stack *stack) {
-    char *bytes = NULL;
-    *stack = (struct stack){0};
-    enum store_answer answer = store_request(store, id, &bytes, &stack->length);
-    if (answer == STORE_OK)
-        answer = store_members(store, id, &stack->members);
-    stack->record = answer == STORE_OK ? calloc(stack->length + 1, 1) : NULL;
+/* The laminate of that record, which it takes over; NULL: STORE_EMPTY. To be cleared in any case.
+ */
+static enum store_answer stack_get(struct store *store, const char *id, char *record, size_t length,
+                                   struct stack *stack) {
+    *stack = (struct stack){.length = length};
+    enum store_answer answer = record ? store_members(store, id, &stack->members) : STORE_EMPTY;
+    stack->record = answer == STORE_OK ? calloc(length + 1, 1) : NULL;
     if (stack->record)
-        memcpy(stack->record, bytes, stack->length);
+        memcpy(stack->record, record, length);
     else if (answer == STORE_OK)
         answer = STORE_BUSY;
-    free(bytes);
+    free(record);
     return answer;
 }
 
@@ -115,7 +114,7 @@ static const struct store_job *member_of(const struct stack *stack, size_t part)
 
 /* The drape and the name of the ply whose line begins at `*at`; false after the last. */
 static bool next_ply(char **at, size_t *part, const char **name) {
-    char *line = next_line(at), *end;
+    char *line = take_line(at), *end;
     if (!line || !*line)
         return false;
     *part = strtoull(line, &end, 10);
@@ -123,33 +122,31 @@ static bool next_ply(char **at, size_t *part, const char **name) {
     return true;
 }
 
-static void write_ply(struct api_text *text, const char *name, const struct store_job *member) {
-    api_text_raw(text, "{");
-    api_text_key_string(text, "name", name);
-    if (member) {
-        api_text_key_string(text, "id", member->id);
-        api_text_key_string(text, "status", store_status_name(member->status));
-        if (member->error) {
-            api_text_key(text, "error");
-            api_text_raw(text, member->error);
-        }
-    }
-    api_text_raw(text, "}");
-}
-
 char *laminates_status(struct store *store, const struct store_job *job) {
-    struct stack stack;
+    struct stack stack = {0};
     struct arena *arena = arena_new((size_t)1 << 26);
-    char *document = NULL;
-    if (arena && stack_get(store, job->id, &stack) == STORE_OK) {
+    char *document = NULL, *record = NULL;
+    size_t length = 0;
+    if (arena && store_request(store, job->id, &record, &length) == STORE_OK &&
+        stack_get(store, job->id, record, length, &stack) == STORE_OK) {
         struct api_text text = api_text_growing(arena);
         char *at = stack.record;
         const char *name;
         size_t part;
         api_text_raw(&text, "[");
         for (bool first = true; next_ply(&at, &part, &name); first = false) {
-            api_text_raw(&text, first ? "" : ",");
-            write_ply(&text, name, member_of(&stack, part));
+            const struct store_job *member = member_of(&stack, part);
+            api_text_raw(&text, first ? "{" : ",{");
+            api_text_key_string(&text, "name", name);
+            if (member) {
+                api_text_key_string(&text, "id", member->id);
+                api_text_key_string(&text, "status", store_status_name(member->status));
+            }
+            if (member && member->error) {
+                api_text_key(&text, "error");
+                api_text_raw(&text, member->error);
+            }
+            api_text_raw(&text, "}");
         }
         api_text_raw(&text, "]");
         const char *plies = api_text_finish(&text);
@@ -157,25 +154,21 @@ char *laminates_status(struct store *store, const struct store_job *job) {
     } else {
         document = documents_status(job); /* what it consisted of has been removed */
     }
-    if (arena)
-        stack_clear(&stack);
+    stack_clear(&stack);
     arena_free(arena);
     return document;
 }
 
 enum http_next laminates_request(struct call *call) {
     struct store_job job = {0};
-    char *bytes = NULL;
     size_t length = 0;
-    if (call_find_job(call, &job)) {
-        enum store_answer answer = store_request(call->services->store, job.id, &bytes, &length);
-        const char *gap = answer == STORE_OK ? memmem(bytes, length, "\n\n", 2) : NULL;
-        if (gap)
-            reply_text(call->reply, 200, "application/json",
-                       strndup(gap + 2, length - (size_t)(gap + 2 - bytes)));
-        else
-            jobs_request_failed(call, answer == STORE_OK ? STORE_EMPTY : answer);
-    }
+    char *bytes = call_find_job(call, &job) ? call_stored_request(call, job.id, &length) : NULL;
+    const char *gap = bytes ? memmem(bytes, length, "\n\n", 2) : NULL;
+    if (gap)
+        reply_text(call->reply, 200, "application/json",
+                   strndup(gap + 2, length - (size_t)(gap + 2 - bytes)));
+    else if (bytes)
+        call_request_failed(call, STORE_EMPTY);
     free(bytes);
     store_job_clear(&job);
     return HTTP_DONE;
@@ -189,30 +182,17 @@ struct results {
     struct stored_result result[];
 };
 
-static bool copy_result(struct stored_result *stored, int file, char *bytes) {
-    struct api_reader reader = stored_result_reader(stored);
-    uint64_t end = (uint64_t)stored->result.length;
-    for (uint64_t at = 0; at < end; at += COPY_BYTES) {
-        size_t length = end - at < COPY_BYTES ? (size_t)(end - at) : COPY_BYTES;
-        if (!reader.read_at(reader.context, at, bytes, length) || !spool_write(file, bytes, length))
-            return false;
-    }
-    return true;
-}
-
 /* As `laminate_map_record` reads them, on a thread of the pool. */
 static bool write_results(void *context, int file) {
     struct results *results = context;
-    char *bytes = malloc(COPY_BYTES);
     uint64_t head = results->count;
-    bool good = bytes && spool_write(file, &head, sizeof head);
+    bool good = spool_write(file, &head, sizeof head);
     for (size_t n = 0; good && n < results->count; n++) {
         head = (uint64_t)results->result[n].result.length;
         good = spool_write(file, &head, sizeof head);
     }
     for (size_t n = 0; good && n < results->count; n++)
-        good = copy_result(&results->result[n], file, bytes);
-    free(bytes);
+        good = stored_result_copy(&results->result[n], file);
     return good;
 }
 
@@ -262,12 +242,15 @@ bool laminates_take_columns(struct call *call, struct document_pool_order *order
     struct results *results = NULL;
     size_t plies = 0, length = 0;
     *record = NULL;
-    if (call_find_job(call, &job) && results_ready(call, &job)) {
-        enum store_answer answer = stack_get(store, job.id, &stack);
+    char *bytes = NULL;
+    if (call_find_job(call, &job) && results_ready(call, &job))
+        bytes = call_stored_request(call, job.id, &length);
+    if (bytes) {
+        enum store_answer answer = stack_get(store, job.id, bytes, length, &stack);
         size_t parts = answer == STORE_OK ? count_parts(&stack, &plies) : 0;
         results = parts ? find_results(store, &stack, parts, &length) : NULL;
         if (answer != STORE_OK)
-            jobs_request_failed(call, answer);
+            call_request_failed(call, answer);
         else if (!results)
             reply_refuse(call->reply, API_GONE, "no ply of the laminate has a result");
     }
@@ -286,29 +269,27 @@ bool laminates_take_columns(struct call *call, struct document_pool_order *order
 
 /* ------------------------------------------------------------------ patterns */
 
-/* False: the reply says why nothing is begun. `ply` from 1, or 0 for all of them. */
-static bool begin_patterns(struct call *call, uint64_t ply, const struct format *format) {
-    struct document_pool_order order = checking_order(call, CHECKER_PATTERNS);
-    char *record;
-    if (!laminates_take_columns(call, &order, &record))
-        return false;
-    if (ply > order.variant) {
-        free(record);
-        free(order.columns.context);
-        (void)call_not_found(call, "ply");
-        return false;
-    }
-    order.kind = CHECKER_PATTERNS;
-    order.format = format->name;
-    order.variant = ply;
-    return maps_begin(call, &order, record);
-}
-
+/* `ply` from 1, or 0 for all of them. */
 static enum http_next reply_patterns(struct call *call, enum format_use use, uint64_t ply) {
     struct call_choice choice;
-    if (!call_choose(call, use, &choice) ||
-        (!call->request->state && !begin_patterns(call, ply, choice.format)))
+    if (!call_choose(call, use, &choice))
         return HTTP_DONE;
+    if (!call->request->state) {
+        struct document_pool_order order = checking_order(call, CHECKER_PATTERNS);
+        char *record;
+        if (!laminates_take_columns(call, &order, &record))
+            return HTTP_DONE;
+        if (ply > order.variant) {
+            free(record);
+            free(order.columns.context);
+            return call_not_found(call, "ply");
+        }
+        order.kind = CHECKER_PATTERNS;
+        order.format = choice.format->name;
+        order.variant = ply;
+        if (!maps_begin(call, &order, record))
+            return HTTP_DONE;
+    }
     return maps_answer(call, choice.format, NULL);
 }
 

@@ -7,13 +7,10 @@
 #include "server/config.h"
 #include "server/http/negotiate.h"
 #include "server/http/stream.h"
-#include "server/spool.h"
 #include "server/work/stored_result.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { COPY_BYTES = 256 * 1024 };
 
 /* ------------------------------------------------------------------ the answer */
 
@@ -41,7 +38,7 @@ static void free_output(void *context) {
 static void reply_output(struct call *call, const struct format *format, const char *etag) {
     struct output *output = calloc(1, sizeof *output);
     if (!output) {
-        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
+        reply_no_memory(call->reply);
         return;
     }
     output->check = call->request->state;
@@ -61,91 +58,51 @@ static void reply_output(struct call *call, const struct format *format, const c
 
 /* ------------------------------------------------------------------ the columns */
 
-/* Copies a stored result to the file, on a thread of the pool. */
+/* Copies the stored result to the file, on a thread of the pool. */
 static bool write_columns(void *context, int file) {
-    struct stored_result *stored = context;
-    struct api_reader reader = stored_result_reader(stored);
-    char *bytes = malloc(COPY_BYTES);
-    uint64_t end = (uint64_t)stored->result.length;
-    bool good = bytes != NULL;
-    for (uint64_t at = 0; good && at < end; at += COPY_BYTES) {
-        size_t length = end - at < COPY_BYTES ? (size_t)(end - at) : COPY_BYTES;
-        good =
-            reader.read_at(reader.context, at, bytes, length) && spool_write(file, bytes, length);
-    }
-    free(bytes);
-    return good;
-}
-
-/* The job's result, malloc'ed. NULL: the reply says why there is none. */
-static struct stored_result *find_result(struct call *call, const struct store_job *job) {
-    struct stored_result *stored = NULL;
-    if (results_ready(call, job)) {
-        stored = calloc(1, sizeof *stored);
-        enum store_answer answer = STORE_BUSY;
-        if (stored) {
-            stored->store = call->services->store;
-            answer = store_result_find(stored->store, job->id, &stored->result);
-        }
-        if (answer == STORE_EMPTY)
-            reply_refuse(call->reply, API_GONE, "the result has been removed");
-        else if (answer != STORE_OK)
-            call_store_failed(call, answer);
-        if (answer != STORE_OK) {
-            free(stored);
-            stored = NULL;
-        }
-    }
-    return stored;
-}
-
-/* False: the reply says why there is none. */
-static bool take_request(struct call *call, const char *id, struct document_pool_order *order,
-                         char **request) {
-    enum store_answer answer =
-        store_request(call->services->store, id, request, &order->length[CHECKER_SECOND]);
-    order->document[CHECKER_SECOND] = *request;
-    if (answer != STORE_OK)
-        jobs_request_failed(call, answer);
-    return answer == STORE_OK;
+    return stored_result_copy(context, file);
 }
 
 bool maps_take_columns(struct call *call, struct document_pool_order *order, char **request) {
     struct store_job job = {0};
-    struct stored_result *stored = call_find_job(call, &job) ? find_result(call, &job) : NULL;
-    if (stored && request && !take_request(call, job.id, order, request)) {
-        free(stored);
-        stored = NULL;
+    struct stored_result *stored = NULL;
+    bool good = call_find_job(call, &job) && results_ready(call, &job);
+    if (good) {
+        stored = calloc(1, sizeof *stored);
+        good = stored && call_stored_result(call, job.id, stored);
     }
-    if (stored)
+    if (good && request) {
+        *request = call_stored_request(call, job.id, &order->length[CHECKER_SECOND]);
+        order->document[CHECKER_SECOND] = *request;
+        good = *request != NULL;
+    }
+    if (good)
         order->columns = (struct document_pool_columns){write_columns, free, stored,
                                                         (size_t)stored->result.length};
+    else if (!call->reply->status)
+        reply_no_memory(call->reply);
+    if (!good)
+        free(stored);
     store_job_clear(&job);
-    return stored != NULL;
+    return good;
 }
 
 /* ------------------------------------------------------------------ the call */
 
-/* The query as the checker takes it, malloc'ed: of each parameter its name and its value, both
- * zero-terminated. NULL without memory. */
-static char *copy_options(const struct request *request, size_t *length) {
-    char *options = NULL;
-    FILE *stream = open_memstream(&options, length);
-    if (!stream)
-        return NULL;
-    for (size_t k = 0; k < request->query_count; k++)
-        fprintf(stream, "%s%c%s%c", request->query[k].name, 0, request->query[k].value, 0);
-    return fclose(stream) == 0 ? options : NULL;
-}
-
+/* The query goes along as the checker takes it: of each parameter its name and its value, both
+ * zero-terminated. */
 bool maps_begin(struct call *call, struct document_pool_order *order, char *record) {
     struct request *request = call->request;
-    char *options = copy_options(request, &order->length[CHECKER_OPTIONS]);
-    order->document[CHECKER_OPTIONS] = options;
-    if (options)
+    char *options = NULL;
+    FILE *stream = open_memstream(&options, &order->length[CHECKER_OPTIONS]);
+    for (size_t k = 0; stream && k < request->query_count; k++)
+        fprintf(stream, "%s%c%s%c", request->query[k].name, 0, request->query[k].value, 0);
+    if (stream && fclose(stream) == 0) {
+        order->document[CHECKER_OPTIONS] = options;
         (void)checking_keep(call, order);
-    else
-        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
+    } else {
+        reply_no_memory(call->reply);
+    }
     free(options);
     free(record);
     if (!request->state)

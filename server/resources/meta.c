@@ -49,8 +49,18 @@ enum http_next meta_version(struct call *call) {
 
 /* ------------------------------------------------------------------ metrics */
 
-static void head(FILE *out, const char *name, const char *type, const char *help) {
+static void write_metric_head(FILE *out, const char *name, const char *type, const char *help) {
     fprintf(out, "# HELP %s %s\n# TYPE %s %s\n", name, help, name, type);
+}
+
+static void write_counter(FILE *out, const char *name, const char *help, int64_t value) {
+    write_metric_head(out, name, "counter", help);
+    fprintf(out, "%s %lld\n", name, (long long)value);
+}
+
+static void write_gauge(FILE *out, const char *name, const char *help, int64_t value) {
+    write_metric_head(out, name, "gauge", help);
+    fprintf(out, "%s %lld\n", name, (long long)value);
 }
 
 static void write_route(void *context, size_t route, int status, long count) {
@@ -83,11 +93,12 @@ static void write_histograms(FILE *out) {
         {"draped_solve_seconds", "Time on a worker of drapes that gave a result."},
         {"draped_encode_seconds", "Time spent encoding a document that is sent."}};
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
-        head(out, kinds[k][0], "histogram", kinds[k][1]);
+        write_metric_head(out, kinds[k][0], "histogram", kinds[k][1]);
         write_times(out, kinds[k][0], "", k);
     }
     const char *name = "draped_http_request_seconds";
-    head(out, name, "histogram", "Time of answers from the first header to the last byte.");
+    write_metric_head(out, name, "histogram",
+                      "Time of answers from the first header to the last byte.");
     const char *method, *pattern;
     for (size_t route = 0; routes_describe(route, &method, &pattern); route++) {
         char labels[128];
@@ -97,55 +108,34 @@ static void write_histograms(FILE *out) {
 }
 
 static void write_refusals(FILE *out) {
-    head(out, "draped_rejections_total", "counter", "Problems that were answered, by reason.");
+    write_metric_head(out, "draped_rejections_total", "counter",
+                      "Problems that were answered, by reason.");
     for (int k = API_OK + 1; k < API_PROBLEM_COUNT; k++)
         if (metrics_refused((enum api_problem_id)k))
             fprintf(out, "draped_rejections_total{reason=\"%s\"} %ld\n",
                     api_problem_slug((enum api_problem_id)k),
                     metrics_refused((enum api_problem_id)k));
-    head(out, "draped_store_errors_total", "counter", "Answers of the database that failed.");
+    write_metric_head(out, "draped_store_errors_total", "counter",
+                      "Answers of the database that failed.");
     for (int busy = 0; busy < 2; busy++)
         fprintf(out, "draped_store_errors_total{kind=\"%s\"} %ld\n", busy ? "busy" : "down",
                 metrics_store_failures(busy));
 }
 
-static void write_process(FILE *out) {
-    head(out, "process_resident_memory_bytes", "gauge", "Memory of the daemon without workers.");
-    fprintf(out, "process_resident_memory_bytes %lld\n", (long long)metrics_resident());
-    head(out, "process_open_fds", "gauge", "Descriptors that the daemon has open.");
-    fprintf(out, "process_open_fds %lld\n", (long long)metrics_descriptors());
-}
-
-/* By our clock; a database on another machine has its own. */
-static double age_of(int64_t us) {
-    int64_t age = us ? clock_utc_us() - us : 0;
-    return age > 0 ? (double)age / 1e6 : 0;
-}
-
-static void write_counter(FILE *out, const char *name, const char *help, int64_t value) {
-    head(out, name, "counter", help);
-    fprintf(out, "%s %lld\n", name, (long long)value);
-}
-
-static void write_gauge(FILE *out, const char *name, const char *help, int64_t value) {
-    head(out, name, "gauge", help);
-    fprintf(out, "%s %lld\n", name, (long long)value);
-}
-
 static void write_jobs(FILE *out, const struct store_counts *counts) {
-    head(out, "draped_jobs", "gauge", "Drapes in the store by status.");
+    write_metric_head(out, "draped_jobs", "gauge", "Drapes in the store by status.");
     for (int k = 0; k < STORE_STATUS_COUNT; k++)
         fprintf(out, "draped_jobs{status=\"%s\"} %lld\n", store_status_name((enum store_status)k),
                 (long long)counts->jobs[k]);
-    head(out, "draped_store_drapes_total", "counter",
-         "Drapes that have ended in the store, on whatever host, by how.");
+    write_metric_head(out, "draped_store_drapes_total", "counter",
+                      "Drapes that have ended in the store, on whatever host, by how.");
     for (int k = STORE_SUCCEEDED; k < STORE_STATUS_COUNT; k++)
         fprintf(out, "draped_store_drapes_total{outcome=\"%s\"} %lld\n",
                 store_status_name((enum store_status)k), (long long)counts->ended[k]);
     write_counter(out, "draped_store_crashed_total",
                   "Of the failed ones, those whose workers died at every attempt.",
                   counts->crashed);
-    head(out, "draped_store_tasks", "gauge", "Tasks of studies by status.");
+    write_metric_head(out, "draped_store_tasks", "gauge", "Tasks of studies by status.");
     for (int k = STORE_QUEUED; k <= STORE_RUNNING; k++)
         fprintf(out, "draped_store_tasks{status=\"%s\"} %lld\n",
                 store_status_name((enum store_status)k), (long long)counts->tasks[k]);
@@ -154,21 +144,22 @@ static void write_jobs(FILE *out, const struct store_counts *counts) {
     write_gauge(out, "draped_store_workers", "Worker processes of all of them.", counts->workers);
     write_gauge(out, "draped_store_workers_busy", "Of these, those that are solving.",
                 counts->busy);
-    head(out, "draped_queue_depth", "gauge", "Drapes, studies and tasks that wait for a worker.");
-    fprintf(out, "draped_queue_depth %lld\n",
-            (long long)(counts->jobs[STORE_QUEUED] + counts->tasks[STORE_QUEUED]));
-    head(out, "draped_queue_age_seconds", "gauge", "Since when the oldest of them waits.");
-    fprintf(out, "draped_queue_age_seconds %.3f\n", age_of(counts->oldest_queued));
+    write_gauge(out, "draped_queue_depth", "Drapes, studies and tasks that wait for a worker.",
+                counts->jobs[STORE_QUEUED] + counts->tasks[STORE_QUEUED]);
+    /* By our clock; a database on another machine has its own. */
+    int64_t age_us = counts->oldest_queued ? clock_utc_us() - counts->oldest_queued : 0;
+    write_metric_head(out, "draped_queue_age_seconds", "gauge",
+                      "Since when the oldest of them waits.");
+    fprintf(out, "draped_queue_age_seconds %.3f\n", age_us > 0 ? (double)age_us / 1e6 : 0);
 }
 
 static void write_workers(FILE *out, struct dispatcher *dispatcher, int64_t workers) {
     struct work_counts counts;
     dispatcher_stats(dispatcher, &counts);
-    head(out, "draped_workers", "gauge", "Worker processes of this daemon.");
-    fprintf(out, "draped_workers %lld\n", (long long)workers);
-    head(out, "draped_workers_busy", "gauge", "Worker processes that are solving.");
-    fprintf(out, "draped_workers_busy %lld\n", (long long)counts.busy);
-    head(out, "draped_drapes_total", "counter", "Drapes that ended in this process, by how.");
+    write_gauge(out, "draped_workers", "Worker processes of this daemon.", workers);
+    write_gauge(out, "draped_workers_busy", "Worker processes that are solving.", counts.busy);
+    write_metric_head(out, "draped_drapes_total", "counter",
+                      "Drapes that ended in this process, by how.");
 #define X(name, help)                                                                              \
     fprintf(out, "draped_drapes_total{outcome=\"" #name "\"} %lld\n", (long long)counts.name);
     WORK_OUTCOMES(X)
@@ -185,19 +176,22 @@ enum http_next meta_metrics(struct call *call) {
     FILE *out = open_memstream(&text, &length);
 
     if (out) {
-        head(out, "draped_build_info", "gauge", "The version that runs, as labels of 1.");
+        write_metric_head(out, "draped_build_info", "gauge",
+                          "The version that runs, as labels of 1.");
         fputs("draped_build_info{version=\"" DRAPED_VERSION
               "\",solver_version=\"" DRAPE_SOLVER_VERSION "\"} 1\n",
               out);
-        head(out, "draped_http_requests_total", "counter",
-             "Answers by route and status; 0 where the caller had gone.");
+        write_metric_head(out, "draped_http_requests_total", "counter",
+                          "Answers by route and status; 0 where the caller had gone.");
         metrics_each(write_route, out);
         write_histograms(out);
         write_refusals(out);
-        write_process(out);
+        write_gauge(out, "process_resident_memory_bytes", "Memory of the daemon without workers.",
+                    metrics_resident());
+        write_gauge(out, "process_open_fds", "Descriptors that the daemon has open.",
+                    metrics_descriptors());
         bool up = store_ping(call->services->store) == STORE_OK;
-        head(out, "draped_store_up", "gauge", "Whether the store can be read and written.");
-        fprintf(out, "draped_store_up %d\n", up);
+        write_gauge(out, "draped_store_up", "Whether the store can be read and written.", up);
         if (store_counts(call->services->store, &counts) == STORE_OK)
             write_jobs(out, &counts);
         if (call->services->dispatcher)

@@ -17,7 +17,18 @@ static struct {
     struct sample base, middle, latest;
 } queue_rate = {.lock = PTHREAD_MUTEX_INITIALIZER};
 
-static void add(struct sample sample) {
+void queue_rate_sample(struct store *store) {
+    struct store_counts counts;
+    int64_t now = clock_ms();
+    pthread_mutex_lock(&queue_rate.lock);
+    bool look = now >= queue_rate.look_at_ms;
+    if (look)
+        queue_rate.look_at_ms = now + LOOK_MS;
+    pthread_mutex_unlock(&queue_rate.lock);
+    if (!look || store_counts(store, &counts) != STORE_OK)
+        return;
+    const struct sample sample = {now, counts.jobs[STORE_SUCCEEDED] + counts.jobs[STORE_FAILED] +
+                                           counts.jobs[STORE_CANCELLED]};
     pthread_mutex_lock(&queue_rate.lock);
     queue_rate.latest = sample;
     if (!queue_rate.base.at_ms)
@@ -27,24 +38,6 @@ static void add(struct sample sample) {
         queue_rate.middle = sample;
     }
     pthread_mutex_unlock(&queue_rate.lock);
-}
-
-static bool is_time(int64_t now) {
-    pthread_mutex_lock(&queue_rate.lock);
-    bool look = now >= queue_rate.look_at_ms;
-    if (look)
-        queue_rate.look_at_ms = now + LOOK_MS;
-    pthread_mutex_unlock(&queue_rate.lock);
-    return look;
-}
-
-void queue_rate_sample(struct store *store) {
-    struct store_counts counts;
-    int64_t now = clock_ms();
-    if (!is_time(now) || store_counts(store, &counts) != STORE_OK)
-        return;
-    add((struct sample){now, counts.jobs[STORE_SUCCEEDED] + counts.jobs[STORE_FAILED] +
-                                 counts.jobs[STORE_CANCELLED]});
 }
 
 int queue_rate_estimate(int64_t queue, int64_t ended, int64_t ms) {

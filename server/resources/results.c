@@ -108,17 +108,11 @@ static void tell_times(struct call *call, const struct store_job *job, int64_t e
 static void reply_stored(struct call *call, const struct store_job *job,
                          const struct call_choice *choice, enum compress_coding coding,
                          const char *etag) {
-    struct stored_result stored = {.store = call->services->store};
+    struct stored_result stored;
     struct api_problem problem = {0};
     int64_t begun = clock_us();
-    enum store_answer answer = store_result_find(stored.store, job->id, &stored.result);
-    if (answer != STORE_OK) {
-        if (answer == STORE_EMPTY)
-            reply_refuse(call->reply, API_GONE, "the result has been removed");
-        else
-            call_store_failed(call, answer);
+    if (!call_stored_result(call, job->id, &stored))
         return;
-    }
     struct source *source = source_new(&stored, NULL, job, choice, &problem);
     if (!source) {
         reply_problem(call->reply, &problem);
@@ -173,18 +167,6 @@ void results_free_early(struct results_early *early) {
     free(early);
 }
 
-/* False: it is not what the job has come to, or was not made. */
-static bool reply_early(struct call *call, const struct store_job *job,
-                        const struct call_choice *choice, enum compress_coding coding,
-                        struct results_early *early) {
-    if (!early || !early->stream || !store_uncommitted_kept(early->uncommitted))
-        return false;
-    stream_send(call->request, call->reply, choice->format->media_type, coding, early->stream);
-    early->stream = NULL;
-    tell_times(call, job, early->spent_us);
-    return true;
-}
-
 bool results_ready(struct call *call, const struct store_job *job) {
     struct reply *reply = call->reply;
     if (!store_status_ended(job->status)) {
@@ -230,13 +212,19 @@ void results_reply(struct call *call, const struct store_job *job, const struct 
     enum compress_coding coding = compress_choose(request_header(call->request, "Accept-Encoding"));
     char etag[ETAG_SIZE];
     make_etag(job, choice, coding, etag);
-    if (!is_held(call, etag) && !reply_early(call, job, choice, coding, early))
+    bool held = is_held(call, etag);
+    if (!held && early && early->stream && store_uncommitted_kept(early->uncommitted)) {
+        stream_send(call->request, call->reply, choice->format->media_type, coding, early->stream);
+        early->stream = NULL;
+        tell_times(call, job, early->spent_us);
+    } else if (!held) {
         reply_stored(call, job, choice, coding, etag);
+    }
     tell_caches(call, etag);
 }
 
 /* GET of a stored result as a document of that use. */
-static enum http_next get(struct call *call, enum format_use use) {
+static enum http_next get_document(struct call *call, enum format_use use) {
     struct call_choice choice;
     struct store_job job = {0};
     if (call_choose(call, use, &choice) && call_find_job(call, &job))
@@ -248,11 +236,11 @@ static enum http_next get(struct call *call, enum format_use use) {
 enum http_next results_get(struct call *call) {
     if (request_query(call->request, "sample"))
         return studies_sample(call);
-    return get(call, FORMAT_RESULT);
+    return get_document(call, FORMAT_RESULT);
 }
 
 enum http_next results_pattern(struct call *call) {
-    return get(call, FORMAT_PATTERN);
+    return get_document(call, FORMAT_PATTERN);
 }
 
 /* ------------------------------------------------------------------ the report */
@@ -261,12 +249,9 @@ enum http_next results_pattern(struct call *call) {
 static bool begin_report(struct call *call, const struct store_job *job,
                          const struct call_choice *choice) {
     struct document_pool_order order = checking_order(call, CHECKER_REPORT);
-    char record[STORE_DIGEST_SIZE + DOCUMENTS_TIME_SIZE] = "", *bytes = NULL;
-    enum store_answer answer =
-        store_request(call->services->store, job->id, &bytes, &order.length[CHECKER_BODY]);
-    if (answer != STORE_OK) {
-        jobs_request_failed(call, answer);
-    } else if (maps_take_columns(call, &order, NULL)) {
+    char record[STORE_DIGEST_SIZE + DOCUMENTS_TIME_SIZE] = "";
+    char *bytes = call_stored_request(call, job->id, &order.length[CHECKER_BODY]);
+    if (bytes && maps_take_columns(call, &order, NULL)) {
         size_t end = (size_t)snprintf(record, STORE_DIGEST_SIZE, "%s", job->digest) + 1;
         documents_time(record + end, job->finished);
         order.document[CHECKER_BODY] = bytes;

@@ -10,16 +10,17 @@
 #include <string.h>
 
 enum {
-    ROUTE_BODY = 1,       /* takes a JSON document */
-    ROUTE_WORK = 2,       /* new work: not while draining */
-    ROUTE_QUIET = 4,      /* probes and scrapes: not worth a line of the log each */
-    ROUTE_LOOSE = 8,      /* takes any query */
-    ROUTE_MESH = 16,      /* takes a mesh, JSON or Nastran */
-    ROUTE_OPEN = 32,      /* for everybody, without a token */
-    ROUTE_FILE = 128,     /* takes a file of CAD or mesh as well */
-    ROUTE_STUDY = 256,    /* about studies and not drapes */
-    ROUTE_LAMINATE = 512, /* about laminates */
-    ROUTE_ADMIN = 64      /* speaks of all owners: for administrators, or on this machine */
+    ROUTE_BODY = 1,        /* takes a JSON document */
+    ROUTE_WORK = 2,        /* new work: not while draining */
+    ROUTE_QUIET = 4,       /* probes and scrapes: not worth a line of the log each */
+    ROUTE_LOOSE = 8,       /* takes any query */
+    ROUTE_MESH = 16,       /* takes a mesh, JSON or Nastran */
+    ROUTE_OPEN = 32,       /* for everybody, without a token */
+    ROUTE_FILE = 128,      /* takes a file of CAD or mesh as well */
+    ROUTE_STUDY = 256,     /* about studies and not drapes */
+    ROUTE_LAMINATE = 512,  /* about laminates */
+    ROUTE_MATERIAL = 1024, /* about materials and not surfaces */
+    ROUTE_ADMIN = 64       /* speaks of all owners: for administrators, or on this machine */
 };
 
 struct route {
@@ -35,81 +36,76 @@ struct route {
         "outlet", "edge_channel", "cavity_height", "punch", "lcmsim_version",                      \
         "at_most_fiber_volume_fraction"
 
+/* What jobs of every kind have. */
+#define JOB_ROUTES(path, flag)                                                                     \
+    {"GET", path, jobs_list, flag, {"status", "limit", "cursor"}},                                 \
+        {"GET", path "/{id}", jobs_status, flag, {"wait"}},                                        \
+        {"DELETE", path "/{id}", jobs_delete, flag, {0}},                                          \
+        {"GET", path "/{id}/events", events_stream, flag, {0}}, {                                  \
+        "POST", path "/{id}/cancel", jobs_cancel, flag, {                                          \
+            0                                                                                      \
+        }                                                                                          \
+    }
+
+/* What items of every kind have. */
+#define ITEM_ROUTES(path, name, flag)                                                              \
+    {"GET", path, items_list, flag, {"limit", "cursor"}},                                          \
+        {"GET", path name, items_get, flag, {0}}, {                                                \
+        "DELETE", path name, items_delete, flag, {                                                 \
+            0                                                                                      \
+        }                                                                                          \
+    }
+
+#define JSON_WORK (ROUTE_BODY | ROUTE_WORK)
+#define MESH_WORK (ROUTE_MESH | ROUTE_WORK)
+#define LAMINATE ROUTE_LAMINATE
+#define PROBE (ROUTE_QUIET | ROUTE_LOOSE | ROUTE_OPEN)
+
+/* clang-format off: a row a line */
 static const struct route routes[] = {
-    {"POST", "/v1/drapes", jobs_create, ROUTE_BODY | ROUTE_WORK, {RESULT_QUERY}},
-    {"GET", "/v1/drapes", jobs_list, 0, {"status", "limit", "cursor"}},
-    {"GET", "/v1/drapes/{id}", jobs_status, 0, {"wait"}},
-    {"DELETE", "/v1/drapes/{id}", jobs_delete, 0, {0}},
+    {"POST", "/v1/drapes", jobs_create, JSON_WORK, {RESULT_QUERY}},
+    JOB_ROUTES("/v1/drapes", 0),
     {"GET", "/v1/drapes/{id}/result", results_get, 0, {RESULT_QUERY}},
     {"GET", "/v1/drapes/{id}/pattern", results_pattern, 0, {"format", "allowance", "part", "ply"}},
     {"GET", "/v1/drapes/{id}/report", results_report, 0, {"format", "allowance", "part", "ply"}},
     {"GET", "/v1/drapes/{id}/request", jobs_request, 0, {0}},
-    {"GET", "/v1/drapes/{id}/events", events_stream, 0, {0}},
-    {"POST", "/v1/drapes/{id}/cancel", jobs_cancel, 0, {0}},
-    {"POST", "/v1/drapes/{id}/map", maps_create, ROUTE_MESH | ROUTE_WORK, {MAP_QUERY}},
-    {"POST", "/v1/studies", jobs_create, ROUTE_STUDY | ROUTE_BODY | ROUTE_WORK, {RESULT_QUERY}},
-    {"GET", "/v1/studies", jobs_list, ROUTE_STUDY, {"status", "limit", "cursor"}},
-    {"GET", "/v1/studies/{id}", jobs_status, ROUTE_STUDY, {"wait"}},
-    {"DELETE", "/v1/studies/{id}", jobs_delete, ROUTE_STUDY, {0}},
+    {"POST", "/v1/drapes/{id}/map", maps_create, MESH_WORK, {MAP_QUERY}},
+
+    {"POST", "/v1/studies", jobs_create, ROUTE_STUDY | JSON_WORK, {RESULT_QUERY}},
+    JOB_ROUTES("/v1/studies", ROUTE_STUDY),
     {"GET", "/v1/studies/{id}/result", results_get, ROUTE_STUDY, {RESULT_QUERY, "sample"}},
-    {"POST",
-     "/v1/studies/{id}/map",
-     maps_create,
-     ROUTE_STUDY | ROUTE_MESH | ROUTE_WORK,
-     {MAP_QUERY, "sample"}},
+    {"POST", "/v1/studies/{id}/map", maps_create, ROUTE_STUDY | MESH_WORK, {MAP_QUERY, "sample"}},
     {"GET", "/v1/studies/{id}/request", jobs_request, ROUTE_STUDY, {0}},
     {"GET", "/v1/studies/{id}/variants/{k}/request", studies_variant, ROUTE_STUDY, {0}},
-    {"GET", "/v1/studies/{id}/events", events_stream, ROUTE_STUDY, {0}},
-    {"POST", "/v1/studies/{id}/cancel", jobs_cancel, ROUTE_STUDY, {0}},
-    {"POST",
-     "/v1/laminates",
-     jobs_create,
-     ROUTE_LAMINATE | ROUTE_BODY | ROUTE_WORK,
-     {"format", "table", "fields", "precision"}},
-    {"GET", "/v1/laminates", jobs_list, ROUTE_LAMINATE, {"status", "limit", "cursor"}},
-    {"GET", "/v1/laminates/{id}", jobs_status, ROUTE_LAMINATE, {"wait"}},
-    {"DELETE", "/v1/laminates/{id}", jobs_delete, ROUTE_LAMINATE, {0}},
-    {"GET", "/v1/laminates/{id}/request", laminates_request, ROUTE_LAMINATE, {0}},
-    {"GET", "/v1/laminates/{id}/events", events_stream, ROUTE_LAMINATE, {0}},
-    {"POST", "/v1/laminates/{id}/cancel", jobs_cancel, ROUTE_LAMINATE, {0}},
-    {"GET", "/v1/laminates/{id}/plies/{k}/pattern", laminates_pattern, ROUTE_LAMINATE, {"format"}},
+
+    {"POST", "/v1/laminates", jobs_create, LAMINATE | JSON_WORK, {RESULT_QUERY}},
+    JOB_ROUTES("/v1/laminates", LAMINATE),
+    {"GET", "/v1/laminates/{id}/request", laminates_request, LAMINATE, {0}},
+    {"GET", "/v1/laminates/{id}/plies/{k}/pattern", laminates_pattern, LAMINATE, {"format"}},
     {"GET",
      "/v1/laminates/{id}/patterns",
      laminates_patterns,
-     ROUTE_LAMINATE,
+     LAMINATE,
      {"format", "width", "gap"}},
-    {"GET",
-     "/v1/laminates/{id}/report",
-     laminates_report,
-     ROUTE_LAMINATE,
-     {"format", "width", "gap"}},
-    {"POST",
-     "/v1/laminates/{id}/map",
-     maps_create,
-     ROUTE_LAMINATE | ROUTE_MESH | ROUTE_WORK,
-     {MAP_QUERY}},
-    {"POST",
-     "/v1/surfaces",
-     surfaces_create,
-     ROUTE_BODY | ROUTE_FILE | ROUTE_WORK,
-     {"format", "unit"}},
-    {"GET", "/v1/surfaces", surfaces_list, 0, {"limit", "cursor"}},
-    {"GET", "/v1/surfaces/{id}", surfaces_get, 0, {0}},
-    {"GET", "/v1/surfaces/{id}/preview", surfaces_preview, 0, {"format"}},
-    {"DELETE", "/v1/surfaces/{id}", surfaces_delete, 0, {0}},
-    {"POST", "/v1/materials", materials_create, ROUTE_BODY | ROUTE_WORK, {0}},
-    {"GET", "/v1/materials", materials_list, 0, {"limit", "cursor"}},
-    {"GET", "/v1/materials/{name}", materials_get, 0, {0}},
-    {"DELETE", "/v1/materials/{name}", materials_delete, 0, {0}},
+    {"GET", "/v1/laminates/{id}/report", laminates_report, LAMINATE, {"format", "width", "gap"}},
+    {"POST", "/v1/laminates/{id}/map", maps_create, LAMINATE | MESH_WORK, {MAP_QUERY}},
+
+    {"POST", "/v1/surfaces", items_create, ROUTE_FILE | JSON_WORK, {"format", "unit"}},
+    ITEM_ROUTES("/v1/surfaces", "/{id}", 0),
+    {"GET", "/v1/surfaces/{id}/preview", items_preview, 0, {"format"}},
+    {"POST", "/v1/materials", items_create, ROUTE_MATERIAL | JSON_WORK, {0}},
+    ITEM_ROUTES("/v1/materials", "/{name}", ROUTE_MATERIAL),
+
     {"GET", "/v1/openapi.json", meta_openapi, ROUTE_OPEN, {0}},
     {"GET", "/v1/limits", meta_limits, ROUTE_OPEN, {0}},
     {"GET", "/", viewer_page, ROUTE_LOOSE | ROUTE_OPEN, {0}},
     {"GET", "/viewer/{digest}/{file}", viewer_file, ROUTE_LOOSE | ROUTE_OPEN, {0}},
-    {"GET", "/healthz", meta_health, ROUTE_QUIET | ROUTE_LOOSE | ROUTE_OPEN, {0}},
-    {"GET", "/readyz", meta_ready, ROUTE_QUIET | ROUTE_LOOSE | ROUTE_OPEN, {0}},
+    {"GET", "/healthz", meta_health, PROBE, {0}},
+    {"GET", "/readyz", meta_ready, PROBE, {0}},
     {"GET", "/version", meta_version, ROUTE_LOOSE | ROUTE_OPEN, {0}},
     {"GET", "/metrics", meta_metrics, ROUTE_QUIET | ROUTE_LOOSE | ROUTE_ADMIN, {0}},
 };
+/* clang-format on */
 
 enum { ROUTE_COUNT = sizeof routes / sizeof *routes };
 
@@ -119,7 +115,8 @@ _Static_assert((int)ROUTE_COUNT < (int)METRICS_ROUTES_MAX, "every route and `non
 
 /* Whether the segments are those of the pattern; `*parameter` is what stands for {id}, for the
  * first one if there are several. */
-static bool match(const char *pattern, const struct request *request, const char **parameter) {
+static bool match_pattern(const char *pattern, const struct request *request,
+                          const char **parameter) {
     size_t k = 0;
     *parameter = NULL;
     if (!strcmp(pattern, "/"))
@@ -138,41 +135,29 @@ static bool match(const char *pattern, const struct request *request, const char
     return k == request->segment_count;
 }
 
-/* HEAD is answered by what answers GET; the body is left out on the way. */
-static bool method_matches(const struct route *route, const char *method) {
-    return !strcmp(route->method, method) ||
-           (!strcmp(method, "HEAD") && !strcmp(route->method, "GET"));
-}
-
-/* Sets the route. `allow` gets the methods of the path, "" when there is no such path. In the role
- * `worker` there are only the paths of probes and scrapes. */
+/* Sets the route. `allow` gets the methods of the path, "" when there is no such path. HEAD is
+ * answered by what answers GET; the body is left out on the way. In the role `worker` there are
+ * only the paths of probes and scrapes. */
 static void find_route(const struct config *config, struct request *request, char *allow,
                        size_t size) {
-    bool works = config->role == CONFIG_ROLE_WORKER;
+    bool works = config->role == CONFIG_ROLE_WORKER, head = !strcmp(request->method, "HEAD");
     size_t used = 0;
     *allow = '\0';
     for (size_t k = 0; k < ROUTE_COUNT; k++) {
         const char *parameter;
         if ((works && !(routes[k].flags & ROUTE_QUIET)) ||
-            !match(routes[k].pattern, request, &parameter))
+            !match_pattern(routes[k].pattern, request, &parameter))
             continue;
         bool get = !strcmp(routes[k].method, "GET");
         used += (size_t)snprintf(allow + used, size - used, "%s%s", routes[k].method,
                                  get ? ", HEAD, " : ", ");
-        if (method_matches(&routes[k], request->method)) {
+        if ((get && head) || !strcmp(routes[k].method, request->method)) {
             request->route = &routes[k];
             request->parameter = parameter;
         }
     }
     if (used)
         snprintf(allow + used, size - used, "OPTIONS");
-}
-
-/* Of the jobs that it is about. */
-static enum store_kind kind_of(const struct route *route) {
-    return route->flags & ROUTE_STUDY      ? STORE_STUDY
-           : route->flags & ROUTE_LAMINATE ? STORE_LAMINATE
-                                           : STORE_DRAPE;
 }
 
 /* ------------------------------------------------------------------ before the body */
@@ -191,25 +176,20 @@ static void refuse_route(struct call *call, const char *allow) {
                      "there is nothing at this path; GET /v1/openapi.json lists what there is");
 }
 
-static bool known_parameter(const struct route *route, const char *name) {
-    for (const char *const *known = route->query; *known; known++)
-        if (!strcmp(*known, name))
-            return true;
-    return false;
-}
-
+/* Whether the path knows the parameters of the query, and each is there once. */
 static bool check_query(struct call *call) {
     const struct request *request = call->request;
-    if (request->route->flags & ROUTE_LOOSE)
-        return true;
-    for (size_t k = 0; k < request->query_count; k++) {
+    const struct route *route = request->route;
+    for (size_t k = 0; !(route->flags & ROUTE_LOOSE) && k < request->query_count; k++) {
         const char *name = request->query[k].name;
-        bool known = known_parameter(request->route, name);
-        if (known && request_query(request, name) == request->query[k].value)
+        const char *const *known = route->query;
+        while (*known && strcmp(*known, name) != 0)
+            known++;
+        if (*known && request_query(request, name) == request->query[k].value)
             continue;
         reply_refuse(call->reply, API_INVALID_REQUEST,
-                     known ? "the query parameter '%.64s' is there more than once"
-                           : "this path has no query parameter '%.64s'",
+                     *known ? "the query parameter '%.64s' is there more than once"
+                            : "this path has no query parameter '%.64s'",
                      name);
         return false;
     }
@@ -222,7 +202,7 @@ static bool check_media_type(struct call *call) {
     const struct route *route = call->request->route;
     const char *type = request_header(call->request, "Content-Type");
     bool mesh = route->flags & ROUTE_MESH, page = request_header(call->request, "Origin");
-    if (route->flags & ROUTE_FILE && surfaces_check_file(call))
+    if (route->flags & ROUTE_FILE && items_check_file(call))
         return !call->reply->status;
     if (!(route->flags & (ROUTE_BODY | ROUTE_MESH)) || (!type && !page) ||
         (type && negotiate_is_json(type)) ||
@@ -236,21 +216,13 @@ static bool check_media_type(struct call *call) {
     return false;
 }
 
-/* What stores nothing is reading, a map of the caller's mesh as well. */
-static enum tokens_role role_needed(const struct request *request) {
-    const struct route *route = request->route;
-    if (route->flags & ROUTE_ADMIN && !request->local)
-        return TOKENS_ADMIN;
-    return !strcmp(route->method, "GET") || route->flags & ROUTE_MESH ? TOKENS_READ : TOKENS_WRITE;
-}
-
 /* Answers that depend on the caller are not for caches that others use. */
 static void mark_private(struct call *call) {
     if (call->services->tokens && !(call->request->route->flags & ROUTE_OPEN))
         access_mark(call->reply);
 }
 
-static bool check_head(void *context, struct request *request, struct reply *reply) {
+static bool check_route(void *context, struct request *request, struct reply *reply) {
     struct call call = {.services = context, .request = request, .reply = reply};
     const struct config *config = call.services->config;
     char allow[64];
@@ -267,9 +239,14 @@ static bool check_head(void *context, struct request *request, struct reply *rep
     request->quiet = route->flags & ROUTE_QUIET;
     if (route->flags & ROUTE_MESH)
         request->limit = (struct request_limit){config->max_mesh, "max-mesh"};
+    /* What stores nothing is reading, a map of the caller's mesh as well. */
+    enum tokens_role needed = route->flags & ROUTE_ADMIN && !request->local ? TOKENS_ADMIN
+                              : !strcmp(route->method, "GET") || route->flags & ROUTE_MESH
+                                  ? TOKENS_READ
+                                  : TOKENS_WRITE;
     bool good = (!strcmp(route->method, "GET") || origin_allows_change(config, request, reply)) &&
                 (route->flags & ROUTE_OPEN ||
-                 access_allow(call.services->tokens, request, role_needed(request), reply)) &&
+                 access_allow(call.services->tokens, request, needed, reply)) &&
                 check_query(&call) && check_media_type(&call);
     if (good && request->draining && route->flags & ROUTE_WORK)
         call_draining(&call);
@@ -278,8 +255,17 @@ static bool check_head(void *context, struct request *request, struct reply *rep
     return reply->status != 0;
 }
 
-static enum http_next handle(void *context, struct request *request, struct reply *reply) {
-    struct call call = {context, request, reply, kind_of(request->route)};
+static enum http_next handle_request(void *context, struct request *request, struct reply *reply) {
+    const unsigned flags = request->route->flags;
+    struct call call = {
+        .services = context,
+        .request = request,
+        .reply = reply,
+        .kind = flags & ROUTE_STUDY ? STORE_STUDY
+                : flags & LAMINATE  ? STORE_LAMINATE
+                                    : STORE_DRAPE,
+        .item = flags & ROUTE_MATERIAL ? STORE_MATERIALS : STORE_SURFACES,
+    };
     enum http_next next = request->route->handler(&call);
     if (next == HTTP_DONE)
         mark_private(&call);
@@ -288,7 +274,7 @@ static enum http_next handle(void *context, struct request *request, struct repl
 
 /* ------------------------------------------------------------------ counting */
 
-static void count(void *context, const struct request *request, int status, int64_t us) {
+static void count_answer(void *context, const struct request *request, int status, int64_t us) {
     bool known = request && request->route;
     (void)context;
     metrics_count(known ? (size_t)(request->route - routes) : ROUTE_COUNT, status, us);
@@ -301,5 +287,6 @@ bool routes_describe(size_t route, const char **method, const char **pattern) {
 }
 
 struct http_handler routes_handler(const struct services *services) {
-    return (struct http_handler){(void *)(uintptr_t)services, check_head, handle, count};
+    return (struct http_handler){(void *)(uintptr_t)services, check_route, handle_request,
+                                 count_answer};
 }

@@ -8,36 +8,22 @@
 /* The segment of the path that has the number of the variant. */
 enum { VARIANT_SEGMENT = 4 };
 
-/* The documents of the study; false: the reply says why they cannot be had. The caller frees both
- * in any case. */
-static bool fetch_documents(struct call *call, const struct store_job *job, char **request,
-                            size_t *length, struct store_item *surface) {
-    struct store *store = call->services->store;
-    enum store_answer answer = store_request(store, job->id, request, length);
-    if (answer != STORE_OK) {
-        jobs_request_failed(call, answer);
-        return false;
-    }
-    answer = job->surface[0] ? store_item_get(store, STORE_SURFACES, NULL, job->surface, surface)
-                             : STORE_OK;
+bool studies_begin(struct call *call, struct document_pool_order *order, size_t variant) {
+    struct store_job job = {0};
+    struct store_item surface = {0};
+    enum store_answer answer = STORE_OK;
+    char *request = NULL;
+    if (call_find_job(call, &job) && results_ready(call, &job))
+        request = call_stored_request(call, job.id, &order->length[CHECKER_REQUEST]);
+    if (request && job.surface[0])
+        answer = store_item_get(call->services->store, STORE_SURFACES, NULL, job.surface, &surface);
     if (answer == STORE_EMPTY)
         reply_refuse(call->reply, API_GONE, "the surface of the study has been deleted");
     else if (answer != STORE_OK)
         call_store_failed(call, answer);
-    return answer == STORE_OK;
-}
-
-bool studies_begin(struct call *call, struct document_pool_order *order, size_t variant) {
-    struct store_job job = {0};
-    struct store_item surface = {0};
-    char *request = NULL;
-    size_t length = 0;
-    if (call_find_job(call, &job) && results_ready(call, &job) &&
-        fetch_documents(call, &job, &request, &length, &surface) &&
-        maps_take_columns(call, order, NULL)) {
+    else if (request && maps_take_columns(call, order, NULL)) {
         order->variant = variant;
         order->document[CHECKER_REQUEST] = request;
-        order->length[CHECKER_REQUEST] = length;
         order->document[CHECKER_SECOND] = surface.definition;
         order->length[CHECKER_SECOND] = surface.definition_length;
         maps_begin(call, order, NULL);
@@ -55,12 +41,7 @@ enum http_next studies_variant(struct call *call) {
     struct document_pool_order order = checking_order(call, CHECKER_VARIANT);
     if (!call->request->state && !studies_begin(call, &order, (size_t)variant))
         return HTTP_DONE;
-    struct check *check = call->request->state;
-    enum checking_state state = checking_look(call, check);
-    if (state == CHECKING_PASSED)
-        reply_text(call->reply, 200, "application/json",
-                   checking_text(check, 0, check_answer(check)->output_length));
-    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+    return checking_answer(call, checking_reply_json);
 }
 
 bool studies_read_sample(struct call *call, size_t *sample) {

@@ -16,7 +16,7 @@ static bool flush_output(struct checker_task *task) {
 }
 
 /* The output as an `api_sink`. */
-static bool write_output(void *context, const void *bytes, size_t length) {
+static bool write_answer(void *context, const void *bytes, size_t length) {
     struct checker_task *task = context;
     task->answer.output_length += length;
     if (task->buffered + length > sizeof task->buffer && !flush_output(task))
@@ -116,7 +116,7 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
                                     .request_length = order->length[CHECKER_BODY],
                                     .surface = checker_task_surface(task),
                                     .surface_length = order->length[CHECKER_SECOND]};
-    const struct api_sink sink = {.write = write_output, .context = task};
+    const struct api_sink sink = {.write = write_answer, .context = task};
     const struct api_start *start = order->has_start ? &order->start : NULL;
     enum api_problem_id id = API_OK;
     switch (order->kind) {

@@ -134,13 +134,13 @@ enum frame_state frame_expect(int fd, enum frame_type type, void *body, size_t l
 }
 
 /* Whether it is all there. */
-static bool is_whole(const struct frame_inbox *inbox) {
+static bool frame_is_whole(const struct frame_inbox *inbox) {
     return inbox->have >= sizeof inbox->head &&
            inbox->have == sizeof inbox->head + inbox->head.length;
 }
 
 enum frame_state frame_poll(int fd, struct frame_inbox *inbox) {
-    if (is_whole(inbox))
+    if (frame_is_whole(inbox))
         inbox->have = 0;
     do {
         bool of_head = inbox->have < sizeof inbox->head;
@@ -159,6 +159,6 @@ enum frame_state frame_poll(int fd, struct frame_inbox *inbox) {
             (inbox->head.type < FRAME_HELLO || inbox->head.type > FRAME_PROBLEM ||
              inbox->head.length > FRAME_MAX_BYTES))
             return FRAME_BROKEN;
-    } while (!is_whole(inbox));
+    } while (!frame_is_whole(inbox));
     return FRAME_READY;
 }

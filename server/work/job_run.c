@@ -77,7 +77,7 @@ void job_run_wake(int wake) {
 }
 
 /* Called by the job events. */
-static void wake_up(void *context) {
+static void wake_run(void *context) {
     job_run_wake(*(const int *)context);
 }
 
@@ -89,7 +89,7 @@ static const char *subject_of_run(const struct job_run *run) {
 
 /* ------------------------------------------------------------------ under way */
 
-static void conclude(struct job_run *run, enum outcome outcome) {
+static void end_run(struct job_run *run, enum outcome outcome) {
     if (run->outcome == OUTCOME_NONE)
         run->outcome = outcome;
 }
@@ -100,7 +100,7 @@ static void renew_lease(struct job_run *run, int64_t now) {
     const struct dispatcher_settings *settings = &run->shared->settings;
     enum store_answer answer = store_renew(run->shared->store, run->claim, run->progress);
     if (answer == STORE_CONFLICT)
-        conclude(run, OUTCOME_LOST);
+        end_run(run, OUTCOME_LOST);
     run->renew_at_ms = now + (answer == STORE_OK ? settings->renew_ms : JOB_RUN_RETRY_MS);
     run->progress_at_ms = now + settings->progress_ms;
 }
@@ -132,14 +132,14 @@ static bool must_give_way(struct job_run *run, int64_t now) {
 static void attend_to_duties(struct job_run *run) {
     int64_t now = clock_ms();
     if (now >= run->deadline_ms)
-        conclude(run, OUTCOME_TIMEOUT);
+        end_run(run, OUTCOME_TIMEOUT);
     if (job_run_out_of_time(run->shared))
-        conclude(run, OUTCOME_RELEASED);
+        end_run(run, OUTCOME_RELEASED);
     if (now >= run->look_at_ms) {
         if (store_check(run->shared->store, run->claim) == STORE_CONFLICT)
-            conclude(run, OUTCOME_LOST);
+            end_run(run, OUTCOME_LOST);
         else if (must_give_way(run, now))
-            conclude(run, OUTCOME_YIELDED);
+            end_run(run, OUTCOME_YIELDED);
         run->look_at_ms = now + (run->fast ? fast_left_ms(run) + 1 : WORK_POLL_MS);
     }
     if (now >= run->renew_at_ms)
@@ -167,7 +167,7 @@ static void keep_bytes(struct job_run *run) {
     if (run->kept_length + length <= KEPT_MOST)
         kept = realloc(run->kept, run->kept_length + length + 1);
     if (!kept) {
-        conclude(run, OUTCOME_TOO_LARGE);
+        end_run(run, OUTCOME_TOO_LARGE);
         return;
     }
     memcpy(kept + run->kept_length, run->child->inbox.bytes, length);
@@ -180,19 +180,19 @@ static void store_bytes(struct job_run *run) {
     size_t length = run->child->inbox.head.length;
     run->written += (int64_t)length;
     if (run->written > run->shared->settings.max_result) {
-        conclude(run, OUTCOME_TOO_LARGE);
+        end_run(run, OUTCOME_TOO_LARGE);
         return;
     }
     enum store_answer answer = store_writer_append(run->writer, run->child->inbox.bytes, length);
     if (answer == STORE_CONFLICT)
-        conclude(run, OUTCOME_LOST);
+        end_run(run, OUTCOME_LOST);
     else if (answer != STORE_OK)
-        conclude(run, OUTCOME_RELEASED);
+        end_run(run, OUTCOME_RELEASED);
 }
 
-static void take_text(struct job_run *run, enum outcome outcome) {
+static void keep_text(struct job_run *run, enum outcome outcome) {
     run->text = strndup((const char *)run->child->inbox.bytes, run->child->inbox.head.length);
-    conclude(run, run->text ? outcome : OUTCOME_RELEASED);
+    end_run(run, run->text ? outcome : OUTCOME_RELEASED);
 }
 
 /* Passes on what the worker has sent. */
@@ -228,17 +228,17 @@ static void take_frame(struct job_run *run) {
         if (!good)
             break;
         memcpy(&run->round, inbox->bytes, sizeof run->round);
-        conclude(run, OUTCOME_ROUND);
+        end_run(run, OUTCOME_ROUND);
         break;
     case FRAME_DONE:
     case FRAME_PROBLEM:
-        take_text(run, inbox->head.type == FRAME_DONE ? OUTCOME_DONE : OUTCOME_PROBLEM);
+        keep_text(run, inbox->head.type == FRAME_DONE ? OUTCOME_DONE : OUTCOME_PROBLEM);
         break;
     default:
         good = false;
     }
     if (!good)
-        conclude(run, OUTCOME_BROKEN);
+        end_run(run, OUTCOME_BROKEN);
 }
 
 bool job_run_bound(const struct job_run_shared *shared, const struct child *child) {
@@ -266,7 +266,7 @@ static void send_job(struct job_run *run, const struct frame_work *order,
     frame_outbox_fill(&outbox, order, input, &settings->limits);
     if (!child_bound(run->child, RLIMIT_AS, memory) ||
         !sandbox_bound_processor(run->child->pid, seconds))
-        conclude(run, OUTCOME_RELEASED);
+        end_run(run, OUTCOME_RELEASED);
     while (run->outcome == OUTCOME_NONE && frame_push(run->child->socket, &outbox) == FRAME_LATER) {
         wait_for_worker(run, POLLOUT);
         attend_to_duties(run);
@@ -283,10 +283,10 @@ static void receive_result(struct job_run *run) {
             wait_for_worker(run, POLLIN);
             break;
         case FRAME_CLOSED:
-            conclude(run, OUTCOME_CRASHED);
+            end_run(run, OUTCOME_CRASHED);
             break;
         case FRAME_BROKEN:
-            conclude(run, OUTCOME_BROKEN);
+            end_run(run, OUTCOME_BROKEN);
             break;
         }
         attend_to_duties(run);
@@ -475,9 +475,9 @@ static void solve_job(struct job_run *run) {
         answer = store_item_get(store, STORE_SURFACES, NULL, claim->surface, &surface);
     /* None can be missing while the job is running: it was deleted. */
     if (answer == STORE_EMPTY)
-        conclude(run, OUTCOME_LOST);
+        end_run(run, OUTCOME_LOST);
     else if (answer != STORE_OK)
-        conclude(run, OUTCOME_RELEASED);
+        end_run(run, OUTCOME_RELEASED);
     if (answer == STORE_OK) {
         int64_t begun = clock_us();
         order.bytes = task ? claim->task : numbers;
@@ -517,12 +517,12 @@ bool job_run(struct job_run_shared *shared, const struct store_claim *claim, str
         .yield_at_ms = now + (fast ? JOB_RUN_FAST_MOST_MS : (int64_t)JOB_RUN_TURN_MS << doublings),
     };
     atomic_fetch_add(&shared->counters.busy, 1);
-    job_events_subscribe(shared->events, &watch, subject_of_run(&run), JOB_CHANGED, wake_up,
+    job_events_subscribe(shared->events, &watch, subject_of_run(&run), JOB_CHANGED, wake_run,
                          &run.wake);
     if (run.writer)
         solve_job(&run);
     else
-        conclude(&run, OUTCOME_RELEASED);
+        end_run(&run, OUTCOME_RELEASED);
     job_events_unsubscribe(shared->events, &watch);
     report_outcome(&run);
     store_writer_free(run.writer);

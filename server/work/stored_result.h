@@ -16,4 +16,7 @@ struct stored_result {
  * borrows `stored`. */
 struct api_reader stored_result_reader(struct stored_result *stored);
 
+/* Appends its bytes to the file. False when they cannot be read or written. */
+bool stored_result_copy(struct stored_result *stored, int file);
+
 #endif

@@ -154,7 +154,7 @@ slow() { jq -c --argjson factor "$1" '.fabric.spacing = 0.004 * $factor' $EXAMPL
 workers() {
     local pid
     for pid in $(cat /proc/"$DAEMON"/task/*/children); do
-        [[ "$(tr '\0' ' ' 2>/dev/null </proc/"$pid"/cmdline)" != 'draped worker '* ]] || echo "$pid"
+        [[ "$(tr -s '\0' ' ' 2>/dev/null </proc/"$pid"/cmdline)" != 'draped worker '* ]] || echo "$pid"
     done
 }
 # Whether so many connections to the daemon are open.
@@ -163,7 +163,7 @@ connected() { [ "$(grep -ci " 0100007F:$(printf %04X "$PORT") [0-9A-F:]* 01 " /p
 checking() {
     local pid busy=0
     for pid in $(cat /proc/"$DAEMON"/task/*/children); do
-        if [ "$(tr '\0' ' ' 2>/dev/null </proc/"$pid"/cmdline)" = "draped checker " ] &&
+        if [ "$(tr -s '\0' ' ' 2>/dev/null </proc/"$pid"/cmdline)" = "draped checker " ] &&
             grep -q ') R ' "/proc/$pid/stat"; then
             busy=$((busy + 1))
         fi

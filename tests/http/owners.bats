@@ -155,7 +155,7 @@ post_as() { quick "$2" | post /v1/drapes - --interface "$1" "${@:3}"; }
     wait_until 10 has_status "$first" running
     post_as 127.0.0.3 1 -H 'Prefer: wait=50'
     expect 200
-    stop_workers # of the express lane, too
+    stop_workers # the fast one, too
     post_as 127.0.0.3 1.1
     expect 202
     # It is begun there and put back; then the first one's turn is over. Its worker goes with it.

@@ -376,7 +376,7 @@ static void test_store_tasks_leave_others_their_share(void **state) {
     scratch_remove(&scratch);
 }
 
-/* The express lane is for what is short and has not run: not for studies. */
+/* The fast worker is for what is short and has not run: not for studies. */
 static void test_store_tasks_take_no_express_lane(void **state) {
     (void)state;
     struct scratch scratch;
