@@ -36,26 +36,6 @@ struct route {
         "outlet", "edge_channel", "cavity_height", "punch", "lcmsim_version",                      \
         "at_most_fiber_volume_fraction"
 
-/* What jobs of every kind have. */
-#define JOB_ROUTES(path, flag)                                                                     \
-    {"GET", path, jobs_list, flag, {"status", "limit", "cursor"}},                                 \
-        {"GET", path "/{id}", jobs_status, flag, {"wait"}},                                        \
-        {"DELETE", path "/{id}", jobs_delete, flag, {0}},                                          \
-        {"GET", path "/{id}/events", events_stream, flag, {0}}, {                                  \
-        "POST", path "/{id}/cancel", jobs_cancel, flag, {                                          \
-            0                                                                                      \
-        }                                                                                          \
-    }
-
-/* What items of every kind have. */
-#define ITEM_ROUTES(path, name, flag)                                                              \
-    {"GET", path, items_list, flag, {"limit", "cursor"}},                                          \
-        {"GET", path name, items_get, flag, {0}}, {                                                \
-        "DELETE", path name, items_delete, flag, {                                                 \
-            0                                                                                      \
-        }                                                                                          \
-    }
-
 #define JSON_WORK (ROUTE_BODY | ROUTE_WORK)
 #define MESH_WORK (ROUTE_MESH | ROUTE_WORK)
 #define LAMINATE ROUTE_LAMINATE
@@ -64,7 +44,11 @@ struct route {
 /* clang-format off: a row a line */
 static const struct route routes[] = {
     {"POST", "/v1/drapes", jobs_create, JSON_WORK, {RESULT_QUERY}},
-    JOB_ROUTES("/v1/drapes", 0),
+    {"GET", "/v1/drapes", jobs_list, 0, {"status", "limit", "cursor"}},
+    {"GET", "/v1/drapes/{id}", jobs_status, 0, {"wait"}},
+    {"DELETE", "/v1/drapes/{id}", jobs_delete, 0, {0}},
+    {"GET", "/v1/drapes/{id}/events", events_stream, 0, {0}},
+    {"POST", "/v1/drapes/{id}/cancel", jobs_cancel, 0, {0}},
     {"GET", "/v1/drapes/{id}/result", results_get, 0, {RESULT_QUERY}},
     {"GET", "/v1/drapes/{id}/pattern", results_pattern, 0, {"format", "allowance", "part", "ply"}},
     {"GET", "/v1/drapes/{id}/report", results_report, 0, {"format", "allowance", "part", "ply"}},
@@ -72,14 +56,22 @@ static const struct route routes[] = {
     {"POST", "/v1/drapes/{id}/map", maps_create, MESH_WORK, {MAP_QUERY}},
 
     {"POST", "/v1/studies", jobs_create, ROUTE_STUDY | JSON_WORK, {RESULT_QUERY}},
-    JOB_ROUTES("/v1/studies", ROUTE_STUDY),
+    {"GET", "/v1/studies", jobs_list, ROUTE_STUDY, {"status", "limit", "cursor"}},
+    {"GET", "/v1/studies/{id}", jobs_status, ROUTE_STUDY, {"wait"}},
+    {"DELETE", "/v1/studies/{id}", jobs_delete, ROUTE_STUDY, {0}},
+    {"GET", "/v1/studies/{id}/events", events_stream, ROUTE_STUDY, {0}},
+    {"POST", "/v1/studies/{id}/cancel", jobs_cancel, ROUTE_STUDY, {0}},
     {"GET", "/v1/studies/{id}/result", results_get, ROUTE_STUDY, {RESULT_QUERY, "sample"}},
     {"POST", "/v1/studies/{id}/map", maps_create, ROUTE_STUDY | MESH_WORK, {MAP_QUERY, "sample"}},
     {"GET", "/v1/studies/{id}/request", jobs_request, ROUTE_STUDY, {0}},
     {"GET", "/v1/studies/{id}/variants/{k}/request", studies_variant, ROUTE_STUDY, {0}},
 
     {"POST", "/v1/laminates", jobs_create, LAMINATE | JSON_WORK, {RESULT_QUERY}},
-    JOB_ROUTES("/v1/laminates", LAMINATE),
+    {"GET", "/v1/laminates", jobs_list, LAMINATE, {"status", "limit", "cursor"}},
+    {"GET", "/v1/laminates/{id}", jobs_status, LAMINATE, {"wait"}},
+    {"DELETE", "/v1/laminates/{id}", jobs_delete, LAMINATE, {0}},
+    {"GET", "/v1/laminates/{id}/events", events_stream, LAMINATE, {0}},
+    {"POST", "/v1/laminates/{id}/cancel", jobs_cancel, LAMINATE, {0}},
     {"GET", "/v1/laminates/{id}/request", laminates_request, LAMINATE, {0}},
     {"GET", "/v1/laminates/{id}/plies/{k}/pattern", laminates_pattern, LAMINATE, {"format"}},
     {"GET",
@@ -91,10 +83,14 @@ static const struct route routes[] = {
     {"POST", "/v1/laminates/{id}/map", maps_create, LAMINATE | MESH_WORK, {MAP_QUERY}},
 
     {"POST", "/v1/surfaces", items_create, ROUTE_FILE | JSON_WORK, {"format", "unit"}},
-    ITEM_ROUTES("/v1/surfaces", "/{id}", 0),
+    {"GET", "/v1/surfaces", items_list, 0, {"limit", "cursor"}},
+    {"GET", "/v1/surfaces/{id}", items_get, 0, {0}},
+    {"DELETE", "/v1/surfaces/{id}", items_delete, 0, {0}},
     {"GET", "/v1/surfaces/{id}/preview", items_preview, 0, {"format"}},
     {"POST", "/v1/materials", items_create, ROUTE_MATERIAL | JSON_WORK, {0}},
-    ITEM_ROUTES("/v1/materials", "/{name}", ROUTE_MATERIAL),
+    {"GET", "/v1/materials", items_list, ROUTE_MATERIAL, {"limit", "cursor"}},
+    {"GET", "/v1/materials/{name}", items_get, ROUTE_MATERIAL, {0}},
+    {"DELETE", "/v1/materials/{name}", items_delete, ROUTE_MATERIAL, {0}},
 
     {"GET", "/v1/openapi.json", meta_openapi, ROUTE_OPEN, {0}},
     {"GET", "/v1/limits", meta_limits, ROUTE_OPEN, {0}},
