@@ -4,6 +4,7 @@
  * or the result's fields on a mesh; progress on stderr when that is a terminal. Exit status: 0, 1
  * when the drape could not be done (why is on stderr), 2 when the command line is wrong.
  */
+#include "api/json/value.h"
 #include "api/laminate/map.h"
 #include "api/map/cavity.h"
 #include "api/map/map.h"
@@ -214,9 +215,11 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
     bool ok = material_resolve(request, &arguments->materials, &arguments->limits, &problem) &&
               part_resolve(request, &arguments->limits, &surface, &problem);
     const struct api_input input = {request->data, request->length, surface.data, surface.length};
-    bool stack = ok && laminate_is(input.request, input.request_length, &arguments->limits);
+    bool stack =
+        ok && json_document_has(input.request, input.request_length, &arguments->limits, "plies");
     arguments->study =
-        ok && !stack && api_is_study(input.request, input.request_length, &arguments->limits);
+        ok && !stack &&
+        json_document_has(input.request, input.request_length, &arguments->limits, "drape");
     if (stack)
         ok = drape_laminate(arguments, &input, output, &problem);
     else if (ok && arguments->study && arguments->map)

@@ -116,3 +116,18 @@ void json_tree_free(struct json_tree *tree) {
     json_decref(tree->root);
     tree->root = NULL;
 }
+
+bool json_document_has(const char *bytes, size_t length, const struct api_limits *limits,
+                       const char *key) {
+    struct api_problem problem = {.id = API_OK};
+    struct json_tree tree;
+    struct arena *arena = arena_new(limits->max_memory);
+    bool found = false;
+    if (arena && json_tree_parse(&tree, bytes, length, limits, arena, &problem) == API_OK) {
+        struct json_value root = value_root(&tree), member = value_member(&root, key);
+        found = value_given(&member);
+        json_tree_free(&tree);
+    }
+    arena_free(arena);
+    return found;
+}

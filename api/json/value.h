@@ -77,6 +77,11 @@ enum api_problem_id json_tree_parse(struct json_tree *tree, const char *bytes, s
                                     struct api_problem *problem) STATUS_MUST_USE;
 void json_tree_free(struct json_tree *tree);
 
+/* Whether a document is a JSON object within the limits that has a member `key`: a study has
+ * "drape", a laminate "plies". */
+bool json_document_has(const char *bytes, size_t length, const struct api_limits *limits,
+                       const char *key);
+
 struct json_value value_root(const struct json_tree *tree);
 
 /* A member of an object, or an element of an array; missing when there is none, also when `parent`

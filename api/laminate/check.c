@@ -11,11 +11,6 @@
 
 enum { LINE_SIZE = LAMINATE_NAME_MAX + 64 };
 
-static enum api_problem_id no_memory(struct api_problem *problem) {
-    api_problem_set(problem, API_OUT_OF_MEMORY, "the laminate needs more memory than allowed");
-    return problem->id;
-}
-
 /* ---- checking ---- */
 
 /* Whether the solver could take every drape. */
@@ -33,7 +28,8 @@ static bool check_nets(const struct laminate *laminate, const struct api_limits 
 }
 
 /* The id of the laminate: of what was understood, its surface by id, and the solver's version. */
-static bool digest(const struct laminate *laminate, struct arena *arena, char id[API_ID_SIZE]) {
+static bool digest_laminate(const struct laminate *laminate, struct arena *arena,
+                            char id[API_ID_SIZE]) {
     struct laminate named = *laminate;
     struct api_text text = api_text_growing(arena);
     named.unit_of_surface = false;
@@ -48,7 +44,7 @@ static bool digest(const struct laminate *laminate, struct arena *arena, char id
     return document && all;
 }
 
-static bool put(const struct api_sink *sink, const char *text) {
+static bool put_text(const struct api_sink *sink, const char *text) {
     return sink->write(sink->context, text, strlen(text));
 }
 
@@ -76,7 +72,7 @@ static bool put_requests(const struct laminate *laminate, bool lengths, struct a
         char line[LINE_SIZE];
         if (request && lengths)
             (void)snprintf(line, sizeof line, "%s %zu\n", laminate->net_digest[n], strlen(request));
-        good = request && put(sink, lengths ? line : request);
+        good = request && put_text(sink, lengths ? line : request);
         arena_rewind(arena, mark);
     }
     return good;
@@ -95,12 +91,13 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
         !check_nets(&laminate, limits, arena, problem))
         return problem->id;
     const char *record = make_record(&laminate, arena);
-    if (!record || !digest(&laminate, arena, check->digest))
-        return no_memory(problem);
+    if (!record || !digest_laminate(&laminate, arena, check->digest))
+        return api_problem_no_memory(problem, "the laminate");
     (void)snprintf(line, sizeof line, "%zu %zu\n", laminate.net_count, strlen(record));
-    bool good = put(sink, line) && put_requests(&laminate, true, arena, sink) && put(sink, "\n") &&
-                put_requests(&laminate, false, arena, sink) && put(sink, record);
-    return good ? API_OK : no_memory(problem);
+    bool good = put_text(sink, line) && put_requests(&laminate, true, arena, sink) &&
+                put_text(sink, "\n") && put_requests(&laminate, false, arena, sink) &&
+                put_text(sink, record);
+    return good ? API_OK : api_problem_no_memory(problem, "the laminate");
 }
 
 enum api_problem_id laminate_check(const struct api_input *input, const struct api_limits *limits,
@@ -111,7 +108,7 @@ enum api_problem_id laminate_check(const struct api_input *input, const struct a
     if (arena)
         (void)!check_in(input, limits, sink, arena, check, problem);
     else
-        no_memory(problem);
+        api_problem_no_memory(problem, "the laminate");
     arena_free(arena);
     return problem->id;
 }
@@ -180,8 +177,8 @@ enum api_problem_id laminate_map_record(const char *record, size_t length, const
 }
 
 /* A length of the roll: a positive number that ends the value. */
-static bool read_length(const char *name, const char *value, double *length,
-                        struct api_problem *problem) {
+static bool read_roll_length(const char *name, const char *value, double *length,
+                             struct api_problem *problem) {
     char *end;
     *length = strtod(value, &end);
     if (end != value && !*end && *length > 0 && *length <= 1e12)
@@ -202,8 +199,8 @@ enum api_problem_id laminate_pattern_record(const char *record, size_t length, c
     for (const char *at = options; at < options + options_length;) {
         const char *name = at, *value = name + strlen(name) + 1;
         at = value + strlen(value) + 1;
-        if ((strcmp(name, "width") == 0 && !read_length(name, value, &roll.width, problem)) ||
-            (strcmp(name, "gap") == 0 && !read_length(name, value, &roll.gap, problem)))
+        if ((strcmp(name, "width") == 0 && !read_roll_length(name, value, &roll.width, problem)) ||
+            (strcmp(name, "gap") == 0 && !read_roll_length(name, value, &roll.gap, problem)))
             return problem->id;
     }
     if (open_record(record, length, columns, columns_length, limits, arena, &laminate, &nets,

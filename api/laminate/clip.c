@@ -19,9 +19,9 @@ struct pieces {
     double reach; /* `same` of the size */
 };
 
-/* Visits the edges of polygons one after the other: `*k` is the place of an edge's first point. */
-static bool next_edge(const struct polygons *p, size_t *k, size_t *first, double a[2],
-                      double b[2]) {
+/* Visits the edges of polygons one after the other: `*k` is the number of an edge's first point. */
+static bool next_polygon_edge(const struct polygons *p, size_t *k, size_t *first, double a[2],
+                              double b[2]) {
     if (*k == p->count)
         return false;
     const struct polygons_point *from = &p->points[*k];
@@ -40,13 +40,13 @@ bool clip_contains(const struct polygons *polygons, double x, double y) {
     size_t k = 0, first = 0;
     double a[2], b[2];
     bool inside = false;
-    while (next_edge(polygons, &k, &first, a, b))
+    while (next_polygon_edge(polygons, &k, &first, a, b))
         if ((a[1] <= y) != (b[1] <= y) && a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) <= x)
             inside = !inside;
     return inside;
 }
 
-static int compare(const void *a, const void *b) {
+static int compare_shares(const void *a, const void *b) {
     const double *x = a, *y = b;
     return (*x > *y) - (*x < *y);
 }
@@ -58,7 +58,7 @@ static size_t cut_edge(const double a[2], const double b[2], const struct polygo
     size_t k = 0, first = 0, count = 0;
     double c[2], d[2], way[2] = {b[0] - a[0], b[1] - a[1]};
     cuts[count++] = 0;
-    while (next_edge(other, &k, &first, c, d)) {
+    while (next_polygon_edge(other, &k, &first, c, d)) {
         double e[2] = {d[0] - c[0], d[1] - c[1]}, det = way[0] * e[1] - way[1] * e[0];
         double t = ((c[0] - a[0]) * e[1] - (c[1] - a[1]) * e[0]) / det;
         double s = ((c[0] - a[0]) * way[1] - (c[1] - a[1]) * way[0]) / det;
@@ -66,11 +66,11 @@ static size_t cut_edge(const double a[2], const double b[2], const struct polygo
             cuts[count++] = t;
     }
     cuts[count++] = 1;
-    qsort(cuts, count, sizeof *cuts, compare);
+    qsort(cuts, count, sizeof *cuts, compare_shares);
     return count;
 }
 
-static bool add_piece(struct pieces *pieces, const double from[2], const double to[2]) {
+static bool keep_piece(struct pieces *pieces, const double from[2], const double to[2]) {
     if (hypot(to[0] - from[0], to[1] - from[1]) <= pieces->reach)
         return true;
     if (pieces->count == pieces->capacity) {
@@ -92,7 +92,7 @@ static bool add_pieces(struct pieces *pieces, const struct polygons *own,
     size_t k = 0, first = 0;
     double a[2], b[2], *cuts = malloc((other->count + 2) * sizeof *cuts);
     bool good = cuts != NULL;
-    while (good && next_edge(own, &k, &first, a, b)) {
+    while (good && next_polygon_edge(own, &k, &first, a, b)) {
         size_t count = cut_edge(a, b, other, cuts);
         double length = hypot(b[0] - a[0], b[1] - a[1]);
         for (size_t n = 0; good && n + 1 < count && length > 0; n++) {
@@ -104,42 +104,37 @@ static bool add_pieces(struct pieces *pieces, const struct polygons *own,
             double x = (from[0] + to[0]) / 2 - nudge * (b[1] - a[1]);
             double y = (from[1] + to[1]) / 2 + nudge * (b[0] - a[0]);
             if (clip_contains(other, x, y))
-                good = add_piece(pieces, from, to);
+                good = keep_piece(pieces, from, to);
         }
     }
     free(cuts);
     return good;
 }
 
-/* The unused piece whose beginning is nearest to a point. */
-static struct piece *next_piece(const struct pieces *pieces, const double at[2], double *distance) {
-    struct piece *nearest = NULL;
-    *distance = HUGE_VAL;
-    for (size_t k = 0; k < pieces->count; k++) {
-        struct piece *piece = &pieces->list[k];
-        double own = hypot(piece->from[0] - at[0], piece->from[1] - at[1]);
-        if (!piece->used && own < *distance) {
-            *distance = own;
-            nearest = piece;
-        }
-    }
-    return nearest;
-}
-
-/* From one piece to the one that begins where it ends, until that is where it began. */
+/* From one piece to the unused one that begins nearest to where it ends, until that is where the
+ * first began. */
 static bool join_pieces(struct pieces *pieces, struct polygons *both) {
     bool good = true;
     for (size_t k = 0; good && k < pieces->count; k++) {
         struct piece *piece = &pieces->list[k];
         const double *begin = piece->from;
-        double distance;
         if (piece->used)
             continue;
         while (good && piece) {
+            const double *end = piece->to;
+            struct piece *next = NULL;
+            double distance = HUGE_VAL;
             piece->used = true;
             good = polygons_add(both, piece->from[0], piece->from[1]);
-            double back = hypot(piece->to[0] - begin[0], piece->to[1] - begin[1]);
-            struct piece *next = next_piece(pieces, piece->to, &distance);
+            for (size_t n = 0; n < pieces->count; n++) {
+                struct piece *other = &pieces->list[n];
+                double own = hypot(other->from[0] - end[0], other->from[1] - end[1]);
+                if (!other->used && own < distance) {
+                    distance = own;
+                    next = other;
+                }
+            }
+            double back = hypot(end[0] - begin[0], end[1] - begin[1]);
             piece = back <= 100 * pieces->reach || distance >= back ? NULL : next;
         }
         polygons_close(both);

@@ -15,7 +15,8 @@ int laminate_layers(const struct laminate_ply *ply) {
 /* ---- one ply ---- */
 
 /* Names go into the cards of solvers: printable ASCII. */
-static void decode_name(const struct json_value *json, size_t number, struct laminate_ply *ply) {
+static void decode_ply_name(const struct json_value *json, size_t number,
+                            struct laminate_ply *ply) {
     char *name = json_tree_alloc(json->tree, LAMINATE_NAME_MAX + 1, 1);
     const char *given;
     ply->name = name;
@@ -41,18 +42,6 @@ static void decode_polygon(const struct json_value *json, struct laminate_loop *
     loop->points = (const void *)rows;
     if (loop->count > POLYGON_MAX)
         value_fault(json, "has %zu points, and %d are allowed", loop->count, POLYGON_MAX);
-}
-
-static void decode_polygons(const struct json_value *list, struct laminate_boundary *boundary) {
-    if (!value_array(list, 1))
-        return;
-    boundary->count = value_length(list);
-    struct laminate_loop *loops = json_tree_alloc(list->tree, boundary->count, sizeof *loops);
-    boundary->loops = loops;
-    for (size_t k = 0; loops && k < boundary->count; k++) {
-        struct json_value polygon = value_element(list, k);
-        decode_polygon(&polygon, &loops[k]);
-    }
 }
 
 static void decode_loops(const struct json_value *json, const struct api_surface *surface,
@@ -84,14 +73,21 @@ static void decode_boundary(const struct json_value *json, const struct api_surf
         if (loop)
             decode_polygon(&polygon, loop);
     } else if (value_given(&polygons)) {
-        decode_polygons(&polygons, boundary);
+        size_t count = value_array(&polygons, 1) ? value_length(&polygons) : 0;
+        struct laminate_loop *loops = json_tree_alloc(json->tree, count, sizeof *loops);
+        boundary->loops = loops;
+        boundary->count = count;
+        for (size_t k = 0; loops && k < count; k++) {
+            polygon = value_element(&polygons, k);
+            decode_polygon(&polygon, &loops[k]);
+        }
     } else {
         decode_loops(&trims, surface, boundary);
     }
 }
 
-static void decode_one(const struct json_value *json, const struct api_request *common,
-                       size_t number, struct laminate_ply *ply) {
+static void decode_laminate_ply(const struct json_value *json, const struct api_request *common,
+                                size_t number, struct laminate_ply *ply) {
     static const char *const keys[] = {"name",         "repeat",    "compaction", "boundary",
                                        "fabric",       "start",     "direction",  "generators",
                                        "method",       "yarn_path", "extent",     "permeability",
@@ -101,7 +97,7 @@ static void decode_one(const struct json_value *json, const struct api_request *
     struct json_value boundary = value_member(json, "boundary");
     struct json_value weight = value_member(json, "areal_weight");
     *ply = (struct laminate_ply){.drape = *common, .repeat = 1};
-    decode_name(&name, number, ply);
+    decode_ply_name(&name, number, ply);
     if (!value_object(json, keys))
         return;
     decode_ply(json, &ply->drape);
@@ -119,7 +115,7 @@ static void decode_one(const struct json_value *json, const struct api_request *
 
 /* ---- the stack ---- */
 
-static void decode_cavity(const struct json_value *json, struct stack_cavity *cavity) {
+static void decode_stack_cavity(const struct json_value *json, struct stack_cavity *cavity) {
     static const char *const keys[] = {"pressure", "height", NULL};
     static const char *const names[] = {"flexible"};
     struct json_value pressure = value_member(json, "pressure");
@@ -142,7 +138,7 @@ static void decode_cavity(const struct json_value *json, struct stack_cavity *ca
     }
 }
 
-static void decode_offset(const struct json_value *root, struct laminate *laminate) {
+static void decode_stack_offset(const struct json_value *root, struct laminate *laminate) {
     static const char *const names[] = {"none", "nominal"};
     struct json_value offset = value_member(root, "offset"), side = value_member(root, "side");
     int index = 0;
@@ -172,17 +168,6 @@ static void check_ply(const struct json_value *json, const struct laminate *lami
         value_fault(&fraction, "is required by the compaction");
 }
 
-/* h_k of the header. */
-static void find_heights(struct laminate *laminate) {
-    double below = 0;
-    for (size_t k = 0; laminate->nominal && k < laminate->count; k++) {
-        struct laminate_ply *ply = &laminate->plies[k];
-        double own = laminate_layers(ply) * ply->drape.fabric.thickness;
-        ply->drape.offset = laminate->side * (below + own / 2);
-        below += own;
-    }
-}
-
 static void decode_plies(const struct json_value *list, const struct api_request *common,
                          struct laminate *laminate) {
     if (!value_array(list, 1))
@@ -199,55 +184,41 @@ static void decode_plies(const struct json_value *list, const struct api_request
     laminate->plies = json_tree_alloc(list->tree, laminate->count, sizeof *laminate->plies);
     for (size_t k = 0; laminate->plies && k < laminate->count; k++) {
         struct json_value ply = value_element(list, k);
-        decode_one(&ply, common, k, &laminate->plies[k]);
+        decode_laminate_ply(&ply, common, k, &laminate->plies[k]);
         check_ply(&ply, laminate, &laminate->plies[k]);
     }
-    if (laminate->plies)
-        find_heights(laminate);
-}
-
-static void decode_root(const struct json_value *root, const struct api_input *input,
-                        const struct api_limits *limits, struct laminate *laminate) {
-    static const char *const keys[] = {"surface", "length_unit", "plies", "cavity",
-                                       "offset",  "side",        NULL};
-    struct json_value plies = value_member(root, "plies"), cavity = value_member(root, "cavity");
-    struct api_request common;
-    if (!value_object(root, keys))
-        return;
-    decode_common(root, input, limits, &common);
-    laminate->surface = common.surface;
-    laminate->length_unit = common.length_unit;
-    laminate->unit_of_surface = common.unit_of_surface;
-    if (value_given(&cavity))
-        decode_cavity(&cavity, &laminate->cavity);
-    decode_offset(root, laminate);
-    decode_plies(&plies, &common, laminate);
+    double below = 0; /* the heights h_k of the header */
+    for (size_t k = 0; laminate->nominal && laminate->plies && k < laminate->count; k++) {
+        struct laminate_ply *ply = &laminate->plies[k];
+        double own = laminate_layers(ply) * ply->drape.fabric.thickness;
+        ply->drape.offset = laminate->side * (below + own / 2);
+        below += own;
+    }
 }
 
 enum api_problem_id laminate_decode(const struct api_input *input, const struct api_limits *limits,
                                     struct arena *arena, struct laminate *laminate,
                                     struct api_problem *problem) {
+    static const char *const keys[] = {"surface", "length_unit", "plies", "cavity",
+                                       "offset",  "side",        NULL};
     struct json_tree tree;
+    struct api_request common;
     *laminate = (struct laminate){.side = 1};
     if (json_tree_parse(&tree, input->request, input->request_length, limits, arena, problem) !=
         API_OK)
         return problem->id;
-    struct json_value root = value_root(&tree);
-    decode_root(&root, input, limits, laminate);
+    struct json_value root = value_root(&tree), plies = value_member(&root, "plies");
+    struct json_value cavity = value_member(&root, "cavity");
+    if (value_object(&root, keys)) {
+        decode_common(&root, input, limits, &common);
+        laminate->surface = common.surface;
+        laminate->length_unit = common.length_unit;
+        laminate->unit_of_surface = common.unit_of_surface;
+        if (value_given(&cavity))
+            decode_stack_cavity(&cavity, &laminate->cavity);
+        decode_stack_offset(&root, laminate);
+        decode_plies(&plies, &common, laminate);
+    }
     json_tree_free(&tree);
     return problem->id;
-}
-
-bool laminate_is(const char *bytes, size_t length, const struct api_limits *limits) {
-    struct api_problem problem = {.id = API_OK};
-    struct json_tree tree;
-    struct arena *arena = arena_new(limits->max_memory);
-    bool is = false;
-    if (arena && json_tree_parse(&tree, bytes, length, limits, arena, &problem) == API_OK) {
-        struct json_value root = value_root(&tree), plies = value_member(&root, "plies");
-        is = value_given(&plies);
-        json_tree_free(&tree);
-    }
-    arena_free(arena);
-    return is;
 }

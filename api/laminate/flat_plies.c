@@ -10,34 +10,16 @@
 /* As of the pattern of a drape: what points of the rim are left out for, in spacings. */
 static const double tolerance = 5e-4;
 
-struct making {
+struct flattening {
     const struct laminate *laminate;
     struct arena *arena;
     struct flat_plies *shapes;
     struct api_problem *problem;
 };
 
-static bool no_memory(struct making *p) {
-    api_problem_set(p->problem, API_OUT_OF_MEMORY, "the patterns need more memory than allowed");
-    return false;
-}
-
-static void measure(struct flat_ply *shape) {
-    double sum = 0;
-    size_t first = 0;
-    polygons_bounds(&shape->cut, shape->low, shape->high);
-    for (size_t k = 0; k < shape->cut.count; k++) {
-        const struct polygons_point *a = &shape->cut.points[k];
-        const struct polygons_point *b = &shape->cut.points[a->last ? first : k + 1];
-        sum += (a->x * b->y - b->x * a->y) / 2;
-        first = a->last ? k + 1 : first;
-    }
-    shape->area = fabs(sum);
-}
-
 /* The loops of a boundary turned so that they enclose what is on their left, holes the other way
  * round, in (p, q). */
-static bool loops_of(const struct region *region, struct polygons *loops) {
+static bool oriented_loops(const struct region *region, struct polygons *loops) {
     for (size_t n = 0; n < region->loop_count; n++) {
         size_t low = region->first[n], count = region->first[n + 1] - low;
         double sum = 0;
@@ -70,36 +52,29 @@ static bool loops_of(const struct region *region, struct polygons *loops) {
 }
 
 /* What of the cut lies within the ply's boundary. */
-static bool clip(struct making *p, size_t k, const struct api_reader *reader, struct map_net *cloth,
-                 struct polygons *cut) {
+static bool clip_to_boundary(struct flattening *p, size_t k, const struct api_reader *reader,
+                             struct map_net *cloth, struct polygons *cut) {
     static const enum column_id kept[] = {COLUMN_CELLS_warp, COLUMN_CELLS_weft};
-    const struct laminate_ply *ply = &p->laminate->plies[k];
     struct polygons loops = {0}, both = {0};
     struct region region;
-    struct vec3 at;
     map_net_keep(cloth, kept, sizeof kept / sizeof *kept);
-    if (map_net_load(reader, NULL, p->arena, cloth, p->problem) != API_OK)
+    if (map_net_load(reader, NULL, p->arena, cloth, p->problem) != API_OK ||
+        region_make(p->laminate, k, cloth->facets, cloth->columns.grid.spacing, p->arena, &region,
+                    p->problem) != API_OK)
         return false;
-    enum status status = region_make(&ply->boundary, cloth->facets, cloth->columns.grid.spacing,
-                                     p->arena, &region, &at);
-    if (status == STATUS_INVALID)
-        api_problem_set(p->problem, API_INVALID_REQUEST,
-                        "the boundary of ply %zu (\"%s\") cannot be followed on its cloth near "
-                        "(%.6g, %.6g, %.6g)",
-                        k + 1, ply->name, at.x, at.y, at.z);
-    bool good = status == STATUS_OK && loops_of(&region, &loops) && clip_make(&loops, cut, &both);
+    bool good = oriented_loops(&region, &loops) && clip_make(&loops, cut, &both);
     if (good) {
         polygons_free(cut);
         *cut = both;
     } else {
         polygons_free(&both);
-        no_memory(p);
+        api_problem_no_memory(p->problem, "the patterns");
     }
     polygons_free(&loops);
     return good;
 }
 
-static bool make_shape(struct making *p, size_t k, const struct api_reader *reader) {
+static bool make_flat_ply(struct flattening *p, size_t k, const struct api_reader *reader) {
     struct arena_mark mark = arena_mark(p->arena);
     struct map_net *cloth = arena_alloc(p->arena, 1, sizeof *cloth);
     struct flat_ply *shape = &p->shapes->shapes[p->shapes->count++];
@@ -107,13 +82,13 @@ static bool make_shape(struct making *p, size_t k, const struct api_reader *read
     struct flat_pattern cut = {0};
     *shape = (struct flat_ply){.ply = k};
     if (!cloth)
-        return no_memory(p);
+        return api_problem_no_memory(p->problem, "the patterns") == API_OK;
     bool good =
         map_net_open(reader, cloth, p->problem) == API_OK &&
         outline_make(&outline, reader, &cloth->columns, p->problem) == API_OK &&
         flat_pattern_make(&cut, reader, &cloth->columns, &outline, tolerance, p->problem) == API_OK;
     if (good && p->laminate->plies[k].boundary.count)
-        good = clip(p, k, reader, cloth, &cut.polygons);
+        good = clip_to_boundary(p, k, reader, cloth, &cut.polygons);
     const double *spacing = cloth->columns.grid.spacing;
     for (size_t n = 0; good && n < cut.polygons.count; n++) {
         cut.polygons.points[n].x *= spacing[0];
@@ -121,7 +96,15 @@ static bool make_shape(struct making *p, size_t k, const struct api_reader *read
     }
     shape->cut = cut.polygons;
     cut.polygons = (struct polygons){0};
-    measure(shape);
+    polygons_bounds(&shape->cut, shape->low, shape->high);
+    double sum = 0;
+    for (size_t n = 0, first = 0; n < shape->cut.count; n++) {
+        const struct polygons_point *a = &shape->cut.points[n];
+        const struct polygons_point *b = &shape->cut.points[a->last ? first : n + 1];
+        sum += (a->x * b->y - b->x * a->y) / 2;
+        first = a->last ? n + 1 : first;
+    }
+    shape->area = fabs(sum);
     flat_pattern_free(&cut);
     outline_free(&outline);
     arena_rewind(p->arena, mark);
@@ -130,14 +113,14 @@ static bool make_shape(struct making *p, size_t k, const struct api_reader *read
 
 bool flat_plies_make(const struct laminate *laminate, const struct api_reader *const *nets, int ply,
                      struct arena *arena, struct flat_plies *shapes, struct api_problem *problem) {
-    struct making p = {laminate, arena, shapes, problem};
+    struct flattening p = {laminate, arena, shapes, problem};
     *shapes =
         (struct flat_plies){.shapes = arena_alloc(arena, laminate->count, sizeof *shapes->shapes)};
     if (!shapes->shapes)
-        return no_memory(&p);
+        return api_problem_no_memory(problem, "the patterns") == API_OK;
     for (size_t k = 0; k < laminate->count; k++) {
         const struct api_reader *net = nets[laminate->plies[k].net];
-        if (net && (ply == LAMINATE_ALL || k == (size_t)ply) && !make_shape(&p, k, net))
+        if (net && (ply == LAMINATE_ALL || k == (size_t)ply) && !make_flat_ply(&p, k, net))
             return false;
     }
     return true;

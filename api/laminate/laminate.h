@@ -87,8 +87,4 @@ void laminate_fault_of_ply(const struct laminate *laminate, size_t k, const stru
 /* The laminate as it was understood, in the form that is decoded; NULL without memory. */
 const char *laminate_normalise(const struct laminate *laminate, struct arena *arena);
 
-/* Whether a document is a laminate rather than a drape request: it has a member `plies`. False for
- * what is no JSON object. */
-bool laminate_is(const char *bytes, size_t length, const struct api_limits *limits);
-
 #endif

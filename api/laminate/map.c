@@ -33,39 +33,42 @@ struct mapping {
 
 /* ---- columns ---- */
 
-/* Adds the parts of a column if it is wanted; false without memory. */
-static bool add(struct mapping *m, bool wanted, enum column_id id, double **values) {
-    for (int part = 0; wanted && part < column_specs[id].parts; part++) {
-        values[part] = map_columns_new(m->at.map, id, part, m->at.arena);
-        if (!values[part])
-            return ply_samples_no_memory(&m->at);
-    }
+/* Adds the columns that are wanted; false without memory. */
+static bool add_columns(struct mapping *m) {
+    struct filled *out = &m->out;
+    bool both = m->thickness && m->fraction, permeability = m->permeability;
+    const struct {
+        bool wanted;
+        enum column_id id;
+        double **values; /* of each part */
+    } columns[] = {{true, COLUMN_CELLS_ply_count, &out->count},
+                   {true, COLUMN_CELLS_shear_deg, &out->shear},
+                   {m->thickness, COLUMN_CELLS_thickness, &out->thickness},
+                   {both, COLUMN_CELLS_fiber_volume_fraction, &out->fraction},
+                   {both, COLUMN_CELLS_porosity, &out->porosity},
+                   {m->law, COLUMN_CELLS_pressure, &out->pressure},
+                   {permeability, COLUMN_CELLS_k1, &out->k1},
+                   {permeability, COLUMN_CELLS_k2, &out->k2},
+                   {permeability, COLUMN_CELLS_k3, &out->k3},
+                   {permeability, COLUMN_CELLS_k1_direction, out->direction},
+                   {m->locking, COLUMN_CELLS_locked, &out->locked},
+                   {both, COLUMN_CELLS_packing_exceeded, &out->packed},
+                   {m->table, COLUMN_CELLS_out_of_table, &out->out_of_table},
+                   {permeability, COLUMN_CELLS_permeability, out->tensor},
+                   {true, COLUMN_CELLS_distance, &out->distance},
+                   {true, COLUMN_CELLS_extrapolated, &out->extrapolated}};
+    map_columns_ids(m->at.map, m->at.target);
+    for (size_t k = 0; k < sizeof columns / sizeof *columns; k++)
+        for (int part = 0; columns[k].wanted && part < column_specs[columns[k].id].parts; part++) {
+            double *values = map_columns_new(m->at.map, columns[k].id, part, m->at.arena);
+            columns[k].values[part] = values;
+            if (!values)
+                return ply_samples_no_memory(&m->at);
+        }
     return true;
 }
 
-static bool add_columns(struct mapping *m) {
-    struct filled *out = &m->out;
-    bool both = m->thickness && m->fraction;
-    map_columns_ids(m->at.map, m->at.target);
-    return add(m, true, COLUMN_CELLS_ply_count, &out->count) &&
-           add(m, true, COLUMN_CELLS_shear_deg, &out->shear) &&
-           add(m, m->thickness, COLUMN_CELLS_thickness, &out->thickness) &&
-           add(m, both, COLUMN_CELLS_fiber_volume_fraction, &out->fraction) &&
-           add(m, both, COLUMN_CELLS_porosity, &out->porosity) &&
-           add(m, m->law, COLUMN_CELLS_pressure, &out->pressure) &&
-           add(m, m->permeability, COLUMN_CELLS_k1, &out->k1) &&
-           add(m, m->permeability, COLUMN_CELLS_k2, &out->k2) &&
-           add(m, m->permeability, COLUMN_CELLS_k3, &out->k3) &&
-           add(m, m->permeability, COLUMN_CELLS_k1_direction, out->direction) &&
-           add(m, m->locking, COLUMN_CELLS_locked, &out->locked) &&
-           add(m, both, COLUMN_CELLS_packing_exceeded, &out->packed) &&
-           add(m, m->table, COLUMN_CELLS_out_of_table, &out->out_of_table) &&
-           add(m, m->permeability, COLUMN_CELLS_permeability, out->tensor) &&
-           add(m, true, COLUMN_CELLS_distance, &out->distance) &&
-           add(m, true, COLUMN_CELLS_extrapolated, &out->extrapolated);
-}
-
-/* ---- one place ---- */
+/* ---- one element ---- */
 
 /* Of plies that say nothing of a property, nothing can be said of the stack. */
 static void find_properties(struct mapping *m) {
@@ -84,21 +87,21 @@ static void find_properties(struct mapping *m) {
     m->law = m->law && (laminate->cavity.kind != STACK_FLEXIBLE || cavity_given(m->at.target));
 }
 
-/* The plies at a place. */
+/* The plies at a element. */
 struct gathered {
     size_t count;
     size_t *ply;
     struct stack_ply *pressed;
 };
 
-static void gather(const struct mapping *m, size_t place, struct gathered *plies) {
+static void gather_plies(const struct mapping *m, size_t element, struct gathered *plies) {
     plies->count = 0;
     for (size_t k = 0; k < m->at.laminate->count; k++) {
         const struct laminate_ply *ply = &m->at.laminate->plies[k];
         const struct api_fabric *fabric = &ply->drape.fabric;
-        if (!ply_samples_has(&m->at, k, place))
+        if (!ply_samples_has(&m->at, k, element))
             continue;
-        double shear = m->at.samples[ply->net * m->at.count + place].shear_deg;
+        double shear = m->at.samples[ply->net * m->at.count + element].shear_deg;
         plies->ply[plies->count] = k;
         plies->pressed[plies->count++] = (struct stack_ply){
             .thickness = laminate_layers(ply) * fabric->thickness * permeability_areal_ratio(shear),
@@ -109,8 +112,8 @@ static void gather(const struct mapping *m, size_t place, struct gathered *plies
 }
 
 /* The warp of a ply in the base, and the direction at right angles to it towards the weft. */
-static void frame_of(const struct ply_sample *sample, bool mirrored, double along[2],
-                     double across[2]) {
+static void yarn_axes(const struct ply_sample *sample, bool mirrored, double along[2],
+                      double across[2]) {
     double side = mirrored ? -1 : 1;
     along[0] = sample->warp[0];
     along[1] = sample->warp[1];
@@ -118,19 +121,19 @@ static void frame_of(const struct ply_sample *sample, bool mirrored, double alon
     across[1] = side * along[0];
 }
 
-static struct vec3 in_space(const struct sample_frame *base, double x, double y) {
-    return vec3_axpy(y, base->second, vec3_scale(x, base->first));
+static struct vec3 in_space(const struct sample_frame *frame, double x, double y) {
+    return vec3_axpy(y, frame->second, vec3_scale(x, frame->first));
 }
 
-static void lay(struct mapping *m, size_t place, const struct gathered *plies, size_t n) {
-    size_t k = plies->ply[n], own = m->at.laminate->plies[k].net * m->at.count + place;
+static void lay_ply_row(struct mapping *m, size_t element, const struct gathered *plies, size_t n) {
+    size_t k = plies->ply[n], own = m->at.laminate->plies[k].net * m->at.count + element;
     const struct ply_sample *sample = &m->at.samples[own];
-    const struct sample_frame *base = &m->at.bases[place];
+    const struct sample_frame *frame = &m->at.frames[element];
     double along[2], across[2], sine, cosine;
-    frame_of(sample, m->at.mirrored[own], along, across);
+    yarn_axes(sample, m->at.mirrored[own], along, across);
     angle_sincos_deg(sample->shear_deg, &sine, &cosine);
-    const struct map_ply row = {.warp = in_space(base, along[0], along[1]),
-                                .weft = in_space(base, sine * along[0] + cosine * across[0],
+    const struct map_ply row = {.warp = in_space(frame, along[0], along[1]),
+                                .weft = in_space(frame, sine * along[0] + cosine * across[0],
                                                  sine * along[1] + cosine * across[1]),
                                 .shear_deg = sample->shear_deg,
                                 .thickness = m->thickness ? plies->pressed[n].thickness : 0,
@@ -140,124 +143,105 @@ static void lay(struct mapping *m, size_t place, const struct gathered *plies, s
 }
 
 /* K = k1 d d^T + k2 e e^T + k3 n n^T in global axes, VTK's order. */
-static void put_permeability(struct mapping *m, size_t place, const struct stack_sum *sum) {
+static void put_permeability(struct mapping *m, size_t element, const struct stack_sum *sum) {
     static const int axes[TENSOR_PARTS][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
-    const struct sample_frame *base = &m->at.bases[place];
+    const struct sample_frame *frame = &m->at.frames[element];
     struct permeability k = stack_permeability(sum);
-    struct vec3 d = in_space(base, k.along, k.across), e = vec3_cross(base->normal, d);
+    struct vec3 d = in_space(frame, k.along, k.across), e = vec3_cross(frame->normal, d);
     const double v[3][3] = {
-        {d.x, d.y, d.z}, {e.x, e.y, e.z}, {base->normal.x, base->normal.y, base->normal.z}};
+        {d.x, d.y, d.z}, {e.x, e.y, e.z}, {frame->normal.x, frame->normal.y, frame->normal.z}};
     const double values[3] = {k.k1, k.k2, k.k3};
-    m->out.k1[place] = k.k1;
-    m->out.k2[place] = k.k2;
-    m->out.k3[place] = k.k3;
+    m->out.k1[element] = k.k1;
+    m->out.k2[element] = k.k2;
+    m->out.k3[element] = k.k3;
     for (int x = 0; x < 3; x++)
-        m->out.direction[x][place] = v[0][x];
+        m->out.direction[x][element] = v[0][x];
     for (int part = 0; part < TENSOR_PARTS; part++)
         for (int n = 0; n < 3; n++)
-            m->out.tensor[part][place] += values[n] * v[n][axes[part][0]] * v[n][axes[part][1]];
+            m->out.tensor[part][element] += values[n] * v[n][axes[part][0]] * v[n][axes[part][1]];
 }
 
 /* The flags and the tensors of one ply. */
-static void add_ply(struct mapping *m, size_t place, const struct gathered *plies, size_t n,
+static void add_ply(struct mapping *m, size_t element, const struct gathered *plies, size_t n,
                     struct stack_sum *sum) {
     const struct laminate_ply *ply = &m->at.laminate->plies[plies->ply[n]];
     const struct api_request *drape = &ply->drape;
-    size_t own = ply->net * m->at.count + place;
+    size_t own = ply->net * m->at.count + element;
     const struct stack_ply *pressed = &plies->pressed[n];
     double shear = m->at.samples[own].shear_deg, along[2], across[2];
     bool outside = false;
-    if (fabs(shear) > fabs(m->out.shear[place]))
-        m->out.shear[place] = shear;
+    if (fabs(shear) > fabs(m->out.shear[element]))
+        m->out.shear[element] = shear;
     if (drape->fabric.locking_angle_deg >= 0 && fabs(shear) > drape->fabric.locking_angle_deg)
-        m->out.locked[place] = 1;
+        m->out.locked[element] = 1;
     if (m->out.packed && pressed->fraction > api_packing_limit(&drape->permeability))
-        m->out.packed[place] = 1;
+        m->out.packed[element] = 1;
     if (!m->permeability)
         return;
     struct permeability k =
         api_permeability_at(&drape->permeability, pressed->fraction, shear, &outside);
-    frame_of(&m->at.samples[own], m->at.mirrored[own], along, across);
+    yarn_axes(&m->at.samples[own], m->at.mirrored[own], along, across);
     stack_add(sum, pressed->thickness, &k, along, across);
     if (outside)
-        m->out.out_of_table[place] = 1;
-}
-
-/* The cavity at a place: that of the laminate where the target says nothing of it. */
-static struct stack_cavity cavity_at(struct mapping *m, size_t place) {
-    const struct stack_cavity *whole = &m->at.laminate->cavity;
-    double height = cavity_height(&m->cavity, place, m->at.bases[place].normal);
-    m->cavity.open += m->cavity.punch && !(height > 0);
-    return height > 0 ? (struct stack_cavity){.kind = STACK_HEIGHT, .height = height} : *whole;
+        m->out.out_of_table[element] = 1;
 }
 
 /* The porosity where the resin carries a part of the pressure, and the fibres the rest. */
-static void put_relieved(struct mapping *m, size_t place, struct gathered *plies) {
+static void put_relieved(struct mapping *m, size_t element, struct gathered *plies) {
     for (int k = 0; k < MAP_RELIEFS; k++) {
         struct stack_cavity rest = m->at.laminate->cavity;
         double whole = 0, fibres = 0;
         rest.pressure -= m->at.map->fields.relief[k];
-        gather(m, place, plies);
+        gather_plies(m, element, plies);
         (void)stack_press(&rest, plies->count, plies->pressed);
         for (size_t n = 0; n < plies->count; n++) {
             whole += plies->pressed[n].thickness;
             fibres += plies->pressed[n].thickness * plies->pressed[n].fraction;
         }
-        m->relieved[k][place] = plies->count ? 1 - fibres / whole : 0;
+        m->relieved[k][element] = plies->count ? 1 - fibres / whole : 0;
     }
 }
 
-static void put_place(struct mapping *m, size_t place, struct gathered *plies) {
+static void put_element(struct mapping *m, size_t element, struct gathered *plies) {
     struct stack_sum sum = {.thickness = 0};
     double by_itself = 0, whole = 0, fibres = 0;
     if (m->relieved[0])
-        put_relieved(m, place, plies);
-    gather(m, place, plies);
+        put_relieved(m, element, plies);
+    gather_plies(m, element, plies);
     for (size_t n = 0; n < plies->count; n++)
         by_itself += plies->pressed[n].thickness;
-    const struct stack_cavity cavity =
-        plies->count ? cavity_at(m, place) : (struct stack_cavity){.kind = STACK_FLEXIBLE};
+    struct stack_cavity cavity = {.kind = STACK_FLEXIBLE};
+    if (plies->count) { /* that of the laminate where the target says nothing of it */
+        double height = cavity_height(&m->cavity, element, m->at.frames[element].normal);
+        m->cavity.open += m->cavity.punch && !(height > 0);
+        cavity = height > 0 ? (struct stack_cavity){.kind = STACK_HEIGHT, .height = height}
+                            : m->at.laminate->cavity;
+    }
     double pressure = m->thickness ? stack_press(&cavity, plies->count, plies->pressed) : 0;
     for (size_t n = 0; n < plies->count; n++) {
         whole += plies->pressed[n].thickness;
         fibres += plies->pressed[n].thickness * plies->pressed[n].fraction;
-        add_ply(m, place, plies, n, &sum);
+        add_ply(m, element, plies, n, &sum);
         if (m->at.target->elements)
-            lay(m, place, plies, n);
+            lay_ply_row(m, element, plies, n);
     }
-    m->out.count[place] = (double)plies->count;
-    m->out.distance[place] = m->at.distance[place];
-    m->out.extrapolated[place] = plies->count == 0;
+    m->out.count[element] = (double)plies->count;
+    m->out.distance[element] = m->at.distance[element];
+    m->out.extrapolated[element] = plies->count == 0;
     if (m->out.thickness)
-        m->out.thickness[place] = whole;
+        m->out.thickness[element] = whole;
     if (m->out.fraction) {
-        m->out.fraction[place] = plies->count ? fibres / whole : 0;
-        m->out.porosity[place] = 1 - m->out.fraction[place];
-        m->cavity.packed += m->out.packed[place] > 0;
+        m->out.fraction[element] = plies->count ? fibres / whole : 0;
+        m->out.porosity[element] = 1 - m->out.fraction[element];
+        m->cavity.packed += m->out.packed[element] > 0;
     }
     if (m->out.pressure)
-        m->out.pressure[place] = pressure;
+        m->out.pressure[element] = pressure;
     if (m->permeability && plies->count)
-        put_permeability(m, place, &sum);
+        put_permeability(m, element, &sum);
     m->cavity.loose += cavity.kind == STACK_HEIGHT && cavity.height > by_itself;
-    m->far += m->at.distance[place] > m->at.spacing && m->at.distance[place] > whole;
-    m->farthest = fmax(m->farthest, m->at.distance[place]);
-}
-
-static bool put_all(struct mapping *m) {
-    struct gathered plies = {
-        .ply = arena_alloc(m->at.arena, m->at.laminate->count, sizeof *plies.ply),
-        .pressed = arena_alloc(m->at.arena, m->at.laminate->count, sizeof *plies.pressed)};
-    if (!plies.ply || !plies.pressed)
-        return ply_samples_no_memory(&m->at);
-    for (size_t place = 0; place < m->at.count; place++) {
-        if (m->at.target->elements && !map_stack_next(&m->at.map->stack, place, m->at.problem))
-            return false;
-        put_place(m, place, &plies);
-        if (!ply_samples_go_on(&m->at, place, 1))
-            return false;
-    }
-    return true;
+    m->far += m->at.distance[element] > m->at.spacing && m->at.distance[element] > whole;
+    m->farthest = fmax(m->farthest, m->at.distance[element]);
 }
 
 /* ---- the whole ---- */
@@ -282,7 +266,7 @@ static void warn_of_failed(struct mapping *m) {
 }
 
 /* A boundary is projected on the cloth: where it lies far from it, as a polygon of few points does
- * on what is curved, its place there is a matter of chance. */
+ * on what is curved, its element there is a matter of chance. */
 static void warn_of_boundaries(struct mapping *m) {
     const struct laminate *laminate = m->at.laminate;
     double most = boundary_away * m->at.spacing;
@@ -301,7 +285,7 @@ static void warn_of_boundaries(struct mapping *m) {
              m->at.map->fields.unit->name, far, laminate->count);
 }
 
-static void warn_of_places(struct mapping *m) {
+static void warn_of_distance(struct mapping *m) {
     size_t bare = m->at.target->elements ? map_stack_bare(&m->at.map->stack) : 0;
     if (m->far > m->at.count / 2) {
         map_warn(m->at.map,
@@ -315,15 +299,6 @@ static void warn_of_places(struct mapping *m) {
                  "them, and %zu have no area",
                  bare, m->at.count, bare - m->at.map->stack.flat, m->at.map->stack.flat);
     }
-}
-
-static bool begin_cavity(struct mapping *m) {
-    if (cavity_given(m->at.target) && !m->thickness) {
-        api_problem_set(m->at.problem, API_INVALID_REQUEST,
-                        "heights of the cavity need the fabric.thickness of every ply");
-        return false;
-    }
-    return cavity_begin(&m->cavity, m->at.target, m->at.arena) || ply_samples_no_memory(&m->at);
 }
 
 /* Under a pressure plies with a law give way to the resin. */
@@ -359,26 +334,36 @@ static const char *const *unique_names(struct mapping *m) {
     return names;
 }
 
-static bool begin_stack(struct mapping *m) {
-    const struct map_plies plies = {.ply_count = m->at.laminate->count,
-                                    .side = m->at.laminate->side,
-                                    .names = unique_names(m),
-                                    .thickness = m->thickness,
-                                    .fraction = m->fraction};
-    if (!m->at.target->elements)
-        return true;
-    return (plies.names &&
-            map_stack_begin(&m->at.map->stack, m->at.target, &plies, m->at.rows, m->at.arena)) ||
-           ply_samples_no_memory(&m->at);
-}
-
-static void end_stack(struct mapping *m) {
+/* All elements; on a mesh with the rows of the plies. */
+static bool map_elements(struct mapping *m) {
+    const struct laminate *laminate = m->at.laminate;
     struct map_fields *fields = &m->at.map->fields;
-    if (!m->at.target->elements)
-        return;
-    fields->plies = &m->at.map->stack.plies;
-    fields->column_count +=
-        map_stack_end(&m->at.map->stack, m->at.map->columns + fields->column_count);
+    struct map_stack *stack = &m->at.map->stack;
+    bool rows = m->at.target->elements != NULL;
+    struct gathered plies = {.ply = arena_alloc(m->at.arena, laminate->count, sizeof *plies.ply),
+                             .pressed =
+                                 arena_alloc(m->at.arena, laminate->count, sizeof *plies.pressed)};
+    const struct map_plies kept = {.ply_count = laminate->count,
+                                   .side = laminate->side,
+                                   .names = rows ? unique_names(m) : NULL,
+                                   .thickness = m->thickness,
+                                   .fraction = m->fraction};
+    if (!plies.ply || !plies.pressed ||
+        (rows &&
+         (!kept.names || !map_stack_begin(stack, m->at.target, &kept, m->at.rows, m->at.arena))))
+        return ply_samples_no_memory(&m->at);
+    for (size_t element = 0; element < m->at.count; element++) {
+        if (rows && !map_stack_next(stack, element, m->at.problem))
+            return false;
+        put_element(m, element, &plies);
+        if (!ply_samples_go_on(&m->at, element, 1))
+            return false;
+    }
+    if (rows) {
+        fields->plies = &stack->plies;
+        fields->column_count += map_stack_end(stack, m->at.map->columns + fields->column_count);
+    }
+    return true;
 }
 
 enum api_problem_id laminate_map(const struct laminate *laminate,
@@ -396,14 +381,18 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
     memset(map, 0, sizeof *map);
     map->fields = map_target_fields(target, map->columns);
     find_properties(&m);
-    if (!begin_cavity(&m) || !begin_relief(&m) || !ply_samples_read(&m.at, nets) ||
-        !add_columns(&m) || !begin_stack(&m) || !put_all(&m))
+    if (cavity_given(target) && !m.thickness)
+        return api_problem_set(problem, API_INVALID_REQUEST,
+                               "heights of the cavity need the fabric.thickness of every ply");
+    if (!cavity_begin(&m.cavity, target, arena))
+        return api_problem_no_memory(problem, "the map");
+    if (!begin_relief(&m) || !ply_samples_read(&m.at, nets) || !add_columns(&m) ||
+        !map_elements(&m))
         return problem->id;
-    end_stack(&m);
     if (target->warning)
         map_warn_text(map, target->warning);
     warn_of_failed(&m);
-    warn_of_places(&m);
+    warn_of_distance(&m);
     warn_of_boundaries(&m);
     cavity_warn(&m.cavity, map, "laminate");
     return API_OK;

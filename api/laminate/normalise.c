@@ -2,16 +2,6 @@
 #include "api/request/normalise.h"
 #include "laminate.h"
 
-static void write_loop(struct api_text *text, const struct laminate_loop *loop) {
-    api_text_raw(text, "[");
-    for (size_t k = 0; k < loop->count; k++) {
-        if (k)
-            api_text_raw(text, ",");
-        api_text_numbers(text, &loop->points[k].x, 3);
-    }
-    api_text_raw(text, "]");
-}
-
 static void write_boundary(struct api_text *text, const struct laminate_boundary *boundary) {
     if (boundary->count == 0 && boundary->trim_count == 0)
         return;
@@ -25,14 +15,21 @@ static void write_boundary(struct api_text *text, const struct laminate_boundary
         for (size_t k = 0; k < boundary->count; k++) {
             if (k)
                 api_text_raw(text, ",");
-            write_loop(text, &boundary->loops[k]);
+            const struct laminate_loop *loop = &boundary->loops[k];
+            api_text_raw(text, "[");
+            for (size_t n = 0; n < loop->count; n++) {
+                if (n)
+                    api_text_raw(text, ",");
+                api_text_numbers(text, &loop->points[n].x, 3);
+            }
+            api_text_raw(text, "]");
         }
         api_text_raw(text, "]");
     }
     api_text_raw(text, "}");
 }
 
-static void write_ply(struct api_text *text, const struct laminate_ply *ply) {
+static void write_laminate_ply(struct api_text *text, const struct laminate_ply *ply) {
     api_text_raw(text, "{");
     api_text_key_string(text, "name", ply->name);
     api_text_key_integer(text, "repeat", ply->repeat);
@@ -45,25 +42,22 @@ static void write_ply(struct api_text *text, const struct laminate_ply *ply) {
     api_text_raw(text, "}");
 }
 
-static void write_cavity(struct api_text *text, const struct stack_cavity *cavity) {
-    if (cavity->kind == STACK_FLEXIBLE) {
-        api_text_key_string(text, "cavity", "flexible");
-        return;
-    }
-    bool pressed = cavity->kind == STACK_PRESSURE;
-    api_text_key(text, "cavity");
-    api_text_raw(text, "{");
-    api_text_key_number(text, pressed ? "pressure" : "height",
-                        pressed ? cavity->pressure : cavity->height);
-    api_text_raw(text, "}");
-}
-
 const char *laminate_normalise(const struct laminate *laminate, struct arena *arena) {
+    const struct stack_cavity *cavity = &laminate->cavity;
     struct api_text text = api_text_growing(arena);
     api_text_raw(&text, "{");
     api_normalise_ground(&text, &laminate->surface,
                          laminate->unit_of_surface ? NULL : laminate->length_unit);
-    write_cavity(&text, &laminate->cavity);
+    if (cavity->kind == STACK_FLEXIBLE) {
+        api_text_key_string(&text, "cavity", "flexible");
+    } else {
+        bool pressed = cavity->kind == STACK_PRESSURE;
+        api_text_key(&text, "cavity");
+        api_text_raw(&text, "{");
+        api_text_key_number(&text, pressed ? "pressure" : "height",
+                            pressed ? cavity->pressure : cavity->height);
+        api_text_raw(&text, "}");
+    }
     api_text_key_string(&text, "offset", laminate->nominal ? "nominal" : "none");
     api_text_key_integer(&text, "side", laminate->side);
     api_text_key(&text, "plies");
@@ -71,7 +65,7 @@ const char *laminate_normalise(const struct laminate *laminate, struct arena *ar
     for (size_t k = 0; k < laminate->count; k++) {
         if (k)
             api_text_raw(&text, ",");
-        write_ply(&text, &laminate->plies[k]);
+        write_laminate_ply(&text, &laminate->plies[k]);
     }
     api_text_raw(&text, "]}");
     return api_text_finish(&text);

@@ -30,14 +30,9 @@ struct patterns {
     double width, length, area;
 };
 
-static bool no_memory(struct patterns *p) {
-    api_problem_set(p->problem, API_OUT_OF_MEMORY, "the patterns need more memory than allowed");
-    return false;
-}
-
 /* ---- shelves ---- */
 
-static int by_height(const void *a, const void *b) {
+static int compare_heights(const void *a, const void *b) {
     const struct placed *x = a, *y = b;
     double hx = x->shape->high[0] - x->shape->low[0], hy = y->shape->high[0] - y->shape->low[0];
     if (hx > hy || hy > hx)
@@ -49,7 +44,7 @@ static int by_height(const void *a, const void *b) {
 
 /* The warp runs along the roll: x along it, y across. A shelf takes what fits across, the longest
  * first; the next begins behind the longest of it. */
-static bool lay(struct patterns *p, const struct laminate_roll *roll) {
+static bool lay_on_shelves(struct patterns *p, const struct laminate_roll *roll) {
     double across = 0, along = 0, longest = 0, widest = 0;
     for (size_t k = 0; k < p->placed_count; k++)
         widest = fmax(widest, p->placed[k].shape->high[1] - p->placed[k].shape->low[1]);
@@ -60,7 +55,7 @@ static bool lay(struct patterns *p, const struct laminate_roll *roll) {
                         p->laminate->length_unit->name, widest);
         return false;
     }
-    qsort(p->placed, p->placed_count, sizeof *p->placed, by_height);
+    qsort(p->placed, p->placed_count, sizeof *p->placed, compare_heights);
     for (size_t k = 0; k < p->placed_count; k++) {
         struct placed *own = &p->placed[k];
         double length = own->shape->high[0] - own->shape->low[0];
@@ -81,7 +76,7 @@ static bool lay(struct patterns *p, const struct laminate_roll *roll) {
 
 /* ---- documents ---- */
 
-static void number(struct api_text *text, double value) {
+static void write_svg_number(struct api_text *text, double value) {
     char digits[API_NUMBER_SIZE];
     api_text_bytes(text, digits, api_number_rounded(digits, value + 0.0, DIGITS));
 }
@@ -107,14 +102,6 @@ static void summary_of(const struct patterns *p, char title[TEXT_MAX]) {
                    roll > 0 ? 100 * (1 - p->area / roll) : 0);
 }
 
-static void dxf_shape(struct api_text *text, const struct placed *own) {
-    const struct polygons *cut = &own->shape->cut;
-    for (size_t k = 0; k < cut->count; k++)
-        dxf_corner(text, "CUT", own->x + cut->points[k].x - own->shape->low[0],
-                   own->y + cut->points[k].y - own->shape->low[1],
-                   k == 0 || cut->points[k - 1].last, cut->points[k].last);
-}
-
 static void write_dxf(const struct patterns *p, struct api_text *text) {
     static const struct dxf_layer layers[] = {{"CUT", DXF_WHITE}, {"NAME", DXF_GREEN}};
     const double letter = p->width / 50;
@@ -125,7 +112,11 @@ static void write_dxf(const struct patterns *p, struct api_text *text) {
     for (size_t k = 0; k < p->placed_count; k++) {
         const struct placed *own = &p->placed[k];
         const struct flat_ply *shape = own->shape;
-        dxf_shape(text, own);
+        const struct polygons *cut = &shape->cut;
+        for (size_t n = 0; n < cut->count; n++)
+            dxf_corner(text, "CUT", own->x + cut->points[n].x - shape->low[0],
+                       own->y + cut->points[n].y - shape->low[1], n == 0 || cut->points[n - 1].last,
+                       cut->points[n].last);
         title_of(p, own, title);
         dxf_letters(text, "NAME", own->x + (shape->high[0] - shape->low[0]) / 3,
                     own->y + (shape->high[1] - shape->low[1]) / 2, letter, title);
@@ -139,7 +130,7 @@ static void svg_attribute(struct api_text *text, const char *name, double value)
     api_text_raw(text, " ");
     api_text_raw(text, name);
     api_text_raw(text, "=\"");
-    number(text, value);
+    write_svg_number(text, value);
     api_text_raw(text, "\"");
 }
 
@@ -171,9 +162,10 @@ static void write_svg(const struct patterns *p, struct api_text *text) {
         api_text_raw(text, "<path d=\"");
         for (size_t n = 0; n < cut->count; n++) {
             api_text_raw(text, n == 0 || cut->points[n - 1].last ? "M" : "L");
-            number(text, (own->x + cut->points[n].x - own->shape->low[0]) * mm);
+            write_svg_number(text, (own->x + cut->points[n].x - own->shape->low[0]) * mm);
             api_text_raw(text, " ");
-            number(text, (p->width - own->y - cut->points[n].y + own->shape->low[1]) * mm);
+            write_svg_number(text,
+                             (p->width - own->y - cut->points[n].y + own->shape->low[1]) * mm);
             api_text_raw(text, cut->points[n].last ? "Z" : "");
         }
         api_text_raw(text, "\"/>\n");
@@ -193,7 +185,9 @@ static void write_svg(const struct patterns *p, struct api_text *text) {
 
 /* ---- the whole ---- */
 
-static bool gather(struct patterns *p, const struct api_reader *const *nets, int ply) {
+/* Lays the layers of the plies out on the roll. */
+static bool lay_out(struct patterns *p, const struct api_reader *const *nets, int ply,
+                    const struct laminate_roll *roll) {
     const struct flat_plies *shapes = &p->shapes;
     size_t layers = 0;
     if (!flat_plies_make(p->laminate, nets, ply, p->arena, &p->shapes, p->problem))
@@ -202,13 +196,13 @@ static bool gather(struct patterns *p, const struct api_reader *const *nets, int
         layers += (size_t)laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]);
     p->placed = arena_alloc(p->arena, layers, sizeof *p->placed);
     if (!p->placed)
-        return no_memory(p);
+        return api_problem_no_memory(p->problem, "the patterns") == API_OK;
     for (size_t k = 0; k < shapes->count; k++)
         for (int n = 0; n < laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]); n++)
             p->placed[p->placed_count++] = (struct placed){.shape = &shapes->shapes[k], .layer = n};
     if (p->placed_count == 0)
         api_problem_set(p->problem, API_INVALID_REQUEST, "there is no ply to draw");
-    return p->placed_count > 0;
+    return p->placed_count > 0 && lay_on_shelves(p, roll);
 }
 
 enum api_problem_id laminate_patterns(const struct laminate *laminate,
@@ -217,7 +211,7 @@ enum api_problem_id laminate_patterns(const struct laminate *laminate,
                                       const struct api_sink *sink, struct arena *arena,
                                       struct api_problem *problem) {
     struct patterns p = {.laminate = laminate, .arena = arena, .problem = problem};
-    if (gather(&p, nets, ply) && lay(&p, roll)) {
+    if (lay_out(&p, nets, ply, roll)) {
         struct api_text text = api_text_growing(arena);
         if (strcmp(format, "html") == 0)
             ply_book_write(laminate, nets, &p.shapes, p.width, p.length, &text);
@@ -227,7 +221,7 @@ enum api_problem_id laminate_patterns(const struct laminate *laminate,
             write_svg(&p, &text);
         const char *document = api_text_finish(&text);
         if (!document)
-            no_memory(&p);
+            api_problem_no_memory(problem, "the patterns");
         else if (!sink->write(sink->context, document, strlen(document)))
             api_problem_set(problem, API_UNAVAILABLE, "there is no room to write the patterns now");
     }

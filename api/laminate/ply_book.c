@@ -44,19 +44,19 @@ static void open_ply(struct ply_book *book, size_t k) {
 }
 
 /* In square metres, without allowance. */
-static double area_of(const struct ply_book *book, size_t k) {
+static double ply_area(const struct ply_book *book, size_t k) {
     const struct flat_ply *shape = shape_of(book, k);
     double metres = book->laminate->length_unit->metres;
     return shape ? shape->area * metres * metres : 0;
 }
 
 /* Of all its layers, in kg; 0 where it is not known. */
-static double mass_of(const struct ply_book *book, size_t k) {
+static double ply_mass(const struct ply_book *book, size_t k) {
     const struct laminate_ply *ply = &book->laminate->plies[k];
-    return laminate_layers(ply) * ply->areal_weight * area_of(book, k);
+    return laminate_layers(ply) * ply->areal_weight * ply_area(book, k);
 }
 
-static void write_direction(struct api_text *text, const struct drape_settings *settings) {
+static void write_warp(struct api_text *text, const struct drape_settings *settings) {
     const struct vec3 *v = &settings->direction_vector;
     if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
         html_say(text, "along (%g, %g, %g)", v->x, v->y, v->z);
@@ -64,42 +64,42 @@ static void write_direction(struct api_text *text, const struct drape_settings *
         html_say(text, "%g°", settings->direction_deg);
 }
 
-static void write_start(const struct ply_book *book) {
+static void write_start_point(const struct ply_book *book) {
     const struct vec3 *at = &book->columns.start.point;
     if (book->read)
         html_say(book->text, "%.5g, %.5g, %.5g", at->x, at->y, at->z);
 }
 
-static void next_cell(struct api_text *text) {
+static void next_table_cell(struct api_text *text) {
     api_text_raw(text, "</td><td>");
 }
 
-static void write_row(struct ply_book *book, size_t k) {
+static void write_ply_row(struct ply_book *book, size_t k) {
     const struct laminate_ply *ply = &book->laminate->plies[k];
     struct api_text *text = book->text;
     open_ply(book, k);
     api_text_raw(text, "<tr><td>");
     html_say(text, "%zu", k + 1);
-    next_cell(text);
+    next_table_cell(text);
     html_say(text, "%s", ply->name);
-    next_cell(text);
+    next_table_cell(text);
     html_say(text, "%d", laminate_layers(ply));
-    next_cell(text);
-    write_direction(text, &ply->drape.settings);
-    next_cell(text);
-    write_start(book);
-    next_cell(text);
+    next_table_cell(text);
+    write_warp(text, &ply->drape.settings);
+    next_table_cell(text);
+    write_start_point(book);
+    next_table_cell(text);
     api_text_raw(text, ply->boundary.count ? "its own" : "the part");
-    next_cell(text);
+    next_table_cell(text);
     if (shape_of(book, k))
-        html_say(text, "%.5g", area_of(book, k));
-    next_cell(text);
+        html_say(text, "%.5g", ply_area(book, k));
+    next_table_cell(text);
     if (ply->areal_weight > 0)
         html_say(text, "%g", ply->areal_weight);
-    next_cell(text);
-    if (mass_of(book, k) > 0)
-        html_say(text, "%.5g", mass_of(book, k));
-    next_cell(text);
+    next_table_cell(text);
+    if (ply_mass(book, k) > 0)
+        html_say(text, "%.5g", ply_mass(book, k));
+    next_table_cell(text);
     if (book->read)
         html_say(text, "%.1f°", book->columns.summary.max_shear_deg);
     else
@@ -109,30 +109,24 @@ static void write_row(struct ply_book *book, size_t k) {
 
 /* ---- its pattern ---- */
 
-/* y upwards, at a scale that fits the figure. */
-static void draw_cut(struct api_text *text, const struct flat_ply *shape, double scale) {
-    const struct polygons *cut = &shape->cut;
-    api_text_raw(text, "<path fill=\"#eef2f8\" fill-rule=\"evenodd\" stroke=\"#1b2330\" "
-                       "stroke-width=\"1.5\" d=\"");
-    for (size_t n = 0; n < cut->count; n++) {
-        api_text_format(text, "%s%.2f %.2f%s", n == 0 || cut->points[n - 1].last ? "M" : "L",
-                        (cut->points[n].x - shape->low[0]) * scale,
-                        (shape->high[1] - cut->points[n].y) * scale,
-                        cut->points[n].last ? "Z" : "");
-    }
-    api_text_raw(text, "\"/>\n");
-}
-
 static void draw_pattern(const struct ply_book *book, const struct flat_ply *shape) {
     struct api_text *text = book->text;
     double length = shape->high[0] - shape->low[0], width = shape->high[1] - shape->low[1];
+    const struct polygons *cut = &shape->cut;
     double longest = fmax(length, width), scale = longest > 0 ? FIGURE / longest : 1;
     double arrow = length * scale / 4, x = length * scale * 3 / 8, y = width * scale / 2;
     api_text_format(text,
                     "<svg role=\"img\" aria-label=\"Flat pattern\" viewBox=\"-4 -4 %.2f %.2f\" ",
                     length * scale + 8, width * scale + 8);
     api_text_format(text, "width=\"%.0f\">\n", length * scale + 8);
-    draw_cut(text, shape, scale);
+    api_text_raw(text, "<path fill=\"#eef2f8\" fill-rule=\"evenodd\" stroke=\"#1b2330\" "
+                       "stroke-width=\"1.5\" d=\"");
+    for (size_t n = 0; n < cut->count; n++) /* y upwards, at a scale that fits the figure */
+        api_text_format(text, "%s%.2f %.2f%s", n == 0 || cut->points[n - 1].last ? "M" : "L",
+                        (cut->points[n].x - shape->low[0]) * scale,
+                        (shape->high[1] - cut->points[n].y) * scale,
+                        cut->points[n].last ? "Z" : "");
+    api_text_raw(text, "\"/>\n");
     api_text_format(text,
                     "<path d=\"M%.2f %.2fh%.2fm-10-5l10 5-10 5\" fill=\"none\" stroke=\"#b45f06\" "
                     "stroke-width=\"2\"/>\n",
@@ -147,22 +141,11 @@ static void draw_pattern(const struct ply_book *book, const struct flat_ply *sha
     api_text_raw(text, "</p>\n");
 }
 
-static void write_warnings(struct api_text *text, const struct api_warnings *warnings) {
-    if (warnings->count == 0)
-        return;
-    api_text_raw(text, "<ul>\n");
-    for (size_t k = 0; k < warnings->count; k++) {
-        api_text_raw(text, "<li>");
-        html_say(text, "%s: %s", warnings->list[k].code, warnings->list[k].detail);
-        api_text_raw(text, "</li>\n");
-    }
-    api_text_raw(text, "</ul>\n");
-}
-
-static void write_ply(struct ply_book *book, size_t k) {
+static void write_ply_section(struct ply_book *book, size_t k) {
     const struct laminate_ply *ply = &book->laminate->plies[k];
     const struct flat_ply *shape = shape_of(book, k);
     const struct api_summary *summary = &book->columns.summary;
+    const struct api_warnings *warnings = &summary->warnings;
     struct api_text *text = book->text;
     open_ply(book, k);
     api_text_raw(text, "<section>\n<h2>");
@@ -173,22 +156,30 @@ static void write_ply(struct ply_book *book, size_t k) {
         return;
     }
     api_text_raw(text, "<p>Warp ");
-    write_direction(text, &ply->drape.settings);
+    write_warp(text, &ply->drape.settings);
     html_say(text, " at the start, ");
-    write_start(book);
+    write_start_point(book);
     html_say(text, ". %.4g %% of the part is covered%s, the greatest shear is %.1f°.",
              100 * summary->cloth_coverage, ply->boundary.count ? " before it is cut" : "",
              summary->max_shear_deg);
     api_text_raw(text, "</p>\n");
     if (shape)
         draw_pattern(book, shape);
-    write_warnings(text, &summary->warnings);
+    if (warnings->count > 0)
+        api_text_raw(text, "<ul>\n");
+    for (size_t n = 0; n < warnings->count; n++) {
+        api_text_raw(text, "<li>");
+        html_say(text, "%s: %s", warnings->list[n].code, warnings->list[n].detail);
+        api_text_raw(text, "</li>\n");
+    }
+    if (warnings->count > 0)
+        api_text_raw(text, "</ul>\n");
     api_text_raw(text, "</section>\n");
 }
 
 /* ---- the whole ---- */
 
-static void write_stack(const struct ply_book *book) {
+static void write_stack_line(const struct ply_book *book) {
     const struct laminate *laminate = book->laminate;
     const char *unit = laminate->length_unit->name;
     struct api_text *text = book->text;
@@ -214,9 +205,9 @@ static void write_sums(const struct ply_book *book, double width, double length)
     double area = 0, mass = 0;
     size_t weighed = 0;
     for (size_t k = 0; k < laminate->count; k++) {
-        area += laminate_layers(&laminate->plies[k]) * area_of(book, k);
-        mass += mass_of(book, k);
-        weighed += mass_of(book, k) > 0;
+        area += laminate_layers(&laminate->plies[k]) * ply_area(book, k);
+        mass += ply_mass(book, k);
+        weighed += ply_mass(book, k) > 0;
     }
     api_text_raw(text, "<p>");
     html_say(text, "Cloth %.5g m²", area);
@@ -246,15 +237,15 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
                        "<title>Ply book</title>\n<style>");
     api_text_raw(text, style);
     api_text_raw(text, "</style>\n</head>\n<body>\n<h1>Ply book</h1>\n<p>");
-    write_stack(book);
+    write_stack_line(book);
     api_text_raw(text, "</p>\n<table>\n<tr><th>No.</th><th>Ply</th><th>Layers</th><th>Warp</th>"
                        "<th>Start</th><th>Boundary</th><th>Area, m²</th><th>kg/m²</th>"
                        "<th>Mass, kg</th><th>Shear up to</th></tr>\n");
     for (size_t k = 0; k < laminate->count; k++)
-        write_row(book, k);
+        write_ply_row(book, k);
     api_text_raw(text, "</table>\n");
     write_sums(book, roll_width, roll_length);
     for (size_t k = 0; k < laminate->count; k++)
-        write_ply(book, k);
+        write_ply_section(book, k);
     api_text_raw(text, "</body>\n</html>\n");
 }

@@ -9,81 +9,82 @@ enum { STRIPS_MAX = 4096 };
  * often their distance and that to the cloth, and so many spacings more. */
 static const double step = 0.5, stretch = 4, slack = 2;
 
-void region_coordinates(const struct facets *facets, const struct facets_point *place,
+void region_coordinates(const struct facets *facets, const struct facets_point *point,
                         double pq[2]) {
     static const double corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-    const int32_t *cell = facets->source.places[place->cell];
+    const int32_t *cell = facets->source.places[point->cell];
     for (int k = 0; k < 2; k++)
-        pq[k] = cell[k] + place->weight[0] * 0.5 + place->weight[1] * corner[place->side & 3][k] +
-                place->weight[2] * corner[(place->side + 1) & 3][k];
+        pq[k] = cell[k] + point->weight[0] * 0.5 + point->weight[1] * corner[point->side & 3][k] +
+                point->weight[2] * corner[(point->side + 1) & 3][k];
 }
 
 /* ---- following loops ---- */
 
-struct walk {
+struct loop_trace {
     struct facets_search cloth;
     const double *spacing;
     double least; /* the smaller spacing */
     double (*points)[2];
     size_t count;
     double away; /* the largest distance of a point over the cloth */
-    struct facets_point place;
+    struct facets_point point;
 };
 
-static size_t steps_of(const struct walk *walk, struct vec3 a, struct vec3 b) {
-    return 1 + (size_t)fmin(vec3_distance(a, b) / (step * walk->least), 1e6);
+static size_t loop_steps(const struct loop_trace *trace, struct vec3 a, struct vec3 b) {
+    return 1 + (size_t)fmin(vec3_distance(a, b) / (step * trace->least), 1e6);
 }
 
 /* How far (p, q) has moved on the cloth. */
-static double moved(const struct walk *walk, const double a[2], const double b[2]) {
-    double dp = (b[0] - a[0]) * walk->spacing[0], dq = (b[1] - a[1]) * walk->spacing[1];
+static double moved(const struct loop_trace *trace, const double a[2], const double b[2]) {
+    double dp = (b[0] - a[0]) * trace->spacing[0], dq = (b[1] - a[1]) * trace->spacing[1];
     return sqrt(dp * dp + dq * dq);
 }
 
 /* Adds the points of a loop; false where it cannot be followed, with the place. */
-static bool follow(struct walk *walk, const struct laminate_loop *loop, struct vec3 *at) {
-    size_t begin = walk->count;
+static bool trace_loop(struct loop_trace *trace, const struct laminate_loop *loop,
+                       struct vec3 *at) {
+    size_t begin = trace->count;
     double away = 0, first_away = 0;
-    double largest = fmax(walk->spacing[0], walk->spacing[1]);
+    double largest = fmax(trace->spacing[0], trace->spacing[1]);
     for (size_t k = 0; k < loop->count; k++) {
         struct vec3 a = loop->points[k], b = loop->points[(k + 1) % loop->count];
-        size_t pieces = steps_of(walk, a, b);
+        size_t pieces = loop_steps(trace, a, b);
         double length = vec3_distance(a, b) / (double)pieces;
         for (size_t n = 0; n < pieces; n++) {
-            double share = (double)n / (double)pieces, *pq = walk->points[walk->count];
+            double share = (double)n / (double)pieces, *pq = trace->points[trace->count];
             *at = vec3_axpy(share, vec3_sub(b, a), a);
-            facets_nearest(&walk->cloth, *at, &walk->place);
-            region_coordinates(walk->cloth.facets, &walk->place, pq);
-            double reach = length + away + walk->place.distance;
-            away = walk->place.distance;
-            walk->away = walk->place.outside ? walk->away : fmax(walk->away, away);
-            first_away = walk->count == begin ? away : first_away;
-            if (walk->count++ > begin &&
-                moved(walk, pq - 2, pq) > stretch * reach + slack * largest)
+            facets_nearest(&trace->cloth, *at, &trace->point);
+            region_coordinates(trace->cloth.facets, &trace->point, pq);
+            double reach = length + away + trace->point.distance;
+            away = trace->point.distance;
+            trace->away = trace->point.outside ? trace->away : fmax(trace->away, away);
+            first_away = trace->count == begin ? away : first_away;
+            if (trace->count++ > begin &&
+                moved(trace, pq - 2, pq) > stretch * reach + slack * largest)
                 return false;
         }
     }
     double reach = step * largest + away + first_away;
-    return moved(walk, walk->points[walk->count - 1], walk->points[begin]) <=
+    return moved(trace, trace->points[trace->count - 1], trace->points[begin]) <=
            stretch * reach + slack * largest;
 }
 
 /* ---- strips ---- */
 
-static size_t strip_of(const struct region *region, double q) {
+static size_t strip_at(const struct region *region, double q) {
     double strip = (q - region->low[1]) / region->height;
     return strip > 0 ? strip < (double)region->strip_count ? (size_t)strip : region->strip_count - 1
                      : 0;
 }
 
 /* The strips that an edge is in. */
-static void span_of(const struct region *region, size_t edge, size_t *low, size_t *high) {
+static void edge_strips(const struct region *region, size_t edge, size_t *low, size_t *high) {
     double a = region->points[edge][1], b = region->points[region->next[edge]][1];
-    *low = strip_of(region, fmin(a, b));
-    *high = strip_of(region, fmax(a, b));
+    *low = strip_at(region, fmin(a, b));
+    *high = strip_at(region, fmax(a, b));
 }
 
-static enum status make_strips(struct region *region, size_t count, struct arena *arena) {
+static enum status sort_into_strips(struct region *region, size_t count, struct arena *arena) {
     size_t *first, low, high;
     region->strip_count = count / 4 + 1 < STRIPS_MAX ? count / 4 + 1 : STRIPS_MAX;
     region->height = (region->high[1] - region->low[1]) / (double)region->strip_count;
@@ -95,7 +96,7 @@ static enum status make_strips(struct region *region, size_t count, struct arena
     if (!first)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < count; k++) {
-        span_of(region, k, &low, &high);
+        edge_strips(region, k, &low, &high);
         for (size_t s = low; s <= high; s++)
             first[s + 2]++;
     }
@@ -105,7 +106,7 @@ static enum status make_strips(struct region *region, size_t count, struct arena
     if (!edges)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < count; k++) {
-        span_of(region, k, &low, &high);
+        edge_strips(region, k, &low, &high);
         for (size_t s = low; s <= high; s++)
             edges[first[s + 1]++] = (uint32_t)k;
     }
@@ -114,54 +115,52 @@ static enum status make_strips(struct region *region, size_t count, struct arena
     return STATUS_OK;
 }
 
-/* The region of `total` points in `loops` loops, from first[k] on each. */
-static enum status finish(struct region *region, const double (*points)[2], const size_t *first,
-                          size_t loops, struct arena *arena) {
-    size_t total = first[loops];
+enum api_problem_id region_make(const struct laminate *laminate, size_t k,
+                                const struct facets *facets, const double spacing[2],
+                                struct arena *arena, struct region *region,
+                                struct api_problem *problem) {
+    const struct laminate_boundary *boundary = &laminate->plies[k].boundary;
+    struct loop_trace trace = {.cloth = facets_search_begin(facets),
+                               .spacing = spacing,
+                               .least = fmin(spacing[0], spacing[1])};
+    size_t total = 0, *first = arena_alloc(arena, boundary->count + 1, sizeof *first);
+    struct vec3 at;
+    for (size_t n = 0; n < boundary->count; n++)
+        for (size_t p = 0; p < boundary->loops[n].count; p++)
+            total += loop_steps(&trace, boundary->loops[n].points[p],
+                                boundary->loops[n].points[(p + 1) % boundary->loops[n].count]);
+    trace.points = arena_take(arena, total, sizeof *trace.points);
     uint32_t *next = arena_take(arena, total, sizeof *next);
-    if (!next)
-        return STATUS_OUT_OF_MEMORY;
-    *region = (struct region){.points = points,
+    if (!first || !trace.points || !next)
+        return api_problem_no_memory(problem, "the laminate");
+    *region = (struct region){.points = (const double(*)[2])trace.points,
                               .first = first,
-                              .loop_count = loops,
+                              .loop_count = boundary->count,
                               .next = next,
                               .low = {HUGE_VAL, HUGE_VAL},
                               .high = {-HUGE_VAL, -HUGE_VAL}};
-    for (size_t n = 0; n < loops; n++)
-        for (size_t k = first[n]; k < first[n + 1]; k++)
-            next[k] = (uint32_t)(k + 1 < first[n + 1] ? k + 1 : first[n]);
-    for (size_t k = 0; k < total; k++)
-        for (int x = 0; x < 2; x++) {
-            region->low[x] = fmin(region->low[x], points[k][x]);
-            region->high[x] = fmax(region->high[x], points[k][x]);
-        }
-    return make_strips(region, total, arena);
-}
-
-enum status region_make(const struct laminate_boundary *boundary, const struct facets *facets,
-                        const double spacing[2], struct arena *arena, struct region *region,
-                        struct vec3 *at) {
-    struct walk walk = {.cloth = facets_search_begin(facets),
-                        .spacing = spacing,
-                        .least = fmin(spacing[0], spacing[1])};
-    size_t total = 0, *first = arena_alloc(arena, boundary->count + 1, sizeof *first);
-    for (size_t n = 0; n < boundary->count; n++)
-        for (size_t k = 0; k < boundary->loops[n].count; k++)
-            total += steps_of(&walk, boundary->loops[n].points[k],
-                              boundary->loops[n].points[(k + 1) % boundary->loops[n].count]);
-    walk.points = arena_take(arena, total, sizeof *walk.points);
-    if (!first || !walk.points)
-        return STATUS_OUT_OF_MEMORY;
     for (size_t n = 0; n < boundary->count; n++) {
-        first[n] = walk.count;
-        if (!follow(&walk, &boundary->loops[n], at))
-            return STATUS_INVALID;
+        first[n] = trace.count;
+        if (!trace_loop(&trace, &boundary->loops[n], &at))
+            return api_problem_set(
+                problem, API_INVALID_REQUEST,
+                "the boundary of ply %zu (\"%s\") cannot be followed on its cloth near (%.6g, "
+                "%.6g, %.6g): the cloth ends there, or the boundary is too far from it; start the "
+                "ply inside its boundary, or give more points of it",
+                k + 1, laminate->plies[k].name, at.x, at.y, at.z);
+        for (size_t p = first[n]; p < trace.count; p++)
+            next[p] = (uint32_t)(p + 1 < trace.count ? p + 1 : first[n]);
     }
-    first[boundary->count] = walk.count;
-    enum status status =
-        finish(region, (const double(*)[2])walk.points, first, boundary->count, arena);
-    region->away = walk.away;
-    return status;
+    first[boundary->count] = trace.count;
+    region->away = trace.away;
+    for (size_t p = 0; p < trace.count; p++)
+        for (int x = 0; x < 2; x++) {
+            region->low[x] = fmin(region->low[x], trace.points[p][x]);
+            region->high[x] = fmax(region->high[x], trace.points[p][x]);
+        }
+    return sort_into_strips(region, trace.count, arena) == STATUS_OK
+               ? API_OK
+               : api_problem_no_memory(problem, "the laminate");
 }
 
 /* The parity of the edges to the left; the lower end of an edge belongs to it. */
@@ -170,7 +169,7 @@ bool region_contains(const struct region *region, const double pq[2]) {
     for (int k = 0; k < 2; k++)
         if (!(pq[k] >= region->low[k] && pq[k] <= region->high[k]))
             return false;
-    size_t strip = strip_of(region, pq[1]);
+    size_t strip = strip_at(region, pq[1]);
     for (size_t k = region->strip_first[strip]; k < region->strip_first[strip + 1]; k++) {
         const double *a = region->points[region->strip_edges[k]];
         const double *b = region->points[region->next[region->strip_edges[k]]];

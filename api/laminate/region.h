@@ -23,16 +23,17 @@ struct region {
     const uint32_t *next;        /* of each point: where its edge ends */
 };
 
-/* (p, q) of a place. */
-void region_coordinates(const struct facets *facets, const struct facets_point *place,
+/* (p, q) of a point of the cloth. */
+void region_coordinates(const struct facets *facets, const struct facets_point *point,
                         double pq[2]);
 
-/* The boundary (`count` > 0) on a cloth with these spacings. STATUS_OUT_OF_MEMORY;
- * STATUS_INVALID with `at` where neighbouring points of a loop go to places that are not
- * neighbours on the cloth: it ends between them, or the loop is too far away. */
-enum status region_make(const struct laminate_boundary *boundary, const struct facets *facets,
-                        const double spacing[2], struct arena *arena, struct region *region,
-                        struct vec3 *at) STATUS_MUST_USE;
+/* The boundary of ply k (from 0), which has one, on its cloth with these spacings. Problems:
+ * API_OUT_OF_MEMORY; API_INVALID_REQUEST where neighbouring points of a loop go to places that are
+ * not neighbours on the cloth: it ends between them, or the loop is too far away. */
+enum api_problem_id region_make(const struct laminate *laminate, size_t k,
+                                const struct facets *facets, const double spacing[2],
+                                struct arena *arena, struct region *region,
+                                struct api_problem *problem) STATUS_MUST_USE;
 
 /* Whether (p, q) is inside an odd number of the loops. */
 bool region_contains(const struct region *region, const double pq[2]);

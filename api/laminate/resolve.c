@@ -9,11 +9,6 @@
 /* How finely a loop in the parameters is followed in space, as a share of the domain. */
 static const double step_share = 1.0 / 256;
 
-static enum api_problem_id no_memory(struct api_problem *problem) {
-    api_problem_set(problem, API_OUT_OF_MEMORY, "the laminate needs more memory than allowed");
-    return problem->id;
-}
-
 void laminate_fault_of_ply(const struct laminate *laminate, size_t k, const struct api_problem *own,
                            struct api_problem *problem) {
     for (size_t n = 0; n < own->count; n++) {
@@ -35,7 +30,7 @@ void laminate_fault_of_ply(const struct laminate *laminate, size_t k, const stru
 
 /* ---- the surface that boundaries are on, made when first asked for ---- */
 
-struct ground {
+struct boundary_surface {
     struct laminate *laminate;
     const struct api_limits *limits;
     struct arena *arena;
@@ -44,9 +39,9 @@ struct ground {
     struct prepared_part shape;
 };
 
-static bool make_ground(struct ground *ground) {
-    struct api_request request = ground->laminate->plies[0].drape;
-    if (ground->made)
+static bool prepare_surface(struct boundary_surface *on) {
+    struct api_request request = on->laminate->plies[0].drape;
+    if (on->made)
         return true;
     /* Whether a net fits is another question, asked for each ply. */
     request.offset = 0;
@@ -54,16 +49,16 @@ static bool make_ground(struct ground *ground) {
     request.settings.extent[0][0] = request.settings.extent[0][1] = 0;
     request.settings.extent[1][0] = request.settings.extent[1][1] = 0;
     request.settings.start_kind = DRAPE_START_CENTROID;
-    ground->made = prepared_part_make(&request, ground->limits, ground->arena, &ground->shape,
-                                      ground->problem) == API_OK;
-    return ground->made;
+    on->made =
+        prepared_part_make(&request, on->limits, on->arena, &on->shape, on->problem) == API_OK;
+    return on->made;
 }
 
 /* ---- loops in space ---- */
 
 /* A loop of the surface's parameters as points in space, its edges cut finely. */
-static bool follow(const struct surface *surface, const double (*uv)[2], size_t count,
-                   struct arena *arena, struct laminate_loop *loop) {
+static bool follow_on_surface(const struct surface *surface, const double (*uv)[2], size_t count,
+                              struct arena *arena, struct laminate_loop *loop) {
     double lower[2], upper[2];
     struct surface_cursor cursor = {0, 0};
     size_t total = 0, *pieces = arena_alloc(arena, count, sizeof *pieces);
@@ -94,32 +89,31 @@ static bool follow(const struct surface *surface, const double (*uv)[2], size_t 
 
 /* The loops of trims in space; where all of them cut away, with the domain's own edge about them.
  */
-static enum api_problem_id loops_of_trims(struct ground *ground, struct laminate_ply *ply,
+static enum api_problem_id loops_of_trims(struct boundary_surface *on, struct laminate_ply *ply,
                                           struct trim *trim) {
     struct laminate_boundary *boundary = &ply->boundary;
-    struct laminate_loop *loops =
-        arena_alloc(ground->arena, boundary->trim_count + 1, sizeof *loops);
+    struct laminate_loop *loops = arena_alloc(on->arena, boundary->trim_count + 1, sizeof *loops);
     double low[2], high[2];
     bool keeps = false, good = loops != NULL;
     for (size_t k = 0; k < boundary->trim_count; k++)
         keeps = keeps || boundary->trims[k].reversed;
-    surface_domain(ground->shape.part.surface, low, high);
+    surface_domain(on->shape.part.surface, low, high);
     const double edge[4][2] = {
         {low[0], low[1]}, {high[0], low[1]}, {high[0], high[1]}, {low[0], high[1]}};
     boundary->count = 0;
     if (good && !keeps)
-        good =
-            follow(ground->shape.part.surface, edge, 4, ground->arena, &loops[boundary->count++]);
+        good = follow_on_surface(on->shape.part.surface, edge, 4, on->arena,
+                                 &loops[boundary->count++]);
     for (size_t k = 0; good && k < boundary->trim_count; k++) {
         const double(*points)[2];
         size_t count = trim_loop_points(trim, k, &points);
         /* Its last point is its first. */
-        good = follow(ground->shape.part.surface, points, count > 1 ? count - 1 : count,
-                      ground->arena, &loops[boundary->count++]);
+        good = follow_on_surface(on->shape.part.surface, points, count > 1 ? count - 1 : count,
+                                 on->arena, &loops[boundary->count++]);
     }
     boundary->loops = loops;
     boundary->trim_count = 0;
-    return good ? API_OK : no_memory(ground->problem);
+    return good ? API_OK : api_problem_no_memory(on->problem, "the laminate");
 }
 
 /* ---- starts ---- */
@@ -147,86 +141,87 @@ static struct vec3 centre_of(const struct laminate_loop *loop) {
 }
 
 /* Lets the ply start at the place nearest to the point. */
-static void start_near(const struct ground *ground, struct vec3 point, struct api_request *drape) {
+static void start_near(const struct boundary_surface *on, struct vec3 point,
+                       struct api_request *drape) {
     struct drape_settings *settings = &drape->settings;
     double distance;
-    if (ground->shape.part.mesh) {
+    if (on->shape.part.mesh) {
         struct mesh_point place;
-        if (!mesh_nearest(ground->shape.part.mesh, point, MESH_ANY, &place, &distance))
+        if (!mesh_nearest(on->shape.part.mesh, point, MESH_ANY, &place, &distance))
             return;
         settings->start_kind = DRAPE_START_POINT;
         settings->start_point = place.r;
-    } else if (ground->shape.part.shell) {
+    } else if (on->shape.part.shell) {
         struct shell_point place;
-        shell_nearest(ground->shape.part.shell, point, SHELL_ANY, &place, &distance);
+        shell_nearest(on->shape.part.shell, point, SHELL_ANY, &place, &distance);
         settings->start_kind = DRAPE_START_UV;
-        settings->start_face = ground->shape.shell.numbers[place.face];
+        settings->start_face = on->shape.shell.numbers[place.face];
         drape->start_on_face = true;
         memcpy(settings->start_uv, place.uv, sizeof settings->start_uv);
     } else {
         double uv[2];
-        surface_nearest(ground->shape.part.surface, point, uv, &distance);
-        if (ground->shape.part.trim && !trim_contains(ground->shape.part.trim, uv))
+        surface_nearest(on->shape.part.surface, point, uv, &distance);
+        if (on->shape.part.trim && !trim_contains(on->shape.part.trim, uv))
             return;
         settings->start_kind = DRAPE_START_UV;
         memcpy(settings->start_uv, uv, sizeof settings->start_uv);
     }
 }
 
-static enum api_problem_id resolve_ply(struct ground *ground, size_t k) {
-    struct laminate_ply *ply = &ground->laminate->plies[k];
+static enum api_problem_id resolve_ply(struct boundary_surface *on, size_t k) {
+    struct laminate_ply *ply = &on->laminate->plies[k];
     struct laminate_boundary *boundary = &ply->boundary;
     bool starts = ply->drape.settings.start_kind == DRAPE_START_CENTROID;
-    bool known = ground->laminate->surface.kind != API_SURFACE_NAMED;
+    bool known = on->laminate->surface.kind != API_SURFACE_NAMED;
     if (boundary->trim_count == 0 && (boundary->count == 0 || !starts || !known))
         return API_OK;
-    if (!make_ground(ground))
-        return ground->problem->id;
+    if (!prepare_surface(on))
+        return on->problem->id;
     if (boundary->trim_count == 0) {
-        start_near(ground, centre_of(&boundary->loops[0]), &ply->drape);
+        start_near(on, centre_of(&boundary->loops[0]), &ply->drape);
         return API_OK;
     }
     char pointer[API_POINTER_MAX];
     struct trim *trim = NULL;
     (void)snprintf(pointer, sizeof pointer, "/plies/%zu/boundary/trims", k);
-    if (!ground->shape.part.surface) {
-        api_problem_add(ground->problem, pointer,
+    if (!on->shape.part.surface) {
+        api_problem_add(on->problem, pointer,
                         "are in the parameters of one NURBS surface, and this is not one: give a "
                         "polygon");
-        return ground->problem->id;
+        return on->problem->id;
     }
-    enum status status = trim_make(ground->shape.part.surface, boundary->trims,
-                                   boundary->trim_count, ground->arena, &trim);
+    enum status status =
+        trim_make(on->shape.part.surface, boundary->trims, boundary->trim_count, on->arena, &trim);
     if (status == STATUS_OUT_OF_MEMORY)
-        return no_memory(ground->problem);
+        return api_problem_no_memory(on->problem, "the laminate");
     if (status != STATUS_OK) {
-        api_problem_add(ground->problem, pointer, "leave nothing of the ply");
-        return ground->problem->id;
+        api_problem_add(on->problem, pointer, "leave nothing of the ply");
+        return on->problem->id;
     }
     if (starts) {
         ply->drape.settings.start_kind = DRAPE_START_UV;
         trim_middle(trim, ply->drape.settings.start_uv);
     }
-    return loops_of_trims(ground, ply, trim);
+    return loops_of_trims(on, ply, trim);
 }
 
 /* ---- which plies share a drape ---- */
 
-static enum api_problem_id share(struct laminate *laminate, struct arena *arena,
-                                 struct api_problem *problem) {
+static enum api_problem_id share_drapes(struct laminate *laminate, struct arena *arena,
+                                        struct api_problem *problem) {
     size_t *net_ply = arena_alloc(arena, laminate->count, sizeof *net_ply);
     char id[API_ID_SIZE];
     laminate->net_digest = arena_alloc(arena, laminate->count, sizeof *laminate->net_digest);
     laminate->net_ply = net_ply;
     if (!net_ply || !laminate->net_digest || !api_digest_surface(&laminate->surface, arena, id))
-        return no_memory(problem);
+        return api_problem_no_memory(problem, "the laminate");
     for (size_t k = 0; k < laminate->count; k++) {
         struct laminate_ply *ply = &laminate->plies[k];
         struct api_request named = ply->drape;
         char digest[API_ID_SIZE];
         memcpy(named.surface.id, id, sizeof id);
         if (!api_digest_request(&named, arena, digest))
-            return no_memory(problem);
+            return api_problem_no_memory(problem, "the laminate");
         for (ply->net = 0; ply->net < laminate->net_count; ply->net++)
             if (memcmp(laminate->net_digest[ply->net], digest, sizeof digest) == 0)
                 break;
@@ -240,10 +235,10 @@ static enum api_problem_id share(struct laminate *laminate, struct arena *arena,
 
 enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api_limits *limits,
                                      struct arena *arena, struct api_problem *problem) {
-    struct ground ground = {
+    struct boundary_surface on = {
         .laminate = laminate, .limits = limits, .arena = arena, .problem = problem};
     for (size_t k = 0; k < laminate->count; k++)
-        if (resolve_ply(&ground, k) != API_OK)
+        if (resolve_ply(&on, k) != API_OK)
             return problem->id;
-    return share(laminate, arena, problem);
+    return share_drapes(laminate, arena, problem);
 }

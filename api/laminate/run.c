@@ -24,7 +24,7 @@ enum api_problem_id laminate_run(const struct laminate *laminate, size_t n,
         if (api_run_in(arena, &one, limits, monitor, sink, &own) != API_OK)
             laminate_fault_of_ply(laminate, laminate->net_ply[n], &own, problem);
     } else {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the laminate");
+        api_problem_no_memory(problem, "the laminate");
     }
     arena_free(arena);
     return problem->id;

@@ -314,7 +314,7 @@ static enum api_problem_id write_columns(const struct verdict *v,
     if (v->study->nominal) {
         size_t more = sample_bands(v->study, numbers, v->rows, v->count, arena, sources + count);
         if (more == SIZE_MAX)
-            return study_no_memory(problem);
+            return api_problem_no_memory(problem, "the study");
         count += more;
     }
     return api_columns_write(&header, sources, count, sink, arena, problem);
@@ -337,7 +337,7 @@ enum api_problem_id api_study_finish(const struct api_study *study,
             summarise_rows(&v, solve_ms);
             (void)!write_columns(&v, numbers, arena, sink, problem);
         } else {
-            study_no_memory(problem);
+            api_problem_no_memory(problem, "the study");
         }
     }
     arena_rewind(arena, mark);
@@ -391,7 +391,7 @@ enum api_problem_id api_study_variant_request(const struct api_study *study,
     struct arena_mark mark = arena_mark(arena);
     const char *text = api_normalise(&request, NULL, arena);
     if (!text)
-        (void)study_no_memory(problem);
+        (void)api_problem_no_memory(problem, "the study");
     else if (!sink->write(sink->context, text, strlen(text)))
         api_problem_set(problem, API_CANCELLED, "the request was not wanted any more");
     arena_rewind(arena, mark);

@@ -229,11 +229,11 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
     size_t found = 0;
     if (!variants ||
         (wanted && surrogate_search_next(&search, wanted, arena, variants, &found) != STATUS_OK))
-        return study_no_memory(problem);
+        return api_problem_no_memory(problem, "the study");
     if (found == 0 && checks && rows[count - 1].variant.coarseness > 1)
         found = choose_checks(&search, arena, variants);
     if (found == SIZE_MAX)
-        return study_no_memory(problem);
+        return api_problem_no_memory(problem, "the study");
     if (found == 0)
         plan->variants = count;
     return task_make_list(study, variants, found, round, arena, plan, problem);

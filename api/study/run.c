@@ -104,7 +104,7 @@ static enum api_problem_id gather_numbers(struct run *run, struct heap *numbers,
             *problem = run->problem[k];
         if (problem->id == API_OK && given->count &&
             !append_numbers(numbers, given->values, given->count * sizeof *given->values))
-            api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the study");
+            api_problem_no_memory(problem, "the study");
         free(given->values);
     }
     if (problem->id == API_OK && atomic_load(&run->stopped))
@@ -118,7 +118,7 @@ static enum api_problem_id do_round(struct run *run, const struct drape_team *te
     run->problem = calloc(run->plan.count, sizeof *run->problem);
     atomic_store(&run->done, 0);
     if (!run->given || !run->problem) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the study");
+        api_problem_no_memory(problem, "the study");
     } else {
         if (team)
             team->run(team->context, (int)run->plan.count, do_task, run);
@@ -180,7 +180,7 @@ enum api_problem_id api_study_run(const struct api_input *input, const struct ap
     for (int k = 0; k < ARENAS_MAX; k++)
         atomic_flag_clear(&run.pool.taken[k]);
     if (study && (!arena || !fill_pool(&run.pool, limits->threads, limits->max_memory)))
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the study");
+        api_problem_no_memory(problem, "the study");
     else if (study)
         do_rounds(&run, api_threads_make(&threads, run.pool.count), sink, arena, problem);
     for (int k = 0; k < run.pool.count; k++)

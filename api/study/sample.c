@@ -108,7 +108,7 @@ enum api_problem_id sample_prepare(struct api_study *study, const struct api_lim
     struct stored *stored = nominal ? arena_alloc(study->arena, 1, sizeof *stored) : NULL;
     struct api_columns columns;
     if (!stored)
-        return study_no_memory(problem);
+        return api_problem_no_memory(problem, "the study");
     if (!drape_and_store(study, settings, NULL, study->arena, stored, problem) ||
         stored->result.cells.count == 0) {
         api_problem_set_at(problem, API_INVALID_REQUEST, "/drape",
@@ -121,7 +121,7 @@ enum api_problem_id sample_prepare(struct api_study *study, const struct api_lim
     if (api_columns_open(&reader, &columns, problem) != API_OK)
         return problem->id;
     if (!find_cells(&reader, &columns, &result->nodes, study->arena, nominal))
-        return study_no_memory(problem);
+        return api_problem_no_memory(problem, "the study");
     nominal->variant = (struct study_variant){
         .start = study_start_of(result), .angle_deg = settings->direction_deg, .coarseness = 1};
     study_note_direction(study, settings, result, &nominal->variant);
@@ -195,7 +195,7 @@ bool sample_send_fields(struct task_run *run, const struct study_row *row) {
     struct stored *stored = arena_alloc(arena, 1, sizeof *stored);
     struct api_map *map = arena_alloc(arena, 1, sizeof *map);
     if (!values || !stored || !map)
-        return study_no_memory(run->problem) == API_OK;
+        return api_problem_no_memory(run->problem, "the study") == API_OK;
     if (row->failure == FAILURE_NONE) {
         struct drape_settings settings = study_variant_settings(study, &row->variant);
         bool ok = drape_and_store(study, &settings, run->monitor, arena, stored, run->problem);

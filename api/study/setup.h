@@ -32,10 +32,4 @@ struct api_study {
     size_t field_numbers; /* that each of its rows has behind it: cells times fields; else 0 */
 };
 
-/* Sets that the study needs more memory than allowed; the problem's id. */
-static inline enum api_problem_id study_no_memory(struct api_problem *problem) {
-    api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
-    return problem->id;
-}
-
 #endif

@@ -10,20 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-bool api_is_study(const char *bytes, size_t length, const struct api_limits *limits) {
-    struct api_problem problem = {0};
-    struct json_tree tree;
-    bool found = false;
-    struct arena *arena = arena_new(limits->max_memory);
-    if (arena && json_tree_parse(&tree, bytes, length, limits, arena, &problem) == API_OK) {
-        struct json_value root = value_root(&tree), drape = value_member(&root, "drape");
-        found = value_given(&drape);
-        json_tree_free(&tree);
-    }
-    arena_free(arena);
-    return found;
-}
-
 /* ---- opening ---- */
 
 /* A start of the caller's list as a point of the part. */
@@ -123,7 +109,7 @@ static enum api_problem_id make_ready(struct api_study *study, const struct api_
         return problem->id;
     if (study_find_k1(study) != STATUS_OK || find_starts(study) != STATUS_OK ||
         find_divisions(study) != STATUS_OK || !prepare_part(study))
-        return study_no_memory(problem);
+        return api_problem_no_memory(problem, "the study");
     return study->request.sample > 0 ? sample_prepare(study, limits, problem) : API_OK;
 }
 
@@ -136,7 +122,7 @@ struct api_study *api_study_open(const struct api_input *input, const struct api
         if (make_ready(study, input, limits, problem) == API_OK)
             return study;
     } else {
-        study_no_memory(problem);
+        api_problem_no_memory(problem, "the study");
     }
     arena_free(arena);
     return NULL;
@@ -155,7 +141,7 @@ enum api_problem_id api_check_study(const struct api_input *input, const struct 
     struct study_part part;
     *check = (struct api_check){0};
     if (!arena) {
-        study_no_memory(problem);
+        api_problem_no_memory(problem, "the study");
     } else if (study_decode(input, limits, arena, &request, problem) == API_OK) {
         const struct api_surface *surface = &request.drape.surface;
         memcpy(check->surface, surface->id, sizeof check->surface);
@@ -165,7 +151,7 @@ enum api_problem_id api_check_study(const struct api_input *input, const struct 
                      (prepared_part_is_large(surface) ||
                       study_part_make(&request, limits, arena, &part, problem) == API_OK);
         if (sound && !study_digest(&request, arena, check->digest))
-            study_no_memory(problem);
+            api_problem_no_memory(problem, "the study");
     }
     arena_free(arena);
     return problem->id;
@@ -180,7 +166,7 @@ enum api_problem_id api_study_normalise(const struct api_input *input,
     if (arena && study_decode(input, limits, arena, &request, problem) == API_OK)
         text = study_normalise(&request, arena);
     if (problem->id == API_OK && (!text || !sink->write(sink->context, text, strlen(text))))
-        study_no_memory(problem);
+        api_problem_no_memory(problem, "the study");
     arena_free(arena);
     return problem->id;
 }

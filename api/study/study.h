@@ -47,10 +47,6 @@ enum api_problem_id api_study_normalise(const struct api_input *input,
                                         const struct api_sink *sink,
                                         struct api_problem *problem) STATUS_MUST_USE;
 
-/* Whether a document is a study rather than a drape request: it has a member `drape`. False for
- * what is no JSON object. */
-bool api_is_study(const char *bytes, size_t length, const struct api_limits *limits);
-
 /* A study with its surface made ready. It is not changed by any call below, so that threads may
  * share it. */
 struct api_study;

@@ -31,7 +31,7 @@ enum api_problem_id task_make_range(const struct task_range *range, struct arena
     size_t tasks = (variants + each - 1) / each;
     struct api_study_task *list = arena_alloc(arena, tasks, sizeof *list);
     if (!list)
-        return study_no_memory(problem);
+        return api_problem_no_memory(problem, "the study");
     for (size_t k = 0; k < tasks; k++) {
         size_t left = variants - k * each;
         list[k].kind = (int32_t)range->kind;
@@ -51,7 +51,7 @@ enum api_problem_id task_make_list(const struct api_study *study,
     size_t tasks = (count + API_STUDY_LISTED - 1) / API_STUDY_LISTED;
     struct api_study_task *list = arena_alloc(arena, tasks ? tasks : 1, sizeof *list);
     if (!list)
-        return study_no_memory(problem);
+        return api_problem_no_memory(problem, "the study");
     for (size_t k = 0; k < count; k++) {
         const struct part_point *start = &variants[k].start;
         struct api_study_task *task = &list[k * tasks / count];

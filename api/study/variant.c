@@ -48,7 +48,7 @@ struct study_row *study_rows(const struct api_study *study, const struct api_stu
     *count = numbers->count / stride;
     struct study_row *rows = arena_take(arena, *count, sizeof *rows);
     if (!rows) {
-        (void)study_no_memory(problem);
+        api_problem_no_memory(problem, "the study");
         return NULL;
     }
     bool good = *count * stride == numbers->count;

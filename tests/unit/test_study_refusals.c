@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "studied.h"
 
+#include "api/json/value.h"
 #include "tests/check.h"
 #include <stdio.h>
 #include <string.h>
@@ -132,9 +133,9 @@ static void test_study_is_known_by_its_drape(void **state) {
     struct bytes part = studied_saddle(), text = studied_text(part.data, MAX);
     (void)state;
     prepare();
-    assert_true(api_is_study(text.data, text.length, &api_limits_default));
-    assert_false(api_is_study(part.data, part.length, &api_limits_default));
-    assert_false(api_is_study("[", 1, &api_limits_default));
+    assert_true(json_document_has(text.data, text.length, &api_limits_default, "drape"));
+    assert_false(json_document_has(part.data, part.length, &api_limits_default, "drape"));
+    assert_false(json_document_has("[", 1, &api_limits_default, "drape"));
     bytes_free(&text);
     bytes_free(&part);
 }
