@@ -103,7 +103,7 @@ bool mesh_cell_has_collapsed(const struct mesh *mesh, const struct mesh_cell *ce
 }
 
 /* Whether D in triangle t is the one wanted. */
-static bool is_corner(const struct circle *circle, int32_t t, struct vec3 d) {
+static bool is_wanted_corner(const struct circle *circle, int32_t t, struct vec3 d) {
     const struct mesh_cell *cell = circle->cell;
     const struct vec3 *normals = circle->mesh->normals;
     return mesh_cell_has_corner(cell, normals[cell->b.triangle], normals[cell->c.triangle], d,
@@ -145,8 +145,8 @@ static struct crossing find_crossing(const struct circle *circle, int32_t t, int
     return found;
 }
 
-static enum mesh_corner_end take_corner(const struct circle *circle, int32_t t, struct vec3 d,
-                                        struct mesh_corner *corner) {
+static enum mesh_corner_end found_corner(const struct circle *circle, int32_t t, struct vec3 d,
+                                         struct mesh_corner *corner) {
     corner->at = (struct mesh_point){t, d};
     corner->residual = mesh_cell_residual(circle->cell, d);
     return MESH_CORNER_FOUND;
@@ -168,8 +168,8 @@ static enum mesh_corner_end head_from(const struct circle *circle, const struct 
         if (way.stuck)
             return MESH_CORNER_NO_CONVERGENCE;
         if (way.edge == MESH_NONE)
-            return real && is_corner(circle, t, d) ? take_corner(circle, t, d, corner)
-                                                   : MESH_CORNER_NO_CONVERGENCE;
+            return real && is_wanted_corner(circle, t, d) ? found_corner(circle, t, d, corner)
+                                                          : MESH_CORNER_NO_CONVERGENCE;
         int32_t twin = mesh->twins[3 * t + way.edge];
         if (twin == MESH_NONE)
             return real ? MESH_CORNER_BOUNDARY : MESH_CORNER_COLLAPSED;
@@ -204,7 +204,7 @@ static void try_triangle(void *context, int32_t t) {
     double distance2 = vec3_norm2(vec3_sub(d.r, cell->guess));
     bool better = distance2 < search->distance2 ||
                   (distance2 == search->distance2 && t < search->best.triangle);
-    if (way.edge != MESH_NONE || !better || !is_corner(circle, t, d.r))
+    if (way.edge != MESH_NONE || !better || !is_wanted_corner(circle, t, d.r))
         return;
     /* the sheet has to lead from D to B or C without detour */
     if (!mesh_path_connects(circle->mesh, &d, &cell->c, reach * cell->cd) &&
@@ -226,7 +226,7 @@ static enum mesh_corner_end search_all(const struct circle *circle,
     const struct mesh_circle shape = {cell->b.r, cell->c.r, cell->bd, cell->cd};
     mesh_tree_visit(circle->mesh, &shape, try_triangle, &search);
     if (search.best.triangle != MESH_NONE)
-        return take_corner(circle, search.best.triangle, search.best.r, corner);
+        return found_corner(circle, search.best.triangle, search.best.r, corner);
     if (ends[0] == MESH_CORNER_BOUNDARY || ends[1] == MESH_CORNER_BOUNDARY)
         return MESH_CORNER_BOUNDARY;
     if (mesh_cell_has_collapsed(circle->mesh, cell))

@@ -85,7 +85,7 @@ static struct vec3 middle_of(const struct facets_source *source, int32_t cell) {
 }
 
 /* Adds a child; rounding in its favour. */
-static void add_ball(struct facets_node *node, struct vec3 middle, double radius) {
+static void add_child_ball(struct facets_node *node, struct vec3 middle, double radius) {
     int c = node->count++;
     node->middle[0][c] = middle.x;
     node->middle[1][c] = middle.y;
@@ -97,20 +97,8 @@ static struct vec3 ball_middle(const struct facets_node *node, int c) {
     return vec3_make(node->middle[0][c], node->middle[1][c], node->middle[2][c]);
 }
 
-/* The ball about the middle of a cell, through its farthest corner; its radius. */
-static double add_cell(struct facets_node *node, const struct facets_source *source, int32_t cell) {
-    struct vec3 middle = middle_of(source, cell);
-    double most2 = 0;
-    for (int k = 0; k < 4; k++) {
-        double own2 = vec3_norm2(vec3_sub(corner_point(source, cell, k), middle));
-        most2 = own2 > most2 ? own2 : most2;
-    }
-    add_ball(node, middle, sqrt(most2));
-    return sqrt(most2);
-}
-
 /* That about the middle of the box of the middles below, round all balls there. */
-static void add_node(struct facets_node *node, const struct facets_node *below) {
+static void add_ball_round(struct facets_node *node, const struct facets_node *below) {
     double middle[3], radius = 0;
     for (int k = 0; k < 3; k++) {
         double lower = below->middle[k][0], upper = lower;
@@ -125,7 +113,7 @@ static void add_node(struct facets_node *node, const struct facets_node *below) 
         double reach = vec3_distance(own, ball_middle(below, n)) + below->radius[n];
         radius = reach > radius ? reach : radius;
     }
-    add_ball(node, own, radius);
+    add_child_ball(node, own, radius);
 }
 
 /* The key of the node of this level that the k-th of those below belongs to. */
@@ -158,11 +146,20 @@ static enum status add_level(struct facets *facets, size_t below, struct arena *
             node->key = key;
             node->first = k;
         }
-        if (level == 0)
-            facets->size += add_cell(node, &facets->source, facets->order[k]) /
-                            (double)facets->source.cell_count;
-        else
-            add_node(node, &facets->level[level - 1][k]);
+        if (level > 0) {
+            add_ball_round(node, &facets->level[level - 1][k]);
+            continue;
+        }
+        /* the ball about the middle of a cell, through its farthest corner */
+        const struct facets_source *source = &facets->source;
+        struct vec3 middle = middle_of(source, facets->order[k]);
+        double most2 = 0;
+        for (int c = 0; c < 4; c++) {
+            double own2 = vec3_norm2(vec3_sub(corner_point(source, facets->order[k], c), middle));
+            most2 = own2 > most2 ? own2 : most2;
+        }
+        add_child_ball(node, middle, sqrt(most2));
+        facets->size += sqrt(most2) / (double)source->cell_count;
     }
     return STATUS_OK;
 }
@@ -401,8 +398,8 @@ static bool is_rim(const struct facets *facets, int32_t cell, int side) {
 /* Whether `at`, the nearest to a point, lies on the rim, on an edge of one cell or at a corner that
  * is not in the middle of four, and the point beyond it, as seen along the plane of its triangle.
  */
-static bool is_outside(const struct facets *facets, const struct facets_point *at,
-                       struct vec3 point) {
+static bool lies_beyond_rim(const struct facets *facets, const struct facets_point *at,
+                            struct vec3 point) {
     const struct facets_source *source = &facets->source;
     const int32_t *corners = source->corners[at->cell];
     if (at->weight[0] > 0)
@@ -443,7 +440,7 @@ void facets_nearest(struct facets_search *search, struct vec3 point, struct face
     if (!try_near(search, &query))
         descend_from(&query, (struct visit){.level = facets->levels - 1});
     at->distance = query.distance;
-    at->outside = is_outside(facets, at, point);
+    at->outside = lies_beyond_rim(facets, at, point);
     search->cell = at->cell;
     search->point = point;
 }

@@ -13,7 +13,7 @@ struct sides3 {
     sides x, y, z;
 };
 
-INLINE sides pick(sides_mask choose, sides a, sides b) {
+INLINE sides pick_side(sides_mask choose, sides a, sides b) {
     return (sides)(((sides_mask)a & choose) | ((sides_mask)b & ~choose));
 }
 
@@ -48,8 +48,8 @@ INLINE struct sides3 corners_of(const struct facets_cell *cell) {
 
 /* The share of an edge before the foot on it, within it; 0 on one without length. */
 INLINE sides share_of_edge(sides along, sides length2) {
-    sides t = pick(length2 > 0, along / length2, (sides){0});
-    return pick(t > 0, pick(t < 1, t, 1 - (sides){0}), (sides){0});
+    sides t = pick_side(length2 > 0, along / length2, (sides){0});
+    return pick_side(t > 0, pick_side(t < 1, t, 1 - (sides){0}), (sides){0});
 }
 
 /* The weights of the points in the triangles a b c, a being the middle, nearest to p (C. Ericson,
@@ -63,27 +63,27 @@ INLINE void weigh_nearest(struct sides3 a, struct sides3 b, struct sides3 p, sid
     sides d4 = dot_sides(next_sides(ab), bp), d5 = dot_sides(ab, next_sides(bp));
     sides va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
     sides sum = va + vb + vc, wb = vb / sum, wc = vc / sum, wa = 1 - wb - wc;
-    wa = pick(wa > 0, wa, none);
+    wa = pick_side(wa > 0, wa, none);
     sides on_ab = share_of_edge(d1, dot_sides(ab, ab)), on_ac = next_side(on_ab),
           on_bc = share_of_edge(dot_sides(bp, bc), dot_sides(bc, bc));
     /* From the last region to the first, which overrides those after it. */
     sides_mask edge = va <= 0;
-    wa = pick(edge, none, wa);
-    wb = pick(edge, 1 - on_bc, wb);
-    wc = pick(edge, on_bc, wc);
+    wa = pick_side(edge, none, wa);
+    wb = pick_side(edge, 1 - on_bc, wb);
+    wc = pick_side(edge, on_bc, wc);
     edge = (vb <= 0) & (d2 >= 0) & (d6 <= 0);
-    wa = pick(edge, 1 - on_ac, wa);
-    wb = pick(edge, none, wb);
-    wc = pick(edge, on_ac, wc);
+    wa = pick_side(edge, 1 - on_ac, wa);
+    wb = pick_side(edge, none, wb);
+    wc = pick_side(edge, on_ac, wc);
     edge = (vc <= 0) & (d1 >= 0) & (d3 <= 0);
-    wa = pick(edge, 1 - on_ab, wa);
-    wb = pick(edge, on_ab, wb);
-    wc = pick(edge, none, wc);
+    wa = pick_side(edge, 1 - on_ab, wa);
+    wb = pick_side(edge, on_ab, wb);
+    wc = pick_side(edge, none, wc);
     sides_mask at_c = (d6 >= 0) & (d5 <= d6), at_b = (d3 >= 0) & (d4 <= d3);
     sides_mask at_a = (d1 <= 0) & (d2 <= 0);
-    weight[0] = pick(at_a, one, pick(at_b | at_c, none, wa));
-    weight[1] = pick(at_a, none, pick(at_b, one, pick(at_c, none, wb)));
-    weight[2] = pick(at_a | at_b, none, pick(at_c, one, wc));
+    weight[0] = pick_side(at_a, one, pick_side(at_b | at_c, none, wa));
+    weight[1] = pick_side(at_a, none, pick_side(at_b, one, pick_side(at_c, none, wb)));
+    weight[2] = pick_side(at_a | at_b, none, pick_side(at_c, one, wc));
 }
 
 WIDE_CLONES

@@ -105,8 +105,8 @@ static void look_at_triangle(struct vicinity *v, const struct mesh_fit *fit, int
 
 /* The triangles of a side, begun at one of its corners, and whole rings round them until there are
  * vertices enough. */
-static void look_round(struct vicinity *v, const struct mesh_fit *fit, int32_t corner,
-                       int32_t stamp) {
+static void look_around_vertex(struct vicinity *v, const struct mesh_fit *fit, int32_t corner,
+                               int32_t stamp) {
     const struct mesh *mesh = v->mesh;
     v->triangle_count = v->point_count = 0;
     int32_t first = first_of_side(mesh, corner), at = first;
@@ -247,7 +247,7 @@ enum status mesh_fits_make(const struct mesh *mesh, struct arena *arena, struct 
     for (int32_t corner = 0; corner < (int32_t)corners; corner++)
         if (side[corner] == next) {
             next++;
-            look_round(&v, &fits->fit[side[corner]], corner, next);
+            look_around_vertex(&v, &fits->fit[side[corner]], corner, next);
             fit_surface(&fits->fit[side[corner]], &v);
         }
     arena_rewind(arena, mark);

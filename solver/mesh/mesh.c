@@ -39,6 +39,7 @@ static enum status check_source(const struct mesh_source *source, struct mesh_fa
     return STATUS_OK;
 }
 
+/* And the box around its triangles. */
 static enum status copy_source(const struct mesh_source *source, struct arena *arena,
                                struct mesh *mesh) {
     size_t n = source->triangle_count, m = source->vertex_count;
@@ -62,13 +63,8 @@ static enum status copy_source(const struct mesh_source *source, struct arena *a
         memcpy(mesh->parameters, source->parameters, m * sizeof *mesh->parameters);
     if (source->faces)
         memcpy(mesh->faces, source->faces, n * sizeof *mesh->faces);
-    return STATUS_OK;
-}
-
-/* Vertices that no triangle has do not count. */
-static void find_mesh_bounds(struct mesh *mesh) {
     struct vec3 low = mesh_corner_point(mesh, 0, 0), high = low;
-    for (size_t t = 0; t < mesh->triangle_count; t++)
+    for (size_t t = 0; t < n; t++) /* vertices that no triangle has do not count */
         for (int k = 0; k < 3; k++) {
             struct vec3 p = mesh_corner_point(mesh, (int32_t)t, k);
             low = vec3_min(low, p);
@@ -79,6 +75,7 @@ static void find_mesh_bounds(struct mesh *mesh) {
     mesh->size = vec3_distance(low, high);
     mesh->magnitude = fmax(fmax(fmax(-low.x, high.x), fmax(-low.y, high.y)),
                            fmax(fmax(-low.z, high.z), mesh->size));
+    return STATUS_OK;
 }
 
 /* With a, b the edges at a corner, |a x b| is the longest edge times the smallest height. */
@@ -140,10 +137,8 @@ enum status mesh_make(const struct mesh_source *source, struct arena *arena, str
     enum status status = mesh ? check_source(source, &found) : STATUS_OUT_OF_MEMORY;
     if (status == STATUS_OK)
         status = copy_source(source, arena, mesh);
-    if (status == STATUS_OK) {
-        find_mesh_bounds(mesh);
+    if (status == STATUS_OK)
         status = find_normals(mesh, least_height, &found);
-    }
     if (status == STATUS_OK)
         status = mesh_topology_find(mesh, arena, &found);
     if (status == STATUS_OK)

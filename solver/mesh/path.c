@@ -137,20 +137,6 @@ static bool pass_corner(struct mesh_path *path, int corner) {
     return true;
 }
 
-/* Out of the triangle; false where the mesh ends. */
-static bool leave_triangle(struct mesh_path *path, const struct way_out *way) {
-    const struct mesh *mesh = path->mesh;
-    int32_t half = 3 * path->at.triangle + way->edge;
-    int corner = way->share > 0.5 ? (way->edge + 1) % 3 : way->edge;
-    if (way->share > same && way->share < 1 - same) {
-        path->at.r = vec3_axpy(way->share, mesh_edge_vector(mesh, half),
-                               mesh_corner_point(mesh, half / 3, way->edge));
-        return enter_triangle(path, way->edge);
-    }
-    path->at.r = mesh_corner_point(mesh, half / 3, corner);
-    return pass_corner(path, corner);
-}
-
 /* The length along the line until the goal: for the chord the positive root of |o + l e|^2 =
  * chord^2, where o is the way from the origin. */
 static double length_to_goal(const struct mesh_path *path, const struct goal *goal) {
@@ -190,7 +176,13 @@ static enum mesh_path_end follow_path(struct mesh_path *path, struct goal *goal)
             return wound ? MESH_PATH_LOST : MESH_PATH_DONE;
         }
         goal->length -= way.length;
-        if (!leave_triangle(path, &way))
+        int32_t half = 3 * path->at.triangle + way.edge;
+        int corner = way.share > 0.5 ? (way.edge + 1) % 3 : way.edge;
+        bool through_edge = way.share > same && way.share < 1 - same;
+        path->at.r = mesh_corner_point(path->mesh, half / 3, through_edge ? way.edge : corner);
+        if (through_edge)
+            path->at.r = vec3_axpy(way.share, mesh_edge_vector(path->mesh, half), path->at.r);
+        if (!(through_edge ? enter_triangle(path, way.edge) : pass_corner(path, corner)))
             return MESH_PATH_BOUNDARY;
     }
     return MESH_PATH_LOST;

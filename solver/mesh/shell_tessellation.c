@@ -59,7 +59,7 @@ static bool enlarge(struct arena *arena, void **array, size_t count, size_t size
     return larger != NULL;
 }
 
-static int32_t add_face_point(struct patch *p, const double uv[2], struct vec3 r) {
+static int32_t add_patch_point(struct patch *p, const double uv[2], struct vec3 r) {
     size_t rooms[2] = {p->room, p->room};
     void *arrays[2] = {p->uv, p->r};
     if (!enlarge(p->arena, &arrays[0], p->count, sizeof *p->uv, &rooms[0]) ||
@@ -73,7 +73,7 @@ static int32_t add_face_point(struct patch *p, const double uv[2], struct vec3 r
     return (int32_t)p->count++;
 }
 
-static bool add_face_edge(struct patch *p, int32_t a, int32_t b) {
+static bool add_patch_edge(struct patch *p, int32_t a, int32_t b) {
     void *edges = p->edges;
     if (a < 0 || b < 0 ||
         !enlarge(p->arena, &edges, p->edge_count, sizeof *p->edges, &p->edge_room))
@@ -107,10 +107,10 @@ static enum status add_lines(struct patch *p, const struct shell_line *const *li
                     point = ends[e];
             }
             if (point < 0)
-                point = add_face_point(p, uv, line->r[at]);
+                point = add_patch_point(p, uv, line->r[at]);
             if (end && point >= 0)
                 ends[end_count++] = point;
-            if (point < 0 || (at > 0 && last != point && !add_face_edge(p, last, point)))
+            if (point < 0 || (at > 0 && last != point && !add_patch_edge(p, last, point)))
                 return STATUS_OUT_OF_MEMORY;
             last = point;
         }
@@ -142,7 +142,7 @@ static bool is_near_piece(void *context, int32_t number) {
 }
 
 /* Whether inner parameters lie in the face's region. */
-static bool face_contains(const struct patch *p, const double uv[2]) {
+static bool patch_contains(const struct patch *p, const double uv[2]) {
     double outer[2];
     for (int k = 0; k < 2; k++)
         if (!(uv[k] >= p->low[k] && uv[k] <= p->low[k] + p->length[k]))
@@ -159,7 +159,7 @@ static bool has_seam(const struct patch *p, int k, double at) {
         double uv[2];
         uv[1 - k] = fmin(fmax(at, low), high - inset[1 - k]);
         uv[k] = side ? p->low[k] + p->length[k] - inset[k] : p->low[k] + inset[k];
-        if (!face_contains(p, uv))
+        if (!patch_contains(p, uv))
             return false;
     }
     return true;
@@ -177,10 +177,10 @@ static enum status add_inner_points(struct patch *p, const struct tessellation_p
             if (p->surface->axis[k].closed &&
                 (uv[k] <= p->low[k] || uv[k] >= p->low[k] + p->length[k]))
                 seam = k;
-        if (seam >= 0 ? !has_seam(p, seam, uv[1 - seam]) : !face_contains(p, uv))
+        if (seam >= 0 ? !has_seam(p, seam, uv[1 - seam]) : !patch_contains(p, uv))
             continue;
         boxes_visit(p->boxes, &box, is_near_piece, &near);
-        if (!near.found && add_face_point(p, uv, near.r) < 0)
+        if (!near.found && add_patch_point(p, uv, near.r) < 0)
             return STATUS_OUT_OF_MEMORY;
     }
     return STATUS_OK;
@@ -218,7 +218,7 @@ static enum status add_seams(struct patch *p) {
             qsort(found, count, sizeof *found, compare_on_seam);
         for (size_t m = 1; m < count; m++)
             if (has_seam(p, k, (found[m - 1].at + found[m].at) / 2) &&
-                !add_face_edge(p, found[m - 1].point, found[m].point))
+                !add_patch_edge(p, found[m - 1].point, found[m].point))
                 return STATUS_OUT_OF_MEMORY;
     }
     return STATUS_OK;
@@ -266,7 +266,7 @@ static enum status choose_regions(const struct patch *p, const struct triangulat
         largest[t->region[n]] = area;
         for (int k = 0; k < 2 && own; k++)
             uv[k] = (p->uv[c[0]][k] + p->uv[c[1]][k] + p->uv[c[2]][k]) / 3;
-        (*chosen)[t->region[n]] = own && face_contains(p, uv);
+        (*chosen)[t->region[n]] = own && patch_contains(p, uv);
     }
     return STATUS_OK;
 }
@@ -366,29 +366,6 @@ static enum status add_face_triangles(struct sheet *sheet, const struct shell *s
 
 /* ---- the whole ---- */
 
-/* Lines by their faces: those of face k are list[first[k]] .. list[first[k + 1] - 1]. */
-struct line_lists {
-    size_t *first;
-    const struct shell_line **list;
-};
-
-static enum status list_lines(const struct shell *shell, const struct shell_line *lines,
-                              struct arena *arena, struct line_lists *lists) {
-    size_t count = shell_edge_count(shell), faces = shell_face_count(shell);
-    lists->first = arena_alloc(arena, faces + 2, sizeof *lists->first);
-    lists->list = arena_alloc(arena, count, sizeof *lists->list);
-    if (!lists->first || !lists->list)
-        return STATUS_OUT_OF_MEMORY;
-    for (size_t e = 0; e < count; e++)
-        lists->first[lines[e].face + 2] += lines[e].count > 0;
-    for (size_t k = 0; k < faces; k++)
-        lists->first[k + 2] += lists->first[k + 1];
-    for (size_t e = 0; e < count; e++)
-        if (lines[e].count > 0)
-            lists->list[lists->first[lines[e].face + 1]++] = &lines[e];
-    return STATUS_OK;
-}
-
 /* The mesh of all triangles, less a few that make an edge of three. */
 static enum status make_shell_mesh(struct sheet *sheet, struct arena *arena, struct mesh **mesh) {
     struct mesh_fault fault = {0};
@@ -418,19 +395,28 @@ static enum status make_shell_mesh(struct sheet *sheet, struct arena *arena, str
 enum status mesh_from_shell(const struct shell *shell, int32_t face, double size, size_t most,
                             struct arena *arena, struct mesh **mesh) {
     int32_t component = shell_component(shell, face);
+    size_t edges = shell_edge_count(shell), faces = shell_face_count(shell);
     struct arena *apart = arena_child(arena), *scratch = arena_child(arena);
     struct sheet sheet = {.arena = apart, .most = most};
     struct shell_line *lines;
-    struct line_lists lists;
     if (!apart || !scratch)
         return STATUS_OUT_OF_MEMORY;
-    enum status status = shell_lines(shell, component, size, apart, &lines);
-    if (status == STATUS_OK)
-        status = list_lines(shell, lines, apart, &lists);
-    for (int32_t k = 0; k < (int32_t)shell_face_count(shell) && status == STATUS_OK; k++) {
-        size_t first = lists.first[k], count = lists.first[k + 1] - first;
+    /* lines by their faces: those of face k are list[first[k]] .. list[first[k + 1] - 1] */
+    size_t *first = arena_alloc(apart, faces + 2, sizeof *first);
+    const struct shell_line **list = arena_alloc(apart, edges, sizeof *list);
+    enum status status =
+        first && list ? shell_lines(shell, component, size, apart, &lines) : STATUS_OUT_OF_MEMORY;
+    for (size_t e = 0; status == STATUS_OK && e < edges; e++)
+        first[lines[e].face + 2] += lines[e].count > 0;
+    for (size_t k = 0; status == STATUS_OK && k < faces; k++)
+        first[k + 2] += first[k + 1];
+    for (size_t e = 0; status == STATUS_OK && e < edges; e++)
+        if (lines[e].count > 0)
+            list[first[lines[e].face + 1]++] = &lines[e];
+    for (int32_t k = 0; k < (int32_t)faces && status == STATUS_OK; k++) {
         if (shell_component(shell, k) == component && !shell_is_duplicate(shell, k))
-            status = add_face_triangles(&sheet, shell, k, lists.list + first, count, size, scratch);
+            status = add_face_triangles(&sheet, shell, k, list + first[k], first[k + 1] - first[k],
+                                        size, scratch);
         arena_rewind(scratch, (struct arena_mark){0});
     }
     if (status == STATUS_OK)

@@ -113,14 +113,6 @@ double mesh_jet_form(const struct mesh_jet *jet, struct vec3 a, struct vec3 b) {
     return vec3_dot(a, sum) / vec3_norm(jet->gradient);
 }
 
-/* How far beyond its rim a triangle's surface may reach, as a share of its height. */
-static double reach_beyond_rim(const struct mesh_smooth *smooth, int32_t t) {
-    double cosine = 1;
-    for (int k = 0; k < 3; k++)
-        cosine = fmin(cosine, vec3_dot(smooth->mesh->normals[t], fit_at(smooth, t, k)->normal));
-    return rim + rim_bend * (1 - cosine);
-}
-
 int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_point *at, bool folds,
                            double slack) {
     const struct mesh *mesh = smooth->mesh;
@@ -142,8 +134,12 @@ int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_point *
             }
         }
         int32_t next = way == MESH_NONE ? MESH_NONE : mesh->twins[way] / 3;
-        if (next == MESH_NONE || next == before) /* over an edge, beyond both of its triangles */
-            return beyond < -reach_beyond_rim(smooth, t) ? stop : MESH_NONE;
+        if (next == MESH_NONE || next == before) { /* over an edge, beyond both of its triangles */
+            double cosine = 1;
+            for (int k = 0; k < 3; k++)
+                cosine = fmin(cosine, vec3_dot(mesh->normals[t], fit_at(smooth, t, k)->normal));
+            return beyond < -(rim + rim_bend * (1 - cosine)) ? stop : MESH_NONE;
+        }
         before = t;
         at->triangle = next;
     }

@@ -23,8 +23,9 @@ static bool solve_cramer(const struct vec3 rows[3], const double f[3], struct ve
 }
 
 /* Newton's method from `point` on one side of all folds; `edge` is what D lies beyond. */
-static enum newton_end newton(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                              struct mesh_point *at, int *steps, int32_t *edge) {
+static enum newton_end newton_on_side(const struct mesh_smooth *smooth,
+                                      const struct mesh_cell *cell, struct mesh_point *at,
+                                      int *steps, int32_t *edge) {
     double longest = (cell->bd + cell->cd) / 2, best = HUGE_VAL;
     struct mesh_point found = *at;
     for (int k = 0; k < NEWTON_MAX; k++) {
@@ -60,7 +61,7 @@ static enum newton_end search_sides(const struct mesh_smooth *smooth, const stru
                                     struct mesh_point *at, int *steps) {
     for (int side = 0; side < SIDES_MAX; side++) {
         int32_t edge;
-        enum newton_end end = newton(smooth, cell, at, steps, &edge);
+        enum newton_end end = newton_on_side(smooth, cell, at, steps, &edge);
         if (end == NEWTON_FOUND)
             return mesh_cell_has_corner(cell, mesh_smooth_normal(smooth, &cell->b),
                                         mesh_smooth_normal(smooth, &cell->c), at->r,

@@ -113,19 +113,6 @@ bool mesh_smooth_path(struct mesh_smooth_path *path, const struct mesh_smooth *s
     return vec3_norm2(path->direction) > 0.5;
 }
 
-/* Moves on by *h, or by `left` if that is less, from the path to `ahead`, *h being halved until the
- * path turns evenly, but not below `least`; what stopped it, as step_on. */
-static int32_t step_evenly(const struct mesh_smooth_path *path, double left, double least,
-                           double *h, struct mesh_smooth_path *ahead) {
-    for (;; *h /= 2) {
-        double turn[2];
-        *ahead = *path;
-        int32_t stop = step_on(ahead, fmin(*h, left), turn);
-        if (stop != MESH_NONE || *h < least || (turn[0] < turn_most && turn[1] < turn_change))
-            return stop;
-    }
-}
-
 enum mesh_path_end mesh_smooth_length(struct mesh_smooth_path *path, double length) {
     const struct mesh *mesh = path->smooth->mesh;
     double left = length;
@@ -133,7 +120,15 @@ enum mesh_path_end mesh_smooth_length(struct mesh_smooth_path *path, double leng
         double side = sqrt(mesh_twice_area(mesh, path->at.triangle));
         double h = fmin(move_share * length, side_share * side);
         struct mesh_smooth_path ahead;
-        int32_t stop = step_evenly(path, left, least_share * length, &h, &ahead);
+        int32_t stop;
+        for (;; h /= 2) { /* until the path turns evenly */
+            double turn[2];
+            ahead = *path;
+            stop = step_on(&ahead, fmin(h, left), turn);
+            if (stop != MESH_NONE || h < least_share * length ||
+                (turn[0] < turn_most && turn[1] < turn_change))
+                break;
+        }
         bool last = left <= h;
         if (stop == MESH_NONE) {
             *path = ahead;

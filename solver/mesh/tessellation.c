@@ -287,8 +287,8 @@ static void join_two_rows(struct tessellation *g, const struct row *p, const str
 
 /* ---- the whole ---- */
 
-/* Rows may have different numbers of points; so they run where lines differ most in length. */
-static enum status lay_out_rows(struct tessellation *g) {
+static enum status tessellate_surface(struct tessellation *g) {
+    /* Rows may have different numbers of points; so they run where lines differ most in length. */
     double along_u = evenness(g, 0), along_v = evenness(g, 1);
     g->along = along_v < along_u ? 1 : 0;
     enum status status = place_rows(g);
@@ -300,11 +300,8 @@ static enum status lay_out_rows(struct tessellation *g) {
     if (!g->rows || !g->pieces)
         return STATUS_OUT_OF_MEMORY;
     status = place_rows(g);
-    return status == STATUS_OK ? cut_rows(g) : status;
-}
-
-static enum status tessellate(struct tessellation *g) {
-    enum status status = lay_out_rows(g);
+    if (status == STATUS_OK)
+        status = cut_rows(g);
     if (status != STATUS_OK)
         return status;
     size_t most =
@@ -335,7 +332,7 @@ static enum status tessellate(struct tessellation *g) {
 enum status tessellation_points(const struct surface *surface, double size, size_t most,
                                 struct arena *arena, struct tessellation_points *points) {
     struct tessellation g = {.surface = surface, .arena = arena, .size = size, .most = most};
-    enum status status = tessellate(&g);
+    enum status status = tessellate_surface(&g);
     *points = (struct tessellation_points){g.points, g.parameters, g.point_count};
     return status;
 }
@@ -343,7 +340,7 @@ enum status tessellation_points(const struct surface *surface, double size, size
 enum status mesh_from_surface(const struct surface *surface, double size, size_t most,
                               struct arena *arena, struct mesh **mesh) {
     struct tessellation g = {.surface = surface, .arena = arena, .size = size, .most = most};
-    enum status status = tessellate(&g);
+    enum status status = tessellate_surface(&g);
     if (status != STATUS_OK)
         return status;
     for (size_t k = 0; k < g.point_count; k++)

@@ -143,20 +143,6 @@ static void reach_neighbours(struct topology *g, int32_t t, size_t *length) {
     }
 }
 
-/* The component of triangle `seed`, wound as it is, or the other way when most of the area was. */
-static void flood(struct topology *g, int32_t seed) {
-    size_t length = 1;
-    double area[2] = {0, 0};
-    g->mesh->component[seed] = (int32_t)g->mesh->component_count++;
-    g->queue[0] = seed;
-    for (size_t at = 0; at < length; at++) {
-        reach_neighbours(g, g->queue[at], &length);
-        area[g->turned[g->queue[at]]] += mesh_twice_area(g->mesh, g->queue[at]);
-    }
-    for (size_t at = 0; at < length && area[1] > area[0]; at++)
-        g->turned[g->queue[at]] ^= 1;
-}
-
 /* Turning a triangle over swaps its corners 1 and 2, and so its edges 0 and 2. */
 static void turn_over(struct topology *g) {
     struct mesh *mesh = g->mesh;
@@ -176,7 +162,7 @@ static void turn_over(struct topology *g) {
     }
 }
 
-static enum status find_topology(struct topology *g) {
+static enum status connect_and_wind(struct topology *g) {
     struct mesh *mesh = g->mesh;
     g->fault->index = SIZE_MAX;
     find_same_points(g);
@@ -187,9 +173,21 @@ static enum status find_topology(struct topology *g) {
     if (g->fault->index != SIZE_MAX)
         return STATUS_INVALID;
     memset(mesh->component, 0xff, mesh->triangle_count * sizeof *mesh->component);
-    for (size_t t = 0; t < mesh->triangle_count; t++)
-        if (mesh->component[t] == MESH_NONE)
-            flood(g, (int32_t)t);
+    for (size_t seed = 0; seed < mesh->triangle_count; seed++) {
+        size_t length = 1;
+        double area[2] = {0, 0};
+        if (mesh->component[seed] != MESH_NONE)
+            continue;
+        /* a component, wound as its first triangle, or the other way when most of the area was */
+        mesh->component[seed] = (int32_t)mesh->component_count++;
+        g->queue[0] = (int32_t)seed;
+        for (size_t at = 0; at < length; at++) {
+            reach_neighbours(g, g->queue[at], &length);
+            area[g->turned[g->queue[at]]] += mesh_twice_area(mesh, g->queue[at]);
+        }
+        for (size_t at = 0; at < length && area[1] > area[0]; at++)
+            g->turned[g->queue[at]] ^= 1;
+    }
     if (g->fault->index != SIZE_MAX)
         return STATUS_INVALID;
     turn_over(g);
@@ -210,7 +208,7 @@ enum status mesh_topology_find(struct mesh *mesh, struct arena *arena, struct me
     g.queue = arena_alloc(arena, n, sizeof *g.queue);
     g.turned = arena_alloc(arena, n, sizeof *g.turned);
     bool room = g.same && g.slots && g.first && g.edges && g.seen && g.queue && g.turned;
-    enum status status = room ? find_topology(&g) : STATUS_OUT_OF_MEMORY;
+    enum status status = room ? connect_and_wind(&g) : STATUS_OUT_OF_MEMORY;
     arena_rewind(arena, mark);
     return status;
 }

@@ -67,26 +67,20 @@ static size_t split_items(struct item *items, size_t count, struct item pivot, i
     return less;
 }
 
-/* The middle one of three items, whose places are scattered (a linear congruential generator), so
- * that no order of the triangles makes the selection slow. */
-static struct item choose_pivot(const struct item *items, size_t count, int axis,
-                                uint64_t *scatter) {
-    struct item pick[3];
-    for (int k = 0; k < 3; k++) {
-        *scatter = *scatter * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-        pick[k] = items[(size_t)(*scatter >> 33) % count];
-    }
-    bool ab = comes_first(&pick[0], &pick[1], axis), bc = comes_first(&pick[1], &pick[2], axis);
-    bool ac = comes_first(&pick[0], &pick[2], axis);
-    return ab == bc ? pick[1] : ab == ac ? pick[2] : pick[0];
-}
-
-/* Hoare's selection: the `rank` least items come first. */
+/* Hoare's selection: the `rank` least items come first. The pivot is the middle one of three items
+ * at scattered places (a linear congruential generator), so that no order of the triangles makes
+ * it slow. */
 static void select_least(struct item *items, size_t count, size_t rank, int axis) {
     uint64_t scatter = count;
     while (count > 1) {
-        struct item pivot = choose_pivot(items, count, axis, &scatter);
-        size_t less = split_items(items, count, pivot, axis);
+        struct item pick[3];
+        for (int k = 0; k < 3; k++) {
+            scatter = scatter * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+            pick[k] = items[(size_t)(scatter >> 33) % count];
+        }
+        bool ab = comes_first(&pick[0], &pick[1], axis), bc = comes_first(&pick[1], &pick[2], axis);
+        bool ac = comes_first(&pick[0], &pick[2], axis);
+        size_t less = split_items(items, count, pick[ab == bc ? 1 : ab == ac ? 2 : 0], axis);
         if (less == rank)
             return;
         if (less > rank) {

@@ -73,63 +73,69 @@ static void link_beyond(struct triangulation *t, int32_t triangle, int k, int32_
         t->beyond[other][back] = triangle;
 }
 
+/* The triangles (p, q, r) and (q, p, o) on both sides of an edge. */
+struct diamond {
+    int32_t other; /* the second triangle */
+    int32_t p, q, r, o;
+    int back; /* its edge to the first */
+};
+
+static struct diamond diamond_at(const struct triangulation *t, int32_t s, int k) {
+    const int32_t *own = t->corners[s];
+    int32_t other = t->beyond[s][k];
+    int back = edge_to(t, other, s);
+    return (struct diamond){other,
+                            own[k],
+                            own[next_corner(k)],
+                            own[last_corner(k)],
+                            t->corners[other][last_corner(back)],
+                            back};
+}
+
 /* ---- exchanging diagonals ---- */
 
-/* At edge k of triangle s, from p to q: (p, far, r), (far, q, r) for (p, q, r), (q, p, far). */
+/* At edge k of triangle s, from p to q: (p, o, r), (o, q, r) for (p, q, r), (q, p, o). */
 static void exchange_diagonal(struct builder *b, int32_t s, int k) {
     struct triangulation *t = b->t;
-    int32_t o = t->beyond[s][k];
-    int back = edge_to(t, o, s);
-    int32_t p = t->corners[s][k], q = t->corners[s][next_corner(k)],
-            r = t->corners[s][last_corner(k)];
-    int32_t far = t->corners[o][last_corner(back)];
-    int32_t qr = t->beyond[s][next_corner(k)], rp = t->beyond[s][last_corner(k)];
-    int32_t po = t->beyond[o][next_corner(back)], oq = t->beyond[o][last_corner(back)];
-    bool f_qr = t->fixed[s][next_corner(k)], f_rp = t->fixed[s][last_corner(k)];
-    bool f_po = t->fixed[o][next_corner(back)], f_oq = t->fixed[o][last_corner(back)];
-    set_triangle(b, s, (const int32_t[]){p, far, r});
-    set_triangle(b, o, (const int32_t[]){far, q, r});
-    t->beyond[s][1] = o;
-    t->beyond[o][2] = s;
-    t->fixed[s][1] = t->fixed[o][2] = false;
-    t->beyond[s][2] = rp;
-    t->fixed[s][2] = f_rp;
-    t->beyond[o][0] = oq;
-    t->fixed[o][0] = f_oq;
-    link_beyond(t, s, 0, po, o, f_po);
-    link_beyond(t, o, 1, qr, s, f_qr);
+    const struct diamond d = diamond_at(t, s, k);
+    const int next = next_corner(k), last = last_corner(k);
+    const int po = next_corner(d.back), oq = last_corner(d.back);
+    int32_t beyond[4] = {t->beyond[s][next], t->beyond[s][last], t->beyond[d.other][po],
+                         t->beyond[d.other][oq]};
+    bool fixed[4] = {t->fixed[s][next], t->fixed[s][last], t->fixed[d.other][po],
+                     t->fixed[d.other][oq]};
+    set_triangle(b, s, (const int32_t[]){d.p, d.o, d.r});
+    set_triangle(b, d.other, (const int32_t[]){d.o, d.q, d.r});
+    t->beyond[s][1] = d.other;
+    t->beyond[d.other][2] = s;
+    t->fixed[s][1] = t->fixed[d.other][2] = false;
+    t->beyond[s][2] = beyond[1];
+    t->fixed[s][2] = fixed[1];
+    t->beyond[d.other][0] = beyond[3];
+    t->fixed[d.other][0] = fixed[3];
+    link_beyond(t, s, 0, beyond[2], d.other, fixed[2]);
+    link_beyond(t, d.other, 1, beyond[0], s, fixed[0]);
 }
 
-/* Whether the two triangles at an edge make a convex quadrilateral in the plane. */
-static bool is_convex_pair(const struct triangulation *t, int32_t s, int k) {
-    int32_t o = t->beyond[s][k];
-    int back = edge_to(t, o, s);
-    int32_t p = t->corners[s][k], q = t->corners[s][next_corner(k)],
-            r = t->corners[s][last_corner(k)];
-    int32_t far = t->corners[o][last_corner(back)];
-    struct vec3 diagonal = vec3_sub(t->points[far], t->points[r]);
+/* Whether the two triangles make a convex quadrilateral in the plane. */
+static bool is_convex_pair(const struct triangulation *t, const struct diamond *d) {
+    struct vec3 diagonal = vec3_sub(t->points[d->o], t->points[d->r]);
     double least = together * vec3_norm(diagonal);
-    return twice_area_of(t, p, far, r) > least && twice_area_of(t, far, q, r) > least;
+    return twice_area_of(t, d->p, d->o, d->r) > least && twice_area_of(t, d->o, d->q, d->r) > least;
 }
 
-/* Whether the angles at r and o opposite to the edge p q add up to more than half a turn. */
-static bool is_wide(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 o) {
-    struct vec3 a = vec3_sub(p, r), b = vec3_sub(q, r), c = vec3_sub(p, o), d = vec3_sub(q, o);
-    double cosine[2] = {vec3_dot(a, b), vec3_dot(c, d)};
-    double sine[2] = {vec3_norm(vec3_cross(a, b)), vec3_norm(vec3_cross(c, d))};
-    double scale = sqrt(vec3_norm2(a) * vec3_norm2(b) * vec3_norm2(c) * vec3_norm2(d));
-    return sine[0] * cosine[1] + cosine[0] * sine[1] < -even_sine * scale;
-}
-
+/* Whether the edge k of s, a diagonal that may go, ought to: the angles opposite to it, where the
+ * points are `at`, add up to more than half a turn. */
 static bool ought_to_go(const struct triangulation *t, const struct vec3 *at, int32_t s, int k) {
-    int32_t o = t->beyond[s][k];
-    if (o == NONE || t->fixed[s][k])
+    if (t->beyond[s][k] == NONE || t->fixed[s][k])
         return false;
-    int32_t far = t->corners[o][last_corner(edge_to(t, o, s))];
-    const int32_t *corner = t->corners[s];
-    return is_wide(at[corner[k]], at[corner[next_corner(k)]], at[corner[last_corner(k)]],
-                   at[far]) &&
-           is_convex_pair(t, s, k);
+    struct diamond d = diamond_at(t, s, k);
+    struct vec3 pr = vec3_sub(at[d.p], at[d.r]), qr = vec3_sub(at[d.q], at[d.r]);
+    struct vec3 po = vec3_sub(at[d.p], at[d.o]), qo = vec3_sub(at[d.q], at[d.o]);
+    double cosine[2] = {vec3_dot(pr, qr), vec3_dot(po, qo)};
+    double sine[2] = {vec3_norm(vec3_cross(pr, qr)), vec3_norm(vec3_cross(po, qo))};
+    double scale = sqrt(vec3_norm2(pr) * vec3_norm2(qr) * vec3_norm2(po) * vec3_norm2(qo));
+    return sine[0] * cosine[1] + cosine[0] * sine[1] < -even_sine * scale && is_convex_pair(t, &d);
 }
 
 static void push_triangle(struct builder *b, int32_t triangle) {
@@ -199,25 +205,21 @@ static void split_triangle(struct builder *b, int32_t s, int32_t point) {
  * (q, x, o), (x, p, o). */
 static void split_edge(struct builder *b, int32_t s, int k, int32_t x) {
     struct triangulation *t = b->t;
-    int32_t o = t->beyond[s][k], s2 = (int32_t)t->count, o2 = s2 + 1;
-    int back = edge_to(t, o, s);
-    int32_t p = t->corners[s][k], q = t->corners[s][next_corner(k)],
-            r = t->corners[s][last_corner(k)];
-    int32_t far = t->corners[o][last_corner(back)];
+    const struct diamond d = diamond_at(t, s, k);
+    int32_t o = d.other, s2 = (int32_t)t->count, o2 = s2 + 1;
     int32_t qr = t->beyond[s][next_corner(k)], rp = t->beyond[s][last_corner(k)];
-    int32_t po = t->beyond[o][next_corner(back)], oq = t->beyond[o][last_corner(back)];
+    int32_t po = t->beyond[o][next_corner(d.back)], oq = t->beyond[o][last_corner(d.back)];
     t->count += 2;
-    set_triangle(b, s, (const int32_t[]){p, x, r});
-    set_triangle(b, s2, (const int32_t[]){x, q, r});
-    set_triangle(b, o, (const int32_t[]){q, x, far});
-    set_triangle(b, o2, (const int32_t[]){x, p, far});
+    set_triangle(b, s, (const int32_t[]){d.p, x, d.r});
+    set_triangle(b, s2, (const int32_t[]){x, d.q, d.r});
+    set_triangle(b, o, (const int32_t[]){d.q, x, d.o});
+    set_triangle(b, o2, (const int32_t[]){x, d.p, d.o});
     const int32_t beyond[4][3] = {{o2, s2, rp}, {o, qr, s}, {s2, o2, oq}, {s, po, o}};
-    const int32_t own[4] = {s, s2, o, o2}, was[4] = {s, s, o, o};
+    const int32_t own[4] = {s, s2, o, o2};
     for (int n = 0; n < 4; n++)
-        for (int e = 0; e < 3; e++)
-            t->beyond[own[n]][e] = beyond[n][e];
-    link_beyond(t, s2, 1, qr, was[1], false);
-    link_beyond(t, o2, 1, po, was[3], false);
+        memcpy(t->beyond[own[n]], beyond[n], sizeof beyond[n]);
+    link_beyond(t, s2, 1, qr, s, false);
+    link_beyond(t, o2, 1, po, o, false);
     for (int n = 0; n < 4; n++)
         push_triangle(b, own[n]);
 }
@@ -312,17 +314,16 @@ static bool clear_way(struct builder *b, int32_t p, int32_t q, struct pair *cros
         count--;
         if (s == NONE)
             continue;
-        if (!is_convex_pair(t, s, k)) {
+        const struct diamond d = diamond_at(t, s, k);
+        if (!is_convex_pair(t, &d)) {
             crossed[(head + count++) % room] = pair;
             continue;
         }
-        int32_t r = t->corners[s][last_corner(k)], o = t->beyond[s][k];
-        int32_t far = t->corners[o][last_corner(edge_to(t, o, s))];
         exchange_diagonal(b, s, k);
-        bool ends = r == p || r == q || far == p || far == q;
-        double by = twice_area_of(t, p, q, r), other = twice_area_of(t, p, q, far);
+        bool ends = d.r == p || d.r == q || d.o == p || d.o == q;
+        double by = twice_area_of(t, p, q, d.r), other = twice_area_of(t, p, q, d.o);
         if (!ends && (by > 0) != (other > 0))
-            crossed[(head + count++) % room] = (struct pair){r, far};
+            crossed[(head + count++) % room] = (struct pair){d.r, d.o};
     }
     return count == 0;
 }
