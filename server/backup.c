@@ -46,7 +46,7 @@ struct command {
     long keep;
 };
 
-static int fail(const char *why) {
+static int report_failure(const char *why) {
     fprintf(stderr, "draped: %s\n", why);
     return FAILED;
 }
@@ -57,7 +57,7 @@ static int misuse(const char *why) {
 }
 
 /* 0, or the exit status with a message; `done`: help was asked for. */
-static int parse(int argc, char **argv, struct command *command, bool *done) {
+static int parse_command(int argc, char **argv, struct command *command, bool *done) {
     char *rest[ARGUMENTS];
     *done = false;
     command->keep = KEEP;
@@ -97,15 +97,10 @@ static void set_up(void) {
 
 /* ------------------------------------------------------------------ copies in a folder */
 
-static bool ends_with(const char *name, const char *end) {
-    size_t length = strlen(name), tail = strlen(end);
-    return length >= tail && !strcmp(name + length - tail, end);
-}
-
 static int is_copy(const struct dirent *entry) {
-    return !strncmp(entry->d_name, NAME_START, sizeof NAME_START - 1) &&
-           strlen(entry->d_name) == strlen(NAME_START) + BACKUP_TIME_SIZE - 1 + strlen(NAME_END) &&
-           ends_with(entry->d_name, NAME_END);
+    size_t end = strlen(NAME_START) + BACKUP_TIME_SIZE - 1;
+    return !strncmp(entry->d_name, NAME_START, strlen(NAME_START)) && strlen(entry->d_name) > end &&
+           !strcmp(entry->d_name + end, NAME_END);
 }
 
 /* With SQLite's journal, log and index of the log beside it. */
@@ -126,11 +121,12 @@ static void remove_all(int folder, int (*filter)(const struct dirent *), long ke
     free(entries);
 }
 
-static bool join(char path[PATH_MAX], const char *folder, const char *name) {
+static bool join_path(char path[PATH_MAX], const char *folder, const char *name) {
     return snprintf(path, PATH_MAX, "%s/%s", folder, name) < PATH_MAX;
 }
 
-static void report(const char *what, const struct backup_contents *contents, const char *path) {
+static void print_contents(const char *what, const struct backup_contents *contents,
+                           const char *path) {
     struct stat status = {0};
     (void)stat(path, &status);
     printf("%s %s: schema %" PRId64 ", %" PRId64 " drapes, %" PRId64 " results, %" PRId64
@@ -163,9 +159,9 @@ static int make_copy(const struct command *command, int folder) {
     struct backup_contents contents;
     backup_time(time);
     snprintf(name, sizeof name, NAME_START "%s" NAME_END, time);
-    if (!join(path, command->place, name) ||
+    if (!join_path(path, command->place, name) ||
         snprintf(part, sizeof part, "%s" PART_END, path) >= PATH_MAX)
-        return fail("the name of the folder is too long");
+        return report_failure("the name of the folder is too long");
     remove_all(folder, is_part, 0);
     bool good = backup_make(command->url, part, &contents, why);
     if (good && renameat2(AT_FDCWD, part, AT_FDCWD, path, RENAME_NOREPLACE) != 0) {
@@ -174,11 +170,11 @@ static int make_copy(const struct command *command, int folder) {
     }
     if (!good) {
         remove_all(folder, is_part, 0);
-        return fail(why);
+        return report_failure(why);
     }
     if (!backup_sync(command->place, why))
-        return fail(why);
-    report("backed up to", &contents, path);
+        return report_failure(why);
+    print_contents("backed up to", &contents, path);
     if (command->keep > 0)
         remove_all(folder, is_copy, command->keep);
     return 0;
@@ -187,7 +183,7 @@ static int make_copy(const struct command *command, int folder) {
 int backup_command(int argc, char **argv) {
     struct command command = {0};
     bool done = false;
-    int code = parse(argc, argv, &command, &done);
+    int code = parse_command(argc, argv, &command, &done);
     if (code != 0 || done)
         return code;
     set_up();
@@ -212,7 +208,7 @@ static bool choose_copy(const char *place, char path[PATH_MAX]) {
     if (!S_ISDIR(status.st_mode))
         return snprintf(path, PATH_MAX, "%s", place) < PATH_MAX;
     int count = scandir(place, &entries, is_copy, alphasort);
-    bool found = count > 0 && join(path, place, entries[count - 1]->d_name);
+    bool found = count > 0 && join_path(path, place, entries[count - 1]->d_name);
     while (count > 0)
         free(entries[--count]);
     free(entries);
@@ -226,15 +222,15 @@ int restore_command(int argc, char **argv) {
     char path[PATH_MAX], kept[BACKUP_KEPT_SIZE], why[STORE_WHY_SIZE];
     struct backup_contents contents;
     bool done = false;
-    int code = parse(argc, argv, &command, &done);
+    int code = parse_command(argc, argv, &command, &done);
     if (code != 0 || done)
         return code;
     set_up();
     if (!choose_copy(command.place, path))
         return FAILED;
     if (!backup_restore(command.url, path, &contents, kept, why))
-        return fail(why);
-    report("restored", &contents, path);
+        return report_failure(why);
+    print_contents("restored", &contents, path);
     if (kept[0])
         printf("what was there is kept: %s\n", kept);
     return fflush(stdout) != 0 ? FAILED : 0;

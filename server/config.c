@@ -100,32 +100,6 @@ static bool take_inherited(struct config *config) {
     return true;
 }
 
-static bool check_tokens(const char *path) {
-    char why[TOKENS_WHY_SIZE];
-    struct tokens *tokens = tokens_open(path, why);
-    tokens_free(tokens);
-    return tokens || config_report("--tokens: %s", why);
-}
-
-static void set_workers(struct config *config) {
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    if (config->workers == FLAGS_UNSET)
-        config->workers = cores < 1 ? 1 : cores > 1024 ? 1024 : cores;
-}
-
-/* What one owner may have is a share of what there is, where nothing else is said. */
-static void set_shares(struct config *config) {
-    const struct {
-        int64_t *share, of, part;
-    } shares[] = {{&config->owner_queue, config->queue_limit, 2},
-                  {&config->owner_connections, config->max_connections, 2},
-                  {&config->owner_streams, config->max_connections, 4},
-                  {&config->owner_bodies, config->max_bodies, 2}};
-    for (size_t k = 0; k < sizeof shares / sizeof *shares; k++)
-        if (*shares[k].share == FLAGS_UNSET)
-            *shares[k].share = (shares[k].of + shares[k].part - 1) / shares[k].part;
-}
-
 /* A URL or a path, which has a slash; not a bare word, which may be meant for anything, nor the
  * `keyword=value` form of libpq, which may hold a password. */
 static bool is_store(const char *text) {
@@ -136,34 +110,37 @@ static bool is_store(const char *text) {
     return strchr(text, '/') && !strstr(text, "://") && text[word] != '=';
 }
 
-/* A variable that a secret leaves empty would make a database of its own of each host. */
-static bool check_shared(const struct config *config) {
-    return config->role == CONFIG_ROLE_ALL || config->store[0] || !getenv("DRAPED_STORE") ||
-           config_report(
-               "DRAPED_STORE is empty: with --role api or worker it names the database that the "
-               "hosts share");
-}
-
 static bool check_store(const struct config *config) {
     return is_store(config->store) ||
            config_report("--store: it is neither sqlite:PATH, a path with a slash, nor "
                          "postgresql://USER@HOST/DATABASE");
 }
 
-/* A record outlives its result by default, to answer 410. */
-static bool check_retention(struct config *config) {
+/* Sets what follows from other flags where nothing is given: an owner's share of each limit, and
+ * the retention of records, which by default outlive their results to answer 410. */
+static void derive_defaults(struct config *config) {
+    const struct {
+        int64_t *share, of, divisor;
+    } shares[] = {{&config->owner_queue, config->queue_limit, 2},
+                  {&config->owner_connections, config->max_connections, 2},
+                  {&config->owner_streams, config->max_connections, 4},
+                  {&config->owner_bodies, config->max_bodies, 2}};
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    if (config->workers == FLAGS_UNSET)
+        config->workers = cores < 1 ? 1 : cores > 1024 ? 1024 : cores;
+    for (size_t k = 0; k < sizeof shares / sizeof *shares; k++)
+        if (*shares[k].share == FLAGS_UNSET)
+            *shares[k].share = (shares[k].of + shares[k].divisor - 1) / shares[k].divisor;
     if (config->retention_jobs == FLAGS_UNSET)
         config->retention_jobs = 4 * config->retention;
-    return config->retention_jobs >= config->retention ||
-           config_report("--retention-jobs: %lld hours are less than those of --retention, %lld",
-                         (long long)config->retention_jobs, (long long)config->retention);
 }
 
-static bool check(struct config *config) {
-    set_workers(config);
-    set_shares(config);
-    if (!check_retention(config))
-        return false;
+static bool check_config(struct config *config) {
+    derive_defaults(config);
+    if (config->retention_jobs < config->retention)
+        return config_report(
+            "--retention-jobs: %lld hours are less than those of --retention, %lld",
+            (long long)config->retention_jobs, (long long)config->retention);
     if (!take_inherited(config) || !parse_listen(config))
         return false;
     if (!config->loopback && !config->allow_anonymous && !config->tokens[0])
@@ -172,8 +149,13 @@ static bool check(struct config *config) {
             "authenticated: give --tokens, or --allow-anonymous to accept every "
             "caller",
             config->listen);
-    if (config->tokens[0] && !check_tokens(config->tokens))
-        return false;
+    if (config->tokens[0]) {
+        char why[TOKENS_WHY_SIZE];
+        struct tokens *tokens = tokens_open(config->tokens, why);
+        tokens_free(tokens);
+        if (!tokens)
+            return config_report("--tokens: %s", why);
+    }
     if (!origin_are_names(config->public_name))
         return config_report(
             "--public-name: '%s' is no list of names without ports, split by commas",
@@ -194,7 +176,12 @@ static bool check(struct config *config) {
             config->max_body > config->max_bodies ? "max-body" : "max-mesh");
     if (!config->data[0])
         return config_report("--data is empty");
-    return check_shared(config) && check_store(config);
+    /* A variable that a secret leaves empty would make a database of its own of each host. */
+    if (config->role != CONFIG_ROLE_ALL && !config->store[0] && getenv("DRAPED_STORE"))
+        return config_report(
+            "DRAPED_STORE is empty: with --role api or worker it names the database "
+            "that the hosts share");
+    return check_store(config);
 }
 
 void config_help(FILE *out) {
@@ -218,16 +205,6 @@ void config_help(FILE *out) {
         "its name; write also makes and deletes them; admin does so with all, and sees /metrics,\n"
         "as every token does from this machine.\n",
         out);
-}
-
-/* A URL may hold a password, which is not to be shown. */
-static bool take_argument(struct config *config, char **argv, int argc, int *at) {
-    enum flags_taken taken = flags_take(config, argv, argc, at, false);
-    if (taken == FLAGS_OTHER && strstr(argv[*at], "://"))
-        return config_report("there is an argument that is not a flag; see draped --help");
-    if (taken == FLAGS_OTHER)
-        return config_report("'%s' is not a flag; see draped --help", argv[*at]);
-    return taken == FLAGS_TAKEN;
 }
 
 /* --help and its like, wherever they stand. */
@@ -256,10 +233,17 @@ enum config_verdict config_parse(int argc, char **argv, struct config *config) {
             only_check = true;
         else if (!strcmp(argv[k], "--healthcheck"))
             probe = true;
-        else if (!take_argument(config, argv, argc, &k))
-            return CONFIG_BAD;
+        else {
+            enum flags_taken taken = flags_take(config, argv, argc, &k, false);
+            if (taken == FLAGS_OTHER && strstr(argv[k], "://")) /* which may hold a password */
+                config_report("there is an argument that is not a flag; see draped --help");
+            else if (taken == FLAGS_OTHER)
+                config_report("'%s' is not a flag; see draped --help", argv[k]);
+            if (taken != FLAGS_TAKEN)
+                return CONFIG_BAD;
+        }
     }
-    if (!check(config))
+    if (!check_config(config))
         return CONFIG_BAD;
     if (probe)
         return CONFIG_PROBE;

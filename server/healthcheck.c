@@ -8,7 +8,7 @@
 enum { STEP_SECONDS = 3 }; /* for the connection, and again for the answer */
 
 /* Sends the request and reads the first bytes of the answer. NULL, or what went wrong. */
-static const char *ask(int client, const struct config *config, uint16_t port) {
+static const char *ask_socket(int client, const struct config *config, uint16_t port) {
     static const char request[] = "GET /healthz HTTP/1.0\r\nHost: localhost\r\n\r\n";
     static const char wanted[] = "HTTP/1.1 200 ";
     char answer[sizeof wanted - 1];
@@ -39,7 +39,7 @@ const char *healthcheck_ask(const struct config *config, uint16_t port) {
         client < 0 || setsockopt(client, SOL_SOCKET, SO_RCVTIMEO, &step, sizeof step) != 0 ||
                 setsockopt(client, SOL_SOCKET, SO_SNDTIMEO, &step, sizeof step) != 0
             ? strerror(errno)
-            : ask(client, config, port);
+            : ask_socket(client, config, port);
     if (client >= 0)
         close(client);
     return why;

@@ -26,7 +26,7 @@ struct line {
 };
 
 /* Appends all of `text` or nothing. */
-static bool put(struct line *line, const char *text, size_t length) {
+static bool put_bytes(struct line *line, const char *text, size_t length) {
     if (line->length + length + TAIL_BYTES > sizeof line->text)
         return false;
     memcpy(line->text + line->length, text, length);
@@ -36,16 +36,16 @@ static bool put(struct line *line, const char *text, size_t length) {
 
 static void put_text(struct line *line, const char *text) {
     if (!text) {
-        put(line, "null", 4);
+        put_bytes(line, "null", 4);
         return;
     }
-    if (!put(line, "\"", 1))
+    if (!put_bytes(line, "\"", 1))
         return;
     char escaped[API_ESCAPED_SIZE];
     size_t length, taken;
     for (size_t left = strnlen(text, TEXT_MAX_BYTES); left > 0; left -= taken, text += taken) {
         taken = api_text_escape(text, left, escaped, &length);
-        if (!put(line, escaped, length))
+        if (!put_bytes(line, escaped, length))
             break;
     }
     line->text[line->length++] = '"'; /* one of TAIL_BYTES */
@@ -55,7 +55,7 @@ static void put_field(struct line *line, const struct log_field *field) {
     char number[40];
     size_t before = line->length;
     int n = snprintf(number, sizeof number, ",\"%.32s\":", field->name);
-    if (!put(line, number, (size_t)n))
+    if (!put_bytes(line, number, (size_t)n))
         return;
     if (line->length + 16 + TAIL_BYTES > sizeof line->text) { /* no room for a useful value */
         line->length = before;
@@ -71,22 +71,8 @@ static void put_field(struct line *line, const struct log_field *field) {
         n = snprintf(number, sizeof number, "%.6g", field->real);
     else
         n = snprintf(number, sizeof number, "null");
-    if (!put(line, number, (size_t)n))
+    if (!put_bytes(line, number, (size_t)n))
         line->length = before;
-}
-
-static void put_head(struct line *line, enum log_level level) {
-    static const char *const names[] = {"debug", "info", "warning", "error"};
-    struct timespec now;
-    struct tm utc;
-    clock_gettime(CLOCK_REALTIME, &now);
-    gmtime_r(&now.tv_sec, &utc);
-    char head[96];
-    size_t n = strftime(head, sizeof head, "{\"time\":\"%Y-%m-%dT%H:%M:%S", &utc);
-    put(line, head, n);
-    int m =
-        snprintf(head, sizeof head, ".%06ldZ\",\"level\":\"%s\"", now.tv_nsec / 1000, names[level]);
-    put(line, head, (size_t)m);
 }
 
 void log_init(enum log_level level) {
@@ -94,10 +80,17 @@ void log_init(enum log_level level) {
 }
 
 void log_write(enum log_level level, const struct log_field *fields) {
+    static const char *const names[] = {"debug", "info", "warning", "error"};
+    struct timespec now;
+    struct tm utc;
     if (level < lowest)
         return;
+    clock_gettime(CLOCK_REALTIME, &now);
+    gmtime_r(&now.tv_sec, &utc);
     struct line line = {.length = 0};
-    put_head(&line, level);
+    line.length = strftime(line.text, 64, "{\"time\":\"%Y-%m-%dT%H:%M:%S", &utc);
+    line.length += (size_t)snprintf(line.text + line.length, 64, ".%06ldZ\",\"level\":\"%s\"",
+                                    now.tv_nsec / 1000, names[level]);
     for (; fields->kind != LOG_KIND_NONE; fields++)
         if (fields->kind != LOG_KIND_NOTHING)
             put_field(&line, fields);

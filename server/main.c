@@ -70,16 +70,6 @@ static sigset_t waited_signals(void) {
     return signals;
 }
 
-/* Before any thread: they inherit that the signals wait for the main thread. A full disk and a
- * closed connection are reported by errno, not by a signal. */
-static void set_up_signals(void) {
-    sigset_t signals = waited_signals();
-    signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN);
-    signal(SIGUSR1, SIG_IGN); /* what rotates logs sends it; there is no file of ours to reopen */
-    pthread_sigmask(SIG_BLOCK, &signals, NULL);
-}
-
 static void end_at_once(int number) {
     (void)number;
     _exit(0); /* the store need not be closed: what runs is taken up again at the next start */
@@ -97,19 +87,10 @@ static void read_tokens(struct service *service) {
         log_error(log_event("tokens_kept"), log_text("why", why));
 }
 
-/* Notifies the service manager that the daemon is alive if it answers a caller: by a request
- * through its own front door. It is not asked for the store: a restart does not mend a database
- * that is away. */
-static void show_life(const struct service *service) {
-    const char *why = healthcheck_ask(service->config, http_port(service->http));
-    if (why)
-        log_error(log_event("no_answer"), log_text("path", "/healthz"), log_text("why", why));
-    else
-        systemd_alive();
-}
-
-/* Waits for a signal, and shows life meanwhile: twice as often as it must, so that one answer that
- * is late does not count. */
+/* Waits for a signal. Meanwhile it notifies the service manager that the daemon is alive whenever
+ * the daemon answers a request through its own front door: twice as often as it must, so that one
+ * late answer does not count. The request does not reach the store: a restart does not mend a
+ * database that is away. */
 static int keep_alive(struct service *service, const sigset_t *signals) {
     int64_t half_ms = systemd_watchdog_ms(), every_ms = half_ms > 1 ? half_ms / 2 : half_ms;
     const struct timespec step = {every_ms / 1000, every_ms % 1000 * 1000000};
@@ -125,7 +106,11 @@ static int keep_alive(struct service *service, const sigset_t *signals) {
             return number;
         if (errno != EAGAIN)
             continue;
-        show_life(service);
+        const char *why = healthcheck_ask(service->config, http_port(service->http));
+        if (why)
+            log_error(log_event("no_answer"), log_text("path", "/healthz"), log_text("why", why));
+        else
+            systemd_alive();
     }
 }
 
@@ -257,7 +242,7 @@ static bool start_front(struct service *service) {
     return http_start(&settings, &service->http);
 }
 
-static bool start(struct service *service) {
+static bool start_service(struct service *service) {
     if (!api_prepare() || !id_init())
         return refuse("random numbers", "the system has none");
     service->events = job_events_new();
@@ -267,21 +252,9 @@ static bool start(struct service *service) {
            start_front(service);
 }
 
-/* The one line on stdout, for the process that started this one and waits for it. */
-static void announce(const struct service *service) {
-    const char *listen = service->config->listen;
-    int host = (int)(strrchr(listen, ':') - listen);
-    printf("draped listening on http://%.*s:%u\n", host, listen, http_port(service->http));
-    fflush(stdout);
-    log_info(log_event("ready"), log_text("version", DRAPED_VERSION), log_text("listen", listen),
-             log_int("port", http_port(service->http)),
-             log_int("workers",
-                     service->config->role == CONFIG_ROLE_API ? 0 : service->config->workers));
-}
-
 /* Requests that wait for a running drape still get it: the front goes after the dispatcher, which
  * it may look at until then. */
-static void stop(struct service *service) {
+static void stop_service(struct service *service) {
     if (service->http)
         http_drain(service->http);
     dispatcher_stop(service->dispatcher, service->config->drain_timeout * 1000);
@@ -301,15 +274,28 @@ static int serve(const struct config *config) {
     mallopt(M_MMAP_THRESHOLD, LARGE_BLOCK);
     mallopt(M_TRIM_THRESHOLD, KEPT_MOST);
     umask(077); /* what customers sent is for this user alone */
-    set_up_signals();
-    bool good = start(&service);
+    /* Threads inherit that the signals wait for the main thread. A full disk and a closed
+     * connection are reported by errno, not by a signal. */
+    sigset_t signals = waited_signals();
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
+    signal(SIGUSR1, SIG_IGN); /* from programs that rotate logs; there is no file to reopen */
+    pthread_sigmask(SIG_BLOCK, &signals, NULL);
+    bool good = start_service(&service);
     if (good) {
-        announce(&service);
+        /* The one line on stdout, for the process that started this one and waits for it. */
+        uint16_t port = http_port(service.http);
+        int host = (int)(strrchr(config->listen, ':') - config->listen);
+        printf("draped listening on http://%.*s:%u\n", host, config->listen, port);
+        fflush(stdout);
+        log_info(log_event("ready"), log_text("version", DRAPED_VERSION),
+                 log_text("listen", config->listen), log_int("port", port),
+                 log_int("workers", config->role == CONFIG_ROLE_API ? 0 : config->workers));
         systemd_ready();
         wait_for_signal(&service);
         systemd_stopping();
     }
-    stop(&service);
+    stop_service(&service);
     if (good)
         log_info(log_event("stopped"));
     return good ? 0 : EXIT_FAILED;

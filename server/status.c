@@ -21,16 +21,18 @@ static int64_t seconds(int64_t us) {
     return us > 0 ? us / 1000000 : 0;
 }
 
-static void print_time(int64_t us) {
-    char text[32];
-    struct tm parts;
-    time_t whole = (time_t)(us / 1000000);
-    gmtime_r(&whole, &parts);
-    strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-    fputs(text, stdout);
-}
-
-static void print_queue(const struct survey *survey) {
+/* 0 when the service can work. */
+static int show_store(const char *url) {
+    char why[STORE_WHY_SIZE], failed_at[32];
+    struct tm date;
+    struct survey *survey = malloc(sizeof *survey);
+    if (!survey || !survey_store(url, survey, why)) {
+        fprintf(stderr, "draped: %s\n", survey ? why : "no memory");
+        free(survey);
+        return FAILED;
+    }
+    printf("store    %s, schema %" PRId64 "\n", store_url_remote(url) ? "PostgreSQL" : "SQLite",
+           survey->schema);
     const struct store_counts *counts = &survey->counts;
     printf("queue    %" PRId64 " waiting", counts->jobs[STORE_QUEUED]);
     if (counts->oldest_queued)
@@ -45,9 +47,6 @@ static void print_queue(const struct survey *survey) {
            counts->ended[STORE_CANCELLED]);
     printf("workers  %" PRId64 ", %" PRId64 " busy, on %" PRId64 " hosts\n", counts->workers,
            counts->busy, counts->hosts);
-}
-
-static void print_hosts(const struct survey *survey) {
     for (size_t k = 0; k < survey->host_count; k++) {
         const struct store_host *host = &survey->hosts[k].host;
         int64_t silent = seconds(survey->now - survey->hosts[k].seen);
@@ -56,44 +55,16 @@ static void print_hosts(const struct survey *survey) {
                host->host, host->role, host->version, host->workers, host->busy, silent,
                silent > STORE_SEEN_SECONDS ? ": SILENT" : "");
     }
-}
-
-static void print_failure(const struct survey *survey) {
-    if (!survey->failed[0]) {
-        puts("failed   none");
-        return;
-    }
-    printf("failed   %s ", survey->failed);
-    print_time(survey->failed_at);
-    printf(" %s\n", survey->error);
-}
-
-/* Whether the service can work. */
-static bool judge(const struct survey *survey) {
-    const struct store_counts *counts = &survey->counts;
-    if (counts->hosts == 0)
-        puts("verdict  no host shows life");
-    else if (counts->jobs[STORE_QUEUED] > 0 && counts->workers == 0)
-        puts("verdict  drapes wait, and there are no workers");
+    time_t whole = (time_t)(survey->failed_at / 1000000);
+    strftime(failed_at, sizeof failed_at, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&whole, &date));
+    if (survey->failed[0])
+        printf("failed   %s %s %s\n", survey->failed, failed_at, survey->error);
     else
-        puts("verdict  well");
-    return counts->hosts > 0 && (counts->jobs[STORE_QUEUED] == 0 || counts->workers > 0);
-}
-
-static int show(const char *url) {
-    char why[STORE_WHY_SIZE];
-    struct survey *survey = malloc(sizeof *survey);
-    if (!survey || !survey_store(url, survey, why)) {
-        fprintf(stderr, "draped: %s\n", survey ? why : "no memory");
-        free(survey);
-        return FAILED;
-    }
-    printf("store    %s, schema %" PRId64 "\n", store_url_remote(url) ? "PostgreSQL" : "SQLite",
-           survey->schema);
-    print_queue(survey);
-    print_hosts(survey);
-    print_failure(survey);
-    bool well = judge(survey);
+        puts("failed   none");
+    bool well = counts->hosts > 0 && (counts->jobs[STORE_QUEUED] == 0 || counts->workers > 0);
+    puts(well                ? "verdict  well"
+         : counts->hosts > 0 ? "verdict  drapes wait, and there are no workers"
+                             : "verdict  no host shows life");
     free(survey);
     return well && fflush(stdout) == 0 ? 0 : FAILED;
 }
@@ -111,5 +82,5 @@ int status_command(int argc, char **argv) {
         return USAGE;
     }
     log_init(LOG_LEVEL_ERROR);
-    return config_store_url(&config, url) ? show(url) : USAGE;
+    return config_store_url(&config, url) ? show_store(url) : USAGE;
 }

@@ -31,12 +31,6 @@ static int option_of(int socket, int name) {
     return getsockopt(socket, SOL_SOCKET, name, &value, &length) == 0 ? value : -1;
 }
 
-static bool listens_on_tcp(int socket) {
-    int domain = option_of(socket, SO_DOMAIN);
-    return (domain == AF_INET || domain == AF_INET6) && option_of(socket, SO_TYPE) == SOCK_STREAM &&
-           option_of(socket, SO_ACCEPTCONN) == 1;
-}
-
 bool systemd_socket(int *socket, const char **why) {
     *socket = -1;
     int64_t count = number_of("LISTEN_FDS");
@@ -44,7 +38,10 @@ bool systemd_socket(int *socket, const char **why) {
         return true;
     *why = count > 1 ? "draped takes one socket, and more were handed over (LISTEN_FDS)"
                      : "the socket that was handed over (LISTEN_FDS) is no listening TCP socket";
-    if (count > 1 || !listens_on_tcp(FIRST_SOCKET))
+    int domain = option_of(FIRST_SOCKET, SO_DOMAIN);
+    if (count > 1 || (domain != AF_INET && domain != AF_INET6) ||
+        option_of(FIRST_SOCKET, SO_TYPE) != SOCK_STREAM ||
+        option_of(FIRST_SOCKET, SO_ACCEPTCONN) != 1)
         return false;
     *why = "the socket that was handed over cannot be set up";
     *socket = FIRST_SOCKET;
@@ -74,7 +71,7 @@ static const char *send_notice(const char *path, const char *words) {
     return why;
 }
 
-static void notify(const char *words) {
+static void notify_systemd(const char *words) {
     const char *path = getenv("NOTIFY_SOCKET");
     const char *why = path && path[0] ? send_notice(path, words) : NULL;
     if (why)
@@ -82,22 +79,22 @@ static void notify(const char *words) {
 }
 
 void systemd_ready(void) {
-    notify("READY=1\nSTATUS=Draping");
+    notify_systemd("READY=1\nSTATUS=Draping");
 }
 
 void systemd_reloading(void) {
     char words[96];
     snprintf(words, sizeof words, "RELOADING=1\nMONOTONIC_USEC=%lld\nSTATUS=Reading the tokens",
              (long long)clock_us());
-    notify(words);
+    notify_systemd(words);
 }
 
 void systemd_stopping(void) {
-    notify("STOPPING=1\nSTATUS=Draining: running drapes finish");
+    notify_systemd("STOPPING=1\nSTATUS=Draining: running drapes finish");
 }
 
 void systemd_alive(void) {
-    notify("WATCHDOG=1");
+    notify_systemd("WATCHDOG=1");
 }
 
 int64_t systemd_watchdog_ms(void) {
