@@ -74,7 +74,8 @@ static void decode_boundary(const struct json_value *json, const struct api_surf
             decode_polygon(&polygon, loop);
     } else if (value_given(&polygons)) {
         size_t count = value_array(&polygons, 1) ? value_length(&polygons) : 0;
-        struct laminate_loop *loops = json_tree_alloc(json->tree, count, sizeof *loops);
+        struct laminate_loop *loops =
+            count ? json_tree_alloc(json->tree, count, sizeof *loops) : NULL;
         boundary->loops = loops;
         boundary->count = count;
         for (size_t k = 0; loops && k < count; k++) {

@@ -29,23 +29,21 @@ static bool is_eligible(const struct study_row *row) {
 
 /* ---- the best ---- */
 
-/* Of two rows that may be the best that which misses the limits by less, then that with less of the
- * objective; the first of equals. */
-static bool is_better(const struct verdict *v, size_t a, size_t b, enum quantity_id id) {
-    if (v->violation[a] != v->violation[b])
-        return v->violation[a] < v->violation[b];
-    return v->rows[a].quantity[id] < v->rows[b].quantity[id];
-}
-
+/* The best of each objective, of the rows that may be it: that which misses the limits by less,
+ * then that with less of the objective; the first of equals. */
 static void find_best_rows(struct verdict *v) {
     for (int id = 0; id < QUANTITY_COUNT; id++) {
         int *best = &v->summary.best[id];
         *best = -1;
         v->summary.objective[id] = v->study->request.objective[id];
-        for (size_t k = 0; v->summary.objective[id] && k < v->count; k++)
-            if (is_eligible(&v->rows[k]) &&
-                (*best < 0 || is_better(v, k, (size_t)*best, (enum quantity_id)id)))
-                *best = (int)k;
+        for (size_t a = 0; v->summary.objective[id] && a < v->count; a++) {
+            size_t b = *best < 0 ? a : (size_t)*best;
+            bool better = v->rows[a].quantity[id] < v->rows[b].quantity[id];
+            if (v->violation[a] != v->violation[b])
+                better = v->violation[a] < v->violation[b];
+            if (is_eligible(&v->rows[a]) && (*best < 0 || better))
+                *best = (int)a;
+        }
     }
 }
 
@@ -275,18 +273,6 @@ static bool fill_variants(const void *context, size_t first, size_t count, doubl
     return true;
 }
 
-static bool is_there(const struct api_study *study, enum column_id id) {
-    switch (column_specs[id].need) {
-    case COLUMN_FACES:
-        return study->part.geometry.shell != NULL;
-    case COLUMN_JUDGED:
-        return study_judges(&study->request,
-                            (enum quantity_id)(id - COLUMN_VARIANTS_max_shear_deg));
-    default:
-        return true;
-    }
-}
-
 static enum api_problem_id write_columns(const struct verdict *v,
                                          const struct api_study_numbers *numbers,
                                          struct arena *arena, const struct api_sink *sink,
@@ -300,7 +286,10 @@ static enum api_problem_id write_columns(const struct verdict *v,
     size_t count = 0;
     for (int id = FIRST; id <= LAST; id++) {
         const struct column_spec *spec = &column_specs[id];
-        if (!is_there(v->study, (enum column_id)id))
+        bool judged = spec->need == COLUMN_JUDGED; /* a quantity */
+        if ((spec->need == COLUMN_FACES && !v->study->part.geometry.shell) ||
+            (judged && !study_judges(&v->study->request,
+                                     (enum quantity_id)(id - COLUMN_VARIANTS_max_shear_deg))))
             continue;
         columns[count] = (struct column){v, (enum column_id)id};
         sources[count] = (struct api_column_source){.table = spec->table,

@@ -109,21 +109,6 @@ static bool decode_point(const struct json_value *json, const struct api_request
     return json->tree->problem->id == API_OK;
 }
 
-static void decode_points(const struct json_value *json, struct study_request *r) {
-    if (!value_array(json, 1))
-        return;
-    size_t count = value_length(json);
-    struct study_point *points = json_tree_alloc(json->tree, count, sizeof *points);
-    r->starts = STUDY_STARTS_POINTS;
-    r->start_count = count;
-    r->points = points;
-    for (size_t k = 0; points && k < count; k++) {
-        struct json_value point = value_element(json, k);
-        if (!decode_point(&point, &r->drape, &points[k]))
-            return;
-    }
-}
-
 /* {"grid": n}, {"points": [...]} or {"radius": r, "count": n}. */
 static void decode_starts(const struct json_value *json, struct study_request *r) {
     static const char *const keys[] = {"grid", "points", "radius", "count", NULL};
@@ -139,7 +124,17 @@ static void decode_starts(const struct json_value *json, struct study_request *r
         if (value_integer(&grid, 1, STARTS_MAX, &number))
             r->start_count = (size_t)number;
     } else if (value_given(&points)) {
-        decode_points(&points, r);
+        size_t given = value_array(&points, 1) ? value_length(&points) : 0;
+        struct study_point *list = given ? json_tree_alloc(json->tree, given, sizeof *list) : NULL;
+        if (given)
+            r->starts = STUDY_STARTS_POINTS;
+        r->start_count = given;
+        r->points = list;
+        for (size_t k = 0; list && k < given; k++) {
+            struct json_value point = value_element(&points, k);
+            if (!decode_point(&point, &r->drape, &list[k]))
+                break;
+        }
     } else {
         r->starts = STUDY_STARTS_DISC;
         value_number(&radius, decode_lengths, &r->radius);
@@ -210,22 +205,8 @@ static void decode_objectives(const struct json_value *root, struct study_reques
     }
 }
 
-static void decode_limit(const struct json_value *json, const struct quantity *quantity,
-                         struct study_limit *limit) {
-    static const char *const keys[] = {"min", "max", NULL};
-    const struct value_range range = {quantity->least, quantity->most, false};
-    struct json_value min = value_member(json, "min"), max = value_member(json, "max");
-    if (!value_object(json, keys))
-        return;
-    if (!value_given(&min) && !value_given(&max))
-        value_fault(json, "must have \"min\" or \"max\"");
-    limit->has_min = value_given(&min) && value_number(&min, range, &limit->min);
-    limit->has_max = value_given(&max) && value_number(&max, range, &limit->max);
-    if (limit->has_min && limit->has_max && limit->min > limit->max)
-        value_fault(&min, "must not be greater than \"max\": no variant could keep both");
-}
-
 static void decode_limits(const struct json_value *root, struct study_request *r) {
+    static const char *const ends[] = {"min", "max", NULL};
     const char *keys[QUANTITY_COUNT + 1] = {NULL};
     struct json_value limits = value_member(root, "limits");
     for (int k = 0; k < QUANTITY_COUNT; k++)
@@ -234,8 +215,17 @@ static void decode_limits(const struct json_value *root, struct study_request *r
         return;
     for (int k = 0; k < QUANTITY_COUNT; k++) {
         struct json_value own = value_member(&limits, keys[k]);
-        if (value_given(&own))
-            decode_limit(&own, &quantities[k], &r->limit[k]);
+        struct json_value min = value_member(&own, "min"), max = value_member(&own, "max");
+        const struct value_range range = {quantities[k].least, quantities[k].most, false};
+        struct study_limit *limit = &r->limit[k];
+        if (!value_given(&own) || !value_object(&own, ends))
+            continue;
+        if (!value_given(&min) && !value_given(&max))
+            value_fault(&own, "must have \"min\" or \"max\"");
+        limit->has_min = value_given(&min) && value_number(&min, range, &limit->min);
+        limit->has_max = value_given(&max) && value_number(&max, range, &limit->max);
+        if (limit->has_min && limit->has_max && limit->min > limit->max)
+            value_fault(&min, "must not be greater than \"max\": no variant could keep both");
     }
 }
 
@@ -272,16 +262,6 @@ static void check_needs(const struct json_value *root, const struct study_reques
                     quantities[QUANTITY_FRACTION_RANGE].name);
 }
 
-static void decode_wanted(const struct json_value *root, struct study_request *r) {
-    struct json_value json = value_member(root, "wanted_direction");
-    double v[3];
-    if (!value_given(&json) || !value_vector(&json, decode_coordinates, 3, v))
-        return;
-    r->wanted = vec3_make(v[0], v[1], v[2]);
-    if (vec3_norm(r->wanted) < decode_lengths.low)
-        value_fault(&json, "must be longer than %g", decode_lengths.low);
-}
-
 /* ---- how ---- */
 
 static void decode_sample(const struct json_value *root, struct study_request *r) {
@@ -304,20 +284,9 @@ static void decode_sample(const struct json_value *root, struct study_request *r
         value_fault(&search, "must not be \"optimise\" with \"sample\"");
 }
 
-static void decode_search(const struct json_value *root, struct study_request *r) {
-    struct json_value search = value_member(root, "search"), budget = value_member(root, "budget");
-    int index = 0, number = BUDGET;
-    if (value_given(&search))
-        value_choice(&search, study_search_names, STUDY_SEARCH_COUNT, &index);
-    if (value_given(&budget))
-        value_integer(&budget, BUDGET_MIN, BUDGET_MAX, &number);
-    r->search = (enum study_search)index;
-    r->budget = (size_t)number;
-}
-
 /* Before any memory is taken for them. A budget holds for whatever makes the variants. */
-static void check_count(const struct json_value *root, const struct api_limits *limits,
-                        const struct study_request *r) {
+static void check_variant_count(const struct json_value *root, const struct api_limits *limits,
+                                const struct study_request *r) {
     double variants = count_variants(r);
     bool optimise = r->search == STUDY_SEARCH_OPTIMISE;
     struct json_value budget = value_member(root, "budget");
@@ -341,6 +310,10 @@ static void decode_study(const struct json_value *root, const struct api_input *
                                        "budget", "sample", "wanted_direction", "seed",   NULL};
     struct json_value drape = value_member(root, "drape"), sample = value_member(root, "sample");
     struct json_value objectives = value_member(root, "objectives");
+    struct json_value wanted = value_member(root, "wanted_direction");
+    struct json_value search = value_member(root, "search"), budget = value_member(root, "budget");
+    int index = 0, number = BUDGET;
+    double v[3];
     if (!value_object(root, keys))
         return;
     decode_drape(&drape, input, limits, &r->drape);
@@ -349,12 +322,21 @@ static void decode_study(const struct json_value *root, const struct api_input *
     else
         decode_objectives(root, r);
     decode_limits(root, r);
-    decode_wanted(root, r);
+    if (value_given(&wanted) && value_vector(&wanted, decode_coordinates, 3, v)) {
+        r->wanted = vec3_make(v[0], v[1], v[2]);
+        if (vec3_norm(r->wanted) < decode_lengths.low)
+            value_fault(&wanted, "must be longer than %g", decode_lengths.low);
+    }
     check_needs(root, r);
-    decode_search(root, r);
+    if (value_given(&search))
+        value_choice(&search, study_search_names, STUDY_SEARCH_COUNT, &index);
+    if (value_given(&budget))
+        value_integer(&budget, BUDGET_MIN, BUDGET_MAX, &number);
+    r->search = (enum study_search)index;
+    r->budget = (size_t)number;
     decode_vary(root, r);
     decode_sample(root, r);
-    check_count(root, limits, r);
+    check_variant_count(root, limits, r);
 }
 
 enum api_problem_id study_decode(const struct api_input *input, const struct api_limits *limits,
@@ -392,20 +374,6 @@ static void write_angles(struct api_text *text, const char *key, const struct st
     api_text_raw(text, "}");
 }
 
-static void write_point(struct api_text *text, const struct study_point *p) {
-    api_text_raw(text, "{");
-    if (p->kind == DRAPE_START_POINT) {
-        api_text_key(text, "point");
-        api_text_numbers(text, (const double[]){p->point.x, p->point.y, p->point.z}, 3);
-    } else {
-        if (p->on_face)
-            api_text_key_integer(text, "face", p->face);
-        api_text_key(text, "uv");
-        api_text_numbers(text, p->uv, 2);
-    }
-    api_text_raw(text, "}");
-}
-
 static void write_starts(struct api_text *text, const struct study_request *r) {
     if (r->starts == STUDY_STARTS_KEPT)
         return;
@@ -421,8 +389,17 @@ static void write_starts(struct api_text *text, const struct study_request *r) {
         api_text_key(text, "points");
         api_text_raw(text, "[");
         for (size_t k = 0; k < r->start_count; k++) {
-            api_text_raw(text, k ? "," : "");
-            write_point(text, &r->points[k]);
+            const struct study_point *p = &r->points[k];
+            bool free = p->kind == DRAPE_START_POINT;
+            api_text_raw(text, k ? ",{" : "{");
+            if (p->on_face && !free)
+                api_text_key_integer(text, "face", p->face);
+            api_text_key(text, free ? "point" : "uv");
+            if (free)
+                api_text_numbers(text, (const double[]){p->point.x, p->point.y, p->point.z}, 3);
+            else
+                api_text_numbers(text, p->uv, 2);
+            api_text_raw(text, "}");
         }
         api_text_raw(text, "]");
     }

@@ -85,22 +85,6 @@ static bool find_cells(const struct api_reader *reader, const struct api_columns
     return true;
 }
 
-/* The last step has all fields of all samples and the rows beside them; it is better to say before
- * the first that it will not have the memory. */
-static enum api_problem_id check_memory(const struct api_study *study,
-                                        const struct api_limits *limits,
-                                        struct api_problem *problem) {
-    double each = (double)(study->field_numbers + 2 * STUDY_ROW_NUMBERS) * sizeof(double);
-    double most = (double)limits->max_memory / each;
-    if ((double)study->request.sample > most)
-        api_problem_set_at(
-            problem, API_TOO_LARGE, "/sample",
-            "must be at most %.0f with the %zu cells and %zu fields of this drape in "
-            "%zu bytes of memory: draw fewer, or take a wider spacing",
-            floor(most), study->nominal->count, study->nominal->field_count, limits->max_memory);
-    return problem->id;
-}
-
 enum api_problem_id sample_prepare(struct api_study *study, const struct api_limits *limits,
                                    struct api_problem *problem) {
     const struct drape_settings *settings = &study->request.drape.settings;
@@ -130,7 +114,17 @@ enum api_problem_id sample_prepare(struct api_study *study, const struct api_lim
                                            result->start_warp, result->start_weft));
     study->nominal = nominal;
     study->field_numbers = nominal->count * nominal->field_count;
-    return check_memory(study, limits, problem);
+    /* The last step has all fields of all samples and the rows beside them; it is better to say
+     * before the first that it will not have the memory. */
+    double each = (double)(study->field_numbers + 2 * STUDY_ROW_NUMBERS) * sizeof(double);
+    double most = (double)limits->max_memory / each;
+    if ((double)study->request.sample > most)
+        api_problem_set_at(
+            problem, API_TOO_LARGE, "/sample",
+            "must be at most %.0f with the %zu cells and %zu fields of this drape in "
+            "%zu bytes of memory: draw fewer, or take a wider spacing",
+            floor(most), nominal->count, nominal->field_count, limits->max_memory);
+    return problem->id;
 }
 
 /* ---- drawing ---- */
@@ -273,60 +267,47 @@ static bool add_band(const struct sample_nominal *n, const char *name, const cha
     return true;
 }
 
-/* Mean, 5 % and 95 % of one field at all cells. */
-static bool find_bands(const struct api_study *study, const struct api_study_numbers *numbers,
-                       const struct study_row *rows, size_t count, size_t field, double *band[3],
-                       double *samples) {
-    const struct sample_nominal *n = study->nominal;
-    size_t stride = STUDY_ROW_NUMBERS + study->field_numbers;
-    for (size_t cell = 0; cell < n->count; cell++) {
-        size_t held = 0;
-        double sum = 0;
-        for (size_t k = 0; k < count; k++)
-            if (rows[k].failure == FAILURE_NONE)
-                samples[held++] =
-                    numbers->values[k * stride + STUDY_ROW_NUMBERS + field * n->count + cell];
-        for (size_t k = 0; k < held; k++)
-            sum += samples[k];
-        band[0][cell] = held ? sum / (double)held : 0;
-        band[1][cell] = held ? weibull_quantile(samples, held, 0.05) : 0;
-        band[2][cell] = held ? weibull_quantile(samples, held, 0.95) : 0;
-    }
-    return true;
-}
-
-static bool add_places(const struct sample_nominal *n, struct arena *arena,
-                       struct api_column_source *sources) {
-    static const char *const names[] = {"i", "j", "x", "y", "z"};
-    for (int c = 0; c < 5; c++) {
-        double *values = arena_take(arena, n->count, sizeof *values);
-        for (size_t k = 0; values && k < n->count; k++) {
-            const struct vec3 *m = &n->middles[k];
-            values[k] = c < 2 ? n->places[k][c] : c == 2 ? m->x : c == 3 ? m->y : m->z;
-        }
-        if (!add_band(n, names[c], "", values, arena, &sources[c]))
-            return false;
-    }
-    return true;
-}
-
 size_t sample_bands(const struct api_study *study, const struct api_study_numbers *numbers,
                     const struct study_row *rows, size_t count, struct arena *arena,
                     struct api_column_source *sources) {
+    static const char *const places[] = {"i", "j", "x", "y", "z"};
     static const char *const suffixes[] = {"_mean", "_p05", "_p95"};
+    enum { PLACES = sizeof places / sizeof *places, BANDS = sizeof suffixes / sizeof *suffixes };
     const struct sample_nominal *n = study->nominal;
-    size_t made = 5;
-    double *samples = arena_take(arena, count, sizeof *samples);
-    if (!samples || !add_places(n, arena, sources))
+    size_t stride = STUDY_ROW_NUMBERS + study->field_numbers, made = 0;
+    double *samples = arena_take(arena, count, sizeof *samples), *values[PLACES];
+    for (int c = 0; c < PLACES; c++) {
+        values[c] = arena_take(arena, n->count, sizeof *values[c]);
+        if (!add_band(n, places[c], "", values[c], arena, &sources[made++]))
+            return SIZE_MAX;
+    }
+    if (!samples)
         return SIZE_MAX;
+    for (size_t k = 0; k < n->count; k++) {
+        const struct vec3 *m = &n->middles[k];
+        const double own[PLACES] = {n->places[k][0], n->places[k][1], m->x, m->y, m->z};
+        for (int c = 0; c < PLACES; c++)
+            values[c][k] = own[c];
+    }
     for (size_t f = 0; f < n->field_count; f++) {
-        double *band[3];
-        for (int b = 0; b < 3; b++, made++) {
-            band[b] = arena_take(arena, n->count, sizeof *band[b]);
-            if (!add_band(n, n->names[f], suffixes[b], band[b], arena, &sources[made]))
+        for (int b = 0; b < BANDS; b++) {
+            values[b] = arena_take(arena, n->count, sizeof *values[b]);
+            if (!add_band(n, n->names[f], suffixes[b], values[b], arena, &sources[made++]))
                 return SIZE_MAX;
         }
-        find_bands(study, numbers, rows, count, f, band, samples);
+        for (size_t cell = 0; cell < n->count; cell++) {
+            const double *own = numbers->values + STUDY_ROW_NUMBERS + f * n->count + cell;
+            size_t held = 0;
+            double sum = 0;
+            for (size_t k = 0; k < count; k++)
+                if (rows[k].failure == FAILURE_NONE)
+                    samples[held++] = own[k * stride];
+            for (size_t k = 0; k < held; k++)
+                sum += samples[k];
+            values[0][cell] = held ? sum / (double)held : 0;
+            values[1][cell] = held ? weibull_quantile(samples, held, 0.05) : 0;
+            values[2][cell] = held ? weibull_quantile(samples, held, 0.95) : 0;
+        }
     }
     return made;
 }

@@ -147,19 +147,6 @@ static struct surrogate_point model_point(const struct space *space, const struc
     return point;
 }
 
-static struct study_variant variant_of(const struct space *space, const struct trial *trial,
-                                       double coarseness) {
-    const struct study_request *r = space->request;
-    struct study_variant variant = {.start = trial->start,
-                                    .angle_deg = trial->turn + axis_angle(space, &trial->start),
-                                    .pre_shear_deg = trial->pre_shear_deg,
-                                    .coarseness = coarseness};
-    if (space->period > 0)
-        variant.angle_deg -=
-            space->period * floor((variant.angle_deg - r->angle.from) / space->period);
-    return variant;
-}
-
 /* ---- the model ---- */
 
 struct model {
@@ -322,20 +309,6 @@ static bool draw_near(const struct space *space, const struct trial *about, doub
     return true;
 }
 
-static void model_candidate(const struct surrogate_search *search, const struct model *model,
-                            const struct search_aim *aim, struct candidate *candidate) {
-    double value[SURROGATE_VALUES_MOST];
-    struct study_row row = {.failure = FAILURE_NONE};
-    surrogate_at(&model->surrogate, &candidate->point, value, &candidate->nearest);
-    for (size_t v = 0; v < model->judged; v++)
-        row.quantity[model->id[v]] = value[v];
-    double *largest = &row.quantity[QUANTITY_MAX_SHEAR];
-    for (size_t v = model->judged; v < model->surrogate.values; v++)
-        *largest = v == model->judged ? value[v] : fmax(*largest, value[v]);
-    candidate->value = search_aim_value(aim, row.quantity);
-    candidate->violation = study_violation(search->study, &row);
-}
-
 /* What candidates are compared by: value and nearness as shares of the ranges that they have. */
 struct scale {
     double least, most, near, far, weight;
@@ -366,8 +339,18 @@ static bool draw_candidate(struct round_search *p, const struct search_aim *aim,
                            struct candidate *candidate) {
     if (!draw_near(&p->space, about, size, seed, draw, &candidate->trial))
         return false;
+    double value[SURROGATE_VALUES_MOST];
+    struct study_row row = {.failure = FAILURE_NONE};
+    const struct model *model = &p->model;
     candidate->point = model_point(&p->space, &candidate->trial);
-    model_candidate(p->search, &p->model, aim, candidate);
+    surrogate_at(&model->surrogate, &candidate->point, value, &candidate->nearest);
+    for (size_t v = 0; v < model->judged; v++)
+        row.quantity[model->id[v]] = value[v];
+    double *largest = &row.quantity[QUANTITY_MAX_SHEAR];
+    for (size_t v = model->judged; v < model->surrogate.values; v++)
+        *largest = v == model->judged ? value[v] : fmax(*largest, value[v]);
+    candidate->value = search_aim_value(aim, row.quantity);
+    candidate->violation = study_violation(p->search->study, &row);
     for (size_t k = 0; k < p->count; k++)
         candidate->nearest =
             fmin(candidate->nearest, surrogate_distance2(&candidate->point, &p->made[k].point));
@@ -460,7 +443,8 @@ static struct candidate descend_from_best(struct round_search *p, const struct s
 static void choose_variants(struct round_search *p, size_t *const *orders, const size_t *ordered,
                             size_t wanted, struct study_variant *variants) {
     const struct surrogate_search *search = p->search;
-    double coarseness = search->rows[0].variant.coarseness;
+    const struct space *space = &p->space;
+    double from = space->request->angle.from;
     for (size_t k = 0; k < wanted; k++) {
         size_t aim = k % search->aim_count, turn = k / search->aim_count;
         size_t drawn = draw_in_turn(p, &search->aims[aim], orders[aim], ordered[aim], turn);
@@ -469,7 +453,15 @@ static void choose_variants(struct round_search *p, size_t *const *orders, const
         const struct candidate best =
             descend_from_best(p, &search->aims[aim], drawn, weights[turn % WEIGHTS]);
         p->made[p->count] = best;
-        variants[p->count++] = variant_of(&p->space, &best.trial, coarseness);
+        struct study_variant *variant = &variants[p->count++];
+        *variant = (struct study_variant){.start = best.trial.start,
+                                          .angle_deg = best.trial.turn +
+                                                       axis_angle(space, &best.trial.start),
+                                          .pre_shear_deg = best.trial.pre_shear_deg,
+                                          .coarseness = search->rows[0].variant.coarseness};
+        if (space->period > 0)
+            variant->angle_deg -=
+                space->period * floor((variant->angle_deg - from) / space->period);
     }
 }
 
