@@ -13,20 +13,6 @@ enum { LINE_SIZE = LAMINATE_NAME_MAX + 64 };
 
 /* ---- checking ---- */
 
-/* Whether the solver could take every drape. */
-static bool check_nets(const struct laminate *laminate, const struct api_limits *limits,
-                       struct arena *arena, struct api_problem *problem) {
-    for (size_t n = 0; n < laminate->net_count; n++) {
-        struct api_request drape = laminate->plies[laminate->net_ply[n]].drape;
-        struct api_problem own = {.id = API_OK};
-        struct arena_mark mark = arena_mark(arena);
-        if (api_check_decoded(&drape, limits, arena, &own) != API_OK)
-            laminate_fault_of_ply(laminate, laminate->net_ply[n], &own, problem);
-        arena_rewind(arena, mark);
-    }
-    return problem->id == API_OK;
-}
-
 /* The id of the laminate: of what was understood, its surface by id, and the solver's version. */
 static bool digest_laminate(const struct laminate *laminate, struct arena *arena,
                             char id[API_ID_SIZE]) {
@@ -44,7 +30,7 @@ static bool digest_laminate(const struct laminate *laminate, struct arena *arena
     return document && all;
 }
 
-static bool put_text(const struct api_sink *sink, const char *text) {
+static bool send_text(const struct api_sink *sink, const char *text) {
     return sink->write(sink->context, text, strlen(text));
 }
 
@@ -72,7 +58,7 @@ static bool put_requests(const struct laminate *laminate, bool lengths, struct a
         char line[LINE_SIZE];
         if (request && lengths)
             (void)snprintf(line, sizeof line, "%s %zu\n", laminate->net_digest[n], strlen(request));
-        good = request && put_text(sink, lengths ? line : request);
+        good = request && send_text(sink, lengths ? line : request);
         arena_rewind(arena, mark);
     }
     return good;
@@ -87,16 +73,25 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
         return problem->id;
     memcpy(check->surface, laminate.surface.id, sizeof check->surface);
     check->needs_surface = laminate.surface.kind == API_SURFACE_NAMED;
-    if (check->needs_surface || laminate_resolve(&laminate, limits, arena, problem) != API_OK ||
-        !check_nets(&laminate, limits, arena, problem))
+    if (check->needs_surface || laminate_resolve(&laminate, limits, arena, problem) != API_OK)
+        return problem->id;
+    for (size_t n = 0; n < laminate.net_count; n++) { /* whether the solver could take each drape */
+        struct api_request drape = laminate.plies[laminate.net_ply[n]].drape;
+        struct api_problem own = {.id = API_OK};
+        struct arena_mark mark = arena_mark(arena);
+        if (api_check_decoded(&drape, limits, arena, &own) != API_OK)
+            laminate_fault_of_ply(&laminate, laminate.net_ply[n], &own, problem);
+        arena_rewind(arena, mark);
+    }
+    if (problem->id != API_OK)
         return problem->id;
     const char *record = make_record(&laminate, arena);
     if (!record || !digest_laminate(&laminate, arena, check->digest))
         return api_problem_no_memory(problem, "the laminate");
     (void)snprintf(line, sizeof line, "%zu %zu\n", laminate.net_count, strlen(record));
-    bool good = put_text(sink, line) && put_requests(&laminate, true, arena, sink) &&
-                put_text(sink, "\n") && put_requests(&laminate, false, arena, sink) &&
-                put_text(sink, record);
+    bool good = send_text(sink, line) && put_requests(&laminate, true, arena, sink) &&
+                send_text(sink, "\n") && put_requests(&laminate, false, arena, sink) &&
+                send_text(sink, record);
     return good ? API_OK : api_problem_no_memory(problem, "the laminate");
 }
 
@@ -115,52 +110,43 @@ enum api_problem_id laminate_check(const struct api_input *input, const struct a
 
 /* ---- mapping ---- */
 
-/* The readers of the results that there are; false when `columns` is not what it should be. */
-static bool find_nets(const char *columns, size_t length, size_t count, struct arena *arena,
-                      const struct api_reader ***nets) {
-    uint64_t lengths[1 + LAMINATE_PLIES_MAX];
-    size_t head = (1 + count) * sizeof *lengths, at = head;
-    struct api_memory *memory = arena_alloc(arena, count, sizeof *memory);
-    struct api_reader *readers = arena_alloc(arena, count, sizeof *readers);
-    *nets = arena_alloc(arena, count, sizeof **nets);
-    if (!memory || !readers || !*nets || count > LAMINATE_PLIES_MAX || length < head)
-        return false;
-    memcpy(lengths, columns, head);
-    if (lengths[0] != count)
-        return false;
-    for (size_t n = 0; n < count; n++) {
-        uint64_t own = lengths[1 + n];
-        if (own > length - at)
-            return false;
-        memory[n] = (struct api_memory){columns + at, (size_t)own};
-        readers[n] = api_reader_of(&memory[n]);
-        (*nets)[n] = own ? &readers[n] : NULL;
-        at += (size_t)own;
-    }
-    return true;
-}
-
-/* A stored laminate and the readers of its results. */
+/* A stored laminate and the readers of its results, NULL where there is none. */
 static enum api_problem_id open_record(const char *record, size_t length, const char *columns,
                                        size_t columns_length, const struct api_limits *limits,
                                        struct arena *arena, struct laminate *laminate,
                                        const struct api_reader ***nets,
                                        struct api_problem *problem) {
     static const char gap[] = "\n\n";
+    uint64_t lengths[1 + LAMINATE_PLIES_MAX] = {0};
     const char *document = memmem(record, length, gap, strlen(gap));
-    if (!document) {
-        api_problem_set(problem, API_INTERNAL, "the stored laminate is damaged");
-        return problem->id;
-    }
+    if (!document)
+        return api_problem_set(problem, API_INTERNAL, "the stored laminate is damaged");
     document += strlen(gap);
     const struct api_input input = {.request = document,
                                     .request_length = length - (size_t)(document - record)};
     if (laminate_decode(&input, limits, arena, laminate, problem) != API_OK ||
         laminate_resolve(laminate, limits, arena, problem) != API_OK)
         return problem->id;
-    if (!find_nets(columns, columns_length, laminate->net_count, arena, nets))
-        api_problem_set(problem, API_INTERNAL, "the stored results of the laminate are damaged");
-    return problem->id;
+    size_t count = laminate->net_count, at = (1 + count) * sizeof *lengths;
+    struct api_memory *memory = arena_alloc(arena, count, sizeof *memory);
+    struct api_reader *readers = arena_alloc(arena, count, sizeof *readers);
+    *nets = arena_alloc(arena, count, sizeof **nets);
+    if (!memory || !readers || !*nets)
+        return api_problem_no_memory(problem, "the laminate");
+    if (columns_length >= at)
+        memcpy(lengths, columns, at);
+    bool good = columns_length >= at && lengths[0] == count;
+    for (size_t n = 0; good && n < count; n++) {
+        uint64_t own = lengths[1 + n];
+        good = own <= columns_length - at;
+        memory[n] = (struct api_memory){columns + at, (size_t)own};
+        readers[n] = api_reader_of(&memory[n]);
+        (*nets)[n] = own ? &readers[n] : NULL;
+        at += good ? (size_t)own : 0;
+    }
+    return good ? API_OK
+                : api_problem_set(problem, API_INTERNAL,
+                                  "the stored results of the laminate are damaged");
 }
 
 enum api_problem_id laminate_map_record(const char *record, size_t length, const char *columns,

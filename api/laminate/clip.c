@@ -70,21 +70,6 @@ static size_t cut_edge(const double a[2], const double b[2], const struct polygo
     return count;
 }
 
-static bool keep_piece(struct pieces *pieces, const double from[2], const double to[2]) {
-    if (hypot(to[0] - from[0], to[1] - from[1]) <= pieces->reach)
-        return true;
-    if (pieces->count == pieces->capacity) {
-        size_t wanted = pieces->capacity ? 2 * pieces->capacity : 256;
-        void *larger = realloc(pieces->list, wanted * sizeof *pieces->list);
-        if (!larger)
-            return false;
-        pieces->list = larger;
-        pieces->capacity = wanted;
-    }
-    pieces->list[pieces->count++] = (struct piece){{from[0], from[1]}, {to[0], to[1]}, false};
-    return true;
-}
-
 /* The pieces of the edges of `own` that lie inside `other`; of edges on each other those of the
  * first set alone, which takes its left side for inside. */
 static bool add_pieces(struct pieces *pieces, const struct polygons *own,
@@ -103,8 +88,19 @@ static bool add_pieces(struct pieces *pieces, const struct polygons *own,
             }
             double x = (from[0] + to[0]) / 2 - nudge * (b[1] - a[1]);
             double y = (from[1] + to[1]) / 2 + nudge * (b[0] - a[0]);
-            if (clip_contains(other, x, y))
-                good = keep_piece(pieces, from, to);
+            if (!clip_contains(other, x, y) ||
+                hypot(to[0] - from[0], to[1] - from[1]) <= pieces->reach)
+                continue;
+            if (pieces->count == pieces->capacity) {
+                size_t wanted = pieces->capacity ? 2 * pieces->capacity : 256;
+                void *larger = realloc(pieces->list, wanted * sizeof *pieces->list);
+                good = larger != NULL;
+                pieces->list = good ? larger : pieces->list;
+                pieces->capacity = good ? wanted : pieces->capacity;
+            }
+            if (good)
+                pieces->list[pieces->count++] =
+                    (struct piece){{from[0], from[1]}, {to[0], to[1]}, false};
         }
     }
     free(cuts);

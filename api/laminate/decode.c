@@ -44,18 +44,6 @@ static void decode_polygon(const struct json_value *json, struct laminate_loop *
         value_fault(json, "has %zu points, and %d are allowed", loop->count, POLYGON_MAX);
 }
 
-static void decode_loops(const struct json_value *json, const struct api_surface *surface,
-                         struct laminate_boundary *boundary) {
-    struct api_surface loops = {.kind = API_SURFACE_NURBS};
-    if (surface->kind != API_SURFACE_NURBS && surface->kind != API_SURFACE_NAMED)
-        value_fault(json, "are in the parameters of one NURBS surface, and this is not one: give "
-                          "a polygon");
-    if (decode_trims(json, &loops) && loops.trim_count == 0)
-        value_fault(json, "must have at least one loop");
-    boundary->trims = loops.trims;
-    boundary->trim_count = loops.trim_count;
-}
-
 static void decode_boundary(const struct json_value *json, const struct api_surface *surface,
                             struct laminate_boundary *boundary) {
     static const char *const keys[] = {"polygon", "polygons", "trims", NULL};
@@ -83,7 +71,14 @@ static void decode_boundary(const struct json_value *json, const struct api_surf
             decode_polygon(&polygon, &loops[k]);
         }
     } else {
-        decode_loops(&trims, surface, boundary);
+        struct api_surface loops = {.kind = API_SURFACE_NURBS};
+        if (surface->kind != API_SURFACE_NURBS && surface->kind != API_SURFACE_NAMED)
+            value_fault(&trims, "are in the parameters of one NURBS surface, and this is not one: "
+                                "give a polygon");
+        if (decode_trims(&trims, &loops) && loops.trim_count == 0)
+            value_fault(&trims, "must have at least one loop");
+        boundary->trims = loops.trims;
+        boundary->trim_count = loops.trim_count;
     }
 }
 

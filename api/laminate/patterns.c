@@ -186,8 +186,8 @@ static void write_svg(const struct patterns *p, struct api_text *text) {
 /* ---- the whole ---- */
 
 /* Lays the layers of the plies out on the roll. */
-static bool lay_out(struct patterns *p, const struct api_reader *const *nets, int ply,
-                    const struct laminate_roll *roll) {
+static bool lay_out_plies(struct patterns *p, const struct api_reader *const *nets, int ply,
+                          const struct laminate_roll *roll) {
     const struct flat_plies *shapes = &p->shapes;
     size_t layers = 0;
     if (!flat_plies_make(p->laminate, nets, ply, p->arena, &p->shapes, p->problem))
@@ -211,7 +211,7 @@ enum api_problem_id laminate_patterns(const struct laminate *laminate,
                                       const struct api_sink *sink, struct arena *arena,
                                       struct api_problem *problem) {
     struct patterns p = {.laminate = laminate, .arena = arena, .problem = problem};
-    if (lay_out(&p, nets, ply, roll)) {
+    if (lay_out_plies(&p, nets, ply, roll)) {
         struct api_text text = api_text_growing(arena);
         if (strcmp(format, "html") == 0)
             ply_book_write(laminate, nets, &p.shapes, p.width, p.length, &text);
