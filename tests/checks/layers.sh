@@ -74,7 +74,7 @@ only() {
 }
 
 only microhttpd.h 'server/http/(http|exchange|suspension|interpose)\.c'
-only sqlite3.h 'server/store/sqlite/(db|backup|log_writes)\.c' # copies need the library's own back-up
+only sqlite3.h 'server/store/sqlite/(db|backup)\.c' # copies need the library's own back-up
 only libpq-fe.h 'server/store/postgres/(pool|statement|notify|backup)\.c' # COPY is no statement of query.h
 only jansson.h 'api/json/(value|parse)\.c|server/resources/documents\.c'
 only zlib.h 'api/format/(npz|lcmsim|png)\.c|server/http/compress\.c'

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "db.h"
-#include "log_writes.h"
 #include "server/clock.h"
 #include "server/log.h"
 #include "server/metrics.h"
@@ -122,7 +121,7 @@ struct db *db_open(const char *path, int64_t busy_ms, char why[STORE_WHY_SIZE]) 
     }
     int flags =
         SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
-    int code = log_writes_open(path, &db->handle, flags);
+    int code = sqlite3_open_v2(path, &db->handle, flags, NULL);
     if (code == SQLITE_OK)
         code = sqlite3_db_config(db->handle, SQLITE_DBCONFIG_MAINDBNAME, "draped");
     if (code == SQLITE_OK) {
