@@ -93,7 +93,7 @@ static bool take_inherited(struct config *config) {
     if (getsockname(config->inherited, address, &length) != 0 ||
         getnameinfo(address, length, host, sizeof host, port, sizeof port,
                     NI_NUMERICHOST | NI_NUMERICSERV) != 0)
-        return config_report("the address of the socket that was handed over cannot be read");
+        return config_report("the address of the inherited socket cannot be read");
     snprintf(config->listen_name, sizeof config->listen_name,
              address->sa_family == AF_INET6 ? "[%s]:%s" : "%s:%s", host, port);
     config->listen = config->listen_name;
@@ -112,7 +112,7 @@ static bool is_store(const char *text) {
 
 static bool check_store(const struct config *config) {
     return is_store(config->store) ||
-           config_report("--store: it is neither sqlite:PATH, a path with a slash, nor "
+           config_report("--store: give sqlite:PATH, a path with a slash, or "
                          "postgresql://USER@HOST/DATABASE");
 }
 
@@ -138,16 +138,14 @@ static void derive_defaults(struct config *config) {
 static bool check_config(struct config *config) {
     derive_defaults(config);
     if (config->retention_jobs < config->retention)
-        return config_report(
-            "--retention-jobs: %lld hours are less than those of --retention, %lld",
-            (long long)config->retention_jobs, (long long)config->retention);
+        return config_report("--retention-jobs: %lld hours are less than --retention, %lld",
+                             (long long)config->retention_jobs, (long long)config->retention);
     if (!take_inherited(config) || !parse_listen(config))
         return false;
     if (!config->loopback && !config->allow_anonymous && !config->tokens[0])
         return config_report(
-            "--listen: %s can be reached from other machines, and callers would not be "
-            "authenticated: give --tokens, or --allow-anonymous to accept every "
-            "caller",
+            "--listen: %s can be reached from other machines: give --tokens to authenticate "
+            "callers, or --allow-anonymous to accept everybody",
             config->listen);
     if (config->tokens[0]) {
         char why[TOKENS_WHY_SIZE];
@@ -158,20 +156,20 @@ static bool check_config(struct config *config) {
     }
     if (!origin_are_names(config->public_name))
         return config_report(
-            "--public-name: '%s' is no list of names without ports, split by commas",
+            "--public-name: '%s' is not a list of host names, separated by commas, without ports",
             config->public_name);
     if (!owner_are_addresses(config->trusted_proxy))
-        return config_report("--trusted-proxy: '%s' is no list of addresses, split by commas",
-                             config->trusted_proxy);
-    if (!origin_are_origins(config->cors_origin))
         return config_report(
-            "--cors-origin: '%s' is no list of origins, such as https://example.com "
-            "without a path, split by commas",
-            config->cors_origin);
+            "--trusted-proxy: '%s' is not a list of addresses, separated by commas",
+            config->trusted_proxy);
+    if (!origin_are_origins(config->cors_origin))
+        return config_report("--cors-origin: '%s' is not a list of origins, separated by commas; "
+                             "an origin is such as "
+                             "https://example.com, without a path",
+                             config->cors_origin);
     if (config->max_body > config->max_bodies || config->max_mesh > config->max_bodies)
         return config_report(
-            "--max-bodies: %lld bytes are less than those of --%s, so that one such "
-            "body would never be received",
+            "--max-bodies: %lld bytes are less than --%s: such a body could never be received",
             (long long)config->max_bodies,
             config->max_body > config->max_bodies ? "max-body" : "max-mesh");
     if (!config->data[0])
@@ -179,7 +177,7 @@ static bool check_config(struct config *config) {
     /* A variable that a secret leaves empty would make a database of its own of each host. */
     if (config->role != CONFIG_ROLE_ALL && !config->store[0] && getenv("DRAPED_STORE"))
         return config_report(
-            "DRAPED_STORE is empty: with --role api or worker it names the database "
+            "DRAPED_STORE is empty: with --role api or worker set it to the database "
             "that the hosts share");
     return check_store(config);
 }
@@ -195,16 +193,14 @@ void config_help(FILE *out) {
     flags_help(out);
     fprintf(out, "  --%-*s%s\n", FLAGS_HELP_COLUMN - 4, "check-config", "check the flags and stop");
     fprintf(out, "  --%-*s%s\n", FLAGS_HELP_COLUMN - 4, "healthcheck",
-            "ask the daemon that listens there; exit 0 if it is well");
+            "ask the daemon that listens at --listen; exit 0 if it is well");
     fprintf(out, "  --%-*s%s\n", FLAGS_HELP_COLUMN - 4, "version", "print the version and stop");
     fprintf(out, "  --%-*s%s\n", FLAGS_HELP_COLUMN - 4, "help", "print this and stop");
-    fputs(
-        "\nWith --tokens every call needs 'Authorization: Bearer TOKEN', but for the page, "
-        "/healthz,\n"
-        "/readyz, /version, /v1/openapi.json and /v1/limits. read sees the drapes and surfaces of\n"
-        "its name; write also makes and deletes them; admin does so with all, and sees /metrics,\n"
-        "as every token does from this machine.\n",
-        out);
+    fputs("\nWith --tokens every call needs 'Authorization: Bearer TOKEN', except for the page,\n"
+          "/healthz, /readyz, /version, /v1/openapi.json and /v1/limits. The role read sees the\n"
+          "drapes and surfaces of its name; write also makes and deletes them; admin does so with\n"
+          "those of everybody, and sees /metrics, as every token does from this machine.\n",
+          out);
 }
 
 /* --help and its like, wherever they stand. */

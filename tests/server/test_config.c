@@ -204,18 +204,18 @@ static void test_config_keeps_strangers_out(void **state) {
         assert_false(config.loopback);
     }
     expect_bad("--tokens", "/nowhere", "/nowhere cannot be read: No such file");
-    expect_bad("--store", "mysql://u:p@h/d", "neither sqlite:PATH");
+    expect_bad("--store", "mysql://u:p@h/d", "give sqlite:PATH");
     assert_null(strstr(err.text, "u:p"));
-    expect_bad("--store", "host=db user=u password=secret", "neither sqlite:PATH");
+    expect_bad("--store", "host=db user=u password=secret", "give sqlite:PATH");
     assert_null(strstr(err.text, "secret"));
-    expect_bad("--store", "password = secret", "neither sqlite:PATH");
+    expect_bad("--store", "password = secret", "give sqlite:PATH");
     assert_int_equal(parse(&config, "--store", "./a=b.db", NULL, NULL), CONFIG_RUN);
     assert_int_equal(parse(&config, "--store", "sqlite:a.db", NULL, NULL), CONFIG_RUN);
     static const char *const stores[] = {"abc", "sqlite:", "a.db",
                                          "dbname=d host=/run password=secret",
                                          "POSTGRESQL://u:secret@h/d"};
     for (size_t k = 0; k < sizeof stores / sizeof *stores; k++) {
-        expect_bad("--store", stores[k], "neither sqlite:PATH");
+        expect_bad("--store", stores[k], "give sqlite:PATH");
         assert_null(strstr(err.text, "secret"));
     }
     expect_bad("postgresql://u:secret@h/d", NULL, "not a flag");
@@ -257,8 +257,8 @@ static void test_config_refuses_what_cannot_be(void **state) {
         CONFIG_RUN);
     assert_int_equal(parse(&config, "--cors-origin", "*", NULL, NULL), CONFIG_RUN);
     expect_bad("--max-bodies", "1K", "--max-bodies");
-    expect_bad("--max-body=900M", "--max-bodies=899M", "than those of --max-body");
-    expect_bad("--max-mesh=900M", "--max-bodies=899M", "than those of --max-mesh");
+    expect_bad("--max-body=900M", "--max-bodies=899M", "than --max-body");
+    expect_bad("--max-mesh=900M", "--max-bodies=899M", "than --max-mesh");
     expect_bad("--retention-jobs=9", "--retention=10", "--retention-jobs");
     assert_int_equal(parse(&config, "--retention-jobs=10", "--retention=10", NULL, NULL),
                      CONFIG_RUN);
