@@ -73,8 +73,8 @@ static void decode_boundary(const struct json_value *json, const struct api_surf
     } else {
         struct api_surface loops = {.kind = API_SURFACE_NURBS};
         if (surface->kind != API_SURFACE_NURBS && surface->kind != API_SURFACE_NAMED)
-            value_fault(&trims, "are in the parameters of one NURBS surface, and this is not one: "
-                                "give a polygon");
+            value_fault(&trims, "need a part of one NURBS surface, since they are in its "
+                                "parameters: give a polygon");
         if (decode_trims(&trims, &loops) && loops.trim_count == 0)
             value_fault(&trims, "must have at least one loop");
         boundary->trims = loops.trims;
@@ -171,8 +171,8 @@ static void decode_plies(const struct json_value *list, const struct api_request
     laminate->count = value_length(list);
     if (laminate->count > LAMINATE_PLIES_MAX) {
         value_fault(list,
-                    "has %zu plies, and %d are allowed: take \"repeat\" for equal ones on "
-                    "each other",
+                    "has %zu plies, and %d are allowed: use \"repeat\" for equal plies on each "
+                    "other",
                     laminate->count, LAMINATE_PLIES_MAX);
         laminate->count = 0;
         return;

@@ -279,8 +279,8 @@ static void warn_of_boundaries(struct mapping *m) {
         return;
     map_warn(m->at.map,
              "the boundary of ply %zu (\"%.40s\") lies up to %.3g %s off its cloth, and %zu "
-             "of %zu more than twice the spacing: where it was projected to may not be meant; "
-             "give more points of it",
+             "of %zu more than twice the spacing: its projection may not be what you mean; give "
+             "more points of it",
              worst + 1, laminate->plies[worst].name, m->at.away[worst],
              m->at.map->fields.unit->name, far, laminate->count);
 }
@@ -289,14 +289,13 @@ static void warn_of_distance(struct mapping *m) {
     size_t bare = m->at.target->elements ? map_stack_bare(&m->at.map->stack) : 0;
     if (m->far > m->at.count / 2) {
         map_warn(m->at.map,
-                 "%zu of %zu places lie further from the plies than their spacing and "
-                 "thickness, up to %.3g %s: are they in the laminate's length unit and "
-                 "position?",
+                 "%zu of %zu points are further from the plies than their spacing and thickness, "
+                 "up to %.3g %s: check their length unit and their position",
                  m->far, m->at.count, m->farthest, m->at.map->fields.unit->name);
     } else if (bare) {
         map_warn(m->at.map,
-                 "%zu of %zu elements have no ply: the middle of %zu lies beyond all of "
-                 "them, and %zu have no area",
+                 "%zu of %zu elements have no ply: the middles of %zu lie beyond every ply, and "
+                 "%zu have no area",
                  bare, m->at.count, bare - m->at.map->stack.flat, m->at.map->stack.flat);
     }
 }

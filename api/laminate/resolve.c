@@ -186,8 +186,8 @@ static enum api_problem_id resolve_ply(struct boundary_surface *on, size_t k) {
     (void)snprintf(pointer, sizeof pointer, "/plies/%zu/boundary/trims", k);
     if (!on->shape.part.surface) {
         api_problem_add(on->problem, pointer,
-                        "are in the parameters of one NURBS surface, and this is not one: give a "
-                        "polygon");
+                        "need a part of one NURBS surface, since they are in its parameters: give "
+                        "a polygon");
         return on->problem->id;
     }
     enum status status =

@@ -390,12 +390,12 @@ static void write_starts(struct api_text *text, const struct study_request *r) {
         api_text_raw(text, "[");
         for (size_t k = 0; k < r->start_count; k++) {
             const struct study_point *p = &r->points[k];
-            bool free = p->kind == DRAPE_START_POINT;
+            bool by_point = p->kind == DRAPE_START_POINT;
             api_text_raw(text, k ? ",{" : "{");
-            if (p->on_face && !free)
+            if (p->on_face && !by_point)
                 api_text_key_integer(text, "face", p->face);
-            api_text_key(text, free ? "point" : "uv");
-            if (free)
+            api_text_key(text, by_point ? "point" : "uv");
+            if (by_point)
                 api_text_numbers(text, (const double[]){p->point.x, p->point.y, p->point.z}, 3);
             else
                 api_text_numbers(text, p->uv, 2);

@@ -96,7 +96,7 @@ enum api_problem_id sample_prepare(struct api_study *study, const struct api_lim
     if (!drape_and_store(study, settings, NULL, study->arena, stored, problem) ||
         stored->result.cells.count == 0) {
         api_problem_set_at(problem, API_INVALID_REQUEST, "/drape",
-                           "must be a drape that can be done and has cells: samples are drawn "
+                           "must be a drape that works and has cells, for samples are drawn "
                            "about it");
         return problem->id;
     }

@@ -197,7 +197,7 @@ enum api_problem_id api_study_run_task(const struct api_study *study,
     const struct drape_monitor drapes = {tell_variant, &watch};
     struct task_run run = {study, task, monitor ? &drapes : NULL, arena, sink, problem};
     if (!task_is_sound(task)) {
-        api_problem_set(problem, API_INTERNAL, "the task is none of a study's");
+        api_problem_set(problem, API_INTERNAL, "this is not a task of a study");
         return problem->id;
     }
     bool good = true;

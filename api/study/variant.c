@@ -59,7 +59,7 @@ struct study_row *study_rows(const struct api_study *study, const struct api_stu
     }
     if (good)
         return rows;
-    api_problem_set(problem, API_INTERNAL, "the numbers are none of a study's");
+    api_problem_set(problem, API_INTERNAL, "these are not numbers of a study");
     return NULL;
 }
 
