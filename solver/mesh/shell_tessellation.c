@@ -28,11 +28,10 @@ struct patch {
     double low[2], length[2]; /* of the domain, inner */
     double (*uv)[2];
     struct vec3 *r;
-    size_t count, room;
-    int32_t (*edges)[2];
-    size_t edge_count, edge_room;
-    struct boxes *boxes; /* round the pieces of its lines */
-    int32_t (*pieces)[2];
+    size_t count;
+    int32_t (*edges)[2]; /* first those of its lines, then those of seams */
+    size_t edge_count;
+    struct boxes *boxes; /* round the edges of its lines */
     double clearance;
 };
 
@@ -44,44 +43,19 @@ struct sheet {
     size_t vertex_count, vertex_room;
     int32_t (*triangles)[3];
     int32_t *faces;
-    size_t triangle_count, triangle_room, face_room;
+    size_t triangle_count, triangle_room;
     size_t most;
 };
 
-/* ---- growing arrays ---- */
-
-static bool enlarge(struct arena *arena, void **array, size_t count, size_t size, size_t *room) {
-    if (count < *room)
-        return true;
-    void *larger = arena_enlarge(arena, *array, count, size, room);
-    if (larger)
-        *array = larger;
-    return larger != NULL;
-}
-
 static int32_t add_patch_point(struct patch *p, const double uv[2], struct vec3 r) {
-    size_t rooms[2] = {p->room, p->room};
-    void *arrays[2] = {p->uv, p->r};
-    if (!enlarge(p->arena, &arrays[0], p->count, sizeof *p->uv, &rooms[0]) ||
-        !enlarge(p->arena, &arrays[1], p->count, sizeof *p->r, &rooms[1]))
-        return -1;
-    p->uv = arrays[0];
-    p->r = arrays[1];
-    p->room = rooms[0];
     memcpy(p->uv[p->count], uv, sizeof *p->uv);
     p->r[p->count] = r;
     return (int32_t)p->count++;
 }
 
-static bool add_patch_edge(struct patch *p, int32_t a, int32_t b) {
-    void *edges = p->edges;
-    if (a < 0 || b < 0 ||
-        !enlarge(p->arena, &edges, p->edge_count, sizeof *p->edges, &p->edge_room))
-        return false;
-    p->edges = edges;
+static void add_patch_edge(struct patch *p, int32_t a, int32_t b) {
     p->edges[p->edge_count][0] = a;
     p->edges[p->edge_count++][1] = b;
-    return true;
 }
 
 /* ---- lines ---- */
@@ -108,15 +82,14 @@ static enum status add_lines(struct patch *p, const struct shell_line *const *li
             }
             if (point < 0)
                 point = add_patch_point(p, uv, line->r[at]);
-            if (end && point >= 0)
+            if (end)
                 ends[end_count++] = point;
-            if (point < 0 || (at > 0 && last != point && !add_patch_edge(p, last, point)))
-                return STATUS_OUT_OF_MEMORY;
+            if (at > 0 && last != point)
+                add_patch_edge(p, last, point);
             last = point;
         }
     }
     struct box *boxes = arena_take(p->arena, p->edge_count, sizeof *boxes);
-    p->pieces = p->edges;
     for (size_t k = 0; boxes && k < p->edge_count; k++)
         boxes[k] = box_round(p->r[p->edges[k][0]], p->r[p->edges[k][1]], p->clearance);
     return boxes ? boxes_make(boxes, p->edge_count, p->arena, &p->boxes) : STATUS_OUT_OF_MEMORY;
@@ -133,8 +106,8 @@ struct near {
 static bool is_near_piece(void *context, int32_t number) {
     struct near *near = context;
     const struct patch *p = near->patch;
-    struct vec3 a = p->r[p->pieces[number][0]];
-    struct vec3 way = vec3_sub(p->r[p->pieces[number][1]], a), to = vec3_sub(near->r, a);
+    struct vec3 a = p->r[p->edges[number][0]];
+    struct vec3 way = vec3_sub(p->r[p->edges[number][1]], a), to = vec3_sub(near->r, a);
     double length2 = vec3_norm2(way);
     double share = length2 > 0 ? fmin(fmax(vec3_dot(to, way) / length2, 0), 1) : 0;
     near->found = vec3_norm(vec3_axpy(-share, way, to)) < p->clearance;
@@ -167,7 +140,7 @@ static bool has_seam(const struct patch *p, int k, double at) {
 
 /* The points of the tessellation that lie in the face and clear of its lines; those on a side of
  * the domain on both sides of a seam alike. */
-static enum status add_inner_points(struct patch *p, const struct tessellation_points *points) {
+static void add_inner_points(struct patch *p, const struct tessellation_points *points) {
     for (size_t n = 0; n < points->count; n++) {
         const double *uv = points->uv[n];
         struct near near = {.patch = p, .r = points->r[n]};
@@ -180,10 +153,9 @@ static enum status add_inner_points(struct patch *p, const struct tessellation_p
         if (seam >= 0 ? !has_seam(p, seam, uv[1 - seam]) : !patch_contains(p, uv))
             continue;
         boxes_visit(p->boxes, &box, is_near_piece, &near);
-        if (!near.found && add_patch_point(p, uv, near.r) < 0)
-            return STATUS_OUT_OF_MEMORY;
+        if (!near.found)
+            add_patch_point(p, uv, near.r);
     }
-    return STATUS_OK;
 }
 
 /* ---- seams of closed directions ---- */
@@ -217,9 +189,8 @@ static enum status add_seams(struct patch *p) {
         if (count)
             qsort(found, count, sizeof *found, compare_on_seam);
         for (size_t m = 1; m < count; m++)
-            if (has_seam(p, k, (found[m - 1].at + found[m].at) / 2) &&
-                !add_patch_edge(p, found[m - 1].point, found[m].point))
-                return STATUS_OUT_OF_MEMORY;
+            if (has_seam(p, k, (found[m - 1].at + found[m].at) / 2))
+                add_patch_edge(p, found[m - 1].point, found[m].point);
     }
     return STATUS_OK;
 }
@@ -281,28 +252,37 @@ static bool has_height(const struct patch *p, const int32_t c[3]) {
            twice > 2 * rounding * p->surface->magnitude * sqrt(longest2);
 }
 
-static bool make_room_for_vertices(struct sheet *sheet, size_t more) {
-    size_t count = sheet->vertex_count;
-    if (count + more <= sheet->vertex_room)
-        return true;
-    sheet->vertex_room = 2 * (count + more);
-    struct vec3 *vertices = arena_take(sheet->arena, sheet->vertex_room, sizeof *vertices);
-    double(*parameters)[2] = arena_take(sheet->arena, sheet->vertex_room, sizeof *parameters);
-    if (!vertices || !parameters)
-        return false;
-    if (count > 0) {
-        memcpy(vertices, sheet->vertices, count * sizeof *vertices);
-        memcpy(parameters, sheet->parameters, count * sizeof *parameters);
+/* Room for `count` things of `size` bytes, with the `used` first ones of `array`; NULL without
+ * memory. */
+static void *with_room(struct arena *arena, const void *array, size_t used, size_t count,
+                       size_t size) {
+    void *larger = arena_take(arena, count, size);
+    if (larger && used > 0)
+        memcpy(larger, array, used * size);
+    return larger;
+}
+
+/* Room for more vertices and triangles. */
+static bool enlarge_sheet(struct sheet *s, size_t vertices, size_t triangles) {
+    size_t v = s->vertex_count, t = s->triangle_count;
+    if (v + vertices > s->vertex_room) {
+        s->vertex_room = 2 * (v + vertices);
+        s->vertices = with_room(s->arena, s->vertices, v, s->vertex_room, sizeof *s->vertices);
+        s->parameters =
+            with_room(s->arena, s->parameters, v, s->vertex_room, sizeof *s->parameters);
     }
-    sheet->vertices = vertices;
-    sheet->parameters = parameters;
-    return true;
+    if (t + triangles > s->triangle_room) {
+        s->triangle_room = 2 * (t + triangles);
+        s->triangles = with_room(s->arena, s->triangles, t, s->triangle_room, sizeof *s->triangles);
+        s->faces = with_room(s->arena, s->faces, t, s->triangle_room, sizeof *s->faces);
+    }
+    return s->vertices && s->parameters && s->triangles && s->faces;
 }
 
 static enum status add_triangles(struct sheet *sheet, const struct patch *p,
                                  const struct triangulation *t, const bool *chosen) {
     size_t base = sheet->vertex_count;
-    if (!make_room_for_vertices(sheet, p->count))
+    if (!enlarge_sheet(sheet, p->count, t->count))
         return STATUS_OUT_OF_MEMORY;
     for (size_t n = 0; n < p->count; n++) {
         sheet->vertices[base + n] = p->r[n];
@@ -314,14 +294,6 @@ static enum status add_triangles(struct sheet *sheet, const struct patch *p,
         const int32_t *c = t->corners[n];
         if (!chosen[t->region[n]] || !has_height(p, c))
             continue;
-        void *triangles = sheet->triangles, *faces = sheet->faces;
-        if (!enlarge(sheet->arena, &triangles, sheet->triangle_count, sizeof *sheet->triangles,
-                     &sheet->triangle_room) ||
-            !enlarge(sheet->arena, &faces, sheet->triangle_count, sizeof *sheet->faces,
-                     &sheet->face_room))
-            return STATUS_OUT_OF_MEMORY;
-        sheet->triangles = triangles;
-        sheet->faces = faces;
         sheet->faces[sheet->triangle_count] = p->surface->face;
         int32_t *to = sheet->triangles[sheet->triangle_count++];
         for (int k = 0; k < 3; k++)
@@ -346,12 +318,22 @@ static enum status add_face_triangles(struct sheet *sheet, const struct shell *s
         p.length[k] = surface_axis_upper(&p.surface->axis[k]) - p.low[k];
     }
     enum status status = tessellation_points(p.surface, size, sheet->most, scratch, &points);
-    if (status == STATUS_OK)
-        status = add_lines(&p, lines, line_count);
-    if (status == STATUS_OK)
-        status = add_inner_points(&p, &points);
-    if (status == STATUS_OK)
+    if (status != STATUS_OK)
+        return status;
+    size_t on_lines = 0;
+    for (size_t k = 0; k < line_count; k++)
+        on_lines += lines[k]->count;
+    size_t most = on_lines + points.count;
+    p.uv = arena_take(scratch, most, sizeof *p.uv);
+    p.r = arena_take(scratch, most, sizeof *p.r);
+    p.edges = arena_take(scratch, on_lines + 4 * most, sizeof *p.edges);
+    if (!p.uv || !p.r || !p.edges)
+        return STATUS_OUT_OF_MEMORY;
+    status = add_lines(&p, lines, line_count);
+    if (status == STATUS_OK) {
+        add_inner_points(&p, &points);
         status = add_seams(&p);
+    }
     if (status == STATUS_OK)
         status = to_plane(&p, &plane);
     if (status == STATUS_OK)

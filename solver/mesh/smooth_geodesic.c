@@ -70,18 +70,6 @@ static bool leads_away(const struct shot *shot, struct vec3 back, int left) {
     return left * vec3_dot(vec3_cross(shot->direction, back), shot->normal) > 0;
 }
 
-/* Both end in D's plane; that from B may have ended on the other side of a fold through D. */
-static void note_yarns(const struct mesh_smooth *smooth, const struct shot *b, const struct shot *c,
-                       struct mesh_yarns *yarns) {
-    struct vec3 from = mesh_smooth_normal(smooth, &b->end.at),
-                to = mesh_smooth_normal(smooth, &c->end.at);
-    bool same = smooth->patch[b->end.at.triangle] == smooth->patch[c->end.at.triangle];
-    yarns->start[0] = b->direction;
-    yarns->start[1] = c->direction;
-    yarns->end[0] = same ? b->end.direction : turn_over_fold(b->end.direction, from, to);
-    yarns->end[1] = c->end.direction;
-}
-
 /* Newton's method from two directions on. */
 static enum mesh_corner_end shoot_until_met(const struct mesh_smooth *smooth,
                                             const struct mesh_cell *cell, const struct vec3 back[2],
@@ -106,7 +94,15 @@ static enum mesh_corner_end shoot_until_met(const struct mesh_smooth *smooth,
             least = size;
             corner->at = c.end.at;
             corner->residual = size;
-            note_yarns(smooth, &b, &c, yarns);
+            /* both end in D's plane; b may have ended on the other side of a fold through D */
+            const struct mesh_point *at_b = &b.end.at, *at_c = &c.end.at;
+            bool same = smooth->patch[at_b->triangle] == smooth->patch[at_c->triangle];
+            yarns->start[0] = b.direction;
+            yarns->start[1] = c.direction;
+            yarns->end[0] = same ? b.end.direction
+                                 : turn_over_fold(b.end.direction, mesh_smooth_normal(smooth, at_b),
+                                                  mesh_smooth_normal(smooth, at_c));
+            yarns->end[1] = c.end.direction;
         }
         if (least > wanted && !close_gap(&b, &c, gap))
             return MESH_CORNER_COLLAPSED;

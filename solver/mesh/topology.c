@@ -74,23 +74,6 @@ static int32_t edge_end(const struct topology *g, bool by_point, int32_t edge, b
     return (a < b) == lower ? a : b;
 }
 
-/* Half-edges without a twin, sorted by the lower one of their ends (a counting sort). */
-static void sort_edges(struct topology *g, bool by_point) {
-    int32_t count = (int32_t)(3 * g->mesh->triangle_count);
-    size_t m = g->mesh->vertex_count;
-    memset(g->first, 0, (m + 1) * sizeof *g->first);
-    for (int32_t e = 0; e < count; e++)
-        if (g->mesh->twins[e] == MESH_NONE)
-            g->first[edge_end(g, by_point, e, true) + 1]++;
-    for (size_t v = 0; v < m; v++)
-        g->first[v + 1] += g->first[v];
-    for (int32_t e = 0; e < count; e++)
-        if (g->mesh->twins[e] == MESH_NONE)
-            g->edges[g->first[edge_end(g, by_point, e, true)]++] = e;
-    memmove(g->first + 1, g->first, m * sizeof *g->first);
-    g->first[0] = 0;
-}
-
 /* Half-edge `b` lies where `a`, an earlier one, does. */
 static void make_twins(struct topology *g, int32_t a, int32_t b) {
     int32_t *twins = g->mesh->twins, opposite = vertex_of(g, true, b, 2);
@@ -106,11 +89,24 @@ static void make_twins(struct topology *g, int32_t a, int32_t b) {
     twins[b] = a;
 }
 
-/* Joins the half-edges without a twin that have the same ends. */
+/* Joins the half-edges without a twin that have the same ends: sorted by the lower one of them (a
+ * counting sort), those with the same upper one meet. */
 static void join_half_edges(struct topology *g, bool by_point) {
-    sort_edges(g, by_point);
-    memset(g->seen, 0xff, g->mesh->vertex_count * sizeof *g->seen);
-    for (size_t v = 0; v < g->mesh->vertex_count; v++)
+    int32_t count = (int32_t)(3 * g->mesh->triangle_count);
+    size_t m = g->mesh->vertex_count;
+    memset(g->first, 0, (m + 1) * sizeof *g->first);
+    for (int32_t e = 0; e < count; e++)
+        if (g->mesh->twins[e] == MESH_NONE)
+            g->first[edge_end(g, by_point, e, true) + 1]++;
+    for (size_t v = 0; v < m; v++)
+        g->first[v + 1] += g->first[v];
+    for (int32_t e = 0; e < count; e++)
+        if (g->mesh->twins[e] == MESH_NONE)
+            g->edges[g->first[edge_end(g, by_point, e, true)]++] = e;
+    memmove(g->first + 1, g->first, m * sizeof *g->first);
+    g->first[0] = 0;
+    memset(g->seen, 0xff, m * sizeof *g->seen);
+    for (size_t v = 0; v < m; v++)
         for (int32_t k = g->first[v]; k < g->first[v + 1]; k++) {
             int32_t edge = g->edges[k], *seen = &g->seen[edge_end(g, by_point, edge, false)];
             if (*seen != MESH_NONE && edge_end(g, by_point, *seen, true) == (int32_t)v)

@@ -75,10 +75,6 @@ static struct vec3 start_of_half(const struct tube *o, int32_t half) {
     return mesh_corner_point(o->mesh, half / 3, half % 3);
 }
 
-static double half_length(const struct tube *o, int32_t half) {
-    return vec3_distance(start_of_half(o, half), start_of_half(o, mesh_next_half(half)));
-}
-
 static int32_t root_vertex(int32_t *parent, int32_t v) {
     while (parent[v] != v)
         v = parent[v] = parent[parent[v]];
@@ -174,13 +170,12 @@ static bool touches_border(const struct tube *o, int32_t v, int32_t border) {
     return false;
 }
 
-static bool try_vertex(struct heap *heap, double *distance, int32_t *from, int32_t v, int32_t to,
-                       double by) {
-    if (!(distance[v] + by < distance[to]))
+/* Lowers the distance of `at`, if it is greater, and has it looked at; false without memory. */
+static bool lower_distance(struct heap *heap, double *distances, int32_t at, double distance) {
+    if (!(distance < distances[at]))
         return true;
-    distance[to] = distance[v] + by;
-    from[to] = v;
-    return heap_push(heap, distance[to], to);
+    distances[at] = distance;
+    return heap_push(heap, distance, at);
 }
 
 static bool find_fence(struct tube *o, struct fence *fence) {
@@ -207,11 +202,16 @@ static bool find_fence(struct tube *o, struct fence *fence) {
             continue;
         end = touches_border(o, top.at, o->ends[1]) ? top.at : NOWHERE;
         for (int32_t k = o->first[top.at]; k < o->first[top.at + 1]; k++) {
-            int32_t h = o->around[k], back = mesh_previous_half(h);
-            if (!try_vertex(&heap, distance, from, top.at, o->vertex[mesh_next_half(h)],
-                            half_length(o, h)) ||
-                !try_vertex(&heap, distance, from, top.at, o->vertex[back], half_length(o, back)))
-                return false;
+            int32_t h = o->around[k];
+            const int32_t ends[2] = {mesh_next_half(h), mesh_previous_half(h)};
+            for (int n = 0; n < 2; n++) {
+                int32_t to = o->vertex[ends[n]];
+                double by = vec3_distance(start_of_half(o, h), start_of_half(o, ends[n]));
+                if (distance[top.at] + by < distance[to])
+                    from[to] = top.at;
+                if (!lower_distance(&heap, distance, to, distance[top.at] + by))
+                    return false;
+            }
         }
     }
     for (int32_t v = end; v != NOWHERE; v = from[v])
@@ -264,13 +264,6 @@ static double unfolded_distance(struct vec3 from_a, struct vec3 from_b, struct v
     return passes >= 0 && passes <= c ? sqrt(dx * dx + dy * dy) : HUGE_VAL;
 }
 
-static bool try_distance(struct tube *o, struct heap *heap, int32_t at, double distance) {
-    if (!(distance < o->distance[at]))
-        return true;
-    o->distance[at] = distance;
-    return heap_push(heap, distance, at);
-}
-
 /* The layer of the vertex where a half-edge begins, in the frame of its triangle. */
 static int32_t entry_of(const struct tube *o, int32_t half, int frame) {
     int layer = frame + o->right[half];
@@ -292,7 +285,7 @@ static bool spread_distance(struct tube *o, struct heap *heap, int32_t half, int
             distance =
                 fmin(distance, unfolded_distance(start_of_half(o, half), start_of_half(o, third),
                                                  start_of_half(o, to), own, o->distance[with]));
-        if (!try_distance(o, heap, at, distance))
+        if (!lower_distance(heap, o->distance, at, distance))
             return false;
     }
     return true;
@@ -304,8 +297,8 @@ static bool find_distances(struct tube *o, const struct mesh_point *start) {
     for (size_t k = 0; k < count; k++)
         o->distance[k] = HUGE_VAL;
     for (int32_t h = 3 * start->triangle; h < 3 * start->triangle + 3; h++)
-        if (!try_distance(o, &heap, entry_of(o, h, PASSES_MOST),
-                          vec3_distance(start_of_half(o, h), start->r)))
+        if (!lower_distance(&heap, o->distance, entry_of(o, h, PASSES_MOST),
+                            vec3_distance(start_of_half(o, h), start->r)))
             return false;
     while (heap.count > 0) {
         struct heap_entry top = heap_pop(&heap);
