@@ -24,8 +24,9 @@ bool access_allow(struct tokens *tokens, struct request *request, enum tokens_ro
         reply_header(reply, "WWW-Authenticate", "Bearer realm=\"draped\"%s",
                      token ? ", error=\"invalid_token\"" : "");
         reply_refuse(reply, API_UNAUTHORIZED,
-                     token ? "this token is not known here"
-                           : "this needs a header 'Authorization: Bearer TOKEN'");
+                     token
+                         ? "the token is unknown to this service"
+                         : "the call needs a token: send the header 'Authorization: Bearer TOKEN'");
         return false;
     }
     memcpy(request->caller, holder.name, sizeof holder.name);
@@ -35,7 +36,8 @@ bool access_allow(struct tokens *tokens, struct request *request, enum tokens_ro
         return true;
     reply_header(reply, "WWW-Authenticate",
                  "Bearer realm=\"draped\", error=\"insufficient_scope\", scope=\"%s\"", role);
-    reply_refuse(reply, API_FORBIDDEN, "this takes a token of the role %s", role);
+    reply_refuse(reply, API_FORBIDDEN,
+                 "the token's role does not allow this: use one of the role %s", role);
     return false;
 }
 

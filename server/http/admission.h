@@ -1,18 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Which connections are served. Of those that the configuration allows an owner (by the peer's
- * address: whose requests come over it is not known yet) may have as many as are left (`quotas.h`),
- * or as another has, and no more than `owner_most`. One more takes the place of an idle one of the
- * same owner; when no place is left at all, of the owner who has most, if that has more. Idle is a
- * connection on which for a moment no request has been under way and nothing has arrived, read or
- * not, and the one that has been idle longest goes. When no place is left and none is idle, the
- * owner who has most gives up the one that was heard longest ago, if it has no fewer than the new
- * one's then. Otherwise the new connection is in reserve: probes are answered on it, all else is
- * refused, and it is closed soon. The reserve has ADMISSION_RESERVE places; the connection that has
- * been idle there longest makes room for the next.
+ * Which connections are served. The configuration says how many there may be. An owner (by the
+ * peer's address: whose requests come over a connection is not known yet) may have as many as are
+ * left (`quotas.h`), or as another has, and no more than `owner_most`.
  *
- * Peers that are trusted proxies carry many owners' requests: they may have all there are, and give
- * up idle ones alone.
+ * One more closes an idle one of the same owner; when none at all are left, one of the owner who
+ * has most, if that has more. A connection is idle when for a moment no request has been under way
+ * and nothing has arrived, read or not; the one that has been idle longest is closed. When none is
+ * idle either, the owner who has most gives up the one that was heard longest ago, if it then has
+ * no fewer than the new one's. Otherwise the new connection is in reserve: probes are answered on
+ * it, all else is refused, and it is closed soon. ADMISSION_RESERVE connections may be in reserve;
+ * the one that has been idle there longest makes room for the next.
+ *
+ * Peers that are trusted proxies carry many owners' requests: they may have all connections, and
+ * give up idle ones alone.
  *
  * Any thread; the calls for one connection come one at a time.
  */
@@ -56,8 +57,8 @@ struct admissions *admissions_new(struct quotas *quotas, int64_t owner_most);
 /* Nobody may be in. NULL is allowed. */
 void admissions_free(struct admissions *admissions);
 
-/* A new, idle connection of that owner; `shared`: of a proxy. False: there is no place for it, not
- * even in reserve; it has to be closed and is not in. */
+/* A new, idle connection of that owner; `shared`: of a proxy. False: it cannot even be in
+ * reserve; it has to be closed and is not in. */
 bool admission_enter(struct admissions *admissions, struct admission_client *client,
                      const char *owner, bool shared, int socket);
 /* Before its socket is closed. */

@@ -103,10 +103,10 @@ void client_refuse_status(struct client *client, unsigned status) {
         const char *of_head, *of_body; /* NULL: the same */
     } answers[] = {
         {413, API_TOO_LARGE, "the body is too large", "a chunk of the body is too large"},
-        {414, API_TARGET_TOO_LONG, "the request line does not fit", NULL},
-        {431, API_HEADERS_TOO_LARGE, "the headers do not fit", NULL},
+        {414, API_TARGET_TOO_LONG, "the request line is too long", NULL},
+        {431, API_HEADERS_TOO_LARGE, "the headers are too long", NULL},
         {500, API_UNAVAILABLE, "there is no memory for the request now", NULL},
-        {505, API_HTTP_VERSION, "the request is of another version of HTTP", NULL},
+        {505, API_HTTP_VERSION, "the request uses another version of HTTP than 1.1 and 1.0", NULL},
         {400, API_BAD_REQUEST, "the request line or a header is malformed",
          "the chunks of the body are malformed"},
     };

@@ -52,41 +52,25 @@ void deadlines_remove(struct deadlines *deadlines, struct deadlines_client *clie
     pthread_mutex_unlock(&deadlines->lock);
 }
 
-/* `most` bounds the new time when `more` is added to the old one; without, it is the new one. */
-static bool set_due(struct deadlines *deadlines, struct deadlines_client *client, bool replying,
-                    int64_t more, int64_t most) {
+/* What comes fast earns no right to dawdle later: the time left for a body never exceeds the first
+ * one. */
+bool deadlines_turn(struct deadlines *deadlines, struct deadlines_client *client,
+                    enum deadlines_turn turn, size_t length) {
+    const int64_t now = clock_ms(), more = (int64_t)length * 1000 / DEADLINES_BODY_RATE;
+    const int64_t due[] = {[DEADLINES_IDLE] = now + DEADLINES_IDLE_MS + DEADLINES_HEAD_MS,
+                           [DEADLINES_BODY] = now + DEADLINES_BODY_MS,
+                           [DEADLINES_RECEIVED] = now + DEADLINES_BODY_MS,
+                           [DEADLINES_OURS] = INT64_MAX,
+                           [DEADLINES_REPLY] = now + DEADLINES_REPLY_MS + more};
     pthread_mutex_lock(&deadlines->lock);
     bool good = !client->cut;
+    bool added = turn == DEADLINES_RECEIVED && more && client->due + more < due[turn];
     if (good) {
-        client->replying = replying;
-        client->due = more && client->due + more < most ? client->due + more : most;
+        client->replying = turn >= DEADLINES_OURS;
+        client->due = added ? client->due + more : due[turn];
     }
     pthread_mutex_unlock(&deadlines->lock);
     return good;
-}
-
-bool deadlines_idle(struct deadlines *deadlines, struct deadlines_client *client) {
-    return set_due(deadlines, client, false, 0, clock_ms() + DEADLINES_IDLE_MS + DEADLINES_HEAD_MS);
-}
-
-bool deadlines_body(struct deadlines *deadlines, struct deadlines_client *client) {
-    return set_due(deadlines, client, false, 0, clock_ms() + DEADLINES_BODY_MS);
-}
-
-/* What comes fast earns no right to dawdle later: the time left never exceeds the first one. */
-bool deadlines_received(struct deadlines *deadlines, struct deadlines_client *client,
-                        size_t length) {
-    int64_t more = (int64_t)length * 1000 / DEADLINES_BODY_RATE;
-    return set_due(deadlines, client, false, more, clock_ms() + DEADLINES_BODY_MS);
-}
-
-bool deadlines_suspend(struct deadlines *deadlines, struct deadlines_client *client) {
-    return set_due(deadlines, client, true, 0, INT64_MAX);
-}
-
-bool deadlines_reply(struct deadlines *deadlines, struct deadlines_client *client, size_t length) {
-    int64_t due = clock_ms() + DEADLINES_REPLY_MS + (int64_t)length * 1000 / DEADLINES_BODY_RATE;
-    return set_due(deadlines, client, true, 0, due);
 }
 
 void deadlines_cut(struct deadlines *deadlines, struct deadlines_client *client) {

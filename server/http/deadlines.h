@@ -52,19 +52,19 @@ void deadlines_add(struct deadlines *deadlines, struct deadlines_client *client,
 /* Before its socket is closed. */
 void deadlines_remove(struct deadlines *deadlines, struct deadlines_client *client);
 
-/* Each of these is false when the client was cut: the request is over. */
+/* Whose turn it is, and for what. */
+enum deadlines_turn {
+    DEADLINES_IDLE,     /* the reply has been sent; another request may follow */
+    DEADLINES_BODY,     /* all headers are here, a body may come */
+    DEADLINES_RECEIVED, /* so many bytes of it have come */
+    DEADLINES_OURS,     /* for as long as it takes */
+    DEADLINES_REPLY     /* so many bytes of the reply are the client's to fetch */
+};
 
-/* The reply has been sent; another request may follow. */
-bool deadlines_idle(struct deadlines *deadlines, struct deadlines_client *client);
-/* All headers are here, a body may come. */
-bool deadlines_body(struct deadlines *deadlines, struct deadlines_client *client);
-/* So many bytes of it have come. */
-bool deadlines_received(struct deadlines *deadlines, struct deadlines_client *client,
-                        size_t length);
-/* It is our turn, for as long as it takes. */
-bool deadlines_suspend(struct deadlines *deadlines, struct deadlines_client *client);
-/* So many bytes of the reply are the client's to fetch. */
-bool deadlines_reply(struct deadlines *deadlines, struct deadlines_client *client, size_t length);
+/* `length` is of DEADLINES_RECEIVED and DEADLINES_REPLY. False when the client was cut: the request
+ * is over. */
+bool deadlines_turn(struct deadlines *deadlines, struct deadlines_client *client,
+                    enum deadlines_turn turn, size_t length);
 
 /* The last answer has been sent: the client gets a short while to read it. */
 void deadlines_cut(struct deadlines *deadlines, struct deadlines_client *client);

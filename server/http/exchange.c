@@ -72,7 +72,7 @@ static ssize_t next_bytes(void *context, uint64_t position, char *buffer, size_t
         bool fetched = exchange->ahead.bytes != NULL;
         if (!fetched && !suspension_refresh(exchange))
             return MHD_CONTENT_READER_END_WITH_ERROR;
-        deadlines_suspend(http->deadlines, deadline);
+        deadlines_turn(http->deadlines, deadline, DEADLINES_OURS, 0);
         if (!fetched && slow_calls_are_slow(http->slow_calls, SLOW_CALLS_READS)) {
             exchange->ahead.bytes = malloc(size);
             exchange->ahead.used = size;
@@ -85,7 +85,7 @@ static ssize_t next_bytes(void *context, uint64_t position, char *buffer, size_t
             fetched ? take_fetched(exchange, buffer, size) : read_stream(exchange, buffer, size);
         if (got > 0) {
             exchange->sent += got;
-            deadlines_reply(http->deadlines, deadline, (size_t)got);
+            deadlines_turn(http->deadlines, deadline, DEADLINES_REPLY, (size_t)got);
             return got;
         }
         if (got != REPLY_WAIT)
@@ -106,8 +106,8 @@ static bool send_reply(struct exchange *exchange) {
                    : reply->length     ? LARGE_BLOCK_BYTES
                                        : BLOCK_BYTES;
     origin_share(http->settings.config, exchange->request, reply);
-    if (!deadlines_reply(http->deadlines, &exchange->client->deadline,
-                         reply->streamed ? 0 : reply->length))
+    if (!deadlines_turn(http->deadlines, &exchange->client->deadline, DEADLINES_REPLY,
+                        reply->streamed ? 0 : reply->length))
         return false;
     struct MHD_Response *response =
         reply->streamed
@@ -163,16 +163,17 @@ static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const
 static void refuse_quota(struct reply *reply, const char *what, int64_t wants, const char *flag,
                          int64_t most, const char *all) {
     if (wants > most)
-        reply_refuse_for(reply, 1, API_QUOTA, "you have as many %s as one owner may: %lld (--%s)",
-                         what, (long long)most, flag);
+        reply_refuse_for(reply, 1, API_QUOTA,
+                         "you have as many %s as one owner may have: %lld (--%s)", what,
+                         (long long)most, flag);
     else
         reply_refuse_for(reply, 1, API_QUOTA,
-                         "you have as many %s as are left for all others (--%s)", what, all);
+                         "you have as many %s as are left for everybody else (--%s)", what, all);
 }
 
 static void refuse_bodies(struct reply *reply) {
     reply_refuse_for(reply, 1, API_UNAVAILABLE,
-                     "too many bodies are being received at the moment (--max-bodies)");
+                     "too many bodies are being received now (--max-bodies): try again");
 }
 
 bool http_take_stream(struct request *request, struct reply *reply) {
@@ -213,11 +214,11 @@ static bool check_request_head(struct exchange *exchange) {
                      "owner-connections", config->owner_connections, "max-connections");
     } else if (good && reserved) {
         reply_refuse_for(reply, 1, API_UNAVAILABLE,
-                         "all connections are taken (--max-connections)");
+                         "all connections are in use (--max-connections): try again");
     } else if (good && has_body && coding && strcasecmp(coding, "identity") != 0) {
         reply_header(reply, "Accept-Encoding", "identity");
         reply_refuse(reply, API_UNSUPPORTED_MEDIA_TYPE,
-                     "a request's body is taken as it is, without Content-Encoding");
+                     "the body must be sent without Content-Encoding");
     } else if (good && large) {
         reply_refuse(reply, API_TOO_LARGE, "the body is over the limit of %lld bytes (--%s)",
                      (long long)request->limit.bytes, request->limit.flag);
@@ -246,7 +247,7 @@ static bool begin_exchange(struct exchange *exchange, const char *method, const 
     owner_of_request(config->trusted_proxy, peer, request, request->owner);
     request->local = owner_is_local(peer, request);
     admission_busy(exchange->http->admissions, &exchange->client->admission, true);
-    if (!deadlines_body(exchange->http->deadlines, &exchange->client->deadline))
+    if (!deadlines_turn(exchange->http->deadlines, &exchange->client->deadline, DEADLINES_BODY, 0))
         return false;
     if (!check_request_head(exchange))
         return true;
@@ -266,7 +267,8 @@ static bool receive_body(struct exchange *exchange, const char *bytes, size_t le
     struct quotas *quotas = exchange->http->quotas;
     int64_t most = exchange->http->settings.config->owner_bodies, more = (int64_t)length;
     exchange->received += more;
-    if (!deadlines_received(exchange->http->deadlines, &exchange->client->deadline, length))
+    if (!deadlines_turn(exchange->http->deadlines, &exchange->client->deadline, DEADLINES_RECEIVED,
+                        length))
         return false;
     if (exchange->received > limit->bytes) {
         char detail[64];
@@ -297,7 +299,7 @@ static bool answer_request(struct exchange *exchange) {
     if (!exchange->complete && !exchange->reply.status && !request_complete_body(exchange->request))
         reply_no_memory(&exchange->reply);
     exchange->complete = true;
-    if (!deadlines_suspend(exchange->http->deadlines, &exchange->client->deadline))
+    if (!deadlines_turn(exchange->http->deadlines, &exchange->client->deadline, DEADLINES_OURS, 0))
         return false;
     while (!exchange->reply.status) {
         if (!suspension_refresh(exchange))

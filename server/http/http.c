@@ -82,7 +82,7 @@ static void request_ends(void *context, struct MHD_Connection *connection, void 
     if (exchange->unread && code == MHD_REQUEST_TERMINATED_COMPLETED_OK)
         lingering_close_add(http->linger, exchange->client->deadline.socket);
     struct client *client = exchange->client;
-    deadlines_idle(http->deadlines, &client->deadline);
+    deadlines_turn(http->deadlines, &client->deadline, DEADLINES_IDLE, 0);
     exchange_end(exchange);
     client_ended(client);
 }

@@ -102,7 +102,7 @@ bool origin_allows_host(const struct config *config, const struct request *reque
         is_own_address(config, host))
         return true;
     reply_refuse(reply, API_FORBIDDEN,
-                 "the host '%.*s' is no name of this service; --public-name sets them",
+                 "the host '%.*s' is not a name of this service: --public-name sets its names",
                  host.length < 64 ? (int)host.length : 64, host.text);
     return false;
 }

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What each owner holds of what the front has for all: connections, places to wait, bytes of
- * bodies. Of each kind there is a limit, of which an owner may have as much as is left
- * (`server/share.h`), and no more than a bound of its own. An owner is there as long as it holds
- * something. Any thread.
+ * What each owner holds of what the front has for all: connections, waiting calls, bytes of bodies.
+ * Each kind has a limit, of which an owner may have as much as is left (`server/share.h`), and no
+ * more than a bound of its own. An owner is known as long as it holds something. Any thread.
  */
 #ifndef SERVER_HTTP_QUOTAS_H
 #define SERVER_HTTP_QUOTAS_H

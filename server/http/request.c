@@ -31,7 +31,7 @@ static void decode_in_place(struct request *request, char *text, bool plus_is_sp
             c = -1;
         }
         if (c < 0) {
-            set_fault(request, "the target has a control character or a stray %");
+            set_fault(request, "the target has a control character, or a % that is no escape");
             return;
         }
         *out++ = (char)c;

@@ -112,7 +112,8 @@ static bool reply_part(const struct request *request, struct reply *reply, const
     if (part == NEGOTIATE_NONE) {
         stream_free(stream);
         reply_header(reply, "Content-Range", "bytes */%llu", all);
-        reply_refuse(reply, API_RANGE, "there are %llu bytes", all);
+        reply_refuse(reply, API_RANGE, "the range begins beyond the document, which has %llu bytes",
+                     all);
         return true;
     }
     stream->skip = range.first;

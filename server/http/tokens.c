@@ -146,7 +146,7 @@ static bool load_tokens(const char *path, struct table *table, char why[TOKENS_W
     if (good && ferror(file))
         good = explain_tokens(why, "%.128s cannot be read: %s", path, strerror(errno));
     else if (good && table->count == 0)
-        good = explain_tokens(why, "%.128s has no token: nobody could call", path);
+        good = explain_tokens(why, "%.128s has no token, so that nobody could call", path);
     fclose(file);
     if (!good)
         free(table->entries);

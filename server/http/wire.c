@@ -186,7 +186,8 @@ static bool version_byte(struct wire *wire, unsigned char c) {
     if (at < sizeof version - 1 && c == (unsigned char)version[at])
         return true;
     if (at == 5 && c >= '0' && c <= '9')
-        return refuse_bytes(wire, API_HTTP_VERSION, "the request is of another version of HTTP");
+        return refuse_bytes(wire, API_HTTP_VERSION,
+                            "the request uses another version of HTTP than 1.1 and 1.0");
     return malformed(wire, "the request line does not end with HTTP/1.1 or HTTP/1.0");
 }
 
@@ -206,7 +207,8 @@ static bool line_byte(struct wire *wire, unsigned char c) {
             return go(wire, TARGET_FIRST);
         }
         keep_byte(wire, c);
-        return in_set(token_set, c) || malformed(wire, "the method is no token");
+        return in_set(token_set, c) ||
+               malformed(wire, "the method has a character that is not allowed there");
     case TARGET_FIRST:
         if (c == '/')
             return go(wire, TARGET);
@@ -247,11 +249,11 @@ static enum field field_named(const struct wire *wire) {
 static bool read_content_length(struct wire *wire) {
     bool huge = false;
     if (!wire->text_length || wire->text_cut)
-        return malformed(wire, "Content-Length is no number");
+        return malformed(wire, "Content-Length is not a number");
     for (size_t k = 0; k < wire->text_length; k++) {
         unsigned digit = (unsigned char)wire->text[k] - '0';
         if (digit > 9)
-            return malformed(wire, "Content-Length is no number");
+            return malformed(wire, "Content-Length is not a number");
         huge = huge || wire->left > ((uint64_t)INT64_MAX - digit) / 10;
         wire->left = huge ? 0 : wire->left * 10 + digit;
     }
@@ -288,13 +290,13 @@ static bool end_field(struct wire *wire) {
     case HOST:
         if (wire->text_length &&
             (wire->text_cut || !wire_is_authority(wire->text, wire->text_length)))
-            return malformed(wire, "Host is no name or address with an optional port");
+            return malformed(wire, "Host is not a name or address with an optional port");
         break;
     case CONTENT_LENGTH:
         return read_content_length(wire);
     case TRANSFER_ENCODING:
         wire->chunked = wire->text_length == 7 && !strncasecmp(wire->text, "chunked", 7);
-        return wire->chunked || malformed(wire, "the only transfer coding here is chunked");
+        return wire->chunked || malformed(wire, "Transfer-Encoding must be chunked");
     case CONNECTION:
         wire->close_token = wire->close_token || has_token(wire, "close");
         wire->keep_token = wire->keep_token || has_token(wire, "keep-alive");
@@ -421,7 +423,7 @@ static bool size_byte(struct wire *wire, unsigned char c) {
         return go(wire, CHUNK_LF);
     if (wire->state == CHUNK_SIZE && c == ';')
         return go(wire, EXTENSION_FIRST);
-    return malformed(wire, "a chunk's size is no hexadecimal number");
+    return malformed(wire, "a chunk's size is not a hexadecimal number");
 }
 
 static bool chunk_byte(struct wire *wire, unsigned char c) {
@@ -455,9 +457,10 @@ static bool check_byte(struct wire *wire, unsigned char c) {
         return chunk_byte(wire, c);
     if (wire->state > EMPTY_LF && wire->head++ >= (trailers ? WIRE_TRAILER_BYTES : WIRE_HEAD_BYTES))
         return wire->state < FIELD_FIRST
-                   ? refuse_bytes(wire, API_TARGET_TOO_LONG, "the request line does not fit")
+                   ? refuse_bytes(wire, API_TARGET_TOO_LONG, "the request line is too long")
                    : refuse_bytes(wire, API_HEADERS_TOO_LARGE,
-                                  trailers ? "the trailers do not fit" : "the headers do not fit");
+                                  trailers ? "the trailers are too long"
+                                           : "the headers are too long");
     return wire->state < FIELD_FIRST ? line_byte(wire, c) : field_byte(wire, c);
 }
 

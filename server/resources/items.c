@@ -20,8 +20,10 @@ static const struct {
     [STORE_MATERIALS] = {"materials", "there is no material of this name"},
 };
 
-enum store_answer items_find(struct call *call, enum store_item_kind kind, const char *name,
-                             struct store_item *item) {
+/* The item of that kind that the caller keeps under that name, or, for callers who see that, others
+ * do. STORE_EMPTY as well for a name that none can have. To be cleared in any case. */
+static enum store_answer find_item(struct call *call, enum store_item_kind kind, const char *name,
+                                   struct store_item *item) {
     struct store *store = call->services->store;
     const bool material = kind == STORE_MATERIALS;
     *item = (struct store_item){0};
@@ -42,7 +44,7 @@ static enum http_next item_failed(struct call *call, enum store_answer answer) {
         reply_refuse(call->reply, API_NOT_FOUND, "%s", kinds[call->item].missing);
     else if (answer == STORE_CONFLICT)
         reply_refuse(call->reply, API_CONFLICT,
-                     "a drape, study or laminate that has not ended needs it");
+                     "a drape, study or laminate that has not ended needs it: cancel that, or wait for its end");
     else
         call_store_failed(call, answer);
     return HTTP_DONE;
@@ -80,10 +82,10 @@ bool items_check_file(struct call *call) {
                      "?unit= takes m, mm, cm, um, in and ft, and not '%.64s'", unit);
     else if (unit && !source)
         reply_refuse(call->reply, API_INVALID_REQUEST,
-                     "?unit= is for files that state none; a JSON surface has \"length_unit\"");
+                     "?unit= is for files that state no unit: in JSON use \"length_unit\"");
     else if (source && request_header(request, "Origin") && form)
         reply_refuse(call->reply, API_UNSUPPORTED_MEDIA_TYPE,
-                     "from a page the Content-Type must be '%s'", source->media_type);
+                     "from a web page the Content-Type must be '%s'", source->media_type);
     else if (source && source->cad && !document_pool_can_import())
         reply_refuse(call->reply, API_UNSUPPORTED_MEDIA_TYPE,
                      "STEP and IGES files need the importer, which is not installed: "
@@ -110,7 +112,7 @@ static void store_checked_item(struct call *call, struct check *check) {
     if (!posted.definition || !posted.description)
         reply_no_memory(call->reply);
     else if (material || !call->services->tokens)
-        answer = items_find(call, call->item, name, &there);
+        answer = find_item(call, call->item, name, &there);
     bool same =
         !material || (there.definition_length == posted.definition_length && there.definition &&
                       posted.definition && !memcmp(there.definition, posted.definition, split));
@@ -179,7 +181,7 @@ enum http_next items_get(struct call *call) {
         reply_literal(call->reply, 200, "application/json", material->json, material->length);
         return HTTP_DONE;
     }
-    enum store_answer answer = items_find(call, call->item, call->request->parameter, &item);
+    enum store_answer answer = find_item(call, call->item, call->request->parameter, &item);
     if (answer == STORE_OK) {
         reply_text(call->reply, 200, "application/json", item.definition);
         item.definition = NULL; /* the reply has it */
@@ -213,7 +215,7 @@ char *items_collect_materials(struct call *call, char *names, size_t *length) {
     for (char *name = names, *end; stream && (end = strchr(name, '\n')); name = end + 1) {
         struct store_item item;
         *end = '\0';
-        answer = items_find(call, STORE_MATERIALS, name, &item);
+        answer = find_item(call, STORE_MATERIALS, name, &item);
         if (answer == STORE_OK)
             fputs(item.definition, stream);
         store_item_clear(&item);
@@ -240,10 +242,10 @@ static bool begin_preview(struct call *call) {
     const char *format = request_query(call->request, "format");
     struct store_item surface;
     if (format && strcmp(format, "glb")) {
-        reply_refuse(call->reply, API_NOT_ACCEPTABLE, "a preview is available as glb");
+        reply_refuse(call->reply, API_NOT_ACCEPTABLE, "a preview is available as glb only");
         return false;
     }
-    enum store_answer answer = items_find(call, STORE_SURFACES, call->request->parameter, &surface);
+    enum store_answer answer = find_item(call, STORE_SURFACES, call->request->parameter, &surface);
     if (answer == STORE_OK) {
         struct document_pool_order order = checking_order(call, CHECKER_PREVIEW);
         order.document[CHECKER_BODY] = surface.definition;

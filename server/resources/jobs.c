@@ -106,7 +106,7 @@ static bool begin_submission(struct call *call) {
         length++;
     if (key && (length == 0 || length >= STORE_KEY_SIZE || key[length])) {
         reply_refuse(call->reply, API_INVALID_REQUEST,
-                     "the Idempotency-Key must have 1 to %d characters of ASCII",
+                     "the Idempotency-Key must have 1 to %d printable ASCII characters",
                      STORE_KEY_SIZE - 1);
         return false;
     }
@@ -156,14 +156,14 @@ static void refuse_full(struct call *call, enum store_bound bound) {
     else if (bound == STORE_BOUND_OWNER_QUEUED)
         reply_refuse_for(
             reply, retry, API_QUOTA,
-            "you have as many drapes and studies waiting as one owner may: %lld (--owner-queue)",
+            "you have as many drapes and studies waiting as one owner may have: %lld (--owner-queue)",
             (long long)config->owner_queue);
     else if (bound == STORE_BOUND_SHARE)
         reply_refuse_for(reply, retry, API_QUOTA,
                          "you have as many drapes and studies waiting as there are places left "
                          "in the queue (--queue-limit)");
     else
-        reply_refuse_for(reply, retry, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
+        reply_refuse_for(reply, retry, API_QUEUE_FULL, "the queue is full (--queue-limit): try again later");
 }
 
 /* Queues what the check has passed: the body, with its materials in it. `waiting->id` is the job's
@@ -204,7 +204,7 @@ static bool submit_checked(struct call *call, const struct api_check *check) {
         memcpy(call->request->drape, receipt.id, sizeof receipt.id);
     } else if (answer == STORE_CONFLICT) {
         reply_refuse(reply, API_IDEMPOTENCY_MISMATCH,
-                     "this Idempotency-Key came with another body before");
+                     "the Idempotency-Key was used with another body before: choose a new key");
     } else if (answer == STORE_FULL) {
         refuse_full(call, receipt.full);
     } else if (answer == STORE_EMPTY) { /* deleted since it was read */

@@ -40,19 +40,15 @@ void queue_rate_sample(struct store *store) {
     pthread_mutex_unlock(&queue_rate.lock);
 }
 
-int queue_rate_estimate(int64_t queue, int64_t ended, int64_t ms) {
+int queue_rate_retry_seconds(int64_t queue) {
     int64_t wanted = queue / SHARE > 1 ? queue / SHARE : 1;
+    pthread_mutex_lock(&queue_rate.lock);
+    int64_t ended = queue_rate.latest.ended - queue_rate.base.ended;
+    int64_t ms = queue_rate.latest.at_ms - queue_rate.base.at_ms;
+    pthread_mutex_unlock(&queue_rate.lock);
     if (ms <= 0 || ended < 0) /* retention may remove more than ends */
         return QUEUE_RATE_UNKNOWN_SECONDS;
     double seconds =
         ended ? (double)wanted * (double)ms / 1000 / (double)ended : QUEUE_RATE_MAX_SECONDS;
     return seconds >= QUEUE_RATE_MAX_SECONDS ? QUEUE_RATE_MAX_SECONDS : (int)seconds + 1;
-}
-
-int queue_rate_retry_seconds(int64_t queue) {
-    pthread_mutex_lock(&queue_rate.lock);
-    int64_t ended = queue_rate.latest.ended - queue_rate.base.ended;
-    int64_t ms = queue_rate.latest.at_ms - queue_rate.base.at_ms;
-    pthread_mutex_unlock(&queue_rate.lock);
-    return queue_rate_estimate(queue, ended, ms);
 }

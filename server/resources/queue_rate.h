@@ -15,7 +15,4 @@ void queue_rate_sample(struct store *store);
  * least one job) has been worked off, so that callers that come back find room. */
 int queue_rate_retry_seconds(int64_t queue);
 
-/* The same by numbers alone: `ended` jobs in `ms`. */
-int queue_rate_estimate(int64_t queue, int64_t ended, int64_t ms);
-
 #endif

@@ -177,7 +177,7 @@ bool results_ready(struct call *call, const struct store_job *job) {
         char *text = documents_job_problem(job, call->request->id, &status);
         reply_text(reply, status, "application/problem+json", text);
     } else if (job->status == STORE_CANCELLED) {
-        reply_refuse(reply, API_CANCELLED, "the %s was cancelled: no result",
+        reply_refuse(reply, API_CANCELLED, "the %s was cancelled and has no result",
                      store_kind_name(job->kind));
     } else if (job->expired) {
         reply_refuse(reply, API_GONE,

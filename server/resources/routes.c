@@ -166,10 +166,10 @@ static void refuse_route(struct call *call, const char *allow) {
     if (options && (*allow || !strcmp(call->request->target, "*")))
         reply_empty(call->reply, 204);
     else if (*allow)
-        reply_refuse(call->reply, API_METHOD_NOT_ALLOWED, "this path takes %s", allow);
+        reply_refuse(call->reply, API_METHOD_NOT_ALLOWED, "the path takes only %s", allow);
     else
         reply_refuse(call->reply, API_NOT_FOUND,
-                     "there is nothing at this path; GET /v1/openapi.json lists what there is");
+                     "there is nothing at this path: GET /v1/openapi.json lists all paths");
 }
 
 /* Whether the path knows the parameters of the query, and each is there once. */
@@ -184,8 +184,8 @@ static bool check_query(struct call *call) {
         if (*known && request_query(request, name) == request->query[k].value)
             continue;
         reply_refuse(call->reply, API_INVALID_REQUEST,
-                     *known ? "the query parameter '%.64s' is there more than once"
-                            : "this path has no query parameter '%.64s'",
+                     *known ? "the query parameter '%.64s' is given more than once"
+                            : "the path has no query parameter '%.64s'",
                      name);
         return false;
     }

@@ -72,6 +72,6 @@ enum http_next viewer_file(struct call *call) {
         reply_file(call->request, file, "public, max-age=31536000, immutable", call->reply);
     else
         reply_refuse(call->reply, API_NOT_FOUND,
-                     "the page has no such file, or is of another version: load / again");
+                     "the page has no such file, or has another version: load / again");
     return HTTP_DONE;
 }

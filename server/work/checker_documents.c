@@ -68,7 +68,7 @@ enum api_problem_id checker_task_variant(const struct checker_task *task,
     struct arena *arena = arena_new(order->limits.max_memory);
     struct api_study *study = arena ? api_study_open(&input, &order->limits, problem) : NULL;
     if (!arena)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the variant");
+        api_problem_set(problem, API_OUT_OF_MEMORY, "there is no memory for the variant");
     else if (study)
         (void)!api_study_variant_request(study, &reader, (size_t)order->variant, arena, sink,
                                          problem);
@@ -111,15 +111,7 @@ static enum api_problem_id drape_variant(const struct checker_task *task,
     return without_room(&container, problem);
 }
 
-/* ---- maps and samples ---- */
-
-/* The drape, or the variant of a study: so cases can be told apart. */
-static const char *subject_of(const struct checker_order *order, char id[FORMAT_ID_SIZE]) {
-    if (order->kind != CHECKER_SAMPLE && order->kind != CHECKER_SAMPLE_MAP)
-        return order->id;
-    (void)snprintf(id, FORMAT_ID_SIZE, "%s/variants/%" PRIu64, order->id, order->variant);
-    return id;
-}
+/* ---- maps, samples and reports ---- */
 
 /* Of a drape, of a variant or of a laminate. */
 static enum api_problem_id fill_map(const struct checker_task *task, struct map_target *mesh,
@@ -142,92 +134,95 @@ static enum api_problem_id fill_map(const struct checker_task *task, struct map_
     return api_map_make(&reader, mesh, monitor, arena, map, problem);
 }
 
-void checker_task_map(struct checker_task *task, struct api_problem *problem) {
+/* The source of a map: the drape's, the variant's or the laminate's fields on the mesh of the body.
+ */
+static bool make_map(const struct checker_task *task, const struct format *format,
+                     const struct drape_monitor *monitor, struct arena *arena,
+                     struct format_options *options, struct format_source *source,
+                     struct api_problem *problem) {
     static struct api_map map;
     const struct checker_order *order = &task->order;
-    const struct drape_monitor monitor = {in_time, task};
-    const struct format *format = format_named(FORMAT_MAP, order->format);
     const char *body = task->document[CHECKER_BODY];
     size_t length = order->length[CHECKER_BODY];
-    char id[FORMAT_ID_SIZE];
-    struct format_options options = {0};
     struct map_target mesh;
-    struct arena *arena = arena_new(order->limits.max_memory);
-    bool read = arena && format &&
-                (order->nastran ? map_target_nastran(body, length, arena, &mesh, problem)
-                                : map_target_json(body, length, arena, &mesh, problem)) == API_OK;
-    if (!arena || !format)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
-    else if (read && !mesh.elements && format->elements)
+    enum api_problem_id read = order->nastran
+                                   ? map_target_nastran(body, length, arena, &mesh, problem)
+                                   : map_target_json(body, length, arena, &mesh, problem);
+    if (read == API_OK && !mesh.elements && format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE,
                         "%s needs a mesh with elements; a map onto points is available as json, "
                         "csv",
                         format->name);
-    else if (read && take_options(task, arena, &mesh, &options, problem) &&
-             fill_map(task, &mesh, &monitor, arena, &map, problem) == API_OK)
-        write_checked_document(
-            task, format,
-            &(struct format_source){.id = subject_of(order, id), .fields = &map.fields}, &options,
-            problem);
-    arena_free(arena);
+    source->fields = &map.fields;
+    return problem->id == API_OK && take_options(task, arena, &mesh, options, problem) &&
+           fill_map(task, &mesh, monitor, arena, &map, problem) == API_OK;
 }
 
-void checker_task_sample(struct checker_task *task, struct api_problem *problem) {
-    const struct checker_order *order = &task->order;
-    const struct drape_monitor monitor = {in_time, task};
-    const struct format *format = format_named(FORMAT_RESULT, order->format);
-    char id[FORMAT_ID_SIZE];
-    struct format_options options = {0};
-    struct map_target mesh; /* no option is for it */
-    struct api_input input;
-    struct api_memory result;
-    struct arena *arena = arena_new(order->limits.max_memory);
-    if (!arena || !format) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the drape needs more memory than allowed");
-    } else if (take_options(task, arena, &mesh, &options, problem) &&
-               drape_variant(task, &monitor, arena, &input, &result, problem) == API_OK) {
-        const struct api_reader reader = api_reader_of(&result);
-        write_checked_document(
-            task, format, &(struct format_source){.id = subject_of(order, id), .reader = &reader},
-            &options, problem);
-    }
-    arena_free(arena);
-}
-
-/* ---- reports and patterns ---- */
-
-/* The second document is none of the request's: what that names of stored surfaces stays a name. */
-void checker_task_report(struct checker_task *task, struct api_problem *problem) {
+/* The source of a report: the result, and what it is of. The second document is none of the
+ * request's: what that names of stored surfaces stays a name. */
+static bool make_record(const struct checker_task *task, const struct api_reader *reader,
+                        struct arena *arena, struct format_source *source,
+                        struct api_problem *problem) {
     const struct checker_order *order = &task->order;
     const struct api_input input = {.request = task->document[CHECKER_BODY],
                                     .request_length = order->length[CHECKER_BODY]};
     const char *digest = task->document[CHECKER_SECOND];
-    const struct format *format = format_named(FORMAT_REPORT, order->format);
-    struct api_memory result = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
-    const struct api_reader reader = api_reader_of(&result);
-    struct format_options options = {0};
-    struct map_target mesh; /* no option is for it */
-    struct arena *arena = arena_new(order->limits.max_memory);
-    struct api_columns *columns = arena ? arena_alloc(arena, 1, sizeof *columns) : NULL;
-    if (!columns || !format) {
+    struct api_columns *columns = arena_alloc(arena, 1, sizeof *columns);
+    struct api_text inputs = api_text_growing(arena);
+    const struct api_sink sink = {.write = append_text, .context = &inputs};
+    if (!columns) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "the report needs more memory than allowed");
-    } else if (take_options(task, arena, &mesh, &options, problem) &&
-               api_columns_open(&reader, columns, problem) == API_OK) {
-        struct api_text inputs = api_text_growing(arena);
-        const struct api_sink sink = {.write = append_text, .context = &inputs};
-        if (api_check_normalise(&input, &order->limits, &columns->start, &sink, problem) == API_OK)
-            write_checked_document(
-                task, format,
-                &(struct format_source){.id = order->id,
-                                        .reader = &reader,
-                                        .record = {.inputs = api_text_finish(&inputs),
-                                                   .digest = digest,
-                                                   .finished = digest + strlen(digest) + 1,
-                                                   .program = "draped " DRAPED_VERSION}},
-                &options, problem);
-        else
-            (void)without_room(&inputs, problem);
+        return false;
     }
+    if (api_columns_open(reader, columns, problem) != API_OK)
+        return false;
+    if (api_check_normalise(&input, &order->limits, &columns->start, &sink, problem) != API_OK)
+        return without_room(&inputs, problem) == API_OK;
+    source->record.inputs = api_text_finish(&inputs);
+    source->record.digest = digest;
+    source->record.finished = digest + strlen(digest) + 1;
+    source->record.program = "draped " DRAPED_VERSION;
+    return true;
+}
+
+/* Of a drape, or of the variant of a study: so cases can be told apart. */
+void checker_task_document(struct checker_task *task, struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    const bool report = order->kind == CHECKER_REPORT, sample = order->kind == CHECKER_SAMPLE;
+    const bool variant = sample || order->kind == CHECKER_SAMPLE_MAP;
+    const struct drape_monitor monitor = {in_time, task};
+    const struct format *format = format_named(report   ? FORMAT_REPORT
+                                               : sample ? FORMAT_RESULT
+                                                        : FORMAT_MAP,
+                                               order->format);
+    struct api_memory result = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
+    struct format_source source = {.id = order->id};
+    struct format_options options = {0};
+    struct map_target mesh; /* of a map alone: no option of the others is for it */
+    struct api_input input;
+    char id[FORMAT_ID_SIZE];
+    struct arena *arena = arena_new(order->limits.max_memory);
+    if (!arena || !format) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the document needs more memory than allowed");
+        arena_free(arena);
+        return;
+    }
+    if (variant) {
+        (void)snprintf(id, sizeof id, "%s/variants/%" PRIu64, order->id, order->variant);
+        source.id = id;
+    }
+    bool good = report || sample
+                    ? take_options(task, arena, &mesh, &options, problem)
+                    : make_map(task, format, &monitor, arena, &options, &source, problem);
+    if (good && sample)
+        good = drape_variant(task, &monitor, arena, &input, &result, problem) == API_OK;
+    const struct api_reader reader = api_reader_of(&result);
+    if (report || sample)
+        source.reader = &reader;
+    if (good && report)
+        good = make_record(task, &reader, arena, &source, problem);
+    if (good)
+        write_checked_document(task, format, &source, &options, problem);
     arena_free(arena);
 }
 
@@ -237,7 +232,7 @@ enum api_problem_id checker_task_patterns(const struct checker_task *task,
     const struct checker_order *order = &task->order;
     struct arena *arena = arena_new(order->limits.max_memory);
     if (!arena)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the patterns");
+        api_problem_set(problem, API_OUT_OF_MEMORY, "there is no memory for the patterns");
     else
         (void)!laminate_pattern_record(
             task->document[CHECKER_SECOND], order->length[CHECKER_SECOND],

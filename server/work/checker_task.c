@@ -46,7 +46,7 @@ static enum api_problem_id check_surface_file(struct checker_task *task,
     char why[API_DETAIL_MAX] = "", *imported = NULL;
     struct arena *arena = arena_new(order->limits.max_memory);
     if (!arena) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the file");
+        api_problem_set(problem, API_OUT_OF_MEMORY, "there is no memory for the file");
     } else if (!format || (format->cad && !abilities->import)) {
         api_problem_set(problem, API_INTERNAL, "this process cannot import files");
     } else if (format->cad) {
@@ -90,7 +90,7 @@ static enum api_problem_id check_request(struct checker_task *task, struct api_i
         return check_filled(task, &input, sink);
     struct arena *arena = arena_new(order->limits.max_memory);
     if (!arena)
-        api_problem_set(&answer->problem, API_OUT_OF_MEMORY, "no memory for the request");
+        api_problem_set(&answer->problem, API_OUT_OF_MEMORY, "there is no memory for the request");
     else if (api_check_mentions(&input, own ? task->document[CHECKER_MATERIALS] : NULL, own, sink,
                                 arena, &found, &answer->problem) == API_OK &&
              !found.needs_materials) {
@@ -134,12 +134,6 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
     case CHECKER_VARIANT:
         id = checker_task_variant(task, &sink, &answer->problem);
         break;
-    case CHECKER_SAMPLE:
-        checker_task_sample(task, &answer->problem);
-        break;
-    case CHECKER_REPORT:
-        checker_task_report(task, &answer->problem);
-        break;
     case CHECKER_SURFACE:
         id = order->source[0] ? check_surface_file(task, abilities, &sink)
                               : api_check_surface(&input, &order->limits, &sink, &answer->check,
@@ -155,10 +149,12 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
         id = api_check_normalise(&input, &order->limits, start, &sink, &answer->problem);
         break;
     default:
-        checker_task_map(task, &answer->problem);
+        checker_task_document(task, &answer->problem); /* a map, a sample or a report */
     }
     if (id == API_OK && task->buffered && !flush_output(task))
         api_problem_set(&answer->problem, API_UNAVAILABLE,
                         "there is no disk space for the answer now");
+    if (answer->problem.id != API_OK)
+        memset(&answer->check, 0, sizeof answer->check); /* parts of what was not written */
     answer->processor_us = processor_us() - begun;
 }

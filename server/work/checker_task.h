@@ -31,9 +31,7 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
 /* The documents that are made of what is stored: fields on the caller's mesh, the drape of a
  * variant of a study, a report, to the output by themselves; the request of a variant and the
  * patterns of a laminate to a sink. */
-void checker_task_map(struct checker_task *task, struct api_problem *problem);
-void checker_task_sample(struct checker_task *task, struct api_problem *problem);
-void checker_task_report(struct checker_task *task, struct api_problem *problem);
+void checker_task_document(struct checker_task *task, struct api_problem *problem);
 enum api_problem_id checker_task_variant(const struct checker_task *task,
                                          const struct api_sink *sink, struct api_problem *problem);
 enum api_problem_id checker_task_patterns(const struct checker_task *task,

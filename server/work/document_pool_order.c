@@ -161,11 +161,13 @@ bool check_imports(const struct check *check) {
 
 void check_explain_quota(struct api_problem *problem, enum check_queue queue) {
     if (queue == QUEUE_SLOW)
-        api_problem_set(problem, API_QUOTA,
-                        "%d bodies of yours that take long are waiting to be read already",
-                        DOCUMENT_POOL_SLOW_MAX);
+        api_problem_set(
+            problem, API_QUOTA,
+            "%d of your bodies that take long to read are waiting already: wait for them",
+            DOCUMENT_POOL_SLOW_MAX);
     else
-        api_problem_set(problem, API_QUOTA, "%d bodies of yours are waiting to be read already",
+        api_problem_set(problem, API_QUOTA,
+                        "%d of your bodies are waiting to be read already: wait for them",
                         DOCUMENT_POOL_WAITING_MAX);
 }
 
@@ -194,7 +196,7 @@ void check_explain(struct check *check, enum check_outcome outcome) {
     else if (outcome == CHECK_QUOTA)
         check_explain_quota(problem, QUEUE_SLOW);
     else if (outcome == CHECK_CRASHED)
-        api_problem_set(problem, API_INTERNAL, "the process crashed at %s", what);
+        api_problem_set(problem, API_INTERNAL, "%s crashed", what);
     else if (late)
         api_problem_set(problem, work ? API_JOB_TIMEOUT : API_TOO_LARGE,
                         "%s took longer than %lld s%s", what, seconds,

@@ -26,17 +26,12 @@ void frame_outbox_begin(struct frame_outbox *outbox, enum frame_type type, const
     frame_outbox_add(outbox, body, length);
 }
 
-void frame_outbox_fill(struct frame_outbox *outbox, const struct frame_work *work,
-                       const struct api_input *input, const struct api_limits *limits) {
-    frame_outbox_begin(outbox, FRAME_JOB, &outbox->job, sizeof outbox->job);
-    outbox->job = (struct frame_job){.limits = *limits,
-                                     .kind = work->kind,
-                                     .careful = work->careful,
-                                     .spent_ms = work->spent_ms,
-                                     .length = work->length,
-                                     .request_length = input->request_length,
-                                     .surface_length = input->surface_length};
-    frame_outbox_add(outbox, work->bytes, work->length);
+void frame_outbox_fill(struct frame_outbox *outbox, struct frame_job *job, const void *bytes,
+                       const struct api_input *input) {
+    job->request_length = input->request_length;
+    job->surface_length = input->surface_length;
+    frame_outbox_begin(outbox, FRAME_JOB, job, sizeof *job);
+    frame_outbox_add(outbox, bytes, job->length);
     frame_outbox_add(outbox, input->request, input->request_length);
     frame_outbox_add(outbox, input->surface, input->surface_length);
 }

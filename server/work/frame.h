@@ -67,19 +67,12 @@ enum frame_kind {
     FRAME_KINDS
 };
 
-struct frame_work {
-    enum frame_kind kind;
-    bool careful;    /* of a task: PROGRESS before each variant, which it is; else not often */
-    double spent_ms; /* of a step: the time of all tasks */
-    const void *bytes;
-    size_t length;
-};
-
 struct frame_job {
     struct api_limits limits;
-    uint32_t kind, careful;
-    double spent_ms;
-    uint64_t length;
+    uint32_t kind;
+    uint32_t careful; /* of a task: PROGRESS before each variant, which it is; else not often */
+    double spent_ms;  /* of a step: the time of all tasks */
+    uint64_t length;  /* of its bytes */
     uint64_t request_length;
     uint64_t surface_length;
 };
@@ -135,7 +128,6 @@ enum frame_state frame_poll(int fd, struct frame_inbox *inbox);
 /* A frame being sent; refers to the caller's bytes and files. */
 struct frame_outbox {
     struct frame_head head;
-    struct frame_job job;                /* of a JOB */
     struct iovec parts[FRAME_PARTS_MAX]; /* what is left to send */
     size_t part_count;
     const int *files; /* go with the first byte */
@@ -150,9 +142,9 @@ void frame_outbox_begin(struct frame_outbox *outbox, enum frame_type type, const
 /* Has these bytes follow. */
 void frame_outbox_add(struct frame_outbox *outbox, const void *bytes, size_t length);
 
-/* The whole of a JOB. */
-void frame_outbox_fill(struct frame_outbox *outbox, const struct frame_work *work,
-                       const struct api_input *input, const struct api_limits *limits);
+/* The whole of a JOB, with its bytes and the documents, whose lengths it sets. */
+void frame_outbox_fill(struct frame_outbox *outbox, struct frame_job *job, const void *bytes,
+                       const struct api_input *input);
 
 /* Sends what the socket takes. FRAME_READY, FRAME_LATER or FRAME_CLOSED. */
 enum frame_state frame_push(int fd, struct frame_outbox *outbox);

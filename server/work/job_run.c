@@ -253,7 +253,7 @@ bool job_run_bound(const struct job_run_shared *shared, const struct child *chil
  * memory is the job's own budget, and beside it the program itself, the documents, and the JSON
  * tree of a body at its limits. The processor's bound is for the case that nothing watches the
  * deadline. */
-static void send_job(struct job_run *run, const struct frame_work *order,
+static void send_job(struct job_run *run, struct frame_job *job, const void *bytes,
                      const struct api_input *input) {
     const struct dispatcher_settings *settings = &run->shared->settings;
     /* a study is kept beside its task */
@@ -263,7 +263,8 @@ static void send_job(struct job_run *run, const struct frame_work *order,
     uint64_t threads = settings->limits.threads > 1 ? (uint64_t)settings->limits.threads : 1;
     uint64_t seconds = (uint64_t)(settings->job_timeout_ms / 1000 + CPU_MARGIN_SECONDS) * threads;
     struct frame_outbox outbox;
-    frame_outbox_fill(&outbox, order, input, &settings->limits);
+    job->limits = settings->limits;
+    frame_outbox_fill(&outbox, job, bytes, input);
     if (!child_bound(run->child, RLIMIT_AS, memory) ||
         !sandbox_bound_processor(run->child->pid, seconds))
         end_run(run, OUTCOME_RELEASED);
@@ -456,21 +457,22 @@ static void solve_job(struct job_run *run) {
     struct store *store = run->shared->store;
     const struct store_claim *claim = run->claim;
     bool drape = claim->kind == STORE_DRAPE, task = claim->kind == STORE_TASK;
-    struct frame_work order = {.kind = drape  ? FRAME_DRAPE
-                                       : task ? FRAME_TASK
-                                              : FRAME_STEP,
-                               .careful = task && claim->attempts > 1,
-                               .spent_ms = (double)claim->spent / 1000};
+    struct frame_job order = {.kind = drape  ? FRAME_DRAPE
+                                      : task ? FRAME_TASK
+                                             : FRAME_STEP,
+                              .careful = task && claim->attempts > 1,
+                              .spent_ms = (double)claim->spent / 1000};
     struct api_input input = {0};
     struct store_item surface = {0};
     char *request = NULL;
     void *numbers = NULL;
+    size_t length = 0;
     if (drape && claim->attempts == 1 && claim->waited_us >= 0)
         metrics_time(METRICS_QUEUE, claim->waited_us);
     enum store_answer answer =
         store_request(store, subject_of_run(run), &request, &input.request_length);
     if (answer == STORE_OK && claim->kind == STORE_STUDY)
-        answer = store_numbers(store, claim, &numbers, &order.length);
+        answer = store_numbers(store, claim, &numbers, &length);
     if (answer == STORE_OK && claim->surface[0])
         answer = store_item_get(store, STORE_SURFACES, NULL, claim->surface, &surface);
     /* None can be missing while the job is running: it was deleted. */
@@ -480,12 +482,11 @@ static void solve_job(struct job_run *run) {
         end_run(run, OUTCOME_RELEASED);
     if (answer == STORE_OK) {
         int64_t begun = clock_us();
-        order.bytes = task ? claim->task : numbers;
-        order.length = task ? claim->task_length : order.length;
+        order.length = task ? claim->task_length : length;
         input.request = request;
         input.surface = surface.definition;
         input.surface_length = surface.definition_length;
-        send_job(run, &order, &input);
+        send_job(run, &order, task ? claim->task : numbers, &input);
         receive_result(run);
         run->solved_us = clock_us() - begun;
         if (drape && run->outcome == OUTCOME_DONE)

@@ -94,7 +94,7 @@ enum api_problem_id study_task(const struct worker_order *order,
         memcpy(&task, order->bytes, sizeof task);
         (void)!api_study_run_task(study, &task, &variants, arena, sink, problem);
     } else if (study) {
-        api_problem_set(problem, API_INTERNAL, "a task of another size");
+        api_problem_set(problem, API_INTERNAL, "the task has the wrong size");
     }
     arena_free(arena);
     return problem->id;

@@ -66,7 +66,7 @@ static void test_deadlines_cut_a_late_head(void **state) {
 static void test_deadlines_give_a_long_reply_its_time(void **state) {
     struct pair *pair = *state;
     size_t length = 100 * DEADLINES_BODY_RATE; /* worth as many seconds */
-    assert_true(deadlines_reply(pair->deadlines, &pair->entry, length));
+    assert_true(deadlines_turn(pair->deadlines, &pair->entry, DEADLINES_REPLY, length));
     assert_int_equal(write(pair->server, "reply", 5), 5);
     assert_int_equal(reap_after(pair, DEADLINES_REPLY_MS + 99000), 0);
     assert_int_equal(reap_after(pair, DEADLINES_REPLY_MS + 101000), 1);
@@ -74,25 +74,25 @@ static void test_deadlines_give_a_long_reply_its_time(void **state) {
 
 static void test_deadlines_cut_a_reply_that_is_not_fetched(void **state) {
     struct pair *pair = *state;
-    assert_true(deadlines_reply(pair->deadlines, &pair->entry, 0));
+    assert_true(deadlines_turn(pair->deadlines, &pair->entry, DEADLINES_REPLY, 0));
     assert_int_equal(write(pair->server, "reply", 5), 5);
     assert_int_equal(reap_after(pair, DEADLINES_REPLY_MS - 1000), 0);
     assert_int_equal(reap_after(pair, DEADLINES_REPLY_MS + 1000), 1);
     assert_int_equal(pair->late, 0); /* no 408 in the midst of it */
-    assert_false(deadlines_reply(pair->deadlines, &pair->entry, 0));
+    assert_false(deadlines_turn(pair->deadlines, &pair->entry, DEADLINES_REPLY, 0));
 }
 
 static void test_deadlines_count_only_the_time_of_the_client(void **state) {
     struct pair *pair = *state;
     char bytes[16];
-    assert_true(deadlines_body(pair->deadlines, &pair->entry));
+    assert_true(deadlines_turn(pair->deadlines, &pair->entry, DEADLINES_BODY, 0));
     assert_int_equal(write(pair->client, "body", 4), 4);
     assert_int_equal(reap_after(pair, 100 * DEADLINES_BODY_MS), 0); /* we have not read it */
     assert_int_equal(read(pair->server, bytes, sizeof bytes), 4);
-    assert_true(deadlines_received(pair->deadlines, &pair->entry, 4));
+    assert_true(deadlines_turn(pair->deadlines, &pair->entry, DEADLINES_RECEIVED, 4));
     assert_int_equal(reap_after(pair, DEADLINES_BODY_MS - 1000), 0);
 
-    assert_true(deadlines_reply(pair->deadlines, &pair->entry, 0));
+    assert_true(deadlines_turn(pair->deadlines, &pair->entry, DEADLINES_REPLY, 0));
     assert_int_equal(reap_after(pair, 100 * DEADLINES_REPLY_MS), 0); /* nothing is there to fetch */
     assert_int_equal(write(pair->server, "reply", 5), 5);
     assert_int_equal(reap_after(pair, DEADLINES_REPLY_MS + 1000), 1);
@@ -100,9 +100,10 @@ static void test_deadlines_count_only_the_time_of_the_client(void **state) {
 
 static void test_deadlines_cut_a_body_that_drips(void **state) {
     struct pair *pair = *state;
-    assert_true(deadlines_body(pair->deadlines, &pair->entry));
-    int64_t due = pair->entry.due -= DEADLINES_BODY_MS / 2;            /* that has gone by */
-    assert_true(deadlines_received(pair->deadlines, &pair->entry, 1)); /* worth a millisecond */
+    assert_true(deadlines_turn(pair->deadlines, &pair->entry, DEADLINES_BODY, 0));
+    int64_t due = pair->entry.due -= DEADLINES_BODY_MS / 2; /* that has gone by */
+    assert_true(deadlines_turn(pair->deadlines, &pair->entry, DEADLINES_RECEIVED,
+                               1)); /* worth a millisecond */
     assert_true(pair->entry.due <= due + 1);
     assert_int_equal(deadlines_reap(pair->deadlines, due + 1), 1);
     assert_int_equal(pair->late, 1);
