@@ -150,7 +150,8 @@ bool call_choose(struct call *call, enum format_use use, struct call_choice *cho
                                      format->name);
     }
     if (!choice->format) {
-        reply_refuse(call->reply, API_NOT_ACCEPTABLE, "the format is not available: choose one of %s", names);
+        reply_refuse(call->reply, API_NOT_ACCEPTABLE,
+                     "the format is not available: choose one of %s", names);
         return false;
     }
     for (size_t k = 0; k < request->query_count; k++)

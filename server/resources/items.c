@@ -44,7 +44,8 @@ static enum http_next item_failed(struct call *call, enum store_answer answer) {
         reply_refuse(call->reply, API_NOT_FOUND, "%s", kinds[call->item].missing);
     else if (answer == STORE_CONFLICT)
         reply_refuse(call->reply, API_CONFLICT,
-                     "a drape, study or laminate that has not ended needs it: cancel that, or wait for its end");
+                     "a drape, study or laminate that has not ended needs it: cancel that, or wait "
+                     "for its end");
     else
         call_store_failed(call, answer);
     return HTTP_DONE;

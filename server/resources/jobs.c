@@ -154,16 +154,17 @@ static void refuse_full(struct call *call, enum store_bound bound) {
     if (bound == STORE_BOUND_OWNER_BYTES)
         call_bytes_full(call);
     else if (bound == STORE_BOUND_OWNER_QUEUED)
-        reply_refuse_for(
-            reply, retry, API_QUOTA,
-            "you have as many drapes and studies waiting as one owner may have: %lld (--owner-queue)",
-            (long long)config->owner_queue);
+        reply_refuse_for(reply, retry, API_QUOTA,
+                         "you have as many drapes and studies waiting as one owner may have: %lld "
+                         "(--owner-queue)",
+                         (long long)config->owner_queue);
     else if (bound == STORE_BOUND_SHARE)
         reply_refuse_for(reply, retry, API_QUOTA,
                          "you have as many drapes and studies waiting as there are places left "
                          "in the queue (--queue-limit)");
     else
-        reply_refuse_for(reply, retry, API_QUEUE_FULL, "the queue is full (--queue-limit): try again later");
+        reply_refuse_for(reply, retry, API_QUEUE_FULL,
+                         "the queue is full (--queue-limit): try again later");
 }
 
 /* Queues what the check has passed: the body, with its materials in it. `waiting->id` is the job's
