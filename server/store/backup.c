@@ -19,7 +19,8 @@ bool backup_fail(char why[STORE_WHY_SIZE], const char *format, ...) {
     return false;
 }
 
-static const struct backup_table *find(const struct backup_contents *contents, const char *name) {
+static const struct backup_table *find_table(const struct backup_contents *contents,
+                                             const char *name) {
     for (size_t k = 0; k < contents->count; k++)
         if (!strcmp(contents->tables[k].name, name))
             return &contents->tables[k];
@@ -27,7 +28,7 @@ static const struct backup_table *find(const struct backup_contents *contents, c
 }
 
 int64_t backup_rows(const struct backup_contents *contents, const char *table) {
-    const struct backup_table *found = find(contents, table);
+    const struct backup_table *found = find_table(contents, table);
     return found ? found->rows : 0;
 }
 
@@ -38,7 +39,7 @@ bool backup_same(const struct backup_contents *found, const struct backup_conten
     }
     for (size_t k = 0; k < expected->count; k++) {
         const struct backup_table *wanted = &expected->tables[k];
-        const struct backup_table *table = find(found, wanted->name);
+        const struct backup_table *table = find_table(found, wanted->name);
         if (table && table->rows == wanted->rows && !strcmp(table->checksum, wanted->checksum))
             continue;
         return backup_fail(why,
@@ -71,7 +72,7 @@ bool backup_sync(const char *path, char why[STORE_WHY_SIZE]) {
     return good;
 }
 
-static const char *path_of(const char *url) {
+static const char *sqlite_path(const char *url) {
     return strncmp(url, "sqlite:", 7) ? url : url + 7;
 }
 
@@ -79,7 +80,7 @@ bool backup_make(const char *url, const char *path, struct backup_contents *cont
                  char why[STORE_WHY_SIZE]) {
     memset(contents, 0, sizeof *contents);
     return store_url_remote(url) ? postgres_backup_make(url, path, contents, why)
-                                 : sqlite_backup_make(path_of(url), path, contents, why);
+                                 : sqlite_backup_make(sqlite_path(url), path, contents, why);
 }
 
 /* Whether the copy is of an SQLite database, by its first bytes. */
@@ -106,6 +107,7 @@ bool backup_restore(const char *url, const char *path, struct backup_contents *c
     if (sqlite && store_url_remote(url)) {
         return backup_fail(why, "%s is of an SQLite store, and this one is PostgreSQL", path);
     }
-    return store_url_remote(url) ? postgres_backup_restore(url, path, contents, kept, why)
-                                 : sqlite_backup_restore(path_of(url), path, contents, kept, why);
+    return store_url_remote(url)
+               ? postgres_backup_restore(url, path, contents, kept, why)
+               : sqlite_backup_restore(sqlite_path(url), path, contents, kept, why);
 }

@@ -49,7 +49,7 @@ void store_cache_free(struct store_cache *cache) {
     free(cache);
 }
 
-static struct entry *find(struct set *set, int64_t number, int64_t index) {
+static struct entry *find_chunk(struct set *set, int64_t number, int64_t index) {
     for (size_t way = 0; way < WAYS; way++)
         if (set->entries[way].number == number && set->entries[way].index == index)
             return &set->entries[way];
@@ -68,7 +68,7 @@ bool store_cache_read(struct store_cache *cache, int64_t number, int64_t index, 
                       void *bytes, size_t length) {
     struct set *set = set_of(cache, number, index);
     pthread_mutex_lock(&set->lock);
-    struct entry *entry = find(set, number, index);
+    struct entry *entry = find_chunk(set, number, index);
     bool here = entry && offset <= entry->length && length <= entry->length - offset;
     if (here) {
         memcpy(bytes, entry->bytes + offset, length);
@@ -82,7 +82,7 @@ void store_cache_put(struct store_cache *cache, int64_t number, int64_t index, v
                      size_t length) {
     struct set *set = set_of(cache, number, index);
     pthread_mutex_lock(&set->lock);
-    struct entry *entry = find(set, number, index);
+    struct entry *entry = find_chunk(set, number, index);
     if (!entry)
         entry = oldest(set);
     unsigned char *old = entry->bytes;

@@ -8,7 +8,7 @@
 
 enum { FRESH_MS = 2000 }; /* for so long a beat answers for the next moment */
 
-static void keep(struct store *store, enum store_answer answer) {
+static void keep_health(struct store *store, enum store_answer answer) {
     struct store_health *health = &store->health;
     pthread_mutex_lock(&health->lock);
     enum store_answer before = health->answer;
@@ -23,7 +23,7 @@ static void keep(struct store *store, enum store_answer answer) {
 
 enum store_answer store_note(struct store *store, enum store_answer answer) {
     if (store->ops->fails_late && (answer == STORE_NO_SPACE || answer == STORE_READ_ONLY))
-        keep(store, answer);
+        keep_health(store, answer);
     return answer;
 }
 
@@ -34,7 +34,7 @@ enum store_answer store_beat(struct store *store) {
     host = store->health.host;
     pthread_mutex_unlock(&store->health.lock);
     enum store_answer answer = store->ops->beat(store, &host);
-    keep(store, answer);
+    keep_health(store, answer);
     return answer;
 }
 

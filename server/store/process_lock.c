@@ -21,8 +21,8 @@ struct process_lock {
     int own_lock;
 };
 
-static bool path_of(const struct process_lock *lock, const char *name, const char *suffix,
-                    char path[PATH_MAX]) {
+static bool lock_path(const struct process_lock *lock, const char *name, const char *suffix,
+                      char path[PATH_MAX]) {
     int length = snprintf(path, PATH_MAX, "%s%s%s%s", lock->path, infix, name, suffix);
     return length > 0 && length < PATH_MAX;
 }
@@ -35,7 +35,7 @@ bool process_lock_gone(const struct process_lock *lock, const char *name) {
     char path[PATH_MAX];
     if (!strcmp(name, lock->name))
         return false;
-    if (!id_valid(name) || !path_of(lock, name, "", path))
+    if (!id_valid(name) || !lock_path(lock, name, "", path))
         return true;
     int file = open(path, O_RDONLY | O_CLOEXEC);
     if (file < 0)
@@ -71,7 +71,7 @@ static bool lock_own(struct process_lock *lock, char why[STORE_WHY_SIZE]) {
     char unlocked[PATH_MAX];
     char path[PATH_MAX];
     id_make(lock->name);
-    if (path_of(lock, lock->name, ".new", unlocked) && path_of(lock, lock->name, "", path))
+    if (lock_path(lock, lock->name, ".new", unlocked) && lock_path(lock, lock->name, "", path))
         lock->own_lock = open(unlocked, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (lock->own_lock >= 0 && flock(lock->own_lock, LOCK_EX | LOCK_NB) == 0 &&
         rename(unlocked, path) == 0)
@@ -133,7 +133,7 @@ void process_lock_free(struct process_lock *lock) {
     if (!lock)
         return;
     if (lock->own_lock >= 0) {
-        if (path_of(lock, lock->name, "", path))
+        if (lock_path(lock, lock->name, "", path))
             unlink(path);
         close(lock->own_lock);
     }

@@ -6,12 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-static struct query begin(const struct store *store, const char *sql) {
+static struct query begin_read(const struct store *store, const char *sql) {
     return store->reader.query(store->reader.of, sql);
 }
 
 /* Makes room for one more of `count` things of that size; false without memory. */
-static bool grow(void **things, size_t count, size_t size) {
+static bool grow_array(void **things, size_t count, size_t size) {
     if (count > 0 && (count & (count - 1)) != 0)
         return true; /* room for the next power of two is there */
     void *more = realloc(*things, (count ? 2 * count : 1) * size);
@@ -60,7 +60,7 @@ static void read_job(struct query *query, struct store_job *job) {
 
 enum store_answer store_get(struct store *store, const char *id, struct store_job *job) {
     memset(job, 0, sizeof *job);
-    struct query query = begin(store, "SELECT " JOB_COLUMNS " WHERE j.id = $1");
+    struct query query = begin_read(store, "SELECT " JOB_COLUMNS " WHERE j.id = $1");
     query_bind_text(&query, id);
     bool found = query_row(&query);
     if (found)
@@ -71,9 +71,9 @@ enum store_answer store_get(struct store *store, const char *id, struct store_jo
 enum store_answer store_request(struct store *store, const char *id, char **bytes, size_t *length) {
     *bytes = NULL;
     *length = 0;
-    struct query query = begin(store, "SELECT q.bytes FROM draped.jobs j"
-                                      " JOIN draped.requests q ON q.job = j.sequence"
-                                      " WHERE j.id = $1");
+    struct query query = begin_read(store, "SELECT q.bytes FROM draped.jobs j"
+                                           " JOIN draped.requests q ON q.job = j.sequence"
+                                           " WHERE j.id = $1");
     query_bind_text(&query, id);
     bool found = query_row(&query);
     if (found)
@@ -91,7 +91,7 @@ static enum store_answer read_page(struct query *query, size_t limit, struct sto
             page->next = page->jobs[limit - 1].sequence;
             break;
         }
-        memory = grow(&jobs, page->count, sizeof *page->jobs);
+        memory = grow_array(&jobs, page->count, sizeof *page->jobs);
         page->jobs = jobs;
         if (!memory)
             break;
@@ -104,9 +104,9 @@ static enum store_answer read_page(struct query *query, size_t limit, struct sto
 
 enum store_answer store_members(struct store *store, const char *id, struct store_page *page) {
     memset(page, 0, sizeof *page);
-    struct query query =
-        begin(store, "SELECT " JOB_COLUMNS " WHERE j.parent = (SELECT sequence FROM draped.jobs"
-                     " WHERE id = $1 AND kind = " SQL_LAMINATE ") ORDER BY j.position");
+    struct query query = begin_read(
+        store, "SELECT " JOB_COLUMNS " WHERE j.parent = (SELECT sequence FROM draped.jobs"
+               " WHERE id = $1 AND kind = " SQL_LAMINATE ") ORDER BY j.position");
     query_bind_text(&query, id);
     return read_page(&query, SIZE_MAX, page);
 }
@@ -132,7 +132,7 @@ enum store_answer store_list(struct store *store, const struct store_filter *fil
                              struct store_page *page) {
     int64_t cursor = cursor_open(store->secret, filter->owner, filter->cursor);
     memset(page, 0, sizeof *page);
-    struct query query = begin(store, list_sql(filter));
+    struct query query = begin_read(store, list_sql(filter));
     query_bind_int(&query, cursor > 0 ? cursor : INT64_MAX);
     query_bind_int(&query, filter->kind);
     if (filter->owner)
@@ -197,10 +197,11 @@ enum store_answer store_counts(struct store *store, struct store_counts *counts)
 
 enum store_answer store_usage(struct store *store, const char *owner, struct store_usage *usage) {
     memset(usage, 0, sizeof *usage);
-    struct query query = begin(store, "SELECT CAST(coalesce(sum(queued - tasks), 0) AS bigint),"
-                                      " CAST(coalesce(sum(running), 0) AS bigint),"
-                                      " CAST(coalesce(sum(results + others), 0) AS bigint)"
-                                      " FROM draped.owners WHERE owner = $1");
+    struct query query =
+        begin_read(store, "SELECT CAST(coalesce(sum(queued - tasks), 0) AS bigint),"
+                          " CAST(coalesce(sum(running), 0) AS bigint),"
+                          " CAST(coalesce(sum(results + others), 0) AS bigint)"
+                          " FROM draped.owners WHERE owner = $1");
     query_bind_text(&query, owner);
     if (query_row(&query)) {
         usage->queued = query_int(&query, 0);
@@ -215,8 +216,8 @@ enum store_answer store_usage(struct store *store, const char *owner, struct sto
 enum store_answer reads_attempts(struct store *store, const struct store_claim *claim,
                                  int64_t *attempts, int64_t *excused) {
     struct query query =
-        begin(store, "SELECT attempts, excused FROM draped.jobs"
-                     " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING);
+        begin_read(store, "SELECT attempts, excused FROM draped.jobs"
+                          " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING);
     query_bind_int(&query, claim->sequence);
     query_bind_int(&query, claim->token);
     bool holds = query_row(&query);
@@ -235,8 +236,8 @@ enum store_answer store_numbers(struct store *store, const struct store_claim *c
     char *all = malloc(1);
     size_t room = 1;
     *length = 0;
-    struct query query = begin(store, "SELECT bytes FROM draped.task_numbers WHERE parent = $1"
-                                      " ORDER BY round, position");
+    struct query query = begin_read(store, "SELECT bytes FROM draped.task_numbers WHERE parent = $1"
+                                           " ORDER BY round, position");
     query_bind_int(&query, claim->sequence);
     while (all && query_row(&query)) {
         size_t count = 0;
@@ -263,8 +264,8 @@ enum store_answer store_result_find(struct store *store, const char *id,
                                     struct store_result *result) {
     memset(result, 0, sizeof *result);
     struct query query =
-        begin(store, "SELECT r.number, r.length FROM draped.jobs j JOIN draped.results r"
-                     " ON r.number = j.result WHERE j.id = $1 AND r.state = " SQL_COMPLETE);
+        begin_read(store, "SELECT r.number, r.length FROM draped.jobs j JOIN draped.results r"
+                          " ON r.number = j.result WHERE j.id = $1 AND r.state = " SQL_COMPLETE);
     query_bind_text(&query, id);
     bool found = query_row(&query);
     if (found) {
@@ -277,7 +278,7 @@ enum store_answer store_result_find(struct store *store, const char *id,
 enum store_answer reads_chunk(struct store *store, int64_t number, int64_t index, void *bytes,
                               size_t length) {
     size_t stored = 0;
-    struct query query = begin(store, store->reader.dialect->chunk);
+    struct query query = begin_read(store, store->reader.dialect->chunk);
     query_bind_int(&query, number);
     query_bind_int(&query, index);
     bool found = query_row(&query);
@@ -309,8 +310,9 @@ static void read_item(struct query *query, struct store_item *item) {
 enum store_answer store_item_get(struct store *store, enum store_item_kind kind, const char *owner,
                                  const char *id, struct store_item *item) {
     memset(item, 0, sizeof *item);
-    struct query query = begin(store, OF_KIND(ITEM_COLUMNS ", definition",
-                                              "id = $1 AND ($2 IS NULL OR owner = $2) LIMIT 1"));
+    struct query query =
+        begin_read(store, OF_KIND(ITEM_COLUMNS ", definition",
+                                  "id = $1 AND ($2 IS NULL OR owner = $2) LIMIT 1"));
     query_bind_text(&query, id);
     query_bind_text(&query, owner);
     bool found = query_row(&query);
@@ -328,7 +330,7 @@ enum store_answer store_item_list(struct store *store, enum store_item_kind kind
     page->items = calloc((size_t)limit, sizeof *page->items);
     if (!page->items)
         return STORE_DOWN;
-    struct query query = begin(
+    struct query query = begin_read(
         store, owner ? OF_KIND(ITEM_COLUMNS,
                                "owner = $1 AND sequence < $2 ORDER BY sequence DESC LIMIT $3")
                      : OF_KIND(ITEM_COLUMNS,
@@ -350,7 +352,7 @@ enum store_answer store_item_list(struct store *store, enum store_item_kind kind
 
 enum store_answer reads_secret(struct store *store, unsigned char secret[CURSOR_SECRET_BYTES]) {
     size_t length = 0;
-    struct query query = begin(store, "SELECT bytes FROM draped.secret");
+    struct query query = begin_read(store, "SELECT bytes FROM draped.secret");
     const void *bytes = query_row(&query) ? query_bytes(&query, 0, &length) : NULL;
     bool good = bytes && length == CURSOR_SECRET_BYTES;
     if (good)

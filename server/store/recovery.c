@@ -34,8 +34,8 @@ enum cause {
 /* Puts the job back into the queue at its old place or, without attempts left, fails it as
  * `solver-crashed` with `detail`; `*failed` says which. STORE_CONFLICT when the claim is lost. As
  * long as the claim holds, the attempts that are read here do not change. */
-static enum store_answer give_back(struct store *store, const struct store_claim *claim,
-                                   enum cause cause, const char *detail, bool *failed) {
+static enum store_answer give_job_back(struct store *store, const struct store_claim *claim,
+                                       enum cause cause, const char *detail, bool *failed) {
     int64_t attempts = 0;
     int64_t excuses = 0;
     *failed = false;
@@ -60,7 +60,7 @@ static void tell_again(struct store *store, const char *id) {
 static enum store_answer return_it(struct store *store, const struct store_claim *claim,
                                    enum cause cause, const char *detail) {
     bool failed = false;
-    enum store_answer answer = give_back(store, claim, cause, detail, &failed);
+    enum store_answer answer = give_job_back(store, claim, cause, detail, &failed);
     if (answer == STORE_OK)
         tell_again(store, claim->id);
     return answer;
@@ -87,10 +87,11 @@ static enum store_answer recover(struct store *store, const struct store_ended *
     bool failed = false;
     enum store_answer answer = store->ops->take_over(store, ended, &claim.token);
     if (answer == STORE_OK)
-        answer = ended->holder_gone ? give_back(store, &claim, CAUSE_INTERRUPTED,
-                                                "the service itself died each time", &failed)
-                                    : give_back(store, &claim, CAUSE_CRASHED,
-                                                "its dispatcher did not renew the lease", &failed);
+        answer = ended->holder_gone
+                     ? give_job_back(store, &claim, CAUSE_INTERRUPTED,
+                                     "the service itself died each time", &failed)
+                     : give_job_back(store, &claim, CAUSE_CRASHED,
+                                     "its dispatcher did not renew the lease", &failed);
     if (answer != STORE_OK)
         return answer == STORE_CONFLICT ? STORE_OK : answer;
     sweep->failed += failed;

@@ -66,7 +66,7 @@ void store_tell(struct store *store, const char *subject) {
 }
 
 /* What changes often, and ends nothing, is told in this process alone; others look now and then. */
-static void tell_progress(struct store *store, const char *id) {
+static void tell_progress_here(struct store *store, const char *id) {
     job_events_notify(store->events, id, JOB_PROGRESSED);
 }
 
@@ -151,7 +151,7 @@ static enum store_answer claim_some(struct store *store, bool fresh, struct stor
     if (answer == STORE_OK && claim->reused)
         tell_end(store, claim);
     else if (answer == STORE_OK)
-        tell_progress(store, claim->id);
+        tell_progress_here(store, claim->id);
     return answer;
 }
 
@@ -171,7 +171,7 @@ enum store_answer store_renew(struct store *store, const struct store_claim *cla
                               double progress) {
     enum store_answer answer = store->ops->renew(store, claim, progress);
     if (answer == STORE_OK)
-        tell_progress(store, claim->id);
+        tell_progress_here(store, claim->id);
     return answer;
 }
 
@@ -247,7 +247,7 @@ static struct store_segment segment_of(const struct store_writer *writer) {
     };
 }
 
-static enum store_answer flush(struct store_writer *writer) {
+static enum store_answer write_segment(struct store_writer *writer) {
     if (writer->uncommitted->index + STORE_SEGMENT_CHUNKS >= STORE_CHUNKS_MAX)
         return STORE_DOWN;
     struct store_segment segment = segment_of(writer);
@@ -275,7 +275,7 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
     const unsigned char *from = bytes;
     while (length > 0) {
         enum store_answer answer =
-            uncommitted->length == STORE_SEGMENT_BYTES ? flush(writer) : STORE_OK;
+            uncommitted->length == STORE_SEGMENT_BYTES ? write_segment(writer) : STORE_OK;
         unsigned char *chunk = answer == STORE_OK ? open_chunk(uncommitted) : NULL;
         if (!chunk)
             return answer == STORE_OK ? STORE_DOWN : answer;

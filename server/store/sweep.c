@@ -8,8 +8,8 @@
 enum { STEPS_A_SWEEP = 100 }; /* of each kind: then `more` is set */
 
 /* Repeats a step until it finds nothing more; adds what it did to `*done`. */
-static enum store_answer repeat(struct store *store, enum store_step step,
-                                struct store_sweep *sweep, int *done) {
+static enum store_answer repeat_step(struct store *store, enum store_step step,
+                                     struct store_sweep *sweep, int *done) {
     for (int n = 0; n < STEPS_A_SWEEP; n++) {
         int64_t count = 0;
         enum store_answer answer = store->ops->step(store, step, &count);
@@ -65,7 +65,7 @@ enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) {
     for (int step = 0; step < STORE_STEP_COUNT && answer == STORE_OK; step++) {
         if (!due[step] || (!trusted && (step == STORE_STEP_EXPIRE || step == STORE_STEP_REMOVE)))
             continue;
-        answer = repeat(store, (enum store_step)step, sweep, &done[step]);
+        answer = repeat_step(store, (enum store_step)step, sweep, &done[step]);
         if (step < STORE_STEP_CLEAR && step != STORE_STEP_REMOVE)
             due[STORE_STEP_CLEAR] = true;
         if (step == STORE_STEP_CLEAR)

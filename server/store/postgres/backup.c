@@ -76,8 +76,8 @@ static bool read_copy(const char *path, int out, char why[STORE_WHY_SIZE]) {
 /* ------------------------------------------------------------------ what it holds */
 
 /* By the transaction that is open, if one is. */
-static bool read_contents(struct pool *pool, struct backup_contents *contents,
-                          char why[STORE_WHY_SIZE]) {
+static bool count_contents(struct pool *pool, struct backup_contents *contents,
+                           char why[STORE_WHY_SIZE]) {
     static const char *const tables[] = {"jobs", "results", "surfaces"};
     struct query query =
         pg_query(pool, "SELECT max(version), (SELECT count(*) FROM draped.jobs),"
@@ -111,7 +111,7 @@ static bool dump(struct pool *pool, const char *path, struct backup_contents *co
                    "SET idle_in_transaction_session_timeout = 0; SET statement_timeout = 0;"
                    "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY",
                    NULL, why) ||
-        !read_contents(pool, contents, why))
+        !count_contents(pool, contents, why))
         return false;
     struct query query = pg_query(pool, "SELECT pg_export_snapshot()");
     size_t length = strlen(snapshot);
@@ -217,7 +217,7 @@ bool postgres_backup_restore(const char *url, const char *path, struct backup_co
         return false;
     struct pool *pool = open_database(url, why);
     bool good = pool && name_old(pool, kept, old, why) && restore_into(path, old, why) &&
-                read_contents(pool, contents, why);
+                count_contents(pool, contents, why);
     pool_close(pool);
     if (!good)
         kept[0] = '\0';

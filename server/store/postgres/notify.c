@@ -37,7 +37,7 @@ struct notify {
 
 /* ------------------------------------------------------------------ what is to be announced */
 
-static void wake_up(struct notify *notify) {
+static void wake_thread(struct notify *notify) {
     uint64_t one = 1;
     ssize_t written = write(notify->wake, &one, sizeof one);
     (void)written; /* it only fails when it is awake already */
@@ -55,7 +55,7 @@ void notify_announce(struct notify *notify, const char *subject) {
         notify->used += length + 1;
     }
     pthread_mutex_unlock(&notify->lock);
-    wake_up(notify);
+    wake_thread(notify);
 }
 
 /* The text to be sent; false when there is none. */
@@ -211,7 +211,7 @@ void notify_stop(struct notify *notify) {
     if (!notify)
         return;
     atomic_store(&notify->stopping, true);
-    wake_up(notify);
+    wake_thread(notify);
     pthread_join(notify->thread, NULL);
     notify_free(notify);
 }

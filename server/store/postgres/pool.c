@@ -70,8 +70,8 @@ void pool_hide_password(const struct pool *pool, char *text) {
         memset(found, '*', length);
 }
 
-static void explain(const struct pool *pool, char why[STORE_WHY_SIZE], const char *what,
-                    const char *message) {
+static void explain_connection(const struct pool *pool, char why[STORE_WHY_SIZE], const char *what,
+                               const char *message) {
     pool_say(why, "%s: %s", what, message);
     pool_hide_password(pool, why);
 }
@@ -148,7 +148,8 @@ static struct pool_connection *connection_new(const struct pool *pool, char why[
     }
     connection->libpq = pool_connect(pool);
     if (PQstatus(connection->libpq) != CONNECTION_OK || !set_lock_timeout(pool, connection->libpq))
-        explain(pool, why, "the database cannot be used", PQerrorMessage(connection->libpq));
+        explain_connection(pool, why, "the database cannot be used",
+                           PQerrorMessage(connection->libpq));
     else if (PQserverVersion(connection->libpq) < VERSION_MIN)
         pool_say(why, "the database server is PostgreSQL %d, and 13 is the oldest that will do",
                  PQserverVersion(connection->libpq) / 10000);

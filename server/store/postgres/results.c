@@ -67,7 +67,7 @@ static const char commit_twin_sql[] =
                                                                      " RETURNING 1";
 
 /* The segment in one piece, malloc'ed. */
-static unsigned char *join(const struct store_segment *segment) {
+static unsigned char *join_chunks(const struct store_segment *segment) {
     unsigned char *bytes = malloc(segment->length + 1);
     for (size_t at = 0; at < segment->length && bytes; at += STORE_CHUNK_BYTES) {
         size_t left = segment->length - at;
@@ -86,7 +86,7 @@ static void bind_segment(struct query *query, const struct store_segment *segmen
 }
 
 enum store_answer postgres_result_append(struct store *store, struct store_segment *segment) {
-    unsigned char *bytes = join(segment);
+    unsigned char *bytes = join_chunks(segment);
     if (!bytes)
         return STORE_DOWN;
     struct query query = postgres_query(store, segment->index ? append_sql : append_first_sql);
@@ -131,7 +131,7 @@ static enum store_answer commit_twin(struct store *store, struct store_segment *
 
 /* A twin that was there may be gone when it is to be taken: then the own result is stored. */
 enum store_answer postgres_result_commit(struct store *store, struct store_segment *segment) {
-    unsigned char *bytes = join(segment);
+    unsigned char *bytes = join_chunks(segment);
     enum store_answer answer = bytes ? STORE_CONFLICT : STORE_DOWN;
     for (int k = 0; k < COMMIT_TRIES && answer == STORE_CONFLICT; k++) {
         bool taken = false;

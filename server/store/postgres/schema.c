@@ -362,8 +362,8 @@ static const char families[] =
 
 enum { SCRIPT_SIZE = 24576 };
 
-static bool read_number(struct pool *pool, const char *sql, int64_t *number,
-                        char why[STORE_WHY_SIZE]) {
+static bool ask_number(struct pool *pool, const char *sql, int64_t *number,
+                       char why[STORE_WHY_SIZE]) {
     struct query query = pg_query(pool, sql);
     *number = query_row(&query) ? query_int(&query, 0) : 0;
     if (query_end(&query) == STORE_OK)
@@ -376,12 +376,12 @@ static bool read_number(struct pool *pool, const char *sql, int64_t *number,
 
 /* In one transaction. The schema may have been made for a user who must not make one. Who waited
  * for the lock while another made the tables finds the number taken. */
-static bool make_tables(struct pool *pool, char why[STORE_WHY_SIZE]) {
+static bool fill_database(struct pool *pool, char why[STORE_WHY_SIZE]) {
     static const char lock[] = "SELECT pg_advisory_xact_lock(7237965216410200);";
     char script[SCRIPT_SIZE];
     bool taken = false;
     int64_t there = 0;
-    if (!read_number(pool, "SELECT to_regnamespace('draped') IS NOT NULL", &there, why))
+    if (!ask_number(pool, "SELECT to_regnamespace('draped') IS NOT NULL", &there, why))
         return false;
     snprintf(script, sizeof script, "%s%s", lock, "CREATE SCHEMA IF NOT EXISTS draped");
     if (!there && !pg_script(pool, script, NULL, why))
@@ -398,14 +398,14 @@ static bool make_tables(struct pool *pool, char why[STORE_WHY_SIZE]) {
 /* What the tables need beyond themselves. */
 static bool check_rights(struct pool *pool, char why[STORE_WHY_SIZE]) {
     int64_t good = 0;
-    if (!read_number(pool,
-                     "SELECT coalesce(bool_and(has_table_privilege(c.oid, 'SELECT') AND"
-                     " has_table_privilege(c.oid, 'INSERT') AND"
-                     " has_table_privilege(c.oid, 'UPDATE') AND"
-                     " has_table_privilege(c.oid, 'DELETE')), false)"
-                     " FROM pg_class c WHERE relkind = 'r'"
-                     " AND relnamespace = to_regnamespace('draped')",
-                     &good, why))
+    if (!ask_number(pool,
+                    "SELECT coalesce(bool_and(has_table_privilege(c.oid, 'SELECT') AND"
+                    " has_table_privilege(c.oid, 'INSERT') AND"
+                    " has_table_privilege(c.oid, 'UPDATE') AND"
+                    " has_table_privilege(c.oid, 'DELETE')), false)"
+                    " FROM pg_class c WHERE relkind = 'r'"
+                    " AND relnamespace = to_regnamespace('draped')",
+                    &good, why))
         return false;
     if (!good)
         snprintf(why, STORE_WHY_SIZE,
@@ -416,8 +416,8 @@ static bool check_rights(struct pool *pool, char why[STORE_WHY_SIZE]) {
 
 static bool check_language(struct pool *pool, char why[STORE_WHY_SIZE]) {
     int64_t there = 0;
-    if (!read_number(pool, "SELECT count(*) FROM pg_language WHERE lanname = 'plpgsql'", &there,
-                     why))
+    if (!ask_number(pool, "SELECT count(*) FROM pg_language WHERE lanname = 'plpgsql'", &there,
+                    why))
         return false;
     if (!there)
         snprintf(why, STORE_WHY_SIZE,
@@ -429,10 +429,10 @@ static bool check_language(struct pool *pool, char why[STORE_WHY_SIZE]) {
 bool postgres_prepare_tables(struct pool *pool, char why[STORE_WHY_SIZE]) {
     int64_t there = 0, version = STORE_SCHEMA;
     return check_language(pool, why) &&
-           read_number(pool, "SELECT to_regclass('draped.schema_version') IS NOT NULL", &there,
-                       why) &&
+           ask_number(pool, "SELECT to_regclass('draped.schema_version') IS NOT NULL", &there,
+                      why) &&
            (there
-                ? read_number(pool, "SELECT max(version) FROM draped.schema_version", &version, why)
-                : make_tables(pool, why)) &&
+                ? ask_number(pool, "SELECT max(version) FROM draped.schema_version", &version, why)
+                : fill_database(pool, why)) &&
            store_schema_known("the database", version, why) && check_rights(pool, why);
 }

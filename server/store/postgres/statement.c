@@ -27,7 +27,7 @@ enum {
 
 /* ------------------------------------------------------------------ errors */
 
-static const char *state_of(const PGresult *result) {
+static const char *sqlstate_of(const PGresult *result) {
     const char *state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
     return state ? state : "";
 }
@@ -81,9 +81,9 @@ static void lay_out(const struct query *query, struct arguments *arguments) {
 }
 
 /* Prepares the statement on the connection if it is not yet. NULL: it is; else what failed. */
-static bool prepare(struct pool_connection *connection, const struct query *query,
-                    const struct arguments *arguments, const char *name, int64_t until_ms,
-                    PGresult **failed) {
+static bool prepare_on_server(struct pool_connection *connection, const struct query *query,
+                              const struct arguments *arguments, const char *name, int64_t until_ms,
+                              PGresult **failed) {
     *failed = NULL;
     for (size_t k = 0; k < connection->count; k++)
         if (connection->prepared[k] == query->sql)
@@ -111,7 +111,7 @@ static PGresult *execute(struct pool *pool, struct pool_connection *connection,
     bool nameless = pool_nameless(pool);
     lay_out(query, &a);
     name_of(query->sql, name);
-    if (!nameless && !prepare(connection, query, &a, name, until, &failed))
+    if (!nameless && !prepare_on_server(connection, query, &a, name, until, &failed))
         return failed;
     bool sent = nameless ? PQsendQueryParams(connection->libpq, query->sql, query->bound, a.types,
                                              a.values, a.lengths, a.formats, 1)
@@ -131,9 +131,9 @@ enum verdict {
 };
 
 /* What to make of an answer; `*lost`: the connection is not to be used again. */
-static enum verdict judge(struct pool *pool, const PGresult *result, bool *lost) {
+static enum verdict judge_answer(struct pool *pool, const PGresult *result, bool *lost) {
     ExecStatusType status = PQresultStatus(result);
-    const char *state = state_of(result);
+    const char *state = sqlstate_of(result);
     *lost = !result;
     if (!result)
         return VERDICT_AGAIN;
@@ -164,11 +164,11 @@ static void note_failure(const struct pool *pool, const struct query *query,
     pool_say(text, "%s", result ? message_of(result) : "the connection was lost");
     pool_hide_password(pool, text);
     log_error(log_event("store_failed"), log_text("error", text),
-              log_text("sqlstate", result ? state_of(result) : ""), log_text("sql", query->sql));
+              log_text("sqlstate", result ? sqlstate_of(result) : ""), log_text("sql", query->sql));
 }
 
 /* All tries of it. */
-static void run(struct query *query) {
+static void run_with_retries(struct query *query) {
     static const enum store_answer answers[] = {
         [VERDICT_GOOD] = STORE_OK,       [VERDICT_TAKEN] = STORE_CONFLICT,
         [VERDICT_BUSY] = STORE_BUSY,     [VERDICT_DOWN] = STORE_DOWN,
@@ -181,7 +181,7 @@ static void run(struct query *query) {
         if (!connection)
             return;
         PGresult *result = execute(pool, connection, query);
-        enum verdict verdict = judge(pool, result, &lost);
+        enum verdict verdict = judge_answer(pool, result, &lost);
         query->answer = answers[verdict];
         query->taken = verdict == VERDICT_TAKEN;
         if (verdict == VERDICT_GOOD)
@@ -200,7 +200,7 @@ static void run(struct query *query) {
 
 static bool pg_row(struct query *query) {
     if (query->row++ == 0)
-        run(query);
+        run_with_retries(query);
     return query->statement && query->row <= PQntuples(query->statement);
 }
 
@@ -250,10 +250,11 @@ struct query pg_query(struct pool *pool, const char *sql) {
     return (struct query){.driver = &driver, .connection = pool, .sql = sql};
 }
 
-static void explain(const struct pool *pool, char why[STORE_WHY_SIZE], const PGresult *result) {
+static void explain_script(const struct pool *pool, char why[STORE_WHY_SIZE],
+                           const PGresult *result) {
     pool_say(why, "%s: %s",
-             among(state_of(result), "42501") ? "this user of the database has no privilege"
-                                              : "the database refuses",
+             among(sqlstate_of(result), "42501") ? "this user of the database has no privilege"
+                                                 : "the database refuses",
              result ? message_of(result) : "the connection was lost");
     pool_hide_password(pool, why);
 }
@@ -270,9 +271,9 @@ bool pg_script(struct pool *pool, const char *sql, bool *taken, char why[STORE_W
         PQsendQuery(connection->libpq, sql)
             ? pool_receive(connection->libpq, clock_ms() + 20 * pool_patience_ms(pool))
             : NULL;
-    enum verdict verdict = judge(pool, result, &lost);
+    enum verdict verdict = judge_answer(pool, result, &lost);
     if (verdict != VERDICT_GOOD)
-        explain(pool, why, result);
+        explain_script(pool, why, result);
     if (taken)
         *taken = verdict == VERDICT_TAKEN;
     PQclear(result);

@@ -23,7 +23,7 @@ enum {
     STEP_PAGES = 4096 /* copied at a time */
 };
 
-static bool say(char why[STORE_WHY_SIZE], sqlite3 *handle, const char *path) {
+static bool say_error(char why[STORE_WHY_SIZE], sqlite3 *handle, const char *path) {
     return backup_fail(why, "%s: %s", path,
                        handle ? sqlite3_errmsg(handle) : "no memory for the database");
 }
@@ -36,16 +36,16 @@ static sqlite3 *open_file(const char *path, int flags, char why[STORE_WHY_SIZE])
         sqlite3_busy_timeout(handle, BUSY_MS);
         return handle;
     }
-    say(why, handle, path);
+    say_error(why, handle, path);
     sqlite3_close(handle);
     return NULL;
 }
 
-static bool run(sqlite3 *handle, const char *path, const char *sql, char why[STORE_WHY_SIZE]) {
-    return sqlite3_exec(handle, sql, NULL, NULL, NULL) == SQLITE_OK || say(why, handle, path);
+static bool run_sql(sqlite3 *handle, const char *path, const char *sql, char why[STORE_WHY_SIZE]) {
+    return sqlite3_exec(handle, sql, NULL, NULL, NULL) == SQLITE_OK || say_error(why, handle, path);
 }
 
-static bool read_number(sqlite3 *handle, const char *sql, int64_t *number) {
+static bool select_number(sqlite3 *handle, const char *sql, int64_t *number) {
     sqlite3_stmt *statement = NULL;
     bool good = sqlite3_prepare_v2(handle, sql, -1, &statement, NULL) == SQLITE_OK &&
                 sqlite3_step(statement) == SQLITE_ROW;
@@ -67,7 +67,7 @@ static void add_value(struct checksum *checksum, sqlite3_stmt *statement, int co
 }
 
 /* Every row, in the order of the table's own key. */
-static bool read_table(sqlite3 *handle, struct backup_table *table) {
+static bool sum_table(sqlite3 *handle, struct backup_table *table) {
     char sql[BACKUP_NAME_SIZE + 32];
     struct checksum checksum;
     sqlite3_stmt *statement = NULL;
@@ -91,10 +91,10 @@ static bool read_contents(sqlite3 *handle, const char *path, struct backup_conte
     sqlite3_stmt *names = NULL;
     int64_t application = 0;
     memset(contents, 0, sizeof *contents);
-    if (!read_number(handle, "PRAGMA application_id", &application))
-        return say(why, handle, path);
+    if (!select_number(handle, "PRAGMA application_id", &application))
+        return say_error(why, handle, path);
     if (application != SQLITE_APPLICATION ||
-        !read_number(handle, "SELECT max(version) FROM schema_version", &contents->schema)) {
+        !select_number(handle, "SELECT max(version) FROM schema_version", &contents->schema)) {
         return backup_fail(why, "%s is no database of draped", path);
     }
     int code = sqlite3_prepare_v2(handle,
@@ -109,11 +109,11 @@ static bool read_contents(sqlite3 *handle, const char *path, struct backup_conte
         snprintf(table->name, sizeof table->name, "%s",
                  (const char *)sqlite3_column_text(names, 0));
         contents->count++;
-        if (!read_table(handle, table))
+        if (!sum_table(handle, table))
             code = SQLITE_ERROR;
     }
     sqlite3_finalize(names);
-    return code == SQLITE_DONE || say(why, handle, path);
+    return code == SQLITE_DONE || say_error(why, handle, path);
 }
 
 static bool check_pages(sqlite3 *handle, const char *path, char why[STORE_WHY_SIZE]) {
@@ -134,23 +134,23 @@ static bool check_pages(sqlite3 *handle, const char *path, char why[STORE_WHY_SI
 static bool write_manifest(sqlite3 *handle, const char *path,
                            const struct backup_contents *contents, char why[STORE_WHY_SIZE]) {
     sqlite3_stmt *statement = NULL;
-    bool good = run(handle, path,
-                    "BEGIN; CREATE TABLE backup (name TEXT PRIMARY KEY, rows INTEGER NOT NULL,"
-                    " checksum TEXT NOT NULL)",
-                    why) &&
+    bool good = run_sql(handle, path,
+                        "BEGIN; CREATE TABLE backup (name TEXT PRIMARY KEY, rows INTEGER NOT NULL,"
+                        " checksum TEXT NOT NULL)",
+                        why) &&
                 (sqlite3_prepare_v2(handle, "INSERT INTO backup VALUES (?, ?, ?)", -1, &statement,
                                     NULL) == SQLITE_OK ||
-                 say(why, handle, path));
+                 say_error(why, handle, path));
     for (size_t k = 0; k < contents->count && good; k++) {
         const struct backup_table *table = &contents->tables[k];
         sqlite3_bind_text(statement, 1, table->name, -1, SQLITE_STATIC);
         sqlite3_bind_int64(statement, 2, table->rows);
         sqlite3_bind_text(statement, 3, table->checksum, -1, SQLITE_STATIC);
-        good = sqlite3_step(statement) == SQLITE_DONE || say(why, handle, path);
+        good = sqlite3_step(statement) == SQLITE_DONE || say_error(why, handle, path);
         sqlite3_reset(statement);
     }
     sqlite3_finalize(statement);
-    return good && run(handle, path, "COMMIT", why);
+    return good && run_sql(handle, path, "COMMIT", why);
 }
 
 /* A copy made by hand has none. */
@@ -185,7 +185,7 @@ static bool copy_pages(sqlite3 *from, sqlite3 *to, const char *path, char why[ST
     while (code == SQLITE_OK)
         code = sqlite3_backup_step(copy, STEP_PAGES);
     int last = copy ? sqlite3_backup_finish(copy) : SQLITE_ERROR;
-    return (code == SQLITE_DONE && last == SQLITE_OK) || say(why, to, path);
+    return (code == SQLITE_DONE && last == SQLITE_OK) || say_error(why, to, path);
 }
 
 /* Reads the file anew, from the disk. */
@@ -205,18 +205,18 @@ static bool copy_to(sqlite3 *from, const char *path, const struct backup_content
                     bool manifest, char why[STORE_WHY_SIZE]) {
     sqlite3 *to = open_file(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, why);
     bool good = to && copy_pages(from, to, path, why) &&
-                run(to, path, "PRAGMA journal_mode=DELETE; PRAGMA synchronous=FULL", why) &&
+                run_sql(to, path, "PRAGMA journal_mode=DELETE; PRAGMA synchronous=FULL", why) &&
                 (manifest ? write_manifest(to, path, contents, why)
-                          : run(to, path, "DROP TABLE IF EXISTS backup", why));
+                          : run_sql(to, path, "DROP TABLE IF EXISTS backup", why));
     if (sqlite3_close(to) != SQLITE_OK && good)
-        good = say(why, to, path);
+        good = say_error(why, to, path);
     return good && backup_sync(path, why) && check_copy(path, contents, why);
 }
 
 bool sqlite_backup_make(const char *database, const char *path, struct backup_contents *contents,
                         char why[STORE_WHY_SIZE]) {
     sqlite3 *from = open_file(database, SQLITE_OPEN_READWRITE, why);
-    bool good = from && run(from, database, "BEGIN; SELECT count(*) FROM sqlite_schema", why) &&
+    bool good = from && run_sql(from, database, "BEGIN; SELECT count(*) FROM sqlite_schema", why) &&
                 read_contents(from, database, contents, why) &&
                 copy_to(from, path, contents, true, why);
     sqlite3_close(from);
@@ -234,7 +234,7 @@ static bool beside(const char *database, const char *suffix, char path[PATH_MAX]
 }
 
 /* What root puts into the folder of another account is for that account. */
-static bool hand_over(const char *database, const char *path, char why[STORE_WHY_SIZE]) {
+static bool give_to_account(const char *database, const char *path, char why[STORE_WHY_SIZE]) {
     char folder[PATH_MAX];
     struct stat status;
     snprintf(folder, sizeof folder, "%s", database);
@@ -281,8 +281,8 @@ static bool remove_stage(const char *stage, char why[STORE_WHY_SIZE]) {
 
 /* The old database gets a second name, with its log, before the new one takes its first: whenever
  * this ends, there is a whole database at the path, the old or the new one. */
-static bool swap(const char *database, const char *stage, char kept[BACKUP_KEPT_SIZE],
-                 char why[STORE_WHY_SIZE]) {
+static bool swap_databases(const char *database, const char *stage, char kept[BACKUP_KEPT_SIZE],
+                           char why[STORE_WHY_SIZE]) {
     char log[PATH_MAX], shared[PATH_MAX], kept_log[PATH_MAX], folder[PATH_MAX];
     char time[BACKUP_TIME_SIZE];
     bool there = access(database, F_OK) == 0;
@@ -311,7 +311,7 @@ static sqlite3 *open_backup(const char *path, struct backup_contents *contents,
                             char why[STORE_WHY_SIZE]) {
     struct backup_contents found;
     sqlite3 *from = open_file(path, SQLITE_OPEN_READONLY, why);
-    if (from && run(from, path, "BEGIN", why) && check_pages(from, path, why) &&
+    if (from && run_sql(from, path, "BEGIN", why) && check_pages(from, path, why) &&
         read_contents(from, path, &found, why) &&
         read_manifest(from, path, found.schema, contents, why) &&
         backup_same(&found, contents, why) && store_schema_known(path, found.schema, why))
@@ -324,7 +324,7 @@ static sqlite3 *open_backup(const char *path, struct backup_contents *contents,
 static bool take_lock(const char *database, struct process_lock **lock, char why[STORE_WHY_SIZE]) {
     char file[PATH_MAX];
     *lock = process_lock_take(database, false, why);
-    return *lock && beside(database, "-lock", file, why) && hand_over(database, file, why);
+    return *lock && beside(database, "-lock", file, why) && give_to_account(database, file, why);
 }
 
 bool sqlite_backup_restore(const char *database, const char *path, struct backup_contents *contents,
@@ -334,8 +334,8 @@ bool sqlite_backup_restore(const char *database, const char *path, struct backup
     sqlite3 *from = NULL;
     bool good = beside(database, ".restoring", stage, why) && take_lock(database, &lock, why) &&
                 (from = open_backup(path, contents, why)) != NULL && remove_stage(stage, why) &&
-                copy_to(from, stage, contents, false, why) && hand_over(database, stage, why) &&
-                swap(database, stage, kept, why);
+                copy_to(from, stage, contents, false, why) &&
+                give_to_account(database, stage, why) && swap_databases(database, stage, kept, why);
     char ignored[STORE_WHY_SIZE];
     if (!good && lock)
         (void)remove_stage(stage, ignored);

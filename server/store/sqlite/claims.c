@@ -29,8 +29,8 @@ static const char pick_sql[] =
 
 /* The first of the queue among owners with fewer running ones than `most`, with the complete result
  * of its digest (0: none). */
-static enum store_answer pick(const struct sqlite_store *store, struct db *db, int64_t most,
-                              bool fresh, struct store_claim *claim, int64_t *result) {
+static enum store_answer pick_job(const struct sqlite_store *store, struct db *db, int64_t most,
+                                  bool fresh, struct store_claim *claim, int64_t *result) {
     struct query query = db_query(db, pick_sql);
     query_bind_int(&query, most);
     query_bind_int(&query, fresh);
@@ -56,8 +56,8 @@ static enum store_answer pick(const struct sqlite_store *store, struct db *db, i
     return query_end_found(&query, any, STORE_EMPTY);
 }
 
-static enum store_answer succeed(const struct sqlite_store *store, struct db *db,
-                                 const struct store_claim *claim, int64_t result) {
+static enum store_answer succeed_at_once(const struct sqlite_store *store, struct db *db,
+                                         const struct store_claim *claim, int64_t result) {
     struct query query = db_query(db, "UPDATE jobs SET status = " SQL_SUCCEEDED
                                       ", progress = 1, started = ?1, finished = ?1,"
                                       " result = ?2, token = ?3 WHERE sequence = ?4");
@@ -94,16 +94,16 @@ static enum store_answer claim_operation(struct sqlite_store *store, struct db *
     struct store_claim *claim = claiming->claim;
     int64_t result = 0;
     int64_t most = sqlite_options(store)->owner_running;
-    enum store_answer answer = pick(store, db,
-                                    claiming->fresh ? 1
-                                    : most > 0      ? most
-                                                    : INT64_MAX,
-                                    claiming->fresh, claim, &result);
+    enum store_answer answer = pick_job(store, db,
+                                        claiming->fresh ? 1
+                                        : most > 0      ? most
+                                                        : INT64_MAX,
+                                        claiming->fresh, claim, &result);
     if (answer != STORE_OK)
         return answer;
     claim->reused = result != 0;
     if (claim->reused)
-        return claiming->may_end ? succeed(store, db, claim, result) : STORE_CONFLICT;
+        return claiming->may_end ? succeed_at_once(store, db, claim, result) : STORE_CONFLICT;
     claim->attempts++;
     return hand_out(store, db, claim);
 }
@@ -128,7 +128,7 @@ enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_cla
 enum store_answer sqlite_try_claim(struct sqlite_store *store, struct db *db) {
     struct store_claim claim = {.sequence = -1};
     int64_t result = 0;
-    enum store_answer answer = pick(store, db, 0, false, &claim, &result);
+    enum store_answer answer = pick_job(store, db, 0, false, &claim, &result);
     return answer == STORE_EMPTY ? hand_out(store, db, &claim) : answer;
 }
 

@@ -44,7 +44,7 @@ static enum store_answer answer_of(int code) {
     }
 }
 
-static enum store_answer report(struct db *db, int code) {
+static enum store_answer log_failure(struct db *db, int code) {
     enum store_answer answer = answer_of(code);
     if (answer != STORE_OK) {
         metrics_store_failed(answer == STORE_BUSY);
@@ -57,7 +57,8 @@ static enum store_answer report(struct db *db, int code) {
 /* ------------------------------------------------------------------ open and close */
 
 /* Explains a failure to open; the extended code and SQLite's text have the rest. */
-static void explain(char why[STORE_WHY_SIZE], const struct db *db, int code, const char *detail) {
+static void explain_open(char why[STORE_WHY_SIZE], const struct db *db, int code,
+                         const char *detail) {
     const char *what = "cannot be opened";
     switch (code & 0xff) {
     case SQLITE_NOTADB:
@@ -128,7 +129,7 @@ struct db *db_open(const char *path, int64_t busy_ms, char why[STORE_WHY_SIZE]) 
         db_wait_for_locks(db, busy_ms);
         return db;
     }
-    explain(why, db, code, db->handle ? sqlite3_errmsg(db->handle) : "no memory");
+    explain_open(why, db, code, db->handle ? sqlite3_errmsg(db->handle) : "no memory");
     db_close(db);
     return NULL;
 }
@@ -138,7 +139,7 @@ const char *db_path(const struct db *db) {
 }
 
 void db_explain(const struct db *db, char why[STORE_WHY_SIZE]) {
-    explain(why, db, sqlite3_errcode(db->handle), sqlite3_errmsg(db->handle));
+    explain_open(why, db, sqlite3_errcode(db->handle), sqlite3_errmsg(db->handle));
 }
 
 void db_wait_for_locks(struct db *db, int64_t ms) {
@@ -163,7 +164,7 @@ bool db_set_up(struct db *db, const char *sql, char why[STORE_WHY_SIZE]) {
 }
 
 enum store_answer db_script(struct db *db, const char *sql) {
-    return report(db, sqlite3_exec(db->handle, sql, NULL, NULL, NULL));
+    return log_failure(db, sqlite3_exec(db->handle, sql, NULL, NULL, NULL));
 }
 
 bool db_check(struct db *db, const char *sql, char why[STORE_WHY_SIZE]) {
@@ -174,7 +175,7 @@ bool db_check(struct db *db, const char *sql, char why[STORE_WHY_SIZE]) {
     int code = query.code;
     if (query_end(&query) == STORE_OK && !strcmp(verdict, "ok"))
         return true;
-    explain(why, db, code == SQLITE_ROW ? SQLITE_CORRUPT : code, verdict);
+    explain_open(why, db, code == SQLITE_ROW ? SQLITE_CORRUPT : code, verdict);
     return false;
 }
 
@@ -199,7 +200,7 @@ enum store_answer db_checkpoint(struct db *db, bool *all) {
     int code =
         sqlite3_wal_checkpoint_v2(db->handle, NULL, SQLITE_CHECKPOINT_PASSIVE, &pages, &copied);
     *all = code == SQLITE_OK && copied == pages;
-    return (code & 0xff) == SQLITE_BUSY ? STORE_BUSY : report(db, code);
+    return (code & 0xff) == SQLITE_BUSY ? STORE_BUSY : log_failure(db, code);
 }
 
 enum store_answer db_sync_log(struct db *db) {
@@ -207,12 +208,12 @@ enum store_answer db_sync_log(struct db *db) {
     int code = sqlite3_file_control(db->handle, "main", SQLITE_FCNTL_JOURNAL_POINTER, &log);
     if (code == SQLITE_OK && log && log->pMethods)
         code = log->pMethods->xSync(log, SQLITE_SYNC_DATAONLY | SQLITE_SYNC_NORMAL);
-    return report(db, code);
+    return log_failure(db, code);
 }
 
 /* ------------------------------------------------------------------ statements */
 
-static sqlite3_stmt *prepare(struct db *db, const char *sql, int *code) {
+static sqlite3_stmt *prepared_statement(struct db *db, const char *sql, int *code) {
     for (size_t k = 0; k < db->count; k++)
         if (db->cache[k].sql == sql)
             return db->cache[k].statement;
@@ -283,7 +284,7 @@ static struct query_value db_column(const struct query *query, int column) {
 }
 
 static enum store_answer db_end(struct query *query) {
-    enum store_answer answer = report(query->connection, query->code);
+    enum store_answer answer = log_failure(query->connection, query->code);
     if (query->statement) {
         sqlite3_reset(query->statement);
         sqlite3_clear_bindings(query->statement);
@@ -294,7 +295,7 @@ static enum store_answer db_end(struct query *query) {
 struct query db_query(struct db *db, const char *sql) {
     static const struct query_driver driver = {db_row, db_column, db_end};
     struct query query = {.driver = &driver, .connection = db, .sql = sql};
-    query.statement = prepare(db, sql, &query.code);
+    query.statement = prepared_statement(db, sql, &query.code);
     return query;
 }
 

@@ -65,7 +65,7 @@ static enum store_answer read_usage(struct db *db, const char *owner, struct sto
     return query_end(&query);
 }
 
-static enum store_answer full(struct submit *submit, enum store_bound bound) {
+static enum store_answer over_bound(struct submit *submit, enum store_bound bound) {
     submit->receipt->full = bound;
     return STORE_FULL;
 }
@@ -89,13 +89,13 @@ static enum store_answer find_room(struct sqlite_store *store, struct db *db, st
     if (answer != STORE_OK)
         return answer;
     if (queues && quota->queued > 0 && usage.queued + queues > quota->queued)
-        return full(submit, STORE_BOUND_OWNER_QUEUED);
+        return over_bound(submit, STORE_BOUND_OWNER_QUEUED);
     if (quota->bytes > 0 && usage.bytes + bytes_of(submit) > quota->bytes)
-        return full(submit, STORE_BOUND_OWNER_BYTES);
+        return over_bound(submit, STORE_BOUND_OWNER_BYTES);
     if (queues && waiting + queues > limit)
-        return full(submit, STORE_BOUND_QUEUE);
+        return over_bound(submit, STORE_BOUND_QUEUE);
     if (queues && !share_fits(usage.queued, waiting, limit, queues))
-        return full(submit, STORE_BOUND_SHARE);
+        return over_bound(submit, STORE_BOUND_SHARE);
     return STORE_OK;
 }
 
@@ -228,8 +228,8 @@ static enum store_answer submit_operation(struct sqlite_store *store, struct db 
 }
 
 /* What is there already needs no room: only a new submission is answered `otherwise`. */
-static enum store_answer repeat(struct store *store, struct submit *submit,
-                                enum store_answer otherwise) {
+static enum store_answer find_repeated(struct store *store, struct submit *submit,
+                                       enum store_answer otherwise) {
     struct db *db = sqlite_take_reader(store);
     enum store_answer known = sqlite_give_reader(store, db, find_key(db, submit));
     return known == STORE_EMPTY ? otherwise : known;
@@ -252,7 +252,7 @@ static enum store_answer run_submit(struct store *store, const struct store_subm
                            submission->request_length, NULL, 0);
     enum store_answer room = sqlite_room_for(store, (size_t)bytes_of(&submit));
     if (room != STORE_OK)
-        return submission->key ? repeat(store, &submit, room) : room;
+        return submission->key ? find_repeated(store, &submit, room) : room;
     return (submission->unpromised ? sqlite_write_lazy : sqlite_write)(store, submit_operation,
                                                                        &submit);
 }

@@ -97,7 +97,7 @@ static enum store_answer set_state(struct db *db, int64_t number, int state) {
     return query_run(&query);
 }
 
-static enum store_answer complete(struct db *db, const struct store_segment *segment) {
+static enum store_answer complete_result(struct db *db, const struct store_segment *segment) {
     struct query query =
         db_query(db, "UPDATE results SET state = " SQL_COMPLETE
                      ", length = ?, summary = ? WHERE number = ? AND state = " SQL_BUILDING);
@@ -109,7 +109,8 @@ static enum store_answer complete(struct db *db, const struct store_segment *seg
 
 /* Makes the result whole, or drops it for a twin that was first; `*number` is the one the job
  * gets. */
-static enum store_answer settle(struct db *db, struct store_segment *segment, int64_t *number) {
+static enum store_answer finish_result(struct db *db, struct store_segment *segment,
+                                       int64_t *number) {
     enum store_answer answer = find_twin(db, segment->claim, number);
     if (answer != STORE_OK)
         return answer;
@@ -118,7 +119,7 @@ static enum store_answer settle(struct db *db, struct store_segment *segment, in
         segment->number = 0;
         return dropped ? set_state(db, dropped, RESULT_DOOMED) : STORE_OK;
     }
-    answer = segment->number ? complete(db, segment)
+    answer = segment->number ? complete_result(db, segment)
                              : insert_result(db, segment, RESULT_COMPLETE, &segment->number);
     *number = segment->number;
     return answer == STORE_OK ? insert_chunks(db, segment, *number) : answer;
@@ -128,7 +129,7 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
                                           void *context) {
     struct store_segment *segment = context;
     int64_t number = 0;
-    enum store_answer answer = settle(db, segment, &number);
+    enum store_answer answer = finish_result(db, segment, &number);
     if (answer != STORE_OK)
         return answer;
     struct query query = db_query(

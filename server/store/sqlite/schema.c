@@ -262,13 +262,13 @@ static const char families[] =
     " DELETE FROM jobs WHERE parent = old.sequence;"
     " DELETE FROM task_numbers WHERE parent = old.sequence; END;";
 
-static bool read_number(struct db *db, const char *sql, int64_t *number) {
+static bool read_one_number(struct db *db, const char *sql, int64_t *number) {
     struct query query = db_query(db, sql);
     *number = query_row(&query) ? query_int(&query, 0) : 0;
     return query_end(&query) == STORE_OK;
 }
 
-static bool make_tables(struct db *db) {
+static bool fill_empty_file(struct db *db) {
     struct query query;
     if (db_script(db, "PRAGMA application_id = 0x64726170") != STORE_OK || /* SQLITE_APPLICATION */
         db_script(db, tables) != STORE_OK || db_script(db, more_tables) != STORE_OK ||
@@ -283,15 +283,16 @@ static bool make_tables(struct db *db) {
 
 bool sqlite_prepare_tables(struct db *db, char why[STORE_WHY_SIZE]) {
     int64_t tables_there = 0, application = 0, version = 0;
-    bool good = read_number(db, "SELECT count(*) FROM sqlite_schema", &tables_there) &&
-                read_number(db, "SELECT application_id FROM pragma_application_id", &application);
+    bool good =
+        read_one_number(db, "SELECT count(*) FROM sqlite_schema", &tables_there) &&
+        read_one_number(db, "SELECT application_id FROM pragma_application_id", &application);
     if (good && tables_there > 0 && application != SQLITE_APPLICATION) {
         snprintf(why, STORE_WHY_SIZE, "the database %s belongs to another program", db_path(db));
         return false;
     }
-    good = good &&
-           (tables_there > 0 ? read_number(db, "SELECT max(version) FROM schema_version", &version)
-                             : make_tables(db));
+    good = good && (tables_there > 0
+                        ? read_one_number(db, "SELECT max(version) FROM schema_version", &version)
+                        : fill_empty_file(db));
     if (!good)
         db_explain(db, why);
     return good && (tables_there == 0 || store_schema_known(db_path(db), version, why));

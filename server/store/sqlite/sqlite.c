@@ -396,14 +396,14 @@ struct reader sqlite_reader(struct db *db) {
     return (struct reader){begin_on, db, &dialect};
 }
 
-static void give_back(struct query *query) {
+static void return_reader(struct query *query) {
     (void)sqlite_give_reader(query->lender, query->connection, STORE_OK);
 }
 
 struct query sqlite_read(void *store, const char *sql) {
     struct query query = db_query(sqlite_take_reader(store), sql);
     query.lender = store;
-    query.give_back = give_back;
+    query.give_back = return_reader;
     return query;
 }
 
