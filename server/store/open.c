@@ -27,28 +27,20 @@ bool store_url_remote(const char *url) {
     return !strncmp(url, "postgresql://", 13) || !strncmp(url, "postgres://", 11);
 }
 
-/* The backend that the URL names. A URL of an unknown kind may hold a password: it is not quoted.
- */
-static struct store *open_backend(const char *url, const struct store_options *options,
-                                  struct job_events *events, char why[STORE_WHY_SIZE]) {
-    if (store_url_remote(url))
-        return store_postgres_open(url, options, events, why);
-    if (strstr(url, "://")) {
-        snprintf(why, STORE_WHY_SIZE,
-                 "the store is of an unknown kind: there are sqlite:PATH and postgresql://...");
-        return NULL;
-    }
-    const char *path = strncmp(url, "sqlite:", 7) ? url : url + 7;
-    if (!path[0] || path[0] == ':') {
-        snprintf(why, STORE_WHY_SIZE, "'%s' names no file: the store must be one", url);
-        return NULL;
-    }
-    return store_sqlite_open(path, options, events, why);
-}
-
+/* A URL of an unknown kind may hold a password: it is not quoted. */
 struct store *store_open(const char *url, const struct store_options *options,
                          struct job_events *events, char why[STORE_WHY_SIZE]) {
-    struct store *store = open_backend(url, options, events, why);
+    const char *path = strncmp(url, "sqlite:", 7) ? url : url + 7;
+    struct store *store = NULL;
+    if (store_url_remote(url))
+        store = store_postgres_open(url, options, events, why);
+    else if (strstr(url, "://"))
+        snprintf(why, STORE_WHY_SIZE,
+                 "the store is of an unknown kind: give sqlite:PATH or postgresql://...");
+    else if (!path[0] || path[0] == ':')
+        snprintf(why, STORE_WHY_SIZE, "'%s' names no file: the store must be one", url);
+    else
+        store = store_sqlite_open(path, options, events, why);
     if (!store)
         return NULL;
     pthread_mutex_init(&store->health.lock, NULL);

@@ -102,25 +102,15 @@ static void clear_away(const struct process_lock *lock) {
         closedir(entries);
 }
 
-static struct process_lock *lock_new(const char *path) {
-    struct process_lock *lock = calloc(1, sizeof *lock);
-    if (!lock)
-        return NULL;
-    lock->store_lock = lock->own_lock = -1;
-    lock->path = strdup(path);
-    if (lock->path)
-        return lock;
-    free(lock);
-    return NULL;
-}
-
 struct process_lock *process_lock_take(const char *path, bool shared, char why[STORE_WHY_SIZE]) {
-    struct process_lock *lock = lock_new(path);
-    if (!lock) {
-        snprintf(why, STORE_WHY_SIZE, "no memory for the database");
-        return NULL;
+    struct process_lock *lock = calloc(1, sizeof *lock);
+    if (lock) {
+        lock->store_lock = lock->own_lock = -1;
+        lock->path = strdup(path);
     }
-    if (lock_store(lock, shared, why) && lock_own(lock, why)) {
+    if (!lock || !lock->path)
+        snprintf(why, STORE_WHY_SIZE, "no memory for the database");
+    else if (lock_store(lock, shared, why) && lock_own(lock, why)) {
         clear_away(lock);
         return lock;
     }

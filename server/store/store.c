@@ -261,14 +261,6 @@ static enum store_answer write_segment(struct store_writer *writer) {
     return answer;
 }
 
-/* The chunk that takes the next byte; NULL without memory. */
-static unsigned char *open_chunk(struct store_uncommitted *uncommitted) {
-    unsigned char **chunk = &uncommitted->chunks[uncommitted->length / STORE_CHUNK_BYTES];
-    if (!*chunk)
-        *chunk = malloc(STORE_CHUNK_BYTES);
-    return *chunk;
-}
-
 enum store_answer store_writer_append(struct store_writer *writer, const void *bytes,
                                       size_t length) {
     struct store_uncommitted *uncommitted = writer->uncommitted;
@@ -276,13 +268,15 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
     while (length > 0) {
         enum store_answer answer =
             uncommitted->length == STORE_SEGMENT_BYTES ? write_segment(writer) : STORE_OK;
-        unsigned char *chunk = answer == STORE_OK ? open_chunk(uncommitted) : NULL;
-        if (!chunk)
-            return answer == STORE_OK ? STORE_DOWN : answer;
+        if (answer != STORE_OK)
+            return answer;
+        unsigned char **chunk = &uncommitted->chunks[uncommitted->length / STORE_CHUNK_BYTES];
+        if (!*chunk && !(*chunk = malloc(STORE_CHUNK_BYTES)))
+            return STORE_DOWN;
         size_t within = uncommitted->length % STORE_CHUNK_BYTES;
         size_t room = STORE_CHUNK_BYTES - within;
         size_t taken = length < room ? length : room;
-        memcpy(chunk + within, from, taken);
+        memcpy(*chunk + within, from, taken);
         uncommitted->length += taken;
         from += taken;
         length -= taken;

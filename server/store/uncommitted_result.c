@@ -23,21 +23,18 @@ void uncommitted_list(struct store_uncommitted *uncommitted) {
     pthread_mutex_unlock(&list->lock);
 }
 
-static void unlist(struct store_uncommitted *uncommitted) {
-    struct store_uncommitted_list *list = &uncommitted->store->uncommitted;
-    pthread_mutex_lock(&list->lock);
-    struct store_uncommitted **at = &list->first;
-    while (*at != uncommitted)
-        at = &(*at)->next;
-    *at = uncommitted->next;
-    pthread_mutex_unlock(&list->lock);
-}
-
 void uncommitted_close(struct store_uncommitted *uncommitted, int64_t number) {
     if (!uncommitted)
         return;
-    if (uncommitted->listed)
-        unlist(uncommitted);
+    if (uncommitted->listed) {
+        struct store_uncommitted_list *list = &uncommitted->store->uncommitted;
+        pthread_mutex_lock(&list->lock);
+        struct store_uncommitted **at = &list->first;
+        while (*at != uncommitted)
+            at = &(*at)->next;
+        *at = uncommitted->next;
+        pthread_mutex_unlock(&list->lock);
+    }
     atomic_store(&uncommitted->number, (int_fast64_t)number);
     store_uncommitted_drop(uncommitted);
 }

@@ -3,16 +3,16 @@
 #include <stdlib.h>
 
 /* A statement for each kind of item, whose tables have the same columns. */
-#define OF_SHELF(before, after)                                                                    \
+#define OF_KIND(before, after)                                                                     \
     (const char *const[]){before "draped.surfaces" after, before "draped.materials" after}[kind]
 
 enum store_answer postgres_item_put(struct store *store, enum store_item_kind kind,
                                     const struct store_item *item, bool *created) {
     struct query query = postgres_query_now(
-        store, OF_SHELF("INSERT INTO ", " (id, owner, created, description, definition)"
-                                        " VALUES ($2, $3, " POSTGRES_NOW
-                                        ", $4, $5) ON CONFLICT (id, owner) DO NOTHING"
-                                        " RETURNING 1"));
+        store, OF_KIND("INSERT INTO ", " (id, owner, created, description, definition)"
+                                       " VALUES ($2, $3, " POSTGRES_NOW
+                                       ", $4, $5) ON CONFLICT (id, owner) DO NOTHING"
+                                       " RETURNING 1"));
     query_bind_text(&query, item->id);
     query_bind_text(&query, item->owner);
     query_bind_text(&query, item->description);

@@ -58,18 +58,6 @@ void notify_announce(struct notify *notify, const char *subject) {
     wake_thread(notify);
 }
 
-/* The text to be sent; false when there is none. */
-static bool collect(struct notify *notify, char text[TEXT_MAX + 1]) {
-    pthread_mutex_lock(&notify->lock);
-    bool any = notify->queue || notify->used > 0;
-    snprintf(text, TEXT_MAX + 1, "%s%.*s", notify->queue ? job_events_queue : "", (int)notify->used,
-             notify->text);
-    notify->queue = false;
-    notify->used = 0;
-    pthread_mutex_unlock(&notify->lock);
-    return any;
-}
-
 /* ------------------------------------------------------------------ the connection */
 
 static void disconnect(struct notify *notify) {
@@ -90,29 +78,25 @@ static bool connected(struct notify *notify) {
     return good;
 }
 
-/* Passes on the subjects in a text as job events. Words of another program on our channel name
- * nothing here and do no harm. */
-static void pass_on(struct job_events *events, const char *text) {
-    char subject[ID_SIZE];
-    while (*text) {
-        size_t length = strcspn(text, " ");
-        if (length > 0 && length < sizeof subject) {
-            memcpy(subject, text, length);
-            subject[length] = '\0';
-            job_events_notify(events, subject, JOB_CHANGED);
-        }
-        text += length + (text[length] == ' ');
-    }
-}
-
-/* Passes on what has been received of others; whether there was anything. */
+/* Passes on the subjects that others have announced as job events; whether there was anything.
+ * Words of another program on our channel name nothing here and do no harm. */
 static bool pass_on_all(struct notify *notify) {
     bool any = false;
     PGnotify *received = NULL;
     for (; (received = PQnotifies(notify->connection)) != NULL; PQfreemem(received)) {
         any = true;
-        if (received->be_pid != PQbackendPID(notify->connection))
-            pass_on(notify->events, received->extra);
+        const char *text =
+            received->be_pid == PQbackendPID(notify->connection) ? "" : received->extra;
+        while (*text) {
+            char subject[ID_SIZE];
+            size_t length = strcspn(text, " ");
+            if (length > 0 && length < sizeof subject) {
+                memcpy(subject, text, length);
+                subject[length] = '\0';
+                job_events_notify(notify->events, subject, JOB_CHANGED);
+            }
+            text += length + (text[length] == ' ');
+        }
     }
     return any;
 }
@@ -135,41 +119,37 @@ static bool wait_for_either(struct notify *notify) {
     return true;
 }
 
-/* In a transaction of its own, which writes nothing: the server lets only one transaction that
- * announces end at a time, and one that waited for its disk meanwhile would hold up all others. */
-static bool announce_text(struct notify *notify, const char *text) {
-    int64_t until = clock_ms() + pool_patience_ms(notify->pool);
-    bool sent = PQsendQueryParams(notify->connection, "SELECT pg_notify('draped', $1)", 1, NULL,
-                                  &text, NULL, NULL, 0);
-    PGresult *result = sent ? pool_receive(notify->connection, until) : NULL;
-    bool good = PQresultStatus(result) == PGRES_TUPLES_OK;
-    PQclear(result);
-    if (!good)
-        disconnect(notify);
-    return good;
-}
-
-/* One text every few milliseconds at the most, however much happens. */
+/* One text every few milliseconds at the most, however much happens. In a transaction of its own,
+ * which writes nothing: the server lets only one transaction that announces end at a time, and one
+ * that waited for its disk meanwhile would hold up all others. */
 static bool announce_collected(struct notify *notify) {
     char text[TEXT_MAX + 1];
     uint64_t count = 0;
     ssize_t got = read(notify->wake, &count, sizeof count);
     (void)got;
-    if (!collect(notify, text))
+    pthread_mutex_lock(&notify->lock);
+    bool any = notify->queue || notify->used > 0;
+    snprintf(text, sizeof text, "%s%.*s", notify->queue ? job_events_queue : "", (int)notify->used,
+             notify->text);
+    notify->queue = false;
+    notify->used = 0;
+    pthread_mutex_unlock(&notify->lock);
+    if (!any)
         return true;
-    bool good = announce_text(notify, text);
+    const char *value = text;
+    int64_t until = clock_ms() + pool_patience_ms(notify->pool);
+    bool sent = PQsendQueryParams(notify->connection, "SELECT pg_notify('draped', $1)", 1, NULL,
+                                  &value, NULL, NULL, 0);
+    PGresult *result = sent ? pool_receive(notify->connection, until) : NULL;
+    bool good = PQresultStatus(result) == PGRES_TUPLES_OK;
+    PQclear(result);
+    if (!good)
+        disconnect(notify);
     nanosleep(&(struct timespec){.tv_nsec = ANNOUNCE_EVERY_MS * 1000000L}, NULL);
     return good;
 }
 
 /* ------------------------------------------------------------------ the thread */
-
-/* Unless it is to stop. */
-static void pause_ms(struct notify *notify, int ms) {
-    int64_t until = clock_ms() + ms;
-    while (!atomic_load(&notify->stopping) && clock_ms() < until)
-        nanosleep(&(struct timespec){.tv_nsec = 50 * 1000000L}, NULL);
-}
 
 static void *carry(void *context) {
     struct notify *notify = context;
@@ -179,7 +159,9 @@ static void *carry(void *context) {
             retry_ms = RETRY_FIRST_MS;
             continue;
         }
-        pause_ms(notify, retry_ms);
+        int64_t until = clock_ms() + retry_ms;
+        while (!atomic_load(&notify->stopping) && clock_ms() < until)
+            nanosleep(&(struct timespec){.tv_nsec = 50 * 1000000L}, NULL);
         retry_ms = retry_ms * 2 < RETRY_MOST_MS ? retry_ms * 2 : RETRY_MOST_MS;
     }
     return NULL;

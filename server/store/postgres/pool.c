@@ -70,12 +70,6 @@ void pool_hide_password(const struct pool *pool, char *text) {
         memset(found, '*', length);
 }
 
-static void explain_connection(const struct pool *pool, char why[STORE_WHY_SIZE], const char *what,
-                               const char *message) {
-    pool_say(why, "%s: %s", what, message);
-    pool_hide_password(pool, why);
-}
-
 /* ------------------------------------------------------------------ the URL */
 
 static bool plain(const char *value, const char *forbidden) {
@@ -131,26 +125,23 @@ PGconn *pool_connect(const struct pool *pool) {
 }
 
 /* A lock is waited for a little less long than an answer. */
-static bool set_lock_timeout(const struct pool *pool, PGconn *libpq) {
-    char sql[64];
-    snprintf(sql, sizeof sql, "SET lock_timeout = %lld", (long long)pool->patience_ms * 4 / 5);
-    PGresult *result = PQexec(libpq, sql);
-    bool good = PQresultStatus(result) == PGRES_COMMAND_OK;
-    PQclear(result);
-    return good;
-}
-
 static struct pool_connection *connection_new(const struct pool *pool, char why[STORE_WHY_SIZE]) {
     struct pool_connection *connection = calloc(1, sizeof *connection);
     if (!connection) {
         pool_say(why, "no memory for a connection");
         return NULL;
     }
+    char sql[64];
+    snprintf(sql, sizeof sql, "SET lock_timeout = %lld", (long long)pool->patience_ms * 4 / 5);
     connection->libpq = pool_connect(pool);
-    if (PQstatus(connection->libpq) != CONNECTION_OK || !set_lock_timeout(pool, connection->libpq))
-        explain_connection(pool, why, "the database cannot be used",
-                           PQerrorMessage(connection->libpq));
-    else if (PQserverVersion(connection->libpq) < VERSION_MIN)
+    bool good = PQstatus(connection->libpq) == CONNECTION_OK;
+    PGresult *result = good ? PQexec(connection->libpq, sql) : NULL;
+    good = good && PQresultStatus(result) == PGRES_COMMAND_OK;
+    PQclear(result);
+    if (!good) {
+        pool_say(why, "the database cannot be used: %s", PQerrorMessage(connection->libpq));
+        pool_hide_password(pool, why);
+    } else if (PQserverVersion(connection->libpq) < VERSION_MIN)
         pool_say(why, "the database server is PostgreSQL %d, and 13 is the oldest that will do",
                  PQserverVersion(connection->libpq) / 10000);
     else if (PQsetnonblocking(connection->libpq, 1) == 0)

@@ -178,39 +178,31 @@ static bool read_manifest(sqlite3 *handle, const char *path, int64_t schema,
 
 /* ------------------------------------------------------------------ copying */
 
-/* All pages of a source that is inside a read transaction, so that none can change. */
-static bool copy_pages(sqlite3 *from, sqlite3 *to, const char *path, char why[STORE_WHY_SIZE]) {
-    sqlite3_backup *copy = sqlite3_backup_init(to, "main", from, "main");
-    int code = copy ? SQLITE_OK : SQLITE_ERROR;
-    while (code == SQLITE_OK)
-        code = sqlite3_backup_step(copy, STEP_PAGES);
-    int last = copy ? sqlite3_backup_finish(copy) : SQLITE_ERROR;
-    return (code == SQLITE_DONE && last == SQLITE_OK) || say_error(why, to, path);
-}
-
-/* Reads the file anew, from the disk. */
-static bool check_copy(const char *path, const struct backup_contents *expected,
-                       char why[STORE_WHY_SIZE]) {
-    struct backup_contents found;
-    sqlite3 *handle = open_file(path, SQLITE_OPEN_READONLY, why);
-    bool good = handle && check_pages(handle, path, why) &&
-                read_contents(handle, path, &found, why) && backup_same(&found, expected, why);
-    sqlite3_close(handle);
-    return good;
-}
-
-/* `last` is done in the copy before it is brought to the disk. The log mode is a mark in the file,
- * which a daemon sets again. */
+/* Copies all pages of a source that is inside a read transaction, so that none can change, and
+ * reads the copy anew, from the disk. The log mode is a mark in the file, which a daemon sets
+ * again. */
 static bool copy_to(sqlite3 *from, const char *path, const struct backup_contents *contents,
                     bool manifest, char why[STORE_WHY_SIZE]) {
     sqlite3 *to = open_file(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, why);
-    bool good = to && copy_pages(from, to, path, why) &&
-                run_sql(to, path, "PRAGMA journal_mode=DELETE; PRAGMA synchronous=FULL", why) &&
-                (manifest ? write_manifest(to, path, contents, why)
-                          : run_sql(to, path, "DROP TABLE IF EXISTS backup", why));
+    sqlite3_backup *copy = to ? sqlite3_backup_init(to, "main", from, "main") : NULL;
+    int code = copy ? SQLITE_OK : SQLITE_ERROR;
+    while (code == SQLITE_OK)
+        code = sqlite3_backup_step(copy, STEP_PAGES);
+    bool good = copy && sqlite3_backup_finish(copy) == SQLITE_OK && code == SQLITE_DONE;
+    if (to && !good)
+        say_error(why, to, path);
+    good = good && run_sql(to, path, "PRAGMA journal_mode=DELETE; PRAGMA synchronous=FULL", why) &&
+           (manifest ? write_manifest(to, path, contents, why)
+                     : run_sql(to, path, "DROP TABLE IF EXISTS backup", why));
     if (sqlite3_close(to) != SQLITE_OK && good)
         good = say_error(why, to, path);
-    return good && backup_sync(path, why) && check_copy(path, contents, why);
+    struct backup_contents found;
+    sqlite3 *read =
+        good && backup_sync(path, why) ? open_file(path, SQLITE_OPEN_READONLY, why) : NULL;
+    good = read && check_pages(read, path, why) && read_contents(read, path, &found, why) &&
+           backup_same(&found, contents, why);
+    sqlite3_close(read);
+    return good;
 }
 
 bool sqlite_backup_make(const char *database, const char *path, struct backup_contents *contents,
@@ -243,16 +235,6 @@ static bool give_to_account(const char *database, const char *path, char why[STO
         return true;
     return backup_fail(why, "%s cannot be given to the account of its folder: %s", path,
                        strerror(errno));
-}
-
-/* Takes what the log holds into the database, so that the one file is all; it may be damaged, and
- * then both are kept as they are. */
-static void fold_log(const char *database) {
-    char why[STORE_WHY_SIZE];
-    sqlite3 *handle = open_file(database, SQLITE_OPEN_READWRITE, why);
-    if (handle)
-        (void)sqlite3_wal_checkpoint_v2(handle, NULL, SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
-    sqlite3_close(handle);
 }
 
 /* A second name for a file, if it is there. */
@@ -293,8 +275,12 @@ static bool swap_databases(const char *database, const char *stage, char kept[BA
     if (length < 0 || length >= BACKUP_KEPT_SIZE || !beside(database, "-wal", log, why) ||
         !beside(database, "-shm", shared, why) || !beside(kept, "-wal", kept_log, why))
         return false;
-    if (there)
-        fold_log(database);
+    /* What the log holds is taken into the database, so that the one file is all; it may be
+     * damaged, and then both are kept as they are. */
+    sqlite3 *handle = there ? open_file(database, SQLITE_OPEN_READWRITE, why) : NULL;
+    if (handle)
+        (void)sqlite3_wal_checkpoint_v2(handle, NULL, SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
+    sqlite3_close(handle);
     if (!link_file(database, kept, why) || !link_file(log, kept_log, why) ||
         !backup_sync(parent, why) || !remove_file(log, why) || !remove_file(shared, why))
         return false;

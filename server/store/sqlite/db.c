@@ -94,18 +94,6 @@ void db_close(struct db *db) {
     free(db);
 }
 
-static struct db *db_new(const char *path) {
-    struct db *db = calloc(1, sizeof *db);
-    if (!db)
-        return NULL;
-    db->path = strdup(path);
-    if (!db->path) {
-        free(db);
-        return NULL;
-    }
-    return db;
-}
-
 /* Before the library is used first: nobody asks how much memory it has, and to count that takes a
  * lock for every allocation. */
 static void configure(void) {
@@ -115,9 +103,10 @@ static void configure(void) {
 struct db *db_open(const char *path, int64_t busy_ms, char why[STORE_WHY_SIZE]) {
     static pthread_once_t once = PTHREAD_ONCE_INIT;
     pthread_once(&once, configure);
-    struct db *db = db_new(path);
-    if (!db) {
+    struct db *db = calloc(1, sizeof *db);
+    if (!db || !(db->path = strdup(path))) {
         snprintf(why, STORE_WHY_SIZE, "no memory for the database");
+        free(db);
         return NULL;
     }
     int flags =

@@ -10,26 +10,21 @@ static const char usable_sql[] =
     " materials m, stored t, ended e WHERE 0";
 
 /* Alone with the database, a process knows that all others are gone. */
-static enum store_answer clear_hosts(struct sqlite_store *store, struct db *db,
-                                     const struct store_host *host, int64_t now) {
+static enum store_answer beat_operation(struct sqlite_store *store, struct db *db, void *context) {
+    const struct store_host *host = context;
+    int64_t now = sqlite_now(store);
     struct query query = db_query(db, "DELETE FROM hosts WHERE name <> ? AND (? OR seen < ?)");
     query_bind_text(&query, host->name);
     query_bind_int(&query, !sqlite_options(store)->shared);
     query_bind_int(&query, now - STORE_FORGOTTEN_US);
-    return query_run(&query);
-}
-
-static enum store_answer beat_operation(struct sqlite_store *store, struct db *db, void *context) {
-    const struct store_host *host = context;
-    int64_t now = sqlite_now(store);
-    enum store_answer answer = clear_hosts(store, db, host, now);
+    enum store_answer answer = query_run(&query);
     if (answer != STORE_OK)
         return answer;
-    struct query query = db_query(db, "INSERT INTO hosts VALUES (?, ?, ?, ?, ?, ?, ?)"
-                                      " ON CONFLICT (name) DO UPDATE SET host = excluded.host,"
-                                      " role = excluded.role, version = excluded.version,"
-                                      " workers = excluded.workers, busy = excluded.busy,"
-                                      " seen = max(seen + 1, excluded.seen)");
+    query = db_query(db, "INSERT INTO hosts VALUES (?, ?, ?, ?, ?, ?, ?)"
+                         " ON CONFLICT (name) DO UPDATE SET host = excluded.host,"
+                         " role = excluded.role, version = excluded.version,"
+                         " workers = excluded.workers, busy = excluded.busy,"
+                         " seen = max(seen + 1, excluded.seen)");
     query_bind_text(&query, host->name);
     query_bind_text(&query, host->host);
     query_bind_text(&query, host->role);

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* A statement for each kind of item, whose tables have the same columns. */
-#define OF_SHELF(before, after)                                                                    \
+#define OF_KIND(before, after)                                                                     \
     (const char *const[]){before "surfaces" after, before "materials" after}[kind]
 
 struct put {
@@ -19,8 +19,8 @@ static enum store_answer put_operation(struct sqlite_store *store, struct db *db
     const enum store_item_kind kind = put->kind;
     const struct store_item *item = put->item;
     struct query query = db_query(
-        db, OF_SHELF("INSERT INTO ", " (id, owner, created, description, definition)"
-                                     " VALUES (?, ?, ?, ?, ?) ON CONFLICT (id, owner) DO NOTHING"));
+        db, OF_KIND("INSERT INTO ", " (id, owner, created, description, definition)"
+                                    " VALUES (?, ?, ?, ?, ?) ON CONFLICT (id, owner) DO NOTHING"));
     query_bind_text(&query, item->id);
     query_bind_text(&query, item->owner);
     query_bind_int(&query, sqlite_now(store));
@@ -48,28 +48,23 @@ struct named {
 
 /* An owner keeps the surfaces that its jobs need. What an administrator's job needs may be of any
  * owner: the last one stays. */
-static enum store_answer in_use(struct db *db, const struct named *named) {
-    struct query query = db_query(
-        db, "SELECT 1 FROM jobs WHERE surface = ?1 AND status < " SQL_FIRST_ENDED " AND (?2 IS NULL"
-            " OR owner = ?2 OR NOT EXISTS"
-            " (SELECT 1 FROM surfaces WHERE id = ?1 AND owner <> ?2)) LIMIT 1");
-    query_bind_text(&query, named->id);
-    query_bind_text(&query, named->owner);
-    bool used = query_row(&query);
-    enum store_answer answer = query_end(&query);
-    return answer == STORE_OK && used ? STORE_CONFLICT : answer;
-}
-
 static enum store_answer delete_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
     (void)store;
     const struct named *named = context;
     const enum store_item_kind kind = named->kind;
-    enum store_answer answer = kind == STORE_SURFACES ? in_use(db, named) : STORE_OK;
-    if (answer != STORE_OK)
-        return answer;
-    struct query query =
-        db_query(db, OF_SHELF("DELETE FROM ", " WHERE id = ?1 AND (?2 IS NULL OR owner = ?2)"));
+    struct query query;
+    if (kind == STORE_SURFACES) {
+        query = db_query(db, "SELECT 1 FROM jobs WHERE surface = ?1 AND status < " SQL_FIRST_ENDED
+                             " AND (?2 IS NULL OR owner = ?2 OR NOT EXISTS"
+                             " (SELECT 1 FROM surfaces WHERE id = ?1 AND owner <> ?2)) LIMIT 1");
+        query_bind_text(&query, named->id);
+        query_bind_text(&query, named->owner);
+        enum store_answer used = query_find(&query, STORE_EMPTY);
+        if (used != STORE_EMPTY)
+            return used == STORE_OK ? STORE_CONFLICT : used;
+    }
+    query = db_query(db, OF_KIND("DELETE FROM ", " WHERE id = ?1 AND (?2 IS NULL OR owner = ?2)"));
     query_bind_text(&query, named->id);
     query_bind_text(&query, named->owner);
     return db_change(&query, STORE_EMPTY);

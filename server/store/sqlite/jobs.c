@@ -49,22 +49,6 @@ static enum store_answer surface_stored(struct db *db, const char *id) {
     return query_find(&query, STORE_EMPTY);
 }
 
-/* What there is of the owner, and how many jobs of all wait. */
-static enum store_answer read_usage(struct db *db, const char *owner, struct store_usage *usage,
-                                    int64_t *waiting) {
-    struct query query =
-        db_query(db, "SELECT n, queued - tasks, running, results + others FROM counts"
-                     " LEFT JOIN owners ON owner = ? WHERE status = " SQL_QUEUED);
-    query_bind_text(&query, owner);
-    if (query_row(&query)) {
-        *waiting = query_int(&query, 0);
-        usage->queued = query_int(&query, 1);
-        usage->running = query_int(&query, 2);
-        usage->bytes = query_int(&query, 3);
-    }
-    return query_end(&query);
-}
-
 static enum store_answer over_bound(struct submit *submit, enum store_bound bound) {
     submit->receipt->full = bound;
     return STORE_FULL;
@@ -85,7 +69,15 @@ static enum store_answer find_room(struct sqlite_store *store, struct db *db, st
     const int64_t limit = sqlite_options(store)->queue_limit;
     int64_t waiting = 0;
     struct store_usage usage = {0};
-    enum store_answer answer = read_usage(db, submit->owner, &usage, &waiting);
+    struct query query = db_query(db, "SELECT n, queued - tasks, results + others FROM counts"
+                                      " LEFT JOIN owners ON owner = ? WHERE status = " SQL_QUEUED);
+    query_bind_text(&query, submit->owner);
+    if (query_row(&query)) {
+        waiting = query_int(&query, 0);
+        usage.queued = query_int(&query, 1);
+        usage.bytes = query_int(&query, 2);
+    }
+    enum store_answer answer = query_end(&query);
     if (answer != STORE_OK)
         return answer;
     if (queues && quota->queued > 0 && usage.queued + queues > quota->queued)
@@ -282,40 +274,34 @@ static enum store_answer cancel_operation(struct sqlite_store *store, struct db 
         return answer;
     query = db_query(db, "SELECT 1 FROM jobs WHERE id = ?");
     query_bind_text(&query, id);
-    bool known = query_row(&query);
-    answer = query_end(&query);
-    return answer != STORE_OK ? answer : known ? STORE_CONFLICT : STORE_EMPTY;
+    answer = query_find(&query, STORE_EMPTY);
+    return answer == STORE_OK ? STORE_CONFLICT : answer;
 }
 
 enum store_answer sqlite_cancel(struct store *store, const char *id) {
     return sqlite_write(store, cancel_operation, (void *)(uintptr_t)id);
 }
 
-static enum store_answer remove_rows(struct db *db, int64_t sequence, int64_t result) {
-    struct query query = db_query(db, "DELETE FROM requests WHERE job = ?");
+static enum store_answer remove_operation(struct sqlite_store *store, struct db *db,
+                                          void *context) {
+    (void)store;
+    struct query query = db_query(db, "SELECT sequence, result FROM jobs WHERE id = ?");
+    query_bind_text(&query, context);
+    bool known = query_row(&query);
+    int64_t sequence = known ? query_int(&query, 0) : 0;
+    int64_t result = known ? query_int(&query, 1) : 0;
+    enum store_answer answer = query_end_found(&query, known, STORE_EMPTY);
+    if (answer != STORE_OK)
+        return answer;
+    query = db_query(db, "DELETE FROM requests WHERE job = ?");
     query_bind_int(&query, sequence);
-    enum store_answer answer = query_run(&query);
+    answer = query_run(&query);
     if (answer != STORE_OK)
         return answer;
     query = db_query(db, "DELETE FROM jobs WHERE sequence = ?");
     query_bind_int(&query, sequence);
     answer = query_run(&query);
     return answer == STORE_OK && result ? sqlite_result_forget(db, result) : answer;
-}
-
-static enum store_answer remove_operation(struct sqlite_store *store, struct db *db,
-                                          void *context) {
-    (void)store;
-    const char *id = context;
-    struct query query = db_query(db, "SELECT sequence, result FROM jobs WHERE id = ?");
-    query_bind_text(&query, id);
-    bool known = query_row(&query);
-    int64_t sequence = known ? query_int(&query, 0) : 0;
-    int64_t result = known ? query_int(&query, 1) : 0;
-    enum store_answer answer = query_end(&query);
-    if (answer != STORE_OK)
-        return answer;
-    return known ? remove_rows(db, sequence, result) : STORE_EMPTY;
 }
 
 enum store_answer sqlite_remove(struct store *store, const char *id) {

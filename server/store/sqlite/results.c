@@ -5,28 +5,19 @@
 
 enum { PACE_CHUNKS = 64 }; /* of a result, 4 MiB, that go to the disk together */
 
-static int64_t chunk_row(int64_t number, int64_t index) {
-    return number * STORE_CHUNKS_MAX + index;
-}
-
 /* ------------------------------------------------------------------ writing */
-
-static enum store_answer insert_chunk(struct db *db, int64_t row, const void *bytes,
-                                      size_t length) {
-    struct query query = db_query(db, "INSERT INTO chunks (id, bytes) VALUES (?, ?)");
-    query_bind_int(&query, row);
-    query_bind_bytes(&query, bytes, length);
-    return query_run(&query);
-}
 
 static enum store_answer insert_chunks(struct db *db, const struct store_segment *segment,
                                        int64_t number) {
     enum store_answer answer = STORE_OK;
-    int64_t row = chunk_row(number, segment->index);
+    int64_t row = number * STORE_CHUNKS_MAX + segment->index;
     for (size_t at = 0; at < segment->length && answer == STORE_OK; at += STORE_CHUNK_BYTES) {
         size_t left = segment->length - at;
-        answer = insert_chunk(db, row++, segment->chunks[at / STORE_CHUNK_BYTES],
-                              left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES);
+        struct query query = db_query(db, "INSERT INTO chunks (id, bytes) VALUES (?, ?)");
+        query_bind_int(&query, row++);
+        query_bind_bytes(&query, segment->chunks[at / STORE_CHUNK_BYTES],
+                         left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES);
+        answer = query_run(&query);
     }
     return answer;
 }
@@ -49,21 +40,20 @@ static enum store_answer insert_result(struct db *db, const struct store_segment
 }
 
 /* Between two segments the result may have been given up (its job cancelled, say). */
-static enum store_answer still_building(struct db *db, int64_t number) {
-    struct query query = db_query(
-        db, "SELECT 1 FROM results r JOIN jobs j ON j.sequence = r.job AND j.token = r.token"
-            " WHERE r.number = ? AND r.state = " SQL_BUILDING " AND j.status = " SQL_RUNNING);
-    query_bind_int(&query, number);
-    return query_find(&query, STORE_CONFLICT);
-}
-
 static enum store_answer append_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
     (void)store;
     struct store_segment *segment = context;
-    enum store_answer answer = segment->index == 0
-                                   ? insert_result(db, segment, RESULT_BUILDING, &segment->number)
-                                   : still_building(db, segment->number);
+    enum store_answer answer;
+    if (segment->index == 0) {
+        answer = insert_result(db, segment, RESULT_BUILDING, &segment->number);
+    } else {
+        struct query query = db_query(
+            db, "SELECT 1 FROM results r JOIN jobs j ON j.sequence = r.job AND j.token = r.token"
+                " WHERE r.number = ? AND r.state = " SQL_BUILDING " AND j.status = " SQL_RUNNING);
+        query_bind_int(&query, segment->number);
+        answer = query_find(&query, STORE_CONFLICT);
+    }
     return answer == STORE_OK ? insert_chunks(db, segment, segment->number) : answer;
 }
 
@@ -76,18 +66,6 @@ enum store_answer sqlite_result_append(struct store *store, struct store_segment
     if (answer == STORE_OK && end / PACE_CHUNKS > segment->index / PACE_CHUNKS)
         answer = sqlite_pace(store, PACE_CHUNKS * STORE_CHUNK_BYTES);
     return answer;
-}
-
-/* The complete result of the job's digest, 0 for none. */
-static enum store_answer find_twin(struct db *db, const struct store_claim *claim,
-                                   int64_t *number) {
-    struct query query = db_query(
-        db,
-        "SELECT r.number FROM jobs j JOIN results r ON r.owner = j.owner AND r.digest = j.digest"
-        " AND r.state = " SQL_COMPLETE " WHERE j.sequence = ?");
-    query_bind_int(&query, claim->sequence);
-    *number = query_row(&query) ? query_int(&query, 0) : 0;
-    return query_end(&query);
 }
 
 static enum store_answer set_state(struct db *db, int64_t number, int state) {
@@ -111,7 +89,12 @@ static enum store_answer complete_result(struct db *db, const struct store_segme
  * gets. */
 static enum store_answer finish_result(struct db *db, struct store_segment *segment,
                                        int64_t *number) {
-    enum store_answer answer = find_twin(db, segment->claim, number);
+    struct query query =
+        db_query(db, "SELECT r.number FROM jobs j JOIN results r ON r.owner = j.owner AND"
+                     " r.digest = j.digest AND r.state = " SQL_COMPLETE " WHERE j.sequence = ?");
+    query_bind_int(&query, segment->claim->sequence);
+    *number = query_row(&query) ? query_int(&query, 0) : 0;
+    enum store_answer answer = query_end(&query);
     if (answer != STORE_OK)
         return answer;
     if (*number != 0) {

@@ -16,46 +16,38 @@ struct step {
 
 /* ------------------------------------------------------------------ begin */
 
-static enum store_answer wait_for_round(struct db *db, const struct step *step) {
+/* The tasks' rank is the study's: after the tasks of the studies before. */
+static enum store_answer begin_operation(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    const struct step *step = context;
+    const struct store_round *round = step->round;
     struct query query = db_query(
         db,
         "UPDATE jobs SET status = " SQL_WAITING ", round = round + 1, open = ?,"
         " done = ?, total = ?, summary = ?, attempts = 0, excused = 0, lease = NULL, holder = NULL"
         " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, (int64_t)step->round->count);
-    query_bind_int(&query, step->round->done);
-    query_bind_int(&query, step->round->total);
-    query_bind_text(&query, step->round->best);
+    query_bind_int(&query, (int64_t)round->count);
+    query_bind_int(&query, round->done);
+    query_bind_int(&query, round->total);
+    query_bind_text(&query, round->best);
     query_bind_int(&query, step->claim->sequence);
     query_bind_int(&query, step->claim->token);
-    return db_change(&query, STORE_CONFLICT);
-}
-
-/* Its rank is the study's: after the tasks of the studies before. */
-static enum store_answer insert_task(struct db *db, const struct step *step, size_t part) {
-    const struct store_round *round = step->round;
-    char id[ID_SIZE];
-    id_make(id);
-    struct query query = db_query(db, "INSERT INTO jobs (id, status, rank, priority, owner, "
-                                      "digest, surface, origin, created, kind,"
-                                      " parent, round, position, total, task) SELECT ?, " SQL_QUEUED
-                                      ", rank, priority, owner, '', surface,"
-                                      " origin, created, " SQL_TASK
-                                      ", sequence, round, ?, ?, ? FROM jobs WHERE sequence = ?");
-    query_bind_text(&query, id);
-    query_bind_int(&query, (int64_t)part);
-    query_bind_int(&query, round->variants[part]);
-    query_bind_bytes(&query, (const char *)round->tasks + part * round->length, round->length);
-    query_bind_int(&query, step->claim->sequence);
-    return query_run(&query);
-}
-
-static enum store_answer begin_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    const struct step *step = context;
-    enum store_answer answer = wait_for_round(db, step);
-    for (size_t k = 0; k < step->round->count && answer == STORE_OK; k++)
-        answer = insert_task(db, step, k);
+    enum store_answer answer = db_change(&query, STORE_CONFLICT);
+    for (size_t k = 0; k < round->count && answer == STORE_OK; k++) {
+        char id[ID_SIZE];
+        id_make(id);
+        query = db_query(
+            db, "INSERT INTO jobs (id, status, rank, priority, owner, digest, surface, origin,"
+                " created, kind, parent, round, position, total, task)"
+                " SELECT ?, " SQL_QUEUED ", rank, priority, owner, '', surface, origin, created,"
+                " " SQL_TASK ", sequence, round, ?, ?, ? FROM jobs WHERE sequence = ?");
+        query_bind_text(&query, id);
+        query_bind_int(&query, (int64_t)k);
+        query_bind_int(&query, round->variants[k]);
+        query_bind_bytes(&query, (const char *)round->tasks + k * round->length, round->length);
+        query_bind_int(&query, step->claim->sequence);
+        answer = query_run(&query);
+    }
     return answer;
 }
 

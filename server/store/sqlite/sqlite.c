@@ -459,13 +459,6 @@ static struct sqlite_store *sqlite_new(const char *path, const struct store_opti
     return store;
 }
 
-static bool watch_files(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
-    store->identity = file_identity_new(store->path);
-    if (!store->identity)
-        snprintf(why, STORE_WHY_SIZE, "the files of the database %s cannot be found", store->path);
-    return store->identity != NULL;
-}
-
 struct store *store_sqlite_open(const char *path, const struct store_options *options,
                                 struct job_events *events, char why[STORE_WHY_SIZE]) {
     struct sqlite_store *store = sqlite_new(path, options, events);
@@ -474,9 +467,12 @@ struct store *store_sqlite_open(const char *path, const struct store_options *op
         return NULL;
     }
     store->process = process_lock_take(path, options->shared, why);
-    if (store->process && set_up_writer(store, why) && open_others(store, why) &&
-        watch_files(store, why))
-        return &store->base;
+    if (store->process && set_up_writer(store, why) && open_others(store, why)) {
+        store->identity = file_identity_new(path);
+        if (store->identity)
+            return &store->base;
+        snprintf(why, STORE_WHY_SIZE, "the files of the database %s cannot be found", path);
+    }
     sqlite_close(&store->base);
     return NULL;
 }

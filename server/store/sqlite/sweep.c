@@ -117,16 +117,6 @@ static enum store_answer doom(struct sqlite_store *store, struct db *db, void *c
     return answer == STORE_OK && *done == 0 ? STORE_EMPTY : answer;
 }
 
-static enum store_answer delete_chunks(struct db *db, int64_t number) {
-    struct query query = db_query(
-        db, "DELETE FROM chunks WHERE id IN"
-            " (SELECT id FROM chunks WHERE id >= ?1 << ?2 AND id < (?1 + 1) << ?2 LIMIT ?3)");
-    query_bind_int(&query, number);
-    query_bind_int(&query, STORE_CHUNKS_BITS);
-    query_bind_int(&query, CHUNKS_A_STEP);
-    return query_run(&query);
-}
-
 /* A slice of one doomed result; its row goes with the last slice. */
 static enum store_answer clear(struct sqlite_store *store, struct db *db, void *context) {
     (void)store;
@@ -135,11 +125,16 @@ static enum store_answer clear(struct sqlite_store *store, struct db *db, void *
                                       " AND state = " SQL_DOOMED " LIMIT 1");
     bool found = query_row(&query);
     int64_t number = found ? query_int(&query, 0) : 0;
-    enum store_answer answer = query_end(&query);
-    if (answer == STORE_OK && !found)
-        return STORE_EMPTY;
-    if (answer == STORE_OK)
-        answer = delete_chunks(db, number);
+    enum store_answer answer = query_end_found(&query, found, STORE_EMPTY);
+    if (answer != STORE_OK)
+        return answer;
+    query = db_query(
+        db, "DELETE FROM chunks WHERE id IN"
+            " (SELECT id FROM chunks WHERE id >= ?1 << ?2 AND id < (?1 + 1) << ?2 LIMIT ?3)");
+    query_bind_int(&query, number);
+    query_bind_int(&query, STORE_CHUNKS_BITS);
+    query_bind_int(&query, CHUNKS_A_STEP);
+    answer = query_run(&query);
     if (answer == STORE_OK && db_changes(db) < CHUNKS_A_STEP)
         answer = run_with(db, "DELETE FROM results WHERE number = ?", number);
     return answer;
