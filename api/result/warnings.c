@@ -48,10 +48,10 @@ static void check_packing(const struct warnings_subject *s, struct api_summary *
                     permeability_areal_ratio(summary->max_shear_deg);
     add(&summary->warnings, "packing_exceeded",
         cavity->rigid ? "/cavity/height" : "/fabric/fiber_volume_fraction",
-        "%.0f of %zu cells hold more fibres than can be packed, a fibre volume fraction of up to "
-        "%.3g where the limit is %.3g%s",
+        "%.0f of %zu cells hold more fibres than can be packed: their fibre volume fraction is up "
+        "to %.3g, and the limit is %.3g%s",
         summary->packing_exceeded_cells, summary->cells, fraction,
-        api_packing_limit(&request->permeability), cavity->rigid ? ": the cavity is too thin" : "");
+        api_packing_limit(&request->permeability), cavity->rigid ? "; make the cavity higher" : "");
 }
 
 static void check_locking(const struct warnings_subject *s, struct api_summary *summary) {
@@ -59,19 +59,18 @@ static void check_locking(const struct warnings_subject *s, struct api_summary *
     static const char pointer[] = "/fabric/locking_angle_deg";
     if (angle < 0 && most > usual_locking_deg)
         add(&summary->warnings, "locked", pointer,
-            "the cloth is sheared by up to %.1f degrees, and no locking angle was given; most "
-            "woven "
-            "fabrics wrinkle at 40 to 60",
+            "the cloth shears by up to %.1f degrees; most woven fabrics wrinkle at 40 to 60, and "
+            "the request has no locking angle",
             most);
     else if (angle >= 0 && summary->locked_cells > 0)
         add(&summary->warnings, "locked", pointer,
-            "%.0f of %zu cells are sheared beyond the locking angle of %g degrees, up to %.1f: the "
-            "fabric would wrinkle there",
+            "%.0f of %zu cells shear beyond the locking angle of %g degrees, and %.1f is the most: "
+            "the fabric would wrinkle there",
             summary->locked_cells, summary->cells, angle, most);
     else if (angle >= 0 && most > angle)
         add(&summary->warnings, "locked", pointer,
-            "at its rim the cloth is sheared by up to %.1f degrees, beyond the locking angle of %g",
-            most, angle);
+            "at its rim the cloth shears by up to %.1f degrees; the locking angle is %g", most,
+            angle);
 }
 
 /* Down to two digits. */
@@ -84,7 +83,8 @@ static void check_coarse(const struct warnings_subject *s, struct api_summary *s
     if ((double)summary->cells >= few_cells)
         return;
     add(&summary->warnings, "coarse", "/fabric/spacing",
-        "the net has %zu %s, too few to judge by: a spacing of %.2g %s would give more than %g",
+        "the net has %zu %s, too few to judge the drape by: a spacing of %.2g %s gives more than "
+        "%g",
         summary->cells, summary->cells == 1 ? "cell" : "cells",
         rounded_down(sqrt(summary->part_area / (1.5 * many_cells))), s->request->length_unit->name,
         many_cells);
@@ -97,8 +97,8 @@ static void check_fillets(const struct warnings_subject *s, struct api_summary *
     double radius = surface_least_radius(s->part->surface, s->part->trim);
     if (radius < fmin(d[0], d[1]))
         add(&summary->warnings, "fillet", "/fabric/spacing",
-            "the surface bends with a radius of %.3g %s, which is less than the spacing: yarns go "
-            "round it within a cell",
+            "the surface bends with a radius of %.3g %s, and the yarns turn round it within one "
+            "cell: make the spacing smaller than the radius",
             radius, s->request->length_unit->name);
 }
 
@@ -106,8 +106,9 @@ static void check_cusps(const struct warnings_subject *s, struct api_summary *su
     struct vec3 at;
     if (s->part->surface && surface_turns_back(s->part->surface, s->part->trim, &at))
         add(&summary->warnings, "cusp", "/surface",
-            "at (%.6g, %.6g, %.6g) the surface turns back on itself, at a cusp, a fold by 180 "
-            "degrees or because its control points or weights turn it inside out: cloth ends there",
+            "the surface turns back on itself at (%.6g, %.6g, %.6g), and the cloth ends there: "
+            "look for a cusp, a fold by 180 degrees, or control points or weights that turn it "
+            "inside out",
             at.x, at.y, at.z);
 }
 
@@ -149,8 +150,9 @@ static void check_size(const struct warnings_subject *s, struct api_summary *sum
     if ((metres >= least_size && metres <= largest_size) || size == 0)
         return;
     add(&summary->warnings, "size", "/length_unit",
-        "the part is %.3g %s large, which is unlikely%s%s%s", size, unit->name,
-        likely ? "; in " : "", likely ? likely->name : "", likely ? " it would be likely" : "");
+        likely ? "the part is %.3g %s large; did you mean %s?"
+               : "the part is %.3g %s large; is that its unit?",
+        size, unit->name, likely ? likely->name : "");
 }
 
 /* The length of all edges of the control net when point (i, j) is number i stride_u + j stride_v.
@@ -177,8 +179,8 @@ static void check_order(const struct warnings_subject *s, struct api_summary *su
     double other = net_length(nurbs, 1, (size_t)nurbs->u.size);
     if (given > longer_net * other)
         add(&summary->warnings, "points_order", "/surface/control_points",
-            "the control net runs to and fro, %.2g times as long as with the points in the other "
-            "order: v must run fastest, with size_u %d and size_v %d",
+            "the control net runs to and fro: with the points in the other order it would be %.2g "
+            "times shorter; v must run fastest, with size_u %d and size_v %d",
             given / other, nurbs->u.size, nurbs->v.size);
 }
 
@@ -200,7 +202,7 @@ static void check_components(const struct warnings_subject *s, struct api_summar
     size_t loops = loops_out_of_reach(&s->result->rim);
     if (s->components > 1)
         add(&summary->warnings, "components", "/surface",
-            "the surface has %zu parts that are not connected; the net is on the one with the "
+            "the surface has %zu pieces that are not connected; the net is on the one with the "
             "start",
             s->components);
     else if (loops > 0 && summary->cells > 0)
@@ -208,8 +210,8 @@ static void check_components(const struct warnings_subject *s, struct api_summar
             "the net does not reach %zu of the closed edges of the part", loops);
 }
 
-/* How many places the front has for a reason; `at` gets the node that is nearest in the net to the
- * one of them that is nearest to the start. */
+/* How many places (i, j) the front has for a reason; `at` gets the node that is nearest in the net
+ * to the one of them that is nearest to the start. */
 static size_t front_of(const struct drape_result *result, enum drape_reason reason,
                        struct vec3 *at) {
     const struct drape_front *front = &result->front;
@@ -240,17 +242,17 @@ static const struct {
     const char *words;
 } endings[] = {
     {DRAPE_REASON_COLLAPSED,
-     "yarns lie along each other, which no cloth bears. Another start or direction may reach "
-     "further, as a study tells; else cut the cloth there"},
-    {DRAPE_REASON_NO_CONVERGENCE, "no place a spacing away was found: the surface bends too "
-                                  "tightly for the spacing, or gapes. A "
-                                  "smaller spacing or another start may help"},
+     "warp and weft become parallel. Another start or direction may reach further (a study finds "
+     "it); else cut the cloth there"},
+    {DRAPE_REASON_NO_CONVERGENCE,
+     "the next node was not found: the surface bends too tightly for the spacing, or has a gap. "
+     "Try a smaller spacing or another start"},
     {DRAPE_REASON_FOLD,
-     "cloth meets cloth out of step, as round a tube or a hole. Another start or direction may "
-     "reach further, as a study tells; else cut the cloth there"},
+     "two sides of the net meet misaligned, as round a tube or a hole. Another start or direction "
+     "may reach further (a study finds it); else cut the cloth there"},
 };
 
-/* The net ends nowhere within the part, and yet no cloth was found at places of its edge. */
+/* The net ends nowhere within the part, and yet no cloth was found at points of its edge. */
 static void check_bare_edge(const struct warnings_subject *s, struct api_summary *summary) {
     const struct drape_rim *rim = &s->result->rim;
     size_t count = 0, first = 0;
@@ -263,11 +265,11 @@ static void check_bare_edge(const struct warnings_subject *s, struct api_summary
     if (count == 0 || reasons[DRAPE_REASON_BOUNDARY] < s->result->front.count)
         return;
     add(&summary->warnings, "uncovered", "/fabric/spacing",
-        "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu of %zu points of the part's "
-        "edge, no cloth was found, although the net ends nowhere before it: a fold or a corner "
-        "there is too sharp for this spacing. Another may help",
-        100 * summary->cloth_coverage, rim->x[first], rim->y[first], rim->z[first], count,
-        rim->count);
+        "%.3g %% is covered: %zu of %zu points of the part's edge have no cloth, the first at "
+        "(%.4g, %.4g, %.4g), and yet the net does not end before it. A fold or corner there is too "
+        "sharp for this spacing; try another",
+        100 * summary->cloth_coverage, count, rim->count, rim->x[first], rim->y[first],
+        rim->z[first]);
 }
 
 static void check_uncovered(const struct warnings_subject *s, struct api_summary *summary) {
@@ -279,7 +281,7 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
         if (count == 0)
             continue;
         add(&summary->warnings, "uncovered", "/start",
-            "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu places, %s",
+            "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu points, %s",
             100 * summary->cloth_coverage, at.x, at.y, at.z, count, endings[k].words);
         return;
     }
@@ -289,8 +291,8 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
 static void check_overlap(const struct warnings_subject *s, struct api_summary *summary) {
     if (s->result->summary.overlaps)
         add(&summary->warnings, "overlap", "/start",
-            "in the flat the rim crosses itself: cloth for two places of the part would have to be "
-            "cut from the same place");
+            "the flat pattern overlaps itself: the same cloth would cover two regions of the part. "
+            "Move the start, or drape the part in pieces");
 }
 
 void warnings_make(const struct warnings_subject *subject, struct api_summary *summary) {
