@@ -22,6 +22,9 @@ static const struct value_range decode_areal_weights = {1e-6, 1e6, false}; /* kg
 void decode_drape(const struct json_value *json, const struct api_input *input,
                   const struct api_limits *limits, struct api_request *request);
 
+/* One of the units that lengths may be in; `unit` stays as it is after a fault. */
+bool decode_unit_name(const struct json_value *json, const struct api_unit **unit);
+
 /* A start on the request's surface, into its settings. */
 void decode_start(const struct json_value *json, struct api_request *request);
 

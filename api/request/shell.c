@@ -56,13 +56,7 @@ bool decode_faces(const struct json_value *list, struct api_surface *surface) {
 bool decode_origin(const struct json_value *json, struct api_surface *surface) {
     struct json_value unit = value_member(json, "length_unit");
     struct json_value notes = value_member(json, "notes");
-    const char *names[API_UNIT_COUNT];
-    int index = 0;
-    for (int k = 0; k < API_UNIT_COUNT; k++)
-        names[k] = api_units[k].name;
-    bool ok = !value_given(&unit) || value_choice(&unit, names, API_UNIT_COUNT, &index);
-    if (value_given(&unit))
-        surface->length_unit = &api_units[index];
+    bool ok = !value_given(&unit) || decode_unit_name(&unit, &surface->length_unit);
     if (!value_given(&notes))
         return ok;
     if (!value_array(&notes, 0) || value_length(&notes) > NOTES_MAX)

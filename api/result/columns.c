@@ -54,12 +54,6 @@ static bool same_bits(double a, double b) {
     return memcmp(&a, &b, sizeof a) == 0;
 }
 
-/* All of them: each has the bits of the one before. */
-static bool all_same(const double *values, size_t count, double first) {
-    return same_bits(values[0], first) &&
-           memcmp(values, values + 1, (count - 1) * sizeof *values) == 0;
-}
-
 /* Whole numbers that come back with their bits, as a negative zero would not; with their range. */
 static bool all_short(const double *values, size_t count, double *least, double *most) {
     bool whole = true;
@@ -71,23 +65,6 @@ static bool all_short(const double *values, size_t count, double *least, double 
         *most = value > *most ? value : *most;
     }
     return whole;
-}
-
-static void compare(struct likeness *likeness, const double *values, size_t count) {
-    likeness->repeated = likeness->repeated && all_same(values, count, likeness->first);
-    likeness->whole =
-        likeness->whole && all_short(values, count, &likeness->least, &likeness->most);
-}
-
-static enum api_form form_of(const struct likeness *likeness) {
-    if (likeness->repeated)
-        return API_FORM_REPEATED;
-    if (!likeness->whole)
-        return API_FORM_FLOAT64;
-    double least = likeness->least, most = likeness->most;
-    return least >= INT8_MIN && most <= INT8_MAX     ? API_FORM_INT8
-           : least >= INT16_MIN && most <= INT16_MAX ? API_FORM_INT16
-                                                     : API_FORM_INT32;
 }
 
 /* The form that takes the fewest bytes. What cannot be read is left to sending it, which says so.
@@ -102,11 +79,20 @@ static enum api_form choose_form(const struct api_column_source *source, double 
             return API_FORM_FLOAT64;
         if (first == 0)
             likeness.first = likeness.least = likeness.most = block[0];
-        compare(&likeness, block, count);
+        /* Repeated: each has the bits of the one before. */
+        likeness.repeated = likeness.repeated && same_bits(block[0], likeness.first) &&
+                            memcmp(block, block + 1, (count - 1) * sizeof *block) == 0;
+        likeness.whole = likeness.whole && all_short(block, count, &likeness.least, &likeness.most);
         if (!likeness.repeated && !likeness.whole)
             break;
     }
-    return source->rows > 1 ? form_of(&likeness) : API_FORM_FLOAT64;
+    double least = likeness.least, most = likeness.most;
+    return source->rows <= 1                         ? API_FORM_FLOAT64
+           : likeness.repeated                       ? API_FORM_REPEATED
+           : !likeness.whole                         ? API_FORM_FLOAT64
+           : least >= INT8_MIN && most <= INT8_MAX   ? API_FORM_INT8
+           : least >= INT16_MIN && most <= INT16_MAX ? API_FORM_INT16
+                                                     : API_FORM_INT32;
 }
 
 static void list_columns(struct api_columns *header, const struct api_column_source *sources,
@@ -126,8 +112,7 @@ static enum api_problem_id send(const struct api_sink *sink, const void *bytes, 
                                 struct api_problem *problem) {
     if (length == 0 || sink->write(sink->context, bytes, length))
         return API_OK;
-    api_problem_set(problem, API_CANCELLED, "the result was not wanted any more");
-    return problem->id;
+    return api_problem_set(problem, API_CANCELLED, "the result is not wanted any more");
 }
 
 /* A number that is not finite has all bits of its exponent set: one more would carry into the sign.
@@ -173,12 +158,10 @@ static enum api_problem_id send_header(struct api_columns *header, const struct 
     result_header_write(&text, header);
     while (text.length % VALUE != 0)
         api_text_raw(&text, " ");
-    if (text.failed || !header_finite(header)) {
-        api_problem_set(problem, API_INTERNAL,
-                        text.failed ? "the result's header is too long"
-                                    : "the result's summary has a value that is no number");
-        return problem->id;
-    }
+    if (text.failed || !header_finite(header))
+        return api_problem_set(problem, API_INTERNAL,
+                               text.failed ? "the result's header is too long"
+                                           : "the result's summary has a value that is no number");
     uint32_t version = htole32(VERSION), length = htole32((uint32_t)(text.length - PREFIX));
     memcpy(buffer, MAGIC, sizeof MAGIC);
     memcpy(buffer + 8, &version, sizeof version);
@@ -209,7 +192,7 @@ static inline void pack_whole(size_t size, double *values, size_t count) {
 }
 
 /* In place: no value is longer than a double. Returns how many bytes they take. */
-static size_t pack(enum api_form form, double *values, size_t count) {
+static size_t pack_values(enum api_form form, double *values, size_t count) {
     switch (form) {
     case API_FORM_INT8:
         pack_whole(1, values, count);
@@ -238,7 +221,7 @@ static inline void unpack_whole(size_t size, double *values, size_t count) {
 
 /* The other way. The bytes are at the end of the room for `count` doubles, so that none is written
  * over before it is read. */
-static void unpack(enum api_form form, double *values, size_t count) {
+static void unpack_values(enum api_form form, double *values, size_t count) {
     switch (form) {
     case API_FORM_INT8:
         unpack_whole(1, values, count);
@@ -263,26 +246,25 @@ static enum api_problem_id send_column(const struct api_column_source *source, e
     size_t rows = stored_values(form, source->rows), length = 0;
     for (size_t first = 0; first < rows; first += BLOCK_ROWS) {
         size_t left = rows - first, count = left < BLOCK_ROWS ? left : BLOCK_ROWS;
-        if (!source->fill(source->context, first, count, block) || !all_finite(block, count)) {
-            api_problem_set(problem, API_INTERNAL,
-                            "the result has a value in %s.%s that is no number",
-                            api_table_name(source->table), source->name);
-            return problem->id;
-        }
-        length = pack(form, block, count);
+        if (!source->fill(source->context, first, count, block) || !all_finite(block, count))
+            return api_problem_set(problem, API_INTERNAL,
+                                   "the result has a value in %s.%s that is no number",
+                                   api_table_name(source->table), source->name);
+        length = pack_values(form, block, count);
         if (send(sink, block, length, problem) != API_OK)
             return problem->id;
     }
     return send(sink, zeros, (size_t)padded(length) - length, problem);
 }
 
-static enum api_problem_id send_summary(const struct api_columns *header,
-                                        const struct api_sink *sink, struct api_problem *problem) {
+static enum api_problem_id send_result_summary(const struct api_columns *header,
+                                               const struct api_sink *sink,
+                                               struct api_problem *problem) {
     char *summary = sink->summary ? api_columns_summary_json(header) : NULL;
     if (sink->summary && !summary)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to write the summary");
+        api_problem_no_memory(problem, "the summary");
     else if (sink->summary && !sink->summary(sink->context, summary))
-        api_problem_set(problem, API_CANCELLED, "the result was not wanted any more");
+        api_problem_set(problem, API_CANCELLED, "the result is not wanted any more");
     free(summary);
     return problem->id;
 }
@@ -291,20 +273,16 @@ enum api_problem_id api_columns_write(struct api_columns *header,
                                       const struct api_column_source *sources, size_t count,
                                       const struct api_sink *sink, struct arena *arena,
                                       struct api_problem *problem) {
-    if (count > API_COLUMNS_MAX) {
-        api_problem_set(problem, API_INTERNAL, "the result has too many columns");
-        return problem->id;
-    }
+    if (count > API_COLUMNS_MAX)
+        return api_problem_set(problem, API_INTERNAL, "the result has too many columns");
     struct arena_mark mark = arena_mark(arena);
     double *block = arena_alloc(arena, BLOCK_ROWS, sizeof *block);
-    if (!block) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to write the result");
-        return problem->id;
-    }
+    if (!block)
+        return api_problem_no_memory(problem, "the result");
     list_columns(header, sources, count, block);
     enum api_problem_id id = send_header(header, sink, problem);
     if (id == API_OK)
-        id = send_summary(header, sink, problem);
+        id = send_result_summary(header, sink, problem);
     for (size_t i = 0; i < count && id == API_OK; i++)
         id = send_column(&sources[i], header->column[i].form, block, sink, problem);
     arena_rewind(arena, mark);
@@ -356,14 +334,10 @@ enum api_problem_id api_columns_open(const struct api_reader *reader, struct api
         result_header_read(&tree, columns);
         json_tree_free(&tree);
     }
-    if (inner.id == API_OUT_OF_MEMORY) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to read the result");
-        return API_OUT_OF_MEMORY;
-    }
-    if (!good || inner.id != API_OK) {
-        api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
-        return API_INTERNAL;
-    }
+    if (inner.id == API_OUT_OF_MEMORY)
+        return api_problem_no_memory(problem, "the result");
+    if (!good || inner.id != API_OK)
+        return api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     place_columns(columns, PREFIX + length);
     return API_OK;
 }
@@ -382,7 +356,7 @@ bool api_columns_read(const struct api_reader *reader, const struct api_column *
         offset += (uint64_t)first * width[form];
     if (!reader->read_at(reader->context, offset, (char *)values + stored * VALUE - bytes, bytes))
         return false;
-    unpack(form, values, stored);
+    unpack_values(form, values, stored);
     if (!all_finite(values, stored) || (column->integer && !all_whole(values, stored)))
         return false;
     for (size_t i = stored; i < count; i++)

@@ -13,7 +13,7 @@ static double stack_thickness(const struct api_request *request) {
 }
 
 /* t = n t0 / cos gamma between flexible faces, else the height: mass conservation. */
-static double thickness(const struct api_request *request, double shear_deg) {
+static double thickness_of(const struct api_request *request, double shear_deg) {
     const struct api_cavity *cavity = &request->cavity;
     return cavity->rigid ? cavity->height
                          : stack_thickness(request) * permeability_areal_ratio(shear_deg);
@@ -31,7 +31,7 @@ double api_fields_fiber_volume_fraction(const struct api_request *request, doubl
 }
 
 /* phi = 1 - Vf */
-static double porosity(const struct api_request *request, double shear_deg) {
+static double porosity_of(const struct api_request *request, double shear_deg) {
     return 1 - api_fields_fiber_volume_fraction(request, shear_deg);
 }
 
@@ -40,17 +40,17 @@ static double packing_exceeded(const struct api_request *request, double shear_d
            api_packing_limit(&request->permeability);
 }
 
-static double locked(const struct api_request *request, double shear_deg) {
+static double is_locked(const struct api_request *request, double shear_deg) {
     return fabs(shear_deg) > request->fabric.locking_angle_deg;
 }
 
 /* The columns that follow from the shear of a cell. */
 static double (*const derived[COLUMN_COUNT])(const struct api_request *request,
                                              double shear_deg) = {
-    [COLUMN_CELLS_thickness] = thickness,
+    [COLUMN_CELLS_thickness] = thickness_of,
     [COLUMN_CELLS_fiber_volume_fraction] = api_fields_fiber_volume_fraction,
-    [COLUMN_CELLS_porosity] = porosity,
-    [COLUMN_CELLS_locked] = locked,
+    [COLUMN_CELLS_porosity] = porosity_of,
+    [COLUMN_CELLS_locked] = is_locked,
     [COLUMN_CELLS_packing_exceeded] = packing_exceeded,
 };
 
@@ -82,87 +82,76 @@ static const struct drape_cells *cells_of(const struct api_fields *fields, bool 
     return cut ? &fields->result->cut.cells : &fields->result->cells;
 }
 
-/* The values of a component of a column that is not derived: int32_t of an integer, uint8_t of a
- * reason and of flags that the solver sets, double of others. NULL when the column is not there. */
+/* Where the values of a column that is not derived lie: int32_t of an integer, uint8_t of a reason
+ * and of flags that the solver sets, double of others. For each part the offset of the pointer to
+ * them in the struct of the table, or in that of the permeability. */
+enum owner { OWNER_NONE, OWNER_NODES, OWNER_CELLS, OWNER_PERMEABILITY, OWNER_FRONT, OWNER_RIM };
+
+#define AT(TABLE, type, field) [COLUMN_##TABLE##_##field] = {OWNER_##TABLE, {offsetof(type, field)}}
+#define NODES(field) AT(NODES, struct drape_nodes, field)
+#define FRONT(field) AT(FRONT, struct drape_front, field)
+#define RIM(field) AT(RIM, struct drape_rim, field)
+#define CELLS(field) AT(CELLS, struct drape_cells, field)
+#define K(field)                                                                                   \
+    [COLUMN_CELLS_##                                                                               \
+        field] = {OWNER_PERMEABILITY, {offsetof(struct api_permeability_columns, field)}}
+#define VECTOR(column, owner, type, stem)                                                          \
+    [COLUMN_CELLS_##column] = {                                                                    \
+        owner, {offsetof(type, stem##_x), offsetof(type, stem##_y), offsetof(type, stem##_z)}}
+
+static const struct {
+    enum owner owner;
+    size_t offset[3];
+} stored[COLUMN_COUNT] = {
+    NODES(i),
+    NODES(j),
+    NODES(u),
+    NODES(v),
+    NODES(face),
+    NODES(x),
+    NODES(y),
+    NODES(z),
+    NODES(shear_deg),
+    NODES(error_estimate),
+    NODES(grown),
+    CELLS(i),
+    CELLS(j),
+    CELLS(shear_deg),
+    VECTOR(warp, OWNER_CELLS, struct drape_cells, warp),
+    VECTOR(weft, OWNER_CELLS, struct drape_cells, weft),
+    K(k1),
+    K(k2),
+    K(k3),
+    VECTOR(k1_direction, OWNER_PERMEABILITY, struct api_permeability_columns, k1),
+    K(out_of_table),
+    FRONT(i),
+    FRONT(j),
+    FRONT(reason),
+    RIM(loop),
+    RIM(face),
+    RIM(x),
+    RIM(y),
+    RIM(z),
+    RIM(u),
+    RIM(v),
+    RIM(p),
+    RIM(q),
+    RIM(covered),
+};
+
+/* The values of a part of a column; NULL when the column is not there. */
 static const void *values_of(const struct api_fields *fields, enum column_id id, int part,
                              bool cut) {
-    const struct drape_nodes *nodes = &fields->result->nodes;
-    const struct drape_cells *cells = cells_of(fields, cut);
-    const struct drape_front *front = &fields->result->front;
-    const struct drape_rim *rim = &fields->result->rim;
-    const struct api_permeability_columns *k = &fields->permeability[cut];
-    switch (id) {
-    case COLUMN_NODES_i:
-        return nodes->i;
-    case COLUMN_NODES_j:
-        return nodes->j;
-    case COLUMN_NODES_u:
-        return nodes->u;
-    case COLUMN_NODES_v:
-        return nodes->v;
-    case COLUMN_NODES_face:
-        return nodes->face;
-    case COLUMN_NODES_x:
-        return nodes->x;
-    case COLUMN_NODES_y:
-        return nodes->y;
-    case COLUMN_NODES_z:
-        return nodes->z;
-    case COLUMN_NODES_shear_deg:
-        return nodes->shear_deg;
-    case COLUMN_NODES_error_estimate:
-        return nodes->error_estimate;
-    case COLUMN_NODES_grown:
-        return nodes->grown;
-    case COLUMN_CELLS_i:
-        return cells->i;
-    case COLUMN_CELLS_j:
-        return cells->j;
-    case COLUMN_CELLS_shear_deg:
-        return cells->shear_deg;
-    case COLUMN_CELLS_warp:
-        return (double *const[]){cells->warp_x, cells->warp_y, cells->warp_z}[part];
-    case COLUMN_CELLS_weft:
-        return (double *const[]){cells->weft_x, cells->weft_y, cells->weft_z}[part];
-    case COLUMN_CELLS_k1:
-        return k->k1;
-    case COLUMN_CELLS_k2:
-        return k->k2;
-    case COLUMN_CELLS_k3:
-        return k->k3;
-    case COLUMN_CELLS_k1_direction:
-        return (double *const[]){k->k1_x, k->k1_y, k->k1_z}[part];
-    case COLUMN_CELLS_out_of_table:
-        return k->out_of_table;
-    case COLUMN_FRONT_i:
-        return front->i;
-    case COLUMN_FRONT_j:
-        return front->j;
-    case COLUMN_FRONT_reason:
-        return front->reason;
-    case COLUMN_RIM_loop:
-        return rim->loop;
-    case COLUMN_RIM_face:
-        return rim->face;
-    case COLUMN_RIM_x:
-        return rim->x;
-    case COLUMN_RIM_y:
-        return rim->y;
-    case COLUMN_RIM_z:
-        return rim->z;
-    case COLUMN_RIM_u:
-        return rim->u;
-    case COLUMN_RIM_v:
-        return rim->v;
-    case COLUMN_RIM_p:
-        return rim->p;
-    case COLUMN_RIM_q:
-        return rim->q;
-    case COLUMN_RIM_covered:
-        return rim->covered;
-    default:
-        return NULL;
-    }
+    const void *const owners[] = {[OWNER_NODES] = &fields->result->nodes,
+                                  [OWNER_CELLS] = cells_of(fields, cut),
+                                  [OWNER_PERMEABILITY] = &fields->permeability[cut],
+                                  [OWNER_FRONT] = &fields->result->front,
+                                  [OWNER_RIM] = &fields->result->rim};
+    const char *owner = owners[stored[id].owner];
+    const void *values = NULL;
+    if (owner)
+        memcpy(&values, owner + stored[id].offset[part], sizeof values);
+    return values;
 }
 
 /* ---- columns ---- */
@@ -203,7 +192,7 @@ static size_t rows_of(const struct drape_result *result, enum api_table table) {
 
 /* Adds the columns that `id` is stored as, if it is there; `cut`: of the cells that the rim cuts.
  */
-static void add(struct api_fields *fields, enum column_id id, bool cut) {
+static void add_columns(struct api_fields *fields, enum column_id id, bool cut) {
     const struct column_spec *spec = &column_specs[id];
     enum api_table table = cut ? API_TABLE_CUT : spec->table;
     for (int part = 0; part < spec->parts; part++) {
@@ -230,23 +219,6 @@ static void add(struct api_fields *fields, enum column_id id, bool cut) {
 const char *const api_fields_corners[12] = {"x0", "y0", "z0", "x1", "y1", "z1",
                                             "x2", "y2", "z2", "x3", "y3", "z3"};
 
-/* The cells that the rim cuts, which maps alone take from a stored result: their corners, and what
- * whole cells have. */
-static void add_cut(struct api_fields *fields) {
-    const struct drape_cut *cut = &fields->result->cut;
-    if (cut->cells.count == 0)
-        return;
-    for (int id = 0; id < COLUMN_COUNT; id++)
-        if (column_specs[id].table == API_TABLE_CELLS)
-            add(fields, (enum column_id)id, true);
-    for (int k = 0; k < 12; k++)
-        fields->source[fields->count++] = (struct api_column_source){.table = API_TABLE_CUT,
-                                                                     .name = api_fields_corners[k],
-                                                                     .rows = cut->cells.count,
-                                                                     .fill = fill_real,
-                                                                     .context = cut->corner[k]};
-}
-
 enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
                             const struct drape_result *result, struct arena *arena) {
     *fields = (struct api_fields){.request = request, .result = result};
@@ -258,8 +230,19 @@ enum status api_fields_list(struct api_fields *fields, const struct api_request 
     if (status != STATUS_OK)
         return status;
     for (int id = 0; id < COLUMN_COUNT; id++)
-        add(fields, (enum column_id)id, false);
-    add_cut(fields);
+        add_columns(fields, (enum column_id)id, false);
+    /* The cells that the rim cuts, which maps alone take from a stored result: what whole cells
+     * have, and their corners. */
+    const struct drape_cut *cut = &result->cut;
+    for (int id = 0; id < COLUMN_COUNT && cut->cells.count > 0; id++)
+        if (column_specs[id].table == API_TABLE_CELLS)
+            add_columns(fields, (enum column_id)id, true);
+    for (int k = 0; k < 12 && cut->cells.count > 0; k++)
+        fields->source[fields->count++] = (struct api_column_source){.table = API_TABLE_CUT,
+                                                                     .name = api_fields_corners[k],
+                                                                     .rows = cut->cells.count,
+                                                                     .fill = fill_real,
+                                                                     .context = cut->corner[k]};
     return STATUS_OK;
 }
 

@@ -3,6 +3,7 @@
 
 #include "api/json/text.h"
 #include "api/json/value.h"
+#include "api/request/members.h"
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,20 +22,6 @@ void result_header_write_grid(struct api_text *text, const struct api_grid *grid
     api_text_raw(text, "}");
 }
 
-static void write_point(struct api_text *text, const char *key, struct vec3 v) {
-    api_text_key_numbers(text, key, (const double[]){v.x, v.y, v.z}, 3);
-}
-
-static void write_start(struct api_text *text, const struct api_start *start) {
-    api_text_raw(text, "{");
-    api_text_key_integer(text, "face", start->face);
-    api_text_key_numbers(text, "uv", start->uv, 2);
-    write_point(text, "point", start->point);
-    write_point(text, "warp", start->warp);
-    write_point(text, "weft", start->weft);
-    api_text_raw(text, "}");
-}
-
 void result_header_write(struct api_text *text, const struct api_columns *header) {
     if (header->document == API_DOCUMENT_STUDY) {
         api_text_raw(text, "{\"study\":");
@@ -44,8 +31,14 @@ void result_header_write(struct api_text *text, const struct api_columns *header
         summary_write(text, &header->summary, -1);
         api_text_key(text, "grid");
         result_header_write_grid(text, &header->grid);
-        api_text_key(text, "start");
-        write_start(text, &header->start);
+        const struct api_start *start = &header->start;
+        api_text_key_object(text, "start");
+        api_text_key_integer(text, "face", start->face);
+        api_text_key_numbers(text, "uv", start->uv, 2);
+        api_text_key_numbers(text, "point", &start->point.x, 3);
+        api_text_key_numbers(text, "warp", &start->warp.x, 3);
+        api_text_key_numbers(text, "weft", &start->weft.x, 3);
+        api_text_raw(text, "}");
     }
     api_text_key_string(text, "length_unit", header->unit ? header->unit->name : api_units[0].name);
     api_text_key(text, "columns");
@@ -56,8 +49,7 @@ void result_header_write(struct api_text *text, const struct api_columns *header
         api_text_key_string(text, "table", column_tables[column->table]);
         api_text_key_string(text, "name", column->name);
         api_text_key_integer(text, "rows", (int64_t)column->rows);
-        api_text_key(text, "integer");
-        api_text_raw(text, column->integer ? "true" : "false");
+        api_text_key_boolean(text, "integer", column->integer);
         if (column->form != API_FORM_FLOAT64)
             api_text_key_string(text, "form", form_names[column->form]);
         api_text_raw(text, "}");
@@ -75,21 +67,11 @@ static void read_pair(const struct json_value *object, const char *key, int *pai
             pair[k] = (int)values[k];
 }
 
-static struct vec3 read_point(const struct json_value *object, const char *key) {
+static struct vec3 read_vec3(const struct json_value *object, const char *key) {
     struct json_value json = value_member(object, key);
     double v[3] = {0, 0, 0};
     value_vector(&json, any, 3, v);
     return vec3_make(v[0], v[1], v[2]);
-}
-
-static const struct api_unit *read_unit(const struct json_value *json) {
-    const char *names[API_UNIT_COUNT];
-    int index = 0;
-    for (int k = 0; k < API_UNIT_COUNT; k++)
-        names[k] = api_units[k].name;
-    if (value_given(json))
-        value_choice(json, names, API_UNIT_COUNT, &index);
-    return &api_units[index];
 }
 
 /* What only the result of a drape has. */
@@ -106,16 +88,18 @@ static void read_drape(const struct json_value *root, struct api_columns *column
     if (value_given(&face))
         value_integer(&face, -1, INT_MAX, &columns->start.face);
     value_vector(&uv, any, 2, columns->start.uv);
-    columns->start.point = read_point(&start, "point");
-    columns->start.warp = read_point(&start, "warp");
-    columns->start.weft = read_point(&start, "weft");
+    columns->start.point = read_vec3(&start, "point");
+    columns->start.warp = read_vec3(&start, "warp");
+    columns->start.weft = read_vec3(&start, "weft");
 }
 
 void result_header_read(const struct json_tree *tree, struct api_columns *columns) {
     struct json_value root = value_root(tree);
     struct json_value unit = value_member(&root, "length_unit");
     struct json_value study = value_member(&root, "study");
-    columns->unit = read_unit(&unit);
+    columns->unit = &api_units[0];
+    if (value_given(&unit))
+        decode_unit_name(&unit, &columns->unit);
     columns->start.unit = (int)(columns->unit - api_units);
     if (value_given(&study)) {
         columns->document = API_DOCUMENT_STUDY;
@@ -128,7 +112,7 @@ void result_header_read(const struct json_tree *tree, struct api_columns *column
 /* ---- the list of columns ---- */
 
 /* Whether that is what comes next, which is then behind. */
-static bool take(const char **at, const char *literal) {
+static bool take_literal(const char **at, const char *literal) {
     size_t length = strlen(literal);
     bool there = strncmp(*at, literal, length) == 0;
     *at += there ? length : 0;
@@ -143,7 +127,7 @@ static bool take_name(const char **at, char name[API_COLUMN_NAME_SIZE]) {
     memcpy(name, *at, length);
     name[length] = '\0';
     *at += length;
-    return take(at, "\"");
+    return take_literal(at, "\"");
 }
 
 static bool take_choice(const char **at, const char *const names[], int count, int *choice) {
@@ -166,17 +150,18 @@ static bool take_count(const char **at, size_t *count) {
 
 static bool take_column(const char **at, struct api_column *column) {
     int table = 0, form = API_FORM_FLOAT64;
-    bool good = take(at, "{\"table\":\"") &&
+    bool good = take_literal(at, "{\"table\":\"") &&
                 take_choice(at, column_tables, API_TABLE_COUNT, &table) &&
-                take(at, ",\"name\":\"") && take_name(at, column->name) && take(at, ",\"rows\":") &&
-                take_count(at, &column->rows) && take(at, ",\"integer\":");
-    column->integer = good && take(at, "true");
-    good = good && (column->integer || take(at, "false"));
-    if (good && take(at, ",\"form\":\""))
+                take_literal(at, ",\"name\":\"") && take_name(at, column->name) &&
+                take_literal(at, ",\"rows\":") && take_count(at, &column->rows) &&
+                take_literal(at, ",\"integer\":");
+    column->integer = good && take_literal(at, "true");
+    good = good && (column->integer || take_literal(at, "false"));
+    if (good && take_literal(at, ",\"form\":\""))
         good = take_choice(at, form_names, API_FORM_COUNT, &form);
     column->table = (enum api_table)table;
     column->form = (enum api_form)form;
-    return good && take(at, "}");
+    return good && take_literal(at, "}");
 }
 
 bool result_header_take_columns(char *text, struct api_columns *columns) {
@@ -184,13 +169,13 @@ bool result_header_take_columns(char *text, struct api_columns *columns) {
     char *list = strstr(text, key);
     const char *at = list ? list + strlen(key) : text;
     bool good = list != NULL;
-    for (columns->count = 0; good && *at == '{'; take(&at, ",")) {
+    for (columns->count = 0; good && *at == '{'; take_literal(&at, ",")) {
         struct api_column *column = &columns->column[columns->count];
         good = columns->count < API_COLUMNS_MAX && take_column(&at, column);
         columns->count += good;
         good = good && column->rows == api_columns_rows(columns, column->table);
     }
-    good = good && take(&at, "]}") && at[strspn(at, " ")] == '\0';
+    good = good && take_literal(&at, "]}") && at[strspn(at, " ")] == '\0';
     if (good)
         memcpy(list, "}", sizeof "}");
     return good;

@@ -16,8 +16,7 @@ enum { SUMMARY_TEXT_MAX = 8192 };
 const struct summary_member summary_members[] = {SUMMARY_LIST(MEMBER)};
 const size_t summary_member_count = sizeof summary_members / sizeof *summary_members;
 
-static const char *const outcome_names[] = {
-    [DRAPE_COMPLETE] = "complete", [DRAPE_PARTIAL] = "partial"};
+const char *const outcome_names[2] = {[DRAPE_COMPLETE] = "complete", [DRAPE_PARTIAL] = "partial"};
 
 static const struct value_range any = {-1e300, 1e300, false};
 static const struct value_range counts = {0, 0x1p53, false};
@@ -40,21 +39,7 @@ bool summary_finite(const struct api_summary *summary) {
 
 /* ---- writing ---- */
 
-static void write_reasons(struct api_text *text, const size_t *reasons) {
-    api_text_raw(text, "{");
-    for (int i = 0; i < DRAPE_REASON_COUNT; i++)
-        api_text_key_integer(text, drape_reason_name((enum drape_reason)i), (int64_t)reasons[i]);
-    api_text_raw(text, "}");
-}
-
 static const char *const place_names[SUMMARY_PLACE_SIZE] = {"p", "q", "x", "y", "z"};
-
-static void write_place(struct api_text *text, const double *json) {
-    api_text_raw(text, "{");
-    for (int k = 0; k < SUMMARY_PLACE_SIZE; k++)
-        api_text_key_number(text, place_names[k], json[k]);
-    api_text_raw(text, "}");
-}
 
 void summary_write_warnings(struct api_text *text, const struct api_warnings *warnings) {
     api_text_raw(text, "[");
@@ -78,8 +63,8 @@ void summary_write_timing(struct api_text *text, double solve_ms, double queue_m
     api_text_raw(text, "}");
 }
 
-static void write_member(struct api_text *text, enum summary_kind kind, const void *value,
-                         double queue_ms) {
+static void write_summary_member(struct api_text *text, enum summary_kind kind, const void *value,
+                                 double queue_ms) {
     const double *number = value;
     switch (kind) {
     case SUMMARY_OUTCOME:
@@ -95,10 +80,17 @@ static void write_member(struct api_text *text, enum summary_kind kind, const vo
         api_text_number(text, *number < 0 ? (double)NAN : *number);
         break;
     case SUMMARY_PLACE:
-        write_place(text, number);
+        api_text_raw(text, "{");
+        for (int k = 0; k < SUMMARY_PLACE_SIZE; k++)
+            api_text_key_number(text, place_names[k], number[k]);
+        api_text_raw(text, "}");
         break;
     case SUMMARY_REASONS:
-        write_reasons(text, value);
+        api_text_raw(text, "{");
+        for (int k = 0; k < DRAPE_REASON_COUNT; k++)
+            api_text_key_integer(text, drape_reason_name((enum drape_reason)k),
+                                 (int64_t)((const size_t *)value)[k]);
+        api_text_raw(text, "}");
         break;
     case SUMMARY_WARNINGS:
         summary_write_warnings(text, value);
@@ -117,7 +109,7 @@ void summary_write(struct api_text *text, const struct api_summary *summary, dou
     for (size_t k = 0; k < summary_member_count; k++) {
         const struct summary_member *member = &summary_members[k];
         api_text_key(text, member->key);
-        write_member(text, member->kind, (const char *)summary + member->offset, queue_ms);
+        write_summary_member(text, member->kind, (const char *)summary + member->offset, queue_ms);
     }
     api_text_raw(text, "}");
 }
@@ -142,16 +134,9 @@ static size_t read_count(const struct json_value *json) {
     return (size_t)value;
 }
 
-static void read_number(const struct json_value *json, double *value) {
+static void read_any_number(const struct json_value *json, double *value) {
     *value = 0;
     value_number(json, any, value);
-}
-
-static void read_place(const struct json_value *json, double *values) {
-    for (int k = 0; k < SUMMARY_PLACE_SIZE; k++) {
-        struct json_value own = value_member(json, place_names[k]);
-        read_number(&own, &values[k]);
-    }
 }
 
 static void read_text(const struct json_value *object, const char *key, char *to, size_t size) {
@@ -173,7 +158,8 @@ void summary_read_warnings(const struct json_value *json, struct api_warnings *w
     }
 }
 
-static void read_member(const struct json_value *json, enum summary_kind kind, void *value) {
+static void read_summary_member(const struct json_value *json, enum summary_kind kind,
+                                void *value) {
     struct json_value solve = value_member(json, "solve");
     int outcome = DRAPE_COMPLETE;
     const char *text;
@@ -186,7 +172,7 @@ static void read_member(const struct json_value *json, enum summary_kind kind, v
         *(size_t *)value = read_count(json);
         break;
     case SUMMARY_NUMBER:
-        read_number(json, value);
+        read_any_number(json, value);
         break;
     case SUMMARY_POSITIVE:
         *(double *)value = -1;
@@ -194,7 +180,10 @@ static void read_member(const struct json_value *json, enum summary_kind kind, v
             value_number(json, any, value);
         break;
     case SUMMARY_PLACE:
-        read_place(json, value);
+        for (int k = 0; k < SUMMARY_PLACE_SIZE; k++) {
+            struct json_value own = value_member(json, place_names[k]);
+            read_any_number(&own, (double *)value + k);
+        }
         break;
     case SUMMARY_REASONS:
         for (int i = 0; i < DRAPE_REASON_COUNT; i++) {
@@ -206,7 +195,7 @@ static void read_member(const struct json_value *json, enum summary_kind kind, v
         summary_read_warnings(json, value);
         break;
     case SUMMARY_TIMING:
-        read_number(&solve, value);
+        read_any_number(&solve, value);
         break;
     case SUMMARY_VERSION:
         if (value_string(json, &text))
@@ -219,7 +208,7 @@ void summary_read(const struct json_value *json, struct api_summary *summary) {
     for (size_t k = 0; k < summary_member_count; k++) {
         const struct summary_member *member = &summary_members[k];
         struct json_value own = value_member(json, member->key);
-        read_member(&own, member->kind, (char *)summary + member->offset);
+        read_summary_member(&own, member->kind, (char *)summary + member->offset);
     }
 }
 
@@ -227,7 +216,7 @@ void summary_read(const struct json_value *json, struct api_summary *summary) {
 
 /* Where the value of a member of the object at `at`, written without spaces, begins; NULL when
  * there is none. */
-static const char *find_member(const char *at, const char *key) {
+static const char *find_text_member(const char *at, const char *key) {
     size_t length = strlen(key);
     for (int depth = 0; at && *at; at++) {
         if (*at == '"') {
@@ -248,7 +237,7 @@ static const char *find_member(const char *at, const char *key) {
 }
 
 void api_summary_write_stored(struct api_text *text, const char *stored, double queue_ms) {
-    const char *rest = find_member(find_member(stored, "timing_ms"), "queue");
+    const char *rest = find_text_member(find_text_member(stored, "timing_ms"), "queue");
     if (rest) {
         api_text_bytes(text, stored, (size_t)(rest - stored));
         api_text_number(text, queue_ms);

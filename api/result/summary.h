@@ -86,6 +86,9 @@ struct api_summary {
 struct api_text;
 struct json_value;
 
+/* As the contract names how a drape ended, by `enum drape_outcome`. */
+extern const char *const outcome_names[2];
+
 /* The list as data. */
 struct summary_member {
     enum summary_kind kind;
