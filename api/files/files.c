@@ -39,7 +39,7 @@ bool file_unit_known(const char *unit) {
     return false;
 }
 
-static void write_notes(struct api_text *text, const struct triangles *triangles) {
+static void write_mesh_notes(struct api_text *text, const struct triangles *triangles) {
     char note[96];
     bool first = true;
     const struct {
@@ -60,7 +60,8 @@ static void write_notes(struct api_text *text, const struct triangles *triangles
     api_text_raw(text, "]");
 }
 
-static const char *write_mesh(const struct triangles *triangles, const char *unit, size_t *length) {
+static const char *write_mesh_text(const struct triangles *triangles, const char *unit,
+                                   size_t *length) {
     struct api_text text = api_text_growing(triangles->arena);
     api_text_raw(&text, "{\"vertices\":[");
     for (size_t k = 0; k < triangles->vertex_count; k++) {
@@ -75,7 +76,7 @@ static const char *write_mesh(const struct triangles *triangles, const char *uni
     api_text_raw(&text, "]");
     if (*unit)
         api_text_key_string(&text, "length_unit", unit);
-    write_notes(&text, triangles);
+    write_mesh_notes(&text, triangles);
     api_text_raw(&text, "}");
     const char *bytes = api_text_finish(&text);
     *length = bytes ? strlen(bytes) : 0;
@@ -93,7 +94,7 @@ enum api_problem_id file_read_mesh(const struct file_format *format, const char 
                     : triangles_read_nastran(&triangles, bytes, length);
     if (!good || !triangles_weld(&triangles))
         return problem->id;
-    *text = write_mesh(&triangles, unit, text_length);
+    *text = write_mesh_text(&triangles, unit, text_length);
     if (!*text)
         api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
     return problem->id;

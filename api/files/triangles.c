@@ -63,7 +63,7 @@ struct grid {
     uint32_t *next;        /* of vertices in the same slot */
 };
 
-static uint32_t slot_of(const struct grid *grid, const int64_t at[3]) {
+static uint32_t weld_slot(const struct grid *grid, const int64_t at[3]) {
     uint64_t hash = (uint64_t)at[0] * 0x9e3779b97f4a7c15u;
     hash = (hash ^ (uint64_t)at[1]) * 0xc2b2ae3d27d4eb4fu;
     hash = (hash ^ (uint64_t)at[2]) * 0x165667b19e3779f9u;
@@ -77,21 +77,21 @@ static void cell_of(const struct grid *grid, struct vec3 v, int64_t at[3]) {
 }
 
 /* The vertex that `v` is one with, among the first `count` kept; else `count`. */
-static uint32_t find(const struct grid *grid, const struct vec3 *kept, uint32_t count,
-                     struct vec3 v) {
+static uint32_t find_kept(const struct grid *grid, const struct vec3 *kept, uint32_t count,
+                          struct vec3 v) {
     int64_t middle[3];
     cell_of(grid, v, middle);
     for (int k = 0; k < 27; k++) {
         const int64_t at[3] = {middle[0] + k % 3 - 1, middle[1] + k / 3 % 3 - 1,
                                middle[2] + k / 9 - 1};
-        for (uint32_t one = grid->slots[slot_of(grid, at)]; one; one = grid->next[one - 1])
+        for (uint32_t one = grid->slots[weld_slot(grid, at)]; one; one = grid->next[one - 1])
             if (vec3_distance(kept[one - 1], v) <= grid->cell)
                 return one - 1;
     }
     return count;
 }
 
-static bool make_grid(struct triangles *t, struct grid *grid) {
+static bool make_weld_grid(struct triangles *t, struct grid *grid) {
     struct vec3 low = t->vertices[0], high = low;
     uint32_t slots = 1024;
     for (size_t k = 0; k < t->vertex_count; k++) {
@@ -109,7 +109,7 @@ static bool make_grid(struct triangles *t, struct grid *grid) {
     return grid->slots && grid->next;
 }
 
-static bool has_area(const struct vec3 *v, const int32_t c[3]) {
+static bool has_triangle_area(const struct vec3 *v, const int32_t c[3]) {
     struct vec3 a = vec3_sub(v[c[1]], v[c[0]]), b = vec3_sub(v[c[2]], v[c[0]]);
     double longest = fmax(vec3_norm(a), fmax(vec3_norm(b), vec3_distance(v[c[1]], v[c[2]])));
     return vec3_norm(vec3_cross(a, b)) > 1e-6 * longest * longest;
@@ -163,16 +163,16 @@ bool triangles_weld(struct triangles *t) {
         return false;
     }
     int32_t *number = arena_alloc(t->arena, t->vertex_count, sizeof *number);
-    if (!number || !make_grid(t, &grid))
+    if (!number || !make_weld_grid(t, &grid))
         return no_memory(t);
     for (size_t k = 0; k < t->vertex_count; k++) {
-        uint32_t same = find(&grid, t->vertices, kept, t->vertices[k]);
+        uint32_t same = find_kept(&grid, t->vertices, kept, t->vertices[k]);
         number[k] = (int32_t)same;
         if (same < kept)
             continue;
         int64_t at[3];
         cell_of(&grid, t->vertices[k], at);
-        uint32_t *slot = &grid.slots[slot_of(&grid, at)];
+        uint32_t *slot = &grid.slots[weld_slot(&grid, at)];
         t->vertices[kept] = t->vertices[k];
         grid.next[kept] = *slot;
         *slot = ++kept;
@@ -182,7 +182,8 @@ bool triangles_weld(struct triangles *t) {
         int32_t *c = t->corners[left];
         for (int corner = 0; corner < 3; corner++)
             c[corner] = number[t->corners[k][corner]];
-        bool good = c[0] != c[1] && c[1] != c[2] && c[2] != c[0] && has_area(t->vertices, c);
+        bool good =
+            c[0] != c[1] && c[1] != c[2] && c[2] != c[0] && has_triangle_area(t->vertices, c);
         left += good;
         t->without_area += !good;
     }
@@ -234,7 +235,7 @@ static bool read_binary(struct triangles *t, const char *bytes, size_t count) {
 }
 
 /* The next number of a line; false at its end. The bytes end with a zero. */
-static bool take_number(const char **at, const char *end, double *number) {
+static bool take_line_number(const char **at, const char *end, double *number) {
     char word[64], *stop;
     size_t length = 0;
     while (*at < end && (**at == ' ' || **at == '\t'))
@@ -259,7 +260,7 @@ struct line {
     size_t number, word;
 };
 
-static bool next_line(struct line *line, const char *bytes_end) {
+static bool next_file_line(struct line *line, const char *bytes_end) {
     const char *at = line->number ? line->end + 1 : line->at;
     if (at >= bytes_end)
         return false;
@@ -281,8 +282,9 @@ static bool word_is(const struct line *line, const char *word) {
 
 static bool take_point(struct triangles *t, const struct line *line, struct vec3 *point) {
     const char *at = line->at + line->word;
-    return (take_number(&at, line->end, &point->x) && take_number(&at, line->end, &point->y) &&
-            take_number(&at, line->end, &point->z)) ||
+    return (take_line_number(&at, line->end, &point->x) &&
+            take_line_number(&at, line->end, &point->y) &&
+            take_line_number(&at, line->end, &point->z)) ||
            unreadable_line(t, line->number, "a vertex must have three numbers");
 }
 
@@ -290,7 +292,7 @@ static bool read_ascii(struct triangles *t, const char *bytes, size_t length) {
     struct line line = {.at = bytes};
     struct vec3 point[3];
     int have = 0;
-    while (next_line(&line, bytes + length)) {
+    while (next_file_line(&line, bytes + length)) {
         if (word_is(&line, "facet")) {
             have = 0;
         } else if (word_is(&line, "vertex")) {
@@ -368,7 +370,7 @@ static bool read_polygon(struct triangles *t, const struct line *line) {
 
 bool triangles_read_obj(struct triangles *t, const char *bytes, size_t length) {
     struct line line = {.at = bytes};
-    while (next_line(&line, bytes + length)) {
+    while (next_file_line(&line, bytes + length)) {
         struct vec3 point;
         if (word_is(&line, "v") &&
             !(take_point(t, &line, &point) && triangles_add_vertex(t, point)))

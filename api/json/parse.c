@@ -14,7 +14,7 @@
 static _Thread_local bool allocation_failed;
 static _Thread_local size_t fail_in; /* allocations until the first failing one; 0: none fails */
 
-static void *allocate(size_t size) {
+static void *allocate_noted(size_t size) {
     bool refuse = fail_in == 1;
     fail_in -= fail_in > 1;
     void *memory = refuse ? NULL : malloc(size);
@@ -23,7 +23,7 @@ static void *allocate(size_t size) {
 }
 
 bool json_tree_prepare(void) {
-    json_set_alloc_funcs(allocate, free);
+    json_set_alloc_funcs(allocate_noted, free);
     json_object_seed(0);
     return numbers_prepare();
 }
@@ -51,8 +51,8 @@ static void count_lines(const char *bytes, size_t position, json_error_t *error)
 }
 
 /* Parses the text that is left without its arrays of numbers; errors are those of the caller's. */
-static json_t *parse(const struct numbers *numbers, const char *bytes, size_t length,
-                     json_error_t *error) {
+static json_t *parse_left(const struct numbers *numbers, const char *bytes, size_t length,
+                          json_error_t *error) {
     const size_t flags = JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY;
     allocation_failed = false;
     json_t *root = json_loadb(numbers->text, numbers->length, flags, error);
@@ -105,7 +105,7 @@ enum api_problem_id json_tree_parse(struct json_tree *tree, const char *bytes, s
         return problem->id;
     }
     json_error_t error;
-    tree->root = parse(&tree->numbers, bytes, length, &error);
+    tree->root = parse_left(&tree->numbers, bytes, length, &error);
     if (tree->root)
         return API_OK;
     set_parse_problem(problem, bytes, length, &error);

@@ -40,7 +40,7 @@ static inline uint64_t round_to_odd(const uint64_t g[2], uint64_t c) {
 /* The shortest decimal that lies in the interval of numbers which round to c 2^q, and of those the
  * closest. `narrow`: the interval reaches only half as far down, at a power of two. All bounds are
  * kept times four. */
-static struct decimal shorten(uint64_t c, int q, bool narrow) {
+static struct decimal shortest_decimal(uint64_t c, int q, bool narrow) {
     uint64_t odd = c & 1;
     int k = floor_log10(q, narrow), shift = q + floor_log2_power(-k) + 1;
     const uint64_t *g = powers[-k - POWERS_FIRST];
@@ -196,7 +196,7 @@ size_t shortest_write(char *text, double value) {
     uint64_t c = fraction | (uint64_t)1 << FRACTION_BITS;
     struct decimal decimal;
     if (fraction == 0 || !shorten_soon(c, exponent - BIAS, &decimal))
-        decimal = shorten(c, exponent - BIAS, fraction == 0 && exponent > 1);
+        decimal = shortest_decimal(c, exponent - BIAS, fraction == 0 && exponent > 1);
     struct digits digits = spell(decimal);
     *text = '-';
     size_t length = write_digits(text + sign, &digits);

@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* With the array that the value is a mark of, if it is one. */
-static struct json_value unpack(struct json_value json) {
+static struct json_value unpack_marked(struct json_value json) {
     const char *string = json_string_value(json.value);
     const struct numbers_array *array = string ? numbers_find(&json.tree->numbers, string) : NULL;
     if (array)
@@ -17,14 +17,14 @@ static struct json_value unpack(struct json_value json) {
 }
 
 struct json_value value_root(const struct json_tree *tree) {
-    return unpack((struct json_value){.tree = tree, .value = tree->root});
+    return unpack_marked((struct json_value){.tree = tree, .value = tree->root});
 }
 
 struct json_value value_member(const struct json_value *parent, const char *key) {
-    return unpack((struct json_value){.tree = parent->tree,
-                                      .parent = parent,
-                                      .key = key,
-                                      .value = json_object_get(parent->value, key)});
+    return unpack_marked((struct json_value){.tree = parent->tree,
+                                             .parent = parent,
+                                             .key = key,
+                                             .value = json_object_get(parent->value, key)});
 }
 
 struct json_value value_element(const struct json_value *parent, size_t index) {
@@ -35,7 +35,7 @@ struct json_value value_element(const struct json_value *parent, size_t index) {
         json.packed = (struct value_packed){packed->values + index * width, packed->width, 0};
     else
         json.value = json_array_get(parent->value, index);
-    return unpack(json);
+    return unpack_marked(json);
 }
 
 enum value_type value_type(const struct json_value *json) {
@@ -170,7 +170,7 @@ bool value_choice(const struct json_value *json, const char *const names[], size
     return false;
 }
 
-static bool in_range(struct value_range range, double value) {
+static bool value_in_range(struct value_range range, double value) {
     return range.open ? value > range.low && value < range.high
                       : value >= range.low && value <= range.high;
 }
@@ -184,7 +184,7 @@ bool value_number(const struct json_value *json, struct value_range range, doubl
     if (!check_type(json, VALUE_NUMBER, "a number"))
         return false;
     double number = number_at(json);
-    if (!in_range(range, number)) {
+    if (!value_in_range(range, number)) {
         fault_range(json, "a number", range);
         return false;
     }
@@ -197,7 +197,7 @@ bool value_integer(const struct json_value *json, int low, int high, int *value)
         return false;
     struct value_range range = {low, high, false};
     double number = number_at(json);
-    if (!in_range(range, number) || number != floor(number)) {
+    if (!value_in_range(range, number) || number != floor(number)) {
         value_fault(json, "must be a whole number between %d and %d", low, high);
         return false;
     }

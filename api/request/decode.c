@@ -196,7 +196,7 @@ static void decode_extent(const struct json_value *json, struct drape_settings *
     }
 }
 
-static void decode_cavity(const struct json_value *json, struct api_cavity *cavity) {
+static void decode_drape_cavity(const struct json_value *json, struct api_cavity *cavity) {
     static const char *const keys[] = {"height", NULL};
     static const char *const names[] = {"flexible"};
     int index;
@@ -210,7 +210,7 @@ static void decode_cavity(const struct json_value *json, struct api_cavity *cavi
         value_number(&height, decode_lengths, &cavity->height);
 }
 
-static void decode_offset(const struct json_value *json, struct api_request *request) {
+static void decode_drape_offset(const struct json_value *json, struct api_request *request) {
     if (value_number(json, decode_coordinates, &request->offset) &&
         request->surface.kind == API_SURFACE_MESH && request->offset != 0)
         value_fault(json, "needs a surface with a curvature, not a triangle mesh");
@@ -268,8 +268,8 @@ static void decode_stored(const struct api_input *input, const struct api_limits
     }
 }
 
-static void check_points(const struct json_value *json, const struct api_surface *surface,
-                         const struct api_limits *limits) {
+static void check_point_count(const struct json_value *json, const struct api_surface *surface,
+                              const struct api_limits *limits) {
     struct json_value points = value_member(json, "control_points");
     struct json_value faces = value_member(json, "faces");
     size_t count = surface->nurbs.point_count;
@@ -290,7 +290,7 @@ static void decode_ground(const struct json_value *root, const struct api_input 
         decode_stored(input, limits, tree->arena, &request->surface, tree->problem);
     else
         request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
-    check_points(&surface, &request->surface, limits);
+    check_point_count(&surface, &request->surface, limits);
     decode_unit(&unit, &request->surface, &request->length_unit);
     request->unit_of_surface = request->surface.kind == API_SURFACE_NAMED && !value_given(&unit);
 }
@@ -354,10 +354,10 @@ void decode_drape(const struct json_value *json, const struct api_input *input,
         return;
     decode_ground(json, input, limits, request);
     if (value_given(&offset))
-        decode_offset(&offset, request);
+        decode_drape_offset(&offset, request);
     decode_cloth(json, request);
     if (value_given(&cavity))
-        decode_cavity(&cavity, &request->cavity);
+        decode_drape_cavity(&cavity, &request->cavity);
     check_permeability(json, request);
 }
 
@@ -407,7 +407,7 @@ enum api_problem_id api_decode_surface(const char *bytes, size_t length,
         return problem->id;
     struct json_value root = value_root(&tree);
     decode_surface(&root, surface);
-    check_points(&root, surface, limits);
+    check_point_count(&root, surface, limits);
     if (problem->id == API_OK && surface->kind == API_SURFACE_NAMED) {
         struct json_value degree = value_member(&root, "degree_u");
         value_fault(&degree, "is required: a definition, not an id");

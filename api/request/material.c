@@ -107,7 +107,7 @@ static void read_head(const struct json_value *json, struct head *head) {
         value_boolean(&example, &head->example);
 }
 
-static void write_head(struct api_text *text, const struct head *head, bool listed) {
+static void write_material_head(struct api_text *text, const struct head *head, bool listed) {
     if (head->name)
         api_text_key_string(text, "name", head->name);
     if (head->about || listed)
@@ -143,11 +143,11 @@ static struct api_request read_figures(const struct json_value *json) {
     return figures;
 }
 
-static void write(const struct json_value *json, const struct head *head,
-                  const struct api_request *figures, struct api_material *material) {
+static void write_material(const struct json_value *json, const struct head *head,
+                           const struct api_request *figures, struct api_material *material) {
     struct api_text text = api_text_growing(json->tree->arena);
     api_text_raw(&text, "{");
-    write_head(&text, head, false);
+    write_material_head(&text, head, false);
     write_figures(&text, figures);
     api_text_raw(&text, "}");
     *material = (struct api_material){.length = text.length};
@@ -161,7 +161,7 @@ bool material_read(const struct json_value *json, struct api_material *material)
     struct head head;
     struct api_request figures = read_figures(json);
     read_head(json, &head);
-    write(json, &head, &figures, material);
+    write_material(json, &head, &figures, material);
     return json->tree->problem->id == API_OK;
 }
 
@@ -208,9 +208,9 @@ static void decode_document(const struct json_value *json, struct api_material *
     check_fibre(json, &figures.fabric);
     if (json->tree->problem->id != API_OK)
         return;
-    write(json, &head, &figures, material);
+    write_material(json, &head, &figures, material);
     api_text_raw(&text, "{");
-    write_head(&text, &head, true);
+    write_material_head(&text, &head, true);
     api_text_raw(&text, ",\"own\":true}");
     *list = api_text_finish(&text);
     char *copy = json_tree_alloc(json->tree, strlen(head.name) + 1, 1);

@@ -3,8 +3,8 @@
 
 #include "api/json/text.h"
 
-static void write_control(struct api_text *text, const double *points, size_t width,
-                          const double *weights, size_t count) {
+static void normalise_control(struct api_text *text, const double *points, size_t width,
+                              const double *weights, size_t count) {
     api_text_key_object(text, "control_points");
     api_text_key_rows(text, "points", points, width, count);
     if (weights)
@@ -12,26 +12,26 @@ static void write_control(struct api_text *text, const double *points, size_t wi
     api_text_raw(text, "}");
 }
 
-static void write_curve(struct api_text *text, const struct trim_curve *curve) {
+static void normalise_curve(struct api_text *text, const struct trim_curve *curve) {
     api_text_raw(text, "{");
     api_text_key_string(text, "type", curve->knots ? "spline" : "freeform");
     if (curve->knots) {
         api_text_key_integer(text, "degree", curve->degree);
         api_text_key_numbers(text, "knotvector", curve->knots,
                              curve->count + (size_t)curve->degree + 1);
-        write_control(text, curve->points[0], 2, curve->weights, curve->count);
+        normalise_control(text, curve->points[0], 2, curve->weights, curve->count);
     } else {
         api_text_key_rows(text, "points", curve->points[0], 2, curve->count);
     }
     api_text_raw(text, "}");
 }
 
-static void write_trim(struct api_text *text, const struct trim_loop *trim) {
+static void normalise_trim(struct api_text *text, const struct trim_loop *trim) {
     api_text_raw(text, "{\"type\":\"container\",\"data\":[");
     for (size_t i = 0; i < trim->count; i++) {
         if (i)
             api_text_raw(text, ",");
-        write_curve(text, &trim->curves[i]);
+        normalise_curve(text, &trim->curves[i]);
     }
     api_text_raw(text, trim->reversed ? "],\"reversed\":true}" : "],\"reversed\":false}");
 }
@@ -42,35 +42,35 @@ void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, s
     for (size_t i = 0; i < count; i++) {
         if (i)
             api_text_raw(text, ",");
-        write_trim(text, &trims[i]);
+        normalise_trim(text, &trims[i]);
     }
     api_text_raw(text, "]");
 }
 
-static void write_mark(struct api_text *text, const char *key, const char *value) {
+static void normalise_mark(struct api_text *text, const char *key, const char *value) {
     if (value)
         api_text_key_string(text, key, value);
 }
 
-static void write_nurbs(struct api_text *text, const struct api_surface *surface) {
+static void normalise_nurbs(struct api_text *text, const struct api_surface *surface) {
     const struct nurbs *nurbs = &surface->nurbs;
     api_text_raw(text, "{");
-    write_mark(text, "name", surface->face_name);
-    write_mark(text, "kind", surface->face_kind);
-    write_mark(text, "colour", surface->face_colour);
+    normalise_mark(text, "name", surface->face_name);
+    normalise_mark(text, "kind", surface->face_kind);
+    normalise_mark(text, "colour", surface->face_colour);
     api_text_key_integer(text, "degree_u", nurbs->u.degree);
     api_text_key_integer(text, "degree_v", nurbs->v.degree);
     api_text_key_numbers(text, "knotvector_u", nurbs->u.knots, nurbs->u.knot_count);
     api_text_key_numbers(text, "knotvector_v", nurbs->v.knots, nurbs->v.knot_count);
     api_text_key_integer(text, "size_u", nurbs->u.size);
     api_text_key_integer(text, "size_v", nurbs->v.size);
-    write_control(text, &nurbs->points[0].x, 3, nurbs->weights, nurbs->point_count);
+    normalise_control(text, &nurbs->points[0].x, 3, nurbs->weights, nurbs->point_count);
     if (surface->trim_count)
         api_normalise_trims(text, surface->trims, surface->trim_count);
     api_text_raw(text, "}");
 }
 
-static void write_mesh(struct api_text *text, const struct api_mesh *mesh) {
+static void normalise_mesh(struct api_text *text, const struct api_mesh *mesh) {
     api_text_raw(text, "{");
     api_text_key_rows(text, "vertices", &mesh->vertices[0].x, 3, mesh->vertex_count);
     api_text_raw(text, ",\"triangles\":[");
@@ -83,7 +83,7 @@ static void write_mesh(struct api_text *text, const struct api_mesh *mesh) {
 }
 
 /* What an importer wrote beside the geometry. */
-static void write_origin(struct api_text *text, const struct api_surface *surface) {
+static void normalise_origin(struct api_text *text, const struct api_surface *surface) {
     if (surface->length_unit)
         api_text_key_string(text, "length_unit", surface->length_unit->name);
     if (!surface->notes)
@@ -98,32 +98,32 @@ static void write_origin(struct api_text *text, const struct api_surface *surfac
     api_text_raw(text, "]");
 }
 
-static void write_shell(struct api_text *text, const struct api_surface *surface) {
+static void normalise_shell(struct api_text *text, const struct api_surface *surface) {
     api_text_raw(text, "{\"faces\":[");
     for (size_t k = 0; k < surface->face_count; k++) {
         if (k)
             api_text_raw(text, ",");
-        write_nurbs(text, &surface->faces[k]);
+        normalise_nurbs(text, &surface->faces[k]);
     }
     api_text_raw(text, "]");
     if (surface->tolerance > 0)
         api_text_key_number(text, "tolerance", surface->tolerance);
 }
 
-static void write_definition(struct api_text *text, const struct api_surface *surface) {
+static void normalise_definition(struct api_text *text, const struct api_surface *surface) {
     if (surface->kind == API_SURFACE_NURBS) {
-        write_nurbs(text, surface);
+        normalise_nurbs(text, surface);
         return;
     }
     if (surface->kind == API_SURFACE_MESH)
-        write_mesh(text, &surface->mesh);
+        normalise_mesh(text, &surface->mesh);
     else
-        write_shell(text, surface);
-    write_origin(text, surface);
+        normalise_shell(text, surface);
+    normalise_origin(text, surface);
     api_text_raw(text, "}");
 }
 
-static void write_selection(struct api_text *text, const struct api_selection *selection) {
+static void normalise_selection(struct api_text *text, const struct api_selection *selection) {
     if (selection->kind == API_SELECT_LIST) {
         api_text_key_integers(text, "faces", selection->faces, selection->count);
     } else if (selection->kind == API_SELECT_GROWN) {
@@ -132,19 +132,19 @@ static void write_selection(struct api_text *text, const struct api_selection *s
     }
 }
 
-static void write_surface(struct api_text *text, const struct api_surface *surface) {
+static void normalise_surface(struct api_text *text, const struct api_surface *surface) {
     api_text_key(text, "surface");
     if (surface->id[0]) {
         api_text_raw(text, "{");
         api_text_key_string(text, "id", surface->id);
-        write_selection(text, &surface->selection);
+        normalise_selection(text, &surface->selection);
         api_text_raw(text, "}");
     } else {
-        write_definition(text, surface);
+        normalise_definition(text, surface);
     }
 }
 
-static void write_fabric(struct api_text *text, const struct api_request *request) {
+static void normalise_fabric(struct api_text *text, const struct api_request *request) {
     const struct api_fabric *fabric = &request->fabric;
     api_text_key_object(text, "fabric");
     api_text_key_numbers(text, "spacing", request->settings.spacing, 2);
@@ -163,8 +163,8 @@ static void write_fabric(struct api_text *text, const struct api_request *reques
     api_text_raw(text, "}");
 }
 
-static void write_start(struct api_text *text, const struct api_request *request,
-                        const struct api_start *chosen) {
+static void normalise_start(struct api_text *text, const struct api_request *request,
+                            const struct api_start *chosen) {
     const struct drape_settings *settings = &request->settings;
     if (settings->start_kind == DRAPE_START_CENTROID && !chosen)
         return;
@@ -181,7 +181,7 @@ static void write_start(struct api_text *text, const struct api_request *request
     api_text_raw(text, "}");
 }
 
-static void write_direction(struct api_text *text, const struct drape_settings *settings) {
+static void normalise_direction(struct api_text *text, const struct drape_settings *settings) {
     api_text_key_object(text, "direction");
     if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
         api_text_key_numbers(text, "vector", &settings->direction_vector.x, 3);
@@ -190,8 +190,8 @@ static void write_direction(struct api_text *text, const struct drape_settings *
     api_text_raw(text, "}");
 }
 
-static void write_generator(struct api_text *text, const char *key,
-                            const struct drape_generator *generator) {
+static void normalise_generator(struct api_text *text, const char *key,
+                                const struct drape_generator *generator) {
     api_text_key(text, key);
     switch (generator->kind) {
     case DRAPE_GENERATOR_GEODESIC:
@@ -210,7 +210,7 @@ static void write_generator(struct api_text *text, const char *key,
     }
 }
 
-static void write_extent(struct api_text *text, const struct drape_settings *settings) {
+static void normalise_extent(struct api_text *text, const struct drape_settings *settings) {
     static const char *const keys[2] = {"warp", "weft"};
     if (!settings->has_extent[0] && !settings->has_extent[1])
         return;
@@ -223,7 +223,7 @@ static void write_extent(struct api_text *text, const struct drape_settings *set
     api_text_raw(text, "}");
 }
 
-static void write_cavity(struct api_text *text, const struct api_cavity *cavity) {
+static void normalise_cavity(struct api_text *text, const struct api_cavity *cavity) {
     if (!cavity->rigid) {
         api_text_key_string(text, "cavity", "flexible");
         return;
@@ -234,8 +234,8 @@ static void write_cavity(struct api_text *text, const struct api_cavity *cavity)
 }
 
 /* A value for each shear angle, or a row of values. */
-static void write_values(struct api_text *text, const struct api_permeability *k,
-                         const double *values) {
+static void normalise_values(struct api_text *text, const struct api_permeability *k,
+                             const double *values) {
     if (k->fractions == 0) {
         api_text_numbers(text, values, k->rows);
         return;
@@ -247,7 +247,7 @@ static void write_values(struct api_text *text, const struct api_permeability *k
     api_text_raw(text, "]");
 }
 
-static void write_table(struct api_text *text, const struct api_permeability *k) {
+static void normalise_table(struct api_text *text, const struct api_permeability *k) {
     const struct {
         const char *key;
         const double *values;
@@ -261,7 +261,7 @@ static void write_table(struct api_text *text, const struct api_permeability *k)
         if (!columns[i].values)
             continue;
         api_text_key(text, columns[i].key);
-        write_values(text, k, columns[i].values);
+        normalise_values(text, k, columns[i].values);
     }
 }
 
@@ -279,7 +279,7 @@ void api_normalise_permeability(struct api_text *text, const struct api_permeabi
         api_text_key_number(text, "fiber_radius", k->fiber_radius);
         api_text_key_string(text, "packing", api_packing_names[k->packing]);
     } else {
-        write_table(text, k);
+        normalise_table(text, k);
     }
     api_text_raw(text, "}");
 }
@@ -295,7 +295,7 @@ void api_normalise_compaction(struct api_text *text, const struct api_compaction
 
 void api_normalise_ground(struct api_text *text, const struct api_surface *surface,
                           const struct api_unit *unit) {
-    write_surface(text, surface);
+    normalise_surface(text, surface);
     if (unit)
         api_text_key_string(text, "length_unit", unit->name);
 }
@@ -303,16 +303,16 @@ void api_normalise_ground(struct api_text *text, const struct api_surface *surfa
 void api_normalise_cloth(struct api_text *text, const struct api_request *request,
                          const struct api_start *chosen) {
     const struct drape_settings *settings = &request->settings;
-    write_fabric(text, request);
-    write_start(text, request, chosen);
-    write_direction(text, settings);
+    normalise_fabric(text, request);
+    normalise_start(text, request, chosen);
+    normalise_direction(text, settings);
     api_text_key_object(text, "generators");
-    write_generator(text, "warp", &settings->generator[0]);
-    write_generator(text, "weft", &settings->generator[1]);
+    normalise_generator(text, "warp", &settings->generator[0]);
+    normalise_generator(text, "weft", &settings->generator[1]);
     api_text_raw(text, "}");
     api_text_key_string(text, "method", drape_method_names[settings->method]);
     api_text_key_string(text, "yarn_path", api_yarn_path_names[settings->yarn_path]);
-    write_extent(text, settings);
+    normalise_extent(text, settings);
 }
 
 const char *api_normalise(const struct api_request *request, const struct api_start *chosen,
@@ -326,7 +326,7 @@ const char *api_normalise(const struct api_request *request, const struct api_st
     if (request->offset != 0)
         api_text_key_number(&text, "offset", request->offset);
     api_normalise_cloth(&text, request, chosen);
-    write_cavity(&text, &request->cavity);
+    normalise_cavity(&text, &request->cavity);
     api_normalise_permeability(&text, &request->permeability);
     api_text_raw(&text, "}");
     return api_text_finish(&text);
@@ -334,6 +334,6 @@ const char *api_normalise(const struct api_request *request, const struct api_st
 
 const char *api_normalise_surface(const struct api_surface *surface, struct arena *arena) {
     struct api_text text = api_text_growing(arena);
-    write_definition(&text, surface);
+    normalise_definition(&text, surface);
     return api_text_finish(&text);
 }

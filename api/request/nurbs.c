@@ -140,8 +140,8 @@ static bool read_control(const struct decode_control *control, struct nurbs *nur
 }
 
 /* One of the columns of control points, against the sizes where those are known. */
-static bool check_count(const struct nurbs *nurbs, const struct json_value *column, size_t count,
-                        const char *noun) {
+static bool check_column_count(const struct nurbs *nurbs, const struct json_value *column,
+                               size_t count, const char *noun) {
     size_t wanted = (size_t)nurbs->u.size * (size_t)nurbs->v.size;
     if (count == 0 || wanted == 0 || count == wanted)
         return true;
@@ -175,8 +175,9 @@ bool decode_nurbs(const struct json_value *json, bool of_shell, struct api_surfa
     find_parts(json, &places);
     bool ok = read_axes(&places, nurbs);
     ok = read_control(&places.control, nurbs) && ok;
-    ok = check_count(nurbs, &places.control.points, nurbs->point_count, "control points") && ok;
-    ok = check_count(nurbs, &places.control.weights, nurbs->weight_count, "weights") && ok;
+    ok = check_column_count(nurbs, &places.control.points, nurbs->point_count, "control points") &&
+         ok;
+    ok = check_column_count(nurbs, &places.control.weights, nurbs->weight_count, "weights") && ok;
     if (ok && nurbs_validate(nurbs, &fault) != STATUS_OK)
         ok = fault_part(&places, &fault);
     if (ok)

@@ -33,8 +33,8 @@ static bool decode_gebart(const struct json_value *json, struct api_permeability
 }
 
 /* One more column of a table, as long as the first. */
-static bool read_column(const struct json_value *table, const char *key, struct value_range range,
-                        size_t rows, const double **values) {
+static bool read_table_column(const struct json_value *table, const char *key,
+                              struct value_range range, size_t rows, const double **values) {
     struct json_value column = value_member(table, key);
     size_t count;
     if (!value_numbers(&column, range, 1, values, &count))
@@ -59,8 +59,9 @@ static bool check_increasing(const struct json_value *column, const double *valu
 }
 
 /* The same with a row for each shear angle, of a value for each fraction. */
-static bool read_rows(const struct json_value *table, const char *key, struct value_range range,
-                      const struct api_permeability *k, const double **values) {
+static bool read_table_rows(const struct json_value *table, const char *key,
+                            struct value_range range, const struct api_permeability *k,
+                            const double **values) {
     struct json_value column = value_member(table, key);
     double *rows;
     size_t count;
@@ -73,10 +74,11 @@ static bool read_rows(const struct json_value *table, const char *key, struct va
     return false;
 }
 
-static bool read_values(const struct json_value *table, const char *key, struct value_range range,
-                        const struct api_permeability *k, const double **values) {
-    return k->fractions ? read_rows(table, key, range, k, values)
-                        : read_column(table, key, range, k->rows, values);
+static bool read_table_values(const struct json_value *table, const char *key,
+                              struct value_range range, const struct api_permeability *k,
+                              const double **values) {
+    return k->fractions ? read_table_rows(table, key, range, k, values)
+                        : read_table_column(table, key, range, k->rows, values);
 }
 
 /* A denser fabric has to fill more slowly: k / (1 - Vf) falls along every row. */
@@ -119,10 +121,10 @@ static bool decode_table(const struct json_value *json, struct api_permeability 
         const double **values;
     } columns[] = {{"k1", &k->table_k1}, {"k2", &k->table_k2}, {"k3", &k->table_k3}};
     for (size_t c = 0; c < sizeof columns / sizeof *columns; c++)
-        ok = read_values(json, columns[c].key, permeabilities, k, columns[c].values) &&
+        ok = read_table_values(json, columns[c].key, permeabilities, k, columns[c].values) &&
              check_falling(json, columns[c].key, k, *columns[c].values) && ok;
     if (value_given(&angle))
-        ok = read_values(json, "angle_deg", angles, k, &k->angle_deg) && ok;
+        ok = read_table_values(json, "angle_deg", angles, k, &k->angle_deg) && ok;
     return ok;
 }
 

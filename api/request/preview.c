@@ -54,7 +54,7 @@ static void add_vertex(struct maker *m, struct vertex *vertex) {
     p->vertex_count++;
 }
 
-static void add_triangle(struct primitive *p, uint32_t a, uint32_t b, uint32_t c) {
+static void add_face_triangle(struct primitive *p, uint32_t a, uint32_t b, uint32_t c) {
     if (p->index_count + 3 > p->index_room || a == b || b == c || c == a)
         return;
     p->indices[p->index_count++] = a;
@@ -89,10 +89,10 @@ static void add_clipped(struct maker *m, const struct vertex *const corner[3]) {
             kept[count++] = a->inside ? cross_trim(m, a, b) : cross_trim(m, b, a);
     }
     for (int k = 2; k < count; k++)
-        add_triangle(m->out, kept[0].index, kept[k - 1].index, kept[k].index);
+        add_face_triangle(m->out, kept[0].index, kept[k - 1].index, kept[k].index);
 }
 
-static int steps_of(const struct nurbs_axis *axis, bool trimmed, size_t faces) {
+static int grid_steps(const struct nurbs_axis *axis, bool trimmed, size_t faces) {
     int steps = axis->degree == 1 && axis->size == 2 ? 1 : STEPS_LEAST + 2 * axis->size;
     int least = trimmed ? STEPS_TRIMMED : 1;
     steps = steps < least ? least : steps;
@@ -101,7 +101,7 @@ static int steps_of(const struct nurbs_axis *axis, bool trimmed, size_t faces) {
 }
 
 /* The grid of a face: (nu + 1) (nv + 1) vertices, then those on trims. */
-static bool make_grid(struct maker *m, int nu, int nv, struct arena *arena) {
+static bool make_face_grid(struct maker *m, int nu, int nv, struct arena *arena) {
     size_t wide = (size_t)nv + 1;
     double low[2], high[2];
     struct vertex *grid = arena_alloc(arena, (size_t)(nu + 1) * wide, sizeof *grid);
@@ -125,7 +125,8 @@ static bool make_grid(struct maker *m, int nu, int nv, struct arena *arena) {
     return true;
 }
 
-static bool make_room(struct primitive *p, size_t vertices, size_t triangles, struct arena *arena) {
+static bool take_primitive_room(struct primitive *p, size_t vertices, size_t triangles,
+                                struct arena *arena) {
     p->positions = arena_alloc(arena, vertices, sizeof *p->positions);
     p->normals = arena_alloc(arena, vertices, sizeof *p->normals);
     p->indices = arena_alloc(arena, 3 * triangles, sizeof *p->indices);
@@ -135,27 +136,27 @@ static bool make_room(struct primitive *p, size_t vertices, size_t triangles, st
 }
 
 /* A face without an area has no triangles. */
-static bool make_face(struct primitive *p, const struct api_surface *face, size_t faces,
-                      struct arena *arena) {
+static bool tessellate_face(struct primitive *p, const struct api_surface *face, size_t faces,
+                            struct arena *arena) {
     struct surface *surface;
     struct trim *trim = NULL;
-    int nu = steps_of(&face->nurbs.u, face->trim_count > 0, faces);
-    int nv = steps_of(&face->nurbs.v, face->trim_count > 0, faces);
+    int nu = grid_steps(&face->nurbs.u, face->trim_count > 0, faces);
+    int nv = grid_steps(&face->nurbs.v, face->trim_count > 0, faces);
     size_t cells = (size_t)nu * (size_t)nv;
     enum status status = surface_make(&face->nurbs, arena, &surface);
     if (status == STATUS_OK && face->trim_count)
         status = trim_make(surface, face->trims, face->trim_count, arena, &trim);
     if (status != STATUS_OK)
         return status != STATUS_OUT_OF_MEMORY;
-    if (!make_room(p, (size_t)(nu + 1) * (size_t)(nv + 1) + (trim ? 4 * cells : 0) + 2, 4 * cells,
-                   arena))
+    if (!take_primitive_room(p, (size_t)(nu + 1) * (size_t)(nv + 1) + (trim ? 4 * cells : 0) + 2,
+                             4 * cells, arena))
         return false;
     struct maker maker = {.surface = surface, .trim = trim, .out = p};
-    return make_grid(&maker, nu, nv, arena);
+    return make_face_grid(&maker, nu, nv, arena);
 }
 
-static bool make_mesh(struct primitive *p, const struct api_mesh *mesh, struct arena *arena) {
-    if (!make_room(p, mesh->vertex_count, mesh->triangle_count, arena))
+static bool tessellate_mesh(struct primitive *p, const struct api_mesh *mesh, struct arena *arena) {
+    if (!take_primitive_room(p, mesh->vertex_count, mesh->triangle_count, arena))
         return false;
     p->normals = NULL; /* flat */
     p->vertex_count = (uint32_t)mesh->vertex_count;
@@ -166,8 +167,8 @@ static bool make_mesh(struct primitive *p, const struct api_mesh *mesh, struct a
         p->positions[k][2] = (float)v->z;
     }
     for (size_t k = 0; k < mesh->triangle_count; k++)
-        add_triangle(p, (uint32_t)mesh->triangles[k][0], (uint32_t)mesh->triangles[k][1],
-                     (uint32_t)mesh->triangles[k][2]);
+        add_face_triangle(p, (uint32_t)mesh->triangles[k][0], (uint32_t)mesh->triangles[k][1],
+                          (uint32_t)mesh->triangles[k][2]);
     return true;
 }
 
@@ -303,7 +304,7 @@ static const char *write_gltf(const struct primitive *all, size_t count, struct 
     return api_text_finish(&text);
 }
 
-static bool put(const struct api_sink *sink, const void *bytes, size_t length) {
+static bool send_bytes(const struct api_sink *sink, const void *bytes, size_t length) {
     return length == 0 || sink->write(sink->context, bytes, length);
 }
 
@@ -314,13 +315,13 @@ static bool write_glb(const struct api_sink *sink, const struct primitive *all, 
     const uint32_t head[5] = {0x46546c67, 2, (uint32_t)(28 + length + padding + bytes),
                               (uint32_t)(length + padding), 0x4e4f534a};
     const uint32_t chunk[2] = {(uint32_t)bytes, 0x004e4942};
-    bool good = put(sink, head, sizeof head) && put(sink, gltf, length) &&
-                put(sink, "   ", padding) && put(sink, chunk, sizeof chunk);
+    bool good = send_bytes(sink, head, sizeof head) && send_bytes(sink, gltf, length) &&
+                send_bytes(sink, "   ", padding) && send_bytes(sink, chunk, sizeof chunk);
     for (size_t k = 0; good && k < count; k++) {
         const void *part[3];
         size_t lengths[3], parts = parts_of(&all[k], part, lengths);
         for (size_t i = 0; good && i < parts; i++)
-            good = put(sink, part[i], lengths[i]);
+            good = send_bytes(sink, part[i], lengths[i]);
     }
     return good;
 }
@@ -333,10 +334,10 @@ static long make_all(const struct api_surface *surface, struct primitive *all, s
         struct primitive one = {.number = k};
         bool made;
         if (surface->kind == API_SURFACE_MESH) {
-            made = make_mesh(&one, &surface->mesh, arena);
+            made = tessellate_mesh(&one, &surface->mesh, arena);
         } else {
             one.face = surface->kind == API_SURFACE_SHELL ? &surface->faces[k] : surface;
-            made = make_face(&one, one.face, count, arena);
+            made = tessellate_face(&one, one.face, count, arena);
         }
         if (!made)
             return -1;

@@ -85,7 +85,7 @@ static bool decode_mesh(const struct json_value *json, struct api_surface *surfa
     return read_triangles(&triangles, mesh);
 }
 
-static bool decode_name(const struct json_value *json, struct api_surface *surface) {
+static bool decode_stored_id(const struct json_value *json, struct api_surface *surface) {
     struct json_value id = value_member(json, "id");
     const char *text;
     surface->kind = API_SURFACE_NAMED;
@@ -112,7 +112,7 @@ bool decode_surface(const struct json_value *json, struct api_surface *surface) 
     if (has(json, "vertices") || has(json, "triangles"))
         return decode_mesh(json, surface);
     if (has(json, "id") && !has(json, "degree_u") && !has(json, "control_points"))
-        return decode_name(json, surface) && decode_selection(json, surface);
+        return decode_stored_id(json, surface) && decode_selection(json, surface);
     if (has(json, "faces"))
         return decode_shell(json, surface);
     return decode_nurbs(json, false, surface);

@@ -6,8 +6,8 @@ enum curve_type { CURVE_SPLINE, CURVE_FREEFORM, CURVE_CONTAINER, CURVE_TYPE_COUN
 
 static const char *const curve_types[CURVE_TYPE_COUNT] = {"spline", "freeform", "container"};
 
-static bool check_knots(const struct trim_curve *curve, const struct json_value *knots,
-                        size_t knot_count) {
+static bool check_trim_knots(const struct trim_curve *curve, const struct json_value *knots,
+                             size_t knot_count) {
     if (knot_count != curve->count + (size_t)curve->degree + 1) {
         value_fault(knots, "the number of knots must be the number of points + degree + 1");
         return false;
@@ -25,7 +25,7 @@ static bool check_knots(const struct trim_curve *curve, const struct json_value 
     return false;
 }
 
-static bool read_points(const struct json_value *json, struct trim_curve *curve) {
+static bool read_trim_points(const struct json_value *json, struct trim_curve *curve) {
     double *rows;
     if (!value_rows(json, decode_coordinates, 2, 2, &rows, &curve->count))
         return false;
@@ -55,10 +55,10 @@ static bool decode_spline(const struct json_value *json, struct trim_curve *curv
     decode_control_find(json, &control);
     bool ok = value_integer(&degree, 1, NURBS_DEGREE_MAX, &curve->degree);
     ok = value_numbers(&knots, decode_coordinates, 4, &curve->knots, &knot_count) && ok;
-    ok = read_points(&control.points, curve) && ok;
+    ok = read_trim_points(&control.points, curve) && ok;
     if (ok && value_given(&control.weights))
         ok = read_weights(&control.weights, curve);
-    return ok && check_knots(curve, &knots, knot_count);
+    return ok && check_trim_knots(curve, &knots, knot_count);
 }
 
 static bool decode_freeform(const struct json_value *json, struct trim_curve *curve) {
@@ -67,7 +67,7 @@ static bool decode_freeform(const struct json_value *json, struct trim_curve *cu
     struct json_value points = value_member(json, "points");
     value_object(json, keys);
     curve->degree = 1;
-    return read_points(&points, curve);
+    return read_trim_points(&points, curve);
 }
 
 /* What `type` says, else what the keys say. */

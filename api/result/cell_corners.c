@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "cell_corners.h"
 
-static bool begin(struct site_reader *places, const struct api_reader *reader,
-                  const struct api_columns *columns, enum api_table table) {
+static bool begin_sites(struct site_reader *places, const struct api_reader *reader,
+                        const struct api_columns *columns, enum api_table table) {
     *places = (struct site_reader){.reader = reader};
     places->column[0] = api_columns_find(columns, table, "i");
     places->column[1] = api_columns_find(columns, table, "j");
@@ -11,13 +11,13 @@ static bool begin(struct site_reader *places, const struct api_reader *reader,
 
 bool cell_corners_begin(struct cell_corners *quads, const struct api_reader *reader,
                         const struct api_columns *columns) {
-    return begin(&quads->cells, reader, columns, API_TABLE_CELLS) &&
-           begin(&quads->low, reader, columns, API_TABLE_NODES) &&
-           begin(&quads->high, reader, columns, API_TABLE_NODES);
+    return begin_sites(&quads->cells, reader, columns, API_TABLE_CELLS) &&
+           begin_sites(&quads->low, reader, columns, API_TABLE_NODES) &&
+           begin_sites(&quads->high, reader, columns, API_TABLE_NODES);
 }
 
 /* The block with the current row; false beyond the last one. */
-static bool load(struct site_reader *places) {
+static bool load_block(struct site_reader *places) {
     size_t left = places->column[0]->rows - places->row;
     places->first = places->row;
     places->held = left < CELL_CORNERS_BLOCK ? left : CELL_CORNERS_BLOCK;
@@ -29,7 +29,7 @@ static bool load(struct site_reader *places) {
 }
 
 static inline bool current(struct site_reader *places, double *i, double *j) {
-    if (places->row - places->first >= places->held && !load(places))
+    if (places->row - places->first >= places->held && !load_block(places))
         return false;
     *i = places->block[0][places->row - places->first];
     *j = places->block[1][places->row - places->first];
@@ -37,7 +37,7 @@ static inline bool current(struct site_reader *places, double *i, double *j) {
 }
 
 /* Goes forward to (i, j). */
-static bool seek(struct site_reader *places, double i, double j) {
+static bool seek_site(struct site_reader *places, double i, double j) {
     double at_i, at_j;
     while (current(places, &at_i, &at_j)) {
         if (at_j == j && at_i == i)
@@ -55,8 +55,8 @@ bool cell_corners_next(struct cell_corners *quads, size_t count, int32_t (*corne
     size_t nodes = quads->low.column[0]->rows;
     for (size_t k = 0; k < count; k++, quads->cells.row++) {
         double i, j;
-        if (!current(&quads->cells, &i, &j) || !seek(&quads->low, i, j) ||
-            !seek(&quads->high, i, j + 1) || quads->high.row + 1 >= nodes)
+        if (!current(&quads->cells, &i, &j) || !seek_site(&quads->low, i, j) ||
+            !seek_site(&quads->high, i, j + 1) || quads->high.row + 1 >= nodes)
             return false;
         int32_t low = (int32_t)quads->low.row, high = (int32_t)quads->high.row;
         corners[k][0] = low;

@@ -156,7 +156,7 @@ static const void *values_of(const struct api_fields *fields, enum column_id id,
 
 /* ---- columns ---- */
 
-static bool fill_real(const void *context, size_t first, size_t count, double *values) {
+static bool fill_doubles(const void *context, size_t first, size_t count, double *values) {
     memcpy(values, (const double *)context + first, count * sizeof *values);
     return true;
 }
@@ -209,7 +209,7 @@ static void add_columns(struct api_fields *fields, enum column_id id, bool cut) 
             source.context = values_of(fields, id, part, cut);
             bool bytes =
                 spec->kind == COLUMN_REASON || id == COLUMN_NODES_grown || id == COLUMN_RIM_covered;
-            source.fill = spec->kind == COLUMN_INTEGER ? fill_index : bytes ? fill_byte : fill_real;
+            source.fill = spec->kind == COLUMN_INTEGER ? fill_index : bytes ? fill_byte : fill_doubles;
         }
         if (source.context)
             fields->source[fields->count++] = source;
@@ -241,7 +241,7 @@ enum status api_fields_list(struct api_fields *fields, const struct api_request 
         fields->source[fields->count++] = (struct api_column_source){.table = API_TABLE_CUT,
                                                                      .name = api_fields_corners[k],
                                                                      .rows = cut->cells.count,
-                                                                     .fill = fill_real,
+                                                                     .fill = fill_doubles,
                                                                      .context = cut->corner[k]};
     return STATUS_OK;
 }

@@ -14,8 +14,8 @@ struct points {
     size_t count;
 };
 
-static bool read_rim(struct points *points, const struct api_reader *reader,
-                     const struct api_columns *columns) {
+static bool read_rim_columns(struct points *points, const struct api_reader *reader,
+                             const struct api_columns *columns) {
     static const char *const names[COLUMNS] = {"loop", "p", "q", "covered"};
     points->count = api_columns_rows(columns, API_TABLE_RIM);
     for (int k = 0; k < COLUMNS; k++) {
@@ -82,8 +82,8 @@ static bool follow_outline(struct polygons *polygons, const struct outline *outl
 /* ---- loops ---- */
 
 /* The points first .. end - 1 of the rim, from one that is covered on. */
-static bool add_loop(struct polygons *polygons, const struct points *points, size_t first,
-                     size_t end, const struct outline *outline) {
+static bool add_rim_loop(struct polygons *polygons, const struct points *points, size_t first,
+                         size_t end, const struct outline *outline) {
     const double *p = points->column[P], *q = points->column[Q];
     const double *covered = points->column[COVERED];
     size_t length = end - first, begin = 0;
@@ -115,7 +115,7 @@ static bool add_rim(struct polygons *polygons, const struct points *points,
     for (size_t first = 0, k = 0; k < points->count; k++) {
         if (k + 1 < points->count && loop[k + 1] == loop[k])
             continue;
-        if (!add_loop(polygons, points, first, k + 1, outline))
+        if (!add_rim_loop(polygons, points, first, k + 1, outline))
             return false;
         first = k + 1;
     }
@@ -165,7 +165,7 @@ enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct
                                       struct api_problem *problem) {
     struct points points = {.count = 0};
     bool rim = api_columns_rows(columns, API_TABLE_RIM) > 0, good = true;
-    if (rim && !read_rim(&points, reader, columns))
+    if (rim && !read_rim_columns(&points, reader, columns))
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     else if (rim)
         good = add_rim(&pattern->polygons, &points, outline);

@@ -31,7 +31,7 @@ struct builder {
 };
 
 /* Room for one more element of `size` bytes; false without memory. */
-static bool grow(void **elements, size_t count, size_t *capacity, size_t size) {
+static bool ensure_room(void **elements, size_t count, size_t *capacity, size_t size) {
     if (count < *capacity)
         return true;
     size_t wanted = *capacity ? 2 * *capacity : 64;
@@ -45,7 +45,7 @@ static bool grow(void **elements, size_t count, size_t *capacity, size_t size) {
 
 static void add_side(struct builder *builder, int32_t i, int32_t j, int32_t to_i, int32_t to_j) {
     void *sides = builder->sides;
-    if (!grow(&sides, builder->count, &builder->capacity, sizeof *builder->sides))
+    if (!ensure_room(&sides, builder->count, &builder->capacity, sizeof *builder->sides))
         builder->failed = true;
     builder->sides = sides;
     if (!builder->failed)
@@ -55,7 +55,7 @@ static void add_side(struct builder *builder, int32_t i, int32_t j, int32_t to_i
 /* ---- sides ---- */
 
 /* The place of the k-th end of a row's runs, INT32_MAX behind the last. */
-static int32_t end_at(const struct row *row, size_t k) {
+static int32_t run_end_at(const struct row *row, size_t k) {
     if (k / 2 >= row->count)
         return INT32_MAX;
     return k % 2 ? row->runs[k / 2].last : row->runs[k / 2].first;
@@ -67,7 +67,7 @@ static void close_line(struct builder *builder, int32_t j, const struct row *bel
     size_t ends[2] = {0, 0};
     int32_t from = 0;
     for (;;) {
-        int32_t next[2] = {end_at(below, ends[0]), end_at(above, ends[1])};
+        int32_t next[2] = {run_end_at(below, ends[0]), run_end_at(above, ends[1])};
         int32_t to = next[0] < next[1] ? next[0] : next[1];
         bool in_below = ends[0] % 2, in_above = ends[1] % 2;
         if (in_above && !in_below)
@@ -102,7 +102,7 @@ static void finish_row(struct builder *builder) {
     row->count = 0;
 }
 
-static void add_cell(struct builder *builder, int32_t i, int32_t j) {
+static void add_outline_cell(struct builder *builder, int32_t i, int32_t j) {
     struct row *row = &builder->row;
     if (row->count > 0 && row->j != j)
         finish_row(builder);
@@ -112,7 +112,7 @@ static void add_cell(struct builder *builder, int32_t i, int32_t j) {
         return;
     }
     void *runs = row->runs;
-    if (!grow(&runs, row->count, &row->capacity, sizeof *row->runs))
+    if (!ensure_room(&runs, row->count, &row->capacity, sizeof *row->runs))
         builder->failed = true;
     row->runs = runs;
     if (!builder->failed)
@@ -149,7 +149,7 @@ static bool read_cells(struct builder *builder, struct outline *outline,
             int32_t i = (int32_t)block[0][k], j = (int32_t)block[1][k];
             if (!follows(outline, first + k == 0, before, i, j))
                 return false;
-            add_cell(builder, i, j);
+            add_outline_cell(builder, i, j);
             before[0] = i;
             before[1] = j;
         }
@@ -167,9 +167,9 @@ static int compare_starts(const void *a, const void *b) {
     return x->j != y->j ? (x->j > y->j) - (x->j < y->j) : (x->i > y->i) - (x->i < y->i);
 }
 
-static bool add_point(struct outline *outline, const struct side *side) {
+static bool add_corner(struct outline *outline, const struct side *side) {
     void *points = outline->points;
-    bool room = grow(&points, outline->count, &outline->capacity, sizeof *outline->points);
+    bool room = ensure_room(&points, outline->count, &outline->capacity, sizeof *outline->points);
     outline->points = points;
     if (room)
         outline->points[outline->count++] = (struct outline_point){side->i, side->j, false};
@@ -181,7 +181,7 @@ static int sign(int32_t value) {
 }
 
 /* > 0 where the outline turns left from one side to the next, 0 where it goes straight on. */
-static int turn(const struct side *side, const struct side *next) {
+static int side_turn(const struct side *side, const struct side *next) {
     int a[2] = {sign(side->to_i - side->i), sign(side->to_j - side->j)};
     int b[2] = {sign(next->to_i - next->i), sign(next->to_j - next->j)};
     return a[0] * b[1] - a[1] * b[0];
@@ -189,7 +189,7 @@ static int turn(const struct side *side, const struct side *next) {
 
 /* The side that begins where this one ends; where two do, the one to the left, which keeps cells
  * that touch at a corner apart. */
-static struct side *find_next(struct builder *builder, const struct side *side) {
+static struct side *next_side(struct builder *builder, const struct side *side) {
     struct side key = {.i = side->to_i, .j = side->to_j}, *end = builder->sides + builder->count;
     struct side *found =
         bsearch(&key, builder->sides, builder->count, sizeof *found, compare_starts);
@@ -197,7 +197,7 @@ static struct side *find_next(struct builder *builder, const struct side *side) 
     while (found && found > builder->sides && compare_starts(found - 1, &key) == 0)
         found--;
     for (; found && found < end && compare_starts(found, &key) == 0; found++)
-        if (!found->used && (!best || turn(side, found) > turn(side, best)))
+        if (!found->used && (!best || side_turn(side, found) > side_turn(side, best)))
             best = found;
     return best;
 }
@@ -206,11 +206,11 @@ static struct side *find_next(struct builder *builder, const struct side *side) 
 static bool trace(struct builder *builder, struct outline *outline, struct side *side) {
     bool corner = true;
     while (side) {
-        if (corner && !add_point(outline, side))
+        if (corner && !add_corner(outline, side))
             return false;
         side->used = true;
-        struct side *next = find_next(builder, side);
-        corner = next && turn(side, next) != 0;
+        struct side *next = next_side(builder, side);
+        corner = next && side_turn(side, next) != 0;
         side = next;
     }
     outline->points[outline->count - 1].last = true;

@@ -41,8 +41,8 @@ struct permeability api_permeability_at(const struct api_permeability *model, do
     }
 }
 
-static bool allocate(struct api_permeability_columns *columns, bool table, size_t count,
-                     struct arena *arena) {
+static bool take_k_columns(struct api_permeability_columns *columns, bool table, size_t count,
+                           struct arena *arena) {
     double **const column[] = {&columns->k1,          &columns->k2,   &columns->k3,
                                &columns->k1_x,        &columns->k1_y, &columns->k1_z,
                                &columns->out_of_table};
@@ -63,7 +63,7 @@ api_permeability_columns(const struct api_request *request, const struct drape_c
     *columns = (struct api_permeability_columns){0};
     if (model->model == API_PERMEABILITY_NONE)
         return STATUS_OK;
-    if (!allocate(columns, model->model == API_PERMEABILITY_TABLE, cells->count, arena))
+    if (!take_k_columns(columns, model->model == API_PERMEABILITY_TABLE, cells->count, arena))
         return STATUS_OUT_OF_MEMORY;
     for (size_t i = 0; i < cells->count; i++) {
         double shear = cells->shear_deg[i];

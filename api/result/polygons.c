@@ -66,7 +66,8 @@ static double distance2(const struct polygons_point *a, const struct polygons_po
 enum { LONGEST_RUN = 256 };
 
 /* Whether the points between two are within the tolerance of the line between these. */
-static bool is_straight(const struct polygons_point *p, size_t from, size_t to, double tolerance) {
+static bool is_straight_run(const struct polygons_point *p, size_t from, size_t to,
+                            double tolerance) {
     for (size_t k = from + 1; k < to; k++)
         if (distance2(&p[from], &p[to], p[k].x, p[k].y) > tolerance * tolerance)
             return false;
@@ -83,7 +84,7 @@ void polygons_simplify(struct polygons *polygons, double tolerance) {
         for (size_t at = first; at < end;) {
             size_t next = at + 1;
             while (next + 1 < end && next - at < LONGEST_RUN &&
-                   is_straight(p, at, next + 1, tolerance))
+                   is_straight_run(p, at, next + 1, tolerance))
                 next++;
             p[kept++] = (struct polygons_point){p[at].x, p[at].y, false};
             at = next;
@@ -212,8 +213,8 @@ static bool add_inner(struct polygons *to, const struct polygons_point *at, doub
 }
 
 /* The direction to the right of the segment from a to b; false when it has no length. */
-static bool right_of(const struct polygons_point *a, const struct polygons_point *b,
-                     double right[2]) {
+static bool right_direction(const struct polygons_point *a, const struct polygons_point *b,
+                            double right[2]) {
     double dx = b->x - a->x, dy = b->y - a->y, length = sqrt(dx * dx + dy * dy);
     right[0] = dy / length;
     right[1] = -dx / length;
@@ -229,12 +230,12 @@ static bool make_raw(const struct polygons *of, double distance, struct polygons
         for (end = first + 1; !p[end - 1].last;)
             end++;
         size_t last = end - 1;
-        while (last > first && !right_of(&p[last], &p[first], before))
+        while (last > first && !right_direction(&p[last], &p[first], before))
             last--;
         double length = hypot(p[first].x - p[last].x, p[first].y - p[last].y);
         for (size_t k = first; k <= last; k++) {
             const struct polygons_point *own = &p[k], *next = &p[k == last ? first : k + 1];
-            if (!right_of(own, next, after))
+            if (!right_direction(own, next, after))
                 continue;
             bool left = before[0] * after[1] - before[1] * after[0] > 0;
             double own_length = hypot(next->x - own->x, next->y - own->y);
@@ -262,7 +263,7 @@ struct cuts {
     size_t count, capacity, nodes;
 };
 
-static bool add_cut(struct cuts *cuts, size_t segment, double share) {
+static bool add_crossing_of(struct cuts *cuts, size_t segment, double share) {
     if (cuts->count == cuts->capacity) {
         size_t wanted = cuts->capacity ? 2 * cuts->capacity : 256;
         void *larger = realloc(cuts->all, wanted * sizeof *cuts->all);
@@ -303,7 +304,7 @@ static bool find_cuts(const struct grid *grid, const size_t *ends, struct cuts *
                                     p[a].y + share[0] * (p[ends[a]].y - p[a].y)};
                     if (square_of(grid, 0, at[0]) != x || square_of(grid, 1, at[1]) != y)
                         continue;
-                    if (!add_cut(cuts, a, share[0]) || !add_cut(cuts, c, share[1]))
+                    if (!add_crossing_of(cuts, a, share[0]) || !add_crossing_of(cuts, c, share[1]))
                         return false;
                     cuts->nodes++;
                 }
@@ -311,7 +312,7 @@ static bool find_cuts(const struct grid *grid, const size_t *ends, struct cuts *
     return true;
 }
 
-static int compare_cuts(const void *a, const void *b) {
+static int compare_crossings(const void *a, const void *b) {
     const struct cut *x = a, *y = b;
     if (x->segment != y->segment)
         return x->segment < y->segment ? -1 : 1;
@@ -397,8 +398,8 @@ static void cut_polygon(struct chains *chains, const struct loop *loop, size_t f
 }
 
 /* Whether (x, y) is nearer to the source than the distance. */
-static bool is_near(const struct grid *source, const size_t *ends, double x, double y,
-                    double distance) {
+static bool is_near_source(const struct grid *source, const size_t *ends, double x, double y,
+                           double distance) {
     const double low[2] = {x - distance, y - distance}, high[2] = {x + distance, y + distance};
     int from[2], to[2];
     squares_of(source, low, high, from, to);
@@ -430,8 +431,8 @@ static bool is_parallel(const struct chains *chains, const struct chain *chain,
     if (pieces == 0)
         return false;
     const struct polygons_point *q = &p[(at + 1) % chain->count];
-    return !is_near(source, ends, (p[at].x + q->x) / 2, (p[at].y + q->y) / 2,
-                    (1 - near_share) * distance);
+    return !is_near_source(source, ends, (p[at].x + q->x) / 2, (p[at].y + q->y) / 2,
+                           (1 - near_share) * distance);
 }
 
 /* The longest chain, not used, that goes on from a node. */
@@ -456,7 +457,7 @@ static void drop_sliver(struct polygons *polygons, size_t first, double sliver) 
         polygons_close(polygons);
 }
 
-static double length_of(const struct chains *chains, const struct chain *chain) {
+static double chain_length(const struct chains *chains, const struct chain *chain) {
     const struct polygons_point *p = chains->points.points + chain->first;
     double length = 0;
     for (size_t k = 1; k < chain->count; k++)
@@ -475,13 +476,13 @@ static int compare_lengths(const void *a, const void *b) {
  * triangle between them are parallels to within rounding and arcs, too, but lead nowhere. */
 static void order_chains(struct chains *chains) {
     for (size_t k = 0; k < chains->count; k++)
-        chains->all[k].length = length_of(chains, &chains->all[k]);
+        chains->all[k].length = chain_length(chains, &chains->all[k]);
     if (chains->count)
         qsort(chains->all, chains->count, sizeof *chains->all, compare_lengths);
 }
 
 /* Joins the chains that are left to polygons. */
-static bool join_chains(struct chains *chains, struct polygons *wider, double sliver) {
+static bool join_parallels(struct chains *chains, struct polygons *wider, double sliver) {
     for (size_t k = 0; k < chains->count; k++) {
         struct chain *chain = &chains->all[k];
         size_t begin = chain->begin, first = wider->count;
@@ -503,7 +504,8 @@ static bool join_chains(struct chains *chains, struct polygons *wider, double sl
     return true;
 }
 
-static bool cut_all(const struct polygons *raw, const struct cuts *cuts, struct chains *chains) {
+static bool cut_polygons(const struct polygons *raw, const struct cuts *cuts,
+                         struct chains *chains) {
     for (size_t first = 0, end, at = 0; first < raw->count; first = end) {
         size_t from = at;
         for (end = first + 1; !raw->points[end - 1].last;)
@@ -526,13 +528,13 @@ bool polygons_widen(const struct polygons *polygons, double distance, struct pol
                 grid_make(&source, polygons, ends, distance) &&
                 grid_make(&grid, &raw, raw_ends, 0) && find_cuts(&grid, raw_ends, &cuts);
     if (good && cuts.count)
-        qsort(cuts.all, cuts.count, sizeof *cuts.all, compare_cuts);
-    good = good && cut_all(&raw, &cuts, &chains);
+        qsort(cuts.all, cuts.count, sizeof *cuts.all, compare_crossings);
+    good = good && cut_polygons(&raw, &cuts, &chains);
     for (size_t k = 0; good && k < chains.count; k++)
         chains.all[k].used = !is_parallel(&chains, &chains.all[k], &source, ends, distance);
     if (good)
         order_chains(&chains);
-    good = good && join_chains(&chains, wider, near_share * distance * distance);
+    good = good && join_parallels(&chains, wider, near_share * distance * distance);
     polygons_free(&raw);
     polygons_free(&chains.points);
     free(chains.all);

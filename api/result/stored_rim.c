@@ -42,7 +42,7 @@ struct point {
     struct vec3 place;
 };
 
-static struct point point_at(struct points *points, size_t k) {
+static struct point rim_point_at(struct points *points, size_t k) {
     if (k < points->first || k >= points->first + points->held) {
         size_t left = points->column[0]->rows - k;
         points->first = k;
@@ -59,15 +59,15 @@ static struct point point_at(struct points *points, size_t k) {
                           vec3_make(block[4][at], block[5][at], block[6][at])};
 }
 
-static int64_t row_of(const struct stored_rim *rim, double q) {
+static int64_t rim_row(const struct stored_rim *rim, double q) {
     return (int64_t)fmin(fmax(floor(q) - (double)rim->low, 0), (double)rim->count - 1);
 }
 
 /* Counts a line in its rows or, with room for it, puts it there. */
 static void put_line(struct stored_rim *rim, const struct point *a, const struct point *b,
                      bool count) {
-    int64_t from = row_of(rim, fmin(a->pq[1], b->pq[1]) - width - most_slack);
-    int64_t to = row_of(rim, fmax(a->pq[1], b->pq[1]) + width + most_slack);
+    int64_t from = rim_row(rim, fmin(a->pq[1], b->pq[1]) - width - most_slack);
+    int64_t to = rim_row(rim, fmax(a->pq[1], b->pq[1]) + width + most_slack);
     for (int64_t row = from; row <= to; row++) {
         if (count) {
             rim->first[row + 2]++;
@@ -87,7 +87,7 @@ static void put_lines(struct stored_rim *rim, struct points *points, bool count)
     size_t rows = points->column[0]->rows;
     struct point begin = {0}, last = {0};
     for (size_t k = 0; k <= rows && !points->failed; k++) {
-        struct point here = k < rows ? point_at(points, k) : (struct point){.loop = -1};
+        struct point here = k < rows ? rim_point_at(points, k) : (struct point){.loop = -1};
         bool same = k > 0 && here.loop == last.loop;
         if (k > 0)
             put_line(rim, &last, same ? &here : &begin, count);
@@ -101,7 +101,7 @@ static void put_lines(struct stored_rim *rim, struct points *points, bool count)
 static void find_rows(struct stored_rim *rim, struct points *points) {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (size_t k = 0; k < points->column[0]->rows && !points->failed; k++) {
-        double q = point_at(points, k).pq[1];
+        double q = rim_point_at(points, k).pq[1];
         low = fmin(low, q);
         high = fmax(high, q);
     }
@@ -109,7 +109,7 @@ static void find_rows(struct stored_rim *rim, struct points *points) {
     rim->count = (int64_t)floor(high) + 2 - rim->low;
 }
 
-static enum api_problem_id fail(struct api_problem *problem, bool memory) {
+static enum api_problem_id refuse_rim(struct api_problem *problem, bool memory) {
     api_problem_set(problem, memory ? API_OUT_OF_MEMORY : API_INTERNAL,
                     memory ? "no memory for the edge of the part"
                            : "the stored result is damaged or cannot be read");
@@ -123,7 +123,7 @@ enum api_problem_id stored_rim_make(const struct api_reader *reader,
     struct stored_rim *rim = arena_alloc(arena, 1, sizeof *rim);
     struct points *points = arena_alloc(arena, 1, sizeof *points);
     if (!rim || !points)
-        return fail(problem, true);
+        return refuse_rim(problem, true);
     *result = rim;
     if (api_columns_rows(columns, API_TABLE_RIM) == 0)
         return API_OK;
@@ -131,23 +131,23 @@ enum api_problem_id stored_rim_make(const struct api_reader *reader,
     for (int c = 0; c < COLUMNS; c++) {
         points->column[c] = api_columns_find(columns, API_TABLE_RIM, names[c]);
         if (!points->column[c])
-            return fail(problem, false);
+            return refuse_rim(problem, false);
     }
     find_rows(rim, points);
     if (points->failed || !(rim->count > 0))
-        return fail(problem, false);
+        return refuse_rim(problem, false);
     rim->first = arena_alloc(arena, (size_t)rim->count + 2, sizeof *rim->first);
     rim->loose = arena_alloc(arena, (size_t)rim->count, sizeof *rim->loose);
     if (!rim->first || !rim->loose)
-        return fail(problem, true);
+        return refuse_rim(problem, true);
     put_lines(rim, points, true);
     for (int64_t row = 0; row <= rim->count; row++)
         rim->first[row + 1] += rim->first[row];
     rim->lines = arena_alloc(arena, rim->first[rim->count + 1], sizeof *rim->lines);
     if (!rim->lines)
-        return fail(problem, true);
+        return refuse_rim(problem, true);
     put_lines(rim, points, false);
-    return points->failed ? fail(problem, false) : API_OK;
+    return points->failed ? refuse_rim(problem, false) : API_OK;
 }
 
 /* Whether (p, q) lies in the box round a line, so much wider on all sides. */
@@ -167,11 +167,11 @@ static double distance(const struct line *line, double p, double q) {
 }
 
 /* Whether a line passes q, where on it, there p, and the turn that this is seen from smaller p. */
-static bool crosses(const struct line *line, double q) {
+static bool passes_height(const struct line *line, double q) {
     return (line->from[1] <= q) != (line->to[1] <= q);
 }
 
-static double share_at(const struct line *line, double q) {
+static double crossing_share(const struct line *line, double q) {
     return (q - line->from[1]) / (line->to[1] - line->from[1]);
 }
 
@@ -188,12 +188,12 @@ bool stored_rim_is_beyond(const struct stored_rim *rim, double p, double q, doub
     int winding = 0;
     if (rim->count == 0)
         return false;
-    int64_t row = row_of(rim, q);
+    int64_t row = rim_row(rim, q);
     for (size_t k = rim->first[row]; k < rim->first[row + 1]; k++) {
         const struct line *line = &rim->lines[k];
         if (is_about(line, p, q, near) && distance(line, p, q) <= near)
             return false;
-        if (crosses(line, q) && p_at(line, share_at(line, q)) > p)
+        if (passes_height(line, q) && p_at(line, crossing_share(line, q)) > p)
             winding += way_of(line);
     }
     return !rim->loose[row] && winding <= 0;
@@ -235,7 +235,8 @@ struct crossing {
 };
 
 /* Puts a crossing among those before it, ascending. */
-static void insert(struct crossing *list, size_t count, const struct line *line, double share) {
+static void insert_crossing(struct crossing *list, size_t count, const struct line *line,
+                            double share) {
     double p = p_at(line, share);
     for (; count > 0 && list[count - 1].end.p > p; count--)
         list[count] = list[count - 1];
@@ -250,15 +251,15 @@ size_t stored_rim_stretches(const struct stored_rim *rim, double q, double low, 
     struct crossing list[2 * STORED_RIM_STRETCHES];
     size_t crossings = 0, count = 0;
     int winding = rim->count == 0;
-    int64_t row = rim->count ? row_of(rim, q) : 0;
+    int64_t row = rim->count ? rim_row(rim, q) : 0;
     for (size_t k = rim->count ? rim->first[row] : 0; rim->count && k < rim->first[row + 1]; k++) {
         const struct line *line = &rim->lines[k];
-        double share = crosses(line, q) ? share_at(line, q) : -1;
+        double share = passes_height(line, q) ? crossing_share(line, q) : -1;
         if (share < 0 || p_at(line, share) <= low)
             continue;
         winding += way_of(line);
         if (p_at(line, share) < high && crossings < 2 * STORED_RIM_STRETCHES)
-            insert(list, crossings++, line, share);
+            insert_crossing(list, crossings++, line, share);
     }
     struct stretch_end begin = {.p = low};
     for (size_t k = 0; k <= crossings; k++) {

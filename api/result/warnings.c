@@ -23,8 +23,9 @@ static const double usual_least = 0.05, usual_largest = 10;
 /* The control net is this much longer in the order it was given. */
 static const double longer_net = 1.25;
 
-__attribute__((format(printf, 4, 5))) static void
-add(struct api_warnings *warnings, const char *code, const char *pointer, const char *detail, ...) {
+__attribute__((format(printf, 4, 5))) static void add_warning(struct api_warnings *warnings,
+                                                              const char *code, const char *pointer,
+                                                              const char *detail, ...) {
     struct api_warning *warning = &warnings->list[warnings->count];
     va_list values;
     if (warnings->count == API_WARNINGS_MAX)
@@ -46,7 +47,8 @@ static void check_packing(const struct warnings_subject *s, struct api_summary *
     if (cavity->rigid)
         fraction *= request->fabric.plies * request->fabric.thickness / cavity->height *
                     permeability_areal_ratio(summary->max_shear_deg);
-    add(&summary->warnings, "packing_exceeded",
+    add_warning(
+        &summary->warnings, "packing_exceeded",
         cavity->rigid ? "/cavity/height" : "/fabric/fiber_volume_fraction",
         "%.0f of %zu cells hold more fibres than can be packed: their fibre volume fraction is up "
         "to %.3g, and the limit is %.3g%s",
@@ -58,19 +60,21 @@ static void check_locking(const struct warnings_subject *s, struct api_summary *
     double angle = s->request->fabric.locking_angle_deg, most = summary->max_shear_deg;
     static const char pointer[] = "/fabric/locking_angle_deg";
     if (angle < 0 && most > usual_locking_deg)
-        add(&summary->warnings, "locked", pointer,
+        add_warning(
+            &summary->warnings, "locked", pointer,
             "the cloth shears by up to %.1f degrees; most woven fabrics wrinkle at 40 to 60, and "
             "the request has no locking angle",
             most);
     else if (angle >= 0 && summary->locked_cells > 0)
-        add(&summary->warnings, "locked", pointer,
+        add_warning(
+            &summary->warnings, "locked", pointer,
             "%.0f of %zu cells shear beyond the locking angle of %g degrees, and %.1f is the most: "
             "the fabric would wrinkle there",
             summary->locked_cells, summary->cells, angle, most);
     else if (angle >= 0 && most > angle)
-        add(&summary->warnings, "locked", pointer,
-            "at its rim the cloth shears by up to %.1f degrees; the locking angle is %g", most,
-            angle);
+        add_warning(&summary->warnings, "locked", pointer,
+                    "at its rim the cloth shears by up to %.1f degrees; the locking angle is %g",
+                    most, angle);
 }
 
 /* Down to two digits. */
@@ -82,7 +86,8 @@ static double rounded_down(double value) {
 static void check_coarse(const struct warnings_subject *s, struct api_summary *summary) {
     if ((double)summary->cells >= few_cells)
         return;
-    add(&summary->warnings, "coarse", "/fabric/spacing",
+    add_warning(
+        &summary->warnings, "coarse", "/fabric/spacing",
         "the net has %zu %s, too few to judge the drape by: a spacing of %.2g %s gives more than "
         "%g",
         summary->cells, summary->cells == 1 ? "cell" : "cells",
@@ -96,7 +101,8 @@ static void check_fillets(const struct warnings_subject *s, struct api_summary *
         return;
     double radius = surface_least_radius(s->part->surface, s->part->trim);
     if (radius < fmin(d[0], d[1]))
-        add(&summary->warnings, "fillet", "/fabric/spacing",
+        add_warning(
+            &summary->warnings, "fillet", "/fabric/spacing",
             "the surface bends with a radius of %.3g %s, and the yarns turn round it within one "
             "cell: make the spacing smaller than the radius",
             radius, s->request->length_unit->name);
@@ -105,7 +111,8 @@ static void check_fillets(const struct warnings_subject *s, struct api_summary *
 static void check_cusps(const struct warnings_subject *s, struct api_summary *summary) {
     struct vec3 at;
     if (s->part->surface && surface_turns_back(s->part->surface, s->part->trim, &at))
-        add(&summary->warnings, "cusp", "/surface",
+        add_warning(
+            &summary->warnings, "cusp", "/surface",
             "the surface turns back on itself at (%.6g, %.6g, %.6g), and the cloth ends there: "
             "look for a cusp, a fold by 180 degrees, or control points or weights that turn it "
             "inside out",
@@ -113,7 +120,7 @@ static void check_cusps(const struct warnings_subject *s, struct api_summary *su
 }
 
 /* The diagonal of the box round the nodes and the rim. */
-static double size_of(const struct drape_result *result) {
+static double part_size(const struct drape_result *result) {
     const double *const columns[2][3] = {{result->nodes.x, result->nodes.y, result->nodes.z},
                                          {result->rim.x, result->rim.y, result->rim.z}};
     const size_t counts[2] = {result->nodes.count, result->rim.count};
@@ -145,14 +152,14 @@ static const struct api_unit *likely_unit(double size) {
 
 static void check_size(const struct warnings_subject *s, struct api_summary *summary) {
     const struct api_unit *unit = s->request->length_unit;
-    double size = size_of(s->result), metres = size * unit->metres;
+    double size = part_size(s->result), metres = size * unit->metres;
     const struct api_unit *likely = likely_unit(size);
     if ((metres >= least_size && metres <= largest_size) || size == 0)
         return;
-    add(&summary->warnings, "size", "/length_unit",
-        likely ? "the part is %.3g %s large; did you mean %s?"
-               : "the part is %.3g %s large; is that its unit?",
-        size, unit->name, likely ? likely->name : "");
+    add_warning(&summary->warnings, "size", "/length_unit",
+                likely ? "the part is %.3g %s large; did you mean %s?"
+                       : "the part is %.3g %s large; is that its unit?",
+                size, unit->name, likely ? likely->name : "");
 }
 
 /* The length of all edges of the control net when point (i, j) is number i stride_u + j stride_v.
@@ -178,7 +185,8 @@ static void check_order(const struct warnings_subject *s, struct api_summary *su
     double given = net_length(nurbs, (size_t)nurbs->v.size, 1);
     double other = net_length(nurbs, 1, (size_t)nurbs->u.size);
     if (given > longer_net * other)
-        add(&summary->warnings, "points_order", "/surface/control_points",
+        add_warning(
+            &summary->warnings, "points_order", "/surface/control_points",
             "the control net runs to and fro: with the points in the other order it would be %.2g "
             "times shorter; v must run fastest, with size_u %d and size_v %d",
             given / other, nurbs->u.size, nurbs->v.size);
@@ -201,13 +209,14 @@ static size_t loops_out_of_reach(const struct drape_rim *rim) {
 static void check_components(const struct warnings_subject *s, struct api_summary *summary) {
     size_t loops = loops_out_of_reach(&s->result->rim);
     if (s->components > 1)
-        add(&summary->warnings, "components", "/surface",
+        add_warning(
+            &summary->warnings, "components", "/surface",
             "the surface has %zu pieces that are not connected; the net is on the one with the "
             "start",
             s->components);
     else if (loops > 0 && summary->cells > 0)
-        add(&summary->warnings, "components", "/surface",
-            "the net does not reach %zu of the closed edges of the part", loops);
+        add_warning(&summary->warnings, "components", "/surface",
+                    "the net does not reach %zu of the closed edges of the part", loops);
 }
 
 /* How many places (i, j) the front has for a reason; `at` gets the node that is nearest in the net
@@ -264,7 +273,8 @@ static void check_bare_edge(const struct warnings_subject *s, struct api_summary
     const size_t *reasons = s->result->summary.front_reasons;
     if (count == 0 || reasons[DRAPE_REASON_BOUNDARY] < s->result->front.count)
         return;
-    add(&summary->warnings, "uncovered", "/fabric/spacing",
+    add_warning(
+        &summary->warnings, "uncovered", "/fabric/spacing",
         "%.3g %% is covered: %zu of %zu points of the part's edge have no cloth, the first at "
         "(%.4g, %.4g, %.4g), and yet the net does not end before it. A fold or corner there is too "
         "sharp for this spacing; try another",
@@ -280,9 +290,9 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
         size_t count = front_of(s->result, endings[k].reason, &at);
         if (count == 0)
             continue;
-        add(&summary->warnings, "uncovered", "/start",
-            "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu points, %s",
-            100 * summary->cloth_coverage, at.x, at.y, at.z, count, endings[k].words);
+        add_warning(&summary->warnings, "uncovered", "/start",
+                    "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu points, %s",
+                    100 * summary->cloth_coverage, at.x, at.y, at.z, count, endings[k].words);
         return;
     }
     check_bare_edge(s, summary);
@@ -290,7 +300,8 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
 
 static void check_overlap(const struct warnings_subject *s, struct api_summary *summary) {
     if (s->result->summary.overlaps)
-        add(&summary->warnings, "overlap", "/start",
+        add_warning(
+            &summary->warnings, "overlap", "/start",
             "the flat pattern overlaps itself: the same cloth would cover two regions of the part. "
             "Move the start, or drape the part in pieces");
 }
