@@ -63,12 +63,9 @@ static void write_mesh_notes(struct api_text *text, const struct triangles *tria
 static const char *write_mesh_text(const struct triangles *triangles, const char *unit,
                                    size_t *length) {
     struct api_text text = api_text_growing(triangles->arena);
-    api_text_raw(&text, "{\"vertices\":[");
-    for (size_t k = 0; k < triangles->vertex_count; k++) {
-        api_text_raw(&text, k ? "," : "");
-        api_text_numbers(&text, &triangles->vertices[k].x, 3);
-    }
-    api_text_raw(&text, "],\"triangles\":[");
+    api_text_raw(&text, "{");
+    api_text_key_rows(&text, "vertices", &triangles->vertices[0].x, 3, triangles->vertex_count);
+    api_text_raw(&text, ",\"triangles\":[");
     for (size_t k = 0; k < triangles->count; k++) {
         api_text_raw(&text, k ? "," : "");
         api_text_integers(&text, triangles->corners[k], 3);
@@ -95,7 +92,5 @@ enum api_problem_id file_read_mesh(const struct file_format *format, const char 
     if (!good || !triangles_weld(&triangles))
         return problem->id;
     *text = write_mesh_text(&triangles, unit, text_length);
-    if (!*text)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
-    return problem->id;
+    return *text ? API_OK : api_problem_no_memory(problem, "the mesh");
 }

@@ -9,23 +9,9 @@
 
 static const double weld_share = 1e-7, coordinate_most = 1e12;
 
-static bool no_memory(struct triangles *t) {
-    api_problem_set(t->problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
+static bool no_memory_for_mesh(struct triangles *t) {
+    api_problem_no_memory(t->problem, "the mesh");
     return false;
-}
-
-/* An array with room for one more, twice as large when it is full. */
-static void *grow(struct triangles *t, void *array, size_t count, size_t *room, size_t size) {
-    if (count < *room)
-        return array;
-    size_t wanted = *room ? 2 * *room : 1024;
-    void *larger = arena_alloc(t->arena, wanted, size);
-    if (!larger)
-        return NULL;
-    if (count)
-        memcpy(larger, array, count * size);
-    *room = wanted;
-    return larger;
 }
 
 bool triangles_add_vertex(struct triangles *t, struct vec3 v) {
@@ -35,21 +21,25 @@ bool triangles_add_vertex(struct triangles *t, struct vec3 v) {
                         "vertex %zu has no finite coordinates of at most 1e12", t->vertex_count);
         return false;
     }
-    struct vec3 *vertices =
-        grow(t, t->vertices, t->vertex_count, &t->vertex_room, sizeof *vertices);
-    if (!vertices || t->vertex_count >= INT32_MAX)
-        return no_memory(t);
-    t->vertices = vertices;
+    if (t->vertex_count == t->vertex_room) {
+        struct vec3 *vertices = arena_enlarge(t->arena, t->vertices, t->vertex_count,
+                                              sizeof *vertices, &t->vertex_room);
+        if (!vertices || t->vertex_count >= INT32_MAX)
+            return no_memory_for_mesh(t);
+        t->vertices = vertices;
+    }
     t->vertices[t->vertex_count++] = v;
     return true;
 }
 
 bool triangles_add(struct triangles *t, const int32_t corners[3]) {
-    int32_t(*all)[3] = grow(t, t->corners, t->count, &t->room, sizeof *all);
-    if (!all)
-        return no_memory(t);
-    t->corners = all;
-    memcpy(t->corners[t->count++], corners, sizeof *all);
+    if (t->count == t->room) {
+        int32_t(*all)[3] = arena_enlarge(t->arena, t->corners, t->count, sizeof *all, &t->room);
+        if (!all)
+            return no_memory_for_mesh(t);
+        t->corners = all;
+    }
+    memcpy(t->corners[t->count++], corners, sizeof *t->corners);
     return true;
 }
 
@@ -138,7 +128,7 @@ static void swap_if(int32_t *a, int32_t *b) {
 static bool drop_duplicates(struct triangles *t) {
     struct keyed *keys = arena_alloc(t->arena, t->count, sizeof *keys);
     if (!keys)
-        return no_memory(t);
+        return no_memory_for_mesh(t);
     for (size_t k = 0; k < t->count; k++) {
         int32_t *key = keys[k].key;
         memcpy(key, t->corners[k], sizeof keys[k].key);
@@ -164,7 +154,7 @@ bool triangles_weld(struct triangles *t) {
     }
     int32_t *number = arena_alloc(t->arena, t->vertex_count, sizeof *number);
     if (!number || !make_weld_grid(t, &grid))
-        return no_memory(t);
+        return no_memory_for_mesh(t);
     for (size_t k = 0; k < t->vertex_count; k++) {
         uint32_t same = find_kept(&grid, t->vertices, kept, t->vertices[k]);
         number[k] = (int32_t)same;
@@ -204,12 +194,6 @@ bool triangles_weld(struct triangles *t) {
 /* ---- STL ---- */
 
 enum { STL_HEAD = 80, STL_TRIANGLE = 50 };
-
-static uint32_t read_u32(const char *bytes) {
-    uint32_t value;
-    memcpy(&value, bytes, sizeof value);
-    return value;
-}
 
 static bool add_corners(struct triangles *t, const struct vec3 point[3]) {
     int32_t first = (int32_t)t->vertex_count;
@@ -312,8 +296,9 @@ static bool read_ascii(struct triangles *t, const char *bytes, size_t length) {
 
 bool triangles_read_stl(struct triangles *t, const char *bytes, size_t length) {
     if (length >= STL_HEAD + 4) {
-        size_t count = read_u32(bytes + STL_HEAD), size = STL_HEAD + 4 + count * STL_TRIANGLE;
-        if (size == length)
+        uint32_t count;
+        memcpy(&count, bytes + STL_HEAD, sizeof count);
+        if (STL_HEAD + 4 + (size_t)count * STL_TRIANGLE == length)
             return read_binary(t, bytes, count);
     }
     if (length >= 5 && strncasecmp(bytes, "solid", 5) == 0)

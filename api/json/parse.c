@@ -32,13 +32,6 @@ void json_tree_fail_at(size_t n) {
     fail_in = n;
 }
 
-/* jansson quotes the text it stumbled over, which may be any bytes. */
-static void make_printable(char *text) {
-    for (; *text; text++)
-        if (*text < ' ' || *text > '~')
-            *text = '?';
-}
-
 /* Line and column of a position, as jansson counts: characters, not bytes, read of the line. */
 static void count_lines(const char *bytes, size_t position, json_error_t *error) {
     error->line = 1;
@@ -73,43 +66,41 @@ static json_t *parse_left(const struct numbers *numbers, const char *bytes, size
     return NULL;
 }
 
-static void set_parse_problem(struct api_problem *problem, const char *bytes, size_t length,
-                              json_error_t *error) {
-    if (allocation_failed) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to parse the document");
-    } else if (json_error_code(error) == json_error_numeric_overflow) {
+static enum api_problem_id set_parse_problem(struct api_problem *problem, const char *bytes,
+                                             size_t length, json_error_t *error) {
+    if (allocation_failed)
+        return api_problem_no_memory(problem, "the document");
+    if (json_error_code(error) == json_error_numeric_overflow) {
         /* A number like 1e999 is JSON, but not a double: out of every range. */
         char pointer[API_POINTER_MAX];
         size_t position = error->position > 0 ? (size_t)error->position : 0;
         api_locate(bytes, position < length ? position : length, pointer);
-        api_problem_add(problem, pointer, "is too large for a double-precision number");
-    } else {
-        make_printable(error->text);
-        api_problem_set(problem, API_MALFORMED_JSON, "line %d, column %d: %s", error->line,
-                        error->column, error->text);
+        return api_problem_add(problem, pointer, "is too large for a double-precision number");
     }
+    /* jansson quotes the text it stumbled over, which may be any bytes. */
+    for (char *text = error->text; *text; text++)
+        if (*text < ' ' || *text > '~')
+            *text = '?';
+    return api_problem_set(problem, API_MALFORMED_JSON, "line %d, column %d: %s", error->line,
+                           error->column, error->text);
 }
 
 enum api_problem_id json_tree_parse(struct json_tree *tree, const char *bytes, size_t length,
                                     const struct api_limits *limits, struct arena *arena,
                                     struct api_problem *problem) {
     *tree = (struct json_tree){.problem = problem, .arena = arena};
-    if (length == 0) {
-        api_problem_set(problem, API_MALFORMED_JSON, "line 1, column 1: the document is empty");
-        return problem->id;
-    }
+    if (length == 0)
+        return api_problem_set(problem, API_MALFORMED_JSON,
+                               "line 1, column 1: the document is empty");
     if (api_prescan(bytes, length, limits, problem) != API_OK)
         return problem->id;
-    if (!numbers_take_out(bytes, length, arena, &tree->numbers)) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to parse the document");
-        return problem->id;
-    }
+    if (!numbers_take_out(bytes, length, arena, &tree->numbers))
+        return api_problem_no_memory(problem, "the document");
     json_error_t error;
     tree->root = parse_left(&tree->numbers, bytes, length, &error);
     if (tree->root)
         return API_OK;
-    set_parse_problem(problem, bytes, length, &error);
-    return problem->id;
+    return set_parse_problem(problem, bytes, length, &error);
 }
 
 void json_tree_free(struct json_tree *tree) {

@@ -37,7 +37,7 @@ bool scan_invalid(struct scan *scan, const char *path, long row, int element, co
 }
 
 bool scan_no_memory(struct scan *scan) {
-    api_problem_set(scan->problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
+    api_problem_no_memory(scan->problem, "the mesh");
     return false;
 }
 

@@ -267,6 +267,6 @@ bool value_rows(const struct json_value *json, struct value_range range, size_t 
 void *json_tree_alloc(const struct json_tree *tree, size_t count, size_t size) {
     void *memory = arena_alloc(tree->arena, count, size);
     if (!memory)
-        api_problem_set(tree->problem, API_OUT_OF_MEMORY, "the document needs too much memory");
+        api_problem_no_memory(tree->problem, "the document");
     return memory;
 }

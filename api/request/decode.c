@@ -168,16 +168,6 @@ static void decode_generator(const struct json_value *json, struct drape_generat
 
 static const char *const yarn_keys[] = {"warp", "weft", NULL};
 
-static void decode_generators(const struct json_value *json, struct drape_settings *settings) {
-    if (!value_object(json, yarn_keys))
-        return;
-    for (int k = 0; k < 2; k++) {
-        struct json_value generator = value_member(json, yarn_keys[k]);
-        if (value_given(&generator))
-            decode_generator(&generator, &settings->generator[k]);
-    }
-}
-
 static void decode_extent(const struct json_value *json, struct drape_settings *settings) {
     if (!value_object(json, yarn_keys))
         return;
@@ -208,12 +198,6 @@ static void decode_drape_cavity(const struct json_value *json, struct api_cavity
     cavity->rigid = true;
     if (value_object(json, keys))
         value_number(&height, decode_lengths, &cavity->height);
-}
-
-static void decode_drape_offset(const struct json_value *json, struct api_request *request) {
-    if (value_number(json, decode_coordinates, &request->offset) &&
-        request->surface.kind == API_SURFACE_MESH && request->offset != 0)
-        value_fault(json, "needs a surface with a curvature, not a triangle mesh");
 }
 
 static void decode_method(const struct json_value *root, struct api_request *request) {
@@ -307,8 +291,12 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
         decode_start(&start, request);
     if (value_given(&direction))
         decode_direction(&direction, &request->settings);
-    if (value_given(&generators))
-        decode_generators(&generators, &request->settings);
+    if (value_given(&generators) && value_object(&generators, yarn_keys))
+        for (int k = 0; k < 2; k++) {
+            struct json_value generator = value_member(&generators, yarn_keys[k]);
+            if (value_given(&generator))
+                decode_generator(&generator, &request->settings.generator[k]);
+        }
     decode_method(root, request);
     if (value_given(&extent))
         decode_extent(&extent, &request->settings);
@@ -353,8 +341,9 @@ void decode_drape(const struct json_value *json, const struct api_input *input,
     if (!value_object(json, keys))
         return;
     decode_ground(json, input, limits, request);
-    if (value_given(&offset))
-        decode_drape_offset(&offset, request);
+    if (value_given(&offset) && value_number(&offset, decode_coordinates, &request->offset) &&
+        request->surface.kind == API_SURFACE_MESH && request->offset != 0)
+        value_fault(&offset, "needs a surface with a curvature, not a triangle mesh");
     decode_cloth(json, request);
     if (value_given(&cavity))
         decode_drape_cavity(&cavity, &request->cavity);

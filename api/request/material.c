@@ -153,8 +153,7 @@ static void write_material(const struct json_value *json, const struct head *hea
     *material = (struct api_material){.length = text.length};
     material->json = api_text_finish(&text);
     if (!material->json)
-        api_problem_set(json->tree->problem, API_OUT_OF_MEMORY,
-                        "the material needs more memory than allowed");
+        api_problem_no_memory(json->tree->problem, "the material");
 }
 
 bool material_read(const struct json_value *json, struct api_material *material) {
@@ -230,6 +229,6 @@ enum api_problem_id api_material_decode(const char *bytes, size_t length,
     decode_document(&root, material, head);
     json_tree_free(&tree);
     if (problem->id == API_OK && !*head)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the material needs more memory than allowed");
+        api_problem_no_memory(problem, "the material");
     return problem->id;
 }

@@ -26,23 +26,17 @@ static void normalise_curve(struct api_text *text, const struct trim_curve *curv
     api_text_raw(text, "}");
 }
 
-static void normalise_trim(struct api_text *text, const struct trim_loop *trim) {
-    api_text_raw(text, "{\"type\":\"container\",\"data\":[");
-    for (size_t i = 0; i < trim->count; i++) {
-        if (i)
-            api_text_raw(text, ",");
-        normalise_curve(text, &trim->curves[i]);
-    }
-    api_text_raw(text, trim->reversed ? "],\"reversed\":true}" : "],\"reversed\":false}");
-}
-
 void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, size_t count) {
     api_text_key(text, "trims");
     api_text_raw(text, "[");
     for (size_t i = 0; i < count; i++) {
-        if (i)
-            api_text_raw(text, ",");
-        normalise_trim(text, &trims[i]);
+        api_text_raw(text, i ? "," : "");
+        api_text_raw(text, "{\"type\":\"container\",\"data\":[");
+        for (size_t k = 0; k < trims[i].count; k++) {
+            api_text_raw(text, k ? "," : "");
+            normalise_curve(text, &trims[i].curves[k]);
+        }
+        api_text_raw(text, trims[i].reversed ? "],\"reversed\":true}" : "],\"reversed\":false}");
     }
     api_text_raw(text, "]");
 }
@@ -70,18 +64,6 @@ static void normalise_nurbs(struct api_text *text, const struct api_surface *sur
     api_text_raw(text, "}");
 }
 
-static void normalise_mesh(struct api_text *text, const struct api_mesh *mesh) {
-    api_text_raw(text, "{");
-    api_text_key_rows(text, "vertices", &mesh->vertices[0].x, 3, mesh->vertex_count);
-    api_text_raw(text, ",\"triangles\":[");
-    for (size_t i = 0; i < mesh->triangle_count; i++) {
-        if (i)
-            api_text_raw(text, ",");
-        api_text_integers(text, mesh->triangles[i], 3);
-    }
-    api_text_raw(text, "]");
-}
-
 /* What an importer wrote beside the geometry. */
 static void normalise_origin(struct api_text *text, const struct api_surface *surface) {
     if (surface->length_unit)
@@ -91,23 +73,10 @@ static void normalise_origin(struct api_text *text, const struct api_surface *su
     api_text_key(text, "notes");
     api_text_raw(text, "[");
     for (size_t k = 0; k < surface->note_count; k++) {
-        if (k)
-            api_text_raw(text, ",");
+        api_text_raw(text, k ? "," : "");
         api_text_string(text, surface->notes[k]);
     }
     api_text_raw(text, "]");
-}
-
-static void normalise_shell(struct api_text *text, const struct api_surface *surface) {
-    api_text_raw(text, "{\"faces\":[");
-    for (size_t k = 0; k < surface->face_count; k++) {
-        if (k)
-            api_text_raw(text, ",");
-        normalise_nurbs(text, &surface->faces[k]);
-    }
-    api_text_raw(text, "]");
-    if (surface->tolerance > 0)
-        api_text_key_number(text, "tolerance", surface->tolerance);
 }
 
 static void normalise_definition(struct api_text *text, const struct api_surface *surface) {
@@ -115,33 +84,25 @@ static void normalise_definition(struct api_text *text, const struct api_surface
         normalise_nurbs(text, surface);
         return;
     }
-    if (surface->kind == API_SURFACE_MESH)
-        normalise_mesh(text, &surface->mesh);
-    else
-        normalise_shell(text, surface);
+    const struct api_mesh *mesh = &surface->mesh;
+    bool on_mesh = surface->kind == API_SURFACE_MESH;
+    api_text_raw(text, "{");
+    if (on_mesh)
+        api_text_key_rows(text, "vertices", &mesh->vertices[0].x, 3, mesh->vertex_count);
+    api_text_key(text, on_mesh ? "triangles" : "faces");
+    api_text_raw(text, "[");
+    for (size_t k = 0; k < (on_mesh ? mesh->triangle_count : surface->face_count); k++) {
+        api_text_raw(text, k ? "," : "");
+        if (on_mesh)
+            api_text_integers(text, mesh->triangles[k], 3);
+        else
+            normalise_nurbs(text, &surface->faces[k]);
+    }
+    api_text_raw(text, "]");
+    if (!on_mesh && surface->tolerance > 0)
+        api_text_key_number(text, "tolerance", surface->tolerance);
     normalise_origin(text, surface);
     api_text_raw(text, "}");
-}
-
-static void normalise_selection(struct api_text *text, const struct api_selection *selection) {
-    if (selection->kind == API_SELECT_LIST) {
-        api_text_key_integers(text, "faces", selection->faces, selection->count);
-    } else if (selection->kind == API_SELECT_GROWN) {
-        api_text_key_integer(text, "grow_from", selection->grow_from);
-        api_text_key_number(text, "up_to_deg", selection->up_to_deg);
-    }
-}
-
-static void normalise_surface(struct api_text *text, const struct api_surface *surface) {
-    api_text_key(text, "surface");
-    if (surface->id[0]) {
-        api_text_raw(text, "{");
-        api_text_key_string(text, "id", surface->id);
-        normalise_selection(text, &surface->selection);
-        api_text_raw(text, "}");
-    } else {
-        normalise_definition(text, surface);
-    }
 }
 
 static void normalise_fabric(struct api_text *text, const struct api_request *request) {
@@ -181,15 +142,6 @@ static void normalise_start(struct api_text *text, const struct api_request *req
     api_text_raw(text, "}");
 }
 
-static void normalise_direction(struct api_text *text, const struct drape_settings *settings) {
-    api_text_key_object(text, "direction");
-    if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
-        api_text_key_numbers(text, "vector", &settings->direction_vector.x, 3);
-    else
-        api_text_key_number(text, "angle_deg", settings->direction_deg);
-    api_text_raw(text, "}");
-}
-
 static void normalise_generator(struct api_text *text, const char *key,
                                 const struct drape_generator *generator) {
     api_text_key(text, key);
@@ -220,16 +172,6 @@ static void normalise_extent(struct api_text *text, const struct drape_settings 
             continue;
         api_text_key_integers(text, keys[k], settings->extent[k], 2);
     }
-    api_text_raw(text, "}");
-}
-
-static void normalise_cavity(struct api_text *text, const struct api_cavity *cavity) {
-    if (!cavity->rigid) {
-        api_text_key_string(text, "cavity", "flexible");
-        return;
-    }
-    api_text_key_object(text, "cavity");
-    api_text_key_number(text, "height", cavity->height);
     api_text_raw(text, "}");
 }
 
@@ -295,7 +237,21 @@ void api_normalise_compaction(struct api_text *text, const struct api_compaction
 
 void api_normalise_ground(struct api_text *text, const struct api_surface *surface,
                           const struct api_unit *unit) {
-    normalise_surface(text, surface);
+    api_text_key(text, "surface");
+    if (surface->id[0]) {
+        api_text_raw(text, "{");
+        api_text_key_string(text, "id", surface->id);
+        const struct api_selection *selection = &surface->selection;
+        if (selection->kind == API_SELECT_LIST) {
+            api_text_key_integers(text, "faces", selection->faces, selection->count);
+        } else if (selection->kind == API_SELECT_GROWN) {
+            api_text_key_integer(text, "grow_from", selection->grow_from);
+            api_text_key_number(text, "up_to_deg", selection->up_to_deg);
+        }
+        api_text_raw(text, "}");
+    } else {
+        normalise_definition(text, surface);
+    }
     if (unit)
         api_text_key_string(text, "length_unit", unit->name);
 }
@@ -305,7 +261,12 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     const struct drape_settings *settings = &request->settings;
     normalise_fabric(text, request);
     normalise_start(text, request, chosen);
-    normalise_direction(text, settings);
+    api_text_key_object(text, "direction");
+    if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
+        api_text_key_numbers(text, "vector", &settings->direction_vector.x, 3);
+    else
+        api_text_key_number(text, "angle_deg", settings->direction_deg);
+    api_text_raw(text, "}");
     api_text_key_object(text, "generators");
     normalise_generator(text, "warp", &settings->generator[0]);
     normalise_generator(text, "weft", &settings->generator[1]);
@@ -326,7 +287,13 @@ const char *api_normalise(const struct api_request *request, const struct api_st
     if (request->offset != 0)
         api_text_key_number(&text, "offset", request->offset);
     api_normalise_cloth(&text, request, chosen);
-    normalise_cavity(&text, &request->cavity);
+    if (request->cavity.rigid) {
+        api_text_key_object(&text, "cavity");
+        api_text_key_number(&text, "height", request->cavity.height);
+        api_text_raw(&text, "}");
+    } else {
+        api_text_key_string(&text, "cavity", "flexible");
+    }
     api_normalise_permeability(&text, &request->permeability);
     api_text_raw(&text, "}");
     return api_text_finish(&text);

@@ -356,7 +356,7 @@ enum api_problem_id api_preview(const struct api_surface *surface, const struct 
     if (kept == 0)
         api_problem_set(problem, API_DEGENERATE_SURFACE, "no face has an area");
     else if (!gltf)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the preview");
+        api_problem_no_memory(problem, "the preview");
     else if (!write_glb(sink, all, (size_t)kept, gltf, bytes))
         api_problem_set(problem, API_UNAVAILABLE, "there is no room for the preview now");
     return problem->id;

@@ -209,7 +209,9 @@ static void add_columns(struct api_fields *fields, enum column_id id, bool cut) 
             source.context = values_of(fields, id, part, cut);
             bool bytes =
                 spec->kind == COLUMN_REASON || id == COLUMN_NODES_grown || id == COLUMN_RIM_covered;
-            source.fill = spec->kind == COLUMN_INTEGER ? fill_index : bytes ? fill_byte : fill_doubles;
+            source.fill = spec->kind == COLUMN_INTEGER ? fill_index
+                          : bytes                      ? fill_byte
+                                                       : fill_doubles;
         }
         if (source.context)
             fields->source[fields->count++] = source;

@@ -175,7 +175,7 @@ enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct
     else
         polygons_simplify(&pattern->polygons, tolerance);
     if (!good || (problem->id == API_OK && !find_notches(pattern)))
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the pattern");
+        api_problem_no_memory(problem, "the pattern");
     return problem->id;
 }
 

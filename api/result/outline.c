@@ -119,19 +119,6 @@ static void add_outline_cell(struct builder *builder, int32_t i, int32_t j) {
         row->runs[row->count++] = (struct run){i, i + 1};
 }
 
-/* Widens the bounds by a cell; false when it does not come after the one before. */
-static bool follows(struct outline *outline, bool first, const int32_t *before, int32_t i,
-                    int32_t j) {
-    const int32_t low[2] = {i, j};
-    for (int k = 0; k < 2; k++) {
-        if (first || low[k] < outline->low[k])
-            outline->low[k] = low[k];
-        if (first || low[k] + 1 > outline->high[k])
-            outline->high[k] = low[k] + 1;
-    }
-    return first || j > before[1] || (j == before[1] && i > before[0]);
-}
-
 static bool read_cells(struct builder *builder, struct outline *outline,
                        const struct api_reader *reader, const struct api_columns *columns) {
     const struct api_column *column[2] = {api_columns_find(columns, API_TABLE_CELLS, "i"),
@@ -147,7 +134,15 @@ static bool read_cells(struct builder *builder, struct outline *outline,
             return false;
         for (size_t k = 0; k < count && !builder->failed; k++) {
             int32_t i = (int32_t)block[0][k], j = (int32_t)block[1][k];
-            if (!follows(outline, first + k == 0, before, i, j))
+            const int32_t low[2] = {i, j};
+            bool start = first + k == 0;
+            for (int axis = 0; axis < 2; axis++) {
+                if (start || low[axis] < outline->low[axis])
+                    outline->low[axis] = low[axis];
+                if (start || low[axis] + 1 > outline->high[axis])
+                    outline->high[axis] = low[axis] + 1;
+            }
+            if (!start && (j < before[1] || (j == before[1] && i <= before[0])))
                 return false;
             add_outline_cell(builder, i, j);
             before[0] = i;
@@ -165,15 +160,6 @@ static bool read_cells(struct builder *builder, struct outline *outline,
 static int compare_starts(const void *a, const void *b) {
     const struct side *x = a, *y = b;
     return x->j != y->j ? (x->j > y->j) - (x->j < y->j) : (x->i > y->i) - (x->i < y->i);
-}
-
-static bool add_corner(struct outline *outline, const struct side *side) {
-    void *points = outline->points;
-    bool room = ensure_room(&points, outline->count, &outline->capacity, sizeof *outline->points);
-    outline->points = points;
-    if (room)
-        outline->points[outline->count++] = (struct outline_point){side->i, side->j, false};
-    return room;
 }
 
 static int sign(int32_t value) {
@@ -206,8 +192,15 @@ static struct side *next_side(struct builder *builder, const struct side *side) 
 static bool trace(struct builder *builder, struct outline *outline, struct side *side) {
     bool corner = true;
     while (side) {
-        if (corner && !add_corner(outline, side))
-            return false;
+        if (corner) {
+            void *points = outline->points;
+            bool room =
+                ensure_room(&points, outline->count, &outline->capacity, sizeof *outline->points);
+            outline->points = points;
+            if (!room)
+                return false;
+            outline->points[outline->count++] = (struct outline_point){side->i, side->j, false};
+        }
         side->used = true;
         struct side *next = next_side(builder, side);
         corner = next && side_turn(side, next) != 0;
@@ -217,24 +210,20 @@ static bool trace(struct builder *builder, struct outline *outline, struct side 
     return true;
 }
 
-static bool trace_all(struct builder *builder, struct outline *outline) {
-    if (builder->count > 0)
-        qsort(builder->sides, builder->count, sizeof *builder->sides, compare_starts);
-    for (size_t k = 0; k < builder->count; k++) {
-        struct side *side = &builder->sides[k];
-        if (!side->used && side->j == side->to_j && !trace(builder, outline, side))
-            return false;
-    }
-    return true;
-}
-
 enum api_problem_id outline_make(struct outline *outline, const struct api_reader *reader,
                                  const struct api_columns *columns, struct api_problem *problem) {
     struct builder builder = {0};
     if (!read_cells(&builder, outline, reader, columns))
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
-    else if (builder.failed || !trace_all(&builder, outline))
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the outline");
+    else if (builder.count > 0)
+        qsort(builder.sides, builder.count, sizeof *builder.sides, compare_starts);
+    bool good = !builder.failed;
+    for (size_t k = 0; problem->id == API_OK && good && k < builder.count; k++) {
+        struct side *side = &builder.sides[k];
+        good = side->used || side->j != side->to_j || trace(&builder, outline, side);
+    }
+    if (!good)
+        api_problem_no_memory(problem, "the outline");
     free(builder.below.runs);
     free(builder.row.runs);
     free(builder.sides);

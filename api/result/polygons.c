@@ -124,13 +124,6 @@ static void squares_of(const struct grid *grid, const double low[2], const doubl
     }
 }
 
-static void segment_squares(const struct grid *grid, size_t a, size_t b, int from[2], int to[2]) {
-    const struct polygons_point *p = &grid->of->points[a], *q = &grid->of->points[b];
-    const double low[2] = {fmin(p->x, q->x), fmin(p->y, q->y)};
-    const double high[2] = {fmax(p->x, q->x), fmax(p->y, q->y)};
-    squares_of(grid, low, high, from, to);
-}
-
 /* Segments numbered by their first points; `ends` has the second ones. */
 static bool grid_make(struct grid *grid, const struct polygons *of, const size_t *ends,
                       double least_side) {
@@ -144,8 +137,11 @@ static bool grid_make(struct grid *grid, const struct polygons *of, const size_t
     grid->first = calloc(squares + 2, sizeof *grid->first);
     for (int pass = 0; pass < 2 && grid->first; pass++) {
         for (size_t k = 0; k < of->count; k++) {
+            const struct polygons_point *p = &of->points[k], *q = &of->points[ends[k]];
+            const double least[2] = {fmin(p->x, q->x), fmin(p->y, q->y)};
+            const double most[2] = {fmax(p->x, q->x), fmax(p->y, q->y)};
             int from[2], to[2];
-            segment_squares(grid, k, ends[k], from, to);
+            squares_of(grid, least, most, from, to);
             for (int y = from[1]; y <= to[1]; y++)
                 for (int x = from[0]; x <= to[0]; x++) {
                     size_t square = (size_t)y * (size_t)grid->size[0] + (size_t)x;
@@ -457,28 +453,11 @@ static void drop_sliver(struct polygons *polygons, size_t first, double sliver) 
         polygons_close(polygons);
 }
 
-static double chain_length(const struct chains *chains, const struct chain *chain) {
-    const struct polygons_point *p = chains->points.points + chain->first;
-    double length = 0;
-    for (size_t k = 1; k < chain->count; k++)
-        length += hypot(p[k].x - p[k - 1].x, p[k].y - p[k - 1].y);
-    return length;
-}
-
 static int compare_lengths(const void *a, const void *b) {
     const struct chain *x = a, *y = b;
     if (x->length != y->length)
         return x->length > y->length ? -1 : 1;
     return (x->first > y->first) - (x->first < y->first);
-}
-
-/* Puts the longest first. Where three pieces of the raw parallel all but meet, the sides of the
- * triangle between them are parallels to within rounding and arcs, too, but lead nowhere. */
-static void order_chains(struct chains *chains) {
-    for (size_t k = 0; k < chains->count; k++)
-        chains->all[k].length = chain_length(chains, &chains->all[k]);
-    if (chains->count)
-        qsort(chains->all, chains->count, sizeof *chains->all, compare_lengths);
 }
 
 /* Joins the chains that are left to polygons. */
@@ -532,8 +511,17 @@ bool polygons_widen(const struct polygons *polygons, double distance, struct pol
     good = good && cut_polygons(&raw, &cuts, &chains);
     for (size_t k = 0; good && k < chains.count; k++)
         chains.all[k].used = !is_parallel(&chains, &chains.all[k], &source, ends, distance);
-    if (good)
-        order_chains(&chains);
+    /* The longest first. Where three pieces of the raw parallel all but meet, the sides of the
+     * triangle between them are parallels to within rounding and arcs, too, but lead nowhere. */
+    for (size_t k = 0; good && k < chains.count; k++) {
+        const struct polygons_point *p = chains.points.points + chains.all[k].first;
+        double length = 0;
+        for (size_t m = 1; m < chains.all[k].count; m++)
+            length += hypot(p[m].x - p[m - 1].x, p[m].y - p[m - 1].y);
+        chains.all[k].length = length;
+    }
+    if (good && chains.count)
+        qsort(chains.all, chains.count, sizeof *chains.all, compare_lengths);
     good = good && join_parallels(&chains, wider, near_share * distance * distance);
     polygons_free(&raw);
     polygons_free(&chains.points);

@@ -109,21 +109,15 @@ static void find_rows(struct stored_rim *rim, struct points *points) {
     rim->count = (int64_t)floor(high) + 2 - rim->low;
 }
 
-static enum api_problem_id refuse_rim(struct api_problem *problem, bool memory) {
-    api_problem_set(problem, memory ? API_OUT_OF_MEMORY : API_INTERNAL,
-                    memory ? "no memory for the edge of the part"
-                           : "the stored result is damaged or cannot be read");
-    return problem->id;
-}
-
 enum api_problem_id stored_rim_make(const struct api_reader *reader,
                                     const struct api_columns *columns, struct arena *arena,
                                     struct stored_rim **result, struct api_problem *problem) {
     static const char *const names[COLUMNS] = {"loop", "p", "q", "covered", "x", "y", "z"};
+    static const char damaged[] = "the stored result is damaged or cannot be read";
     struct stored_rim *rim = arena_alloc(arena, 1, sizeof *rim);
     struct points *points = arena_alloc(arena, 1, sizeof *points);
     if (!rim || !points)
-        return refuse_rim(problem, true);
+        return api_problem_no_memory(problem, "the edge of the part");
     *result = rim;
     if (api_columns_rows(columns, API_TABLE_RIM) == 0)
         return API_OK;
@@ -131,23 +125,23 @@ enum api_problem_id stored_rim_make(const struct api_reader *reader,
     for (int c = 0; c < COLUMNS; c++) {
         points->column[c] = api_columns_find(columns, API_TABLE_RIM, names[c]);
         if (!points->column[c])
-            return refuse_rim(problem, false);
+            return api_problem_set(problem, API_INTERNAL, damaged);
     }
     find_rows(rim, points);
     if (points->failed || !(rim->count > 0))
-        return refuse_rim(problem, false);
+        return api_problem_set(problem, API_INTERNAL, damaged);
     rim->first = arena_alloc(arena, (size_t)rim->count + 2, sizeof *rim->first);
     rim->loose = arena_alloc(arena, (size_t)rim->count, sizeof *rim->loose);
     if (!rim->first || !rim->loose)
-        return refuse_rim(problem, true);
+        return api_problem_no_memory(problem, "the edge of the part");
     put_lines(rim, points, true);
     for (int64_t row = 0; row <= rim->count; row++)
         rim->first[row + 1] += rim->first[row];
     rim->lines = arena_alloc(arena, rim->first[rim->count + 1], sizeof *rim->lines);
     if (!rim->lines)
-        return refuse_rim(problem, true);
+        return api_problem_no_memory(problem, "the edge of the part");
     put_lines(rim, points, false);
-    return points->failed ? refuse_rim(problem, false) : API_OK;
+    return points->failed ? api_problem_set(problem, API_INTERNAL, damaged) : API_OK;
 }
 
 /* Whether (p, q) lies in the box round a line, so much wider on all sides. */
