@@ -127,14 +127,3 @@ bool files_close(struct files_output *output, bool ok) {
     free(output->target);
     return ok;
 }
-
-/* ---- what lies in a file ---- */
-
-bool files_write(void *stream, const void *bytes, size_t length) {
-    return fwrite(bytes, 1, length, stream) == length;
-}
-
-bool files_read_at(void *stream, uint64_t offset, void *buffer, size_t length) {
-    return fseeko(stream, (off_t)offset, SEEK_SET) == 0 &&
-           fread(buffer, 1, length, stream) == length;
-}

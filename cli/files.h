@@ -45,8 +45,4 @@ bool files_close(struct files_output *output, bool ok);
 /* From now on a signal that ends the program removes the unfinished file. */
 void files_watch_signals(void);
 
-/* For sinks and readers whose context is a FILE: `write`, and `read_at`. */
-bool files_write(void *stream, const void *bytes, size_t length);
-bool files_read_at(void *stream, uint64_t offset, void *buffer, size_t length);
-
 #endif

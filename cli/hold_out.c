@@ -122,7 +122,7 @@ bool hold_out_print(const char *bytes, size_t length, const struct api_limits *l
             "to leave out");
     if (!arena || (problem->id == API_OK &&
                    (!leave_out(&table, true, arena, out) || !leave_out(&table, false, arena, out))))
-        api_problem_no_memory(problem, "the table");
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the table");
     arena_free(arena);
     return problem->id == API_OK;
 }

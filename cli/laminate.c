@@ -101,8 +101,7 @@ static bool write_ply_outcome(const struct laminate_job *job, size_t k, struct a
     if (api_columns_open(job->nets[ply->net], &columns, problem) != API_OK)
         return false;
     const struct api_summary *summary = &columns.summary;
-    api_text_key_string(text, "outcome",
-                        summary->outcome == DRAPE_COMPLETE ? "complete" : "partial");
+    api_text_key_string(text, "outcome", outcome_names[summary->outcome]);
     api_text_key_integer(text, "nodes", (int64_t)summary->nodes);
     api_text_key_number(text, "cloth_coverage", summary->cloth_coverage);
     api_text_key_number(text, "max_shear_deg", summary->max_shear_deg);

@@ -45,7 +45,7 @@ bool material_resolve(struct files_bytes *request, const struct material_files *
         free(request->data);
         *request = filled;
     } else if (good) {
-        api_problem_no_memory(problem, "the materials");
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the materials");
     }
     arena_free(arena);
     return filled.data != NULL;

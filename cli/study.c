@@ -50,7 +50,7 @@ static bool read_variants(const struct api_reader *reader, struct table *table,
         table->columns.count--; /* those of the bands come behind */
     table->values = calloc(table->columns.count * table->rows + 1, sizeof *table->values);
     if (!table->values) {
-        api_problem_no_memory(problem, "the table");
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the table");
         return false;
     }
     for (size_t k = 0; k < table->columns.count; k++)
@@ -196,7 +196,7 @@ bool study_write_variant(const struct api_input *input, const struct api_limits 
     struct api_study *study = api_study_open(input, limits, problem);
     struct arena *arena = study ? arena_new(limits->max_memory) : NULL;
     if (study && !arena)
-        api_problem_no_memory(problem, "the request");
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
     bool ok = arena && api_study_variant_request(study, result, k, arena, &sink, problem) == API_OK;
     arena_free(arena);
     api_study_close(study);
