@@ -11,9 +11,9 @@
 /* A new connection looks idle until its first request arrives. */
 enum { GRACE_US = 100 * 1000, OWNERS = 64 };
 
-/* The lists are walked only when places are short, and those of an owner no more often than one of
- * them can have become idle: else whoever has busy ones alone, and goes on connecting, would keep
- * all threads waiting for the lock. */
+/* The lists are walked only when connections are short, and those of an owner no more often than
+ * one of them can have become idle: else whoever has busy ones alone, and goes on connecting, would
+ * keep all threads waiting for the lock. */
 struct admissions {
     struct quotas *quotas;
     pthread_mutex_t lock;
@@ -103,7 +103,7 @@ static bool idle_longer(const struct admission_client *client,
     return !than || atomic_load(&client->active_us) < atomic_load(&than->active_us);
 }
 
-/* What was found for the owner; two at one place are walked for more often. */
+/* What was found for the owner; two with the same number are walked for more often. */
 static struct findings *findings_of(struct admissions *admissions, const char *owner) {
     struct findings *findings = &admissions->findings[request_hash_owner(owner) % OWNERS];
     if (strcmp(findings->owner, owner) != 0) {
@@ -194,7 +194,7 @@ static bool close_client(struct admissions *admissions, struct admission_client 
 /* ------------------------------------------------------------------ coming and going */
 
 /* While an owner has less than is left it gets one more, beyond that as long as another has more.
- * The last places are made anew from who has most: idle ones, or else any. */
+ * The last ones are taken from who has most: idle ones, or else any. */
 static enum admission admit(struct admissions *admissions, const struct admission_client *client) {
     const char *owner = client->owner;
     const int64_t held = count_served(admissions, owner), most = admissions->owner_most;
@@ -211,7 +211,7 @@ static enum admission admit(struct admissions *admissions, const struct admissio
         good = close_client(admissions, find_idle(admissions, owner));
     if (!good && held < most) {
         /* in place of any one of the owner who has most, if that leaves it no fewer than the new
-         * one's; where places are left, it need not go */
+         * one's; where some are left, it need not go */
         struct admission_client *any = find_any(admissions, owner, held + 1);
         good = any && (left || close_client(admissions, any));
     }

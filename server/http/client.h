@@ -83,7 +83,7 @@ struct exchange {
     bool known;    /* the head was looked at */
     bool unread;   /* answered before the body was here */
     bool complete; /* the whole body is here */
-    bool streams;  /* it has a place in the owner's share of streams */
+    bool streams;  /* it counts in the owner's quota of streams */
     bool watching;
     struct job_watch watch;
 
@@ -96,7 +96,8 @@ struct exchange {
     struct exchange *next, *previous;
 };
 
-/* A new connection; NULL without memory or without a place for it: its requests will be refused. */
+/* A new connection; NULL without memory or when there are too many: its requests will be refused.
+ */
 struct client *client_open(struct http *http, int socket, const struct sockaddr *peer);
 
 /* Before the socket is closed, without a request under way. */

@@ -67,9 +67,9 @@ void http_drain(struct http *http);
  * be sent, closes all connections and frees `http`. NULL is allowed. */
 void http_stop(struct http *http);
 
-/* For handlers: takes one of the places that the request's owner has for event streams and calls
- * that wait, until the request is over. False when the owner has no place left: the reply says so,
- * 429. More than once is as once. */
+/* For handlers: counts the request as one of its owner's event streams and waiting calls until it
+ * is over. False when the owner has as many as it may: the reply says so, 429. More than once is as
+ * once. */
 bool http_take_stream(struct request *request, struct reply *reply);
 
 /* For handlers: from now until the request is over, news of `subject` (a job's id) that are not

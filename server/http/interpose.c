@@ -67,16 +67,16 @@ enum MHD_Result MHD_queue_response(struct MHD_Connection *connection, unsigned s
 /* ------------------------------------------------------------------ what is read */
 
 /* Where the context of a socket is; NULL for a descriptor that is too large. */
-static _Atomic(void *) *place_of(int socket) {
+static _Atomic(void *) *context_of(int socket) {
     struct watched *all = atomic_load_explicit(&watched, memory_order_acquire);
     return all && socket >= 0 && (size_t)socket < all->count ? &all->contexts[socket] : NULL;
 }
 
 bool interpose_watch(int socket, void *context) {
-    _Atomic(void *) *place = place_of(socket);
-    if (place)
-        atomic_store_explicit(place, context, memory_order_relaxed);
-    return place != NULL;
+    _Atomic(void *) *slot = context_of(socket);
+    if (slot)
+        atomic_store_explicit(slot, context, memory_order_relaxed);
+    return slot != NULL;
 }
 
 ssize_t recv(int socket, void *buffer, size_t size, int flags) {
@@ -84,8 +84,8 @@ ssize_t recv(int socket, void *buffer, size_t size, int flags) {
     recv_function *receive;
     *(void **)&receive = find_next(&library, "recv");
     ssize_t got = receive(socket, buffer, size, flags);
-    _Atomic(void *) *place = got > 0 ? place_of(socket) : NULL;
-    void *context = place ? atomic_load_explicit(place, memory_order_relaxed) : NULL;
+    _Atomic(void *) *slot = got > 0 ? context_of(socket) : NULL;
+    void *context = slot ? atomic_load_explicit(slot, memory_order_relaxed) : NULL;
     return context ? hooks.received(context, buffer, (size_t)got) : got;
 }
 

@@ -76,7 +76,7 @@ void reply_stream(struct reply *reply, int status, const char *type, struct repl
 /* A problem with its own status. The request's id goes into the document. */
 void reply_problem(struct reply *reply, const struct api_problem *problem);
 
-/* The same for a problem of one sentence without a place in the body. */
+/* The same for a problem of one sentence that points to nothing in the body. */
 void reply_refuse(struct reply *reply, enum api_problem_id problem, const char *detail, ...)
     __attribute__((format(printf, 3, 4)));
 

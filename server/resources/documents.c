@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The longest list: 1000 jobs, each with a problem of 16 places at the worst. */
+/* The longest list: 1000 jobs, each with a problem of 16 errors at the worst. */
 enum { DOCUMENT_BYTES_MAX = 64 << 20 };
 
 struct document {

@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PLACES = 256 };
+enum { LOOKS = 256 };
 
-/* The last look at a job; of two with the same place the later one stays. */
+/* The last look at a job; of two with the same number the later one stays. */
 struct look {
     const struct store *store; /* NULL: none */
     char id[ID_SIZE];
@@ -18,7 +18,7 @@ struct look {
 };
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static struct look looks[PLACES];
+static struct look looks[LOOKS];
 
 enum store_answer event_cache_look(struct store *store, const char *id, int64_t since,
                                    struct store_job *job, char **document) {
@@ -26,7 +26,7 @@ enum store_answer event_cache_look(struct store *store, const char *id, int64_t 
     unsigned number = 0;
     for (int k = 0; k < 4 && id[k]; k++) /* ids are random digits */
         number = number * 31 + (unsigned char)id[k];
-    struct look *look = &looks[number % PLACES];
+    struct look *look = &looks[number % LOOKS];
     pthread_mutex_lock(&lock);
     bool found = look->store == store && look->begun >= since && !strcmp(look->id, id);
     if (found) {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Shared by the files of the pool of checker processes: a check, which is one order on its way
- * (document_pool_order.c), and the queues in which checks wait and run (document_pool_queues.c).
- * What threads and processes do with them is document_pool.c.
+ * Shared by the files of the pool of checker processes: a check is one order on its way
+ * (document_pool_order.c). The queues in which checks wait and run, and what threads and processes
+ * do with them, is document_pool.c.
  */
 #ifndef SERVER_WORK_DOCUMENT_POOL_INTERNAL_H
 #define SERVER_WORK_DOCUMENT_POOL_INTERNAL_H
@@ -125,42 +125,5 @@ void check_explain(struct check *check, enum check_outcome outcome);
 
 /* Too many of the owner's wait in the queue. */
 void check_explain_quota(struct api_problem *problem, enum check_queue queue);
-
-/* ---- queues, with the lock ---- */
-
-/* Of the lists, `waiting` and `running`. */
-void queue_append(struct check **list, struct check *check);
-void queue_withdraw(struct check **list, const struct check *check);
-
-/* Whether as many of the owner's wait in the queue as may. */
-bool queue_full(const struct document_pool *pool, const char *owner, enum check_queue queue);
-
-/* Whether orders of the owner took long lately. */
-bool queue_takes_long(const struct document_pool *pool, const char *owner, int64_t now);
-
-/* An order of the owner has taken long in the fast queue: its next ones come last there. */
-void queue_note_long(struct document_pool *pool, const char *owner, int64_t now);
-
-/* Whether the check may begin now, in the queue it is in. */
-bool queue_may_begin(const struct document_pool *pool, const struct check *check);
-
-/* The check that begins next: of those that may, the first of the owner with the fewest under way,
- * of whom nothing took long lately. NULL: none may. */
-struct check *queue_choose(const struct document_pool *pool);
-
-/* Gives the check, which is in no list, the first idle process. */
-void queue_begin(struct document_pool *pool, struct check *check);
-
-/* Gives back the process and its share of the budget; what else of its owner waits comes behind
- * what others wait with. */
-void queue_leave(struct document_pool *pool, struct check *check);
-
-/* Whether the check, in the slow queue, has had its turn there and another owner waits for one. */
-bool queue_must_yield(struct document_pool *pool, struct check *check, int64_t now);
-
-/* Without the lock. Moves the check, which takes too long for the fast queue, to the slow one
- * with its process, if that has room; if not, it has to begin anew there, unless too many of the
- * owner's wait. */
-enum check_outcome queue_move_to_slow(struct document_pool *pool, struct check *check);
 
 #endif

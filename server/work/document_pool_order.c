@@ -12,7 +12,7 @@
 /* What an order may take, in bytes: a part for itself, and for each byte of its documents. The tree
  * of a hostile document takes up to 79 bytes a byte, a surface of high degree as much; but of a
  * long document that is one of numbers, whose surface is not made ready (`api/check.h`). Of a map
- * the most is taken by its columns, some 300 bytes a place; a point in JSON is 8 bytes of text at
+ * the most is taken by its columns, some 300 bytes a point; a point in JSON is 8 bytes of text at
  * the least, an element in bulk data with its share of a node 60. */
 #define CHECK_BYTES (INT64_C(24) << 20)
 #define CHECK_BYTES_PER_BYTE 96

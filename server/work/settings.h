@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The settings of a dispatcher: what the configuration decides and every attempt of a job needs.
+ * The settings of a dispatcher: what the configuration decides and every run of a job needs.
  */
 #ifndef SERVER_WORK_SETTINGS_H
 #define SERVER_WORK_SETTINGS_H

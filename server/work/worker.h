@@ -2,7 +2,7 @@
 /*
  * The worker process: reads jobs from the socket on WORKER_FD, runs them one after the other, sends
  * progress and result back, and ends when the socket closes. It has no store, is locked in
- * (`sandbox.h`), and holds no more memory than its job may; what hurts it hurts one attempt of one
+ * (`sandbox.h`), and holds no more memory than its job may; what harms it harms one attempt of one
  * job. It is the same binary (`child.h`), with WORKER_ARGUMENT.
  */
 #ifndef SERVER_WORK_WORKER_H
