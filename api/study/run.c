@@ -8,6 +8,9 @@
 #include <string.h>
 #include <time.h>
 
+/* Arenas that are kept for the next tasks: their pages are there already. */
+enum { SPARE_MOST = 64 };
+
 /* What tasks have given, growing. */
 struct heap {
     double *values;
@@ -17,7 +20,8 @@ struct heap {
 struct run {
     const struct api_study *study;
     const struct drape_monitor *monitor;
-    size_t memory; /* that each task may take */
+    size_t memory;                           /* that each task may take */
+    struct arena *_Atomic spare[SPARE_MOST]; /* arenas of tasks that are done, or NULL */
     struct api_study_plan plan;
     struct heap *given;          /* of each task */
     struct api_problem *problem; /* of each task */
@@ -72,13 +76,19 @@ static void do_task(void *data, int k) {
     struct api_problem *problem = &run->problem[k];
     if (atomic_load(&run->stopped))
         return;
-    struct arena *arena = arena_new(run->memory);
+    struct arena *arena = NULL, *none = NULL;
+    for (int n = 0; n < SPARE_MOST && !arena; n++)
+        arena = atomic_exchange(&run->spare[n], NULL);
+    arena = arena ? arena : arena_new(run->memory);
     if (!arena)
         api_problem_no_memory(problem, "the study");
     else
         (void)!api_study_run_task(run->study, &run->plan.tasks[k], &monitor, arena, &sink, problem);
     if (problem->id != API_OK)
         atomic_store(&run->stopped, true);
+    for (int n = 0; n < SPARE_MOST && arena; n++, none = NULL)
+        if (atomic_compare_exchange_strong(&run->spare[n], &none, arena))
+            arena = NULL;
     arena_free(arena);
 }
 
@@ -147,6 +157,8 @@ enum api_problem_id api_study_run(const struct api_input *input, const struct ap
     if (problem->id == API_OK)
         (void)!api_study_finish(study, &all, ms, arena, sink, problem);
     free(numbers.values);
+    for (int k = 0; k < SPARE_MOST; k++)
+        arena_free(run.spare[k]);
     arena_free(arena);
     api_study_close(study);
     return problem->id;
