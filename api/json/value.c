@@ -124,7 +124,7 @@ bool value_object(const struct json_value *json, const char *const keys[]) {
     json_object_foreach(object.mutable, key, value) {
         struct json_value member = value_member(json, key);
         if (!is_listed(key, keys))
-            value_fault(&member, "is not a key that is known here");
+            value_fault(&member, "is not a known key here");
     }
     return true;
 }

@@ -87,7 +87,7 @@ static const struct api_surface *decode_start_face(const struct json_value *json
     int number = 0;
     if (surface->kind != API_SURFACE_SHELL && surface->kind != API_SURFACE_NAMED) {
         if (value_given(&face))
-            value_fault(&face, "is of a surface of several faces, and this one has none");
+            value_fault(&face, "must be left out: it is for surfaces of several faces");
         return value_given(&face) ? NULL : surface;
     }
     if (surface->kind == API_SURFACE_NAMED && !value_given(&face))
@@ -126,7 +126,7 @@ void decode_start(const struct json_value *json, struct api_request *request) {
     settings->start_kind = DRAPE_START_POINT;
     read_vec3(&point, false, &settings->start_point);
     if (value_given(&face))
-        value_fault(&face, "goes with \"uv\"");
+        value_fault(&face, "needs \"uv\"");
 }
 
 static void decode_direction(const struct json_value *json, struct drape_settings *settings) {
@@ -343,7 +343,7 @@ void decode_drape(const struct json_value *json, const struct api_input *input,
     decode_ground(json, input, limits, request);
     if (value_given(&offset) && value_number(&offset, decode_coordinates, &request->offset) &&
         request->surface.kind == API_SURFACE_MESH && request->offset != 0)
-        value_fault(&offset, "needs a surface with a curvature, not a triangle mesh");
+        value_fault(&offset, "must be left out on a triangle mesh, whose curvature is not known");
     decode_cloth(json, request);
     if (value_given(&cavity))
         decode_drape_cavity(&cavity, &request->cavity);

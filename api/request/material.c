@@ -188,10 +188,11 @@ static void check_fibre(const struct json_value *json, const struct api_fabric *
         return;
     double density = fabric->areal_weight / volume;
     if (density < density_least || density > density_most)
-        value_fault(&weight,
-                    "in that share of the thickness is a fibre of %.3g kg/m3: areal_weight is in "
-                    "kg/m2, fabric.thickness in m",
-                    density);
+        value_fault(
+            &weight,
+            "with the thickness and the fibre volume fraction this gives fibres of %.3g kg/m3: "
+            "areal_weight is in kg/m2, fabric.thickness in m",
+            density);
 }
 
 static void decode_document(const struct json_value *json, struct api_material *material,

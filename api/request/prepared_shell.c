@@ -45,7 +45,9 @@ static void explain_fault(const struct api_surface *surface, const struct shell_
                    fault->kind == SHELL_TOLERANCE_BAD ? "tolerance" : "faces");
     switch (fault->kind) {
     case SHELL_TOLERANCE_BAD:
-        api_problem_add(problem, pointer, "is as large as the part: edges of all faces would meet");
+        api_problem_add(
+            problem, pointer,
+            "is as large as the part: the edges of all faces would meet; make it smaller");
         break;
     case SHELL_THREE_FACES:
         if (surface->tolerance > 0)
