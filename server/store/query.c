@@ -6,35 +6,30 @@
 
 /* ------------------------------------------------------------------ parameters */
 
-static struct query_value *next_value(struct query *query, enum query_kind kind) {
-    struct query_value *value = &query->values[query->bound++];
-    value->kind = kind;
-    return value;
+struct query_value of_int(int64_t value) {
+    return (struct query_value){.kind = QUERY_INT, .integer = value};
 }
 
-void query_bind_int(struct query *query, int64_t value) {
-    next_value(query, QUERY_INT)->integer = value;
+struct query_value of_no_int(void) {
+    return (struct query_value){.kind = QUERY_INT, .null = true};
 }
 
-void query_bind_no_int(struct query *query) {
-    next_value(query, QUERY_INT)->null = true;
+struct query_value of_real(double value) {
+    return (struct query_value){.kind = QUERY_REAL, .real = value};
 }
 
-void query_bind_real(struct query *query, double value) {
-    next_value(query, QUERY_REAL)->real = value;
+struct query_value of_text(const char *text) {
+    return (struct query_value){QUERY_TEXT, !text, .bytes = text,
+                                .length = text ? strlen(text) : 0};
 }
 
-void query_bind_text(struct query *query, const char *text) {
-    struct query_value *value = next_value(query, QUERY_TEXT);
-    value->null = !text;
-    value->bytes = text;
-    value->length = text ? strlen(text) : 0;
+struct query_value of_bytes(const void *bytes, size_t length) {
+    return (struct query_value){.kind = QUERY_BYTES, .bytes = bytes ? bytes : "", .length = length};
 }
 
-void query_bind_bytes(struct query *query, const void *bytes, size_t length) {
-    struct query_value *value = next_value(query, QUERY_BYTES);
-    value->bytes = bytes ? bytes : "";
-    value->length = length;
+void query_bind_values(struct query *query, const struct query_value *values, size_t count) {
+    memcpy(query->values + query->bound, values, count * sizeof *values);
+    query->bound += (int)count;
 }
 
 /* ------------------------------------------------------------------ rows */

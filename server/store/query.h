@@ -59,13 +59,20 @@ struct query {
     bool taken; /* PostgreSQL: STORE_CONFLICT because something unique was there already */
 };
 
-/* Each sets the next parameter; memory is the caller's until the first row. NULL is SQL's null, and
- * so is what `query_bind_no_int` sets. */
-void query_bind_int(struct query *query, int64_t value);
-void query_bind_no_int(struct query *query);
-void query_bind_real(struct query *query, double value);
-void query_bind_text(struct query *query, const char *value);
-void query_bind_bytes(struct query *query, const void *bytes, size_t length);
+/* Parameters. NULL is SQL's null, and so is `of_no_int`. */
+struct query_value of_int(int64_t value);
+struct query_value of_no_int(void);
+struct query_value of_real(double value);
+struct query_value of_text(const char *text);
+struct query_value of_bytes(const void *bytes, size_t length);
+
+/* Sets the next parameters, as of_int(1), of_text("a"), ...; memory is the caller's until the first
+ * row. */
+#define query_bind(query, ...)                                                                     \
+    query_bind_values(query, (const struct query_value[]){__VA_ARGS__},                            \
+                      sizeof((const struct query_value[]){__VA_ARGS__}) /                          \
+                          sizeof(struct query_value))
+void query_bind_values(struct query *query, const struct query_value *values, size_t count);
 
 /* Goes on to the next row, or executes; false at the end and at a failure. */
 bool query_row(struct query *query);

@@ -61,7 +61,7 @@ static void read_job(struct query *query, struct store_job *job) {
 enum store_answer store_get(struct store *store, const char *id, struct store_job *job) {
     memset(job, 0, sizeof *job);
     struct query query = begin_read(store, "SELECT " JOB_COLUMNS " WHERE j.id = $1");
-    query_bind_text(&query, id);
+    query_bind(&query, of_text(id));
     bool found = query_row(&query);
     if (found)
         read_job(&query, job);
@@ -74,7 +74,7 @@ enum store_answer store_request(struct store *store, const char *id, char **byte
     struct query query = begin_read(store, "SELECT q.bytes FROM draped.jobs j"
                                            " JOIN draped.requests q ON q.job = j.sequence"
                                            " WHERE j.id = $1");
-    query_bind_text(&query, id);
+    query_bind(&query, of_text(id));
     bool found = query_row(&query);
     if (found)
         query_duplicate(&query, 0, bytes, length);
@@ -107,7 +107,7 @@ enum store_answer store_members(struct store *store, const char *id, struct stor
     struct query query = begin_read(
         store, "SELECT " JOB_COLUMNS " WHERE j.parent = (SELECT sequence FROM draped.jobs"
                " WHERE id = $1 AND kind = " SQL_LAMINATE ") ORDER BY j.position");
-    query_bind_text(&query, id);
+    query_bind(&query, of_text(id));
     return read_page(&query, SIZE_MAX, page);
 }
 
@@ -133,13 +133,12 @@ enum store_answer store_list(struct store *store, const struct store_filter *fil
     int64_t cursor = cursor_open(store->secret, filter->owner, filter->cursor);
     memset(page, 0, sizeof *page);
     struct query query = begin_read(store, list_sql(filter));
-    query_bind_int(&query, cursor > 0 ? cursor : INT64_MAX);
-    query_bind_int(&query, filter->kind);
+    query_bind(&query, of_int(cursor > 0 ? cursor : INT64_MAX), of_int(filter->kind));
     if (filter->owner)
-        query_bind_text(&query, filter->owner);
+        query_bind(&query, of_text(filter->owner));
     if (filter->has_status)
-        query_bind_int(&query, filter->status);
-    query_bind_int(&query, filter->limit + 1);
+        query_bind(&query, of_int(filter->status));
+    query_bind(&query, of_int(filter->limit + 1));
     enum store_answer answer = read_page(&query, (size_t)filter->limit, page);
     page->next = cursor_seal(store->secret, filter->owner, page->next);
     return answer;
@@ -167,10 +166,10 @@ enum store_answer reads_counts(const struct reader *reader, int64_t now,
         return answer;
     query = reader->query(reader->of, reader->dialect->hosts);
     if (now)
-        query_bind_int(&query, now);
+        query_bind(&query, of_int(now));
     else
-        query_bind_no_int(&query);
-    query_bind_int(&query, STORE_SEEN_US);
+        query_bind(&query, of_no_int());
+    query_bind(&query, of_int(STORE_SEEN_US));
     if (query_row(&query)) {
         counts->hosts = query_int(&query, 0);
         counts->workers = query_int(&query, 1);
@@ -202,7 +201,7 @@ enum store_answer store_usage(struct store *store, const char *owner, struct sto
                           " CAST(coalesce(sum(running), 0) AS bigint),"
                           " CAST(coalesce(sum(results + others), 0) AS bigint)"
                           " FROM draped.owners WHERE owner = $1");
-    query_bind_text(&query, owner);
+    query_bind(&query, of_text(owner));
     if (query_row(&query)) {
         usage->queued = query_int(&query, 0);
         usage->running = query_int(&query, 1);
@@ -218,8 +217,7 @@ enum store_answer reads_attempts(struct store *store, const struct store_claim *
     struct query query =
         begin_read(store, "SELECT attempts, excused FROM draped.jobs"
                           " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING);
-    query_bind_int(&query, claim->sequence);
-    query_bind_int(&query, claim->token);
+    query_bind(&query, of_int(claim->sequence), of_int(claim->token));
     bool holds = query_row(&query);
     *attempts = holds ? query_int(&query, 0) : 0;
     *excused = holds ? query_int(&query, 1) : 0;
@@ -238,7 +236,7 @@ enum store_answer store_numbers(struct store *store, const struct store_claim *c
     *length = 0;
     struct query query = begin_read(store, "SELECT bytes FROM draped.task_numbers WHERE parent = $1"
                                            " ORDER BY round, position");
-    query_bind_int(&query, claim->sequence);
+    query_bind(&query, of_int(claim->sequence));
     while (all && query_row(&query)) {
         size_t count = 0;
         const void *more = query_bytes(&query, 0, &count);
@@ -266,7 +264,7 @@ enum store_answer store_result_find(struct store *store, const char *id,
     struct query query =
         begin_read(store, "SELECT r.number, r.length FROM draped.jobs j JOIN draped.results r"
                           " ON r.number = j.result WHERE j.id = $1 AND r.state = " SQL_COMPLETE);
-    query_bind_text(&query, id);
+    query_bind(&query, of_text(id));
     bool found = query_row(&query);
     if (found) {
         result->number = query_int(&query, 0);
@@ -279,8 +277,7 @@ enum store_answer reads_chunk(struct store *store, int64_t number, int64_t index
                               size_t length) {
     size_t stored = 0;
     struct query query = begin_read(store, store->reader.dialect->chunk);
-    query_bind_int(&query, number);
-    query_bind_int(&query, index);
+    query_bind(&query, of_int(number), of_int(index));
     bool found = query_row(&query);
     const void *from = found ? query_bytes(&query, 0, &stored) : NULL;
     bool good = from && stored == length;
@@ -313,8 +310,7 @@ enum store_answer store_item_get(struct store *store, enum store_item_kind kind,
     struct query query =
         begin_read(store, OF_KIND(ITEM_COLUMNS ", definition",
                                   "id = $1 AND ($2 IS NULL OR owner = $2) LIMIT 1"));
-    query_bind_text(&query, id);
-    query_bind_text(&query, owner);
+    query_bind(&query, of_text(id), of_text(owner));
     bool found = query_row(&query);
     if (found) {
         read_item(&query, item);
@@ -335,9 +331,8 @@ enum store_answer store_item_list(struct store *store, enum store_item_kind kind
                                "owner = $1 AND sequence < $2 ORDER BY sequence DESC LIMIT $3")
                      : OF_KIND(ITEM_COLUMNS,
                                "$1 IS NULL AND sequence < $2 ORDER BY sequence DESC LIMIT $3"));
-    query_bind_text(&query, owner);
-    query_bind_int(&query, cursor > 0 ? cursor : INT64_MAX);
-    query_bind_int(&query, (int64_t)limit + 1);
+    query_bind(&query, of_text(owner), of_int(cursor > 0 ? cursor : INT64_MAX),
+               of_int((int64_t)limit + 1));
     while (query_row(&query)) {
         if (page->count == (size_t)limit) {
             page->next = cursor_seal(store->secret, owner, page->items[limit - 1].sequence);

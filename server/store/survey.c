@@ -8,7 +8,7 @@ static bool read_hosts(const struct reader *reader, struct survey *survey) {
     struct query query = reader->query(
         reader->of, "SELECT host, role, version, workers, busy, seen FROM draped.hosts"
                     " ORDER BY seen DESC, host LIMIT $1");
-    query_bind_int(&query, SURVEY_HOSTS);
+    query_bind(&query, of_int(SURVEY_HOSTS));
     for (; survey->host_count < SURVEY_HOSTS && query_row(&query); survey->host_count++) {
         struct store_host *host = &survey->hosts[survey->host_count].host;
         query_copy(&query, 0, host->host, sizeof host->host);

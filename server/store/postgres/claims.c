@@ -58,8 +58,7 @@ static enum store_answer reuse(struct store *store, const struct store_claim *cl
         " finished = " POSTGRES_NOW ", attempts = attempts - 1, result = twin.number,"
         " lease = NULL FROM twin WHERE sequence = $2 AND token = $3 AND status = " SQL_RUNNING
         " RETURNING 1");
-    query_bind_int(&query, claim->sequence);
-    query_bind_int(&query, claim->token);
+    query_bind(&query, of_int(claim->sequence), of_int(claim->token));
     return query_find(&query, STORE_CONFLICT);
 }
 
@@ -69,16 +68,15 @@ enum store_answer postgres_starving(struct store *store, bool fresh) {
                               " HAVING sum(queued) > 0 AND sum(running) = 0"
                               " AND ($1 = 0 OR sum(queued) > sum(tasks) AND"
                               "  max(turn) <= pg_sequence_last_value('draped.turns')) LIMIT 1");
-    query_bind_int(&query, fresh);
+    query_bind(&query, of_int(fresh));
     return query_find(&query, STORE_EMPTY);
 }
 
 enum store_answer postgres_claim(struct store *store, bool fresh, struct store_claim *claim) {
     struct query query = postgres_query_now(store, claim_sql);
     bool twin = false;
-    query_bind_int(&query, store->options.lease_us);
-    query_bind_int(&query, fresh ? 1 : store->options.owner_running);
-    query_bind_int(&query, fresh);
+    query_bind(&query, of_int(store->options.lease_us),
+               of_int(fresh ? 1 : store->options.owner_running), of_int(fresh));
     bool found = query_row(&query);
     if (found) {
         claim->sequence = query_int(&query, 0);
@@ -105,9 +103,7 @@ enum store_answer postgres_claim(struct store *store, bool fresh, struct store_c
 /* No owner has fewer than none running. */
 enum store_answer postgres_try_claim(struct store *store) {
     struct query query = postgres_query_now(store, claim_sql);
-    query_bind_int(&query, store->options.lease_us);
-    query_bind_int(&query, -1);
-    query_bind_int(&query, false);
+    query_bind(&query, of_int(store->options.lease_us), of_int(-1), of_int(false));
     query_row(&query);
     return query_end(&query);
 }
@@ -119,8 +115,7 @@ enum store_answer postgres_try_claim(struct store *store) {
 static struct query held_query(struct store *store, const char *sql,
                                const struct store_claim *claim) {
     struct query query = postgres_query_now(store, sql);
-    query_bind_int(&query, claim->sequence);
-    query_bind_int(&query, claim->token);
+    query_bind(&query, of_int(claim->sequence), of_int(claim->token));
     return query;
 }
 
@@ -131,8 +126,7 @@ enum store_answer postgres_renew(struct store *store, const struct store_claim *
                    "UPDATE draped.jobs SET lease = " POSTGRES_NOW " + $4,"
                    " progress = greatest(progress, $5) WHERE" HELD " RETURNING " POSTGRES_LAZY,
                    claim);
-    query_bind_int(&query, store->options.lease_us);
-    query_bind_real(&query, progress);
+    query_bind(&query, of_int(store->options.lease_us), of_real(progress));
     return query_find(&query, STORE_CONFLICT);
 }
 
@@ -145,7 +139,7 @@ enum store_answer postgres_fail(struct store *store, const struct store_claim *c
                    "UPDATE draped.jobs SET status = " SQL_FAILED ", error = $4, lease = NULL,"
                    " finished = " POSTGRES_NOW " WHERE" HELD " RETURNING 1",
                    claim);
-    query_bind_text(&query, error);
+    query_bind(&query, of_text(error));
     return query_find(&query, STORE_CONFLICT);
 }
 
@@ -160,11 +154,8 @@ static enum store_answer requeue(struct store *store, const struct store_claim *
         " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING " RETURNING " POSTGRES_LAZY
         ", CASE WHEN $4 > 0 THEN draped.count_owner(owner, 0, 0, 0, 0, 0,"
         "  pg_sequence_last_value('draped.turns') + $4)::text END");
-    query_bind_int(&query, claim->sequence);
-    query_bind_int(&query, claim->token);
-    query_bind_int(&query, excused);
-    query_bind_int(&query, later);
-    query_bind_bytes(&query, task, task ? claim->task_length : 0);
+    query_bind(&query, of_int(claim->sequence), of_int(claim->token), of_int(excused),
+               of_int(later), of_bytes(task, task ? claim->task_length : 0));
     return query_find(&query, STORE_CONFLICT);
 }
 
@@ -195,8 +186,7 @@ enum store_answer postgres_find_ended(struct store *store, struct store_ended *e
         store, "SELECT sequence, token, id FROM draped.jobs WHERE status = " SQL_RUNNING
                " AND (lease < " POSTGRES_NOW " OR lease > " POSTGRES_NOW " + $3)"
                " ORDER BY lease LIMIT $2");
-    query_bind_int(&query, (int64_t)most);
-    query_bind_int(&query, far_ahead(store));
+    query_bind(&query, of_int((int64_t)most), of_int(far_ahead(store)));
     for (; *count < most && query_row(&query); ++*count) {
         struct store_claim *claim = &ended[*count].claim;
         claim->sequence = query_int(&query, 0);
@@ -215,8 +205,7 @@ enum store_answer postgres_take_over(struct store *store, const struct store_end
                    " WHERE" HELD " AND (lease < " POSTGRES_NOW " OR lease > " POSTGRES_NOW " + $5)"
                    " RETURNING token, " POSTGRES_LAZY,
                    &ended->claim);
-    query_bind_int(&query, store->options.lease_us);
-    query_bind_int(&query, far_ahead(store));
+    query_bind(&query, of_int(store->options.lease_us), of_int(far_ahead(store)));
     bool found = query_row(&query);
     *token = found ? query_int(&query, 0) : 0;
     return query_end_found(&query, found, STORE_CONFLICT);

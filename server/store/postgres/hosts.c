@@ -14,13 +14,9 @@ static const char beat_sql[] =
 /* After a full disk was seen, that a row is written over is not enough. */
 enum store_answer postgres_beat(struct store *store, const struct store_host *host) {
     struct query query = postgres_query_now(store, beat_sql);
-    query_bind_text(&query, host->name);
-    query_bind_text(&query, host->host);
-    query_bind_text(&query, host->role);
-    query_bind_text(&query, host->version);
-    query_bind_int(&query, host->workers);
-    query_bind_int(&query, host->busy);
-    query_bind_int(&query, STORE_FORGOTTEN_US);
+    query_bind(&query, of_text(host->name), of_text(host->host), of_text(host->role),
+               of_text(host->version), of_int(host->workers), of_int(host->busy),
+               of_int(STORE_FORGOTTEN_US));
     enum store_answer answer = query_find(&query, STORE_DOWN);
     if (answer == STORE_OK)
         answer = postgres_try_claim(store);
@@ -33,7 +29,7 @@ enum store_answer postgres_beat(struct store *store, const struct store_host *ho
 void postgres_leave(struct store *store, const char *name) {
     struct query query =
         postgres_query(store, "DELETE FROM draped.hosts WHERE name = $1 RETURNING 1");
-    query_bind_text(&query, name);
+    query_bind(&query, of_text(name));
     query_row(&query);
     enum store_answer answer = query_end(&query);
     (void)answer;

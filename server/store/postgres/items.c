@@ -13,10 +13,8 @@ enum store_answer postgres_item_put(struct store *store, enum store_item_kind ki
                                        " VALUES ($2, $3, " POSTGRES_NOW
                                        ", $4, $5) ON CONFLICT (id, owner) DO NOTHING"
                                        " RETURNING 1"));
-    query_bind_text(&query, item->id);
-    query_bind_text(&query, item->owner);
-    query_bind_text(&query, item->description);
-    query_bind_bytes(&query, item->definition, item->definition_length);
+    query_bind(&query, of_text(item->id), of_text(item->owner), of_text(item->description),
+               of_bytes(item->definition, item->definition_length));
     *created = query_row(&query);
     return query_end(&query);
 }
@@ -25,8 +23,7 @@ enum store_answer postgres_item_put(struct store *store, enum store_item_kind ki
 static enum store_answer delete_surface(struct store *store, const char *owner, const char *id) {
     static const enum store_answer answers[] = {STORE_OK, STORE_EMPTY, STORE_CONFLICT};
     struct query query = postgres_query(store, "SELECT draped.delete_surface($1, $2)");
-    query_bind_text(&query, id);
-    query_bind_text(&query, owner);
+    query_bind(&query, of_text(id), of_text(owner));
     int64_t how = query_row(&query) ? query_int(&query, 0) : 0;
     enum store_answer answer = query_end(&query);
     return answer == STORE_OK ? answers[how] : answer;
@@ -39,7 +36,6 @@ enum store_answer postgres_item_delete(struct store *store, enum store_item_kind
     struct query query = postgres_query(
         store, "DELETE FROM draped.materials WHERE id = $1 AND ($2::text IS NULL OR owner = $2)"
                " RETURNING 1");
-    query_bind_text(&query, id);
-    query_bind_text(&query, owner);
+    query_bind(&query, of_text(id), of_text(owner));
     return query_find(&query, STORE_EMPTY);
 }

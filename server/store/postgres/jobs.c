@@ -110,19 +110,13 @@ static struct query bind_submission(struct store *store, const char *sql,
                                     const struct store_submission *submission, const char *id) {
     const char *surface = submission->surface;
     struct query query = postgres_query_now(store, sql);
-    query_bind_text(&query, id);
-    query_bind_int(&query, submission->priority);
-    query_bind_int(&query, store_rank(submission, 0));
-    query_bind_text(&query, submission->owner ? submission->owner : "");
-    query_bind_text(&query, submission->digest);
-    query_bind_text(&query, surface && surface[0] ? surface : NULL);
-    query_bind_text(&query, submission->key);
-    query_bind_bytes(&query, submission->request, submission->request_length);
-    query_bind_int(&query, store->options.queue_limit);
-    query_bind_int(&query, submission->quota.queued);
-    query_bind_int(&query, submission->quota.bytes);
-    query_bind_text(&query, submission->origin);
-    query_bind_int(&query, submission->kind);
+    query_bind(&query, of_text(id), of_int(submission->priority), of_int(store_rank(submission, 0)),
+               of_text(submission->owner ? submission->owner : ""), of_text(submission->digest),
+               of_text(surface && surface[0] ? surface : NULL), of_text(submission->key),
+               of_bytes(submission->request, submission->request_length),
+               of_int(store->options.queue_limit), of_int(submission->quota.queued),
+               of_int(submission->quota.bytes), of_text(submission->origin),
+               of_int(submission->kind));
     return query;
 }
 
@@ -153,7 +147,7 @@ enum store_answer postgres_submit(struct store *store, const struct store_submis
     id_make(id);
     for (int k = 0; k < SUBMIT_TRIES && taken; k++) {
         struct query query = bind_submission(store, submit_sql, submission, id);
-        query_bind_int(&query, submission->total);
+        query_bind(&query, of_int(submission->total));
         answer = read_receipt(query, receipt, &taken);
     }
     return answer;
@@ -210,11 +204,9 @@ enum store_answer postgres_submit_family(struct store *store, const struct store
     id_make(id);
     for (int k = 0; k < SUBMIT_TRIES && taken; k++) {
         struct query query = bind_submission(store, submit_family_sql, &family->parent, id);
-        query_bind_int(&query, (int64_t)family->count);
-        query_bind_text(&query, lists.ids);
-        query_bind_text(&query, lists.digests);
-        query_bind_text(&query, lists.ends);
-        query_bind_bytes(&query, lists.requests, lists.length);
+        query_bind(&query, of_int((int64_t)family->count), of_text(lists.ids),
+                   of_text(lists.digests), of_text(lists.ends),
+                   of_bytes(lists.requests, lists.length));
         answer = read_receipt(query, receipt, &taken);
     }
     free_lists(&lists);
@@ -225,7 +217,7 @@ enum store_answer postgres_submit_family(struct store *store, const struct store
 
 static enum store_answer known(struct store *store, const char *id) {
     struct query query = postgres_query(store, "SELECT 1 FROM draped.jobs WHERE id = $1");
-    query_bind_text(&query, id);
+    query_bind(&query, of_text(id));
     return query_find(&query, STORE_EMPTY);
 }
 
@@ -235,7 +227,7 @@ enum store_answer postgres_cancel(struct store *store, const char *id) {
                                   ", finished = " POSTGRES_NOW ", lease = NULL"
                                   " WHERE sequence = (SELECT draped.lock_family($2))"
                                   " AND status < " SQL_FIRST_ENDED " RETURNING 1");
-    query_bind_text(&query, id);
+    query_bind(&query, of_text(id));
     enum store_answer answer = query_find(&query, STORE_EMPTY);
     if (answer != STORE_EMPTY)
         return answer;
@@ -252,6 +244,6 @@ enum store_answer postgres_remove(struct store *store, const char *id) {
                               " WHERE job = gone.sequence)"
                               " SELECT count(*), draped.forget_results(array_agg(result))"
                               " FROM gone HAVING count(*) > 0");
-    query_bind_text(&query, id);
+    query_bind(&query, of_text(id));
     return query_find(&query, STORE_EMPTY);
 }

@@ -32,9 +32,9 @@ struct query postgres_query_now(struct store *store, const char *sql) {
     const struct postgres_store *postgres = postgres_of(store);
     struct query query = pg_query(postgres->pool, sql);
     if (postgres->base.options.clock)
-        query_bind_int(&query, postgres->base.options.clock());
+        query_bind(&query, of_int(postgres->base.options.clock()));
     else
-        query_bind_no_int(&query);
+        query_bind(&query, of_no_int());
     return query;
 }
 

@@ -79,10 +79,8 @@ static unsigned char *join_chunks(const struct store_segment *segment) {
 
 static void bind_segment(struct query *query, const struct store_segment *segment,
                          const unsigned char *bytes) {
-    query_bind_int(query, segment->claim->sequence);
-    query_bind_int(query, segment->claim->token);
-    query_bind_int(query, segment->index);
-    query_bind_bytes(query, bytes, segment->length);
+    query_bind(query, of_int(segment->claim->sequence), of_int(segment->claim->token),
+               of_int(segment->index), of_bytes(bytes, segment->length));
 }
 
 enum store_answer postgres_result_append(struct store *store, struct store_segment *segment) {
@@ -90,7 +88,7 @@ enum store_answer postgres_result_append(struct store *store, struct store_segme
     if (!bytes)
         return STORE_DOWN;
     struct query query = postgres_query(store, segment->index ? append_sql : append_first_sql);
-    query_bind_int(&query, segment->number);
+    query_bind(&query, of_int(segment->number));
     bind_segment(&query, segment, bytes);
     bool found = query_row(&query);
     if (found)
@@ -105,10 +103,9 @@ static enum store_answer commit_own(struct store *store, struct store_segment *s
     struct query query =
         postgres_query_now(store, segment->number ? commit_begun_sql : commit_new_sql);
     bind_segment(&query, segment, bytes);
-    query_bind_int(&query, segment->total);
-    query_bind_text(&query, segment->summary);
+    query_bind(&query, of_int(segment->total), of_text(segment->summary));
     if (segment->number)
-        query_bind_int(&query, segment->number);
+        query_bind(&query, of_int(segment->number));
     bool found = query_row(&query);
     if (found)
         segment->number = query_int(&query, 0);
@@ -118,8 +115,7 @@ static enum store_answer commit_own(struct store *store, struct store_segment *s
 
 static enum store_answer commit_twin(struct store *store, struct store_segment *segment) {
     struct query query = postgres_query_now(store, commit_twin_sql);
-    query_bind_int(&query, segment->claim->sequence);
-    query_bind_int(&query, segment->claim->token);
+    query_bind(&query, of_int(segment->claim->sequence), of_int(segment->claim->token));
     enum store_answer answer = query_find(&query, STORE_CONFLICT);
     if (answer != STORE_OK)
         return answer;
@@ -150,7 +146,7 @@ enum store_answer postgres_result_drop(struct store *store, int64_t number) {
     struct query query = postgres_query(store, "UPDATE draped.results SET state = " SQL_DOOMED
                                                " WHERE number = $1 AND state = " SQL_BUILDING
                                                " RETURNING " POSTGRES_LAZY);
-    query_bind_int(&query, number);
+    query_bind(&query, of_int(number));
     query_row(&query);
     return query_end(&query);
 }

@@ -41,15 +41,9 @@ enum store_answer postgres_begin_round(struct store *store, const struct store_c
         next += snprintf(next, NUMBER_SIZE, "%lld%s", (long long)round->variants[k], comma);
     }
     struct query query = postgres_query_now(store, begin_sql);
-    query_bind_int(&query, claim->sequence);
-    query_bind_int(&query, claim->token);
-    query_bind_int(&query, (int64_t)round->count);
-    query_bind_bytes(&query, round->tasks, round->count * round->length);
-    query_bind_text(&query, ids);
-    query_bind_text(&query, variants);
-    query_bind_int(&query, round->done);
-    query_bind_int(&query, round->total);
-    query_bind_text(&query, round->best);
+    query_bind(&query, of_int(claim->sequence), of_int(claim->token), of_int((int64_t)round->count),
+               of_bytes(round->tasks, round->count * round->length), of_text(ids),
+               of_text(variants), of_int(round->done), of_int(round->total), of_text(round->best));
     enum store_answer answer = ids && variants ? query_find(&query, STORE_CONFLICT) : STORE_DOWN;
     free(ids);
     free(variants);
@@ -67,9 +61,7 @@ enum store_answer postgres_end_task(struct store *store, const struct store_clai
                " kept AS (INSERT INTO draped.task_numbers (parent, round, position, bytes)"
                "  SELECT parent, round, position, $4 FROM ended)"
                " SELECT 1, " POSTGRES_LAZY " FROM ended");
-    query_bind_int(&query, claim->sequence);
-    query_bind_int(&query, claim->token);
-    query_bind_bytes(&query, numbers, length);
-    query_bind_int(&query, spent);
+    query_bind(&query, of_int(claim->sequence), of_int(claim->token), of_bytes(numbers, length),
+               of_int(spent));
     return query_find(&query, STORE_CONFLICT);
 }

@@ -89,7 +89,7 @@ enum store_answer postgres_step(struct store *store, enum store_step step, int64
         [STORE_STEP_SHRINK] = {shrink_sql, 0},
     };
     struct query query = postgres_query_now(store, steps[step].sql);
-    query_bind_int(&query, steps[step].bound);
+    query_bind(&query, of_int(steps[step].bound));
     *done = query_row(&query) ? query_int(&query, 0) : 0;
     return query_end_found(&query, *done > 0, STORE_EMPTY);
 }
@@ -108,8 +108,7 @@ enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COU
         "),"
         " EXISTS (SELECT 1 FROM draped.results WHERE state <> " SQL_COMPLETE
         " AND state = " SQL_DOOMED "), " POSTGRES_NOW);
-    query_bind_int(&query, store->options.retention_us);
-    query_bind_int(&query, store->options.records_us);
+    query_bind(&query, of_int(store->options.retention_us), of_int(store->options.records_us));
     if (query_row(&query)) {
         for (int k = 0; k < 4; k++)
             due[columns[k]] = query_int(&query, k) != 0;

@@ -32,9 +32,7 @@ static const char pick_sql[] =
 static enum store_answer pick_job(const struct sqlite_store *store, struct db *db, int64_t most,
                                   bool fresh, struct store_claim *claim, int64_t *result) {
     struct query query = db_query(db, pick_sql);
-    query_bind_int(&query, most);
-    query_bind_int(&query, fresh);
-    query_bind_int(&query, sqlite_now(store));
+    query_bind(&query, of_int(most), of_int(fresh), of_int(sqlite_now(store)));
     bool any = query_row(&query);
     if (any) {
         claim->sequence = query_int(&query, 0);
@@ -61,10 +59,8 @@ static enum store_answer succeed_at_once(const struct sqlite_store *store, struc
     struct query query = db_query(db, "UPDATE jobs SET status = " SQL_SUCCEEDED
                                       ", progress = 1, started = ?1, finished = ?1,"
                                       " result = ?2, token = ?3 WHERE sequence = ?4");
-    query_bind_int(&query, sqlite_now(store));
-    query_bind_int(&query, result);
-    query_bind_int(&query, claim->token);
-    query_bind_int(&query, claim->sequence);
+    query_bind(&query, of_int(sqlite_now(store)), of_int(result), of_int(claim->token),
+               of_int(claim->sequence));
     return query_run(&query);
 }
 
@@ -74,12 +70,9 @@ static enum store_answer hand_out(struct sqlite_store *store, struct db *db,
                                       ", progress = 0, attempts = ?2, started ="
                                       " CASE WHEN round > 0 THEN started ELSE ?1 END,"
                                       " token = ?3, lease = ?4, holder = ?5 WHERE sequence = ?6");
-    query_bind_int(&query, sqlite_now(store));
-    query_bind_int(&query, claim->attempts);
-    query_bind_int(&query, claim->token);
-    query_bind_int(&query, sqlite_steady(store) + sqlite_options(store)->lease_us);
-    query_bind_text(&query, process_lock_name(sqlite_process(store)));
-    query_bind_int(&query, claim->sequence);
+    query_bind(&query, of_int(sqlite_now(store)), of_int(claim->attempts), of_int(claim->token),
+               of_int(sqlite_steady(store) + sqlite_options(store)->lease_us),
+               of_text(process_lock_name(sqlite_process(store))), of_int(claim->sequence));
     return query_run(&query);
 }
 
@@ -136,7 +129,7 @@ enum store_answer sqlite_starving(struct store *store, bool fresh) {
     struct query query = sqlite_read(
         store, "SELECT 1 FROM owners INDEXED BY owners_turn WHERE queued > 0 AND running = 0"
                " AND (NOT ? OR queued > tasks AND turn <= (SELECT n FROM turns)) LIMIT 1");
-    query_bind_int(&query, fresh);
+    query_bind(&query, of_int(fresh));
     return query_find(&query, STORE_EMPTY);
 }
 
@@ -156,10 +149,9 @@ static enum store_answer renew_operation(struct sqlite_store *store, struct db *
     struct query query =
         db_query(db, "UPDATE jobs SET lease = ?, progress = max(progress, ?)"
                      " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, sqlite_steady(store) + sqlite_options(store)->lease_us);
-    query_bind_real(&query, holding->progress);
-    query_bind_int(&query, holding->claim->sequence);
-    query_bind_int(&query, holding->claim->token);
+    query_bind(&query, of_int(sqlite_steady(store) + sqlite_options(store)->lease_us),
+               of_real(holding->progress), of_int(holding->claim->sequence),
+               of_int(holding->claim->token));
     return db_change(&query, STORE_CONFLICT);
 }
 
@@ -176,10 +168,8 @@ static enum store_answer fail_operation(struct sqlite_store *store, struct db *d
     struct query query = db_query(
         db, "UPDATE jobs SET status = " SQL_FAILED ", finished = ?, error = ?, lease = NULL,"
             " holder = NULL WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, sqlite_now(store));
-    query_bind_text(&query, holding->error);
-    query_bind_int(&query, holding->claim->sequence);
-    query_bind_int(&query, holding->claim->token);
+    query_bind(&query, of_int(sqlite_now(store)), of_text(holding->error),
+               of_int(holding->claim->sequence), of_int(holding->claim->token));
     return db_change(&query, STORE_CONFLICT);
 }
 
@@ -197,20 +187,18 @@ static enum store_answer requeue_operation(struct sqlite_store *store, struct db
         db, "UPDATE jobs SET status = " SQL_QUEUED ", progress = 0, lease = NULL, holder = NULL,"
             " started = CASE WHEN round > 0 THEN started ELSE 0 END, excused = excused + ?,"
             " task = coalesce(?, task) WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, holding->excused);
+    query_bind(&query, of_int(holding->excused));
     if (holding->task)
-        query_bind_bytes(&query, holding->task, holding->claim->task_length);
+        query_bind(&query, of_bytes(holding->task, holding->claim->task_length));
     else
-        query_bind_text(&query, NULL);
-    query_bind_int(&query, holding->claim->sequence);
-    query_bind_int(&query, holding->claim->token);
+        query_bind(&query, of_text(NULL));
+    query_bind(&query, of_int(holding->claim->sequence), of_int(holding->claim->token));
     enum store_answer answer = db_change(&query, STORE_CONFLICT);
     if (answer != STORE_OK || !holding->later)
         return answer;
     query = db_query(db, "UPDATE owners SET turn = (SELECT n FROM turns) + ?1 WHERE owner ="
                          " (SELECT owner FROM jobs WHERE sequence = ?2)");
-    query_bind_int(&query, holding->later);
-    query_bind_int(&query, holding->claim->sequence);
+    query_bind(&query, of_int(holding->later), of_int(holding->claim->sequence));
     return query_run(&query);
 }
 
@@ -261,12 +249,9 @@ static enum store_answer take_operation(struct sqlite_store *store, struct db *d
     struct query query = db_query(db, "UPDATE jobs SET token = token + 1, lease = ?, holder = ?"
                                       " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING
                                       " AND (? OR lease < ?)");
-    query_bind_int(&query, now + sqlite_options(store)->lease_us);
-    query_bind_text(&query, process_lock_name(sqlite_process(store)));
-    query_bind_int(&query, ended->claim.sequence);
-    query_bind_int(&query, ended->claim.token);
-    query_bind_int(&query, ended->holder_gone);
-    query_bind_int(&query, now);
+    query_bind(&query, of_int(now + sqlite_options(store)->lease_us),
+               of_text(process_lock_name(sqlite_process(store))), of_int(ended->claim.sequence),
+               of_int(ended->claim.token), of_int(ended->holder_gone), of_int(now));
     return db_change(&query, STORE_CONFLICT);
 }
 

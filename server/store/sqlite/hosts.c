@@ -14,9 +14,8 @@ static enum store_answer beat_operation(struct sqlite_store *store, struct db *d
     const struct store_host *host = context;
     int64_t now = sqlite_now(store);
     struct query query = db_query(db, "DELETE FROM hosts WHERE name <> ? AND (? OR seen < ?)");
-    query_bind_text(&query, host->name);
-    query_bind_int(&query, !sqlite_options(store)->shared);
-    query_bind_int(&query, now - STORE_FORGOTTEN_US);
+    query_bind(&query, of_text(host->name), of_int(!sqlite_options(store)->shared),
+               of_int(now - STORE_FORGOTTEN_US));
     enum store_answer answer = query_run(&query);
     if (answer != STORE_OK)
         return answer;
@@ -25,13 +24,8 @@ static enum store_answer beat_operation(struct sqlite_store *store, struct db *d
                          " role = excluded.role, version = excluded.version,"
                          " workers = excluded.workers, busy = excluded.busy,"
                          " seen = max(seen + 1, excluded.seen)");
-    query_bind_text(&query, host->name);
-    query_bind_text(&query, host->host);
-    query_bind_text(&query, host->role);
-    query_bind_text(&query, host->version);
-    query_bind_int(&query, host->workers);
-    query_bind_int(&query, host->busy);
-    query_bind_int(&query, now);
+    query_bind(&query, of_text(host->name), of_text(host->host), of_text(host->role),
+               of_text(host->version), of_int(host->workers), of_int(host->busy), of_int(now));
     answer = query_run(&query);
     if (answer == STORE_OK)
         answer = db_run(db, usable_sql);
@@ -52,7 +46,7 @@ enum store_answer sqlite_beat(struct store *store, const struct store_host *host
 static enum store_answer leave_operation(struct sqlite_store *store, struct db *db, void *context) {
     (void)store;
     struct query query = db_query(db, "DELETE FROM hosts WHERE name = ?");
-    query_bind_text(&query, context);
+    query_bind(&query, of_text(context));
     return query_run(&query);
 }
 

@@ -21,11 +21,8 @@ static enum store_answer put_operation(struct sqlite_store *store, struct db *db
     struct query query = db_query(
         db, OF_KIND("INSERT INTO ", " (id, owner, created, description, definition)"
                                     " VALUES (?, ?, ?, ?, ?) ON CONFLICT (id, owner) DO NOTHING"));
-    query_bind_text(&query, item->id);
-    query_bind_text(&query, item->owner);
-    query_bind_int(&query, sqlite_now(store));
-    query_bind_text(&query, item->description);
-    query_bind_bytes(&query, item->definition, item->definition_length);
+    query_bind(&query, of_text(item->id), of_text(item->owner), of_int(sqlite_now(store)),
+               of_text(item->description), of_bytes(item->definition, item->definition_length));
     enum store_answer answer = query_run(&query);
     put->created = db_changes(db) > 0;
     return answer;
@@ -58,15 +55,13 @@ static enum store_answer delete_operation(struct sqlite_store *store, struct db 
         query = db_query(db, "SELECT 1 FROM jobs WHERE surface = ?1 AND status < " SQL_FIRST_ENDED
                              " AND (?2 IS NULL OR owner = ?2 OR NOT EXISTS"
                              " (SELECT 1 FROM surfaces WHERE id = ?1 AND owner <> ?2)) LIMIT 1");
-        query_bind_text(&query, named->id);
-        query_bind_text(&query, named->owner);
+        query_bind(&query, of_text(named->id), of_text(named->owner));
         enum store_answer used = query_find(&query, STORE_EMPTY);
         if (used != STORE_EMPTY)
             return used == STORE_OK ? STORE_CONFLICT : used;
     }
     query = db_query(db, OF_KIND("DELETE FROM ", " WHERE id = ?1 AND (?2 IS NULL OR owner = ?2)"));
-    query_bind_text(&query, named->id);
-    query_bind_text(&query, named->owner);
+    query_bind(&query, of_text(named->id), of_text(named->owner));
     return db_change(&query, STORE_EMPTY);
 }
 

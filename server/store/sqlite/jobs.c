@@ -25,8 +25,7 @@ static enum store_answer find_key(struct db *db, struct submit *submit) {
     struct store_receipt *receipt = submit->receipt;
     struct query query =
         db_query(db, "SELECT id, status, key_digest, kind FROM jobs WHERE owner = ? AND key = ?");
-    query_bind_text(&query, submit->owner);
-    query_bind_text(&query, submit->submission->key);
+    query_bind(&query, of_text(submit->owner), of_text(submit->submission->key));
     enum store_answer found = STORE_EMPTY;
     if (query_row(&query)) {
         size_t length = 0;
@@ -45,7 +44,7 @@ static enum store_answer find_key(struct db *db, struct submit *submit) {
 
 static enum store_answer surface_stored(struct db *db, const char *id) {
     struct query query = db_query(db, "SELECT 1 FROM surfaces WHERE id = ?");
-    query_bind_text(&query, id);
+    query_bind(&query, of_text(id));
     return query_find(&query, STORE_EMPTY);
 }
 
@@ -71,7 +70,7 @@ static enum store_answer find_room(struct sqlite_store *store, struct db *db, st
     struct store_usage usage = {0};
     struct query query = db_query(db, "SELECT n, queued - tasks, results + others FROM counts"
                                       " LEFT JOIN owners ON owner = ? WHERE status = " SQL_QUEUED);
-    query_bind_text(&query, submit->owner);
+    query_bind(&query, of_text(submit->owner));
     if (query_row(&query)) {
         waiting = query_int(&query, 0);
         usage.queued = query_int(&query, 1);
@@ -93,8 +92,7 @@ static enum store_answer find_room(struct sqlite_store *store, struct db *db, st
 
 static enum store_answer insert_request(struct db *db, const void *bytes, size_t length) {
     struct query query = db_query(db, "INSERT INTO requests (job, bytes) VALUES (?, ?)");
-    query_bind_int(&query, db_last_row(db));
-    query_bind_bytes(&query, bytes, length);
+    query_bind(&query, of_int(db_last_row(db)), of_bytes(bytes, length));
     return query_run(&query);
 }
 
@@ -106,24 +104,15 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
             " created, started, finished, progress, result, request_bytes, origin, kind, total)"
             " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0), ?, ?, ?, ?)");
     int64_t ended = result ? submit->now : 0;
-    query_bind_text(&query, submit->receipt->id);
-    query_bind_int(&query, result ? STORE_SUCCEEDED : STORE_QUEUED);
-    query_bind_int(&query, store_rank(submission, submit->now));
-    query_bind_int(&query, submission->priority);
-    query_bind_text(&query, submit->owner);
-    query_bind_text(&query, submission->digest);
-    query_bind_text(&query, submit->surface);
-    query_bind_text(&query, submission->key);
-    query_bind_bytes(&query, submit->key_digest, submission->key ? KEY_DIGEST_BYTES : 0);
-    query_bind_int(&query, submit->now);
-    query_bind_int(&query, ended);
-    query_bind_int(&query, ended);
-    query_bind_real(&query, result ? 1.0 : 0.0);
-    query_bind_int(&query, result);
-    query_bind_int(&query, (int64_t)submission->request_length);
-    query_bind_text(&query, submission->origin);
-    query_bind_int(&query, submission->kind);
-    query_bind_int(&query, submission->total);
+    query_bind(&query, of_text(submit->receipt->id),
+               of_int(result ? STORE_SUCCEEDED : STORE_QUEUED),
+               of_int(store_rank(submission, submit->now)), of_int(submission->priority),
+               of_text(submit->owner), of_text(submission->digest), of_text(submit->surface),
+               of_text(submission->key),
+               of_bytes(submit->key_digest, submission->key ? KEY_DIGEST_BYTES : 0),
+               of_int(submit->now), of_int(ended), of_int(ended), of_real(result ? 1.0 : 0.0),
+               of_int(result), of_int((int64_t)submission->request_length),
+               of_text(submission->origin), of_int(submission->kind), of_int(submission->total));
     return query_run(&query);
 }
 
@@ -136,8 +125,7 @@ static enum store_answer submit_new(struct sqlite_store *store, struct db *db,
         return answer;
     struct query query = db_query(db, "SELECT number FROM results WHERE owner = ? AND digest = ?"
                                       " AND state = " SQL_COMPLETE);
-    query_bind_text(&query, submit->owner);
-    query_bind_text(&query, submission->digest);
+    query_bind(&query, of_text(submit->owner), of_text(submission->digest));
     int64_t result = query_row(&query) ? query_int(&query, 0) : 0;
     answer = query_end(&query);
     if (answer == STORE_OK)
@@ -173,9 +161,7 @@ static enum store_answer insert_member(struct db *db, const struct submit *submi
     if (answer != STORE_OK)
         return answer;
     struct query query = db_query(db, "UPDATE jobs SET parent = ?, position = ? WHERE id = ?");
-    query_bind_int(&query, parent);
-    query_bind_int(&query, (int64_t)part);
-    query_bind_text(&query, receipt.id);
+    query_bind(&query, of_int(parent), of_int((int64_t)part), of_text(receipt.id));
     return query_run(&query);
 }
 
@@ -193,9 +179,8 @@ static enum store_answer submit_family(struct sqlite_store *store, struct db *db
     struct query query = db_query(db, "UPDATE jobs SET status = " SQL_WAITING
                                       ", round = 1, started = created, open = ?, total = ?"
                                       " WHERE sequence = ?");
-    query_bind_int(&query, (int64_t)submit->family->count);
-    query_bind_int(&query, (int64_t)submit->family->count);
-    query_bind_int(&query, parent);
+    query_bind(&query, of_int((int64_t)submit->family->count),
+               of_int((int64_t)submit->family->count), of_int(parent));
     answer = query_run(&query);
     if (answer == STORE_OK)
         answer = insert_request(db, submission->request, submission->request_length);
@@ -267,13 +252,12 @@ static enum store_answer cancel_operation(struct sqlite_store *store, struct db 
     struct query query = db_query(db, "UPDATE jobs SET status = " SQL_CANCELLED
                                       ", finished = ?, lease = NULL, holder = NULL"
                                       " WHERE id = ? AND status < " SQL_FIRST_ENDED);
-    query_bind_int(&query, sqlite_now(store));
-    query_bind_text(&query, id);
+    query_bind(&query, of_int(sqlite_now(store)), of_text(id));
     enum store_answer answer = query_run(&query);
     if (answer != STORE_OK || db_changes(db) > 0)
         return answer;
     query = db_query(db, "SELECT 1 FROM jobs WHERE id = ?");
-    query_bind_text(&query, id);
+    query_bind(&query, of_text(id));
     answer = query_find(&query, STORE_EMPTY);
     return answer == STORE_OK ? STORE_CONFLICT : answer;
 }
@@ -286,7 +270,7 @@ static enum store_answer remove_operation(struct sqlite_store *store, struct db 
                                           void *context) {
     (void)store;
     struct query query = db_query(db, "SELECT sequence, result FROM jobs WHERE id = ?");
-    query_bind_text(&query, context);
+    query_bind(&query, of_text(context));
     bool known = query_row(&query);
     int64_t sequence = known ? query_int(&query, 0) : 0;
     int64_t result = known ? query_int(&query, 1) : 0;
@@ -294,12 +278,12 @@ static enum store_answer remove_operation(struct sqlite_store *store, struct db 
     if (answer != STORE_OK)
         return answer;
     query = db_query(db, "DELETE FROM requests WHERE job = ?");
-    query_bind_int(&query, sequence);
+    query_bind(&query, of_int(sequence));
     answer = query_run(&query);
     if (answer != STORE_OK)
         return answer;
     query = db_query(db, "DELETE FROM jobs WHERE sequence = ?");
-    query_bind_int(&query, sequence);
+    query_bind(&query, of_int(sequence));
     answer = query_run(&query);
     return answer == STORE_OK && result ? sqlite_result_forget(db, result) : answer;
 }

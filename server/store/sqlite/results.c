@@ -14,9 +14,9 @@ static enum store_answer insert_chunks(struct db *db, const struct store_segment
     for (size_t at = 0; at < segment->length && answer == STORE_OK; at += STORE_CHUNK_BYTES) {
         size_t left = segment->length - at;
         struct query query = db_query(db, "INSERT INTO chunks (id, bytes) VALUES (?, ?)");
-        query_bind_int(&query, row++);
-        query_bind_bytes(&query, segment->chunks[at / STORE_CHUNK_BYTES],
-                         left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES);
+        query_bind(&query, of_int(row++),
+                   of_bytes(segment->chunks[at / STORE_CHUNK_BYTES],
+                            left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES));
         answer = query_run(&query);
     }
     return answer;
@@ -29,11 +29,8 @@ static enum store_answer insert_result(struct db *db, const struct store_segment
         db_query(db, "INSERT INTO results (owner, digest, state, job, token, length, summary)"
                      " SELECT owner, digest, ?, sequence, token, ?, ? FROM jobs"
                      " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, state);
-    query_bind_int(&query, segment->total);
-    query_bind_text(&query, segment->summary);
-    query_bind_int(&query, segment->claim->sequence);
-    query_bind_int(&query, segment->claim->token);
+    query_bind(&query, of_int(state), of_int(segment->total), of_text(segment->summary),
+               of_int(segment->claim->sequence), of_int(segment->claim->token));
     enum store_answer answer = db_change(&query, STORE_CONFLICT);
     *number = db_last_row(db);
     return answer;
@@ -51,7 +48,7 @@ static enum store_answer append_operation(struct sqlite_store *store, struct db 
         struct query query = db_query(
             db, "SELECT 1 FROM results r JOIN jobs j ON j.sequence = r.job AND j.token = r.token"
                 " WHERE r.number = ? AND r.state = " SQL_BUILDING " AND j.status = " SQL_RUNNING);
-        query_bind_int(&query, segment->number);
+        query_bind(&query, of_int(segment->number));
         answer = query_find(&query, STORE_CONFLICT);
     }
     return answer == STORE_OK ? insert_chunks(db, segment, segment->number) : answer;
@@ -70,8 +67,7 @@ enum store_answer sqlite_result_append(struct store *store, struct store_segment
 
 static enum store_answer set_state(struct db *db, int64_t number, int state) {
     struct query query = db_query(db, "UPDATE results SET state = ? WHERE number = ?");
-    query_bind_int(&query, state);
-    query_bind_int(&query, number);
+    query_bind(&query, of_int(state), of_int(number));
     return query_run(&query);
 }
 
@@ -79,9 +75,7 @@ static enum store_answer complete_result(struct db *db, const struct store_segme
     struct query query =
         db_query(db, "UPDATE results SET state = " SQL_COMPLETE
                      ", length = ?, summary = ? WHERE number = ? AND state = " SQL_BUILDING);
-    query_bind_int(&query, segment->total);
-    query_bind_text(&query, segment->summary);
-    query_bind_int(&query, segment->number);
+    query_bind(&query, of_int(segment->total), of_text(segment->summary), of_int(segment->number));
     return db_change(&query, STORE_CONFLICT);
 }
 
@@ -92,7 +86,7 @@ static enum store_answer finish_result(struct db *db, struct store_segment *segm
     struct query query =
         db_query(db, "SELECT r.number FROM jobs j JOIN results r ON r.owner = j.owner AND"
                      " r.digest = j.digest AND r.state = " SQL_COMPLETE " WHERE j.sequence = ?");
-    query_bind_int(&query, segment->claim->sequence);
+    query_bind(&query, of_int(segment->claim->sequence));
     *number = query_row(&query) ? query_int(&query, 0) : 0;
     enum store_answer answer = query_end(&query);
     if (answer != STORE_OK)
@@ -119,10 +113,8 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
         db,
         "UPDATE jobs SET status = " SQL_SUCCEEDED ", progress = 1, finished = ?, result = ?,"
         " lease = NULL, holder = NULL WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, sqlite_now(store));
-    query_bind_int(&query, number);
-    query_bind_int(&query, segment->claim->sequence);
-    query_bind_int(&query, segment->claim->token);
+    query_bind(&query, of_int(sqlite_now(store)), of_int(number), of_int(segment->claim->sequence),
+               of_int(segment->claim->token));
     return db_change(&query, STORE_CONFLICT);
 }
 
@@ -144,6 +136,6 @@ enum store_answer sqlite_result_drop(struct store *store, int64_t number) {
 enum store_answer sqlite_result_forget(struct db *db, int64_t number) {
     struct query query = db_query(db, "UPDATE results SET state = " SQL_DOOMED " WHERE number = ?1"
                                       " AND NOT EXISTS (SELECT 1 FROM jobs WHERE result = ?1)");
-    query_bind_int(&query, number);
+    query_bind(&query, of_int(number));
     return query_run(&query);
 }

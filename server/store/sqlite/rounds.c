@@ -26,12 +26,8 @@ static enum store_answer begin_operation(struct sqlite_store *store, struct db *
         "UPDATE jobs SET status = " SQL_WAITING ", round = round + 1, open = ?,"
         " done = ?, total = ?, summary = ?, attempts = 0, excused = 0, lease = NULL, holder = NULL"
         " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, (int64_t)round->count);
-    query_bind_int(&query, round->done);
-    query_bind_int(&query, round->total);
-    query_bind_text(&query, round->best);
-    query_bind_int(&query, step->claim->sequence);
-    query_bind_int(&query, step->claim->token);
+    query_bind(&query, of_int((int64_t)round->count), of_int(round->done), of_int(round->total),
+               of_text(round->best), of_int(step->claim->sequence), of_int(step->claim->token));
     enum store_answer answer = db_change(&query, STORE_CONFLICT);
     for (size_t k = 0; k < round->count && answer == STORE_OK; k++) {
         char id[ID_SIZE];
@@ -41,11 +37,9 @@ static enum store_answer begin_operation(struct sqlite_store *store, struct db *
                 " created, kind, parent, round, position, total, task)"
                 " SELECT ?, " SQL_QUEUED ", rank, priority, owner, '', surface, origin, created,"
                 " " SQL_TASK ", sequence, round, ?, ?, ? FROM jobs WHERE sequence = ?");
-        query_bind_text(&query, id);
-        query_bind_int(&query, (int64_t)k);
-        query_bind_int(&query, round->variants[k]);
-        query_bind_bytes(&query, (const char *)round->tasks + k * round->length, round->length);
-        query_bind_int(&query, step->claim->sequence);
+        query_bind(&query, of_text(id), of_int((int64_t)k), of_int(round->variants[k]),
+                   of_bytes((const char *)round->tasks + k * round->length, round->length),
+                   of_int(step->claim->sequence));
         answer = query_run(&query);
     }
     return answer;
@@ -67,17 +61,15 @@ static enum store_answer end_operation(struct sqlite_store *store, struct db *db
         db, "INSERT INTO task_numbers (parent, round, position, bytes) SELECT parent, round, "
             "position, ? FROM jobs"
             " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_bytes(&query, step->numbers, step->length);
-    query_bind_int(&query, step->claim->sequence);
-    query_bind_int(&query, step->claim->token);
+    query_bind(&query, of_bytes(step->numbers, step->length), of_int(step->claim->sequence),
+               of_int(step->claim->token));
     enum store_answer answer = db_change(&query, STORE_CONFLICT);
     if (answer != STORE_OK)
         return answer;
     query = db_query(db, "UPDATE jobs SET status = " SQL_SUCCEEDED ", finished = ?, spent = ?,"
                          " lease = NULL, holder = NULL, task = NULL WHERE sequence = ?");
-    query_bind_int(&query, sqlite_now(store));
-    query_bind_int(&query, step->spent);
-    query_bind_int(&query, step->claim->sequence);
+    query_bind(&query, of_int(sqlite_now(store)), of_int(step->spent),
+               of_int(step->claim->sequence));
     return query_run(&query);
 }
 

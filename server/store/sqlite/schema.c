@@ -276,8 +276,7 @@ static bool fill_empty_file(struct db *db) {
         db_script(db, families) != STORE_OK)
         return false;
     query = db_query(db, "INSERT INTO schema_version VALUES (?, ?)");
-    query_bind_int(&query, STORE_SCHEMA);
-    query_bind_int(&query, clock_utc_us());
+    query_bind(&query, of_int(STORE_SCHEMA), of_int(clock_utc_us()));
     return query_run(&query) == STORE_OK;
 }
 

@@ -22,8 +22,7 @@ static struct query oldest_ended(struct db *db, bool expired, int64_t before) {
     struct query query =
         db_query(db, "SELECT sequence, result FROM jobs WHERE status >= " SQL_FIRST_ENDED
                      " AND expired = ? AND finished < ? ORDER BY finished LIMIT 1");
-    query_bind_int(&query, expired);
-    query_bind_int(&query, before);
+    query_bind(&query, of_int(expired), of_int(before));
     return query;
 }
 
@@ -38,7 +37,7 @@ static struct query oldest_of_largest(struct db *db) {
 
 static enum store_answer run_with(struct db *db, const char *sql, int64_t sequence) {
     struct query query = db_query(db, sql);
-    query_bind_int(&query, sequence);
+    query_bind(&query, of_int(sequence));
     return query_run(&query);
 }
 
@@ -131,9 +130,7 @@ static enum store_answer clear(struct sqlite_store *store, struct db *db, void *
     query = db_query(
         db, "DELETE FROM chunks WHERE id IN"
             " (SELECT id FROM chunks WHERE id >= ?1 << ?2 AND id < (?1 + 1) << ?2 LIMIT ?3)");
-    query_bind_int(&query, number);
-    query_bind_int(&query, STORE_CHUNKS_BITS);
-    query_bind_int(&query, CHUNKS_A_STEP);
+    query_bind(&query, of_int(number), of_int(STORE_CHUNKS_BITS), of_int(CHUNKS_A_STEP));
     answer = query_run(&query);
     if (answer == STORE_OK && db_changes(db) < CHUNKS_A_STEP)
         answer = run_with(db, "DELETE FROM results WHERE number = ?", number);
@@ -162,7 +159,7 @@ static enum store_answer shrink(struct sqlite_store *store, struct db *db, void 
 
 static bool any(struct db *db, const char *sql, int64_t value) {
     struct query query = db_query(db, sql);
-    query_bind_int(&query, value);
+    query_bind(&query, of_int(value));
     bool found = query_row(&query);
     return query_end(&query) == STORE_OK && found;
 }
