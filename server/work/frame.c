@@ -105,9 +105,9 @@ enum frame_state frame_expect(int fd, enum frame_type type, void *body, size_t l
                               int *file_count) {
     struct frame_head head;
     union frame_control control;
-    struct iovec part = {&head, sizeof head};
-    struct msghdr message = {.msg_iov = &part,
-                             .msg_iovlen = 1,
+    struct iovec parts[] = {{&head, sizeof head}, {body, length}};
+    struct msghdr message = {.msg_iov = parts,
+                             .msg_iovlen = 2,
                              .msg_control = files ? control.bytes : NULL,
                              .msg_controllen = files ? sizeof control.bytes : 0};
     ssize_t got = 0;
@@ -122,10 +122,11 @@ enum frame_state frame_expect(int fd, enum frame_type type, void *body, size_t l
         memcpy(files, sent ? CMSG_DATA(sent) : (unsigned char *)"",
                (size_t)*file_count * sizeof(int));
     }
-    if (!frame_receive(fd, (char *)&head + got, sizeof head - (size_t)got) ||
-        message.msg_flags & MSG_CTRUNC || head.type != type || head.length != length)
+    size_t have = (size_t)got, of_body = have > sizeof head ? have - sizeof head : 0;
+    bool good = have >= sizeof head || frame_receive(fd, (char *)&head + have, sizeof head - have);
+    if (!good || message.msg_flags & MSG_CTRUNC || head.type != type || head.length != length)
         return FRAME_BROKEN;
-    return frame_receive(fd, body, length) ? FRAME_READY : FRAME_BROKEN;
+    return frame_receive(fd, (char *)body + of_body, length - of_body) ? FRAME_READY : FRAME_BROKEN;
 }
 
 /* Whether it is all there. */
