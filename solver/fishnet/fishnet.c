@@ -80,7 +80,11 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
     double share2 = 0; /* the last step's size by the edge's, squared; 0 when it was shortened */
     double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
     struct vec3 b = cell->b->jet.r, c = cell->c->jet.r, from_r = c;
-    struct corner d = {.bd = cell->bd, .cd = cell->cd, .uv = {uv[0], uv[1]}};
+    struct corner d; /* member by member: clearing all of it takes as long as a step */
+    d.bd = cell->bd;
+    d.cd = cell->cd;
+    d.uv[0] = uv[0];
+    d.uv[1] = uv[1];
     square_chords(&d);
     for (int round = 0; round < NEWTON_MAX && !converged; round++) {
         surface_jet_at(surface, cursor, d.uv[0], d.uv[1], &d.jet);

@@ -78,11 +78,10 @@ static bool find_meeting(struct surface_cursor *cursor, const struct yarns *y, d
     struct vec3 end[2];
     for (int k = 0; k < 2; k++)
         end[k] = vec3_axpy(y->angle[k], y->by[k], y->path[k].to);
-    struct surface_point from = *d;
     struct vec3 middle = vec3_scale(0.5, vec3_add(end[0], end[1]));
     struct vec3 left = surface_point_projection(d, vec3_sub(middle, d->jet.r));
     if (!(vec3_norm2(left) <= enough / 8 * (enough / 8)) &&
-        !fishnet_pull_to(cursor, &from, middle, enough / 8, PULLS, d))
+        !fishnet_pull_to(cursor, d, middle, enough / 8, PULLS, d))
         return false;
     *above = 0;
     for (int k = 0; k < 2; k++)

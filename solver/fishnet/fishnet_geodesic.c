@@ -36,34 +36,17 @@ struct ray {
     struct vec3 end_tangent; /* in the tangent plane there */
 };
 
-double fishnet_end_moves(const struct surface_point *from, const struct surface_point *to,
-                         double d) {
-    double k = (surface_point_gauss_curvature(from) + surface_point_gauss_curvature(to)) / 2;
-    return d * (1 - fmin(k * d * d / 6, 0.5));
-}
-
-bool fishnet_close_gap(struct vec3 b, struct vec3 c, struct vec3 gap, double sine2,
-                       double angle[2]) {
-    struct vec3 normal = vec3_cross(b, c);
-    double area2 = vec3_norm2(normal);
-    angle[0] = vec3_dot(vec3_cross(gap, c), normal) / area2;
-    angle[1] = vec3_dot(vec3_cross(gap, b), normal) / area2;
-    return area2 > sine2 * vec3_norm2(b) * vec3_norm2(c);
-}
-
 bool fishnet_pull_to(struct surface_cursor *cursor, const struct surface_point *from,
                      struct vec3 target, double enough, int pulls, struct surface_point *to) {
-    struct surface_point begin = *from;
-    for (int pull = 0; pull < pulls; pull++) {
+    for (int pull = 0; pull < pulls; pull++, from = to) {
         double uv[2];
-        struct vec3 step = vec3_sub(target, begin.jet.r);
-        if (!surface_point_pull(begin.surface, cursor, &begin, step, uv) ||
-            !surface_point_at(begin.surface, cursor, uv, to))
+        struct vec3 step = vec3_sub(target, from->jet.r);
+        if (!surface_point_pull(from->surface, cursor, from, step, uv) ||
+            !surface_point_at(from->surface, cursor, uv, to))
             return false;
         struct vec3 left = surface_point_projection(to, vec3_sub(target, to->jet.r));
         if (vec3_norm2(left) < enough * enough)
             return true;
-        begin = *to;
     }
     return false;
 }

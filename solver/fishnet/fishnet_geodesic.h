@@ -52,16 +52,26 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
 
 /* How far the end of a geodesic of length d moves to the left for each radian of its direction: the
  * Jacobi field, by the mean of the Gaussian curvature at both ends. */
-double fishnet_end_moves(const struct surface_point *from, const struct surface_point *to,
-                         double d);
+static inline double fishnet_end_moves(const struct surface_point *from,
+                                       const struct surface_point *to, double d) {
+    double k = (surface_point_gauss_curvature(from) + surface_point_gauss_curvature(to)) / 2;
+    return d * (1 - fmin(k * d * d / 6, 0.5));
+}
 
 /* The angles for which angle[0] b - angle[1] c = gap, in the least-squares sense of the tangent
  * plane. False where the square of the sine between b and c is less than `sine2`. */
-bool fishnet_close_gap(struct vec3 b, struct vec3 c, struct vec3 gap, double sine2,
-                       double angle[2]);
+static inline bool fishnet_close_gap(struct vec3 b, struct vec3 c, struct vec3 gap, double sine2,
+                                     double angle[2]) {
+    struct vec3 normal = vec3_cross(b, c);
+    double area2 = vec3_norm2(normal);
+    angle[0] = vec3_dot(vec3_cross(gap, c), normal) / area2;
+    angle[1] = vec3_dot(vec3_cross(gap, b), normal) / area2;
+    return area2 > sine2 * vec3_norm2(b) * vec3_norm2(c);
+}
 
 /* Pulls at most so many times from the point `from` towards the point `target`, until `to` is as
- * near to that, along the surface, as is `enough`. False when it does not get there. */
+ * near to that, along the surface, as is `enough`; `to` may be `from`. False when it does not get
+ * there. */
 bool fishnet_pull_to(struct surface_cursor *cursor, const struct surface_point *from,
                      struct vec3 target, double enough, int pulls, struct surface_point *to);
 

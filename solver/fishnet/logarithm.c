@@ -249,12 +249,12 @@ static bool is_straight_enough(const struct chain *c, double most) {
 static bool move_points(struct chain *c, const double move[]) {
     const struct surface *surface = c->from[0]->surface;
     for (int k = 1; k < c->pieces; k++) {
-        struct surface_point *here = c->from[k], begin = *here;
+        struct surface_point *here = c->from[k];
         struct vec3 along = surface_point_tangent(here, vec3_sub(c->to[k]->jet.r, here->jet.r));
         struct vec3 left = vec3_cross(here->normal, along);
         if (c->axis[k] == ALONG) {
             struct vec3 target = vec3_axpy(move[k], left, here->jet.r);
-            if (!fishnet_pull_to(c->cursor, &begin, target, pull_share * c->piece[k].length, PULLS,
+            if (!fishnet_pull_to(c->cursor, here, target, pull_share * c->piece[k].length, PULLS,
                                  here))
                 return false;
             continue;

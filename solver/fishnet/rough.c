@@ -155,11 +155,11 @@ bool rough_estimate(const struct surface_point *p, const struct surface_point *q
     const struct departure from_p = departure_of(&d, 0), from_q = departure_of(&d, 1);
     double at_p, mean;
     chord_angles(&from_p, &from_q, &at_p, &mean);
-    double arc = sqrt(from_p.c2) / angle_sinc(mean);
+    double size = sqrt(from_p.c2), arc = size / angle_sinc(mean);
     struct turn turn = turn_between(&from_p, &from_q, at_p, mean, arc);
     double share = chord_share(&turn);
     *geodesic = (struct rough_geodesic){
-        .length = sqrt(from_p.c2) / share,
+        .length = size / share,
         .error = chord_error(&turn) + turn.wound,
         .angle = turn.unsure,
         .leave = {leave.x[0], leave.y[0], leave.z[0]},
