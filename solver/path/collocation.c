@@ -345,17 +345,18 @@ bool collocation_is_whole(const struct collocation *path, const struct surface_p
     const struct surface *surface = path->from->surface;
     const struct collocation_piece *last = &path->piece[path->pieces - 1];
     bool within = true;
-    for (int k = 0; k < 2 * path->pieces; k++) {
-        const struct collocation_piece *piece = &path->piece[k / 2];
-        const struct surface_axis *axis = &surface->axis[k % 2];
-        int span = piece->span[k % 2];
-        double low = axis->breaks[span], high = axis->breaks[span + 1], turn = piece->turn[k % 2];
-        double beyond = slack * (high - low);
-        low = span == 0 && !axis->closed ? -HUGE_VAL : low - beyond + turn;
-        high = span == axis->span_count - 1 && !axis->closed ? HUGE_VAL : high + beyond + turn;
-        for (int p = 0; p < COLLOCATION_POINTS; p++)
-            within = within && piece->uv[k % 2][p] >= low && piece->uv[k % 2][p] <= high;
-    }
+    for (int k = 0; k < path->pieces; k++)
+        for (int n = 0; n < 2; n++) {
+            const struct collocation_piece *piece = &path->piece[k];
+            const struct surface_axis *axis = &surface->axis[n];
+            int span = piece->span[n];
+            double low = axis->breaks[span], high = axis->breaks[span + 1];
+            double beyond = slack * (high - low), turn = piece->turn[n];
+            low = span == 0 && !axis->closed ? -HUGE_VAL : low - beyond + turn;
+            high = span == axis->span_count - 1 && !axis->closed ? HUGE_VAL : high + beyond + turn;
+            for (int p = 0; p < COLLOCATION_POINTS; p++)
+                within = within && piece->uv[n][p] >= low && piece->uv[n][p] <= high;
+        }
     if (!within)
         return false;
     return !surface->has_folds ||
