@@ -173,7 +173,7 @@ void reading::set_unit(const std::vector<std::string> &stated) {
     for (const std::string &word : stated) {
         const unit_name *here = find_unit(word);
         if (!here)
-            note("the file's unit \"" + word + "\" is not known here; lengths are in mm");
+            note("the file's unit \"" + word + "\" is not known; lengths are taken as mm");
         else if (unit && here != unit)
             note("the file's bodies have different units; all lengths are in " +
                  std::string(unit->ours));
@@ -440,11 +440,11 @@ void reading::walk(const TDF_Label &label, const TopLoc_Location &place, const s
 /* Why the file has no face to drape. */
 void reading::refuse_empty() {
     if (edges > 0)
-        throw unreadable("the file holds curves alone, " + count_text(edges, "edge") +
+        throw unreadable("the file holds only curves, " + count_text(edges, "edge") +
                          " and no face: export the surfaces or the solid");
     if (lost > 0)
         throw unreadable("none of the file's " + count_text(lost, "face") +
-                         " can be read, the first is " + lost_first + ": export it anew");
+                         " can be read, the first is " + lost_first + ": export the file again");
     if (!elsewhere.empty())
         throw unreadable("the file is an assembly of parts in other files, and no other file is "
                          "read: send one of them, or export all as one file. They are " +
@@ -460,7 +460,7 @@ void reading::note_contents() {
         note("left out: " + count_text(lost, "face") +
              " of the file that cannot be read, the first is " + lost_first);
     if (edges > 0)
-        note("left out: " + count_text(edges, "edge") + " of no face, for only faces are draped");
+        note("left out: " + count_text(edges, "edge") + " of no face; only faces are draped");
     for (const auto &[what, times] : healed)
         if (times > 0)
             note("healed: " + what + (times > 1 ? " (" + std::to_string(times) + " times)" : ""));
@@ -468,9 +468,8 @@ void reading::note_contents() {
         note(std::to_string(parts) +
              " bodies, each instance in its place: choose the faces to be draped");
     if (bodies > 0)
-        note(
-            "a solid: its faces are both skins and what lies between them; choose the tool side by "
-            "its faces, or by one face and all that are smooth from there");
+        note("a solid: its faces are both skins and the edges between them; choose the faces of "
+             "the tool side, or one face and all that join it smoothly");
 }
 
 /* All faces of the document, and what the file says of those that are not there. */
@@ -562,7 +561,7 @@ void check_numbers(const face &made) {
     auto check = [](const auto &values, double least) {
         for (double value : values)
             if (!(value >= least && value <= NUMBER_MAX))
-                throw unreadable("has numbers beyond those of any part");
+                throw unreadable("has numbers that are too large or not finite");
     };
     for (const auto &point : made.points)
         check(point, -NUMBER_MAX);
@@ -594,9 +593,9 @@ void reading::convert_face(int number, Bnd_Box &box) {
         result.numbers.push_back(number);
         BRepBndLib::Add(from.shape, box, false);
     } catch (const unreadable &why) {
-        wrong.push_back({std::string("left out, for it ") + why.what()});
+        wrong.push_back({std::string("left out because it ") + why.what()});
     } catch (const Standard_Failure &failure) {
-        wrong.push_back({std::string("left out, for it cannot be converted (") +
+        wrong.push_back({std::string("left out because it cannot be converted (") +
                          failure.DynamicType()->Name() + ")"});
     }
     wrong.insert(wrong.begin(), from.faults.begin(), from.faults.end());
@@ -606,11 +605,10 @@ void reading::convert_face(int number, Bnd_Box &box) {
 
 void check_face_count(size_t count) {
     if (count > FACES_MAX)
-        throw unreadable(
-            "the file has " + std::to_string(count) + " faces, and at most " +
-            std::to_string(FACES_MAX) +
-            " are imported at once: export those that are to be draped alone, or choose "
-            "some by drape-import --faces");
+        throw unreadable("the file has " + std::to_string(count) + " faces, but at most " +
+                         std::to_string(FACES_MAX) +
+                         " can be imported at once: export only those to be draped, or choose some "
+                         "with drape-import --faces");
 }
 
 part reading::convert() {
@@ -619,7 +617,7 @@ part reading::convert() {
     for (int number : numbers)
         if (number < 0 || number >= count)
             throw unreadable("face " + std::to_string(number) +
-                             " was asked for, and the file has " + std::to_string(count));
+                             " was asked for, but the file has " + std::to_string(count));
     for (int number = 0; wanted.faces.empty() && number < count; number++)
         numbers.push_back(number);
     check_face_count(numbers.size());

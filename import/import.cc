@@ -42,6 +42,6 @@ bool import_cad(const import_order *order, import_answer *answer) {
     } catch (const std::bad_alloc &) {
         return say_why(answer, "the file needs more memory than allowed");
     } catch (...) {
-        return say_why(answer, "the file breaks the reader");
+        return say_why(answer, "the reader crashed on this file");
     }
 }

@@ -236,7 +236,7 @@ static bool import_apart(const struct arguments *arguments, const struct import_
             snprintf(why, sizeof why, "takes longer to read than --time allows, %ld s",
                      arguments->seconds);
         else if (signal)
-            snprintf(why, sizeof why, "breaks the reader (%s)", sigdescr_np(signal));
+            snprintf(why, sizeof why, "crashed the reader (%s)", sigdescr_np(signal));
         files_complain(arguments->input, why);
         return false;
     }

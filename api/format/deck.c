@@ -42,11 +42,10 @@ static bool check_sides(const struct encoder *encoder, bool *upward, struct api_
     *upward = up >= down;
     if (up == 0 || down == 0 || fields->plies->ply_count == 1)
         return true;
-    api_problem_set(
-        problem, API_INVALID_REQUEST,
-        "%s has one sequence of plies for all elements, but %zu of them look to one side "
-        "and %zu, such as %d, to the other: turn those",
-        encoder->format->name, up, down, deck_element_id(fields, one));
+    api_problem_set(problem, API_INVALID_REQUEST,
+                    "%s has one sequence of plies for all elements, but %zu elements face one side "
+                    "and %zu, such as %d, the other: reverse those",
+                    encoder->format->name, up, down, deck_element_id(fields, one));
     return false;
 }
 
@@ -57,27 +56,26 @@ bool deck_begin(struct encoder *encoder, struct api_problem *problem) {
     const char *name = encoder->format->name;
     struct deck_state *state = encoder->state;
     if (!plies || plies->row_count == 0)
-        api_problem_set(
-            problem, API_INVALID_REQUEST,
-            "%s is of plies, but none of the %zu elements lies on the cloth; are they in "
-            "the drape's length unit and position?",
-            name, fields->element_count);
+        api_problem_set(problem, API_INVALID_REQUEST,
+                        "%s describes plies, but none of the %zu elements lies on the cloth: check "
+                        "the length unit and the position of the mesh",
+                        name, fields->element_count);
     else if (!plies->thickness)
         api_problem_set(problem, API_INVALID_REQUEST,
-                        "%s needs a thickness: fabric.thickness in the drape request", name);
+                        "%s needs a thickness: give fabric.thickness in the drape request", name);
     else if (plies->ply_count > DECK_PLIES_MAX)
-        api_problem_set(problem, API_TOO_LARGE, "%s is written of at most %d plies", name,
+        api_problem_set(problem, API_TOO_LARGE, "%s can hold at most %d plies", name,
                         DECK_PLIES_MAX);
     else if (largest_id(fields) > deck->id_max)
         api_problem_set(problem, API_TOO_LARGE,
-                        "%s has no room for the number %d of an element or vertex: at most %d",
-                        name, largest_id(fields), deck->id_max);
+                        "%s cannot hold the element or vertex number %d; the largest is %d", name,
+                        largest_id(fields), deck->id_max);
     else if (deck->one_sequence && !check_sides(encoder, &state->upward, problem))
         return false;
     else if (deck->reference && !plies->reference)
         api_problem_set(problem, API_INVALID_REQUEST,
-                        "%s needs reference=x,y,z: the direction that the stack has as VX, VY, "
-                        "VZ, from which its angles run",
+                        "%s needs reference=x,y,z: the VX, VY, VZ of the stack, from which its "
+                        "angles are measured",
                         name);
     else if (deck->grouping &&
              !stack_groups_make(&state->groups, fields, deck->grouping == DECK_BY_STACK,

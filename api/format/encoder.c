@@ -110,7 +110,8 @@ static bool select_columns(struct encoder *encoder, const struct api_column_sour
                 encoder->selected[encoder->count++] = columns[i];
     }
     if (encoder->count == 0)
-        api_problem_set(problem, API_INVALID_REQUEST, "fields: none of them is in the table %s",
+        api_problem_set(problem, API_INVALID_REQUEST,
+                        "fields: the table %s has none of these columns",
                         api_table_name(encoder->options.table));
     return encoder->count > 0;
 }
@@ -142,9 +143,9 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
     if (*table == first || *table == (study ? API_TABLE_BANDS : API_TABLE_CELLS))
         return select_columns(encoder, columns, count, fields, problem);
     api_problem_set(problem, API_INVALID_REQUEST,
-                    study ? "table: a study has variants and bands; those of its drapes are there "
-                            "with the parameter sample"
-                          : "table: a drape has nodes and cells");
+                    study ? "table: a study has the tables variants and bands; those of one of its "
+                            "drapes come with the parameter sample"
+                          : "table: a drape has the tables nodes and cells");
     return false;
 }
 

@@ -109,13 +109,13 @@ bool format_option(struct format_options *options, const char *name, const char 
     } known[OPTIONS] = {
         [PRECISION] = {"precision", "must be a whole number from 1 to 17"},
         [TABLE] = {"table",
-                   "must be nodes or cells, of a map cells or plies, of a study variants or bands"},
+                   "must be nodes or cells; of a map cells or plies; of a study variants or bands"},
         [VERSION] = {"lcmsim_version", "must be 2 or 3"},
         [FRACTION] = {"at_most_fiber_volume_fraction", "must be a number between 0 and 1"},
         [WITHIN] = {"within", "must be a number from 0 to 10, in degrees and percent of thickness"},
-        [ALLOWANCE] = {"allowance", "must be a number from 0 on, in the drape's length unit"},
-        [PART] = {"part", "must have at most 63 characters of ASCII, none of <>&\"'%"},
-        [PLY] = {"ply", "must have at most 63 characters of ASCII, none of <>&\"'%"},
+        [ALLOWANCE] = {"allowance", "must be 0 or more, in the drape's length unit"},
+        [PART] = {"part", "must have at most 63 ASCII characters, none of them <>&\"'%"},
+        [PLY] = {"ply", "must have at most 63 ASCII characters, none of them <>&\"'%"},
         [FIELDS] = {"fields", ""},
     };
     bool good = true;

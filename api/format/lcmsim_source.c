@@ -104,7 +104,8 @@ bool lcmsim_open(struct lcmsim_source *source, const struct map_fields *fields, 
         return false;
     }
     if (fields->vertex_count > LCMSIM_NUMBER_MAX || fields->element_count > LCMSIM_NUMBER_MAX / 2) {
-        api_problem_set(problem, API_TOO_LARGE, "the mesh has more elements than mesh.bdf can");
+        api_problem_set(problem, API_TOO_LARGE,
+                        "the mesh has more vertices or elements than mesh.bdf can hold");
         return false;
     }
     if (cap > 0)
@@ -114,8 +115,8 @@ bool lcmsim_open(struct lcmsim_source *source, const struct map_fields *fields, 
     if (left_out == fields->element_count)
         api_problem_set(
             problem, API_INVALID_REQUEST,
-            "none of the %zu elements can be filled: the fabric is packed too densely "
-            "everywhere (packing_exceeded); is the cavity too thin, or in another unit?",
+            "none of the %zu elements can be filled: the fabric is packed too densely everywhere "
+            "(packing_exceeded); check the thickness of the cavity and its unit",
             fields->element_count);
     return problem->id == API_OK;
 }

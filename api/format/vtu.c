@@ -133,8 +133,8 @@ static bool begin_vtu(struct encoder *encoder, struct api_problem *problem) {
         !vtk_add_tensor(file, fields->columns, fields->column_count) || !add_plies(fields, file) ||
         !add_mesh(fields, file)) {
         api_problem_set(problem, API_TOO_LARGE,
-                        "the mesh is too large for this format, or has too many plies: `fields` "
-                        "without plies.* leaves these out");
+                        "the mesh is too large for vtu, or has too many plies; to leave the plies "
+                        "out, give `fields` without plies.*");
         return false;
     }
     vtk_begin(encoder);

@@ -99,10 +99,10 @@ static bool split_line(struct bulk_reader *reader, struct bulk_card *card, int *
     const char *line = reader->line, *comma = strchr(line, ',');
     size_t whole = strlen(line), named = comma ? (size_t)(comma - line) : NAME_COLUMNS;
     if (reader->cut)
-        return MAP_REFUSE(reader->problem, "line %zu: is longer than %d columns", reader->number,
+        return MAP_REFUSE(reader->problem, "line %zu is longer than %d columns", reader->number,
                           BULK_COLUMNS - 1);
     if (!copy_trimmed(line, named < whole ? named : whole, head, BULK_NAME_SIZE))
-        return MAP_REFUSE(reader->problem, "line %zu: this is no card", reader->number);
+        return MAP_REFUSE(reader->problem, "line %zu: this is not a card", reader->number);
     size_t length = strlen(head);
     bool large = length > 0 && (head[0] == '*' || head[length - 1] == '*'), good = true;
     int field = *first;
@@ -141,18 +141,18 @@ bool bulk_next(struct bulk_reader *reader, struct bulk_card *card) {
     if (!next_card_line(reader)) {
         if (reader->bulk && !reader->ended)
             api_problem_set(reader->problem, API_INVALID_REQUEST,
-                            "line %zu: the file ends without ENDDATA: it is not whole",
+                            "line %zu: the file ends without ENDDATA, so a part of it is missing",
                             reader->number);
         return false;
     }
     memset(card, 0, sizeof *card);
     card->line = reader->number;
     if (is_continuation(reader->line))
-        return MAP_REFUSE(reader->problem, "line %zu: a continuation without its card%s",
-                          reader->number,
-                          reader->line[0] == '*'
-                              ? "; decks of Abaqus and CalculiX are not read, Nastran bulk data is"
-                              : "");
+        return MAP_REFUSE(
+            reader->problem, "line %zu: this continuation follows no card%s", reader->number,
+            reader->line[0] == '*'
+                ? "; decks of Abaqus and CalculiX are not read: export Nastran bulk data"
+                : "");
     if (!split_line(reader, card, &first, head))
         return false;
     size_t length = strcspn(head, " ");
@@ -182,7 +182,7 @@ bool bulk_id(const struct bulk_card *card, int index, const char *what, int32_t 
     *id = (int32_t)value;
     if (length > 0 && k == length && value > 0 && value <= ID_MAX)
         return true;
-    return MAP_REFUSE(problem, "line %zu: %s of %s is '%s', which is no whole number from 1 to %d",
+    return MAP_REFUSE(problem, "line %zu: %s of %s is '%s', not a whole number from 1 to %d",
                       card->line, what, card->name, text, ID_MAX);
 }
 
@@ -224,8 +224,8 @@ bool bulk_real(const struct bulk_card *card, int index, const char *what, double
     if (good && api_number_read(text, length, value) == length &&
         fabs(*value) <= MAP_COORDINATE_MAX)
         return true;
-    return MAP_REFUSE(problem, "line %zu: %s of %s is '%s', which is no number within +-1e12",
-                      card->line, what, card->name, card->field[index]);
+    return MAP_REFUSE(problem, "line %zu: %s of %s is '%s', not a number within +-1e12", card->line,
+                      what, card->name, card->field[index]);
 }
 
 bool bulk_point(const struct bulk_card *card, int first, struct vec3 *point,

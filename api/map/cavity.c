@@ -110,18 +110,17 @@ void cavity_warn(const struct cavity *cavity, struct api_map *map, const char *w
     const size_t count = cavity->target->element_count;
     if (cavity->packed)
         map_warn(map,
-                 "packing_exceeded: at %zu of %zu places a ply has more fibres than can be "
-                 "packed: the cavity is too thin, or the pressure too high",
+                 "packing_exceeded: at %zu of %zu points a ply has more fibres than can be packed: "
+                 "the cavity is too thin, or the pressure too high",
                  cavity->packed, count);
     if (cavity->loose)
         map_warn(map,
-                 "at %zu of %zu places the plies by themselves are thinner than the cavity: "
-                 "they would not fill it",
+                 "at %zu of %zu points the plies are thinner than the cavity and would not fill it",
                  cavity->loose, count);
     if (cavity->open)
         map_warn(map,
-                 "the punch is not above %zu of %zu places, within a tenth of its size: they "
-                 "have the %s's own cavity",
+                 "the punch is not above %zu of %zu points, within a tenth of its size: the %s's "
+                 "own cavity is used there",
                  cavity->open, count, whose);
 }
 

@@ -182,10 +182,8 @@ static bool mark_channel_elements(const struct mapping *mapping, const struct ap
             API_OK)
         return false;
     if (marked == 0)
-        map_warn(
-            map,
-            "edge_channel: no element has its middle so near to the rim of the cloth; is the width "
-            "in the drape's length unit?");
+        map_warn(map, "edge_channel: no element has its middle that close to the rim of the cloth; "
+                      "check that the width is in the drape's length unit");
     return true;
 }
 
@@ -246,7 +244,7 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
     }
     if (cavity_given(target) && !(target->cloth && target->cloth->fabric.thickness > 0)) {
         api_problem_set(problem, API_INVALID_REQUEST,
-                        "heights of the cavity need the fabric.thickness of the drape");
+                        "cavity heights need the fabric.thickness of the drape request");
         return problem->id;
     }
     map->fields = map_target_fields(target, map->columns);

@@ -134,14 +134,14 @@ static bool take_card(struct file *file, const struct bulk_card *card) {
         return take_id(card, 1, "the coordinate system", &file->grid_system, file->problem);
     if (strcmp(card->name, "INCLUDE") == 0)
         return MAP_REFUSE(file->problem,
-                          "line %zu: the file that INCLUDE names is not here: send one file with "
-                          "all of it",
+                          "line %zu: the file that INCLUDE names is not read: send one file with "
+                          "everything in it",
                           card->line);
     bool name = *card->name >= 'A' && *card->name <= 'Z'; /* then letters and digits */
     if (!name || card->name[strspn(card->name, letters)] != '\0')
-        return MAP_REFUSE(file->problem, "line %zu: this is no card%s", card->line,
+        return MAP_REFUSE(file->problem, "line %zu: this is not a card%s", card->line,
                           strcmp(card->name, "-1") == 0
-                              ? ": a universal file (UNV) is not read, Nastran bulk data is"
+                              ? " but a universal file (UNV): export Nastran bulk data"
                               : "");
     if (file->counting)
         pass_over(&file->passed, card->name, 1);
@@ -194,13 +194,13 @@ static bool sort_ids(struct file *file, struct arena *arena) {
     int32_t element = map_ids_repeated(elements, file->elements.count);
     int32_t system = map_ids_repeated(systems->by_id, systems->count);
     if (grid >= 0)
-        return MAP_REFUSE(file->problem, "line %u: there is another GRID %d before it",
-                          grids->line[grid], grids->id[grid]);
+        return MAP_REFUSE(file->problem, "line %u: GRID %d is defined twice", grids->line[grid],
+                          grids->id[grid]);
     if (element >= 0)
-        return MAP_REFUSE(file->problem, "line %u: there is another element %d before it",
+        return MAP_REFUSE(file->problem, "line %u: element %d is defined twice",
                           file->elements.line[element], file->elements.id[element]);
     if (system >= 0)
-        return MAP_REFUSE(file->problem, "line %u: there is another coordinate system %d before it",
+        return MAP_REFUSE(file->problem, "line %u: coordinate system %d is defined twice",
                           systems->system[system].line, systems->system[system].id);
     return true;
 }
@@ -225,14 +225,14 @@ static bool warn_of_passed(const struct file *file, struct arena *arena,
         return true;
     if (file->passed.names > 0) {
         name_passed(&file->passed, names, sizeof names);
-        api_text_raw(&text, "passed over: ");
+        api_text_raw(&text, "ignored: ");
         api_text_raw(&text, names);
-        api_text_raw(&text, " (of a Nastran file, GRIDs and shell elements are read)");
+        api_text_raw(&text, " (only GRIDs and shell elements are read)");
     }
     if (file->curved > 0)
         api_text_format(&text,
-                        "%s%zu elements are taken by their corners, without the nodes in the "
-                        "middle of edges",
+                        "%s%zu elements are read by their corners, without the nodes in the middle "
+                        "of their edges",
                         file->passed.names > 0 ? "; " : "", file->curved);
     target->warning = api_text_finish(&text);
     return target->warning != NULL;

@@ -22,10 +22,11 @@ bool map_stack_next(struct map_stack *stack, size_t element, struct api_problem 
     stack->first[element] = stack->plies.row_count;
     if (fault != ELEMENT_PERPENDICULAR)
         return true;
-    api_problem_set(problem, API_INVALID_REQUEST,
-                    "reference is normal to element %d, on which no angle can run from it: choose "
-                    "another direction, or none for each element's first edge",
-                    target->ids ? target->ids[element] : (int)element);
+    api_problem_set(
+        problem, API_INVALID_REQUEST,
+        "reference is normal to element %d, so no angle can be measured from it there: choose "
+        "another direction, or none to measure from the first edge of each element",
+        target->ids ? target->ids[element] : (int)element);
     return false;
 }
 

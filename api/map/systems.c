@@ -113,7 +113,7 @@ static bool make_ready(struct resolution *resolution, struct system *system) {
                           system->name, system->id);
     if (resolution->depth == DEPTH_MAX)
         return MAP_REFUSE(resolution->problem,
-                          "line %u: %s %d: more than %d systems hang on each other", system->line,
+                          "line %u: %s %d: more than %d systems depend on each other", system->line,
                           system->name, system->id, DEPTH_MAX);
     system->state = SYSTEM_BUSY;
     resolution->depth++;

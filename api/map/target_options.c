@@ -89,8 +89,8 @@ static const char *mark_entry(const struct marking *marking, const char *text) {
     const char *end = whole && *whole != ':' ? whole : read_region(text, line, &distance);
     if (!end || (*end != '\0' && *end != ',')) {
         api_problem_set(marking->problem, API_INVALID_REQUEST,
-                        "%s must be elements, properties and places parted by commas, such as "
-                        "17,18,pid:3,sphere:x:y:z:radius,line:x:y:z:x:y:z:distance",
+                        "%s must list elements, properties or regions, separated by commas, such "
+                        "as 17,18,pid:3,sphere:x:y:z:radius,line:x:y:z:x:y:z:distance",
                         marking->option);
         return NULL;
     }
@@ -117,8 +117,8 @@ static const char *mark_entry(const struct marking *marking, const char *text) {
                         "%s: the mesh has no element of property %d", marking->option, number);
     else if (!found)
         api_problem_set(marking->problem, API_INVALID_REQUEST,
-                        "%s: no element has its middle within %g of that place; are the numbers "
-                        "in the drape's length unit?",
+                        "%s: no element has its middle within %g of that point or line; check that "
+                        "the numbers are in the drape's length unit",
                         marking->option, distance);
     return found ? end : NULL;
 }
@@ -160,8 +160,8 @@ static bool set_role(struct map_target *target, enum map_role role, const char *
     const char *end = read_reals(value, ',', 2, numbers);
     if (!end || *end || !(numbers[0] > 0) || !(numbers[1] > 0))
         return MAP_REFUSE(problem,
-                          "edge_channel must be its width, in the drape's length unit, and its "
-                          "permeability in m^2, both positive, such as 5,1e-8");
+                          "edge_channel must be two positive numbers, the width in the drape's "
+                          "length unit and the permeability in m^2, such as 5,1e-8");
     target->channel_width = numbers[0];
     target->channel_permeability = numbers[1];
     return true;
@@ -175,9 +175,8 @@ static bool set_heights(struct map_target *target, const char *value, struct are
                         struct api_problem *problem) {
     size_t count = target->element_count;
     if (target->heights || target->punch)
-        return MAP_REFUSE(problem,
-                          "cavity_height: the cavity is given by heights or by a punch, not both, "
-                          "and once");
+        return MAP_REFUSE(
+            problem, "cavity_height: give the cavity once, by heights or by a punch, not both");
     double *heights = arena_alloc(arena, count, sizeof *heights);
     if (!heights)
         return map_target_no_memory(problem);
@@ -192,8 +191,8 @@ static bool set_heights(struct map_target *target, const char *value, struct are
         at += taken;
         if (taken == 0 || !(height > 0) || !(height <= MAP_COORDINATE_MAX) || (*at && *at != ','))
             return MAP_REFUSE(problem,
-                              "cavity_height must be a positive height, or heights by "
-                              "property parted by commas, such as pid:3:0.002,pid:4:0.003");
+                              "cavity_height must be a positive height, or heights by property "
+                              "separated by commas, such as pid:3:0.002,pid:4:0.003");
         for (size_t k = 0; k < count; k++) {
             bool own = !property || (target->pids && target->pids[k] == pid);
             heights[k] = own ? height : heights[k];
@@ -255,12 +254,11 @@ static bool set_punch(struct map_target *target, const char *value, struct arena
         at = read_property(at + 1, &pid);
     if (!at || *at)
         return MAP_REFUSE(problem,
-                          "punch must be properties of the mesh, parted by commas, such as "
-                          "pid:7,pid:8; as JSON a punch is given beside the mesh");
+                          "punch must list properties of the mesh, separated by commas, such as "
+                          "pid:7,pid:8; in a JSON body the punch stands beside the mesh");
     if (target->heights || target->punch)
         return MAP_REFUSE(problem,
-                          "punch: the cavity is given by heights or by a punch, not both, and "
-                          "once");
+                          "punch: give the cavity once, by heights or by a punch, not both");
     if (!target->pids)
         return MAP_REFUSE(problem, "punch: the mesh has no properties");
     if (!part_elements(target, value, arena))
@@ -268,7 +266,7 @@ static bool set_punch(struct map_target *target, const char *value, struct arena
     if (target->punch_count == 0)
         return MAP_REFUSE(problem, "punch: the mesh has no element of property %d", pid);
     return target->element_count > 0 ||
-           MAP_REFUSE(problem, "punch: no element of the mesh is left");
+           MAP_REFUSE(problem, "punch: the mesh has no element beside the punch");
 }
 
 /* ---- all ---- */
@@ -279,13 +277,14 @@ static bool set_reference(struct map_target *target, const char *value,
     double v[3];
     const char *end = read_reals(value, ',', 3, v);
     if (!end || *end)
-        return MAP_REFUSE(problem, "reference must be a direction, three numbers parted by commas, "
-                                   "such as 1,0,0");
+        return MAP_REFUSE(
+            problem,
+            "reference must be a direction, three numbers separated by commas, such as 1,0,0");
     target->reference = vec3_make(v[0], v[1], v[2]);
     target->has_reference = true;
     double norm2 = vec3_norm2(target->reference);
     return (norm2 > 0 && isfinite(norm2)) ||
-           MAP_REFUSE(problem, "reference must be a direction, and not of length zero");
+           MAP_REFUSE(problem, "reference must not have length zero");
 }
 
 bool map_target_option(struct map_target *target, const char *name, const char *value,

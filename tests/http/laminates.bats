@@ -196,7 +196,7 @@ for other in volumes[1:]:
            [0, 4, 0.006]], "triangles": [[0, 1, 2]]}}' >"$points"
     drape_stack "$plane" --map "$points"
     [ "$(jq -c '[.cells.thickness[] * 1e9 | round]' <<<"$output")" = '[6000000,8000000]' ]
-    [[ $stderr == *'the punch is not above 1 of 2 places'* ]]
+    [[ $stderr == *'the punch is not above 1 of 2 points'* ]]
 }
 
 @test "heights of a cavity that are none are refused" {
@@ -248,8 +248,8 @@ for other in volumes[1:]:
             map(. + [(.[0] * .[0] - .[1] * .[1]) / 2]), cavity_heights: map(. % 4 * 0.0009)}' >"$points"
     for which in request plies; do
         "$DRAPE" "${!which}" --map "$points" -o "$BATS_TEST_TMPDIR/$which.map" 2>"$BATS_TEST_TMPDIR/$which.err"
-        grep -q 'packing_exceeded: at 15 of 60 places' "$BATS_TEST_TMPDIR/$which.err"
-        grep -q 'at 15 of 60 places the plies by themselves are thinner' "$BATS_TEST_TMPDIR/$which.err"
+        grep -q 'packing_exceeded: at 15 of 60 points' "$BATS_TEST_TMPDIR/$which.err"
+        grep -q 'at 15 of 60 points the plies are thinner' "$BATS_TEST_TMPDIR/$which.err"
     done
     jq -c 'del(.cavity_heights)' "$points" >"$BATS_TEST_TMPDIR/bare.json"
     "$DRAPE" "$request" --map "$BATS_TEST_TMPDIR/bare.json" -o "$BATS_TEST_TMPDIR/bare.map"

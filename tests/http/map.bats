@@ -286,7 +286,7 @@ END
         call POST "/v1/drapes/$id/map" -H "$NASTRAN" --data-binary @-
     expect 200
     jq -e '.cells.id == [17, 5] and .cells.pid == [1, 9] and
-        .warnings == ["passed over: 1 CBAR, 1 SPC1 (of a Nastran file, GRIDs and shell elements are read)"]' "$body"
+        .warnings == ["ignored: 1 CBAR, 1 SPC1 (only GRIDs and shell elements are read)"]' "$body"
     call POST "/v1/drapes/$id/map?fields=pid" -H "$NASTRAN" \
         --data-binary @tests/unit/meshes/gmsh_plate.bdf
     expect 200
@@ -301,7 +301,7 @@ END
         [[ $(field .detail) == *"$1"* ]] || { cat "$body"; return 1; }
     }
     grep -v '^C' "$mesh" | wrong 'no shell elements'
-    sed 's/^CTRIA3,5/CTRIA3,17/' "$mesh" | wrong 'line 8: there is another element 17 before it'
+    sed 's/^CTRIA3,5/CTRIA3,17/' "$mesh" | wrong 'line 8: element 17 is defined twice'
     { cat "$mesh"; echo "INCLUDE 'more.bdf'"; } | sed '/ENDDATA/d' | wrong 'send one file'
     sed 's/^GRID,3,,1./GRID,3,,NaN/' "$mesh" | wrong "line 4: coordinate x of GRID is 'NaN'"
     sed 's/^GRID,3,/GRID,3,9/' "$mesh" | wrong 'line 4: a GRID is in the coordinate system 9, which'

@@ -106,7 +106,7 @@ def test_selection(parts):
     rows = parts.read("rounded", "--list", "--faces", "25,3,7-9")["faces"]
     expect([row["index"] for row in rows] == [3, 7, 8, 9, 25], rows)
     expect(len(parts.read("rounded", "--faces", "25,3,7-9")["faces"]) == 5, "another number")
-    parts.refuse("rounded", "face 26 was asked for, and the file has 26", "--faces", "26")
+    parts.refuse("rounded", "face 26 was asked for, but the file has 26", "--faces", "26")
     for wrong in ("", "1,", "3-1", "-1", "a"):
         done = run(parts.path("rounded"), "--faces", wrong)
         expect(done.returncode == 2, f"{wrong!r}: {done.returncode}")
@@ -172,7 +172,7 @@ def test_far(parts):
         file.write(re.sub(rf"({pole} = CARTESIAN_POINT\('',\()[^,]+", r"\g<1>1.E15", text))
     surface = parts.read("far")
     expect(len(surface["faces"]) == 2, len(surface["faces"]))
-    expect(any("numbers beyond those of any part: face 0" in note for note in surface["notes"]),
+    expect(any("numbers that are too large or not finite: face 0" in note for note in surface["notes"]),
            surface["notes"])
 
 
@@ -187,7 +187,7 @@ def test_marked(parts):
 
 def test_refusals(parts):
     """What is no CAD file is told by what it is."""
-    parts.refuse("wires", "curves alone, 3 edges and no face")
+    parts.refuse("wires", "only curves, 3 edges and no face")
     parts.refuse("apart", "an assembly of parts in other files")
     with open(parts.path("box"), "rb") as file:
         step = file.read()

@@ -368,9 +368,8 @@ static void test_formats_of_decks_say_what_they_cannot_hold(void **state) {
     struct map_plies plies = *fields.plies;
     static const int32_t large[] = {17, 100000000};
     check_refused("optistruct", &fields, API_INVALID_REQUEST,
-                  "1 of them look to one side and 1, such");
-    check_refused("radioss", &fields, API_INVALID_REQUEST,
-                  "1 of them look to one side and 1, such");
+                  "1 elements face one side and 1, such");
+    check_refused("radioss", &fields, API_INVALID_REQUEST, "1 elements face one side and 1, such");
     fields.ids = large;
     check_refused("lsdyna", &fields, API_TOO_LARGE, "100000000");
     fields.plies = &plies;

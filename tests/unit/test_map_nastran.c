@@ -150,9 +150,9 @@ static const struct wrong wrongs[] = {
      "beside 3 GRIDs it has 1 CHEXA, 2 CBAR"},
     {TRIANGLE, "line 1: element 1 has the corner 1, but there is no GRID 1"},
     {GRIDS "CTRIA3,1,1,1,2,4\n", "line 4: element 1 has the corner 4, but there is no GRID 4"},
-    {GRIDS TRIANGLE "CQUAD4,1,1,1,2,3,1\n", "line 5: there is another element 1 before it"},
-    {GRIDS TRIANGLE "$\nGRID,2,,5.,5.,5.\n", "line 6: there is another GRID 2 before it"},
-    {GRIDS TRIANGLE "INCLUDE 'more.bdf'\n", "line 5: the file that INCLUDE names is not here"},
+    {GRIDS TRIANGLE "CQUAD4,1,1,1,2,3,1\n", "line 5: element 1 is defined twice"},
+    {GRIDS TRIANGLE "$\nGRID,2,,5.,5.,5.\n", "line 6: GRID 2 is defined twice"},
+    {GRIDS TRIANGLE "INCLUDE 'more.bdf'\n", "line 5: the file that INCLUDE names is not read"},
     {"{\"points\":[[1,2,3]]}", "line 1:"},
     {GRIDS "GRID,4,7,0.,0.,0.\n" TRIANGLE,
      "line 4: a GRID is in the coordinate system 7, which the file does not define"},
@@ -167,7 +167,7 @@ static const struct wrong wrongs[] = {
     {GRIDS "GRID,4,7,0.,0.,0.\nCORD2R,7,8,0.,0.,0.,0.,0.,1.\n+,0.,1.,2.\n" TRIANGLE,
      "line 5: CORD2R is in the coordinate system 8, which the file does not define"},
     {GRIDS "CORD1R,7,1,2,3\nCORD1R,7,1,2,3\n" TRIANGLE,
-     "line 5: there is another coordinate system 7 before it"},
+     "line 5: coordinate system 7 is defined twice"},
     {GRIDS "CORD2R,7,,0.,0.\n" TRIANGLE, "line 4: CORD2R ends before its coordinate z"},
     {GRIDS "CTRIA3,1,x,1,2,3\n", "line 4: the property of CTRIA3 is 'x'"},
     {GRIDS "GRID,x,,0.,0.,0.\n", "line 4: the id of GRID is 'x'"},
@@ -189,15 +189,15 @@ static const struct wrong wrongs[] = {
     {GRIDS "CTRIA3,1,1,1,2\n", "line 4: a corner of CTRIA3 is ''"},
     {GRIDS "CQUAD4,1,1,1,2,3\n", "line 4: a corner of CQUAD4 is ''"},
     {GRIDS "CTRIA3,1,1,1,2,3.\n", "line 4: a corner of CTRIA3 is '3.'"},
-    {"+,1\n" GRIDS TRIANGLE, "line 1: a continuation without its card"},
+    {"+,1\n" GRIDS TRIANGLE, "line 1: this continuation follows no card"},
     {"** a comment\n*Node, NSET=Nall\n1, 0, 0, 0\n",
-     "line 1: a continuation without its card; decks"},
-    {"    -1\n    15\n", "line 1: this is no card: a universal file"},
+     "line 1: this continuation follows no card; decks"},
+    {"    -1\n    15\n", "line 1: this is not a card but a universal file"},
     {"BEGIN BULK\n" GRIDS TRIANGLE, "line 5: the file ends without ENDDATA"},
-    {GRIDS "\x80\x81\x82\n", "line 4: this is no card"},
+    {GRIDS "\x80\x81\x82\n", "line 4: this is not a card"},
     {GRIDS "GRID,4,,0.,0.,0.00000000000000000000000000000001\n",
      "line 4: a field is longer than 31 characters"},
-    {GRIDS "AVERYLONGNAMEINDEED,1\n", "line 4: this is no card"},
+    {GRIDS "AVERYLONGNAMEINDEED,1\n", "line 4: this is not a card"},
 };
 
 static void test_map_nastran_says_what_is_wrong_and_in_which_line(void **state) {
@@ -233,8 +233,8 @@ static void test_map_nastran_reads_files_of_gmsh(void **state) {
     static const struct {
         const char *path, *warning;
         size_t vertices;
-    } files[] = {{"tests/unit/meshes/gmsh_plate.bdf", "passed over: 3 CBAR (", 49},
-                 {"tests/unit/meshes/gmsh_plate_second_order.bdf", "passed over: 3 CBAR (", 172}};
+    } files[] = {{"tests/unit/meshes/gmsh_plate.bdf", "ignored: 3 CBAR (", 49},
+                 {"tests/unit/meshes/gmsh_plate_second_order.bdf", "ignored: 3 CBAR (", 172}};
     for (size_t k = 0; k < sizeof files / sizeof *files; k++) {
         struct bytes text = file_read(files[k].path);
         struct map_target mesh;
@@ -291,14 +291,14 @@ static void test_map_nastran_passes_over_what_is_no_shell(void **state) {
     assert_int_equal(mesh.ids[0], 40);
     assert_int_equal(mesh.pids[0], 7);
     assert_string_equal(mesh.warning,
-                        "passed over: 1 CBAR, 1 CBEAM, 1 CROD, 2 PLOTEL, 1 RBE2, 1 RBE3, 1 SPC1, "
+                        "ignored: 1 CBAR, 1 CBEAM, 1 CROD, 2 PLOTEL, 1 RBE2, 1 RBE3, 1 SPC1, "
                         "1 SET3, 1 FORCE, 1 PLOAD4, 1 PBARL, 1 PSHELL, 1 MAT1, 1 CONM2, 1 CORD2R "
-                        "(of a Nastran file, GRIDs and shell elements are read)");
+                        "(only GRIDs and shell elements are read)");
     mesh = read_good(GRIDS TRIANGLE);
     assert_null(mesh.warning);
     mesh = read_good(GRIDS "GRID,7,,.5,0.,0.\nCTRIA6,1,1,1,2,3,7\nCTRIA6,2,1,1,2,3\n");
-    assert_string_equal(mesh.warning, "1 elements are taken by their corners, without the nodes in "
-                                      "the middle of edges");
+    assert_string_equal(mesh.warning, "1 elements are read by their corners, without the nodes in "
+                                      "the middle of their edges");
     mesh = read_good(GRIDS "CTRIA3,6,,1,2,3\n");
     assert_int_equal(mesh.pids[0], 6);
 }
@@ -357,7 +357,7 @@ static void test_map_nastran_bounds_the_depth_of_systems(void **state) {
     for (int k = 1; k <= 1000; k++)
         bytes_format(&text, "CORD2R,%d,%d,0.,0.,0.,0.,0.,1.\n+,1.,0.,0.\n", k, k - 1);
     assert_int_equal(read_bytes(text.data, text.length, &mesh, &problem), API_INVALID_REQUEST);
-    assert_non_null(strstr(problem.error[0].detail, "more than 64 systems hang on each other"));
+    assert_non_null(strstr(problem.error[0].detail, "more than 64 systems depend on each other"));
     bytes_free(&text);
 }
 
@@ -368,7 +368,7 @@ static void test_map_nastran_refuses_lines_that_it_would_have_to_cut(void **stat
     struct bytes text = {0};
     bytes_format(&text, "%sGRID,4,,0.,0.,%250s1.5\n%s", GRIDS, "", TRIANGLE);
     assert_int_equal(read_bytes(text.data, text.length, &mesh, &problem), API_INVALID_REQUEST);
-    assert_non_null(strstr(problem.error[0].detail, "line 4: is longer than 255 columns"));
+    assert_non_null(strstr(problem.error[0].detail, "line 4 is longer than 255 columns"));
     text.length = 0;
     bytes_format(&text, "%sGRID,4,,0.,0.,1.5%250s$ a comment\n%s", GRIDS, "", TRIANGLE);
     assert_int_equal(read_bytes(text.data, text.length, &mesh, &problem), API_OK);
