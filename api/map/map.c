@@ -195,8 +195,8 @@ static void warn_of_points(const struct mapping *mapping, struct api_map *map) {
         map_warn_text(map, mapping->target->warning);
     if (mapping->far > count / 2)
         map_warn(map,
-                 "%zu of %zu places lie further from the cloth than its spacing and thickness, up "
-                 "to %.3g %s: are they in the drape's length unit and position?",
+                 "%zu of %zu points are further from the cloth than its spacing and thickness, up "
+                 "to %.3g %s: check their length unit and their position",
                  mapping->far, count, mapping->farthest, map->fields.unit->name);
     else if (bare > 0)
         map_warn(map,

@@ -253,7 +253,7 @@ END
 @test "map: a mesh far away is answered, with a warning" {
     map '{"points": [[0, 0, 50], [0, 0, 60], [0, 0, 0]]}'
     expect 200
-    [[ $(field '.warnings[0]') == '2 of 3 places lie further'* ]]
+    [[ $(field '.warnings[0]') == '2 of 3 points are further'* ]]
     jq -e '.cells.distance[1] > 40' "$body"
     map '{"points": [[0, 0, 50], [0, 0, 0]]}'
     jq -e '.warnings == []' "$body"

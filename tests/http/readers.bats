@@ -449,7 +449,7 @@ square = {"mesh": {"vertices": [[0, 0, 0], [1, 0, 0.5], [0, 1, -0.5]], "triangle
 some = client.map(drape, square, fields="k1,distance", inlet_elements=[0])
 assert list(some["cells"]) == ["k1", "distance"] and len(some["cells"]["k1"]) == 1
 far = client.map(drape, {"points": [[0, 0, 100]]})
-assert "1 of 1 places" in far["warnings"][0]
+assert "1 of 1 points" in far["warnings"][0]
 try:
     client.map(drape, {"points": [[0, 0]]})
     raise AssertionError("accepted")

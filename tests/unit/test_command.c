@@ -326,7 +326,7 @@ static void test_command_warns_of_a_mesh_far_away(void **state) {
     snprintf(line, sizeof line, "--map %s", in_folder("far.json"));
     struct outcome outcome = run(line, request_text("saddle"));
     assert_int_equal(outcome.status, 0);
-    assert_non_null(strstr(outcome.err.data, "1 of 1 places lie further"));
+    assert_non_null(strstr(outcome.err.data, "1 of 1 points are further"));
     outcome_free(&outcome);
     assert_int_equal(unlink(in_folder("far.json")), 0);
 }

@@ -475,7 +475,7 @@ static void test_map_warns_when_more_than_half_is_far(void **state) {
     static const struct vec3 points[] = {{1.5, 1.5, 0}, {1.5, 1.5, 1.2}, {2, 2, 30}};
     struct mapped *mapped = map_points(&cloth, points, 3);
     assert_int_equal(mapped->map.fields.warning_count, 1);
-    assert_non_null(strstr(mapped->map.fields.warnings[0], "2 of 3 places"));
+    assert_non_null(strstr(mapped->map.fields.warnings[0], "2 of 3 points"));
     assert_non_null(strstr(mapped->map.fields.warnings[0], "30 m"));
     mapped_free(mapped);
     for (size_t k = 0; k < cloth.cell_count; k++)
