@@ -197,24 +197,21 @@ struct encoder *encoder_new(const struct format *format, const struct format_sou
     return NULL;
 }
 
-/* Makes the next piece if the last one has been sent; false when there is nothing to send. */
-static bool refill(struct encoder *encoder) {
-    while (encoder->sent == encoder->piece.length) {
-        if (encoder->ended || encoder->failed)
-            return false;
-        encoder->piece = api_text_over(encoder->buffer, sizeof encoder->buffer);
-        encoder->sent = 0;
-        encoder->format->next(encoder);
-        encoder->failed = encoder->failed || encoder->piece.failed;
-        if (encoder->failed)
-            encoder->piece.length = 0;
-    }
-    return true;
-}
-
+/* A piece is made when the last one has been sent. */
 ssize_t encoder_read(struct encoder *encoder, char *buffer, size_t size) {
     size_t length = 0;
-    while (length < size && refill(encoder)) {
+    while (length < size) {
+        if (encoder->sent == encoder->piece.length) {
+            if (encoder->ended || encoder->failed)
+                break;
+            encoder->piece = api_text_over(encoder->buffer, sizeof encoder->buffer);
+            encoder->sent = 0;
+            encoder->format->next(encoder);
+            encoder->failed = encoder->failed || encoder->piece.failed;
+            if (encoder->failed)
+                encoder->piece.length = 0;
+            continue; /* a piece may be empty */
+        }
         size_t left = encoder->piece.length - encoder->sent;
         size_t part = left < size - length ? left : size - length;
         memcpy(buffer + length, encoder->buffer + encoder->sent, part);

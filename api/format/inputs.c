@@ -39,18 +39,6 @@ static const char *pass_value(const char *at, size_t *count) {
     return at;
 }
 
-/* The key at `at` onto the name; false when there is no room, or no key. */
-static bool add_key(struct inputs *inputs) {
-    const char *end = pass_string(inputs->at);
-    size_t used = strlen(inputs->name), length = (size_t)(end - inputs->at) - 2;
-    if (*inputs->at != '"' || *end != ':' || used + length + 2 > sizeof inputs->name)
-        return false;
-    snprintf(inputs->name + used, sizeof inputs->name - used, "%s%.*s", used ? "." : "",
-             (int)length, inputs->at + 1);
-    inputs->at = end + 1;
-    return true;
-}
-
 /* Up to the next member of an object: enters and leaves these. */
 static bool go_to_member(struct inputs *inputs) {
     for (; *inputs->at && *inputs->at != '"'; inputs->at++) {
@@ -68,7 +56,14 @@ static bool go_to_member(struct inputs *inputs) {
 bool inputs_next(struct inputs *inputs, struct inputs_row *row) {
     if (inputs->depth)
         inputs->name[inputs->length[inputs->depth - 1]] = '\0';
-    while (go_to_member(inputs) && add_key(inputs)) {
+    while (go_to_member(inputs)) { /* its key onto the name; no more when there is no room for it */
+        const char *end = pass_string(inputs->at);
+        size_t used = strlen(inputs->name), length = (size_t)(end - inputs->at) - 2;
+        if (*inputs->at != '"' || *end != ':' || used + length + 2 > sizeof inputs->name)
+            return false;
+        snprintf(inputs->name + used, sizeof inputs->name - used, "%s%.*s", used ? "." : "",
+                 (int)length, inputs->at + 1);
+        inputs->at = end + 1;
         if (*inputs->at == '{')
             continue;
         row->name = inputs->name;

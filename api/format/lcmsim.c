@@ -431,21 +431,8 @@ static void next_lcmsim(struct encoder *encoder) {
 
 /* ---- the beginning ---- */
 
-/* "bins=125; direction_deg=0.6; k1=0.002; ...", the bounds of 95 % of the area behind. */
-static void note_binning(struct encoder *encoder) {
-    const struct state *state = encoder->state;
-    const struct lcmsim_bins *bins = &state->bins;
-    struct api_text text = api_text_over(encoder->binning, sizeof encoder->binning - 1);
-    api_text_format(&text, "bins=%zu", bins->count);
-    for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
-        api_text_format(&text, "; %s=%.3g", differences[k].key, bins->largest[k]);
-    for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
-        api_text_format(&text, "; %s_95=%.3g", differences[k].key, bins->most[k]);
-    if (has_dense(state))
-        api_text_format(&text, "; left_out=%zu; capped=%zu", bins->left_out, bins->capped);
-    encoder->binning[text.length] = '\0';
-}
-
+/* The note is "bins=125; direction_deg=0.6; k1=0.002; ...", the bounds of 95 % of the area behind.
+ */
 static bool begin_lcmsim(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
     struct lcmsim_bins *bins = &state->bins;
@@ -459,7 +446,15 @@ static bool begin_lcmsim(struct encoder *encoder, struct api_problem *problem) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to bin the elements");
         return false;
     }
-    note_binning(encoder);
+    struct api_text note = api_text_over(encoder->binning, sizeof encoder->binning - 1);
+    api_text_format(&note, "bins=%zu", bins->count);
+    for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
+        api_text_format(&note, "; %s=%.3g", differences[k].key, bins->largest[k]);
+    for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
+        api_text_format(&note, "; %s_95=%.3g", differences[k].key, bins->most[k]);
+    if (has_dense(state))
+        api_text_format(&note, "; left_out=%zu; capped=%zu", bins->left_out, bins->capped);
+    encoder->binning[note.length] = '\0';
     return true;
 }
 

@@ -149,46 +149,38 @@ void pattern_next(struct encoder *encoder) {
     }
 }
 
-/* The line an allowance outside the cut. */
-static bool add_allowance(struct encoder *encoder, struct pattern_state *state, double scale,
-                          struct api_problem *problem) {
-    double allowance = encoder->options.allowance, low[2], high[2];
-    const char *unit = encoder->columns.unit->name;
-    if (!(allowance > 0) || state->cut.polygons.count == 0)
-        return true;
-    polygons_bounds(&state->cut.polygons, low, high);
-    double most = largest_allowance * fmax(high[0] - low[0], high[1] - low[1]) / scale;
-    if (allowance > most) {
-        api_problem_set(problem, API_INVALID_REQUEST,
-                        "allowance must be between 0 and %.3g %s, a quarter of the pattern", most,
-                        unit);
-        return false;
-    }
-    if (!polygons_widen(&state->cut.polygons, allowance * scale, &state->allowed)) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the allowance");
-        return false;
-    }
-    return true;
-}
-
 bool pattern_begin(struct encoder *encoder, struct api_problem *problem) {
     struct pattern_state *state = encoder->state;
     const struct pattern_pen *pen = encoder->format->own;
     struct pattern_sheet *sheet = &state->sheet;
+    struct polygons *cut = &state->cut.polygons;
     struct outline outline = {0};
-    double scale = pen->metres > 0 ? encoder->columns.unit->metres / pen->metres : 1;
+    const struct api_unit *unit = encoder->columns.unit;
+    double scale = pen->metres > 0 ? unit->metres / pen->metres : 1;
+    double allowance = encoder->options.allowance;
     if (outline_make(&outline, encoder->reader, &encoder->columns, problem) == API_OK)
         (void)!flat_pattern_make(&state->cut, encoder->reader, &encoder->columns, &outline,
                                  tolerance, problem);
     outline_free(&outline);
     for (int k = 0; k < 2; k++)
         sheet->step[k] = encoder->columns.grid.spacing[k] * scale;
-    for (size_t k = 0; k < state->cut.polygons.count; k++) {
-        state->cut.polygons.points[k].x *= sheet->step[0];
-        state->cut.polygons.points[k].y *= sheet->step[1];
+    for (size_t k = 0; k < cut->count; k++) {
+        cut->points[k].x *= sheet->step[0];
+        cut->points[k].y *= sheet->step[1];
     }
-    sheet->unit = pen->unit ? pen->unit : encoder->columns.unit->name;
-    if (problem->id != API_OK || !add_allowance(encoder, state, scale, problem))
+    sheet->unit = pen->unit ? pen->unit : unit->name;
+    if (problem->id == API_OK && allowance > 0 && cut->count > 0) { /* a line outside the cut */
+        double low[2], high[2];
+        polygons_bounds(cut, low, high);
+        double most = largest_allowance * fmax(high[0] - low[0], high[1] - low[1]) / scale;
+        if (allowance > most)
+            api_problem_set(problem, API_INVALID_REQUEST,
+                            "allowance must be between 0 and %.3g %s, a quarter of the pattern",
+                            most, unit->name);
+        else if (!polygons_widen(cut, allowance * scale, &state->allowed))
+            api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the allowance");
+    }
+    if (problem->id != API_OK)
         return false;
     make_sheet(encoder, state);
     return true;

@@ -151,18 +151,6 @@ static bool fill_columns(struct encoder *encoder, const struct vtk_array *array,
     return true;
 }
 
-/* From this machine's order of bytes to little-endian. */
-static void order_bytes(unsigned char *bytes, size_t size, size_t count) {
-    if (__BYTE_ORDER == __LITTLE_ENDIAN)
-        return;
-    for (unsigned char *value = bytes; value < bytes + size * count; value += size)
-        for (size_t k = 0; k < size / 2; k++) {
-            unsigned char byte = value[k];
-            value[k] = value[size - 1 - k];
-            value[size - 1 - k] = byte;
-        }
-}
-
 static bool write_array_values(struct encoder *encoder) {
     _Alignas(8) unsigned char block[VTK_BLOCK];
     struct vtk_file *file = encoder->state;
@@ -177,8 +165,15 @@ static bool write_array_values(struct encoder *encoder) {
                         : file->fill(encoder, array, file->row, count, block);
         if (!good)
             return false;
-        order_bytes(block, types[array->type].size, count * (size_t)array->components);
-        api_text_bytes(&encoder->piece, block, count * row_size(array));
+        size_t length = count * row_size(array), width = types[array->type].size;
+        for (unsigned char *value = block;
+             __BYTE_ORDER != __LITTLE_ENDIAN && value < block + length; value += width)
+            for (size_t k = 0; k < width / 2; k++) {
+                unsigned char byte = value[k];
+                value[k] = value[width - 1 - k];
+                value[width - 1 - k] = byte;
+            }
+        api_text_bytes(&encoder->piece, block, length);
     }
     file->row += count;
     if (file->row == array->rows) {

@@ -20,21 +20,12 @@ bool coordinates_make(enum coordinates_kind kind, const struct vec3 points[3],
     return true;
 }
 
-static struct vec3 rectangular(enum coordinates_kind kind, struct vec3 p) {
-    double theta = p.y * degree, phi = p.z * degree;
-    switch (kind) {
-    case COORDINATES_CYLINDRICAL:
-        return vec3_make(p.x * cos(theta), p.x * sin(theta), p.z);
-    case COORDINATES_SPHERICAL:
-        return vec3_make(p.x * sin(theta) * cos(phi), p.x * sin(theta) * sin(phi),
-                         p.x * cos(theta));
-    default:
-        return p;
-    }
-}
-
 struct vec3 coordinates_basic(const struct coordinates *system, struct vec3 p) {
-    p = rectangular(system->kind, p);
+    double theta = p.y * degree, phi = p.z * degree;
+    if (system->kind == COORDINATES_CYLINDRICAL)
+        p = vec3_make(p.x * cos(theta), p.x * sin(theta), p.z);
+    else if (system->kind == COORDINATES_SPHERICAL)
+        p = vec3_make(p.x * sin(theta) * cos(phi), p.x * sin(theta) * sin(phi), p.x * cos(theta));
     struct vec3 at = vec3_axpy(p.x, system->x, system->origin);
     return vec3_axpy(p.z, system->z, vec3_axpy(p.y, system->y, at));
 }

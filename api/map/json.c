@@ -19,9 +19,7 @@ struct kind {
     const char *what; /* each number must be */
 };
 
-static const double coordinate_max = 1e12;
-
-static const struct kind points = {3, false, -coordinate_max, coordinate_max,
+static const struct kind points = {3, false, -MAP_COORDINATE_MAX, MAP_COORDINATE_MAX,
                                    "must be between -1e12 and 1e12"};
 static const struct kind triangles = {3, true, 0, INT32_MAX,
                                       "must be the index of a vertex, from 0"};
@@ -29,7 +27,7 @@ static const struct kind quads = {4, true, 0, INT32_MAX, "must be the index of a
 static const struct kind ids = {1, true, 1, INT32_MAX, "must be a whole number from 1"};
 static const struct kind inlets = {1, true, 0, INT32_MAX,
                                    "must be the index of an element, from 0"};
-static const struct kind heights = {1, false, 0, coordinate_max,
+static const struct kind heights = {1, false, 0, MAP_COORDINATE_MAX,
                                     "must be a height, or 0 for the stack's own"};
 
 struct array {
@@ -127,7 +125,7 @@ struct document {
 };
 
 /* The mesh or the punch. */
-static bool read_mesh(struct scan *scan, const char *name, struct mesh_text *mesh) {
+static bool read_json_mesh(struct scan *scan, const char *name, struct mesh_text *mesh) {
     const struct {
         const char *key;
         const struct kind *kind;
@@ -161,7 +159,7 @@ static bool read_mesh(struct scan *scan, const char *name, struct mesh_text *mes
     return true;
 }
 
-static bool read_member(struct scan *scan, const char *key, struct document *document) {
+static bool read_document_member(struct scan *scan, const char *key, struct document *document) {
     char path[SCAN_KEY_SIZE + 1];
     snprintf(path, sizeof path, "/%s", key);
     bool is_points = strcmp(key, "points") == 0, mesh = strcmp(key, "mesh") == 0;
@@ -171,12 +169,12 @@ static bool read_member(struct scan *scan, const char *key, struct document *doc
     if (is_points)
         return read_array(scan, path, &points, &document->points);
     if (mesh)
-        return read_mesh(scan, key, &document->mesh);
+        return read_json_mesh(scan, key, &document->mesh);
     if (strcmp(key, "punch") == 0) {
         bool twice = document->has_punch;
         document->has_punch = true;
         return twice ? scan_malformed(scan, "the key is there twice")
-                     : read_mesh(scan, key, &document->punch);
+                     : read_json_mesh(scan, key, &document->punch);
     }
     if (strcmp(key, "cavity_heights") == 0)
         return read_array(scan, path, &heights, &document->heights);
@@ -193,7 +191,7 @@ static bool read_document(struct scan *scan, struct document *document) {
     if (scan_take(scan, '}'))
         more = false;
     while (more)
-        if (!scan_key(scan, key) || !read_member(scan, key, document) ||
+        if (!scan_key(scan, key) || !read_document_member(scan, key, document) ||
             !scan_next(scan, '}', &more))
             return false;
     return scan_peek(scan) == '\0' && scan->at == scan->end
@@ -292,20 +290,21 @@ static bool take_mesh(struct scan *scan, const struct document *document,
            (!document->inlet.values || mark_inlet(scan, &document->inlet, target));
 }
 
-static bool take_points(struct scan *scan, const struct document *document,
-                        struct map_target *target) {
-    if (!document->points.values)
-        return scan_invalid(scan, "", -1, -1, "must have either \"points\" or \"mesh\"");
-    if (document->inlet.values)
-        return scan_invalid(scan, "/inlet_elements", -1, -1, "needs a mesh");
-    target->vertices = document->points.values;
-    target->vertex_count = target->element_count = document->points.count;
-    return true;
-}
-
-static bool take_cavity(struct scan *scan, const struct document *document,
-                        struct map_target *target) {
+/* The points or the mesh, and what is said of the cavity. */
+static bool take_document(struct scan *scan, const struct document *document,
+                          struct map_target *target) {
     const struct array *given = &document->heights;
+    if (document->has_mesh) {
+        if (!take_mesh(scan, document, target))
+            return false;
+    } else {
+        if (!document->points.values)
+            return scan_invalid(scan, "", -1, -1, "must have either \"points\" or \"mesh\"");
+        if (document->inlet.values)
+            return scan_invalid(scan, "/inlet_elements", -1, -1, "needs a mesh");
+        target->vertices = document->points.values;
+        target->vertex_count = target->element_count = document->points.count;
+    }
     if (given->values && document->has_punch)
         return scan_invalid(scan, "/punch", -1, -1, "must not be given beside \"cavity_heights\"");
     if (given->values && given->count != target->element_count)
@@ -315,12 +314,6 @@ static bool take_cavity(struct scan *scan, const struct document *document,
     target->punch_vertices = document->punch.vertices.values;
     return !document->has_punch ||
            take_elements(scan, "punch", &document->punch, &target->punch, &target->punch_count);
-}
-
-static bool take_document(struct scan *scan, const struct document *document,
-                          struct map_target *target) {
-    return (document->has_mesh ? take_mesh : take_points)(scan, document, target) &&
-           take_cavity(scan, document, target);
 }
 
 enum api_problem_id map_target_json(const char *bytes, size_t length, struct arena *arena,
