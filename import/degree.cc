@@ -134,30 +134,26 @@ double pieces_apart(const row &p, row q) {
     return worst;
 }
 
-/* A surface as rows of Bezier pieces along one direction. */
+/* A surface as rows of Bezier pieces along u. */
 struct rows {
-    std::vector<row> of; /* one for each control point of the other direction */
+    std::vector<row> of; /* one for each control point along v */
     std::vector<double> knots;
     size_t degree;
 };
 
-rows split_rows(const Handle(Geom_BSplineSurface) & surface, bool v) {
+rows split_rows(const Handle(Geom_BSplineSurface) & surface) {
     rows out;
-    int knots = v ? surface->NbVKnots() : surface->NbUKnots();
-    int degree = v ? surface->VDegree() : surface->UDegree();
+    int knots = surface->NbUKnots();
     if (knots > 2)
-        v ? surface->IncreaseVMultiplicity(2, knots - 1, degree)
-          : surface->IncreaseUMultiplicity(2, knots - 1, degree);
-    out.degree = size_t(degree);
+        surface->IncreaseUMultiplicity(2, knots - 1, surface->UDegree());
+    out.degree = size_t(surface->UDegree());
     for (int k = 1; k <= knots; k++)
-        out.knots.push_back(v ? surface->VKnot(k) : surface->UKnot(k));
-    int along = v ? surface->NbVPoles() : surface->NbUPoles();
-    int across = v ? surface->NbUPoles() : surface->NbVPoles();
-    for (int i = 1; i <= across; i++) {
+        out.knots.push_back(surface->UKnot(k));
+    for (int i = 1; i <= surface->NbVPoles(); i++) {
         out.of.emplace_back();
-        for (int j = 1; j <= along; j++) {
-            gp_Pnt p = surface->Pole(v ? i : j, v ? j : i);
-            double w = surface->Weight(v ? i : j, v ? j : i);
+        for (int j = 1; j <= surface->NbUPoles(); j++) {
+            gp_Pnt p = surface->Pole(j, i);
+            double w = surface->Weight(j, i);
             out.of.back().push_back({w * p.X(), w * p.Y(), w * p.Z(), w});
         }
     }
@@ -214,16 +210,16 @@ rows reduce_rows(const rows &from, size_t n, double allowed, double &by) {
     return to;
 }
 
-/* The surface of the rows, v or u along them, the other direction being that of `like`. */
-Handle(Geom_BSplineSurface) join(const rows &r, bool v, const Handle(Geom_BSplineSurface) & like) {
+/* The surface of the rows, its other direction being that of `like`. */
+Handle(Geom_BSplineSurface) join(const rows &r, const Handle(Geom_BSplineSurface) & like) {
     int along = int(r.of[0].size()), across = int(r.of.size()), degree = int(r.degree);
-    TColgp_Array2OfPnt poles(1, v ? across : along, 1, v ? along : across);
-    TColStd_Array2OfReal weights(1, v ? across : along, 1, v ? along : across);
+    TColgp_Array2OfPnt poles(1, along, 1, across);
+    TColStd_Array2OfReal weights(1, along, 1, across);
     for (int i = 1; i <= across; i++)
         for (int j = 1; j <= along; j++) {
             const point &p = r.of[size_t(i - 1)][size_t(j - 1)];
-            poles.SetValue(v ? i : j, v ? j : i, gp_Pnt(p[0] / p[3], p[1] / p[3], p[2] / p[3]));
-            weights.SetValue(v ? i : j, v ? j : i, p[3]);
+            poles.SetValue(j, i, gp_Pnt(p[0] / p[3], p[1] / p[3], p[2] / p[3]));
+            weights.SetValue(j, i, p[3]);
         }
     TColStd_Array1OfReal knots(1, int(r.knots.size()));
     TColStd_Array1OfInteger counts(1, int(r.knots.size()));
@@ -231,21 +227,16 @@ Handle(Geom_BSplineSurface) join(const rows &r, bool v, const Handle(Geom_BSplin
         knots.SetValue(k, r.knots[size_t(k - 1)]);
         counts.SetValue(k, k == 1 || k == knots.Length() ? degree + 1 : degree);
     }
-    const TColStd_Array1OfReal &other = v ? like->UKnots() : like->VKnots();
-    const TColStd_Array1OfInteger &others = v ? like->UMultiplicities() : like->VMultiplicities();
-    return v ? new Geom_BSplineSurface(poles, weights, other, knots, others, counts,
-                                       like->UDegree(), degree)
-             : new Geom_BSplineSurface(poles, weights, knots, other, counts, others, degree,
-                                       like->VDegree());
+    return new Geom_BSplineSurface(poles, weights, knots, like->VKnots(), counts,
+                                   like->VMultiplicities(), degree, like->VDegree());
 }
 
-/* Takes out of the knots within what the surface is smooth over. */
-void take_out_knots(const Handle(Geom_BSplineSurface) & surface, bool v, double allowed) {
-    int degree = v ? surface->VDegree() : surface->UDegree();
-    for (int k = (v ? surface->NbVKnots() : surface->NbUKnots()) - 1; k > 1; k--)
+/* Takes out of the knots of u those within what the surface is smooth over. */
+void take_out_knots(const Handle(Geom_BSplineSurface) & surface, double allowed) {
+    int degree = surface->UDegree();
+    for (int k = surface->NbUKnots() - 1; k > 1; k--)
         for (int count = degree - 1; count > degree - ENDS; count--)
-            if (!(v ? surface->RemoveVKnot(k, count, allowed)
-                    : surface->RemoveUKnot(k, count, allowed)))
+            if (!surface->RemoveUKnot(k, count, allowed))
                 break;
 }
 
@@ -273,13 +264,17 @@ Handle(Geom_BSplineSurface)
         if ((v ? made->VDegree() : made->UDegree()) <= most)
             continue;
         made = cut_open(made);
-        rows whole = split_rows(made, v);
+        if (v)
+            made->ExchangeUV();
+        rows whole = split_rows(made);
         double size = rows_size(whole);
         rows reduced = reduce_rows(whole, size_t(most), APART * size, by);
         if (!(by <= FAR_APART * size))
             return nullptr;
-        made = join(reduced, v, made);
-        take_out_knots(made, v, SMOOTH * size);
+        made = join(reduced, made);
+        take_out_knots(made, SMOOTH * size);
+        if (v)
+            made->ExchangeUV();
     }
     return made;
 }
