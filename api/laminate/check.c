@@ -30,11 +30,11 @@ static bool digest_laminate(const struct laminate *laminate, struct arena *arena
     return document && all;
 }
 
-static bool send_text(const struct api_sink *sink, const char *text) {
+static bool sink_text(const struct api_sink *sink, const char *text) {
     return sink->write(sink->context, text, strlen(text));
 }
 
-static const char *make_record(const struct laminate *laminate, struct arena *arena) {
+static const char *make_laminate_record(const struct laminate *laminate, struct arena *arena) {
     struct api_text text = api_text_growing(arena);
     const char *document = laminate_normalise(laminate, arena);
     for (size_t k = 0; k < laminate->count; k++) {
@@ -58,7 +58,7 @@ static bool put_requests(const struct laminate *laminate, bool lengths, struct a
         char line[LINE_SIZE];
         if (request && lengths)
             (void)snprintf(line, sizeof line, "%s %zu\n", laminate->net_digest[n], strlen(request));
-        good = request && send_text(sink, lengths ? line : request);
+        good = request && sink_text(sink, lengths ? line : request);
         arena_rewind(arena, mark);
     }
     return good;
@@ -85,13 +85,13 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
     }
     if (problem->id != API_OK)
         return problem->id;
-    const char *record = make_record(&laminate, arena);
+    const char *record = make_laminate_record(&laminate, arena);
     if (!record || !digest_laminate(&laminate, arena, check->digest))
         return api_problem_no_memory(problem, "the laminate");
     (void)snprintf(line, sizeof line, "%zu %zu\n", laminate.net_count, strlen(record));
-    bool good = send_text(sink, line) && put_requests(&laminate, true, arena, sink) &&
-                send_text(sink, "\n") && put_requests(&laminate, false, arena, sink) &&
-                send_text(sink, record);
+    bool good = sink_text(sink, line) && put_requests(&laminate, true, arena, sink) &&
+                sink_text(sink, "\n") && put_requests(&laminate, false, arena, sink) &&
+                sink_text(sink, record);
     return good ? API_OK : api_problem_no_memory(problem, "the laminate");
 }
 

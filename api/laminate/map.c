@@ -34,7 +34,7 @@ struct mapping {
 /* ---- columns ---- */
 
 /* Adds the columns that are wanted; false without memory. */
-static bool add_columns(struct mapping *m) {
+static bool add_stack_columns(struct mapping *m) {
     struct filled *out = &m->out;
     bool both = m->thickness && m->fraction, permeability = m->permeability;
     const struct {
@@ -143,7 +143,7 @@ static void lay_ply_row(struct mapping *m, size_t element, const struct gathered
 }
 
 /* K = k1 d d^T + k2 e e^T + k3 n n^T in global axes, VTK's order. */
-static void put_permeability(struct mapping *m, size_t element, const struct stack_sum *sum) {
+static void put_stack_permeability(struct mapping *m, size_t element, const struct stack_sum *sum) {
     static const int axes[TENSOR_PARTS][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
     const struct sample_frame *frame = &m->at.frames[element];
     struct permeability k = stack_permeability(sum);
@@ -238,7 +238,7 @@ static void put_element(struct mapping *m, size_t element, struct gathered *plie
     if (m->out.pressure)
         m->out.pressure[element] = pressure;
     if (m->permeability && plies->count)
-        put_permeability(m, element, &sum);
+        put_stack_permeability(m, element, &sum);
     m->cavity.loose += cavity.kind == STACK_HEIGHT && cavity.height > by_itself;
     m->far += m->at.distance[element] > m->at.spacing && m->at.distance[element] > whole;
     m->farthest = fmax(m->farthest, m->at.distance[element]);
@@ -385,7 +385,7 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
                                "heights of the cavity need the fabric.thickness of every ply");
     if (!cavity_begin(&m.cavity, target, arena))
         return api_problem_no_memory(problem, "the map");
-    if (!begin_relief(&m) || !ply_samples_read(&m.at, nets) || !add_columns(&m) ||
+    if (!begin_relief(&m) || !ply_samples_read(&m.at, nets) || !add_stack_columns(&m) ||
         !map_elements(&m))
         return problem->id;
     if (target->warning)

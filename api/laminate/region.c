@@ -71,20 +71,20 @@ static bool trace_loop(struct loop_trace *trace, const struct laminate_loop *loo
 
 /* ---- strips ---- */
 
-static size_t strip_at(const struct region *region, double q) {
+static size_t boundary_strip(const struct region *region, double q) {
     double strip = (q - region->low[1]) / region->height;
     return strip > 0 ? strip < (double)region->strip_count ? (size_t)strip : region->strip_count - 1
                      : 0;
 }
 
 /* The strips that an edge is in. */
-static void edge_strips(const struct region *region, size_t edge, size_t *low, size_t *high) {
+static void boundary_strips(const struct region *region, size_t edge, size_t *low, size_t *high) {
     double a = region->points[edge][1], b = region->points[region->next[edge]][1];
-    *low = strip_at(region, fmin(a, b));
-    *high = strip_at(region, fmax(a, b));
+    *low = boundary_strip(region, fmin(a, b));
+    *high = boundary_strip(region, fmax(a, b));
 }
 
-static enum status sort_into_strips(struct region *region, size_t count, struct arena *arena) {
+static enum status sort_boundary(struct region *region, size_t count, struct arena *arena) {
     size_t *first, low, high;
     region->strip_count = count / 4 + 1 < STRIPS_MAX ? count / 4 + 1 : STRIPS_MAX;
     region->height = (region->high[1] - region->low[1]) / (double)region->strip_count;
@@ -96,7 +96,7 @@ static enum status sort_into_strips(struct region *region, size_t count, struct 
     if (!first)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < count; k++) {
-        edge_strips(region, k, &low, &high);
+        boundary_strips(region, k, &low, &high);
         for (size_t s = low; s <= high; s++)
             first[s + 2]++;
     }
@@ -106,7 +106,7 @@ static enum status sort_into_strips(struct region *region, size_t count, struct 
     if (!edges)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < count; k++) {
-        edge_strips(region, k, &low, &high);
+        boundary_strips(region, k, &low, &high);
         for (size_t s = low; s <= high; s++)
             edges[first[s + 1]++] = (uint32_t)k;
     }
@@ -158,7 +158,7 @@ enum api_problem_id region_make(const struct laminate *laminate, size_t k,
             region->low[x] = fmin(region->low[x], trace.points[p][x]);
             region->high[x] = fmax(region->high[x], trace.points[p][x]);
         }
-    return sort_into_strips(region, trace.count, arena) == STATUS_OK
+    return sort_boundary(region, trace.count, arena) == STATUS_OK
                ? API_OK
                : api_problem_no_memory(problem, "the laminate");
 }
@@ -169,7 +169,7 @@ bool region_contains(const struct region *region, const double pq[2]) {
     for (int k = 0; k < 2; k++)
         if (!(pq[k] >= region->low[k] && pq[k] <= region->high[k]))
             return false;
-    size_t strip = strip_at(region, pq[1]);
+    size_t strip = boundary_strip(region, pq[1]);
     for (size_t k = region->strip_first[strip]; k < region->strip_first[strip + 1]; k++) {
         const double *a = region->points[region->strip_edges[k]];
         const double *b = region->points[region->next[region->strip_edges[k]]];

@@ -273,10 +273,10 @@ static bool fill_variants(const void *context, size_t first, size_t count, doubl
     return true;
 }
 
-static enum api_problem_id write_columns(const struct verdict *v,
-                                         const struct api_study_numbers *numbers,
-                                         struct arena *arena, const struct api_sink *sink,
-                                         struct api_problem *problem) {
+static enum api_problem_id write_study_columns(const struct verdict *v,
+                                               const struct api_study_numbers *numbers,
+                                               struct arena *arena, const struct api_sink *sink,
+                                               struct api_problem *problem) {
     enum { FIRST = COLUMN_VARIANTS_start_u, LAST = COLUMN_VARIANTS_failure };
     struct column columns[LAST - FIRST + 1];
     struct api_column_source sources[API_COLUMNS_MAX];
@@ -324,7 +324,7 @@ enum api_problem_id api_study_finish(const struct api_study *study,
             v.violation[k] = study_violation(study, &v.rows[k]);
         if (room && find_front(&v, arena)) {
             summarise_rows(&v, solve_ms);
-            (void)!write_columns(&v, numbers, arena, sink, problem);
+            (void)!write_study_columns(&v, numbers, arena, sink, problem);
         } else {
             api_problem_no_memory(problem, "the study");
         }

@@ -48,18 +48,18 @@ static bool append_numbers(void *context, const void *bytes, size_t length) {
 
 /* ---- a round ---- */
 
-struct watched {
+struct task_watch {
     struct run *run;
-    size_t told; /* variants of the task that were counted */
+    size_t counted; /* variants of the task that were counted */
 };
 
 static bool tell_progress(void *context, size_t variant) {
-    struct watched *watched = context;
-    struct run *run = watched->run;
-    size_t done = run->plan.done + atomic_fetch_add(&run->done, variant - watched->told) + variant -
-                  watched->told;
+    struct task_watch *watch = context;
+    struct run *run = watch->run;
+    size_t done = run->plan.done + atomic_fetch_add(&run->done, variant - watch->counted) +
+                  variant - watch->counted;
     double all = (double)run->plan.variants;
-    watched->told = variant;
+    watch->counted = variant;
     if (run->monitor && !atomic_flag_test_and_set(&run->telling)) {
         if (!run->monitor->progress(run->monitor->context, all > 0 ? (double)done / all : 0))
             atomic_store(&run->stopped, true);
@@ -70,8 +70,8 @@ static bool tell_progress(void *context, size_t variant) {
 
 static void do_task(void *data, int k) {
     struct run *run = data;
-    struct watched watched = {run, 0};
-    const struct api_study_monitor monitor = {tell_progress, &watched};
+    struct task_watch watch = {run, 0};
+    const struct api_study_monitor monitor = {tell_progress, &watch};
     const struct api_sink sink = {.write = append_numbers, .context = &run->given[k]};
     struct api_problem *problem = &run->problem[k];
     if (atomic_load(&run->stopped))

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Uncertainty: variants that are drawn at random about the drape as it was meant, the nominal one,
- * and of each cell field the mean and what 5 % and 95 % of the samples have less than, at the
- * middles of the nominal cells. There each sample's fields are those of the nearest place of its
- * cloth, as a map has them (`api/map/map.h`).
+ * Uncertainty: variants drawn at random about the drape as it was meant, the nominal one. Of each
+ * cell field it gives the mean and the 5 % and 95 % quantiles of the samples at the middles of the
+ * nominal cells, where a sample has the fields of the nearest point of its cloth, as a map has them
+ * (`api/map/map.h`).
  *
- * Sample k is drawn from the seed and k alone. A start is even over the disc of the radius in the
- * tangent plane, brought onto the part; an angle is nominal plus a normal deviate, the sum of
- * twelve even ones (its tails end at six deviations).
+ * Sample k is drawn from the seed and k alone. Starts are spread evenly over the disc in the
+ * tangent plane and moved onto the part; an angle is the nominal one plus a normal deviate, the sum
+ * of twelve uniform ones (so it ends at six deviations).
  */
 #ifndef API_STUDY_SAMPLE_H
 #define API_STUDY_SAMPLE_H

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Numbers that look drawn and follow from a seed and what they are for alone. */
+/* Random numbers that follow from a seed and their purpose alone. */
 #ifndef API_STUDY_SEEDED_H
 #define API_STUDY_SEEDED_H
 
@@ -16,7 +16,7 @@ static inline double seeded_uniform(uint32_t seed, size_t k, unsigned dimension)
     return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
 }
 
-/* Of mean 0 and about deviation 1 by the numbers from `first` on, of which it takes three. */
+/* About normal, with mean 0 and deviation 1; takes three numbers, from `first` on. */
 static inline double seeded_bell(uint32_t seed, size_t k, unsigned first) {
     return 2 * (seeded_uniform(seed, k, first) + seeded_uniform(seed, k, first + 1) +
                 seeded_uniform(seed, k, first + 2) - 1.5);

@@ -96,9 +96,9 @@ static bool prepare_part(struct api_study *study) {
     return status != STATUS_OUT_OF_MEMORY;
 }
 
-static enum api_problem_id make_ready(struct api_study *study, const struct api_input *input,
-                                      const struct api_limits *limits,
-                                      struct api_problem *problem) {
+static enum api_problem_id prepare_study(struct api_study *study, const struct api_input *input,
+                                         const struct api_limits *limits,
+                                         struct api_problem *problem) {
     if (study_decode(input, limits, study->arena, &study->request, problem) != API_OK)
         return problem->id;
     if (study->request.drape.surface.kind == API_SURFACE_NAMED) {
@@ -119,7 +119,7 @@ struct api_study *api_study_open(const struct api_input *input, const struct api
     struct api_study *study = arena ? arena_alloc(arena, 1, sizeof *study) : NULL;
     if (study) {
         study->arena = arena;
-        if (make_ready(study, input, limits, problem) == API_OK)
+        if (prepare_study(study, input, limits, problem) == API_OK)
             return study;
     } else {
         api_problem_no_memory(problem, "the study");
@@ -179,7 +179,7 @@ struct variant_watch {
     size_t variant;
 };
 
-static bool tell_variant(void *context, double fraction) {
+static bool watch_variant(void *context, double fraction) {
     const struct variant_watch *watch = context;
     (void)fraction;
     return watch->monitor->progress(watch->monitor->context, watch->variant);
@@ -194,7 +194,7 @@ enum api_problem_id api_study_run_task(const struct api_study *study,
                                              [STUDY_TASK_OPTIMISE] = optimise_variant,
                                              [STUDY_TASK_SAMPLE] = sample_variant};
     struct variant_watch watch = {monitor, 0};
-    const struct drape_monitor drapes = {tell_variant, &watch};
+    const struct drape_monitor drapes = {watch_variant, &watch};
     struct task_run run = {study, task, monitor ? &drapes : NULL, arena, sink, problem};
     if (!task_is_sound(task)) {
         api_problem_set(problem, API_INTERNAL, "this is not a task of a study");

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What is known at some points of space, continued to all of it: the functions
+ * Interpolation of values at scattered points, by radial basis functions: the functions
  *
- *     s(x) = sum_i w_i |x - x_i|^3 + a + b x,    s(x_i) = f_i,    sum_i w_i = 0,  sum_i w_i x_i =
- * 0,
+ *     s(x) = sum_i w_i |x - x_i|^3 + a + b x,  s(x_i) = f_i,  sum_i w_i = 0,  sum_i w_i x_i = 0,
  *
- * which need no length to be chosen and have linear functions as they are. Several are made at once
- * of the same points. Of IEEE operations alone, so that every machine gives the same bits.
+ * which need no length scale and reproduce linear functions. Several are made at once from the same
+ * points, by IEEE operations alone, so that every machine gives the same bits.
  */
 #ifndef API_STUDY_SURROGATE_H
 #define API_STUDY_SURROGATE_H

@@ -1,23 +1,25 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Where a search looks next: at the variants that a model of all variants so far has for small, and
- * that are not too near to what is known. The model of each quantity is a surrogate (`surrogate.h`)
- * over start, direction and pre-shear; that of the largest shear is the largest of one for each
- * division of the part: each of these is smooth where their largest has edges, on which the least
- * of it lies. For each new variant candidates are drawn about one of the good ones so far, and from
- * the best of them steps are taken downwards: good is what has a small weighted sum of its modelled
- * value and its nearness to what is known, each as a share of the range of the candidates, with
- * weights that change from one to the next (Regis and Shoemaker, INFORMS J. Computing 19, 2007).
- * Limits hold in the model.
+ * Where a search looks next: at variants that a model of all variants so far rates as good, and
+ * that are not too near to those already draped. Each quantity has a model (`surrogate.h`) over
+ * start, direction and pre-shear. The largest shear has one for each division of the part and is
+ * the largest of them: each is smooth, while their largest has edges, and its least lies on one.
+ *
+ * For each new variant candidates are drawn about one of the good ones so far, and from the best of
+ * them steps are taken downwards. Candidates are rated by a weighted sum of their modelled value
+ * and of their nearness to known variants, both as shares of the candidates' range, with weights
+ * that change from one variant to the next (Regis and Shoemaker, INFORMS J. Computing 19, 2007).
+ * Limits are those of the model.
  */
 #ifndef API_STUDY_SURROGATE_SEARCH_H
 #define API_STUDY_SURROGATE_SEARCH_H
 
 #include "score.h"
 
+enum { SEARCH_AIMS_MOST = 16 };
+
 /* What is to be small: the greatest of factor q + shift over the quantities q whose factor is not
  * 0. */
-enum { SEARCH_AIMS_MOST = 16 };
 struct search_aim {
     double factor[QUANTITY_COUNT], shift[QUANTITY_COUNT];
 };

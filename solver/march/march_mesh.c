@@ -4,7 +4,6 @@
 #include "march.h"
 
 #include "solver/mesh/smooth_corner.h"
-#include "solver/mesh/smooth_geodesic.h"
 
 /* A generator's next place this near to the mesh, as a share of the chord, is on it; where it is on
  * the mesh may be wrong by so much of the chord from the last. */

@@ -18,12 +18,12 @@ INLINE sides pick_side(sides_mask choose, sides a, sides b) {
 }
 
 /* That of the next side. */
-INLINE sides next_side(sides a) {
+INLINE sides of_next_side(sides a) {
     return __builtin_shufflevector(a, a, 1, 2, 3, 0);
 }
 
-INLINE struct sides3 next_sides(struct sides3 a) {
-    return (struct sides3){next_side(a.x), next_side(a.y), next_side(a.z)};
+INLINE struct sides3 of_next_sides(struct sides3 a) {
+    return (struct sides3){of_next_side(a.x), of_next_side(a.y), of_next_side(a.z)};
 }
 
 INLINE struct sides3 minus(struct sides3 a, struct sides3 b) {
@@ -58,13 +58,14 @@ INLINE sides share_of_edge(sides along, sides length2) {
 INLINE void weigh_nearest(struct sides3 a, struct sides3 b, struct sides3 p, sides weight[3]) {
     const sides none = {0}, one = 1 - none;
     struct sides3 ab = minus(b, a), ap = minus(p, a), bp = minus(p, b),
-                  bc = minus(next_sides(b), b);
-    sides d1 = dot_sides(ab, ap), d2 = next_side(d1), d3 = dot_sides(ab, bp), d6 = next_side(d3);
-    sides d4 = dot_sides(next_sides(ab), bp), d5 = dot_sides(ab, next_sides(bp));
+                  bc = minus(of_next_sides(b), b);
+    sides d1 = dot_sides(ab, ap), d2 = of_next_side(d1), d3 = dot_sides(ab, bp),
+          d6 = of_next_side(d3);
+    sides d4 = dot_sides(of_next_sides(ab), bp), d5 = dot_sides(ab, of_next_sides(bp));
     sides va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
     sides sum = va + vb + vc, wb = vb / sum, wc = vc / sum, wa = 1 - wb - wc;
     wa = pick_side(wa > 0, wa, none);
-    sides on_ab = share_of_edge(d1, dot_sides(ab, ab)), on_ac = next_side(on_ab),
+    sides on_ab = share_of_edge(d1, dot_sides(ab, ab)), on_ac = of_next_side(on_ab),
           on_bc = share_of_edge(dot_sides(bp, bc), dot_sides(bc, bc));
     /* From the last region to the first, which overrides those after it. */
     sides_mask edge = va <= 0;
@@ -89,7 +90,7 @@ INLINE void weigh_nearest(struct sides3 a, struct sides3 b, struct sides3 p, sid
 WIDE_CLONES
 void facets_cell_nearest(const struct facets_cell *cell, struct vec3 point,
                          struct facets_cell_point *nearest) {
-    struct sides3 a = on_all_sides(cell->middle), b = corners_of(cell), c = next_sides(b),
+    struct sides3 a = on_all_sides(cell->middle), b = corners_of(cell), c = of_next_sides(b),
                   p = on_all_sides(point);
     sides w[3];
     weigh_nearest(a, b, p, w);

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The fourth corner of a cell on the smooth surface of a mesh: F(D) = 0, |D - B| = bd, |D - C| = cd
- * by Newton's method in space (`smooth.h`), from where the cell expects it; should that fail, from
- * the corner on the flat triangles (`corner.h`), which looks everywhere.
+ * The fourth corner D of a cell on the smooth surface of a mesh (`smooth.h`), by Newton's method:
+ * at two distances in space, or at the common end of two geodesics of given lengths.
  */
 #ifndef SOLVER_MESH_SMOOTH_CORNER_H
 #define SOLVER_MESH_SMOOTH_CORNER_H
@@ -10,8 +9,26 @@
 #include "corner.h"
 #include "smooth.h"
 
-/* As mesh_corner_solve; A, B and C lie on the smooth surface, and so does D. */
+/* As mesh_corner_solve, for F(D) = 0, |D - B| = bd, |D - C| = cd; A, B and C lie on the smooth
+ * surface, and so does D. It begins where the cell expects D; should that fail, at the corner on
+ * the flat triangles (`corner.h`), which looks everywhere. */
 enum mesh_corner_end mesh_smooth_corner(const struct mesh_smooth *smooth,
                                         const struct mesh_cell *cell, struct mesh_corner *corner);
+
+/* The geodesics BD and CD: unit tangents at B and C and, in the tangent plane there, at D. */
+struct mesh_yarns {
+    struct vec3 start[2], end[2];
+};
+
+/* Solves a cell whose edges are geodesics (`smooth_geodesic.c`), by turning their directions.
+ * Across folds they unfold (`smooth_path.h`), so that on a developable mesh, however it is folded,
+ * D is that of the plane. `cell->bd` and `cell->cd` are the lengths, and D is expected at
+ * `cell->guess`, or where the geodesics lead that set off as `yarns->start`. `back`: the directions
+ * in which the yarns through A leave B and C towards it; D is on their other side. The residual is
+ * the gap between the two ends, relative to the shorter length. MESH_CORNER_BOUNDARY when a
+ * geodesic leaves the mesh. */
+enum mesh_corner_end mesh_smooth_geodesics(const struct mesh_smooth *smooth,
+                                           const struct mesh_cell *cell, const struct vec3 back[2],
+                                           struct mesh_corner *corner, struct mesh_yarns *yarns);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "smooth_geodesic.h"
+#include "smooth_corner.h"
 
 #include "smooth_path.h"
 
