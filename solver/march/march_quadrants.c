@@ -19,36 +19,37 @@ enum { FEW = 4 };
 
 /* The place (i, j), counted from the start away along the arms; NULL where nothing was put. On the
  * arms it is read from the quadrant's copy: those tiles belong to others. */
-static const struct net_node *find_place(struct quadrant *q, int32_t i, int32_t j) {
+static const struct net_node *quadrant_node(struct quadrant *q, int32_t i, int32_t j) {
     if (i > 0 && j > 0)
         return net_find(q->march->net, i * q->si, j * q->sj);
     return j == 0 ? &q->arm[0][i] : &q->arm[1][j];
 }
 
-static enum net_state state_at(struct quadrant *q, int32_t i, int32_t j) {
-    const struct net_node *node = find_place(q, i, j);
-    return node ? (enum net_state)node->state : NET_UNKNOWN;
-}
-
 static bool point_of(struct quadrant *q, int32_t i, int32_t j, struct surface_point *point) {
-    const struct net_node *node = find_place(q, i, j);
+    const struct net_node *node = quadrant_node(q, i, j);
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) &&
            march_point_at(q->march, node, point);
 }
 
-/* Brings (i, j) and the places below it into being, the row having ended before: `found` says
- * whether, `point` is then there. */
-static enum status climb_column(struct quadrant *q, int32_t i, int32_t j,
-                                struct surface_point *point, bool *found) {
+/* Where the row below ended before place i, that is brought into being with the places under it, on
+ * the highest one of its column that is there. */
+enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i,
+                                 int32_t j, bool *found) {
     struct march *march = q->march;
-    struct surface_point a, b;
-    int32_t r = j;
-    while (r > 0 && state_at(q, i, r) == NET_UNKNOWN)
-        r--;
-    *found = point_of(q, i, r, point);
-    if (!*found || r == j || !point_of(q, i - 1, r, &a))
+    struct surface_point a, b, *point = &below->at[i];
+    int32_t r = j - 1;
+    *found = i < below->count;
+    if (*found)
         return STATUS_OK;
-    for (r++; *found && r <= j; r++) {
+    while (r > 0) {
+        const struct net_node *node = quadrant_node(q, i, r);
+        if (node && node->state != NET_UNKNOWN)
+            break;
+        r--;
+    }
+    *found = point_of(q, i, r, point);
+    bool climbs = *found && r < j - 1 && point_of(q, i - 1, r, &a);
+    for (r++; climbs && r < j; r++) {
         struct fishnet_node node;
         enum drape_reason reason;
         enum surface_point_zone zone;
@@ -59,46 +60,28 @@ static enum status climb_column(struct quadrant *q, int32_t i, int32_t j,
                                   &b,        point,     {0, 0, 0}, NULL};
         *found = march_solve_corner(march, &cell, &node, &reason);
         if (!*found)
-            return march_fail(march, i * q->si, r * q->sj, reason);
-        enum status status = march_place(march, i * q->si, r * q->sj, &node.point, &zone);
+            return march_fail(march, cell.i, cell.j, reason);
+        enum status status = march_place(march, cell.i, cell.j, &node.point, &zone);
         if (status != STATUS_OK)
             return status;
         if (march->overlap)
-            overlap_forget(march->overlap, i * q->si, r * q->sj);
+            overlap_forget(march->overlap, cell.i, cell.j);
         if (zone == SURFACE_POINT_INSIDE && march->by_rows && r < q->checked)
             status = quadrant_note_late(q, i, r);
-        if (status != STATUS_OK)
-            return status;
         *found = zone != SURFACE_POINT_BEYOND;
+        if (status != STATUS_OK || !*found)
+            return status;
         *point = node.point;
         a = b;
     }
+    below->count += *found;
     return STATUS_OK;
 }
 
-enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i,
-                                 int32_t j, bool *found) {
-    *found = i < below->count;
-    if (*found)
-        return STATUS_OK;
-    enum status status = climb_column(q, i, j - 1, &below->at[i], found);
-    below->count += *found;
-    return status;
-}
-
 static bool has_left(struct quadrant *q, int32_t i, int32_t j, const struct surface_point *point) {
-    const struct net_node *node = find_place(q, i, j);
+    const struct net_node *node = quadrant_node(q, i, j);
     return !(node && node->state == NET_INSIDE) &&
            ((node && node->turn != 0) || march_has_left(q->march, point));
-}
-
-/* By how much the edge from the row below to this one at i differs from that at i - 1. */
-static struct vec3 edge_trend(const struct surface_point *below, const struct surface_point *row,
-                              int32_t i) {
-    if (i < 2)
-        return vec3_make(0, 0, 0);
-    struct vec3 last = vec3_sub(row[i - 1].jet.r, below[i - 1].jet.r);
-    return vec3_sub(last, vec3_sub(row[i - 2].jet.r, below[i - 2].jet.r));
 }
 
 void quadrant_take_edge(struct differences *edge, const struct surface_point *below,
@@ -118,26 +101,22 @@ void quadrant_take_edge(struct differences *edge, const struct surface_point *be
     }
 }
 
-/* The size of a difference on the surface, squared, but for the angle between its parameter lines.
- */
-static double size2(const struct surface_point *point, const double of[2]) {
-    return of[0] * of[0] * point->first[0] + of[1] * of[1] * point->first[2];
-}
-
 /* The parameters of D: those below it, and the edge between the rows extrapolated by its
- * differences, as long as they become smaller with their order. */
-static void extrapolate(const struct differences *edge, const struct surface_point *below,
-                        double uv[2]) {
+ * differences, as long as their sizes on the surface, but for the angle between its parameter
+ * lines, become smaller with their order. */
+static void extrapolate_edge(const struct differences *edge, const struct surface_point *below,
+                             double uv[2]) {
     double last = HUGE_VAL;
     uv[0] = below->uv[0];
     uv[1] = below->uv[1];
     for (int order = 0; order < edge->count; order++) {
-        double size = size2(below, edge->of[order]);
-        if (!(size < last))
+        const double *of = edge->of[order];
+        double size2 = of[0] * of[0] * below->first[0] + of[1] * of[1] * below->first[2];
+        if (!(size2 < last))
             break;
-        last = size;
-        uv[0] += edge->of[order][0];
-        uv[1] += edge->of[order][1];
+        last = size2;
+        uv[0] += of[0];
+        uv[1] += of[1];
     }
 }
 
@@ -162,11 +141,13 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
     cell.a = &below->at[i - 1];
     cell.b = &row->at[i - 1];
     cell.c = &below->at[i];
-    cell.trend = edge_trend(below->at, row->at, i);
     double uv[2];
+    if (i >= 2)
+        cell.trend = vec3_sub(vec3_sub(cell.b->jet.r, cell.a->jet.r),
+                              vec3_sub(row->at[i - 2].jet.r, below->at[i - 2].jet.r));
     if (i >= 2 && !march->mesh && row->edge.count > 0 && cell.c->surface == cell.b->surface &&
         !surface_point_near_pole(cell.c->surface, cell.c->jet.r, march_pole_reach2(march))) {
-        extrapolate(&row->edge, &below->at[i], uv);
+        extrapolate_edge(&row->edge, &below->at[i], uv);
         cell.guess_uv = uv;
     }
     if (!march_solve_corner(march, &cell, &node, &reason)) {
@@ -215,12 +196,6 @@ static enum status grow_row(struct quadrant *q, struct quadrant_row *below,
     return STATUS_OK;
 }
 
-static void exchange_rows(struct quadrant_row *a, struct quadrant_row *b) {
-    struct quadrant_row c = *a;
-    *a = *b;
-    *b = c;
-}
-
 /* Rows until the weft generator ends, or the net has left the surface for good. */
 static enum status grow_rows(struct quadrant *q) {
     bool been_near = false;
@@ -239,7 +214,9 @@ static enum status grow_rows(struct quadrant *q) {
             return status;
         if (!march_progress(q->march))
             return STATUS_CANCELLED;
-        exchange_rows(&q->row[0], &q->row[count]);
+        const struct quadrant_row top = q->row[count];
+        q->row[count] = q->row[0];
+        q->row[0] = top;
         if (q->march->by_rows && j == quadrant_block_end(q, q->checked)) {
             status = quadrant_check_overlaps(q, j);
             if (status != STATUS_OK)
@@ -262,8 +239,8 @@ static struct net_node *copy_arm(struct march *march, struct arena *arena, int d
 }
 
 /* What a quadrant needs but its rows, before any of them is marched. */
-static enum status prepare(struct march *march, struct arena *arena, int number,
-                           struct quadrant *q) {
+static enum status make_quadrant(struct march *march, struct arena *arena, int number,
+                                 struct quadrant *q) {
     int32_t height;
     *q = (struct quadrant){.local = *march, .si = number % 2 ? -1 : 1, .sj = number / 2 ? -1 : 1};
     q->march = &q->local;
@@ -283,8 +260,8 @@ static int compare_sizes(const void *a, const void *b) {
 }
 
 /* Rows for each quadrant, or the same for all that are marched one after the other. */
-static enum status make_rows(struct march *march, struct arena *arena, struct quadrant *quadrants,
-                             bool together) {
+static enum status make_quadrant_rows(struct march *march, struct arena *arena,
+                                      struct quadrant *quadrants, bool together) {
     int32_t longest = 0;
     for (int k = 0; k < NET_TABLES; k++)
         longest = quadrants[k].length > longest ? quadrants[k].length : longest;
@@ -329,7 +306,7 @@ static void grow_quadrant(void *data, int number) {
     q->march->by_rows = false;
 }
 
-static enum status gather(struct march *march, const struct quadrant *q) {
+static enum status add_counts(struct march *march, const struct quadrant *q) {
     const struct march_counts *own = &q->local.counts;
     struct march_counts *all = &march->counts;
     all->inside += own->inside;
@@ -351,14 +328,14 @@ static enum status grow_quadrants(struct march *march, struct arena *arena) {
     struct quadrant *quadrants = arena_alloc(arena, NET_TABLES, sizeof *quadrants);
     enum status status = quadrants ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++)
-        status = prepare(march, arena, k, &quadrants[k]);
+        status = make_quadrant(march, arena, k, &quadrants[k]);
     if (status == STATUS_OK && together) {
         qsort(quadrants, NET_TABLES, sizeof *quadrants, compare_sizes);
         for (int k = 0; k < NET_TABLES; k++)
             quadrants[k].march = &quadrants[k].local;
     }
     if (status == STATUS_OK)
-        status = make_rows(march, arena, quadrants, together);
+        status = make_quadrant_rows(march, arena, quadrants, together);
     if (status != STATUS_OK)
         return status;
     if (together)
@@ -366,7 +343,7 @@ static enum status grow_quadrants(struct march *march, struct arena *arena) {
     for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++) {
         if (!together)
             grow_quadrant(quadrants, k);
-        status = gather(march, &quadrants[k]);
+        status = add_counts(march, &quadrants[k]);
     }
     return status;
 }
