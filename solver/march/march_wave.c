@@ -14,16 +14,9 @@
 /* Of the way to the cut opposite the start: what lies nearer is certainly inside. */
 static const double not_quite = 1 - 1e-9;
 
-/* What a wave can go over: patches, by methods whose edges have chords of known length. */
-static bool suits(const struct march *march) {
-    const struct drape_settings *s = march->settings;
-    return march->method->yarn != DRAPE_YARN_GEODESIC && march->surface && !march->mesh &&
-           s->yarn_path == DRAPE_PATH_CHORD;
-}
-
 /* Between which parameters a node is inside whatever else: of a closed direction up to the
  * cut. Nowhere, where a trim has to be asked. */
-static void find_bounds(const struct march *march, struct wave *wave) {
+static void find_safe_bounds(const struct march *march, struct wave *wave) {
     const struct shell *shell = wave->surface->shell;
     bool trimmed = shell ? shell_trim(shell, wave->surface->face) : march->trim;
     for (int k = 0; k < 2; k++) {
@@ -41,7 +34,10 @@ enum status wave_make(const struct march *march, struct arena *arena, int most,
                       struct quadrant *q) {
     const struct drape_settings *s = march->settings;
     int lanes = s->lanes && s->lanes < most ? s->lanes : most;
-    q->kernel = suits(march) ? wave_kernel_for(lanes) : NULL;
+    /* It can go over patches, by methods whose edges have chords of known length. */
+    bool suits = march->method->yarn != DRAPE_YARN_GEODESIC && march->surface && !march->mesh &&
+                 s->yarn_path == DRAPE_PATH_CHORD;
+    q->kernel = suits ? wave_kernel_for(lanes) : NULL;
     if (!q->kernel)
         return STATUS_OK;
     q->wave = arena_alloc(arena, 1, sizeof *q->wave);
@@ -54,7 +50,7 @@ enum status wave_make(const struct march *march, struct arena *arena, int most,
     q->wave->pole_reach2 = march_pole_reach2(march);
     for (int k = 0; k <= WAVE_LANES; k++)
         q->before[k] = march->before;
-    find_bounds(march, q->wave);
+    find_safe_bounds(march, q->wave);
     return STATUS_OK;
 }
 
@@ -74,7 +70,7 @@ static bool runs(const struct quadrant *q, int k) {
     return goes(q, k) && q->row[k + 1].count < q->row[k].count;
 }
 
-static bool is_even(const struct net_node *node) {
+static bool is_regular(const struct net_node *node) {
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) && !node->grown &&
            !node->rough;
 }
@@ -91,7 +87,7 @@ static void set_differences(struct wave *wave, int k, const struct differences *
 }
 
 /* The face that A, B and C of lane k's cell lie on; NULL: they do not lie on one. */
-static const struct surface *face_of(struct wave *wave, int k) {
+static const struct surface *cell_face(struct wave *wave, int k) {
     const struct wave_places *a = wave_at(wave, 2), *b = wave_at(wave, 1);
     const struct surface *surface = a->surface[k];
     return surface == b->surface[k] && surface == b->surface[k + 1] ? surface : NULL;
@@ -99,8 +95,8 @@ static const struct surface *face_of(struct wave *wave, int k) {
 
 /* Before `prepare` takes in lane k's edge AB: as `quadrant_take_edge`, and gives up the guess by
  * the net before where that was on another face. */
-static void part_faces(struct wave *wave, int k) {
-    const struct surface *surface = face_of(wave, k);
+static void begin_on_faces(struct wave *wave, int k) {
+    const struct surface *surface = cell_face(wave, k);
     if (wave_at(wave, 2)->surface[k + 1] != wave_at(wave, 1)->surface[k + 1])
         set_differences(wave, k, &none);
     const struct wave_before *a = wave_before_at(wave, 2), *b = wave_before_at(wave, 1);
@@ -119,20 +115,20 @@ static unsigned choose_face(struct quadrant *q, unsigned left) {
     unsigned together = 0;
     for (unsigned bits = left; bits; bits &= bits - 1) {
         int k = __builtin_ctz(bits);
-        const struct surface *own = face_of(wave, k);
+        const struct surface *own = cell_face(wave, k);
         surface = surface ? surface : own;
         together |= own && own == surface ? 1u << k : 0;
     }
     if (surface && surface != wave->surface) {
         wave->surface = surface;
-        find_bounds(q->march, wave);
+        find_safe_bounds(q->march, wave);
     }
     return together;
 }
 
 /* Lanes whose D is found and in the region of its face, as it was on the way there: elsewhere it
  * belongs to another one, or there is none. */
-static void find_inside(struct wave *wave) {
+static void drop_outside_faces(struct wave *wave) {
     for (unsigned bits = wave->found & ~wave->inside; bits; bits &= bits - 1) {
         int k = __builtin_ctz(bits);
         double(*d)[WAVE_STRIDE] = wave->into->of;
@@ -162,20 +158,10 @@ INLINE void note_before(struct wave_before *to, int slot, const struct net_node 
     }
 }
 
-/* The places of row y of a tile that `is_even` says yes of, as bits. */
-static unsigned even_bits(const struct net_tile *tile, int y) {
+/* The places of row y of a tile that `is_regular` says yes of, as bits. */
+static unsigned regular_bits(const struct net_tile *tile, int y) {
     return tile->bits[NET_BIT_PLACE][y] & ~tile->bits[NET_BIT_GROWN][y] &
            ~(unsigned)tile->bits[NET_BIT_ROUGH][y];
-}
-
-/* The same of one whose neighbours are all of its tile, as most are. */
-static void recall_within(struct wave_before *to, int slot, const struct net_tile *tile, int x,
-                          int y) {
-    const struct net_node *at = &tile->node[y][x];
-    unsigned even = even_bits(tile, y), across = even_bits(tile, y - 1) & even_bits(tile, y + 1);
-    const struct net_node *const side[4] = {at - 1, at + 1, at - NET_TILE, at + NET_TILE};
-    if ((even & even >> 1 & even << 1 & across) >> x & 1)
-        note_before(to, slot, at, side);
 }
 
 /* Of a second march: takes in what the net before says of place i of row j, as that of a slot some
@@ -190,21 +176,29 @@ static void recall(struct quadrant *q, unsigned back, int slot, int32_t i, int32
     net_view_move(view, i * q->si, j * q->sj);
     const struct net_window *window = &view->window;
     int x = i * q->si - view->ti * NET_TILE, y = j * q->sj - view->tj * NET_TILE;
-    if (window->tile[1][1] && x > 0 && x < LAST && y > 0 && y < LAST) {
-        recall_within(to, slot, window->tile[1][1], x, y);
+    const struct net_tile *tile = window->tile[1][1];
+    if (tile && x > 0 && x < LAST && y > 0 &&
+        y < LAST) { /* as most: all beside it are of its tile */
+        const struct net_node *at = &tile->node[y][x];
+        unsigned row = regular_bits(tile, y),
+                 across = regular_bits(tile, y - 1) & regular_bits(tile, y + 1);
+        const struct net_node *const side[4] = {at - 1, at + 1, at - NET_TILE, at + NET_TILE};
+        if ((row & row >> 1 & row << 1 & across) >> x & 1)
+            note_before(to, slot, at, side);
         return;
     }
     const struct net_node *at = net_window_find(window, x, y);
     const struct net_node *side[4] = {
         net_window_find(window, x - 1, y), net_window_find(window, x + 1, y),
         net_window_find(window, x, y - 1), net_window_find(window, x, y + 1)};
-    if (is_even(at) && is_even(side[0]) && is_even(side[1]) && is_even(side[2]) && is_even(side[3]))
+    if (is_regular(at) && is_regular(side[0]) && is_regular(side[1]) && is_regular(side[2]) &&
+        is_regular(side[3]))
         note_before(to, slot, at, side);
 }
 
 /* Place i of row j, as that of a slot some steps back. */
-static void put_place(struct quadrant *q, unsigned back, int slot,
-                      const struct surface_point *point, int32_t i, int32_t j) {
+static void put_in_slot(struct quadrant *q, unsigned back, int slot,
+                        const struct surface_point *point, int32_t i, int32_t j) {
     wave_put(wave_at(q->wave, back), slot, point);
     recall(q, back, slot, i, j);
 }
@@ -219,7 +213,7 @@ struct front {
 
 /* Begins the row above the front, if it is time: its places up to the front, which it then joins.
  * As long as the row below has not come in it is not certain that there is to be one. */
-static enum status start_lane(struct quadrant *q, int32_t j, struct front *front, int *count) {
+static enum status start_row(struct quadrant *q, int32_t j, struct front *front, int *count) {
     const int k = front->high;
     struct quadrant_row *row = &q->row[k + 1], *below = &q->row[k];
     if (k > 0 && below->last < 0)
@@ -245,9 +239,9 @@ static enum status start_lane(struct quadrant *q, int32_t j, struct front *front
     for (int32_t back = 1; back <= 3; back++) {
         int32_t i = row->count - back, at = 3 - back;
         if (i >= 0)
-            put_place(q, (unsigned)back, k + 1, &row->at[i], i, j + k);
+            put_in_slot(q, (unsigned)back, k + 1, &row->at[i], i, j + k);
         if (k == 0)
-            put_place(q, (unsigned)back, 0, &below->at[at], at, j - 1);
+            put_in_slot(q, (unsigned)back, 0, &below->at[at], at, j - 1);
     }
     set_differences(q->wave, k, &edge);
     return STATUS_OK;
@@ -256,7 +250,7 @@ static enum status start_lane(struct quadrant *q, int32_t j, struct front *front
 /* Leaves lanes from `first` to the one before `lanes` to be marched row by row, after a step at
  * which lane 0 had the place `column`: what their next places rest on is put into the rows, that of
  * the row below from lane `from` on. */
-static void hand_over(struct quadrant *q, int from, int first, int lanes, int32_t column) {
+static void leave_rows(struct quadrant *q, int from, int first, int lanes, int32_t column) {
     struct wave *wave = q->wave;
     for (int k = from; k < lanes; k++) {
         struct quadrant_row *row = &q->row[k + 1];
@@ -295,7 +289,7 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     wave_get(wave_at(wave, 2), k + 1, &b2);
     struct march_cell cell = {row->count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c,
                               .guess_uv = uv};
-    if (!face_of(wave, k) || surface_point_near_pole(c.surface, c.jet.r, wave->pole_reach2))
+    if (!cell_face(wave, k) || surface_point_near_pole(c.surface, c.jet.r, wave->pole_reach2))
         cell.guess_uv = NULL;
     cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2.jet.r, a2.jet.r));
     if (!march_solve_corner(march, &cell, &node, &reason)) {
@@ -371,7 +365,7 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
 }
 
 /* What the net before says of lane k's cell, where that is not even all round. */
-static void correct(struct quadrant *q, int32_t j, int k) {
+static void correct_lane(struct quadrant *q, int32_t j, int k) {
     struct wave *wave = q->wave;
     struct march *march = q->march;
     const struct wave_places *back1 = wave_at(wave, 1), *back2 = wave_at(wave, 2);
@@ -400,22 +394,22 @@ static void correct(struct quadrant *q, int32_t j, int k) {
 }
 
 /* What is expected of D of these lanes, by the net before too. */
-static void prepare(struct quadrant *q, int32_t j, unsigned lanes) {
+static void prepare_cells(struct quadrant *q, int32_t j, unsigned lanes) {
     struct wave *wave = q->wave;
     const bool shell = q->march->surface->shell;
     for (unsigned bits = lanes; bits && (wave->corrected || shell); bits &= bits - 1) {
         int k = __builtin_ctz(bits);
         recall(q, 0, k + 1, q->row[k + 1].count, j + k);
         if (shell)
-            part_faces(wave, k);
+            begin_on_faces(wave, k);
     }
     q->kernel->prepare(wave);
     for (unsigned bits = lanes; bits && (wave->corrected || shell); bits &= bits - 1) {
         int k = __builtin_ctz(bits);
         if (wave_at(wave, 2)->surface[k] != wave_at(wave, 1)->surface[k + 1])
             set_differences(wave, k, &none);
-        if (wave->corrected && !(wave->settled >> k & 1) && face_of(wave, k))
-            correct(q, j, k);
+        if (wave->corrected && !(wave->settled >> k & 1) && cell_face(wave, k))
+            correct_lane(q, j, k);
     }
 }
 
@@ -432,7 +426,7 @@ static enum status grow_face(struct quadrant *q, int32_t j, unsigned lanes, bool
     q->kernel->solve(wave);
     wave->found &= lanes;
     if (wave->surface->shell)
-        find_inside(wave);
+        drop_outside_faces(wave);
     unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : lanes);
     usual = q->march->cut.slit ? 0 : usual;
     front->steady = front->steady && usual == lanes;
@@ -446,11 +440,11 @@ static enum status grow_face(struct quadrant *q, int32_t j, unsigned lanes, bool
     return status;
 }
 
-static enum status take_step(struct quadrant *q, int32_t j, struct front *front) {
+static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *front) {
     enum status status = STATUS_OK;
     const unsigned lanes = (1u << front->high) - (1u << front->low);
     unsigned left = lanes;
-    prepare(q, j, lanes);
+    prepare_cells(q, j, lanes);
     front->steady = true;
     while (left && status == STATUS_OK) {
         unsigned together = q->march->surface->shell ? choose_face(q, left) : left;
@@ -482,10 +476,10 @@ static enum status complete_rows(struct quadrant *q, int32_t j, struct front *fr
             row->ended = !found;
         }
         if (found) {
-            put_place(q, 1, front->low, &below->at[i], i, j + front->low - 1);
+            put_in_slot(q, 1, front->low, &below->at[i], i, j + front->low - 1);
             return STATUS_OK;
         }
-        hand_over(q, front->low, front->low, front->low + 1, front->column - 1);
+        leave_rows(q, front->low, front->low, front->low + 1, front->column - 1);
     }
     return STATUS_OK;
 }
@@ -498,12 +492,12 @@ static void stop_rows(struct quadrant *q, struct front *front) {
     if (going == front->high)
         return;
     int below = going > front->low ? going - 1 : going;
-    hand_over(q, below, going, front->high, front->column - 1);
+    leave_rows(q, below, going, front->high, front->column - 1);
     front->high = going;
     front->open = false;
 }
 
-static enum status run(struct quadrant *q, int32_t j, int *count) {
+static enum status march_wave_rows(struct quadrant *q, int32_t j, int *count) {
     struct wave *wave = q->wave;
     struct front front = {.column = 2, .open = true};
     int32_t left = q->march->by_rows ? quadrant_block_end(q, j) - j : q->kernel->lanes;
@@ -517,12 +511,12 @@ static enum status run(struct quadrant *q, int32_t j, int *count) {
             stop_rows(q, &front);
         front.open = front.open && front.high < most;
         if (front.open && status == STATUS_OK)
-            status = start_lane(q, j, &front, count);
+            status = start_row(q, j, &front, count);
         if (front.high - front.low <= !front.open || status != STATUS_OK) {
-            hand_over(q, front.low, front.low, front.high, front.column - 1);
+            leave_rows(q, front.low, front.low, front.high, front.column - 1);
             return status;
         }
-        status = take_step(q, j, &front);
+        status = take_wave_step(q, j, &front);
         if (status != STATUS_OK)
             return status;
     }
@@ -538,7 +532,7 @@ enum status wave_run(struct quadrant *q, int32_t j, int *count) {
         return STATUS_OK;
     }
     q->kept = q->alone = 0;
-    enum status status = run(q, j, count);
+    enum status status = march_wave_rows(q, j, count);
     q->resting = 2 * q->alone > q->kept ? REST : 0;
     return status;
 }
