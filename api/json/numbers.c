@@ -77,7 +77,7 @@ static int make_mark(char mark[MARK_ROOM], size_t index) {
 
 /* Reads the values of a measured array. False without memory; `*in_range` says whether all are
  * doubles. */
-static bool read_array(struct arena *arena, const char *begin, const char *end,
+static bool fill_array(struct arena *arena, const char *begin, const char *end,
                        struct numbers_array *array, bool *in_range) {
     struct arena_mark mark = arena_mark(arena);
     struct scan scan = {.at = begin, .end = end};
@@ -108,7 +108,7 @@ bool numbers_take_out(const char *bytes, size_t length, struct arena *arena,
             break;
         if (*at != '[' || at < tried || !measure_array(at, end, &array, &behind))
             continue;
-        if (!read_array(arena, at, end, &array, &in_range))
+        if (!fill_array(arena, at, end, &array, &in_range))
             return false;
         if (!in_range) {
             tried = behind;
@@ -136,13 +136,9 @@ bool numbers_take_out(const char *bytes, size_t length, struct arena *arena,
 
 /* ------------------------------------------------------------------ afterwards */
 
-static bool is_mark(const char *text) {
-    return text[0] == '\1' && !strncmp(text + 1, secret, SECRET_LENGTH) &&
-           text[1 + SECRET_LENGTH] == ':';
-}
-
 const struct numbers_array *numbers_find(const struct numbers *numbers, const char *string) {
-    if (!is_mark(string))
+    if (string[0] != '\1' || strncmp(string + 1, secret, SECRET_LENGTH) != 0 ||
+        string[1 + SECRET_LENGTH] != ':')
         return NULL;
     size_t index = strtoul(string + SECRET_LENGTH + 2, NULL, 10);
     return index < numbers->count ? &numbers->array[index] : NULL;

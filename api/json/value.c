@@ -53,7 +53,7 @@ size_t value_length(const struct json_value *json) {
     return json->packed.rows + json_array_size(json->value) + json_object_size(json->value);
 }
 
-/* Of a place that is a number. */
+/* Of a value that is a number. */
 static double number_at(const struct json_value *json) {
     return json->packed.values ? *json->packed.values : json_number_value(json->value);
 }
@@ -105,12 +105,6 @@ static bool check_type(const struct json_value *json, enum value_type type, cons
     return false;
 }
 
-static bool is_listed(const char *key, const char *const keys[]) {
-    while (*keys && strcmp(key, *keys) != 0)
-        keys++;
-    return *keys != NULL;
-}
-
 bool value_object(const struct json_value *json, const char *const keys[]) {
     if (!check_type(json, VALUE_OBJECT, "an object"))
         return false;
@@ -123,7 +117,10 @@ bool value_object(const struct json_value *json, const char *const keys[]) {
     json_t *value;
     json_object_foreach(object.mutable, key, value) {
         struct json_value member = value_member(json, key);
-        if (!is_listed(key, keys))
+        size_t k = 0;
+        while (keys[k] && strcmp(key, keys[k]) != 0)
+            k++;
+        if (!keys[k])
             value_fault(&member, "is not a known key here");
     }
     return true;
@@ -175,17 +172,13 @@ static bool value_in_range(struct value_range range, double value) {
                       : value >= range.low && value <= range.high;
 }
 
-static void fault_range(const struct json_value *json, const char *what, struct value_range range) {
-    value_fault(json, "must be %s %s %g and %g", what, range.open ? "strictly between" : "between",
-                range.low, range.high);
-}
-
 bool value_number(const struct json_value *json, struct value_range range, double *value) {
     if (!check_type(json, VALUE_NUMBER, "a number"))
         return false;
     double number = number_at(json);
     if (!value_in_range(range, number)) {
-        fault_range(json, "a number", range);
+        value_fault(json, "must be a number %s %g and %g",
+                    range.open ? "strictly between" : "between", range.low, range.high);
         return false;
     }
     *value = number + 0.0; /* -0 becomes 0: they are the same in every request */

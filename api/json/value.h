@@ -3,7 +3,7 @@
  * A parsed JSON document whose values know where they are. A `json_value` is a value
  * together with the way that leads to it, so that whatever is wrong with it can be reported under
  * its JSON pointer (RFC 6901); it lives on the stack of the function that looks at it, and points
- * to its parent's. A place may be missing: then reading it reports that it is required.
+ * to its parent's. A value may be missing: then reading it reports that it is required.
  *
  * Every read function checks type and range, reports what is wrong to the document's problem and
  * returns false; so a decoder goes on after an error and finds the independent ones too.
@@ -101,11 +101,11 @@ size_t value_length(const struct json_value *json);
 void value_fault(const struct json_value *json, const char *detail, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* The place is an object; each member whose key is not in the NULL-terminated `keys` is reported,
+/* The value is an object; each member whose key is not in the NULL-terminated `keys` is reported,
  * and does not make the answer false. */
 bool value_object(const struct json_value *json, const char *const keys[]);
 
-/* The place is an array of `least` elements or more. */
+/* The value is an array of `least` elements or more. */
 bool value_array(const struct json_value *json, size_t least);
 
 /* The value of a string, in the tree. */

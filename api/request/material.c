@@ -118,22 +118,6 @@ static void write_material_head(struct api_text *text, const struct head *head, 
     api_text_raw(text, head->example ? "true" : "false");
 }
 
-static void write_figures(struct api_text *text, const struct api_request *figures) {
-    const struct api_fabric *fabric = &figures->fabric;
-    if (fabric->areal_weight > 0)
-        api_text_key_number(text, "areal_weight", fabric->areal_weight);
-    api_text_key_object(text, "fabric");
-    if (fabric->thickness > 0)
-        api_text_key_number(text, "thickness", fabric->thickness);
-    if (fabric->fiber_volume_fraction > 0)
-        api_text_key_number(text, "fiber_volume_fraction", fabric->fiber_volume_fraction);
-    if (fabric->locking_angle_deg >= 0)
-        api_text_key_number(text, "locking_angle_deg", fabric->locking_angle_deg);
-    api_text_raw(text, "}");
-    api_normalise_permeability(text, &figures->permeability);
-    api_normalise_compaction(text, &fabric->compaction);
-}
-
 /* Its figures in its own unit. */
 static struct api_request read_figures(const struct json_value *json) {
     struct api_request figures = {.length_unit = &api_units[0],
@@ -148,7 +132,19 @@ static void write_material(const struct json_value *json, const struct head *hea
     struct api_text text = api_text_growing(json->tree->arena);
     api_text_raw(&text, "{");
     write_material_head(&text, head, false);
-    write_figures(&text, figures);
+    const struct api_fabric *fabric = &figures->fabric;
+    if (fabric->areal_weight > 0)
+        api_text_key_number(&text, "areal_weight", fabric->areal_weight);
+    api_text_key_object(&text, "fabric");
+    if (fabric->thickness > 0)
+        api_text_key_number(&text, "thickness", fabric->thickness);
+    if (fabric->fiber_volume_fraction > 0)
+        api_text_key_number(&text, "fiber_volume_fraction", fabric->fiber_volume_fraction);
+    if (fabric->locking_angle_deg >= 0)
+        api_text_key_number(&text, "locking_angle_deg", fabric->locking_angle_deg);
+    api_text_raw(&text, "}");
+    api_normalise_permeability(&text, &figures->permeability);
+    api_normalise_compaction(&text, &fabric->compaction);
     api_text_raw(&text, "}");
     *material = (struct api_material){.length = text.length};
     material->json = api_text_finish(&text);

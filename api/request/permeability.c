@@ -32,19 +32,6 @@ static bool decode_gebart(const struct json_value *json, struct api_permeability
     return ok;
 }
 
-/* One more column of a table, as long as the first. */
-static bool read_table_column(const struct json_value *table, const char *key,
-                              struct value_range range, size_t rows, const double **values) {
-    struct json_value column = value_member(table, key);
-    size_t count;
-    if (!value_numbers(&column, range, 1, values, &count))
-        return false;
-    if (count == rows)
-        return true;
-    value_fault(&column, "must have as many values as shear_deg");
-    return false;
-}
-
 /* By no less than a measurement resolves, so that slopes between values are finite. */
 static bool check_increasing(const struct json_value *column, const double *values, size_t count) {
     for (size_t i = 1; i < count; i++) {
@@ -58,27 +45,24 @@ static bool check_increasing(const struct json_value *column, const double *valu
     return true;
 }
 
-/* The same with a row for each shear angle, of a value for each fraction. */
-static bool read_table_rows(const struct json_value *table, const char *key,
-                            struct value_range range, const struct api_permeability *k,
-                            const double **values) {
-    struct json_value column = value_member(table, key);
-    double *rows;
-    size_t count;
-    if (!value_rows(&column, range, k->fractions, 1, &rows, &count))
-        return false;
-    *values = rows;
-    if (count == k->rows)
-        return true;
-    value_fault(&column, "must have a row for each value of shear_deg");
-    return false;
-}
-
+/* One more column of a table: a value for each shear angle, or a row of them, one for each
+ * fraction. */
 static bool read_table_values(const struct json_value *table, const char *key,
                               struct value_range range, const struct api_permeability *k,
                               const double **values) {
-    return k->fractions ? read_table_rows(table, key, range, k, values)
-                        : read_table_column(table, key, range, k->rows, values);
+    struct json_value column = value_member(table, key);
+    double *rows;
+    size_t count;
+    if (!(k->fractions ? value_rows(&column, range, k->fractions, 1, &rows, &count)
+                       : value_numbers(&column, range, 1, values, &count)))
+        return false;
+    if (k->fractions)
+        *values = rows;
+    if (count == k->rows)
+        return true;
+    value_fault(&column, k->fractions ? "must have a row for each value of shear_deg"
+                                      : "must have as many values as shear_deg");
+    return false;
 }
 
 /* A denser fabric has to fill more slowly: k / (1 - Vf) falls along every row. */

@@ -44,48 +44,39 @@ enum api_problem_id prepared_mesh_make(const struct api_request *request,
                                         "the mesh", limits, problem);
 }
 
-/* The mesh as the one face of itself. */
-static void write_mesh_face(struct api_text *text, const struct mesh *mesh) {
+enum api_problem_id prepared_mesh_describe(const struct api_surface *surface, struct api_text *text,
+                                           struct arena *arena, struct api_problem *problem) {
+    struct mesh *mesh;
     struct vec3 normal = {0};
+    size_t rim = 0;
+    if (make_mesh(&surface->mesh, "", arena, &mesh, problem) != API_OK)
+        return problem->id;
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         struct vec3 p[3];
         mesh_corner_points(mesh, (int32_t)t, p);
         normal = vec3_add(normal, vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
     }
     double length = vec3_norm(normal);
-    api_text_key(text, "faces");
+    normal = vec3_scale(length > 1e-9 * mesh->area ? 1 / length : 0, normal);
+    for (size_t k = 0; k < mesh->component_count; k++)
+        rim += mesh->components[k].rim_count;
+    api_text_key_integer(text, "vertices", (int64_t)surface->mesh.vertex_count);
+    api_text_key_integer(text, "triangles", (int64_t)mesh->triangle_count);
+    api_text_key(text, "faces"); /* the mesh as the one face of itself */
     api_text_raw(text, "[{");
     api_text_key_integer(text, "index", 0);
     api_text_key_number(text, "area", mesh->area);
     api_text_box(text, &mesh->lower.x, &mesh->upper.x);
-    normal = vec3_scale(length > 1e-9 * mesh->area ? 1 / length : 0, normal);
     api_text_key_numbers(text, "centre", &mesh->centroid.x, 3);
     api_text_key_numbers(text, "normal", &normal.x, 3);
     api_text_key_string(text, "kind", "mesh");
     api_text_raw(text, "}]");
-}
-
-static void write_mesh_edges(struct api_text *text, const struct mesh *mesh) {
-    size_t rim = 0;
-    for (size_t k = 0; k < mesh->component_count; k++)
-        rim += mesh->components[k].rim_count;
     api_text_key_object(text, "edges");
     api_text_key_integer(text, "shared", (int64_t)((3 * mesh->triangle_count - rim) / 2));
     api_text_key_integer(text, "free", (int64_t)rim);
     api_text_key_integer(text, "faulty", 0);
     api_text_key_number(text, "largest_gap", 0);
     api_text_raw(text, "}");
-}
-
-enum api_problem_id prepared_mesh_describe(const struct api_surface *surface, struct api_text *text,
-                                           struct arena *arena, struct api_problem *problem) {
-    struct mesh *mesh;
-    if (make_mesh(&surface->mesh, "", arena, &mesh, problem) != API_OK)
-        return problem->id;
-    api_text_key_integer(text, "vertices", (int64_t)surface->mesh.vertex_count);
-    api_text_key_integer(text, "triangles", (int64_t)mesh->triangle_count);
-    write_mesh_face(text, mesh);
-    write_mesh_edges(text, mesh);
     api_text_key_integer(text, "components", (int64_t)mesh->component_count);
     api_text_box(text, &mesh->lower.x, &mesh->upper.x);
     api_text_key_number(text, "area", mesh->area);

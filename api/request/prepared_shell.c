@@ -117,7 +117,7 @@ static struct shell_patch *make_faces(const struct api_surface *surface, const i
 }
 
 /* The shell of the faces of these numbers, moved by `offset`. */
-static enum api_problem_id make_shell(const struct api_surface *surface, const int32_t *numbers,
+static enum api_problem_id join_faces(const struct api_surface *surface, const int32_t *numbers,
                                       size_t count, const char *base, double offset,
                                       struct arena *arena, struct shell **shell,
                                       struct api_problem *problem) {
@@ -147,7 +147,7 @@ static enum api_problem_id make_apart(const struct api_surface *surface, const i
     if (status == STATUS_OUT_OF_MEMORY)
         return api_problem_no_memory(problem, "the faces");
     if (status != STATUS_OK) /* why, it says itself */
-        return make_shell(surface, numbers, count, base, 0, arena, shell, problem);
+        return join_faces(surface, numbers, count, base, 0, arena, shell, problem);
     return API_OK;
 }
 
@@ -251,7 +251,7 @@ enum api_problem_id prepared_shell_make(const struct api_request *request,
     double largest = 0;
     if (choose_faces(&request->surface, arena, shell, problem) != API_OK ||
         find_start_face(request, shell, problem) != API_OK ||
-        make_shell(&request->surface, shell->numbers, shell->count, "/surface", request->offset,
+        join_faces(&request->surface, shell->numbers, shell->count, "/surface", request->offset,
                    arena, &shell->shell, problem) != API_OK)
         return problem->id;
     for (size_t k = 0; k < shell_component_count(shell->shell); k++)
@@ -351,7 +351,7 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
     if (choose_faces(surface, arena, &all, problem) != API_OK)
         return problem->id;
     struct arena_mark mark = arena_mark(arena);
-    make_shell(surface, all.numbers, all.count, "", 0, arena, &all.shell, &fault);
+    join_faces(surface, all.numbers, all.count, "", 0, arena, &all.shell, &fault);
     if (fault.id == API_OUT_OF_MEMORY || (fault.id != API_OK && !surface->notes)) {
         *problem = fault;
         return problem->id;

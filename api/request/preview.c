@@ -224,7 +224,7 @@ static void write_primitive(struct api_text *text, const struct primitive *p, si
 }
 
 /* #rrggbb in linear light, as glTF wants it; a light grey where none is given. */
-static void write_material(struct api_text *text, const struct primitive *p) {
+static void write_gltf_material(struct api_text *text, const struct primitive *p) {
     const char *colour = p->face ? p->face->face_colour : NULL;
     unsigned rgb[3] = {0xc8, 0xcc, 0xd0};
     double linear[4] = {0, 0, 0, 1};
@@ -289,7 +289,7 @@ static const char *write_gltf(const struct primitive *all, size_t count, struct 
     api_text_raw(&text, "]}],\"materials\":[");
     for (size_t k = 0; k < count; k++) {
         api_text_raw(&text, k ? "," : "");
-        write_material(&text, &all[k]);
+        write_gltf_material(&text, &all[k]);
     }
     api_text_raw(&text, "],\"accessors\":[");
     for (size_t k = 0; k < count; k++)

@@ -39,20 +39,6 @@ static bool decode_shape(const struct json_value *json, struct api_surface *surf
     return ok && decode_nurbs(definition, false, surface);
 }
 
-static bool read_triangle(const struct json_value *json, const double *row, int32_t *triangle) {
-    for (int k = 0; k < 3; k++) {
-        if (row[k] != floor(row[k])) {
-            value_fault(json, "must be three whole numbers");
-            return false;
-        }
-        triangle[k] = (int32_t)row[k];
-    }
-    if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0])
-        return true;
-    value_fault(json, "must name three different vertices");
-    return false;
-}
-
 static bool read_triangles(const struct json_value *json, struct api_mesh *mesh) {
     const struct value_range indices = {0, (double)mesh->vertex_count - 1, false};
     double *rows;
@@ -62,9 +48,21 @@ static bool read_triangles(const struct json_value *json, struct api_mesh *mesh)
     if (!triangles)
         return false;
     for (size_t i = 0; i < mesh->triangle_count; i++) {
+        const double *row = rows + 3 * i;
+        int32_t *corners = triangles[i];
+        bool whole = true;
+        for (int k = 0; k < 3; k++) {
+            whole = whole && row[k] == floor(row[k]);
+            corners[k] = (int32_t)row[k];
+        }
+        bool different =
+            corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0];
+        if (whole && different)
+            continue;
         struct json_value triangle = value_element(json, i);
-        if (!read_triangle(&triangle, rows + 3 * i, triangles[i]))
-            return false;
+        value_fault(&triangle,
+                    whole ? "must name three different vertices" : "must be three whole numbers");
+        return false;
     }
     mesh->triangles = (const int32_t(*)[3])triangles;
     return true;

@@ -192,7 +192,7 @@ static size_t rows_of(const struct drape_result *result, enum api_table table) {
 
 /* Adds the columns that `id` is stored as, if it is there; `cut`: of the cells that the rim cuts.
  */
-static void add_columns(struct api_fields *fields, enum column_id id, bool cut) {
+static void list_column(struct api_fields *fields, enum column_id id, bool cut) {
     const struct column_spec *spec = &column_specs[id];
     enum api_table table = cut ? API_TABLE_CUT : spec->table;
     for (int part = 0; part < spec->parts; part++) {
@@ -232,13 +232,13 @@ enum status api_fields_list(struct api_fields *fields, const struct api_request 
     if (status != STATUS_OK)
         return status;
     for (int id = 0; id < COLUMN_COUNT; id++)
-        add_columns(fields, (enum column_id)id, false);
+        list_column(fields, (enum column_id)id, false);
     /* The cells that the rim cuts, which maps alone take from a stored result: what whole cells
      * have, and their corners. */
     const struct drape_cut *cut = &result->cut;
     for (int id = 0; id < COLUMN_COUNT && cut->cells.count > 0; id++)
         if (column_specs[id].table == API_TABLE_CELLS)
-            add_columns(fields, (enum column_id)id, true);
+            list_column(fields, (enum column_id)id, true);
     for (int k = 0; k < 12 && cut->cells.count > 0; k++)
         fields->source[fields->count++] = (struct api_column_source){.table = API_TABLE_CUT,
                                                                      .name = api_fields_corners[k],

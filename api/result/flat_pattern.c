@@ -28,11 +28,6 @@ static bool read_rim_columns(struct points *points, const struct api_reader *rea
     return true;
 }
 
-static void points_free(struct points *points) {
-    for (int k = 0; k < COLUMNS; k++)
-        free(points->column[k]);
-}
-
 /* ---- where no cloth reaches the rim ---- */
 
 /* The corner of the outline nearest to a place; `distance` in steps. */
@@ -169,7 +164,8 @@ enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     else if (rim)
         good = add_rim(&pattern->polygons, &points, outline);
-    points_free(&points);
+    for (int k = 0; k < COLUMNS; k++)
+        free(points.column[k]);
     if (problem->id == API_OK && good && pattern->polygons.count == 0)
         good = add_outline(&pattern->polygons, outline);
     else

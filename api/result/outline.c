@@ -175,7 +175,7 @@ static int side_turn(const struct side *side, const struct side *next) {
 
 /* The side that begins where this one ends; where two do, the one to the left, which keeps cells
  * that touch at a corner apart. */
-static struct side *next_side(struct builder *builder, const struct side *side) {
+static struct side *side_after(struct builder *builder, const struct side *side) {
     struct side key = {.i = side->to_i, .j = side->to_j}, *end = builder->sides + builder->count;
     struct side *found =
         bsearch(&key, builder->sides, builder->count, sizeof *found, compare_starts);
@@ -202,7 +202,7 @@ static bool trace(struct builder *builder, struct outline *outline, struct side 
             outline->points[outline->count++] = (struct outline_point){side->i, side->j, false};
         }
         side->used = true;
-        struct side *next = next_side(builder, side);
+        struct side *next = side_after(builder, side);
         corner = next && side_turn(side, next) != 0;
         side = next;
     }

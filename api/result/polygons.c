@@ -308,7 +308,7 @@ static bool find_cuts(const struct grid *grid, const size_t *ends, struct cuts *
     return true;
 }
 
-static int compare_crossings(const void *a, const void *b) {
+static int compare_raw_crossings(const void *a, const void *b) {
     const struct cut *x = a, *y = b;
     if (x->segment != y->segment)
         return x->segment < y->segment ? -1 : 1;
@@ -507,7 +507,7 @@ bool polygons_widen(const struct polygons *polygons, double distance, struct pol
                 grid_make(&source, polygons, ends, distance) &&
                 grid_make(&grid, &raw, raw_ends, 0) && find_cuts(&grid, raw_ends, &cuts);
     if (good && cuts.count)
-        qsort(cuts.all, cuts.count, sizeof *cuts.all, compare_crossings);
+        qsort(cuts.all, cuts.count, sizeof *cuts.all, compare_raw_crossings);
     good = good && cut_polygons(&raw, &cuts, &chains);
     for (size_t k = 0; good && k < chains.count; k++)
         chains.all[k].used = !is_parallel(&chains, &chains.all[k], &source, ends, distance);

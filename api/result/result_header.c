@@ -67,7 +67,7 @@ static void read_pair(const struct json_value *object, const char *key, int *pai
             pair[k] = (int)values[k];
 }
 
-static struct vec3 read_vec3(const struct json_value *object, const char *key) {
+static struct vec3 read_header_point(const struct json_value *object, const char *key) {
     struct json_value json = value_member(object, key);
     double v[3] = {0, 0, 0};
     value_vector(&json, any, 3, v);
@@ -88,9 +88,9 @@ static void read_drape(const struct json_value *root, struct api_columns *column
     if (value_given(&face))
         value_integer(&face, -1, INT_MAX, &columns->start.face);
     value_vector(&uv, any, 2, columns->start.uv);
-    columns->start.point = read_vec3(&start, "point");
-    columns->start.warp = read_vec3(&start, "warp");
-    columns->start.weft = read_vec3(&start, "weft");
+    columns->start.point = read_header_point(&start, "point");
+    columns->start.warp = read_header_point(&start, "warp");
+    columns->start.weft = read_header_point(&start, "weft");
 }
 
 void result_header_read(const struct json_tree *tree, struct api_columns *columns) {
