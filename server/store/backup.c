@@ -83,30 +83,22 @@ bool backup_make(const char *url, const char *path, struct backup_contents *cont
                                  : sqlite_backup_make(sqlite_path(url), path, contents, why);
 }
 
-/* Whether the copy is of an SQLite database, by its first bytes. */
-static bool is_sqlite(const char *path, bool *sqlite, char why[STORE_WHY_SIZE]) {
-    static const char magic[16] = "SQLite format 3";
-    char start[sizeof magic] = "";
+bool backup_restore(const char *url, const char *path, struct backup_contents *contents,
+                    char kept[BACKUP_KEPT_SIZE], char why[STORE_WHY_SIZE]) {
+    static const char sqlite[16] = "SQLite format 3"; /* its first bytes */
+    char start[sizeof sqlite] = "";
+    memset(contents, 0, sizeof *contents);
+    kept[0] = '\0';
     int file = open(path, O_RDONLY | O_CLOEXEC);
     ssize_t got = file < 0 ? -1 : read(file, start, sizeof start);
-    *sqlite = got == (ssize_t)sizeof start && !memcmp(start, magic, sizeof magic);
     if (got < 0)
         backup_fail(why, "%s cannot be read: %s", path, strerror(errno));
     if (file >= 0)
         close(file);
-    return got >= 0;
-}
-
-bool backup_restore(const char *url, const char *path, struct backup_contents *contents,
-                    char kept[BACKUP_KEPT_SIZE], char why[STORE_WHY_SIZE]) {
-    bool sqlite = false;
-    memset(contents, 0, sizeof *contents);
-    kept[0] = '\0';
-    if (!is_sqlite(path, &sqlite, why))
+    if (got < 0)
         return false;
-    if (sqlite && store_url_remote(url)) {
+    if (!memcmp(start, sqlite, sizeof sqlite) && store_url_remote(url))
         return backup_fail(why, "%s is of an SQLite store, and this one is PostgreSQL", path);
-    }
     return store_url_remote(url)
                ? postgres_backup_restore(url, path, contents, kept, why)
                : sqlite_backup_restore(sqlite_path(url), path, contents, kept, why);

@@ -313,37 +313,27 @@ void store_writer_free(struct store_writer *writer) {
     free(writer);
 }
 
-/* Loads the chunk whole: the next call is going to ask for what follows. */
-static enum store_answer load_chunk(struct store *store, const struct store_result *result,
-                                    int64_t index, size_t offset, void *to, size_t length) {
-    int64_t left = result->length - index * STORE_CHUNK_BYTES;
-    size_t size = left < STORE_CHUNK_BYTES ? (size_t)left : STORE_CHUNK_BYTES;
-    unsigned char *bytes = malloc(size);
-    if (!bytes)
-        return STORE_DOWN;
-    enum store_answer answer = reads_chunk(store, result->number, index, bytes, size);
-    if (answer == STORE_OK) {
-        memcpy(to, bytes + offset, length);
-        store_cache_put(store->cache, result->number, index, bytes, size);
-    } else {
-        free(bytes);
-    }
-    return answer;
-}
-
+/* A chunk is loaded whole: the next call is going to ask for what follows. */
 enum store_answer store_result_read(struct store *store, const struct store_result *result,
                                     int64_t offset, void *bytes, size_t length) {
-    unsigned char *to = bytes;
-    while (length > 0) {
+    for (unsigned char *to = bytes; length > 0;) {
         int64_t index = offset / STORE_CHUNK_BYTES;
         size_t within = (size_t)(offset % STORE_CHUNK_BYTES);
         size_t room = STORE_CHUNK_BYTES - within;
         size_t taken = length < room ? length : room;
-        enum store_answer answer = STORE_OK;
-        if (!store_cache_read(store->cache, result->number, index, within, to, taken))
-            answer = load_chunk(store, result, index, within, to, taken);
-        if (answer != STORE_OK)
-            return answer;
+        if (!store_cache_read(store->cache, result->number, index, within, to, taken)) {
+            int64_t left = result->length - index * STORE_CHUNK_BYTES;
+            size_t size = left < STORE_CHUNK_BYTES ? (size_t)left : STORE_CHUNK_BYTES;
+            unsigned char *chunk = malloc(size);
+            enum store_answer answer =
+                chunk ? reads_chunk(store, result->number, index, chunk, size) : STORE_DOWN;
+            if (answer != STORE_OK) {
+                free(chunk);
+                return answer;
+            }
+            memcpy(to, chunk + within, taken);
+            store_cache_put(store->cache, result->number, index, chunk, size);
+        }
         to += taken;
         offset += (int64_t)taken;
         length -= taken;

@@ -4,10 +4,16 @@
 #include "sql.h"
 #include <string.h>
 
-static bool read_hosts(const struct reader *reader, struct survey *survey) {
-    struct query query = reader->query(
-        reader->of, "SELECT host, role, version, workers, busy, seen FROM draped.hosts"
-                    " ORDER BY seen DESC, host LIMIT $1");
+bool survey_read(const struct reader *reader, struct survey *survey, char why[STORE_WHY_SIZE]) {
+    struct query query =
+        reader->query(reader->of, "SELECT max(version) FROM draped.schema_version");
+    survey->schema = query_row(&query) ? query_int(&query, 0) : 0;
+    if (query_end(&query) != STORE_OK || !store_schema_known("the store", survey->schema, why) ||
+        reads_counts(reader, survey->now, &survey->counts) != STORE_OK)
+        return false;
+    query = reader->query(reader->of,
+                          "SELECT host, role, version, workers, busy, seen FROM draped.hosts"
+                          " ORDER BY seen DESC, host LIMIT $1");
     query_bind(&query, of_int(SURVEY_HOSTS));
     for (; survey->host_count < SURVEY_HOSTS && query_row(&query); survey->host_count++) {
         struct store_host *host = &survey->hosts[survey->host_count].host;
@@ -18,31 +24,18 @@ static bool read_hosts(const struct reader *reader, struct survey *survey) {
         host->busy = query_int(&query, 4);
         survey->hosts[survey->host_count].seen = query_int(&query, 5);
     }
-    return query_end(&query) == STORE_OK;
-}
-
-static bool read_failure(const struct reader *reader, struct survey *survey) {
-    struct query query = reader->query(
-        reader->of,
-        "SELECT id, finished, error FROM draped.jobs WHERE kind IN (" SQL_DRAPE ", " SQL_STUDY
-        ", " SQL_LAMINATE ") AND status = " SQL_FAILED " ORDER BY sequence DESC LIMIT 1");
+    if (query_end(&query) != STORE_OK)
+        return false;
+    query = reader->query(reader->of,
+                          "SELECT id, finished, error FROM draped.jobs WHERE kind IN (" SQL_DRAPE
+                          ", " SQL_STUDY ", " SQL_LAMINATE ") AND status = " SQL_FAILED
+                          " ORDER BY sequence DESC LIMIT 1");
     if (query_row(&query)) {
         query_copy(&query, 0, survey->failed, sizeof survey->failed);
         survey->failed_at = query_int(&query, 1);
         query_copy(&query, 2, survey->error, sizeof survey->error);
     }
     return query_end(&query) == STORE_OK;
-}
-
-bool survey_read(const struct reader *reader, struct survey *survey, char why[STORE_WHY_SIZE]) {
-    struct query query =
-        reader->query(reader->of, "SELECT max(version) FROM draped.schema_version");
-    survey->schema = query_row(&query) ? query_int(&query, 0) : 0;
-    if (query_end(&query) != STORE_OK)
-        return false;
-    return store_schema_known("the store", survey->schema, why) &&
-           reads_counts(reader, survey->now, &survey->counts) == STORE_OK &&
-           read_hosts(reader, survey) && read_failure(reader, survey);
 }
 
 bool survey_store(const char *url, struct survey *survey, char why[STORE_WHY_SIZE]) {

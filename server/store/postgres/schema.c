@@ -409,7 +409,7 @@ static bool check_rights(struct pool *pool, char why[STORE_WHY_SIZE]) {
         return false;
     if (!good)
         snprintf(why, STORE_WHY_SIZE,
-                 "this user of the database must not read and write all tables of the schema "
+                 "this user of the database has no privilege for a table of the schema "
                  "'draped': GRANT SELECT, INSERT, UPDATE, DELETE ON ALL TABLES IN SCHEMA draped");
     return good;
 }

@@ -292,35 +292,21 @@ static bool swap_databases(const char *database, const char *stage, char kept[BA
     return backup_sync(parent, why);
 }
 
-/* The copy, read through. */
-static sqlite3 *open_backup(const char *path, struct backup_contents *contents,
-                            char why[STORE_WHY_SIZE]) {
-    struct backup_contents found;
-    sqlite3 *from = open_file(path, SQLITE_OPEN_READONLY, why);
-    if (from && run_sql(from, path, "BEGIN", why) && check_pages(from, path, why) &&
-        read_contents(from, path, &found, why) &&
-        read_manifest(from, path, found.schema, contents, why) &&
-        backup_same(&found, contents, why) && store_schema_known(path, found.schema, why))
-        return from;
-    sqlite3_close(from);
-    return NULL;
-}
-
-/* The lock file stays, for the account of the folder. */
-static bool take_lock(const char *database, struct process_lock **lock, char why[STORE_WHY_SIZE]) {
-    char file[PATH_MAX];
-    *lock = process_lock_take(database, false, why);
-    return *lock && beside(database, "-lock", file, why) && give_to_account(database, file, why);
-}
-
 bool sqlite_backup_restore(const char *database, const char *path, struct backup_contents *contents,
                            char kept[BACKUP_KEPT_SIZE], char why[STORE_WHY_SIZE]) {
-    char stage[PATH_MAX];
-    struct process_lock *lock = NULL;
-    sqlite3 *from = NULL;
-    bool good = beside(database, ".restoring", stage, why) && take_lock(database, &lock, why) &&
-                (from = open_backup(path, contents, why)) != NULL && remove_stage(stage, why) &&
-                copy_to(from, stage, contents, false, why) &&
+    char stage[PATH_MAX], lock_file[PATH_MAX];
+    struct backup_contents found;
+    if (!beside(database, ".restoring", stage, why) || !beside(database, "-lock", lock_file, why))
+        return false;
+    struct process_lock *lock = process_lock_take(database, false, why);
+    sqlite3 *from = lock && give_to_account(database, lock_file, why)
+                        ? open_file(path, SQLITE_OPEN_READONLY, why)
+                        : NULL;
+    bool good = from && run_sql(from, path, "BEGIN", why) && check_pages(from, path, why) &&
+                read_contents(from, path, &found, why) &&
+                read_manifest(from, path, found.schema, contents, why) &&
+                backup_same(&found, contents, why) && store_schema_known(path, found.schema, why) &&
+                remove_stage(stage, why) && copy_to(from, stage, contents, false, why) &&
                 give_to_account(database, stage, why) && swap_databases(database, stage, kept, why);
     char ignored[STORE_WHY_SIZE];
     if (!good && lock)

@@ -26,15 +26,6 @@ static struct query oldest_ended(struct db *db, bool expired, int64_t before) {
     return query;
 }
 
-/* The oldest job with a result of the owner whose results are largest. A result that other jobs
- * share is freed with the last of them. */
-static struct query oldest_of_largest(struct db *db) {
-    return db_query(db, "SELECT sequence, result FROM jobs INDEXED BY jobs_owner_result"
-                        " WHERE owner = (SELECT owner FROM owners INDEXED BY owners_results"
-                        "  ORDER BY results DESC LIMIT 1) AND result IS NOT NULL"
-                        " ORDER BY finished LIMIT 1");
-}
-
 static enum store_answer run_with(struct db *db, const char *sql, int64_t sequence) {
     struct query query = db_query(db, sql);
     query_bind(&query, of_int(sequence));
@@ -73,12 +64,18 @@ static bool over_bytes(const struct sqlite_store *store, struct db *db) {
     return query_end(&query) == STORE_OK && over;
 }
 
-/* Until the rest is within the bound. */
+/* The oldest job with a result of the owner whose results are largest, until the rest is within the
+ * bound. A result that other jobs share is freed with the last of them. */
 static enum store_answer expire_excess(struct sqlite_store *store, struct db *db, void *context) {
     int64_t *done = context;
     enum store_answer answer = STORE_OK;
     while (*done < JOBS_A_STEP && answer == STORE_OK && over_bytes(store, db))
-        if ((answer = expire_job(db, oldest_of_largest(db))) == STORE_OK)
+        if ((answer = expire_job(
+                 db,
+                 db_query(db, "SELECT sequence, result FROM jobs INDEXED BY jobs_owner_result"
+                              " WHERE owner = (SELECT owner FROM owners INDEXED BY owners_results"
+                              "  ORDER BY results DESC LIMIT 1) AND result IS NOT NULL"
+                              " ORDER BY finished LIMIT 1"))) == STORE_OK)
             ++*done;
     return answer != STORE_OK && answer != STORE_EMPTY ? answer
            : *done > 0                                 ? STORE_OK
