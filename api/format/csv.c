@@ -4,16 +4,8 @@
 #include "encoder.h"
 #include <string.h>
 
-/* A number, nothing where there is none, or the name that a number stands for. */
-static size_t write_value(const struct encoder *encoder, const struct api_column_source *column,
-                          double value, char *at) {
-    bool failure = column->table == API_TABLE_VARIANTS && strcmp(column->name, "failure") == 0;
-    if (!failure || !(value >= 0 && value < FAILURE_COUNT))
-        return encoder_value(encoder, column, value, at);
-    return (size_t)(stpcpy(at, failure_names[(int)value]) - at);
-}
-
-/* Some rows, whose columns lie side by side in `values`; the names before the first. */
+/* Some rows, whose columns lie side by side in `values`; the names before the first. A value is a
+ * number, nothing where there is none, or the name of a variant's failure. */
 static void next_csv(struct encoder *encoder) {
     size_t rows = encoder->selected[0].rows;
     size_t count = encoder_left(encoder, rows, ENCODER_VALUES / encoder->count);
@@ -28,7 +20,14 @@ static void next_csv(struct encoder *encoder) {
     char *at = encoder->piece.bytes + encoder->piece.length;
     for (size_t row = 0; row < count; row++)
         for (size_t i = 0; i < encoder->count; i++) {
-            at += write_value(encoder, &encoder->selected[i], encoder->values[i * count + row], at);
+            const struct api_column_source *column = &encoder->selected[i];
+            double value = encoder->values[i * count + row];
+            bool failure =
+                column->table == API_TABLE_VARIANTS && strcmp(column->name, "failure") == 0;
+            if (failure && value >= 0 && value < FAILURE_COUNT)
+                at = stpcpy(at, failure_names[(int)value]);
+            else
+                at += encoder_value(encoder, column, value, at);
             *at++ = i + 1 < encoder->count ? ',' : '\n';
         }
     encoder->piece.length = (size_t)(at - encoder->piece.bytes);

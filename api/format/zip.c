@@ -18,7 +18,7 @@ enum {
 static const uint32_t REGULAR_FILE = 0100644u << 16;
 
 /* `size` bytes of a number, the low ones first. */
-static void put_bytes(struct api_text *text, uint64_t value, int size) {
+static void put_little_endian(struct api_text *text, uint64_t value, int size) {
     char bytes[8];
     for (int k = 0; k < size; k++)
         bytes[k] = (char)(value >> (8 * k) & 0xff);
@@ -31,36 +31,36 @@ static uint32_t narrow(uint64_t value) {
 
 /* Version, flags, method, time and day: the same in both headers. */
 static void put_kind(struct api_text *text, const struct zip_entry *entry, bool large) {
-    put_bytes(text, large ? VERSION_64 : VERSION_PLAIN, 2);
-    put_bytes(text, entry->trailed ? FLAG_TRAILED : 0, 2);
-    put_bytes(text, (uint64_t)entry->method, 2);
-    put_bytes(text, 0, 2);
-    put_bytes(text, FIRST_DAY, 2);
+    put_little_endian(text, large ? VERSION_64 : VERSION_PLAIN, 2);
+    put_little_endian(text, entry->trailed ? FLAG_TRAILED : 0, 2);
+    put_little_endian(text, (uint64_t)entry->method, 2);
+    put_little_endian(text, 0, 2);
+    put_little_endian(text, FIRST_DAY, 2);
 }
 
 void zip_begin_entry(struct api_text *text, const struct zip_entry *entry) {
     bool known = !entry->trailed, large = known && (entry->size >= LARGE || entry->packed >= LARGE);
-    put_bytes(text, 0x04034b50, 4);
+    put_little_endian(text, 0x04034b50, 4);
     put_kind(text, entry, large);
-    put_bytes(text, known ? entry->crc : 0, 4);
-    put_bytes(text, large ? LARGE : known ? entry->packed : 0, 4);
-    put_bytes(text, large ? LARGE : known ? entry->size : 0, 4);
-    put_bytes(text, strlen(entry->name), 2);
-    put_bytes(text, large ? 20 : 0, 2);
+    put_little_endian(text, known ? entry->crc : 0, 4);
+    put_little_endian(text, large ? LARGE : known ? entry->packed : 0, 4);
+    put_little_endian(text, large ? LARGE : known ? entry->size : 0, 4);
+    put_little_endian(text, strlen(entry->name), 2);
+    put_little_endian(text, large ? 20 : 0, 2);
     api_text_raw(text, entry->name);
     if (large) {
-        put_bytes(text, EXTRA_64, 2);
-        put_bytes(text, 16, 2);
-        put_bytes(text, entry->size, 8);
-        put_bytes(text, entry->packed, 8);
+        put_little_endian(text, EXTRA_64, 2);
+        put_little_endian(text, 16, 2);
+        put_little_endian(text, entry->size, 8);
+        put_little_endian(text, entry->packed, 8);
     }
 }
 
 void zip_end_entry(struct api_text *text, const struct zip_entry *entry) {
-    put_bytes(text, 0x08074b50, 4);
-    put_bytes(text, entry->crc, 4);
-    put_bytes(text, entry->packed, 4);
-    put_bytes(text, entry->size, 4);
+    put_little_endian(text, 0x08074b50, 4);
+    put_little_endian(text, entry->crc, 4);
+    put_little_endian(text, entry->packed, 4);
+    put_little_endian(text, entry->size, 4);
 }
 
 /* One entry of the directory. */
@@ -69,25 +69,25 @@ static void list_entry(struct api_text *text, const struct zip_entry *entry) {
     uint64_t wide = 0;
     for (int k = 0; k < 3; k++)
         wide += numbers[k] >= LARGE;
-    put_bytes(text, 0x02014b50, 4);
-    put_bytes(text, MADE_BY_UNIX | (wide ? VERSION_64 : VERSION_PLAIN), 2);
+    put_little_endian(text, 0x02014b50, 4);
+    put_little_endian(text, MADE_BY_UNIX | (wide ? VERSION_64 : VERSION_PLAIN), 2);
     put_kind(text, entry, wide > 0);
-    put_bytes(text, entry->crc, 4);
-    put_bytes(text, narrow(entry->packed), 4);
-    put_bytes(text, narrow(entry->size), 4);
-    put_bytes(text, strlen(entry->name), 2);
-    put_bytes(text, wide ? 4 + 8 * wide : 0, 2);
-    put_bytes(text, 0, 6); /* comment, disk, internal attributes */
-    put_bytes(text, REGULAR_FILE, 4);
-    put_bytes(text, narrow(entry->offset), 4);
+    put_little_endian(text, entry->crc, 4);
+    put_little_endian(text, narrow(entry->packed), 4);
+    put_little_endian(text, narrow(entry->size), 4);
+    put_little_endian(text, strlen(entry->name), 2);
+    put_little_endian(text, wide ? 4 + 8 * wide : 0, 2);
+    put_little_endian(text, 0, 6); /* comment, disk, internal attributes */
+    put_little_endian(text, REGULAR_FILE, 4);
+    put_little_endian(text, narrow(entry->offset), 4);
     api_text_raw(text, entry->name);
     if (wide) {
-        put_bytes(text, EXTRA_64, 2);
-        put_bytes(text, 8 * wide, 2);
+        put_little_endian(text, EXTRA_64, 2);
+        put_little_endian(text, 8 * wide, 2);
     }
     for (int k = 0; k < 3; k++)
         if (numbers[k] >= LARGE)
-            put_bytes(text, numbers[k], 8);
+            put_little_endian(text, numbers[k], 8);
 }
 
 void zip_end(struct api_text *text, const struct zip_entry *entries, size_t count,
@@ -97,25 +97,25 @@ void zip_end(struct api_text *text, const struct zip_entry *entries, size_t coun
         list_entry(text, &entries[k]);
     uint64_t length = text->length - start;
     if (count >= MANY || offset >= LARGE || length >= LARGE) {
-        put_bytes(text, 0x06064b50, 4);
-        put_bytes(text, 44, 8); /* bytes that follow */
-        put_bytes(text, MADE_BY_UNIX | VERSION_64, 2);
-        put_bytes(text, VERSION_64, 2);
-        put_bytes(text, 0, 8); /* disks */
-        put_bytes(text, count, 8);
-        put_bytes(text, count, 8);
-        put_bytes(text, length, 8);
-        put_bytes(text, offset, 8);
-        put_bytes(text, 0x07064b50, 4);
-        put_bytes(text, 0, 4);
-        put_bytes(text, offset + length, 8);
-        put_bytes(text, 1, 4);
+        put_little_endian(text, 0x06064b50, 4);
+        put_little_endian(text, 44, 8); /* bytes that follow */
+        put_little_endian(text, MADE_BY_UNIX | VERSION_64, 2);
+        put_little_endian(text, VERSION_64, 2);
+        put_little_endian(text, 0, 8); /* disks */
+        put_little_endian(text, count, 8);
+        put_little_endian(text, count, 8);
+        put_little_endian(text, length, 8);
+        put_little_endian(text, offset, 8);
+        put_little_endian(text, 0x07064b50, 4);
+        put_little_endian(text, 0, 4);
+        put_little_endian(text, offset + length, 8);
+        put_little_endian(text, 1, 4);
     }
-    put_bytes(text, 0x06054b50, 4);
-    put_bytes(text, 0, 4);
-    put_bytes(text, count < MANY ? count : MANY, 2);
-    put_bytes(text, count < MANY ? count : MANY, 2);
-    put_bytes(text, narrow(length), 4);
-    put_bytes(text, narrow(offset), 4);
-    put_bytes(text, 0, 2);
+    put_little_endian(text, 0x06054b50, 4);
+    put_little_endian(text, 0, 4);
+    put_little_endian(text, count < MANY ? count : MANY, 2);
+    put_little_endian(text, count < MANY ? count : MANY, 2);
+    put_little_endian(text, narrow(length), 4);
+    put_little_endian(text, narrow(offset), 4);
+    put_little_endian(text, 0, 2);
 }

@@ -68,8 +68,8 @@ static bool read_element(struct scan *scan, const char *path, const struct kind 
     return true;
 }
 
-static bool read_array(struct scan *scan, const char *path, const struct kind *kind,
-                       struct array *array) {
+static bool read_number_array(struct scan *scan, const char *path, const struct kind *kind,
+                              struct array *array) {
     static const size_t sizes[2] = {sizeof(double), sizeof(int32_t)};
     const int stride = kind->width > 1 && kind->whole ? 4 : kind->width;
     bool more = true;
@@ -152,7 +152,7 @@ static bool read_json_mesh(struct scan *scan, const char *name, struct mesh_text
             k++;
         if (k == MEMBERS)
             return scan_invalid(scan, path, -1, -1, "is not known here");
-        if (!read_array(scan, path, members[k].kind, members[k].array) ||
+        if (!read_number_array(scan, path, members[k].kind, members[k].array) ||
             !scan_next(scan, '}', &more))
             return false;
     }
@@ -167,7 +167,7 @@ static bool read_document_member(struct scan *scan, const char *key, struct docu
         return scan_invalid(scan, path, -1, -1, "must be the only one of \"points\" and \"mesh\"");
     document->has_mesh = document->has_mesh || mesh;
     if (is_points)
-        return read_array(scan, path, &points, &document->points);
+        return read_number_array(scan, path, &points, &document->points);
     if (mesh)
         return read_json_mesh(scan, key, &document->mesh);
     if (strcmp(key, "punch") == 0) {
@@ -177,9 +177,9 @@ static bool read_document_member(struct scan *scan, const char *key, struct docu
                      : read_json_mesh(scan, key, &document->punch);
     }
     if (strcmp(key, "cavity_heights") == 0)
-        return read_array(scan, path, &heights, &document->heights);
+        return read_number_array(scan, path, &heights, &document->heights);
     if (strcmp(key, "inlet_elements") == 0)
-        return read_array(scan, path, &inlets, &document->inlet);
+        return read_number_array(scan, path, &inlets, &document->inlet);
     return scan_invalid(scan, path, -1, -1, "is not known here");
 }
 
@@ -261,33 +261,31 @@ static bool take_ids(struct scan *scan, const struct array *given, const char *p
            scan_invalid(scan, path, repeated, -1, "is there twice: %d", values[repeated]);
 }
 
-static bool mark_inlet(struct scan *scan, const struct array *inlet, struct map_target *target) {
-    uint8_t *marks = arena_alloc(scan->arena, target->element_count, 1);
-    if (!marks)
-        return scan_no_memory(scan);
-    const int32_t *elements = inlet->values;
-    for (size_t k = 0; k < inlet->count; k++) {
-        if ((size_t)elements[k] >= target->element_count)
-            return scan_invalid(scan, "/inlet_elements", (long)k, -1,
-                                "must be the index of an element, less than %zu",
-                                target->element_count);
-        marks[elements[k]] = MAP_INLET;
-    }
-    target->roles = marks;
-    target->has_role[MAP_INLET] = true;
-    return true;
-}
-
 static bool take_mesh(struct scan *scan, const struct document *document,
                       struct map_target *target) {
     const struct mesh_text *mesh = &document->mesh;
     target->vertices = mesh->vertices.values;
     target->vertex_count = mesh->vertices.count;
-    return take_elements(scan, "mesh", mesh, &target->elements, &target->element_count) &&
-           take_ids(scan, &mesh->ids, "/mesh/ids", target->element_count, &target->ids) &&
-           take_ids(scan, &mesh->vertex_ids, "/mesh/vertex_ids", mesh->vertices.count,
-                    &target->vertex_ids) &&
-           (!document->inlet.values || mark_inlet(scan, &document->inlet, target));
+    if (!take_elements(scan, "mesh", mesh, &target->elements, &target->element_count) ||
+        !take_ids(scan, &mesh->ids, "/mesh/ids", target->element_count, &target->ids) ||
+        !take_ids(scan, &mesh->vertex_ids, "/mesh/vertex_ids", mesh->vertices.count,
+                  &target->vertex_ids))
+        return false;
+    const int32_t *inlet = document->inlet.values;
+    if (!inlet)
+        return true;
+    target->has_role[MAP_INLET] = true;
+    target->roles = arena_alloc(scan->arena, target->element_count, 1);
+    if (!target->roles)
+        return scan_no_memory(scan);
+    for (size_t k = 0; k < document->inlet.count; k++) {
+        if ((size_t)inlet[k] >= target->element_count)
+            return scan_invalid(scan, "/inlet_elements", (long)k, -1,
+                                "must be the index of an element, less than %zu",
+                                target->element_count);
+        target->roles[inlet[k]] = MAP_INLET;
+    }
+    return true;
 }
 
 /* The points or the mesh, and what is said of the cavity. */

@@ -65,8 +65,8 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
 /* ---- one place ---- */
 
 /* The tensor of a row's components by k1, k2, k3 and the direction of k1, and in global axes. */
-static void put_permeability(const struct mapping *mapping, const double *k, struct vec3 warp,
-                             struct vec3 weft, size_t row, size_t column) {
+static void put_tensor_row(const struct mapping *mapping, const double *k, struct vec3 warp,
+                           struct vec3 weft, size_t row, size_t column) {
     double *const *out = mapping->column + column;
     struct permeability principal = permeability_principal(k[0], k[1], k[2], k[3]);
     struct vec3 d = permeability_direction(&principal, warp, weft);
@@ -97,7 +97,7 @@ static void put_row(const struct mapping *mapping, const struct facets_point *pl
         const struct map_group *group = &net->group[k];
         const double *own = values + group->place;
         if (group->kind == MAP_TENSOR)
-            put_permeability(mapping, own, warp, weft, row, column);
+            put_tensor_row(mapping, own, warp, weft, row, column);
         else if (group->kind != MAP_VECTOR)
             mapping->column[column][row] = own[0];
         else if (group->place == net->warp || group->place == net->weft)

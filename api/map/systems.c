@@ -10,18 +10,6 @@ enum { DEPTH_MAX = 64 }; /* systems that hang on each other in a row */
 /* ---- cards ---- */
 
 /* CORD1R CIDA G1A G2A G3A CIDB G1B G2B G3B; CORD2R CID RID A1 A2 A3 B1 B2 B3, C1 C2 C3. */
-static bool read_system(const struct bulk_card *card, int first, struct system *system,
-                        struct api_problem *problem) {
-    bool basic = !card->field[1][0] || strcmp(card->field[1], "0") == 0;
-    bool good = bulk_id(card, first, "the id", &system->id, problem);
-    if (!system->by_grids)
-        good = good && (basic || bulk_id(card, 1, "the system", &system->reference, problem));
-    for (int k = 0; good && k < 3; k++)
-        good = system->by_grids ? bulk_id(card, first + 1 + k, "a grid", &system->grid[k], problem)
-                                : bulk_point(card, 2 + 3 * k, &system->point[k], problem);
-    return good;
-}
-
 int systems_read(const struct bulk_card *card, struct system found[2],
                  struct api_problem *problem) {
     static const char letters[] = "RCS";
@@ -29,12 +17,20 @@ int systems_read(const struct bulk_card *card, struct system found[2],
     if (!letter || strncmp(name, "CORD", 4) != 0 || (name[4] != '1' && name[4] != '2'))
         return 0;
     bool by_grids = name[4] == '1';
+    bool basic = !card->field[1][0] || strcmp(card->field[1], "0") == 0;
     int count = by_grids && card->field[4][0] ? 2 : 1;
-    for (int k = 0; k < count; k++) {
-        found[k] = (struct system){.line = (uint32_t)card->line, .by_grids = by_grids};
-        found[k].basis.kind = (enum coordinates_kind)(letter - letters);
-        strcpy(found[k].name, name);
-        if (!read_system(card, 4 * k, &found[k], problem))
+    for (int s = 0; s < count; s++) {
+        struct system *system = &found[s];
+        *system = (struct system){.line = (uint32_t)card->line, .by_grids = by_grids};
+        system->basis.kind = (enum coordinates_kind)(letter - letters);
+        strcpy(system->name, name);
+        bool good = bulk_id(card, 4 * s, "the id", &system->id, problem);
+        if (!by_grids)
+            good = good && (basic || bulk_id(card, 1, "the system", &system->reference, problem));
+        for (int k = 0; good && k < 3; k++)
+            good = by_grids ? bulk_id(card, 4 * s + 1 + k, "a grid", &system->grid[k], problem)
+                            : bulk_point(card, 2 + 3 * k, &system->point[k], problem);
+        if (!good)
             return -1;
     }
     return count;
@@ -49,7 +45,7 @@ struct resolution {
     int depth;
 };
 
-static bool make_ready(struct resolution *resolution, struct system *system);
+static bool prepare_system(struct resolution *resolution, struct system *system);
 
 /* A point of the system with this id, in place. `line` and `what` say where it stands. */
 static bool to_basic(struct resolution *resolution, int32_t id, struct vec3 *point, uint32_t line,
@@ -63,7 +59,7 @@ static bool to_basic(struct resolution *resolution, int32_t id, struct vec3 *poi
             resolution->problem,
             "line %u: %s is in the coordinate system %d, which the file does not define", line,
             what, id);
-    if (!make_ready(resolution, &systems->system[index]))
+    if (!prepare_system(resolution, &systems->system[index]))
         return false;
     *point = coordinates_basic(&systems->system[index].basis, *point);
     return true;
@@ -104,7 +100,7 @@ static bool find_defining_points(struct resolution *resolution, const struct sys
     return true;
 }
 
-static bool make_ready(struct resolution *resolution, struct system *system) {
+static bool prepare_system(struct resolution *resolution, struct system *system) {
     struct vec3 points[3];
     if (system->state == SYSTEM_READY)
         return true;
