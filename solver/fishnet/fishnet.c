@@ -72,36 +72,46 @@ static void scale_step(double step[2], double share) {
 static bool find_root(const struct surface *surface, struct surface_cursor *cursor,
                       const struct fishnet_cell *cell, const double uv[2],
                       struct fishnet_node *node) {
-    bool ordered = cell->bd < cell->cd, converged = false;
+    bool ordered = cell->bd < cell->cd;
     double least = ordered ? cell->bd : cell->cd, longest = 2 * (ordered ? cell->cd : cell->bd);
     double enough = enough_error(surface, least);
     double limit = cell->corrects ? FISHNET_CORRECTED_GUESS : FISHNET_GUESS_SHARE * enough;
     int halvings = 0;
     double share2 = 0; /* the last step's size by the edge's, squared; 0 when it was shortened */
     double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
+    struct surface_point *point = &node->point;
     struct vec3 b = cell->b->jet.r, c = cell->c->jet.r, from_r = c;
     struct corner d; /* member by member: clearing all of it takes as long as a step */
     d.bd = cell->bd;
     d.cd = cell->cd;
-    d.uv[0] = uv[0];
-    d.uv[1] = uv[1];
     square_chords(&d);
-    for (int round = 0; round < NEWTON_MAX && !converged; round++) {
-        surface_jet_at(surface, cursor, d.uv[0], d.uv[1], &d.jet);
+    point->uv[0] = uv[0];
+    point->uv[1] = uv[1];
+    for (int round = 0; round < NEWTON_MAX; round++) {
+        surface_jet_at(surface, cursor, point->uv[0], point->uv[1], &point->jet);
+        d.jet = point->jet;
         d.wb = vec3_sub(d.jet.r, b);
         d.wc = vec3_sub(d.jet.r, c);
         find_error(&d);
+        node->residual = d.error;
         node->iterations += 1;
-        converged = has_converged(d.error, limit, share2, previous);
-        if (converged) {
+        if (has_converged(d.error, limit, share2, previous)) {
+            d.uv[0] = point->uv[0];
+            d.uv[1] = point->uv[1];
             settle(&d);
-        } else if (d.error < previous) {
+            point->uv[0] = d.uv[0];
+            point->uv[1] = d.uv[1];
+            point->jet = d.jet;
+            node->residual = d.error;
+            return surface_point_complete(surface, point);
+        }
+        if (d.error < previous) {
             if (!newton_step(&d, true, step))
-                break;
+                return false;
             previous = d.error;
             halvings = 0;
-            from[0] = d.uv[0];
-            from[1] = d.uv[1];
+            from[0] = point->uv[0];
+            from[1] = point->uv[1];
             from_r = d.jet.r;
             double size2 = spatial_size2(&d.jet, step);
             share2 = size2 / (least * least);
@@ -109,23 +119,18 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
                 scale_step(step, longest / sqrt(size2));
                 share2 = 0;
             }
-            move_by(surface, cursor, from_r, step, longest, d.uv);
         } else {
             if (++halvings > HALVINGS_MAX)
-                break;
+                return false;
             scale_step(step, 0.5);
             share2 = 0;
-            d.uv[0] = from[0];
-            d.uv[1] = from[1];
-            move_by(surface, cursor, from_r, step, longest, d.uv);
+            point->uv[0] = from[0];
+            point->uv[1] = from[1];
         }
+        move_by(surface, cursor, from_r, step, longest, point->uv);
         limit = enough;
     }
-    node->residual = d.error;
-    node->point.uv[0] = d.uv[0];
-    node->point.uv[1] = d.uv[1];
-    node->point.jet = d.jet;
-    return converged && surface_point_complete(surface, &node->point);
+    return false;
 }
 
 /* D if the surface were the tangent plane at B: the intersection of the two circles away from A,
