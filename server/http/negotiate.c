@@ -24,16 +24,6 @@ static bool next_list_item(const char **rest, const char *separators, char piece
     return true;
 }
 
-/* 3: the type itself, 2: "type / *", 1: "* / *", 0: no match. */
-static int specificity(const char *range, const char *media_type) {
-    size_t kind = strcspn(media_type, "/") + 1;
-    if (!strcasecmp(range, media_type))
-        return 3;
-    if (!strcmp(range, "*/*"))
-        return 1;
-    return !strncasecmp(range, media_type, kind) && !strcmp(range + kind, "*") ? 2 : 0;
-}
-
 /* The q of a range's parameters, in thousandths. */
 static int quality(const char *parameters) {
     char parameter[ITEM_SIZE];
@@ -49,13 +39,18 @@ static int quality(const char *parameters) {
 int negotiate_quality(const char *accept, const char *media_type) {
     if (!accept || !accept[strspn(accept, " \t")])
         return 1000;
+    const size_t kind = strcspn(media_type, "/") + 1;
     int best = 0, wanted = 0;
     char item[ITEM_SIZE], range[ITEM_SIZE];
     while (next_list_item(&accept, ",", item)) {
         const char *rest = item;
         if (!next_list_item(&rest, ";", range))
             continue;
-        int specific = specificity(range, media_type);
+        /* the type itself, "type / *", "* / *", no match */
+        int specific = !strcasecmp(range, media_type)                                        ? 3
+                       : !strcmp(range, "*/*")                                               ? 1
+                       : !strncasecmp(range, media_type, kind) && !strcmp(range + kind, "*") ? 2
+                                                                                             : 0;
         if (specific > best) {
             best = specific;
             wanted = quality(rest);

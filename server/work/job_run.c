@@ -190,11 +190,6 @@ static void store_bytes(struct job_run *run) {
         end_run(run, OUTCOME_RELEASED);
 }
 
-static void keep_text(struct job_run *run, enum outcome outcome) {
-    run->text = strndup((const char *)run->child->inbox.bytes, run->child->inbox.head.length);
-    end_run(run, run->text ? outcome : OUTCOME_RELEASED);
-}
-
 /* Passes on what the worker has sent. */
 static void take_frame(struct job_run *run) {
     const struct frame_inbox *inbox = &run->child->inbox;
@@ -232,7 +227,10 @@ static void take_frame(struct job_run *run) {
         break;
     case FRAME_DONE:
     case FRAME_PROBLEM:
-        keep_text(run, inbox->head.type == FRAME_DONE ? OUTCOME_DONE : OUTCOME_PROBLEM);
+        run->text = strndup((const char *)inbox->bytes, inbox->head.length);
+        end_run(run, !run->text                       ? OUTCOME_RELEASED
+                     : inbox->head.type == FRAME_DONE ? OUTCOME_DONE
+                                                      : OUTCOME_PROBLEM);
         break;
     default:
         good = false;

@@ -118,14 +118,9 @@ static bool filter_calls(void) {
 
 /* ------------------------------------------------------------------ entering */
 
-static bool close_all_but(int socket) {
-    const int first = SANDBOX_SANITIZED ? STDERR_FILENO + 1 : 0;
-    return (socket <= first || close_range((unsigned)first, (unsigned)socket - 1, 0) == 0) &&
-           close_range((unsigned)socket + 1, ~0U, 0) == 0;
-}
-
 /* A crash leaves no core file of gigabytes, with a customer's surface in it. */
 bool sandbox_enter(int socket, int files) {
+    const int first = SANDBOX_SANITIZED ? STDERR_FILENO + 1 : 0;
     limit(RLIMIT_CORE, 0);
     if (!SANDBOX_SANITIZED) {
         if (!files)
@@ -134,7 +129,9 @@ bool sandbox_enter(int socket, int files) {
         if (prctl(PR_SET_DUMPABLE, 0) != 0)
             return false;
     }
-    return close_all_but(socket) && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && filter_calls();
+    bool closed = (socket <= first || close_range((unsigned)first, (unsigned)socket - 1, 0) == 0) &&
+                  close_range((unsigned)socket + 1, ~0U, 0) == 0;
+    return closed && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && filter_calls();
 }
 
 bool sandbox_begin(int socket, int files, size_t kept) {
