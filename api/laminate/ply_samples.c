@@ -34,19 +34,19 @@ static double net_height(const struct ply_samples *m, size_t net) {
  * the search begins next to its end. `sense` is the side of that normal that heights count to: 0
  * until it is known. Beside a rim, and where that leads beyond it, the point itself is taken. */
 static void find_nearest(struct ply_samples *m, size_t net, size_t element,
-                         const struct map_net *cloth, struct facets_search *walk, struct vec3 point,
-                         double *sense, struct facets_point *at) {
+                         const struct map_net *cloth, struct facets_search *search,
+                         struct vec3 point, double *sense, struct facets_point *at) {
     const struct sample_frame *frame = &m->frames[element];
     bool known = vec3_norm2(frame->normal) > 0;
     double between = net_height(m, net) - frame->height;
     if (known && *sense != 0) {
         struct vec3 over = vec3_axpy(*sense * between, frame->normal, frame->foot);
-        facets_nearest(walk, over, at);
+        facets_nearest(search, over, at);
         at->distance = vec3_distance(point, at->r);
         if (!at->outside && !map_net_is_beyond(cloth, at))
             return;
     }
-    facets_nearest(walk, point, at);
+    facets_nearest(search, point, at);
     if (known && *sense == 0)
         *sense = between * vec3_dot(vec3_sub(at->r, frame->foot), frame->normal) < 0 ? -1 : 1;
 }
@@ -77,7 +77,7 @@ static void note_sample(struct ply_samples *m, size_t net, size_t element,
 
 static bool sample_net(struct ply_samples *m, size_t net, const struct map_net *cloth, size_t shear,
                        const struct bounded *bounded, size_t bounded_count) {
-    struct facets_search walk = facets_search_begin(cloth->facets);
+    struct facets_search search = facets_search_begin(cloth->facets);
     struct facets_point at;
     double nets = (double)m->laminate->net_count, sense = 0;
     for (size_t element = 0; element < m->count; element++) {
@@ -86,7 +86,7 @@ static bool sample_net(struct ply_samples *m, size_t net, const struct map_net *
         if (!ply_samples_go_on(m, element,
                                ((double)net + (double)element / (double)m->count) / nets))
             return false;
-        find_nearest(m, net, element, cloth, &walk, point, &sense, &at);
+        find_nearest(m, net, element, cloth, &search, point, &sense, &at);
         m->distance[element] = fmin(m->distance[element], at.distance);
         m->samples[net * m->count + element].shear_deg = NAN;
         if (map_net_is_beyond(cloth, &at))

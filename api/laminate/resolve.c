@@ -184,20 +184,17 @@ static enum api_problem_id resolve_ply(struct boundary_surface *on, size_t k) {
     char pointer[API_POINTER_MAX];
     struct trim *trim = NULL;
     (void)snprintf(pointer, sizeof pointer, "/plies/%zu/boundary/trims", k);
-    if (!on->shape.part.surface) {
-        api_problem_add(on->problem, pointer,
-                        "need a part of one NURBS surface, since they are in its parameters: give "
-                        "a polygon");
-        return on->problem->id;
-    }
+    if (!on->shape.part.surface)
+        return api_problem_add(
+            on->problem, pointer,
+            "need a part of one NURBS surface, since they are in its parameters: give "
+            "a polygon");
     enum status status =
         trim_make(on->shape.part.surface, boundary->trims, boundary->trim_count, on->arena, &trim);
     if (status == STATUS_OUT_OF_MEMORY)
         return api_problem_no_memory(on->problem, "the laminate");
-    if (status != STATUS_OK) {
-        api_problem_add(on->problem, pointer, "leave nothing of the ply");
-        return on->problem->id;
-    }
+    if (status != STATUS_OK)
+        return api_problem_add(on->problem, pointer, "leave nothing of the ply");
     if (starts) {
         ply->drape.settings.start_kind = DRAPE_START_UV;
         trim_middle(trim, ply->drape.settings.start_uv);

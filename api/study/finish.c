@@ -363,15 +363,11 @@ enum api_problem_id api_study_variant_request(const struct api_study *study,
     if (api_columns_open(result, &columns, problem) != API_OK)
         return problem->id;
     size_t count = api_columns_rows(&columns, API_TABLE_VARIANTS);
-    if (k >= count) {
-        api_problem_set(problem, API_NOT_FOUND, "the study has %zu variants, counted from 0",
-                        count);
-        return problem->id;
-    }
-    if (!read_variant(result, &columns, k, &variant)) {
-        api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
-        return problem->id;
-    }
+    if (k >= count)
+        return api_problem_set(problem, API_NOT_FOUND, "the study has %zu variants, counted from 0",
+                               count);
+    if (!read_variant(result, &columns, k, &variant))
+        return api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     request.settings = study_variant_settings(study, &variant);
     if (study->request.starts != STUDY_STARTS_KEPT)
         request.start_on_face = study->part.geometry.shell != NULL;

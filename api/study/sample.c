@@ -94,12 +94,10 @@ enum api_problem_id sample_prepare(struct api_study *study, const struct api_lim
     if (!stored)
         return api_problem_no_memory(problem, "the study");
     if (!drape_and_store(study, settings, NULL, study->arena, stored, problem) ||
-        stored->result.cells.count == 0) {
-        api_problem_set_at(problem, API_INVALID_REQUEST, "/drape",
-                           "must be a drape that works and has cells, for samples are drawn "
-                           "about it");
-        return problem->id;
-    }
+        stored->result.cells.count == 0)
+        return api_problem_set_at(problem, API_INVALID_REQUEST, "/drape",
+                                  "must be a drape that works and has cells, for samples are drawn "
+                                  "about it");
     const struct api_reader reader = api_reader_of(&stored->memory);
     const struct drape_result *result = &stored->result;
     if (api_columns_open(&reader, &columns, problem) != API_OK)

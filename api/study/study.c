@@ -101,10 +101,8 @@ static enum api_problem_id prepare_study(struct api_study *study, const struct a
                                          struct api_problem *problem) {
     if (study_decode(input, limits, study->arena, &study->request, problem) != API_OK)
         return problem->id;
-    if (study->request.drape.surface.kind == API_SURFACE_NAMED) {
-        api_problem_add(problem, "/drape/surface/id", "no surface is stored under this id");
-        return problem->id;
-    }
+    if (study->request.drape.surface.kind == API_SURFACE_NAMED)
+        return api_problem_add(problem, "/drape/surface/id", "no surface is stored under this id");
     if (study_part_make(&study->request, limits, study->arena, &study->part, problem) != API_OK)
         return problem->id;
     if (study_find_k1(study) != STATUS_OK || find_starts(study) != STATUS_OK ||
@@ -196,10 +194,8 @@ enum api_problem_id api_study_run_task(const struct api_study *study,
     struct variant_watch watch = {monitor, 0};
     const struct drape_monitor drapes = {watch_variant, &watch};
     struct task_run run = {study, task, monitor ? &drapes : NULL, arena, sink, problem};
-    if (!task_is_sound(task)) {
-        api_problem_set(problem, API_INTERNAL, "this is not a task of a study");
-        return problem->id;
-    }
+    if (!task_is_sound(task))
+        return api_problem_set(problem, API_INTERNAL, "this is not a task of a study");
     bool good = true;
     for (size_t k = 0; good && k < (size_t)task->variants; k++) {
         struct arena_mark mark = arena_mark(arena);
