@@ -39,11 +39,6 @@ static __attribute__((noinline)) void surface_evaluate_moved_lanes(const struct 
 #include "span_jet.h"
 #undef FORMULAS_OF_LANES
 
-INLINE bool lanes_in_span(const struct surface_axis *axis, int span, lanes x) {
-    const double *b = axis->breaks + span;
-    return span < axis->span_count && lanes_all((x >= b[0]) & (x < b[1]));
-}
-
 /* Not all in one span: for each span that there is, those that are in it. */
 static __attribute__((noinline)) void lanes_jets_apart(const struct surface *surface,
                                                        struct surface_cursor *cursor,
@@ -81,9 +76,11 @@ static __attribute__((noinline)) void lanes_jets_apart(const struct surface *sur
 
 INLINE void lanes_jet_at(const struct surface *surface, struct surface_cursor *cursor, lanes u,
                          lanes v, struct lanes_jet *jet) {
-    const struct surface_axis *axis = surface->axis;
+    const struct surface_axis *au = &surface->axis[0], *av = &surface->axis[1];
+    const double *bu = au->breaks + cursor->span_u, *bv = av->breaks + cursor->span_v;
     const lanes uv[2] = {u, v};
-    if (lanes_in_span(&axis[0], cursor->span_u, u) && lanes_in_span(&axis[1], cursor->span_v, v))
+    if (cursor->span_u < au->span_count && cursor->span_v < av->span_count &&
+        lanes_all((u >= bu[0]) & (u < bu[1]) & (v >= bv[0]) & (v < bv[1])))
         span_jet_lanes(surface, cursor->span_u, cursor->span_v, u, v, jet);
     else
         lanes_jets_apart(surface, cursor, uv, jet);

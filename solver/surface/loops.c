@@ -50,7 +50,7 @@ struct crossing {
     int turn;
 };
 
-static int compare_crossings(const void *a, const void *b) {
+static int compare_loop_crossings(const void *a, const void *b) {
     const struct crossing *p = a, *q = b;
     if (p->line != q->line)
         return p->line < q->line ? -1 : 1;
@@ -152,7 +152,7 @@ static enum status is_simple(const struct trim *trim, size_t loop, struct arena 
         if (!crossings)
             return STATUS_OUT_OF_MEMORY;
         cross_loop(&view, crossings);
-        qsort(crossings, count, sizeof *crossings, compare_crossings);
+        qsort(crossings, count, sizeof *crossings, compare_loop_crossings);
         double area = 0;
         for (size_t k = 0; k < view.count; k++)
             area += (coordinate(&view, k, 0) - view.low[0]) * coordinate(&view, k + 1, 1) -

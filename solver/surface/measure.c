@@ -45,8 +45,8 @@ static bool measure_contains(const struct surface_measure *measure, struct vec3 
 }
 
 /* A strip without area is part of many a good surface. */
-static enum status add_strip(const struct nurbs *strip, int direction, bool first,
-                             struct arena *arena, struct surface_measure *measure) {
+static enum status measure_strip(const struct nurbs *strip, int direction, bool first,
+                                 struct arena *arena, struct surface_measure *measure) {
     struct surface *surface;
     struct vec3 lower, upper;
     enum status status = surface_make(strip, arena, &surface);
@@ -86,7 +86,7 @@ static enum status add_strips(const struct nurbs *nurbs, int direction, struct a
             break;
         enum status status = gather_strip(nurbs, direction, l, arena, &strip);
         if (status == STATUS_OK)
-            status = add_strip(&strip, direction, first, arena, measure);
+            status = measure_strip(&strip, direction, first, arena, measure);
         arena_rewind(arena, mark);
         if (status != STATUS_OK)
             return status;
