@@ -204,14 +204,6 @@ static enum store_answer submit_operation(struct sqlite_store *store, struct db 
     return submit->family ? submit_family(store, db, submit) : submit_new(store, db, submit);
 }
 
-/* What is there already needs no room: only a new submission is answered `otherwise`. */
-static enum store_answer find_repeated(struct store *store, struct submit *submit,
-                                       enum store_answer otherwise) {
-    struct db *db = sqlite_take_reader(store);
-    enum store_answer known = sqlite_give_reader(store, db, find_key(db, submit));
-    return known == STORE_EMPTY ? otherwise : known;
-}
-
 static enum store_answer run_submit(struct store *store, const struct store_submission *submission,
                                     const struct store_family *family,
                                     struct store_receipt *receipt) {
@@ -228,8 +220,13 @@ static enum store_answer run_submit(struct store *store, const struct store_subm
         crypto_generichash(submit.key_digest, sizeof submit.key_digest, submission->request,
                            submission->request_length, NULL, 0);
     enum store_answer room = sqlite_room_for(store, (size_t)bytes_of(&submit));
+    if (room != STORE_OK && submission->key) { /* what is there already needs no room */
+        struct db *db = sqlite_take_reader(store);
+        enum store_answer known = sqlite_give_reader(store, db, find_key(db, &submit));
+        return known == STORE_EMPTY ? room : known;
+    }
     if (room != STORE_OK)
-        return submission->key ? find_repeated(store, &submit, room) : room;
+        return room;
     return (submission->unpromised ? sqlite_write_lazy : sqlite_write)(store, submit_operation,
                                                                        &submit);
 }

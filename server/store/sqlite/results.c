@@ -71,14 +71,6 @@ static enum store_answer set_state(struct db *db, int64_t number, int state) {
     return query_run(&query);
 }
 
-static enum store_answer complete_result(struct db *db, const struct store_segment *segment) {
-    struct query query =
-        db_query(db, "UPDATE results SET state = " SQL_COMPLETE
-                     ", length = ?, summary = ? WHERE number = ? AND state = " SQL_BUILDING);
-    query_bind(&query, of_int(segment->total), of_text(segment->summary), of_int(segment->number));
-    return db_change(&query, STORE_CONFLICT);
-}
-
 /* Makes the result whole, or drops it for a twin that was first; `*number` is the one the job
  * gets. */
 static enum store_answer finish_result(struct db *db, struct store_segment *segment,
@@ -96,8 +88,15 @@ static enum store_answer finish_result(struct db *db, struct store_segment *segm
         segment->number = 0;
         return dropped ? set_state(db, dropped, RESULT_DOOMED) : STORE_OK;
     }
-    answer = segment->number ? complete_result(db, segment)
-                             : insert_result(db, segment, RESULT_COMPLETE, &segment->number);
+    if (segment->number) {
+        query = db_query(db, "UPDATE results SET state = " SQL_COMPLETE ", length = ?, summary = ?"
+                             " WHERE number = ? AND state = " SQL_BUILDING);
+        query_bind(&query, of_int(segment->total), of_text(segment->summary),
+                   of_int(segment->number));
+        answer = db_change(&query, STORE_CONFLICT);
+    } else {
+        answer = insert_result(db, segment, RESULT_COMPLETE, &segment->number);
+    }
     *number = segment->number;
     return answer == STORE_OK ? insert_chunks(db, segment, *number) : answer;
 }
