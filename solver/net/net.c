@@ -5,15 +5,11 @@
 
 enum { FIRST_SLOTS = 256 };
 
-static size_t slot_of(const struct net_table *table, int32_t ti, int32_t tj) {
-    uint64_t key = (uint64_t)(uint32_t)ti << 32 | (uint32_t)tj;
-    key *= UINT64_C(0x9E3779B97F4A7C15); /* Fibonacci hashing */
-    return (size_t)(key >> 32) & (table->slot_count - 1);
-}
-
 /* The slot that holds the tile, or the free one where it belongs. */
 static struct net_tile **probe(const struct net_table *table, int32_t ti, int32_t tj) {
-    size_t at = slot_of(table, ti, tj);
+    uint64_t key = (uint64_t)(uint32_t)ti << 32 | (uint32_t)tj;
+    key *= UINT64_C(0x9E3779B97F4A7C15); /* Fibonacci hashing */
+    size_t at = (size_t)(key >> 32) & (table->slot_count - 1);
     while (table->slots[at] && (table->slots[at]->ti != ti || table->slots[at]->tj != tj))
         at = (at + 1) & (table->slot_count - 1);
     return &table->slots[at];
@@ -42,7 +38,7 @@ void net_free(struct net *net) {
     arena_rewind(arena, empty);
 }
 
-static bool grow(struct net_table *table) {
+static bool grow_table(struct net_table *table) {
     struct net_table old = *table;
     table->slot_count *= 2;
     table->slots = arena_alloc(table->arena, table->slot_count, sizeof *table->slots);
@@ -63,12 +59,13 @@ struct net_tile *net_seek(struct net_table *table, int32_t ti, int32_t tj) {
     return tile;
 }
 
-/* The tile, made if there is none; NULL without memory. */
-static struct net_tile *touch_tile(struct net_table *table, int32_t ti, int32_t tj) {
+struct net_tile *net_touch(struct net *net, int32_t i, int32_t j) {
+    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
+    struct net_table *table = &net->table[net_table_of(ti, tj)];
     struct net_tile *tile = net_find_tile(table, ti, tj);
     if (tile)
         return tile;
-    if (table->tile_count * 2 >= table->slot_count && !grow(table))
+    if (table->tile_count * 2 >= table->slot_count && !grow_table(table))
         return NULL;
     tile = arena_alloc(table->arena, 1, sizeof *tile);
     if (!tile)
@@ -79,11 +76,6 @@ static struct net_tile *touch_tile(struct net_table *table, int32_t ti, int32_t 
     table->tile_count++;
     table->last = tile;
     return tile;
-}
-
-struct net_tile *net_touch(struct net *net, int32_t i, int32_t j) {
-    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
-    return touch_tile(&net->table[net_table_of(ti, tj)], ti, tj);
 }
 
 enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node *node) {

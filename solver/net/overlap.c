@@ -61,7 +61,7 @@ void overlap_pass_slit(struct overlap *overlap) {
     overlap->turn[0] = overlap->turn[1] = HUGE_VAL;
 }
 
-static void stretch(struct overlap_box *box, struct vec3 r, double by) {
+static void stretch_box(struct overlap_box *box, struct vec3 r, double by) {
     const double at[3] = {r.x, r.y, r.z};
     for (int k = 0; k < 3; k++) {
         box->low[k] = at[k] - by < box->low[k] ? at[k] - by : box->low[k];
@@ -69,7 +69,7 @@ static void stretch(struct overlap_box *box, struct vec3 r, double by) {
     }
 }
 
-static bool contains(const struct overlap_box *box, struct vec3 r) {
+static bool box_contains(const struct overlap_box *box, struct vec3 r) {
     return r.x >= box->low[0] && r.x <= box->high[0] && r.y >= box->low[1] && r.y <= box->high[1] &&
            r.z >= box->low[2] && r.z <= box->high[2];
 }
@@ -104,7 +104,7 @@ enum status overlap_add(struct overlap *overlap, int32_t i, int32_t j, struct ve
     overlap_forget(overlap, i, j);
     struct net_tile *tile = net_touch(overlap->net, i, j);
     struct overlap_box box = nothing;
-    stretch(&box, r, overlap->reach);
+    stretch_box(&box, r, overlap->reach);
     return tile ? overlap_patches_stretch(&overlap->patches, i >> PATCH_BITS, j >> PATCH_BITS, tile,
                                           &box, unknown_shape)
                 : STATUS_OUT_OF_MEMORY;
@@ -122,19 +122,6 @@ struct surroundings {
     unsigned has[ROUND];
 };
 
-/* Of the patch whose first place is at (x, y) of a window. */
-static void find_surroundings(const struct net_window *w, int x, int y, struct surroundings *s) {
-    for (int j = 0; j < ROUND; j++) {
-        int row = y + j - 1;
-        s->has[j] = (unsigned)(net_window_row(w, NET_BIT_PLACE, row) >> (NET_TILE + x - 1)) &
-                    ((1u << ROUND) - 1);
-        for (unsigned bits = s->has[j]; bits; bits &= bits - 1) {
-            int i = __builtin_ctz(bits);
-            s->r[j][i] = net_window_find(w, x + i - 1, row)->r;
-        }
-    }
-}
-
 static void keep_most(double *most, double value) {
     *most = value > *most ? value : *most;
 }
@@ -144,7 +131,15 @@ static void keep_most(double *most, double value) {
 static struct overlap_shape find_shape(const struct net_window *w, int x, int y) {
     struct overlap_shape shape = {0, 1};
     struct surroundings s;
-    find_surroundings(w, x, y, &s);
+    for (int j = 0; j < ROUND; j++) {
+        int row = y + j - 1;
+        s.has[j] = (unsigned)(net_window_row(w, NET_BIT_PLACE, row) >> (NET_TILE + x - 1)) &
+                   ((1u << ROUND) - 1);
+        for (unsigned bits = s.has[j]; bits; bits &= bits - 1) {
+            int i = __builtin_ctz(bits);
+            s.r[j][i] = net_window_find(w, x + i - 1, row)->r;
+        }
+    }
     for (int j = 1; j <= PATCH; j++) {
         const unsigned below = s.has[j - 1], own = s.has[j], above = s.has[j + 1];
         const unsigned has_a = own & own >> 1, has_b = own & above;
@@ -167,27 +162,6 @@ static struct overlap_shape find_shape(const struct net_window *w, int x, int y)
     return shape;
 }
 
-/* The box of what the nodes of the patch that begins at column x and row y of a tile reach; false
- * when it has none. */
-static bool find_box(const struct overlap *overlap, const struct net_tile *tile, int x, int y,
-                     struct overlap_box *box) {
-    *box = nothing;
-    for (int row = y; row < y + PATCH; row++)
-        for (unsigned bits = inside_row(tile, x, row); bits; bits &= bits - 1)
-            stretch(box, tile->node[row][x + __builtin_ctz(bits)].r, overlap->reach);
-    return box->low[0] <= box->high[0];
-}
-
-/* Adds the nodes of the patch. */
-static enum status add_patch(struct overlap *overlap, const struct net_tile *tile, int x, int y,
-                             struct overlap_shape shape) {
-    struct overlap_box box;
-    if (!find_box(overlap, tile, x, y, &box))
-        return STATUS_OK;
-    return overlap_patches_stretch(&overlap->patches, tile->ti * PATCHES + x / PATCH,
-                                   tile->tj * PATCHES + y / PATCH, tile, &box, shape);
-}
-
 enum status overlap_add_tile(struct overlap *overlap, const struct net_tile *tile, bool shaped) {
     enum status status = STATUS_OK;
     struct net_window window = net_window(overlap->net, tile->ti, tile->tj);
@@ -195,21 +169,25 @@ enum status overlap_add_tile(struct overlap *overlap, const struct net_tile *til
     forget_frames(overlap, i, j, i + NET_TILE - 1, j + NET_TILE - 1);
     for (int at = 0; at < PATCHES * PATCHES && status == STATUS_OK; at++) {
         int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
-        status = add_patch(overlap, tile, x, y, shaped ? find_shape(&window, x, y) : unknown_shape);
+        struct overlap_shape shape = shaped ? find_shape(&window, x, y) : unknown_shape;
+        struct overlap_box box = nothing; /* of what its nodes reach */
+        for (int row = y; row < y + PATCH; row++)
+            for (unsigned bits = inside_row(tile, x, row); bits; bits &= bits - 1)
+                stretch_box(&box, tile->node[row][x + __builtin_ctz(bits)].r, overlap->reach);
+        if (box.low[0] <= box.high[0])
+            status = overlap_patches_stretch(&overlap->patches, tile->ti * PATCHES + x / PATCH,
+                                             tile->tj * PATCHES + y / PATCH, tile, &box, shape);
     }
     return status;
 }
 
-static bool boxes_touch(const struct overlap_box *a, const struct overlap_box *b) {
-    bool both = true;
-    for (int k = 0; k < 3; k++)
-        both = both && a->low[k] <= b->high[k] && b->low[k] <= a->high[k];
-    return both;
-}
-
-/* The worst shape of the patches that are at most so many away from one. */
-static struct overlap_shape shape_round(const struct overlap *overlap,
-                                        const struct overlap_patch *patch, int32_t away) {
+/* Whether nodes of a patch and of those at most so many away from it are in each other's cells only
+ * if they are neighbours. Nodes that are m places apart along both yarns are so on the tangent
+ * plane half way between them, too, in steps of the yarns there, but for 2 (m^2 / 2) second
+ * differences by the sine between them, and cells of one of them reach over a place but for 2 m:
+ * both together are to be less than m - 1. */
+static bool is_evenly_bent(const struct overlap *overlap, const struct overlap_patch *patch,
+                           int32_t away) {
     struct overlap_shape worst = {0, 1};
     for (int32_t q = patch->pj - away; q <= patch->pj + away; q++)
         for (int32_t p = patch->pi - away; p <= patch->pi + away; p++) {
@@ -219,26 +197,9 @@ static struct overlap_shape shape_round(const struct overlap *overlap,
             worst.bend2 = fmax(worst.bend2, other->shape.bend2);
             worst.sine2 = fmin(worst.sine2, other->shape.sine2);
         }
-    return worst;
-}
-
-/* Whether nodes of a patch and of those at most so many away from it are in each other's cells only
- * if they are neighbours. Nodes that are m places apart along both yarns are so on the tangent
- * plane half way between them, too, in steps of the yarns there, but for 2 (m^2 / 2) second
- * differences by the sine between them, and cells of one of them reach over a place but for 2 m:
- * both together are to be less than m - 1. */
-static bool is_even(const struct overlap *overlap, const struct overlap_patch *patch,
-                    int32_t away) {
-    struct overlap_shape worst = shape_round(overlap, patch, away);
     double d = fmin(overlap->spacing[0], overlap->spacing[1]), m = PATCH * (away + 1) - 1;
     double most = (m - 1) / (m * m + 2 * m) * d;
     return worst.bend2 < most * most * worst.sine2;
-}
-
-static int32_t steps_between(const struct overlap_patch *p, const struct overlap_patch *q) {
-    int32_t i = p->pi < q->pi ? q->pi - p->pi : p->pi - q->pi;
-    int32_t j = p->pj < q->pj ? q->pj - p->pj : p->pj - q->pj;
-    return i > j ? i : j;
 }
 
 /* Patches this far from each other in the net are asked whether the net between them is even. */
@@ -247,17 +208,6 @@ enum { EVEN_MOST = 3 };
 /* The middle of a cell is one and a half places away from that of the next but one, and may lie
  * near its edge. */
 static const double least_of_all = 1.6;
-
-/* The box of the nodes of a patch alone. */
-static struct overlap_box inner_box(const struct overlap *overlap,
-                                    const struct overlap_patch *patch) {
-    struct overlap_box inner = patch->box;
-    for (int k = 0; k < 3; k++) {
-        inner.low[k] += overlap->reach;
-        inner.high[k] -= overlap->reach;
-    }
-    return inner;
-}
 
 /* What looks at the patches that come near the nodes of one in space, until there is nothing more
  * to be known. */
@@ -270,21 +220,26 @@ struct look {
     struct separation_points points; /* of the patch */
 };
 
-/* Whether a cube is the first of those that two boxes have in common: along each axis one of them
- * begins in it. */
-static bool is_first_common(const struct overlap_patches *patches,
-                            const struct overlap_cubes *cubes, const struct overlap_box *box,
-                            const int64_t at[3]) {
+/* Whether two boxes touch, and a cube is the first of those that they have in common: along each
+ * axis one of them begins in it. `cubes` are those of the first box. */
+static bool touch_first_in(const struct overlap_patches *patches, const struct overlap_box *box,
+                           const struct overlap_cubes *cubes, const struct overlap_box *other,
+                           const int64_t at[3]) {
     bool first = true;
     for (int k = 0; k < 3; k++)
-        first = first &&
-                (at[k] == cubes->first[k] || at[k] == (int64_t)floor(box->low[k] / patches->cube));
+        first =
+            first && box->low[k] <= other->high[k] && other->low[k] <= box->high[k] &&
+            (at[k] == cubes->first[k] || at[k] == (int64_t)floor(other->low[k] / patches->cube));
     return first;
 }
 
-static bool look_round(struct look *look, bool (*enough)(struct look *look, int32_t other)) {
+static bool look_round_patch(struct look *look, bool (*enough)(struct look *look, int32_t other)) {
     struct overlap *overlap = look->overlap;
-    struct overlap_box inner = inner_box(overlap, look->patch);
+    struct overlap_box inner = look->patch->box; /* of the nodes alone */
+    for (int k = 0; k < 3; k++) {
+        inner.low[k] += overlap->reach;
+        inner.high[k] -= overlap->reach;
+    }
     struct overlap_cubes cubes = overlap_patches_cubes(&overlap->patches, &inner);
     int64_t at[3];
     for (at[0] = cubes.first[0]; at[0] <= cubes.last[0]; at[0]++)
@@ -294,16 +249,20 @@ static bool look_round(struct look *look, bool (*enough)(struct look *look, int3
                 for (; site != OVERLAP_NONE; site = overlap->patches.sites[site].next) {
                     int32_t other = overlap->patches.sites[site].patch;
                     const struct overlap_box *box = &overlap->patches.patch[other].box;
-                    if (boxes_touch(&inner, box) &&
-                        is_first_common(&overlap->patches, &cubes, box, at) && enough(look, other))
+                    if (touch_first_in(&overlap->patches, &inner, &cubes, box, at) &&
+                        enough(look, other))
                         return true;
                 }
             }
     return false;
 }
 
+/* Notes how far the other patch is in the net, in patches. */
 static bool note_away(struct look *look, int32_t other) {
-    int32_t away = steps_between(look->patch, &look->overlap->patches.patch[other]);
+    const struct overlap_patch *p = look->patch, *q = &look->overlap->patches.patch[other];
+    int32_t i = p->pi < q->pi ? q->pi - p->pi : p->pi - q->pi;
+    int32_t j = p->pj < q->pj ? q->pj - p->pj : p->pj - q->pj;
+    int32_t away = i > j ? i : j;
     look->away = away > look->away ? away : look->away;
     return away > EVEN_MOST;
 }
@@ -318,7 +277,7 @@ static int patch_row(const struct overlap_patch *patch) {
 }
 
 /* The frame of a patch, in the place of the one made longest ago; NULL without memory. */
-static const struct separation_frame *frame_of(struct overlap *overlap, int32_t number) {
+static const struct separation_frame *separation_frame_of(struct overlap *overlap, int32_t number) {
     struct overlap_patch *patch = &overlap->patches.patch[number];
     if (has_frame(overlap, number))
         return &overlap->frames[patch->frame].frame;
@@ -337,14 +296,14 @@ static const struct separation_frame *frame_of(struct overlap *overlap, int32_t 
 }
 
 static bool may_meet(struct look *look, int32_t other) {
-    const struct separation_frame *frame = frame_of(look->overlap, other);
+    const struct separation_frame *frame = separation_frame_of(look->overlap, other);
     return !frame || !separation_holds(frame, &look->points, look->overlap->reach,
                                        look->all ? least_of_all : NEIGHBOURS + 1);
 }
 
 /* Whether all places of a patch and of those at most so many away have nodes. */
-static bool is_whole(const struct overlap *overlap, const struct overlap_patch *patch,
-                     int32_t away) {
+static bool has_all_nodes(const struct overlap *overlap, const struct overlap_patch *patch,
+                          int32_t away) {
     for (int32_t q = patch->pj - away; q <= patch->pj + away; q++)
         for (int32_t p = patch->pi - away; p <= patch->pi + away; p++) {
             const struct overlap_patch *other = overlap_patches_find(&overlap->patches, p, q);
@@ -365,12 +324,12 @@ static bool is_whole(const struct overlap *overlap, const struct overlap_patch *
 static bool is_suspect(struct look *look) {
     struct overlap *overlap = look->overlap;
     const struct overlap_patch *patch = look->patch;
-    if (look->away <= EVEN_MOST && is_even(overlap, patch, look->away) &&
-        (!look->all || is_whole(overlap, patch, look->away)))
+    if (look->away <= EVEN_MOST && is_evenly_bent(overlap, patch, look->away) &&
+        (!look->all || has_all_nodes(overlap, patch, look->away)))
         return false;
     struct net_window window = net_window(overlap->net, patch->tile->ti, patch->tile->tj);
     separation_points(&window, patch_column(patch), patch_row(patch), &look->points);
-    return look_round(look, may_meet);
+    return look_round_patch(look, may_meet);
 }
 
 /* Those patches of a tile that are suspected, as bits; `near`: of those that others are near. */
@@ -384,7 +343,7 @@ static unsigned find_suspects(struct overlap *overlap, const struct net_tile *ti
         if (!patch)
             continue;
         struct look look = {.overlap = overlap, .patch = patch, .all = all, .away = 1};
-        (void)look_round(&look, note_away);
+        (void)look_round_patch(&look, note_away);
         if ((look.away > 1 || !near) && is_suspect(&look))
             suspects |= 1u << at;
     }
@@ -405,7 +364,8 @@ struct target {
     int x, y;
 };
 
-static const struct net_node *place_at(struct net *net, const struct target *at, int dx, int dy) {
+static const struct net_node *place_beside(struct net *net, const struct target *at, int dx,
+                                           int dy) {
     int x = at->x + dx, y = at->y + dy;
     if (x < 0 || y < 0 || x >= NET_TILE || y >= NET_TILE)
         return net_place(net, at->tile->ti * NET_TILE + x, at->tile->tj * NET_TILE + y);
@@ -413,8 +373,8 @@ static const struct net_node *place_at(struct net *net, const struct target *at,
 }
 
 static struct vec3 yarn_step(struct net *net, const struct target *at, int dx, int dy) {
-    return net_step(place_at(net, at, -dx, -dy), &at->tile->node[at->y][at->x],
-                    place_at(net, at, dx, dy));
+    return net_step(place_beside(net, at, -dx, -dy), &at->tile->node[at->y][at->x],
+                    place_beside(net, at, dx, dy));
 }
 
 /* Whether `point` lies in the cells round a node: |x|, |y| < 1 in its yarns' own
@@ -471,10 +431,10 @@ struct visitor {
 
 /* Whether the point lies well inside the cell from a node on: in the coordinates of its mean yarns
  * about its middle, on the same sheet. */
-static bool within_cell(const struct visitor *v, const struct target *at) {
+static bool lies_within_cell(const struct visitor *v, const struct target *at) {
     const struct net_node *node[4];
     for (int k = 0; k < 4; k++) {
-        node[k] = place_at(v->overlap->net, at, k & 1, k / 2);
+        node[k] = place_beside(v->overlap->net, at, k & 1, k / 2);
         if (!node[k] || node[k]->state != NET_INSIDE)
             return false;
     }
@@ -493,9 +453,9 @@ static bool within_cell(const struct visitor *v, const struct target *at) {
 }
 
 /* The same for the cell (i, j), unless it is one of the visitor's own. */
-static bool lies_on(const struct visitor *v, const struct target *at, int32_t i, int32_t j) {
+static bool lies_on_cell(const struct visitor *v, const struct target *at, int32_t i, int32_t j) {
     bool own = v->i - i >= 0 && v->i - i <= v->own && v->j - j >= 0 && v->j - j <= v->own;
-    if (own || !within_cell(v, at))
+    if (own || !lies_within_cell(v, at))
         return false;
     v->cell[0] = i;
     v->cell[1] = j;
@@ -529,7 +489,7 @@ static bool meets_patch(const struct visitor *v, const struct overlap_patch *pat
             if (vec3_norm2(vec3_sub(patch->tile->node[at.y][at.x].r, v->point)) >= reach2)
                 continue;
             if (v->cell
-                    ? lies_on(v, &at, i + at.x - first.x, j)
+                    ? lies_on_cell(v, &at, i + at.x - first.x, j)
                     : !(v->before && comes_after(v, i + at.x - first.x, j)) &&
                           (!v->surface_point || within_cells(v->overlap, &at, v->surface_point)))
                 return true;
@@ -538,7 +498,7 @@ static bool meets_patch(const struct visitor *v, const struct overlap_patch *pat
     return false;
 }
 
-static bool meets(const struct visitor *v) {
+static bool meets_any_patch(const struct visitor *v) {
     const struct overlap_patches *patches = &v->overlap->patches;
     struct vec3 r = v->point;
     int64_t at[3] = {(int64_t)floor(r.x / patches->cube), (int64_t)floor(r.y / patches->cube),
@@ -547,9 +507,10 @@ static bool meets(const struct visitor *v) {
     for (; site != OVERLAP_NONE; site = patches->sites[site].next) {
         int32_t number = patches->sites[site].patch;
         const struct overlap_patch *patch = &patches->patch[number];
-        if (!contains(&patch->box, r))
+        if (!box_contains(&patch->box, r))
             continue;
-        const struct separation_frame *frame = v->framed ? frame_of(v->overlap, number) : NULL;
+        const struct separation_frame *frame =
+            v->framed ? separation_frame_of(v->overlap, number) : NULL;
         if (!(frame && separation_holds_at(frame, r)) && meets_patch(v, patch))
             return true;
     }
@@ -557,34 +518,34 @@ static bool meets(const struct visitor *v) {
 }
 
 bool overlap_is_near(struct overlap *overlap, int32_t i, int32_t j, struct vec3 r) {
-    return meets(&(struct visitor){.overlap = overlap, .i = i, .j = j, .point = r});
+    return meets_any_patch(&(struct visitor){.overlap = overlap, .i = i, .j = j, .point = r});
 }
 
 bool overlap_meets(struct overlap *overlap, int32_t i, int32_t j,
                    const struct surface_point *surface_point) {
-    return meets(&(struct visitor){.overlap = overlap,
-                                   .i = i,
-                                   .j = j,
-                                   .point = surface_point->jet.r,
-                                   .surface_point = surface_point});
+    return meets_any_patch(&(struct visitor){.overlap = overlap,
+                                             .i = i,
+                                             .j = j,
+                                             .point = surface_point->jet.r,
+                                             .surface_point = surface_point});
 }
 
 bool overlap_meets_before(struct overlap *overlap, int32_t i, int32_t j,
                           const struct surface_point *surface_point) {
-    return meets(&(struct visitor){.overlap = overlap,
-                                   .i = i,
-                                   .j = j,
-                                   .point = surface_point->jet.r,
-                                   .surface_point = surface_point,
-                                   .before = true,
-                                   .framed = true});
+    return meets_any_patch(&(struct visitor){.overlap = overlap,
+                                             .i = i,
+                                             .j = j,
+                                             .point = surface_point->jet.r,
+                                             .surface_point = surface_point,
+                                             .before = true,
+                                             .framed = true});
 }
 
 /* Whether the cell from (i, j) on is whole, with the middle of its nodes, and faces the way
  * `normal` does: next to such a cell another one only lies on it if one between them is turned
  * over. */
-static bool faces(struct net *net, int32_t i, int32_t j, struct vec3 normal, bool *whole,
-                  struct vec3 *middle) {
+static bool cell_faces(struct net *net, int32_t i, int32_t j, struct vec3 normal, bool *whole,
+                       struct vec3 *middle) {
     struct vec3 r[4];
     for (int k = 0; k < 4; k++) {
         const struct net_node *node = net_find(net, i + (k & 1), j + k / 2);
@@ -598,15 +559,9 @@ static bool faces(struct net *net, int32_t i, int32_t j, struct vec3 normal, boo
     return vec3_dot(vec3_cross(up, across), normal) > 0;
 }
 
-static bool turns_over(struct net *net, int32_t i, int32_t j, struct vec3 normal) {
-    struct vec3 middle;
-    bool whole;
-    return vec3_norm2(normal) > 0 && !faces(net, i, j, normal, &whole, &middle) && whole;
-}
-
 /* Whether the cells from the nodes of a patch on are whole, and turn so little from one to the next
  * that all face one way. */
-static bool face_alike(const struct net_window *window, int x, int y, double d) {
+static bool cells_face_alike(const struct net_window *window, int x, int y, double d) {
     const unsigned all = (2u << PATCH) - 1;
     for (int row = y; row <= y + PATCH; row++)
         if ((~net_window_row(window, NET_BIT_INSIDE, row) >> (NET_TILE + x) & all) != 0)
@@ -621,13 +576,18 @@ bool overlap_turns_over(struct net *net, const struct net_tile *tile, const doub
     struct net_window window = net_window(net, tile->ti, tile->tj);
     for (int at = 0; at < PATCHES * PATCHES; at++) {
         int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
-        bool alike = face_alike(&window, x, y, fmin(spacing[0], spacing[1]));
+        bool alike = cells_face_alike(&window, x, y, fmin(spacing[0], spacing[1]));
         for (int k = 0; k < (alike ? 1 : PATCH * PATCH); k++) {
             int column = x + k % PATCH, row = y + k / PATCH;
             const struct net_node *node = &tile->node[row][column];
-            if (node->state == NET_INSIDE &&
-                turns_over(net, tile->ti * NET_TILE + column, tile->tj * NET_TILE + row,
-                           normals.at(normals.context, node)))
+            if (node->state != NET_INSIDE)
+                continue;
+            struct vec3 middle, normal = normals.at(normals.context, node);
+            bool whole;
+            if (vec3_norm2(normal) > 0 &&
+                !cell_faces(net, tile->ti * NET_TILE + column, tile->tj * NET_TILE + row, normal,
+                            &whole, &middle) &&
+                whole)
                 return true;
         }
     }
@@ -645,11 +605,11 @@ bool overlap_lies_on(struct overlap *overlap, int32_t i, int32_t j, struct vec3 
                         .framed = true};
     struct vec3 middle;
     bool whole;
-    v.turned = !faces(overlap->net, i, j, normal, &whole, &middle);
+    v.turned = !cell_faces(overlap->net, i, j, normal, &whole, &middle);
     v.point = net_find(overlap->net, i, j)->r;
-    if (meets(&v))
+    if (meets_any_patch(&v))
         return true;
     v.point = middle;
     v.own = 0;
-    return whole && meets(&v);
+    return whole && meets_any_patch(&v);
 }

@@ -21,7 +21,7 @@ static size_t power_of_two(size_t least) {
 }
 
 /* Room for so many patches. */
-static bool grow(struct overlap_patches *patches, size_t room) {
+static bool grow_patches(struct overlap_patches *patches, size_t room) {
     size_t slot_count = power_of_two(room + room / 2);
     struct overlap_patch *patch = arena_take(patches->arena, room, sizeof *patch);
     int32_t *slots = patch ? take_none(patches->arena, slot_count) : NULL;
@@ -38,13 +38,6 @@ static bool grow(struct overlap_patches *patches, size_t room) {
     return true;
 }
 
-static bool has_cube(const struct overlap_cubes *cubes, const int64_t at[3]) {
-    bool has = true;
-    for (int k = 0; k < 3; k++)
-        has = has && at[k] >= cubes->first[k] && at[k] <= cubes->last[k];
-    return has;
-}
-
 /* Enters a patch in the cubes that its box touches and `before`, unless NULL, did not, as long as
  * there is room: false where there is none. */
 static bool enter(struct overlap_patches *patches, size_t number,
@@ -57,7 +50,10 @@ static bool enter(struct overlap_patches *patches, size_t number,
     for (at[0] = now.first[0]; at[0] <= now.last[0]; at[0]++)
         for (at[1] = now.first[1]; at[1] <= now.last[1]; at[1]++)
             for (at[2] = now.first[2]; at[2] <= now.last[2]; at[2]++) {
-                if (has_cube(&old, at))
+                bool entered = true;
+                for (int k = 0; k < 3; k++)
+                    entered = entered && at[k] >= old.first[k] && at[k] <= old.last[k];
+                if (entered)
                     continue;
                 if (patches->site_count == patches->site_room)
                     return false;
@@ -92,7 +88,7 @@ bool overlap_patches_make(struct overlap_patches *patches, struct arena *arena, 
                           double cube) {
     size_t room = FIRST_PATCHES + nodes / PATCH_NODES;
     *patches = (struct overlap_patches){.arena = arena, .cube = cube};
-    return grow(patches, room) && grow_sites(patches, PATCH_SITES * room);
+    return grow_patches(patches, room) && grow_sites(patches, PATCH_SITES * room);
 }
 
 enum status overlap_patches_stretch(struct overlap_patches *patches, int32_t pi, int32_t pj,
@@ -100,7 +96,7 @@ enum status overlap_patches_stretch(struct overlap_patches *patches, int32_t pi,
                                     struct overlap_shape shape) {
     bool known = overlap_patches_find(patches, pi, pj) != NULL;
     if (!known) {
-        if (patches->count == patches->room && !grow(patches, 2 * patches->room))
+        if (patches->count == patches->room && !grow_patches(patches, 2 * patches->room))
             return STATUS_OUT_OF_MEMORY;
         *overlap_patches_slot(patches, pi, pj) = (int32_t)patches->count;
         patches->patch[patches->count++] =

@@ -52,19 +52,9 @@ static struct vec3 dual(const struct yarns *yarns, int k) {
 
 static const struct separation_range nothing = {HUGE_VAL, -HUGE_VAL};
 
-static void stretch(struct separation_range *range, double value) {
+static void stretch_range(struct separation_range *range, double value) {
     range->low = value < range->low ? value : range->low;
     range->high = value > range->high ? value : range->high;
-}
-
-/* Stretches the range by the cells round a node. */
-static void stretch_cells(struct separation_range *range, struct vec3 way,
-                          const struct yarns *yarns) {
-    double at = vec3_dot(way, yarns->r);
-    double reach = steps * (fabs(vec3_dot(way, yarns->a)) + fabs(vec3_dot(way, yarns->b)) +
-                            yarns->height * fabs(vec3_dot(way, yarns->across)));
-    stretch(range, at - reach);
-    stretch(range, at + reach);
 }
 
 /* The means over the nodes. */
@@ -100,8 +90,15 @@ void separation_frame(const struct net_window *window, int x, int y,
     find_ways(yarns, count, frame->way);
     for (int k = 0; k < SEPARATION_WAYS; k++) {
         frame->cells[k] = nothing;
-        for (int n = 0; n < count; n++)
-            stretch_cells(&frame->cells[k], frame->way[k], &yarns[n]);
+        for (int n = 0; n < count; n++) { /* by the cells round each node */
+            struct vec3 way = frame->way[k];
+            double at = vec3_dot(way, yarns[n].r);
+            double reach =
+                steps * (fabs(vec3_dot(way, yarns[n].a)) + fabs(vec3_dot(way, yarns[n].b)) +
+                         yarns[n].height * fabs(vec3_dot(way, yarns[n].across)));
+            stretch_range(&frame->cells[k], at - reach);
+            stretch_range(&frame->cells[k], at + reach);
+        }
     }
     for (int k = 0; k < 2; k++) {
         double spread2 = 0;
@@ -109,15 +106,10 @@ void separation_frame(const struct net_window *window, int x, int y,
         for (int n = 0; n < count; n++) {
             struct vec3 off = vec3_sub(dual(&yarns[n], k), frame->way[k]);
             spread2 = fmax(spread2, vec3_norm2(off));
-            stretch(&frame->beyond[k], vec3_dot(frame->way[k], yarns[n].r) - number[n][k]);
+            stretch_range(&frame->beyond[k], vec3_dot(frame->way[k], yarns[n].r) - number[n][k]);
         }
         frame->spread[k] = sqrt(spread2);
     }
-}
-
-/* How far apart values of two ranges may be. */
-static double extent(struct separation_range p, struct separation_range q) {
-    return fmax(p.high - q.low, q.high - p.low);
 }
 
 bool separation_holds(const struct separation_frame *frame, const struct separation_points *points,
@@ -127,15 +119,17 @@ bool separation_holds(const struct separation_frame *frame, const struct separat
         struct separation_range along = nothing, beyond = nothing;
         for (int n = 0; n < points->count; n++) {
             double at = vec3_dot(frame->way[k], points->r[n]);
-            stretch(&along, at);
+            stretch_range(&along, at);
             if (k < 2)
-                stretch(&beyond, at - points->at[n][k]);
+                stretch_range(&beyond, at - points->at[n][k]);
         }
         if (along.low > frame->cells[k].high || along.high < frame->cells[k].low)
             return true;
-        if (k < 2)
-            aligned = aligned &&
-                      extent(beyond, frame->beyond[k]) < least - steps - frame->spread[k] * reach;
+        if (k == 2)
+            continue;
+        struct separation_range numbers = frame->beyond[k];
+        double differ = fmax(beyond.high - numbers.low, numbers.high - beyond.low);
+        aligned = aligned && differ < least - steps - frame->spread[k] * reach;
     }
     return aligned;
 }

@@ -57,7 +57,7 @@ static struct vec3 tangent(const struct net_window *window, int x, int y, int dx
     return vec3_make(0, 0, 0);
 }
 
-static void set(struct shear_row *row, int x, struct vec3 warp, struct vec3 weft) {
+static void set_directions(struct shear_row *row, int x, struct vec3 warp, struct vec3 weft) {
     const double a[3] = {warp.x, warp.y, warp.z}, b[3] = {weft.x, weft.y, weft.z};
     for (int k = 0; k < 3; k++) {
         row->warp[k][x] = a[k];
@@ -67,13 +67,13 @@ static void set(struct shear_row *row, int x, struct vec3 warp, struct vec3 weft
 
 void shear_node(struct shear_row *row, const struct net_window *window, int x, int y,
                 enum shear_order order) {
-    set(row, x, tangent(window, x, y, 1, 0, order), tangent(window, x, y, 0, 1, order));
+    set_directions(row, x, tangent(window, x, y, 1, 0, order), tangent(window, x, y, 0, 1, order));
 }
 
 /* The second difference of a yarn over an edge from (x, y), as the mean of those at its two ends or
  * the one there is; zero when there is none. */
-static struct vec3 bend(const struct net_window *window, int x, int y, int dx, int dy,
-                        struct vec3 from, struct vec3 to) {
+static struct vec3 yarn_bend(const struct net_window *window, int x, int y, int dx, int dy,
+                             struct vec3 from, struct vec3 to) {
     const struct net_node *back = net_window_place(window, x - dx, y - dy);
     const struct net_node *ahead = net_window_place(window, x + 2 * dx, y + 2 * dy);
     struct vec3 chord = vec3_sub(to, from), sum = vec3_make(0, 0, 0);
@@ -107,17 +107,17 @@ void shear_cell(struct shear_row *row, const struct net_window *window, int x, i
     struct vec3 warp = vec3_add(vec3_sub(b, a), vec3_sub(c, d));
     struct vec3 weft = vec3_add(vec3_sub(d, a), vec3_sub(c, b));
     if (rough) {
-        set(row, x, warp, weft);
+        set_directions(row, x, warp, weft);
         return;
     }
     struct vec3 twist = vec3_add(vec3_sub(a, b), vec3_sub(c, d));
-    struct vec3 p = bend(window, x, y, 1, 0, a, b), q = bend(window, x, y, 0, 1, a, d);
+    struct vec3 p = yarn_bend(window, x, y, 1, 0, a, b), q = yarn_bend(window, x, y, 0, 1, a, d);
     struct vec3 cross = vec3_cross(warp, weft);
     const double product[3] = {vec3_norm2(warp), vec3_norm2(weft), vec3_dot(warp, weft)};
     const double across[3] = {vec3_dot(p, cross), vec3_dot(twist, cross), vec3_dot(q, cross)};
     double turn = cell_turn(product, vec3_dot(twist, vec3_add(p, q)), across, vec3_norm2(cross));
-    set(row, x, vec3_axpy(turn / vec3_norm2(weft), weft, warp),
-        vec3_axpy(turn / vec3_norm2(warp), warp, weft));
+    set_directions(row, x, vec3_axpy(turn / vec3_norm2(weft), weft, warp),
+                   vec3_axpy(turn / vec3_norm2(warp), warp, weft));
 }
 
 void shear_set_angle(struct vec3 *warp, struct vec3 *weft, double w_deg) {
@@ -163,16 +163,16 @@ static uint32_t places(const struct shear_block *block, int x, int y) {
 }
 
 /* Where block->r of the place (x, y) off a place begins. */
-INLINE const double *row_of(const struct shear_block *block, int k, int x, int y) {
+INLINE const double *row_from(const struct shear_block *block, int k, int x, int y) {
     return &block->r[k][y + SHEAR_REACH][x + SHEAR_REACH];
 }
 
 INLINE void differences(const struct shear_block *block, int dx, int dy, enum shear_order order,
                         double (*to)[SHEAR_PLACES]) {
     for (int k = 0; k < 3; k++) {
-        const double *a = row_of(block, k, -2 * dx, -2 * dy), *b = row_of(block, k, -dx, -dy);
-        const double *c = row_of(block, k, 0, 0), *d = row_of(block, k, dx, dy);
-        const double *e = row_of(block, k, 2 * dx, 2 * dy);
+        const double *a = row_from(block, k, -2 * dx, -2 * dy), *b = row_from(block, k, -dx, -dy);
+        const double *c = row_from(block, k, 0, 0), *d = row_from(block, k, dx, dy);
+        const double *e = row_from(block, k, 2 * dx, 2 * dy);
         if (order == SHEAR_SECOND)
             for (int x = 0; x < SHEAR_PLACES; x++)
                 to[k][x] = d[x] - b[x];
@@ -199,10 +199,10 @@ uint32_t shear_nodes(const struct shear_block *block, enum shear_order order,
  */
 INLINE void cell_sums(const struct shear_block *block, int k, double *warp, double *weft,
                       double *twist, double *bend_warp, double *bend_weft) {
-    const double *a = row_of(block, k, 0, 0), *b = row_of(block, k, 1, 0);
-    const double *c = row_of(block, k, 1, 1), *d = row_of(block, k, 0, 1);
-    const double *left = row_of(block, k, -1, 0), *right = row_of(block, k, 2, 0);
-    const double *down = row_of(block, k, 0, -1), *up = row_of(block, k, 0, 2);
+    const double *a = row_from(block, k, 0, 0), *b = row_from(block, k, 1, 0);
+    const double *c = row_from(block, k, 1, 1), *d = row_from(block, k, 0, 1);
+    const double *left = row_from(block, k, -1, 0), *right = row_from(block, k, 2, 0);
+    const double *down = row_from(block, k, 0, -1), *up = row_from(block, k, 0, 2);
     for (int x = 0; x < SHEAR_PLACES; x++) {
         double ab = b[x] - a[x], ad = d[x] - a[x];
         warp[x] = ab + (c[x] - d[x]);
@@ -216,10 +216,10 @@ INLINE void cell_sums(const struct shear_block *block, int k, double *warp, doub
 INLINE void cell_areas(const struct shear_block *block, double *area) {
     const double *a[3], *b[3], *c[3], *d[3];
     for (int k = 0; k < 3; k++) {
-        a[k] = row_of(block, k, 0, 0);
-        b[k] = row_of(block, k, 1, 0);
-        c[k] = row_of(block, k, 1, 1);
-        d[k] = row_of(block, k, 0, 1);
+        a[k] = row_from(block, k, 0, 0);
+        b[k] = row_from(block, k, 1, 0);
+        c[k] = row_from(block, k, 1, 1);
+        d[k] = row_from(block, k, 0, 1);
     }
     for (int x = 0; x < SHEAR_PLACES; x++) {
         double px = c[0][x] - a[0][x], py = c[1][x] - a[1][x], pz = c[2][x] - a[2][x];
