@@ -25,7 +25,7 @@ size_t api_number_integer(char *text, int64_t value) {
     return static_cast<size_t>(std::to_chars(text, text + API_NUMBER_SIZE, value).ptr - text);
 }
 
-static const char *digits_end(const char *at, const char *end) {
+static inline const char *digits_end(const char *at, const char *end) {
     while (at < end && *at >= '0' && *at <= '9')
         at++;
     return at;

@@ -35,16 +35,21 @@ struct array {
     size_t count; /* rows, or numbers */
 };
 
-/* How many elements the array that has just been opened may have. */
+/* How many elements the array that has just been opened may have: the brackets right inside it, or
+ * its numbers. */
 static size_t count_elements(const struct scan *scan, const struct kind *kind) {
-    size_t rows = 0, commas = 0, depth = 1;
+    size_t rows = 0, depth = 1;
+    if (kind->width == 1) {
+        for (const char *c = scan->at; c < scan->end && *c != ']'; c++)
+            rows += *c == ',';
+        return rows + 1;
+    }
     for (const char *c = scan->at; c < scan->end && depth > 0; c++) {
         rows += *c == '[' && depth == 1;
-        commas += *c == ',';
         depth += *c == '[';
         depth -= *c == ']';
     }
-    return kind->width > 1 ? rows : commas + 1;
+    return rows;
 }
 
 /* One element: a number, or a row of them. */
@@ -99,11 +104,10 @@ static bool read_number_array(struct scan *scan, const char *path, const struct 
             if (!(values[k] >= kind->low && values[k] <= kind->high) ||
                 (kind->whole && values[k] != floor(values[k])))
                 return scan_invalid(scan, path, row, kind->width > 1 ? k : -1, "%s", kind->what);
-        for (int k = 0; k < stride; k++)
-            if (kind->whole)
-                ((int32_t *)array->values)[at + (size_t)k] = (int32_t)values[k];
-            else
-                ((double *)array->values)[at + (size_t)k] = values[k];
+        for (int k = 0; k < stride && kind->whole; k++)
+            ((int32_t *)array->values)[at + (size_t)k] = (int32_t)values[k];
+        if (!kind->whole)
+            memcpy((double *)array->values + at, values, (size_t)stride * sizeof *values);
         if (!scan_next(scan, ']', &more))
             return false;
     }
