@@ -111,12 +111,12 @@ off() {
     { echo 'ISO-10303-21;'; seq -f '#%.0f = ADVANCED_FACE(' 20001; } >"$BATS_TEST_TMPDIR/many"
     send model/step "$BATS_TEST_TMPDIR/many"
     expect_problem 422 unreadable-file
-    jq -e '.detail | test("20001 faces, and at most 20000")' "$body"
+    jq -e '.detail | test("20001 faces, but at most 20000")' "$body"
     { printf '%-72sS%7d\n' many 1; seq 40002 | awk '{printf "     144%-64sD%7d\n", "", $1}'; } \
         >"$BATS_TEST_TMPDIR/many"
     send model/iges "$BATS_TEST_TMPDIR/many"
     expect_problem 422 unreadable-file
-    jq -e '.detail | test("20001 faces, and at most 20000")' "$body"
+    jq -e '.detail | test("20001 faces, but at most 20000")' "$body"
     send model/stl "$EXAMPLES/saddle.json"
     expect_problem 422 unreadable-file
     send model/step "$PARTS/box.step" '?format=parasolid'
