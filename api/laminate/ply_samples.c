@@ -113,7 +113,7 @@ static bool read_ply_net(struct ply_samples *m, size_t net, const struct api_rea
     if (map_net_open(reader, cloth, m->problem) != API_OK)
         return false;
     map_net_keep(cloth, kept, sizeof kept / sizeof *kept);
-    size_t shear = cloth->group[0].place;
+    size_t shear = cloth->group[0].offset;
     bool channel = m->target->has_role[MAP_CHANNEL] && !m->channelled;
     m->channelled = true;
     m->spacing = fmax(m->spacing, cloth->spacing);

@@ -99,11 +99,11 @@ bool cavity_begin(struct cavity *cavity, const struct map_target *target, struct
     return !target->punch_count || cavity->punch;
 }
 
-double cavity_height(const struct cavity *cavity, size_t place, struct vec3 normal) {
+double cavity_height(const struct cavity *cavity, size_t number, struct vec3 normal) {
     const struct map_target *target = cavity->target;
     if (cavity->punch)
-        return punch_height(cavity->punch, map_target_point(target, place), normal);
-    return target->heights ? target->heights[place] : 0;
+        return punch_height(cavity->punch, map_target_point(target, number), normal);
+    return target->heights ? target->heights[number] : 0;
 }
 
 void cavity_warn(const struct cavity *cavity, struct api_map *map, const char *whose) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The height of the cavity at each place of a target, where that is not the same everywhere: given
+ * The height of the cavity at each point of a target, where that is not the same everywhere: given
  * by element or by property, or between the mesh, which then lies on the tool, and a punch.
  */
 #ifndef API_MAP_CAVITY_H
@@ -10,7 +10,7 @@
 #include "api/limits.h"
 #include "map.h"
 
-/* What a target says of the cavity; and of how many places a warning speaks, which who maps counts.
+/* What a target says of the cavity; and of how many points a warning speaks, which who maps counts.
  */
 struct cavity {
     const struct map_target *target;
@@ -26,12 +26,12 @@ bool cavity_given(const struct map_target *target);
 /* False without memory. `target` outlives it. */
 bool cavity_begin(struct cavity *cavity, const struct map_target *target, struct arena *arena);
 
-/* The height at a place, 0 where the target says nothing: what it has for this place, or how far
+/* The height at a point, 0 where the target says nothing: what it has for this point, or how far
  * the punch is from it along the cloth's unit normal, on the side on which it is nearer, unless
  * that is more than a tenth of the diagonal of its box. */
-double cavity_height(const struct cavity *cavity, size_t place, struct vec3 normal);
+double cavity_height(const struct cavity *cavity, size_t number, struct vec3 normal);
 
-/* Warns of the places that were counted. `whose` cavity holds where the punch is not above: "drape"
+/* Warns of the points that were counted. `whose` cavity holds where the punch is not above: "drape"
  * or "laminate". */
 void cavity_warn(const struct cavity *cavity, struct api_map *map, const char *whose);
 

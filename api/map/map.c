@@ -10,7 +10,7 @@
 #include "solver/permeability.h"
 #include <string.h>
 
-enum { ASK_EVERY = 1024 }; /* places between two questions to the monitor */
+enum { ASK_EVERY = 1024 }; /* points between two questions to the monitor */
 
 /* Beside those of the cells: id, pid, the tensor, distance and extrapolated; and the plies'. */
 enum { OWN_COLUMNS = 10 + MAP_PLY_COLUMNS, TENSOR_PARTS = 6 };
@@ -23,10 +23,10 @@ struct mapping {
     double *column[API_COLUMNS_MAX]; /* those of the cells, in their order */
     double *tensor[TENSOR_PARTS];    /* NULL without a permeability */
     double *distance, *extrapolated;
-    int shear, thickness, fraction; /* their places in a row, or -1 */
+    int shear, thickness, fraction; /* their offsets in a row, or -1 */
     struct map_stack *stack;        /* NULL: onto points */
     struct cavity cavity;
-    size_t far; /* places that are too far away */
+    size_t far; /* points that are too far away */
     double farthest;
 };
 
@@ -41,11 +41,11 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
         const struct map_group *group = &net->group[k];
         tensor = tensor || group->kind == MAP_TENSOR;
         if (group->spec == &column_specs[COLUMN_CELLS_shear_deg])
-            mapping->shear = (int)group->place;
+            mapping->shear = (int)group->offset;
         if (group->spec == &column_specs[COLUMN_CELLS_thickness])
-            mapping->thickness = (int)group->place;
+            mapping->thickness = (int)group->offset;
         if (group->spec == &column_specs[COLUMN_CELLS_fiber_volume_fraction])
-            mapping->fraction = (int)group->place;
+            mapping->fraction = (int)group->offset;
         for (size_t c = 0; good && c < group->columns; c++, column++) {
             const struct api_column *own = &group->column[c];
             double *values = arena_take(arena, map->fields.element_count, sizeof *values);
@@ -62,7 +62,7 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
     return mapping->distance && mapping->extrapolated;
 }
 
-/* ---- one place ---- */
+/* ---- one point ---- */
 
 /* The tensor of a row's components by k1, k2, k3 and the direction of k1, and in global axes. */
 static void put_tensor_row(const struct mapping *mapping, const double *k, struct vec3 warp,
@@ -87,21 +87,21 @@ static void put_direction(const struct mapping *mapping, struct vec3 v, size_t r
     mapping->column[column + 2][row] = v.z;
 }
 
-static void put_row(const struct mapping *mapping, const struct facets_point *place,
+static void put_row(const struct mapping *mapping, const struct facets_point *point,
                     const double *values, size_t row) {
     const struct map_net *net = &mapping->net;
     struct vec3 warp, weft;
     size_t column = 0;
-    map_net_yarns(net, place, values, &warp, &weft);
+    map_net_yarns(net, point, values, &warp, &weft);
     for (size_t k = 0; k < net->group_count; k++) {
         const struct map_group *group = &net->group[k];
-        const double *own = values + group->place;
+        const double *own = values + group->offset;
         if (group->kind == MAP_TENSOR)
             put_tensor_row(mapping, own, warp, weft, row, column);
         else if (group->kind != MAP_VECTOR)
             mapping->column[column][row] = own[0];
-        else if (group->place == net->warp || group->place == net->weft)
-            put_direction(mapping, group->place == net->warp ? warp : weft, row, column);
+        else if (group->offset == net->warp || group->offset == net->weft)
+            put_direction(mapping, group->offset == net->warp ? warp : weft, row, column);
         else
             put_direction(mapping, vec3_unit(vec3_make(own[0], own[1], own[2])), row, column);
         column += group->columns;
@@ -109,13 +109,13 @@ static void put_row(const struct mapping *mapping, const struct facets_point *pl
 }
 
 /* The fields of a row in the cavity that the target says is there, or in the drape's own. */
-static void press_cloth(struct mapping *mapping, const struct facets_point *place, double *values,
+static void press_cloth(struct mapping *mapping, const struct facets_point *point, double *values,
                         size_t row) {
     const struct api_request *cloth = mapping->target->cloth;
     const double shear = values[mapping->shear];
-    const bool on = !map_net_is_beyond(&mapping->net, place);
+    const bool on = !map_net_is_beyond(&mapping->net, point);
     struct vec3 warp, weft;
-    map_net_yarns(&mapping->net, place, values, &warp, &weft);
+    map_net_yarns(&mapping->net, point, values, &warp, &weft);
     double height = cavity_height(&mapping->cavity, row, vec3_unit(vec3_cross(warp, weft)));
     mapping->cavity.open += on && mapping->cavity.punch && !(height > 0);
     bool own = !(height > 0);
@@ -128,7 +128,7 @@ static void press_cloth(struct mapping *mapping, const struct facets_point *plac
 }
 
 /* The drape as the one ply at an element, unless that lies beyond the cloth. */
-static bool lay_ply(const struct mapping *mapping, const struct facets_point *place,
+static bool lay_ply(const struct mapping *mapping, const struct facets_point *point,
                     const double *values, size_t row, struct api_problem *problem) {
     struct map_ply ply = {.shear_deg = mapping->shear < 0 ? 0 : values[mapping->shear],
                           .thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness],
@@ -136,8 +136,8 @@ static bool lay_ply(const struct mapping *mapping, const struct facets_point *pl
                               mapping->fraction < 0 ? 0 : values[mapping->fraction]};
     if (!map_stack_next(mapping->stack, row, problem))
         return false;
-    map_net_yarns(&mapping->net, place, values, &ply.warp, &ply.weft);
-    if (!map_net_is_beyond(&mapping->net, place))
+    map_net_yarns(&mapping->net, point, values, &ply.warp, &ply.weft);
+    if (!map_net_is_beyond(&mapping->net, point))
         map_stack_lay(mapping->stack, 0, &ply);
     return true;
 }
@@ -149,25 +149,25 @@ static bool map_points(struct mapping *mapping, struct api_problem *problem) {
     size_t count = mapping->target->element_count;
     double values[API_COLUMNS_MAX];
     struct facets_search walk = facets_search_begin(net->facets);
-    struct facets_point place;
+    struct facets_point point;
     for (size_t row = 0; row < count; row++) {
         if (row % ASK_EVERY == 0 && mapping->monitor &&
             !mapping->monitor->progress(mapping->monitor->context, (double)row / (double)count)) {
             api_problem_set(problem, API_CANCELLED, "the map was cancelled");
             return false;
         }
-        facets_nearest(&walk, map_target_point(mapping->target, row), &place);
-        map_net_interpolate(net, &place, values);
+        facets_nearest(&walk, map_target_point(mapping->target, row), &point);
+        map_net_interpolate(net, &point, values);
         if (mapping->target->cloth)
-            press_cloth(mapping, &place, values, row);
-        put_row(mapping, &place, values, row);
-        if (mapping->stack && !lay_ply(mapping, &place, values, row, problem))
+            press_cloth(mapping, &point, values, row);
+        put_row(mapping, &point, values, row);
+        if (mapping->stack && !lay_ply(mapping, &point, values, row, problem))
             return false;
-        mapping->distance[row] = place.distance;
-        mapping->extrapolated[row] = map_net_is_beyond(net, &place);
+        mapping->distance[row] = point.distance;
+        mapping->extrapolated[row] = map_net_is_beyond(net, &point);
         double thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness];
-        mapping->far += place.distance > net->spacing && place.distance > thickness;
-        mapping->farthest = place.distance > mapping->farthest ? place.distance : mapping->farthest;
+        mapping->far += point.distance > net->spacing && point.distance > thickness;
+        mapping->farthest = point.distance > mapping->farthest ? point.distance : mapping->farthest;
     }
     return true;
 }

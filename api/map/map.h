@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The fields of a drape at places of the caller's choosing: each point goes to the nearest place of
+ * The fields of a drape at points of the caller's choosing: each point goes to the nearest point of
  * the draped cloth (`facets.h`), where the fields of the cells are interpolated between their
  * middles, so that they are continuous over the net.
  *
@@ -9,7 +9,7 @@
  * - The permeability is interpolated by its components in the frame of the warp (`net.h`),
  * which turns with the cloth: so a curved cloth loses nothing, and what is positive stays so. k1,
  * k2 and their direction follow from the interpolated tensor.
- * - What is counted or flagged (i, j, locked, ...) is that of the cell in which the place lies.
+ * - What is counted or flagged (i, j, locked, ...) is that of the cell in which the point lies.
  * - In a rigid cavity, the drape's own or one that the target has, thickness, fibres and
  *   permeability follow from the interpolated shear and the height (`press.h`).
  *
@@ -45,8 +45,8 @@ struct map_fields map_target_fields(const struct map_target *target,
 /*
  * Maps the result that `reader` holds onto `mesh`, which must outlive `map`. What presses the cloth
  * the mesh has to know (`cavity_take_cloth`); under heights of its own, or a punch, the cloth has
- * to have a thickness. More than the columns (8 bytes a place and column) is taken from the arena
- * only for the time of the call. There is a warning when more than half of the places lie further
+ * to have a thickness. More than the columns (8 bytes a point and column) is taken from the arena
+ * only for the time of the call. There is a warning when more than half of the points lie further
  * from the cloth than both its larger spacing and its thickness there, else one of elements without
  * a ply: those whose middle lies beyond the cloth, and those that have no area. `monitor` (may be
  * NULL) is asked now and then whether to go on. Returns API_OK, API_INVALID_REQUEST when the net

@@ -5,7 +5,7 @@
 
 #include "map.h"
 
-/* Adds a column of the places that is filled from `values`, one each; NULL, for want of memory, is
+/* Adds a column of the points that is filled from `values`, one each; NULL, for want of memory, is
  * for the caller to see. Returns `values`. */
 double *map_columns_add(struct api_map *map, const char *name, bool integer, double *values);
 

@@ -54,9 +54,9 @@ static size_t add_group(struct map_net *net, const struct api_column *column, si
     return group.columns;
 }
 
-static bool find_vector(const struct map_net *net, enum column_id id, size_t *place) {
+static bool find_vector(const struct map_net *net, enum column_id id, size_t *offset) {
     for (size_t k = 0; k < net->group_count; k++) {
-        *place = net->group[k].place;
+        *offset = net->group[k].offset;
         if (net->group[k].kind == MAP_VECTOR && net->group[k].spec == &column_specs[id])
             return true;
     }
@@ -99,7 +99,7 @@ void map_net_keep(struct map_net *net, const enum column_id *ids, size_t count) 
             wanted = wanted || group.spec == &column_specs[ids[n]];
         if (!wanted)
             continue;
-        group.place = net->width;
+        group.offset = net->width;
         net->width += group.kind == MAP_VECTOR   ? 3
                       : group.kind == MAP_TENSOR ? MAP_TENSOR_VALUES
                                                  : 1;
@@ -250,14 +250,15 @@ static struct vec3 vector_of(const double *values) {
 }
 
 /* The permeabilities of a block's cells, by the yarns of their rows. */
-static void put_permeabilities(const struct map_net *net, size_t place, const struct block *block) {
+static void put_permeabilities(const struct map_net *net, size_t offset,
+                               const struct block *block) {
     const double(*v)[BLOCK] = block->values;
     for (size_t k = 0; k < block->count; k++) {
         double *row = net->rows + (block->row + k) * net->width;
         struct vec3 warp = vector_of(row + net->warp), weft = vector_of(row + net->weft);
         struct vec3 d = vec3_make(v[3][k], v[4][k], v[5][k]);
         double a = vec3_dot(d, warp), b = vec3_dot(d, permeability_across(warp, weft));
-        map_tensor_values(v[0][k], v[1][k], v[2][k], a, b, row + place);
+        map_tensor_values(v[0][k], v[1][k], v[2][k], a, b, row + offset);
     }
 }
 
@@ -276,10 +277,10 @@ static bool fill_block(const struct api_reader *reader, const struct map_net *ne
                 return false;
         }
         if (tensors)
-            put_permeabilities(net, group->place, block);
+            put_permeabilities(net, group->offset, block);
         for (size_t row = 0; row < block->count && !tensors; row++)
             for (size_t column = 0; column < group->columns; column++)
-                net->rows[(block->row + row) * net->width + group->place + column] =
+                net->rows[(block->row + row) * net->width + group->offset + column] =
                     block->values[column][row];
     }
     return true;
@@ -328,20 +329,20 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
     return API_OK;
 }
 
-/* ---- places ---- */
+/* ---- points ---- */
 
-bool map_net_is_beyond(const struct map_net *net, const struct facets_point *place) {
+bool map_net_is_beyond(const struct map_net *net, const struct facets_point *point) {
     static const int8_t corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-    const int32_t *at = net->facets->source.places[place->cell];
-    const int8_t *a = corner[place->side], *b = corner[(place->side + 1) & 3];
+    const int32_t *at = net->facets->source.places[point->cell];
+    const int8_t *a = corner[point->side], *b = corner[(point->side + 1) & 3];
     double pq[2];
-    if (!place->outside && (size_t)place->cell < net->whole && net->clear[place->cell])
+    if (!point->outside && (size_t)point->cell < net->whole && net->clear[point->cell])
         return false;
     for (int k = 0; k < 2; k++)
-        pq[k] = at[k] + place->weight[0] / 2 + place->weight[1] * a[k] + place->weight[2] * b[k];
-    /* On facets, which lie off the surface, a place is right to about their distance. */
-    return place->outside ||
-           stored_rim_is_beyond(net->edge, pq[0], pq[1], 2 * place->distance / net->spacing);
+        pq[k] = at[k] + point->weight[0] / 2 + point->weight[1] * a[k] + point->weight[2] * b[k];
+    /* On facets, which lie off the surface, a point is right to about their distance. */
+    return point->outside ||
+           stored_rim_is_beyond(net->edge, pq[0], pq[1], 2 * point->distance / net->spacing);
 }
 
 /* Adds the mean of the cells around a corner, `weight` times. */
@@ -359,24 +360,24 @@ static void add_corner(const struct map_net *net, const int32_t around[4], doubl
     }
 }
 
-void map_net_interpolate(const struct map_net *net, const struct facets_point *place, double *row) {
+void map_net_interpolate(const struct map_net *net, const struct facets_point *point, double *row) {
     const struct facets *facets = net->facets;
-    const int32_t *corners = facets->source.corners[place->cell];
-    const double *cell = net->rows + (size_t)place->cell * net->width;
+    const int32_t *corners = facets->source.corners[point->cell];
+    const double *cell = net->rows + (size_t)point->cell * net->width;
     for (size_t v = 0; v < net->width; v++)
-        row[v] = place->weight[0] * cell[v];
+        row[v] = point->weight[0] * cell[v];
     for (int k = 0; k < 2; k++)
-        if (place->weight[1 + k] > 0)
-            add_corner(net, facets->around[corners[(place->side + k) & 3]], place->weight[1 + k],
+        if (point->weight[1 + k] > 0)
+            add_corner(net, facets->around[corners[(point->side + k) & 3]], point->weight[1 + k],
                        row);
     for (size_t k = 0; k < net->group_count; k++)
         if (net->group[k].kind == MAP_CELL)
-            row[net->group[k].place] = cell[net->group[k].place];
+            row[net->group[k].offset] = cell[net->group[k].offset];
 }
 
-void map_net_yarns(const struct map_net *net, const struct facets_point *place, const double *row,
+void map_net_yarns(const struct map_net *net, const struct facets_point *point, const double *row,
                    struct vec3 *warp, struct vec3 *weft) {
-    const double *cell = net->rows + (size_t)place->cell * net->width;
+    const double *cell = net->rows + (size_t)point->cell * net->width;
     *warp = vec3_unit(vector_of(row + net->warp));
     *weft = vec3_unit(vector_of(row + net->weft));
     if (vec3_norm2(*warp) == 0)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The net of a stored result as it is mapped from: its cloth, and what is known in its cells. The
- * values of a cell stand in one row, because a place needs those of up to six cells at once.
+ * values of a cell stand in one row, because a point needs those of up to six cells at once.
  */
 #ifndef API_MAP_NET_H
 #define API_MAP_NET_H
@@ -37,7 +37,7 @@ struct map_group {
     const struct column_spec *spec;  /* of it; NULL for an unknown one */
     enum map_kind kind;
     size_t columns; /* of the result */
-    size_t place;   /* of its first value in a row */
+    size_t offset;  /* of its first value in a row */
 };
 
 struct map_net {
@@ -46,7 +46,7 @@ struct map_net {
     size_t group_count;
     size_t column_count; /* of all groups */
     size_t width;        /* of a row */
-    size_t warp, weft;   /* their places in a row */
+    size_t warp, weft;   /* their offsets in a row */
     double spacing;      /* the larger one */
     struct facets *facets;
     size_t whole, cut; /* cells: whole ones, then those that the rim cuts */
@@ -69,15 +69,15 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct map_net *net, struct api_problem *problem) STATUS_MUST_USE;
 
-/* Whether a place lies beyond the cloth: off the cells, or beyond the rim in one that it cuts. */
-bool map_net_is_beyond(const struct map_net *net, const struct facets_point *place);
+/* Whether a point lies beyond the cloth: off the cells, or beyond the rim in one that it cuts. */
+bool map_net_is_beyond(const struct map_net *net, const struct facets_point *point);
 
-/* The row at a place of the cloth, `width` values: linear on each facet between the cell's own at
+/* The row at a point of the cloth, `width` values: linear on each facet between the cell's own at
  * its middle and the mean of the cells around it at a corner; those of MAP_CELL are the cell's. */
-void map_net_interpolate(const struct map_net *net, const struct facets_point *place, double *row);
+void map_net_interpolate(const struct map_net *net, const struct facets_point *point, double *row);
 
 /* The warp and weft of a row, unit vectors; where a mean vanishes, those of the cell. */
-void map_net_yarns(const struct map_net *net, const struct facets_point *place, const double *row,
+void map_net_yarns(const struct map_net *net, const struct facets_point *point, const double *row,
                    struct vec3 *warp, struct vec3 *weft);
 
 #endif

@@ -26,7 +26,7 @@ bool press_row(const struct map_net *net, const struct api_request *cloth, doubl
                                 &outside);
     for (size_t g = 0; g < net->group_count; g++) {
         const struct map_group *group = &net->group[g];
-        double *own = row + group->place;
+        double *own = row + group->offset;
         if (!group->spec)
             continue;
         const enum column_id id = (enum column_id)(group->spec - column_specs);
