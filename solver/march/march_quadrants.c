@@ -321,10 +321,14 @@ static enum status add_counts(struct march *march, const struct quadrant *q) {
 }
 
 /* Where the net may meet itself one quadrant has to know of the others: then one after the other.
- */
-static enum status grow_quadrants(struct march *march, struct arena *arena) {
+ * Their own memory is needed no longer than this. */
+enum status march_quadrants(struct march *march) {
     const struct drape_team *team = march->settings->team;
     bool together = team && !march->overlap;
+    struct arena *arena = arena_child(march->arena);
+    if (!arena)
+        return STATUS_OUT_OF_MEMORY;
+    struct arena_mark mark = arena_mark(arena);
     struct quadrant *quadrants = arena_alloc(arena, NET_TABLES, sizeof *quadrants);
     enum status status = quadrants ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++)
@@ -336,24 +340,13 @@ static enum status grow_quadrants(struct march *march, struct arena *arena) {
     }
     if (status == STATUS_OK)
         status = make_quadrant_rows(march, arena, quadrants, together);
-    if (status != STATUS_OK)
-        return status;
-    if (together)
+    if (status == STATUS_OK && together)
         team->run(team->context, NET_TABLES, grow_quadrant, quadrants);
     for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++) {
         if (!together)
             grow_quadrant(quadrants, k);
         status = add_counts(march, &quadrants[k]);
     }
-    return status;
-}
-
-enum status march_quadrants(struct march *march) {
-    struct arena *arena = arena_child(march->arena); /* its memory is needed no longer than this */
-    if (!arena)
-        return STATUS_OUT_OF_MEMORY;
-    struct arena_mark mark = arena_mark(arena);
-    enum status status = grow_quadrants(march, arena);
     arena_rewind(arena, mark);
     return status;
 }

@@ -497,16 +497,26 @@ static void stop_rows(struct quadrant *q, struct front *front) {
     front->open = false;
 }
 
-static enum status march_wave_rows(struct quadrant *q, int32_t j, int *count) {
+/* Where more than a third of the cells have to be solved again, alone, rows go one by one for a
+ * while. */
+enum status wave_run(struct quadrant *q, int32_t j, int *count) {
+    enum { REST = 16 };
     struct wave *wave = q->wave;
     struct front front = {.column = 2, .open = true};
     int32_t left = q->march->by_rows ? quadrant_block_end(q, j) - j : q->kernel->lanes;
     int most = left < q->kernel->lanes ? left : q->kernel->lanes;
+    enum status status = STATUS_OK;
+    *count = 1;
+    if (q->resting > 0) {
+        q->resting--;
+        return STATUS_OK;
+    }
+    q->kept = q->alone = 0;
     wave->cursor = &q->march->cursor;
     wave->orientation = q->si * q->sj;
     wave->step = WAVE_STEPS;
-    for (;; front.column++, wave->step++) {
-        enum status status = complete_rows(q, j, &front);
+    for (; status == STATUS_OK; front.column++, wave->step++) {
+        status = complete_rows(q, j, &front);
         if (!front.steady)
             stop_rows(q, &front);
         front.open = front.open && front.high < most;
@@ -514,25 +524,10 @@ static enum status march_wave_rows(struct quadrant *q, int32_t j, int *count) {
             status = start_row(q, j, &front, count);
         if (front.high - front.low <= !front.open || status != STATUS_OK) {
             leave_rows(q, front.low, front.low, front.high, front.column - 1);
-            return status;
+            break;
         }
         status = take_wave_step(q, j, &front);
-        if (status != STATUS_OK)
-            return status;
     }
-}
-
-/* Where more than a third of the cells have to be solved again, alone, rows go one by one for a
- * while. */
-enum status wave_run(struct quadrant *q, int32_t j, int *count) {
-    enum { REST = 16 };
-    *count = 1;
-    if (q->resting > 0) {
-        q->resting--;
-        return STATUS_OK;
-    }
-    q->kept = q->alone = 0;
-    enum status status = march_wave_rows(q, j, count);
     q->resting = 2 * q->alone > q->kept ? REST : 0;
     return status;
 }
