@@ -69,13 +69,13 @@ static struct vec3 node_point(const struct drape_nodes *n, size_t k) {
 }
 
 /* In the order of nodes and cells. */
-static bool comes_before(int32_t i, int32_t j, int32_t i2, int32_t j2) {
+static bool node_comes_before(int32_t i, int32_t j, int32_t i2, int32_t j2) {
     return j < j2 || (j == j2 && i < i2);
 }
 
 /* The row of node (i, j), from a row on that is not behind it; both are sorted alike. */
 static size_t seek_node(const struct drape_nodes *n, size_t from, int32_t i, int32_t j) {
-    while (from < n->count && comes_before(n->i[from], n->j[from], i, j))
+    while (from < n->count && node_comes_before(n->i[from], n->j[from], i, j))
         from++;
     return from;
 }
@@ -170,7 +170,7 @@ static void add_stretch(void *data, int number) {
     const struct rim_cell *next = s.g->cells->cells, *last = next + s.g->cells->count;
     s.low = s.high = s.k; /* each cell before it has a node of its own */
     for (size_t k = s.k; k < s.end; k++) {
-        while (next < last && comes_before(next->i, next->j, c->i[k], c->j[k]))
+        while (next < last && node_comes_before(next->i, next->j, c->i[k], c->j[k]))
             next++;
         bool here = next < last && next->i == c->i[k] && next->j == c->j[k];
         add_whole(&s, k, here && !next->loose ? next->share : 1);
@@ -304,7 +304,7 @@ static void add_cut_cells(struct gathering *g) {
     size_t at = 0;
     for (size_t k = 0; k < g->cells->count; k++) {
         const struct rim_cell *cut = &g->cells->cells[k];
-        while (at < c->count && comes_before(c->i[at], c->j[at], cut->i, cut->j))
+        while (at < c->count && node_comes_before(c->i[at], c->j[at], cut->i, cut->j))
             at++;
         if (at == c->count || c->i[at] != cut->i || c->j[at] != cut->j)
             add_cut_cell(g, cut);

@@ -14,7 +14,7 @@ struct free_edges {
     size_t count, of_slit;
 };
 
-static struct vec3 point_on_face(struct rim_builder *b, int32_t face, const double uv[2]) {
+static struct vec3 rim_point_on_face(struct rim_builder *b, int32_t face, const double uv[2]) {
     struct surface_jet jet;
     surface_jet_at(rim_edges_surface(b->march, face), &b->march->cursor, uv[0], uv[1], &jet);
     return jet.r;
@@ -23,7 +23,7 @@ static struct vec3 point_on_face(struct rim_builder *b, int32_t face, const doub
 static void set_edge_ends(struct rim_builder *b, struct free_edges *found, size_t k) {
     const struct shell_edge *edge = &found->edges[k];
     for (int end = 0; end < 2; end++)
-        found->ends[k][end] = point_on_face(b, edge->face, edge->uv[end ? edge->count - 1 : 0]);
+        found->ends[k][end] = rim_point_on_face(b, edge->face, edge->uv[end ? edge->count - 1 : 0]);
 }
 
 /* The place of an edge nearest to parameters m beside it: its piece and parameters; its distance.
@@ -50,7 +50,7 @@ static double nearest_on_free_edge(struct rim_builder *b, const struct shell_edg
 static bool is_edge_end(struct rim_builder *b, const struct free_edges *found, size_t k,
                         size_t piece, const double uv[2]) {
     const struct shell_edge *edge = &found->edges[k];
-    struct vec3 r = point_on_face(b, edge->face, uv);
+    struct vec3 r = rim_point_on_face(b, edge->face, uv);
     return (piece == 0 && vec3_distance(r, found->ends[k][0]) <= b->tolerance) ||
            (piece + 2 == edge->count && vec3_distance(r, found->ends[k][1]) <= b->tolerance);
 }

@@ -440,8 +440,8 @@ static enum status gather_segments(struct join *join, struct arena *arena) {
     return STATUS_OK;
 }
 
-static enum status join_faces(struct join *join, const struct shell_patch *patches,
-                              struct shell_fault *fault) {
+static enum status find_and_join_edges(struct join *join, const struct shell_patch *patches,
+                                       struct shell_fault *fault) {
     struct shell *shell = join->shell;
     join_gather_curves(join, patches);
     for (size_t c = 0; c < shell->curve_count && !join->failed; c++)
@@ -464,7 +464,7 @@ enum status faces_join(struct shell *shell, const struct shell_patch *patches, s
         .shell = shell, .arena = arena, .scratch = own[0], .pool = {own[1], own[2]}};
     enum status status = STATUS_OUT_OF_MEMORY;
     if (own[0] && own[1] && own[2])
-        status = join_faces(&join, patches, fault);
+        status = find_and_join_edges(&join, patches, fault);
     for (int k = 0; k < 3; k++)
         if (own[k])
             arena_rewind(own[k], (struct arena_mark){0});

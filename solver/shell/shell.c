@@ -330,7 +330,7 @@ enum status shell_orient(const struct shell *shell, int32_t face, struct arena *
 
 /* ---- the nearest place ---- */
 
-static struct shell_point point_on_face(const struct face *face, const double uv[2]) {
+static struct shell_point shell_point_of(const struct face *face, const double uv[2]) {
     struct shell_point place = {.face = face->surface.face, .inner = {uv[0], uv[1]}};
     surface_outer(&face->surface, uv, place.uv);
     return place;
@@ -346,7 +346,7 @@ static void nearest_of_face(const struct shell *shell, const struct face *face, 
         return;
     if (face_contains(face, uv)) {
         *distance = away;
-        *place = point_on_face(face, uv);
+        *place = shell_point_of(face, uv);
         return;
     }
     for (uint32_t k = 0; k < face->segment_count; k++) {
@@ -357,7 +357,7 @@ static void nearest_of_face(const struct shell *shell, const struct face *face, 
         if (!(away < *distance))
             continue;
         *distance = away;
-        *place = point_on_face(face, at.uv);
+        *place = shell_point_of(face, at.uv);
     }
 }
 
@@ -541,7 +541,7 @@ bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, doub
         if (!(distance < least) || !face_contains(other, uv))
             continue;
         least = distance;
-        *place = point_on_face(other, uv);
+        *place = shell_point_of(other, uv);
         found = true;
     }
     return found;
