@@ -32,17 +32,6 @@ static void read_vec3(const struct json_value *json, bool direction, struct vec3
         value_fault(json, "must be longer than %g", decode_lengths.low);
 }
 
-bool decode_unit_name(const struct json_value *json, const struct api_unit **unit) {
-    const char *names[API_UNIT_COUNT];
-    int index = 0;
-    for (int i = 0; i < API_UNIT_COUNT; i++)
-        names[i] = api_units[i].name;
-    if (!value_choice(json, names, API_UNIT_COUNT, &index))
-        return false;
-    *unit = &api_units[index];
-    return true;
-}
-
 /* A surface that was imported has the unit of its file. */
 static void decode_unit(const struct json_value *json, const struct api_surface *surface,
                         const struct api_unit **unit) {
