@@ -39,7 +39,7 @@ enum status overlap_add(struct overlap *overlap, int32_t i, int32_t j,
 enum status overlap_add_tile(struct overlap *overlap, const struct net_tile *tile,
                              bool shaped) STATUS_MUST_USE;
 
-/* To be told when the node (i, j) has been taken out of the net. */
+/* To be called when the node (i, j) has been taken out of the net. */
 void overlap_forget(struct overlap *overlap, int32_t i, int32_t j);
 
 /* The patches of a tile that has been added shaped with nodes that may lie on another part of the

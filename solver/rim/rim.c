@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* Steps along an edge, in spacings: of first places; below which two smooth places need none in
- * the middle; and below which a place where something ends is not sought more closely. */
+ * the middle; and below which a place where something ends is not looked for more closely. */
 static const double first_step = 2, short_step = 0.3, least_step = 1.0 / 64;
 
 /* By how much the cubic over two steps may miss the place in the middle: over one step it is off by
@@ -33,7 +33,7 @@ enum { DIVISIONS = 64 };
  * way, are of places that do not hang together: a wild end of the net. */
 static const double jump = 0.15, jump_steepness = 15;
 
-/* A place of the cloth this near to the one sought, in spacings, is the right one. */
+/* A point of the cloth this near to the one looked for, in spacings, is the right one. */
 static const double beyond_doubt = 0.15;
 
 /* How far beside a cut, in spacings, it is looked for what lies on one side of it. */

@@ -63,7 +63,7 @@ struct rim_cloth {
     bool failed;               /* no memory */
 };
 
-/* A place of the cloth. */
+/* A point of the cloth. */
 struct rim_cloth_point {
     double p, q;
     struct vec3 r;
@@ -78,11 +78,11 @@ enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) STATUS_
 /* The patch at the cell (i, j), which is there until another one is asked for. */
 const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j);
 
-/* The place at (p, q), which may lie a little outside the patch. */
+/* The point at (p, q), which may lie a little outside the patch. */
 void rim_patch_point(const struct rim_patch *patch, double p, double q,
                      struct rim_cloth_point *place);
 
-/* The place of the cloth nearest to a spot of an edge, from `place->p` and `q`, near which it is:
+/* The point of the cloth nearest to a point of an edge, from `place->p` and `q`, near which it is:
  * it minimises |X(p, q) - r| by Gauss and Newton. False when there is no cloth. */
 bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
                     struct rim_cloth_point *place);
@@ -91,7 +91,7 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
  * are nearly parallel. */
 bool rim_cloth_components(const struct vec3 along[2], struct vec3 step, double ab[2]);
 
-/* tan(gamma / 2) of the shear between the directions at a place. */
+/* tan(gamma / 2) of the shear between the directions at a point. */
 double rim_cloth_point_half_tangent(const struct rim_cloth_point *place);
 
 #endif

@@ -38,7 +38,7 @@ struct rim_edges {
 enum status rim_edges_make(struct march *march, double tolerance,
                            struct rim_edges *edges) STATUS_MUST_USE;
 
-/* A place on a chain. */
+/* A point on a chain. */
 struct rim_edge_point {
     int32_t face;
     double t;     /* 0..1 between its vertices */
@@ -55,7 +55,7 @@ static inline const struct surface *rim_edges_surface(const struct march *march,
     return surface && surface->shell ? shell_surface(surface->shell, face) : surface;
 }
 
-/* The place at t, 0 to 1, between two vertices that follow each other. */
+/* The point at t, 0 to 1, between two vertices that follow each other. */
 void rim_edges_point(struct march *march, const struct rim_vertex *from,
                      const struct rim_vertex *to, double t, struct rim_edge_point *spot);
 

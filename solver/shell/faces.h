@@ -25,7 +25,7 @@ struct face_curve {
     const struct trim_curve *trim; /* NULL: the line */
     double line[2][2];             /* its ends, in inner parameters; t from 0 to 1 */
     double range[2];               /* of t */
-    uint32_t first, count;         /* its points while edges are sought */
+    uint32_t first, count;         /* its points while edges are looked for */
 };
 
 struct face_edge {

@@ -42,7 +42,7 @@ static double fold_deg(const struct shell *shell, const struct face_edge *edge) 
 
 bool shell_joint(const struct shell *shell, size_t number, int32_t face[2], double *fold) {
     const struct face_edge *edge = &shell->edges[number];
-    if (edge->mate < (int64_t)number) /* free, or told already */
+    if (edge->mate < (int64_t)number) /* free, or the second side */
         return false;
     face[0] = edge_face(shell, number);
     face[1] = edge_face(shell, (size_t)edge->mate);

@@ -55,7 +55,7 @@ static bool coincide(const struct mates *mates, const struct face_edge *other, d
     return true;
 }
 
-/* Takes the edge that a step belongs to, if it coincides with the one whose mates are sought. */
+/* Takes the edge that a step belongs to, if it coincides with the one that mates are looked for. */
 static bool try_mate(void *context, int32_t step) {
     struct mates *mates = context;
     struct join *join = mates->join;

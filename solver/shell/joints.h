@@ -55,7 +55,7 @@ void join_sample_curve(struct join *join, int32_t number);
 /* Boxes round the steps between points, within which the curve lies, and `margin` more. */
 enum status join_make_boxes(struct join *join, double margin);
 
-/* The place of a curve nearest to `point`, sought from the step at `at`. */
+/* The point of a curve nearest to `point`, looked for from the step at `at`. */
 double join_nearest(const struct join *join, uint32_t at, struct vec3 point, const double range[2],
                     struct curve_place *place);
 

@@ -18,8 +18,8 @@ static const double at_pole = 1e-13;
 
 enum { POLE_SAMPLES = 64, POLE_REFINEMENTS = 40, POLE_TURNS = 8 };
 
-/* The line from a pole that is sought is known when it points aside by less than this, as a sine,
- * before the last step of Newton's method: that leaves the square. */
+/* The line from a pole that is looked for is known when it points aside by less than this, as a
+ * sine, before the last step of Newton's method: that leaves the square. */
 static const double pole_sine = 1e-6;
 
 /* Which tangent has vanished: 0 r_u, 1 r_v, -1 neither, 2 both. */
