@@ -29,17 +29,17 @@ _Static_assert((int)FRAME_TASK_BYTES <= (int)STORE_TASK_BYTES, "a task fits");
 
 /* How a job on a worker ended. */
 enum outcome {
-    OUTCOME_NONE,    /* not yet */
-    OUTCOME_DONE,    /* the result is whole, `text` is its summary */
-    OUTCOME_ROUND,   /* a step of a study began a round: its tasks are in `kept` */
-    OUTCOME_PROBLEM, /* `text` is the problem document */
-    OUTCOME_CRASHED, /* the worker died */
-    OUTCOME_BROKEN,  /* the worker said what it must not */
-    OUTCOME_TIMEOUT, /* over its time */
-    OUTCOME_TOO_LARGE,
-    OUTCOME_LOST,     /* cancelled, deleted or given to another */
-    OUTCOME_RELEASED, /* the daemon stops, or the store cannot take the result now */
-    OUTCOME_YIELDED   /* it gave way to other owners' jobs */
+    ENDED_NONE,    /* not yet */
+    ENDED_DONE,    /* the result is whole, `text` is its summary */
+    ENDED_ROUND,   /* a step of a study began a round: its tasks are in `kept` */
+    ENDED_PROBLEM, /* `text` is the problem document */
+    ENDED_CRASHED, /* the worker died */
+    ENDED_BROKEN,  /* the worker said what it must not */
+    ENDED_TIMEOUT, /* over its time */
+    ENDED_TOO_LARGE,
+    ENDED_LOST,     /* cancelled, deleted or given to another */
+    ENDED_RELEASED, /* the daemon stops, or the store cannot take the result now */
+    ENDED_YIELDED   /* it gave way to other owners' jobs */
 };
 
 struct job_run {
@@ -90,7 +90,7 @@ static const char *subject_of_run(const struct job_run *run) {
 /* ------------------------------------------------------------------ under way */
 
 static void end_run(struct job_run *run, enum outcome outcome) {
-    if (run->outcome == OUTCOME_NONE)
+    if (run->outcome == ENDED_NONE)
         run->outcome = outcome;
 }
 
@@ -100,7 +100,7 @@ static void renew_lease(struct job_run *run, int64_t now) {
     const struct dispatcher_settings *settings = &run->shared->settings;
     enum store_answer answer = store_renew(run->shared->store, run->claim, run->progress);
     if (answer == STORE_CONFLICT)
-        end_run(run, OUTCOME_LOST);
+        end_run(run, ENDED_LOST);
     run->renew_at_ms = now + (answer == STORE_OK ? settings->renew_ms : JOB_RUN_RETRY_MS);
     run->progress_at_ms = now + settings->progress_ms;
 }
@@ -132,14 +132,14 @@ static bool must_give_way(struct job_run *run, int64_t now) {
 static void attend_to_duties(struct job_run *run) {
     int64_t now = clock_ms();
     if (now >= run->deadline_ms)
-        end_run(run, OUTCOME_TIMEOUT);
+        end_run(run, ENDED_TIMEOUT);
     if (job_run_out_of_time(run->shared))
-        end_run(run, OUTCOME_RELEASED);
+        end_run(run, ENDED_RELEASED);
     if (now >= run->look_at_ms) {
         if (store_check(run->shared->store, run->claim) == STORE_CONFLICT)
-            end_run(run, OUTCOME_LOST);
+            end_run(run, ENDED_LOST);
         else if (must_give_way(run, now))
-            end_run(run, OUTCOME_YIELDED);
+            end_run(run, ENDED_YIELDED);
         run->look_at_ms = now + (run->fast ? fast_left_ms(run) + 1 : WORK_POLL_MS);
     }
     if (now >= run->renew_at_ms)
@@ -167,7 +167,7 @@ static void keep_bytes(struct job_run *run) {
     if (run->kept_length + length <= KEPT_MOST)
         kept = realloc(run->kept, run->kept_length + length + 1);
     if (!kept) {
-        end_run(run, OUTCOME_TOO_LARGE);
+        end_run(run, ENDED_TOO_LARGE);
         return;
     }
     memcpy(kept + run->kept_length, run->child->inbox.bytes, length);
@@ -180,14 +180,14 @@ static void store_bytes(struct job_run *run) {
     size_t length = run->child->inbox.head.length;
     run->written += (int64_t)length;
     if (run->written > run->shared->settings.max_result) {
-        end_run(run, OUTCOME_TOO_LARGE);
+        end_run(run, ENDED_TOO_LARGE);
         return;
     }
     enum store_answer answer = store_writer_append(run->writer, run->child->inbox.bytes, length);
     if (answer == STORE_CONFLICT)
-        end_run(run, OUTCOME_LOST);
+        end_run(run, ENDED_LOST);
     else if (answer != STORE_OK)
-        end_run(run, OUTCOME_RELEASED);
+        end_run(run, ENDED_RELEASED);
 }
 
 /* Passes on what the worker has sent. */
@@ -223,20 +223,20 @@ static void take_frame(struct job_run *run) {
         if (!good)
             break;
         memcpy(&run->round, inbox->bytes, sizeof run->round);
-        end_run(run, OUTCOME_ROUND);
+        end_run(run, ENDED_ROUND);
         break;
     case FRAME_DONE:
     case FRAME_PROBLEM:
         run->text = strndup((const char *)inbox->bytes, inbox->head.length);
-        end_run(run, !run->text                       ? OUTCOME_RELEASED
-                     : inbox->head.type == FRAME_DONE ? OUTCOME_DONE
-                                                      : OUTCOME_PROBLEM);
+        end_run(run, !run->text                       ? ENDED_RELEASED
+                     : inbox->head.type == FRAME_DONE ? ENDED_DONE
+                                                      : ENDED_PROBLEM);
         break;
     default:
         good = false;
     }
     if (!good)
-        end_run(run, OUTCOME_BROKEN);
+        end_run(run, ENDED_BROKEN);
 }
 
 bool job_run_bound(const struct job_run_shared *shared, const struct child *child) {
@@ -265,15 +265,15 @@ static void send_job(struct job_run *run, struct frame_job *job, const void *byt
     frame_outbox_fill(&outbox, job, bytes, input);
     if (!child_bound(run->child, RLIMIT_AS, memory) ||
         !sandbox_bound_processor(run->child->pid, seconds))
-        end_run(run, OUTCOME_RELEASED);
-    while (run->outcome == OUTCOME_NONE && frame_push(run->child->socket, &outbox) == FRAME_LATER) {
+        end_run(run, ENDED_RELEASED);
+    while (run->outcome == ENDED_NONE && frame_push(run->child->socket, &outbox) == FRAME_LATER) {
         wait_for_worker(run, POLLOUT);
         attend_to_duties(run);
     }
 }
 
 static void receive_result(struct job_run *run) {
-    while (run->outcome == OUTCOME_NONE) {
+    while (run->outcome == ENDED_NONE) {
         switch (frame_poll(run->child->socket, &run->child->inbox)) {
         case FRAME_READY:
             take_frame(run);
@@ -282,10 +282,10 @@ static void receive_result(struct job_run *run) {
             wait_for_worker(run, POLLIN);
             break;
         case FRAME_CLOSED:
-            end_run(run, OUTCOME_CRASHED);
+            end_run(run, ENDED_CRASHED);
             break;
         case FRAME_BROKEN:
-            end_run(run, OUTCOME_BROKEN);
+            end_run(run, ENDED_BROKEN);
             break;
         }
         attend_to_duties(run);
@@ -303,35 +303,34 @@ static void set_problem(struct job_run *run, enum api_problem_id id, const char 
     api_problem_set(&problem, id, "%s", text);
     free(run->text);
     run->text = api_problem_json(&problem, NULL);
-    run->outcome = run->text ? OUTCOME_PROBLEM : OUTCOME_RELEASED;
+    run->outcome = run->text ? ENDED_PROBLEM : ENDED_RELEASED;
 }
 
 /* Ends the worker unless it can go on with the next job, and turns what was the worker's fault into
- * what is to be reported to the store. `why` is set for OUTCOME_CRASHED. */
+ * what is to be reported to the store. `why` is set for ENDED_CRASHED. */
 static void end_worker(struct job_run *run, char why[CHILD_WHY_SIZE]) {
     struct job_run_shared *shared = run->shared;
     const struct dispatcher_settings *settings = &shared->settings;
-    if (run->outcome == OUTCOME_DONE || run->outcome == OUTCOME_ROUND ||
-        run->outcome == OUTCOME_PROBLEM)
+    if (run->outcome == ENDED_DONE || run->outcome == ENDED_ROUND || run->outcome == ENDED_PROBLEM)
         return;
-    if (run->outcome == OUTCOME_CRASHED)
+    if (run->outcome == ENDED_CRASHED)
         child_reap(run->child, why);
     child_kill(run->child);
-    if (run->outcome == OUTCOME_CRASHED || run->outcome == OUTCOME_BROKEN)
+    if (run->outcome == ENDED_CRASHED || run->outcome == ENDED_BROKEN)
         atomic_fetch_add(&shared->counters.crashes, 1);
-    if (run->outcome == OUTCOME_BROKEN) {
+    if (run->outcome == ENDED_BROKEN) {
         snprintf(why, CHILD_WHY_SIZE, "it sent an invalid frame");
-        run->outcome = OUTCOME_CRASHED;
-    } else if (run->outcome == OUTCOME_TIMEOUT) {
+        run->outcome = ENDED_CRASHED;
+    } else if (run->outcome == ENDED_TIMEOUT) {
         atomic_fetch_add(&shared->counters.timeouts, 1);
         if (run->claim->kind == STORE_TASK) { /* one of its drapes is to blame */
             snprintf(why, CHILD_WHY_SIZE, "it took longer than a job may");
-            run->outcome = OUTCOME_CRASHED;
+            run->outcome = ENDED_CRASHED;
             return;
         }
         set_problem(run, API_JOB_TIMEOUT, "The longest a drape may take, in seconds:",
                     (long long)settings->job_timeout_ms / 1000);
-    } else if (run->outcome == OUTCOME_TOO_LARGE) {
+    } else if (run->outcome == ENDED_TOO_LARGE) {
         set_problem(run, API_TOO_LARGE,
                     "The most a result may hold, in bytes:", (long long)settings->max_result);
     }
@@ -391,19 +390,19 @@ static enum store_answer tell_crash(struct job_run *run, const char *why) {
 static enum store_answer tell_store(struct job_run *run, const char *why) {
     struct store *store = run->shared->store;
     switch (run->outcome) {
-    case OUTCOME_DONE:
+    case ENDED_DONE:
         return run->claim->kind == STORE_TASK
                    ? store_end_task(store, run->claim, run->kept, run->kept_length, run->solved_us)
                    : store_writer_commit(run->writer, run->text);
-    case OUTCOME_ROUND:
+    case ENDED_ROUND:
         return begin_round(run);
-    case OUTCOME_PROBLEM:
+    case ENDED_PROBLEM:
         return store_fail(store, run->claim, run->text);
-    case OUTCOME_CRASHED:
+    case ENDED_CRASHED:
         return tell_crash(run, why);
-    case OUTCOME_RELEASED:
+    case ENDED_RELEASED:
         return store_release(store, run->claim);
-    case OUTCOME_YIELDED:
+    case ENDED_YIELDED:
         return store_yield(store, run->claim);
     default:
         return STORE_CONFLICT;
@@ -428,14 +427,14 @@ static void report_outcome(struct job_run *run) {
         answer = tell_store(run, why);
     }
     if (task)
-        atomic_fetch_add(&counters->tasks, answer == STORE_OK && run->outcome == OUTCOME_DONE);
+        atomic_fetch_add(&counters->tasks, answer == STORE_OK && run->outcome == ENDED_DONE);
     else if (answer == STORE_CONFLICT)
         atomic_fetch_add(&counters->stopped, 1);
-    else if (run->outcome == OUTCOME_DONE)
+    else if (run->outcome == ENDED_DONE)
         atomic_fetch_add(&counters->succeeded, 1);
-    else if (run->outcome == OUTCOME_PROBLEM)
+    else if (run->outcome == ENDED_PROBLEM)
         atomic_fetch_add(&counters->failed, 1);
-    bool harmed = seen == OUTCOME_CRASHED || seen == OUTCOME_BROKEN || seen == OUTCOME_TIMEOUT;
+    bool harmed = seen == ENDED_CRASHED || seen == ENDED_BROKEN || seen == ENDED_TIMEOUT;
     if (task && !harmed && !store_failed(answer))
         return; /* there are many */
     log_write(harmed || store_failed(answer) ? LOG_LEVEL_WARNING : LOG_LEVEL_INFO,
@@ -475,9 +474,9 @@ static void solve_job(struct job_run *run) {
         answer = store_item_get(store, STORE_SURFACES, NULL, claim->surface, &surface);
     /* None can be missing while the job is running: it was deleted. */
     if (answer == STORE_EMPTY)
-        end_run(run, OUTCOME_LOST);
+        end_run(run, ENDED_LOST);
     else if (answer != STORE_OK)
-        end_run(run, OUTCOME_RELEASED);
+        end_run(run, ENDED_RELEASED);
     if (answer == STORE_OK) {
         int64_t begun = clock_us();
         order.length = task ? claim->task_length : length;
@@ -487,7 +486,7 @@ static void solve_job(struct job_run *run) {
         send_job(run, &order, task ? claim->task : numbers, &input);
         receive_result(run);
         run->solved_us = clock_us() - begun;
-        if (drape && run->outcome == OUTCOME_DONE)
+        if (drape && run->outcome == ENDED_DONE)
             metrics_time(METRICS_SOLVE, run->solved_us);
     }
     free(numbers);
@@ -521,12 +520,12 @@ bool job_run(struct job_run_shared *shared, const struct store_claim *claim, str
     if (run.writer)
         solve_job(&run);
     else
-        end_run(&run, OUTCOME_RELEASED);
+        end_run(&run, ENDED_RELEASED);
     job_events_unsubscribe(shared->events, &watch);
     report_outcome(&run);
     store_writer_free(run.writer);
     free(run.text);
     free(run.kept);
     atomic_fetch_sub(&shared->counters.busy, 1);
-    return run.outcome != OUTCOME_RELEASED;
+    return run.outcome != ENDED_RELEASED;
 }
