@@ -38,26 +38,10 @@ __attribute__((format(printf, 4, 5))) static void add_warning(struct api_warning
     va_end(values);
 }
 
-static void check_packing(const struct warnings_subject *s, struct api_summary *summary) {
+static void check_fabric(const struct warnings_subject *s, struct api_summary *summary) {
     const struct api_request *request = s->request;
-    if (!(summary->packing_exceeded_cells > 0))
-        return;
     const struct api_cavity *cavity = &request->cavity;
-    double fraction = request->fabric.fiber_volume_fraction;
-    if (cavity->rigid)
-        fraction *= request->fabric.plies * request->fabric.thickness / cavity->height *
-                    permeability_areal_ratio(summary->max_shear_deg);
-    add_warning(
-        &summary->warnings, "packing_exceeded",
-        cavity->rigid ? "/cavity/height" : "/fabric/fiber_volume_fraction",
-        "%.0f of %zu cells hold more fibres than can be packed: their fibre volume fraction is up "
-        "to %.3g, and the limit is %.3g%s",
-        summary->packing_exceeded_cells, summary->cells, fraction,
-        api_packing_limit(&request->permeability), cavity->rigid ? "; make the cavity higher" : "");
-}
-
-static void check_locking(const struct warnings_subject *s, struct api_summary *summary) {
-    double angle = s->request->fabric.locking_angle_deg, most = summary->max_shear_deg;
+    double angle = request->fabric.locking_angle_deg, most = summary->max_shear_deg;
     static const char pointer[] = "/fabric/locking_angle_deg";
     if (angle < 0 && most > usual_locking_deg)
         add_warning(
@@ -75,28 +59,39 @@ static void check_locking(const struct warnings_subject *s, struct api_summary *
         add_warning(&summary->warnings, "locked", pointer,
                     "at its rim the cloth shears by up to %.1f degrees; the locking angle is %g",
                     most, angle);
-}
-
-/* Down to two digits. */
-static double rounded_down(double value) {
-    double unit = pow(10, floor(log10(value)) - 1);
-    return floor(value / unit) * unit;
+    if (!(summary->packing_exceeded_cells > 0))
+        return;
+    double fraction = request->fabric.fiber_volume_fraction;
+    if (cavity->rigid)
+        fraction *= request->fabric.plies * request->fabric.thickness / cavity->height *
+                    permeability_areal_ratio(summary->max_shear_deg);
+    add_warning(
+        &summary->warnings, "packing_exceeded",
+        cavity->rigid ? "/cavity/height" : "/fabric/fiber_volume_fraction",
+        "%.0f of %zu cells hold more fibres than can be packed: their fibre volume fraction is up "
+        "to %.3g, and the limit is %.3g%s",
+        summary->packing_exceeded_cells, summary->cells, fraction,
+        api_packing_limit(&request->permeability), cavity->rigid ? "; make the cavity higher" : "");
 }
 
 static void check_coarse(const struct warnings_subject *s, struct api_summary *summary) {
     if ((double)summary->cells >= few_cells)
         return;
+    /* The spacing is rounded down to two digits. */
+    double spacing = sqrt(summary->part_area / (1.5 * many_cells));
+    double unit = pow(10, floor(log10(spacing)) - 1);
     add_warning(
         &summary->warnings, "coarse", "/fabric/spacing",
         "the net has %zu %s, too few to judge the drape by: a spacing of %.2g %s gives more than "
         "%g",
-        summary->cells, summary->cells == 1 ? "cell" : "cells",
-        rounded_down(sqrt(summary->part_area / (1.5 * many_cells))), s->request->length_unit->name,
-        many_cells);
+        summary->cells, summary->cells == 1 ? "cell" : "cells", floor(spacing / unit) * unit,
+        s->request->length_unit->name, many_cells);
 }
 
-static void check_fillets(const struct warnings_subject *s, struct api_summary *summary) {
+/* Whether the surface bends more tightly than a cell, or turns back on itself. */
+static void check_bends(const struct warnings_subject *s, struct api_summary *summary) {
     const double *d = s->request->settings.spacing;
+    struct vec3 at;
     if (!s->part->surface)
         return;
     double radius = surface_least_radius(s->part->surface, s->part->trim);
@@ -106,11 +101,7 @@ static void check_fillets(const struct warnings_subject *s, struct api_summary *
             "the surface bends with a radius of %.3g %s, and the yarns turn round it within one "
             "cell: make the spacing smaller than the radius",
             radius, s->request->length_unit->name);
-}
-
-static void check_cusps(const struct warnings_subject *s, struct api_summary *summary) {
-    struct vec3 at;
-    if (s->part->surface && surface_turns_back(s->part->surface, s->part->trim, &at))
+    if (surface_turns_back(s->part->surface, s->part->trim, &at))
         add_warning(
             &summary->warnings, "cusp", "/surface",
             "the surface turns back on itself at (%.6g, %.6g, %.6g), and the cloth ends there: "
@@ -138,24 +129,18 @@ static double part_size(const struct drape_result *result) {
     return sqrt(sum);
 }
 
-/* The unit in which the part would have a usual size: millimetres before others. */
-static const struct api_unit *likely_unit(double size) {
-    const struct api_unit *best = NULL;
-    for (int k = 0; k < API_UNIT_COUNT; k++) {
-        double metres = size * api_units[k].metres;
-        bool fits = metres >= usual_least && metres <= usual_largest;
-        if (fits && (!best || strcmp(api_units[k].name, "mm") == 0))
-            best = &api_units[k];
-    }
-    return best;
-}
-
 static void check_size(const struct warnings_subject *s, struct api_summary *summary) {
-    const struct api_unit *unit = s->request->length_unit;
+    const struct api_unit *unit = s->request->length_unit, *likely = NULL;
     double size = part_size(s->result), metres = size * unit->metres;
-    const struct api_unit *likely = likely_unit(size);
     if ((metres >= least_size && metres <= largest_size) || size == 0)
         return;
+    /* The unit in which the part would have a usual size: millimetres before others. */
+    for (int k = 0; k < API_UNIT_COUNT; k++) {
+        double other = size * api_units[k].metres;
+        bool fits = other >= usual_least && other <= usual_largest;
+        if (fits && (!likely || strcmp(api_units[k].name, "mm") == 0))
+            likely = &api_units[k];
+    }
     add_warning(&summary->warnings, "size", "/length_unit",
                 likely ? "the part is %.3g %s large; did you mean %s?"
                        : "the part is %.3g %s large; is that its unit?",
@@ -192,22 +177,18 @@ static void check_order(const struct warnings_subject *s, struct api_summary *su
             given / other, nurbs->u.size, nurbs->v.size);
 }
 
-/* Loops of the rim that no cloth reaches anywhere. */
-static size_t loops_out_of_reach(const struct drape_rim *rim) {
-    size_t count = 0;
+static void check_components(const struct warnings_subject *s, struct api_summary *summary) {
+    const struct drape_rim *rim = &s->result->rim;
+    /* Loops of the rim that no cloth reaches anywhere. */
+    size_t loops = 0;
     for (size_t first = 0, k = 0; k < rim->count; k++) {
         bool last = k + 1 == rim->count || rim->loop[k + 1] != rim->loop[k], reached = false;
         if (!last)
             continue;
         for (; first <= k; first++)
             reached = reached || rim->covered[first];
-        count += !reached;
+        loops += !reached;
     }
-    return count;
-}
-
-static void check_components(const struct warnings_subject *s, struct api_summary *summary) {
-    size_t loops = loops_out_of_reach(&s->result->rim);
     if (s->components > 1)
         add_warning(
             &summary->warnings, "components", "/surface",
@@ -298,24 +279,18 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
     check_bare_edge(s, summary);
 }
 
-static void check_overlap(const struct warnings_subject *s, struct api_summary *summary) {
-    if (s->result->summary.overlaps)
-        add_warning(
-            &summary->warnings, "overlap", "/start",
-            "the flat pattern overlaps itself: the same cloth would cover two regions of the part. "
-            "Move the start, or drape the part in pieces");
-}
-
 void warnings_make(const struct warnings_subject *subject, struct api_summary *summary) {
     summary->warnings.count = 0;
     check_coarse(subject, summary);
     check_components(subject, summary);
     check_uncovered(subject, summary);
-    check_overlap(subject, summary);
-    check_locking(subject, summary);
-    check_packing(subject, summary);
-    check_fillets(subject, summary);
-    check_cusps(subject, summary);
+    if (subject->result->summary.overlaps)
+        add_warning(
+            &summary->warnings, "overlap", "/start",
+            "the flat pattern overlaps itself: the same cloth would cover two regions of the part. "
+            "Move the start, or drape the part in pieces");
+    check_fabric(subject, summary);
+    check_bends(subject, summary);
     check_size(subject, summary);
     check_order(subject, summary);
 }
