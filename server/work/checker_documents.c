@@ -134,28 +134,27 @@ static enum api_problem_id fill_map(const struct checker_task *task, struct map_
     return api_map_make(&reader, mesh, monitor, arena, map, problem);
 }
 
-/* The source of a map: the drape's, the variant's or the laminate's fields on the mesh of the body.
- */
+/* The source of a map: the drape's, the variant's or the laminate's fields on the mesh of the body,
+ * which the source refers to. */
 static bool make_map(const struct checker_task *task, const struct format *format,
                      const struct drape_monitor *monitor, struct arena *arena,
-                     struct format_options *options, struct format_source *source,
-                     struct api_problem *problem) {
+                     struct map_target *mesh, struct format_options *options,
+                     struct format_source *source, struct api_problem *problem) {
     static struct api_map map;
     const struct checker_order *order = &task->order;
     const char *body = task->document[CHECKER_BODY];
     size_t length = order->length[CHECKER_BODY];
-    struct map_target mesh;
     enum api_problem_id read = order->nastran
-                                   ? map_target_nastran(body, length, arena, &mesh, problem)
-                                   : map_target_json(body, length, arena, &mesh, problem);
-    if (read == API_OK && !mesh.elements && format->elements)
+                                   ? map_target_nastran(body, length, arena, mesh, problem)
+                                   : map_target_json(body, length, arena, mesh, problem);
+    if (read == API_OK && !mesh->elements && format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE,
                         "%s needs a mesh with elements; a map onto points is available as json, "
                         "csv",
                         format->name);
     source->fields = &map.fields;
-    return problem->id == API_OK && take_options(task, arena, &mesh, options, problem) &&
-           fill_map(task, &mesh, monitor, arena, &map, problem) == API_OK;
+    return problem->id == API_OK && take_options(task, arena, mesh, options, problem) &&
+           fill_map(task, mesh, monitor, arena, &map, problem) == API_OK;
 }
 
 /* The source of a report: the result, and what it is of. The second document is none of the
@@ -198,7 +197,7 @@ void checker_task_document(struct checker_task *task, struct api_problem *proble
     struct api_memory result = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
     struct format_source source = {.id = order->id};
     struct format_options options = {0};
-    struct map_target mesh; /* of a map alone: no option of the others is for it */
+    struct map_target mesh; /* of a map; the others have no option for it */
     struct api_input input;
     char id[FORMAT_ID_SIZE];
     struct arena *arena = arena_new(order->limits.max_memory);
@@ -213,7 +212,7 @@ void checker_task_document(struct checker_task *task, struct api_problem *proble
     }
     bool good = report || sample
                     ? take_options(task, arena, &mesh, &options, problem)
-                    : make_map(task, format, &monitor, arena, &options, &source, problem);
+                    : make_map(task, format, &monitor, arena, &mesh, &options, &source, problem);
     if (good && sample)
         good = drape_variant(task, &monitor, arena, &input, &result, problem) == API_OK;
     const struct api_reader reader = api_reader_of(&result);
