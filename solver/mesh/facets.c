@@ -282,26 +282,7 @@ static void measure_balls(const struct facets_node *node, struct vec3 p, double 
     }
 }
 
-/* Puts the children of a node that are near enough on the stack, the nearest on top. */
-static size_t push_children(const struct query *query, struct visit at, struct visit *stack,
-                            size_t height) {
-    const struct facets_node *node = &query->facets->level[at.level][at.index];
-    double excess[FACETS_CHILDREN];
-    size_t bottom = height;
-    measure_balls(node, query->point, query->distance * (1 + rounding), excess);
-    for (int c = 0; c < node->count; c++) {
-        if (excess[c] > 0)
-            continue;
-        double least = vec3_distance(query->point, ball_middle(node, c)) - node->radius[c];
-        size_t k = height++;
-        for (; k > bottom && stack[k - 1].least < least; k--)
-            stack[k] = stack[k - 1];
-        stack[k] = (struct visit){least, node->first + (size_t)c, at.level - 1};
-    }
-    return height;
-}
-
-/* All cells under a node. */
+/* Tries all cells under a node that may be nearer than the best so far. */
 static void descend_from(struct query *query, struct visit root) {
     struct visit stack[STACK];
     size_t height = 0;
@@ -310,10 +291,24 @@ static void descend_from(struct query *query, struct visit root) {
         struct visit at = stack[--height];
         if (at.least > query->distance * (1 + rounding))
             continue;
-        if (at.level >= 0)
-            height = push_children(query, at, stack, height);
-        else
+        if (at.level < 0) {
             try_cell(query, query->facets->order[at.index]);
+            continue;
+        }
+        /* the children that are near enough, the nearest on top */
+        const struct facets_node *node = &query->facets->level[at.level][at.index];
+        double excess[FACETS_CHILDREN];
+        size_t bottom = height;
+        measure_balls(node, query->point, query->distance * (1 + rounding), excess);
+        for (int c = 0; c < node->count; c++) {
+            if (excess[c] > 0)
+                continue;
+            double least = vec3_distance(query->point, ball_middle(node, c)) - node->radius[c];
+            size_t k = height++;
+            for (; k > bottom && stack[k - 1].least < least; k--)
+                stack[k] = stack[k - 1];
+            stack[k] = (struct visit){least, node->first + (size_t)c, at.level - 1};
+        }
     }
 }
 
@@ -360,40 +355,7 @@ static bool has_near(const struct facets_search *search, const struct query *que
            search->reach * (1 - rounding);
 }
 
-/* All cells that may be nearer than the best so far, if the point is so near to the middle that
- * they lie under the nodes there. A point that is not, but a small step from the last one, is made
- * the middle, because more of such steps are likely. */
-static bool try_near(struct facets_search *search, struct query *query) {
-    const double size = search->facets->size;
-    double step = vec3_distance(query->point, search->point);
-    if (!has_near(search, query) && fmax(step, query->distance) < small_steps * size)
-        gather_near(search, query->point, query->distance + lasting_steps * size);
-    if (!has_near(search, query))
-        return false;
-    for (int n = 0; n < search->count; n += FACETS_CHILDREN) {
-        const struct facets_node *group = &search->near[n / FACETS_CHILDREN];
-        double excess[FACETS_CHILDREN];
-        measure_balls(group, query->point, query->distance * (1 + rounding), excess);
-        for (int c = 0; c < group->count; c++)
-            if (excess[c] <= 0)
-                descend_from(query, (struct visit){.index = search->node[n + c], .level = 0});
-    }
-    return true;
-}
-
 /* ---- the rim ---- */
-
-/* Whether no other cell has the edge from corner `side` of `cell` to the next. */
-static bool is_rim(const struct facets *facets, int32_t cell, int side) {
-    const int32_t *corners = facets->source.corners[cell];
-    const int32_t *a = facets->around[corners[side & 3]];
-    const int32_t *b = facets->around[corners[(side + 1) & 3]];
-    for (int k = 0; k < 4; k++)
-        for (int m = 0; m < 4; m++)
-            if (a[k] != FACETS_NONE && a[k] != cell && a[k] == b[m])
-                return false;
-    return true;
-}
 
 /* Whether `at`, the nearest to a point, lies on the rim, on an edge of one cell or at a corner that
  * is not in the middle of four, and the point beyond it, as seen along the plane of its triangle.
@@ -405,8 +367,13 @@ static bool lies_beyond_rim(const struct facets *facets, const struct facets_poi
     if (at->weight[0] > 0)
         return false;
     if (at->weight[1] > 0 && at->weight[2] > 0) {
-        if (!is_rim(facets, at->cell, at->side))
-            return false;
+        /* on an edge: whether another cell has both of its ends */
+        const int32_t *a = facets->around[corners[at->side & 3]];
+        const int32_t *b = facets->around[corners[(at->side + 1) & 3]];
+        for (int k = 0; k < 4; k++)
+            for (int m = 0; m < 4; m++)
+                if (a[k] != FACETS_NONE && a[k] != at->cell && a[k] == b[m])
+                    return false;
     } else {
         const int32_t *around = facets->around[corners[(at->side + (at->weight[2] > 0)) & 3]];
         if (around[0] != FACETS_NONE && around[1] != FACETS_NONE && around[2] != FACETS_NONE &&
@@ -437,8 +404,24 @@ void facets_nearest(struct facets_search *search, struct vec3 point, struct face
         cell = jump(facets, point, cell);
     }
     try_cell(&query, cell);
-    if (!try_near(search, &query))
+    /* The cells that may be nearer lie under the nodes near the middle, if the point is so near to
+     * that. A point that is not, but a small step from the last one, is made the middle, because
+     * more of such steps are likely. */
+    double step = vec3_distance(point, search->point);
+    if (!has_near(search, &query) && fmax(step, query.distance) < small_steps * facets->size)
+        gather_near(search, point, query.distance + lasting_steps * facets->size);
+    if (has_near(search, &query)) {
+        for (int n = 0; n < search->count; n += FACETS_CHILDREN) {
+            const struct facets_node *group = &search->near[n / FACETS_CHILDREN];
+            double excess[FACETS_CHILDREN];
+            measure_balls(group, point, query.distance * (1 + rounding), excess);
+            for (int c = 0; c < group->count; c++)
+                if (excess[c] <= 0)
+                    descend_from(&query, (struct visit){.index = search->node[n + c], .level = 0});
+        }
+    } else {
         descend_from(&query, (struct visit){.level = facets->levels - 1});
+    }
     at->distance = query.distance;
     at->outside = lies_beyond_rim(facets, at, point);
     search->cell = at->cell;

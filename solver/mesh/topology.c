@@ -26,27 +26,23 @@ static void note_fault(struct topology *g, enum mesh_fault_kind kind, int32_t tr
 
 /* ---- vertices at the same point ---- */
 
-/* Mixes the coordinates' bits; -0 and 0 are the same. */
-static uint64_t hash_point(struct vec3 p) {
-    const double at[3] = {p.x + 0.0, p.y + 0.0, p.z + 0.0};
-    uint64_t hash = 0;
-    for (int k = 0; k < 3; k++) {
-        uint64_t bits;
-        memcpy(&bits, &at[k], sizeof bits);
-        hash = (hash ^ bits) * UINT64_C(0x9E3779B97F4A7C15);
-        hash ^= hash >> 29;
-        hash *= UINT64_C(0xBF58476D1CE4E5B9);
-        hash ^= hash >> 32;
-    }
-    return hash;
-}
-
-/* Finds the vertices at exactly the same point, by a hash of open addressing. */
+/* Finds the vertices at exactly the same point, by a hash of open addressing. It mixes
+ * the bits of the coordinates; -0 and 0 are the same. */
 static void find_same_points(struct topology *g) {
     const struct vec3 *vertices = g->mesh->vertices;
     for (size_t v = 0; v < g->mesh->vertex_count; v++) {
         struct vec3 p = vertices[v];
-        size_t at = (size_t)hash_point(p) & (g->slot_count - 1);
+        const double coordinates[3] = {p.x + 0.0, p.y + 0.0, p.z + 0.0};
+        uint64_t hash = 0;
+        for (int k = 0; k < 3; k++) {
+            uint64_t bits;
+            memcpy(&bits, &coordinates[k], sizeof bits);
+            hash = (hash ^ bits) * UINT64_C(0x9E3779B97F4A7C15);
+            hash ^= hash >> 29;
+            hash *= UINT64_C(0xBF58476D1CE4E5B9);
+            hash ^= hash >> 32;
+        }
+        size_t at = (size_t)hash & (g->slot_count - 1);
         for (; g->slots[at]; at = (at + 1) & (g->slot_count - 1)) {
             struct vec3 other = vertices[g->slots[at] - 1];
             if (other.x == p.x && other.y == p.y && other.z == p.z)
@@ -74,34 +70,19 @@ static int32_t edge_end(const struct topology *g, bool by_point, int32_t edge, b
     return (a < b) == lower ? a : b;
 }
 
-/* Half-edge `b` lies where `a`, an earlier one, does. */
-static void make_twins(struct topology *g, int32_t a, int32_t b) {
-    int32_t *twins = g->mesh->twins, opposite = vertex_of(g, true, b, 2);
-    bool third = twins[a] != MESH_NONE;
-    if (vertex_of(g, true, a, 2) == opposite ||
-        (third && vertex_of(g, true, twins[a], 2) == opposite))
-        note_fault(g, MESH_FAULT_DUPLICATE, b / 3);
-    else if (third)
-        note_fault(g, MESH_FAULT_NON_MANIFOLD, b / 3);
-    if (third)
-        return;
-    twins[a] = b;
-    twins[b] = a;
-}
-
 /* Joins the half-edges without a twin that have the same ends: sorted by the lower one of them (a
  * counting sort), those with the same upper one meet. */
 static void join_half_edges(struct topology *g, bool by_point) {
-    int32_t count = (int32_t)(3 * g->mesh->triangle_count);
+    int32_t count = (int32_t)(3 * g->mesh->triangle_count), *twins = g->mesh->twins;
     size_t m = g->mesh->vertex_count;
     memset(g->first, 0, (m + 1) * sizeof *g->first);
     for (int32_t e = 0; e < count; e++)
-        if (g->mesh->twins[e] == MESH_NONE)
+        if (twins[e] == MESH_NONE)
             g->first[edge_end(g, by_point, e, true) + 1]++;
     for (size_t v = 0; v < m; v++)
         g->first[v + 1] += g->first[v];
     for (int32_t e = 0; e < count; e++)
-        if (g->mesh->twins[e] == MESH_NONE)
+        if (twins[e] == MESH_NONE)
             g->edges[g->first[edge_end(g, by_point, e, true)]++] = e;
     memmove(g->first + 1, g->first, m * sizeof *g->first);
     g->first[0] = 0;
@@ -109,35 +90,25 @@ static void join_half_edges(struct topology *g, bool by_point) {
     for (size_t v = 0; v < m; v++)
         for (int32_t k = g->first[v]; k < g->first[v + 1]; k++) {
             int32_t edge = g->edges[k], *seen = &g->seen[edge_end(g, by_point, edge, false)];
-            if (*seen != MESH_NONE && edge_end(g, by_point, *seen, true) == (int32_t)v)
-                make_twins(g, *seen, edge);
-            else
+            if (*seen == MESH_NONE || edge_end(g, by_point, *seen, true) != (int32_t)v) {
                 *seen = edge;
+                continue;
+            }
+            /* `edge` lies where `*seen`, an earlier one, does */
+            int32_t opposite = vertex_of(g, true, edge, 2), third = twins[*seen];
+            if (vertex_of(g, true, *seen, 2) == opposite ||
+                (third != MESH_NONE && vertex_of(g, true, third, 2) == opposite))
+                note_fault(g, MESH_FAULT_DUPLICATE, edge / 3);
+            else if (third != MESH_NONE)
+                note_fault(g, MESH_FAULT_NON_MANIFOLD, edge / 3);
+            if (third == MESH_NONE) {
+                twins[*seen] = edge;
+                twins[edge] = *seen;
+            }
         }
 }
 
 /* ---- windings ---- */
-
-/* Puts the neighbours of triangle t, the newest but for `*length` in the queue, into its component,
- * wound as t is to be. Neighbours whose edges run the same way are wound differently. */
-static void reach_neighbours(struct topology *g, int32_t t, size_t *length) {
-    struct mesh *mesh = g->mesh;
-    for (int k = 0; k < 3; k++) {
-        int32_t edge = 3 * t + k, twin = mesh->twins[edge];
-        if (twin == MESH_NONE)
-            continue;
-        bool same_way = vertex_of(g, true, edge, 0) == vertex_of(g, true, twin, 0);
-        uint8_t turned = g->turned[t] ^ (uint8_t)same_way;
-        int32_t next = twin / 3;
-        if (mesh->component[next] == MESH_NONE) {
-            mesh->component[next] = mesh->component[t];
-            g->turned[next] = turned;
-            g->queue[(*length)++] = next;
-        } else if (g->turned[next] != turned) {
-            note_fault(g, MESH_FAULT_ONE_SIDED, next > t ? next : t);
-        }
-    }
-}
 
 /* Turning a triangle over swaps its corners 1 and 2, and so its edges 0 and 2. */
 static void turn_over(struct topology *g) {
@@ -178,8 +149,23 @@ static enum status connect_and_wind(struct topology *g) {
         mesh->component[seed] = (int32_t)mesh->component_count++;
         g->queue[0] = (int32_t)seed;
         for (size_t at = 0; at < length; at++) {
-            reach_neighbours(g, g->queue[at], &length);
-            area[g->turned[g->queue[at]]] += mesh_twice_area(mesh, g->queue[at]);
+            int32_t t = g->queue[at];
+            area[g->turned[t]] += mesh_twice_area(mesh, t);
+            /* neighbours whose edges run the same way are wound differently */
+            for (int32_t edge = 3 * t; edge < 3 * t + 3; edge++) {
+                int32_t twin = mesh->twins[edge], next = twin / 3;
+                if (twin == MESH_NONE)
+                    continue;
+                bool same_way = vertex_of(g, true, edge, 0) == vertex_of(g, true, twin, 0);
+                uint8_t turned = g->turned[t] ^ (uint8_t)same_way;
+                if (mesh->component[next] == MESH_NONE) {
+                    mesh->component[next] = mesh->component[t];
+                    g->turned[next] = turned;
+                    g->queue[length++] = next;
+                } else if (g->turned[next] != turned) {
+                    note_fault(g, MESH_FAULT_ONE_SIDED, next > t ? next : t);
+                }
+            }
         }
         for (size_t at = 0; at < length && area[1] > area[0]; at++)
             g->turned[g->queue[at]] ^= 1;

@@ -31,45 +31,16 @@ static struct span right_child(struct span s) {
 
 /* ---- building ---- */
 
-/* The direction in which the centres of the items spread most. */
-static int widest(const struct item *items, size_t count) {
-    float low[3], high[3];
-    memcpy(low, items[0].at, sizeof low);
-    memcpy(high, items[0].at, sizeof high);
-    for (size_t i = 1; i < count; i++)
-        for (int k = 0; k < 3; k++) {
-            low[k] = items[i].at[k] < low[k] ? items[i].at[k] : low[k];
-            high[k] = items[i].at[k] > high[k] ? items[i].at[k] : high[k];
-        }
-    int best = 0;
-    for (int k = 1; k < 3; k++)
-        if (high[k] - low[k] > high[best] - low[best])
-            best = k;
-    return best;
-}
-
 /* A total order, without branches. */
 static bool comes_first(const struct item *a, const struct item *b, int axis) {
     return (a->at[axis] < b->at[axis]) |
            ((a->at[axis] == b->at[axis]) & (a->triangle < b->triangle));
 }
 
-/* Brings the items before `pivot` to the front; how many they are. The exchange is made always and
- * counted when it should be, for a processor cannot foresee which way a branch would go. */
-static size_t split_items(struct item *items, size_t count, struct item pivot, int axis) {
-    size_t less = 0;
-    for (size_t i = 0; i < count; i++) {
-        struct item item = items[i];
-        items[i] = items[less];
-        items[less] = item;
-        less += comes_first(&item, &pivot, axis);
-    }
-    return less;
-}
-
 /* Hoare's selection: the `rank` least items come first. The pivot is the middle one of three items
  * at scattered places (a linear congruential generator), so that no order of the triangles makes
- * it slow. */
+ * it slow. Items are exchanged always and counted when they should be, for a processor cannot
+ * foresee which way a branch would go. */
 static void select_least(struct item *items, size_t count, size_t rank, int axis) {
     uint64_t scatter = count;
     while (count > 1) {
@@ -80,7 +51,14 @@ static void select_least(struct item *items, size_t count, size_t rank, int axis
         }
         bool ab = comes_first(&pick[0], &pick[1], axis), bc = comes_first(&pick[1], &pick[2], axis);
         bool ac = comes_first(&pick[0], &pick[2], axis);
-        size_t less = split_items(items, count, pick[ab == bc ? 1 : ab == ac ? 2 : 0], axis);
+        struct item pivot = pick[ab == bc ? 1 : ab == ac ? 2 : 0];
+        size_t less = 0;
+        for (size_t i = 0; i < count; i++) {
+            struct item item = items[i];
+            items[i] = items[less];
+            items[less] = item;
+            less += comes_first(&item, &pivot, axis);
+        }
         if (less == rank)
             return;
         if (less > rank) {
@@ -122,7 +100,20 @@ static void build_node(struct mesh *mesh, struct item *items, struct span s) {
     size_t first = LEAF * s.leaf, middle = LEAF * right.leaf, last = LEAF * (s.leaf + s.leaves);
     if (last > mesh->triangle_count)
         last = mesh->triangle_count;
-    select_least(items + first, last - first, middle - first, widest(items + first, last - first));
+    /* in the direction in which the centres spread most */
+    float low[3], high[3];
+    memcpy(low, items[first].at, sizeof low);
+    memcpy(high, items[first].at, sizeof high);
+    for (size_t i = first + 1; i < last; i++)
+        for (int k = 0; k < 3; k++) {
+            low[k] = items[i].at[k] < low[k] ? items[i].at[k] : low[k];
+            high[k] = items[i].at[k] > high[k] ? items[i].at[k] : high[k];
+        }
+    int axis = 0;
+    for (int k = 1; k < 3; k++)
+        if (high[k] - low[k] > high[axis] - low[axis])
+            axis = k;
+    select_least(items + first, last - first, middle - first, axis);
     build_node(mesh, items, left);
     build_node(mesh, items, right);
     const struct mesh_box *a = &mesh->boxes[left.node], *b = &mesh->boxes[right.node];

@@ -40,17 +40,10 @@ static double twice_area_of(const struct triangulation *t, int32_t a, int32_t b,
     return twice_area(t->points[a], t->points[b], t->points[c]);
 }
 
-static int corner_of(const struct triangulation *t, int32_t triangle, int32_t point) {
+/* Which of a triangle's three corners, or neighbours, `wanted` is. */
+static int place_among(const int32_t three[3], int32_t wanted) {
     for (int k = 0; k < 3; k++)
-        if (t->corners[triangle][k] == point)
-            return k;
-    return NONE;
-}
-
-/* The edge of `triangle` beyond which `other` lies. */
-static int edge_to(const struct triangulation *t, int32_t triangle, int32_t other) {
-    for (int k = 0; k < 3; k++)
-        if (t->beyond[triangle][k] == other)
+        if (three[k] == wanted)
             return k;
     return NONE;
 }
@@ -68,7 +61,7 @@ static void link_beyond(struct triangulation *t, int32_t triangle, int k, int32_
     t->fixed[triangle][k] = fixed;
     if (other == NONE)
         return;
-    int back = edge_to(t, other, was);
+    int back = place_among(t->beyond[other], was);
     if (back != NONE)
         t->beyond[other][back] = triangle;
 }
@@ -83,7 +76,7 @@ struct diamond {
 static struct diamond diamond_at(const struct triangulation *t, int32_t s, int k) {
     const int32_t *own = t->corners[s];
     int32_t other = t->beyond[s][k];
-    int back = edge_to(t, other, s);
+    int back = place_among(t->beyond[other], s);
     return (struct diamond){other,
                             own[k],
                             own[next_corner(k)],
@@ -165,25 +158,6 @@ static void exchange_all(struct builder *b, const struct vec3 *at, const bool *c
 
 /* ---- points ---- */
 
-/* The triangle that a point is in, or on whose edge it is. */
-static int32_t find_triangle(const struct builder *b, struct vec3 r) {
-    const struct triangulation *t = b->t;
-    int32_t s = b->last;
-    for (size_t step = 0; step < t->count; step++) {
-        int32_t to = NONE;
-        for (int n = 0; n < 3 && to == NONE; n++) {
-            int k = (n + (int)step) % 3; /* not always the same first: no walk in circles */
-            const int32_t *corner = t->corners[s];
-            if (twice_area(t->points[corner[k]], t->points[corner[next_corner(k)]], r) < 0)
-                to = t->beyond[s][k];
-        }
-        if (to == NONE)
-            return s;
-        s = to;
-    }
-    return s;
-}
-
 /* Three triangles for one. */
 static void split_triangle(struct builder *b, int32_t s, int32_t point) {
     struct triangulation *t = b->t;
@@ -227,7 +201,18 @@ static void split_edge(struct builder *b, int32_t s, int k, int32_t x) {
 static void insert_point(struct builder *b, int32_t point) {
     struct triangulation *t = b->t;
     struct vec3 r = t->points[point];
-    int32_t s = find_triangle(b, r);
+    int32_t s = b->last, last = NONE;
+    /* walks to the triangle that the point is in, or on whose edge it is */
+    for (size_t step = 0; step < t->count && s != last; step++) {
+        last = s;
+        for (int n = 0; n < 3 && s == last; n++) {
+            int k = (n + (int)step) % 3; /* not always the same first: no walk in circles */
+            const int32_t *corner = t->corners[last];
+            if (t->beyond[last][k] != NONE &&
+                twice_area(t->points[corner[k]], t->points[corner[next_corner(k)]], r) < 0)
+                s = t->beyond[last][k];
+        }
+    }
     t->same[point] = point;
     for (int k = 0; k < 3; k++) {
         int32_t corner = t->corners[s][k];
@@ -257,7 +242,7 @@ static int32_t find_edge(const struct builder *b, int32_t p, int32_t q, int *k) 
     const struct triangulation *t = b->t;
     int32_t first = b->at[p], s = first;
     do {
-        *k = corner_of(t, s, p);
+        *k = place_among(t->corners[s], p);
         if (t->corners[s][next_corner(*k)] == q)
             return s;
         s = t->beyond[s][last_corner(*k)];
@@ -270,7 +255,7 @@ static void fix_edge(struct builder *b, int32_t s, int k) {
     int32_t o = t->beyond[s][k];
     t->fixed[s][k] = true;
     if (o != NONE)
-        t->fixed[o][edge_to(t, o, s)] = true;
+        t->fixed[o][place_among(t->beyond[o], s)] = true;
 }
 
 /* Where the way from p to q goes: `through` is a point on it, or the first edge crossed is that
@@ -280,7 +265,7 @@ static int32_t find_way(const struct builder *b, int32_t p, int32_t q, int32_t *
     int32_t first = b->at[p], s = first;
     *through = NONE;
     do {
-        int k = corner_of(t, s, p);
+        int k = place_among(t->corners[s], p);
         int32_t right = t->corners[s][next_corner(k)], left = t->corners[s][last_corner(k)];
         struct vec3 way = vec3_sub(t->points[q], t->points[p]);
         struct vec3 to = vec3_sub(t->points[right], t->points[p]);
@@ -343,7 +328,7 @@ static bool make_edge(struct builder *b, int32_t p, int32_t q, struct pair *cros
         s = find_way(b, p, q, &through);
         if (s == NONE)
             return false;
-        for (k = next_corner(corner_of(t, s, p)); through == NONE;) {
+        for (k = next_corner(place_among(t->corners[s], p)); through == NONE;) {
             if (t->fixed[s][k] || count == room)
                 return false;
             int32_t right = t->corners[s][k], left = t->corners[s][next_corner(k)];
@@ -351,7 +336,7 @@ static bool make_edge(struct builder *b, int32_t p, int32_t q, struct pair *cros
             int32_t o = t->beyond[s][k];
             if (o == NONE)
                 return false;
-            int back = edge_to(t, o, s);
+            int back = place_among(t->beyond[o], s);
             int32_t far = t->corners[o][last_corner(back)];
             double by = twice_area_of(t, p, q, far);
             double width = vec3_distance(t->points[p], t->points[q]);
@@ -377,29 +362,6 @@ static bool make_edge(struct builder *b, int32_t p, int32_t q, struct pair *cros
 }
 
 /* ---- the whole ---- */
-
-static void find_regions(struct builder *b) {
-    struct triangulation *t = b->t;
-    for (size_t k = 0; k < t->count; k++)
-        t->region[k] = NONE;
-    for (size_t k = 0; k < t->count; k++) {
-        if (t->region[k] != NONE)
-            continue;
-        b->depth = 0;
-        t->region[k] = (int32_t)t->region_count;
-        for (push_triangle(b, (int32_t)k); b->depth > 0;) {
-            int32_t s = b->stack[--b->depth];
-            for (int e = 0; e < 3; e++) {
-                int32_t o = t->beyond[s][e];
-                if (o == NONE || t->fixed[s][e] || t->region[o] != NONE)
-                    continue;
-                t->region[o] = (int32_t)t->region_count;
-                push_triangle(b, o);
-            }
-        }
-        t->region_count++;
-    }
-}
 
 /* Room for `count` points, and one triangle far round the unit square. */
 static bool begin_triangulation(struct builder *b, size_t count, struct arena *arena) {
@@ -451,7 +413,25 @@ enum status triangulate(const double (*points)[2], size_t count, const int32_t (
     for (size_t k = 0; k < edge_count; k++)
         t->missed +=
             !make_edge(&b, t->same[edges[k][0]], t->same[edges[k][1]], crossed, 2 * count + 8);
-    find_regions(&b);
+    /* regions: what hangs together without a given edge between */
+    for (size_t k = 0; k < t->count; k++)
+        t->region[k] = NONE;
+    for (size_t k = 0; k < t->count; k++) {
+        if (t->region[k] != NONE)
+            continue;
+        t->region[k] = (int32_t)t->region_count;
+        for (push_triangle(&b, (int32_t)k); b.depth > 0;) {
+            int32_t s = b.stack[--b.depth];
+            for (int e = 0; e < 3; e++) {
+                int32_t o = t->beyond[s][e];
+                if (o == NONE || t->fixed[s][e] || t->region[o] != NONE)
+                    continue;
+                t->region[o] = (int32_t)t->region_count;
+                push_triangle(&b, o);
+            }
+        }
+        t->region_count++;
+    }
     return STATUS_OK;
 }
 
