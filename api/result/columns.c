@@ -95,19 +95,6 @@ static enum api_form choose_form(const struct api_column_source *source, double 
                                                      : API_FORM_INT32;
 }
 
-static void list_columns(struct api_columns *header, const struct api_column_source *sources,
-                         size_t count, double *block) {
-    header->count = count;
-    for (size_t i = 0; i < count; i++) {
-        struct api_column *column = &header->column[i];
-        *column = (struct api_column){.table = sources[i].table,
-                                      .integer = sources[i].integer,
-                                      .form = choose_form(&sources[i], block),
-                                      .rows = sources[i].rows};
-        strncpy(column->name, sources[i].name, API_COLUMN_NAME_SIZE - 1);
-    }
-}
-
 static enum api_problem_id send(const struct api_sink *sink, const void *bytes, size_t length,
                                 struct api_problem *problem) {
     if (length == 0 || sink->write(sink->context, bytes, length))
@@ -136,18 +123,6 @@ static bool all_whole(const double *values, size_t count) {
     return whole;
 }
 
-/* The numbers of a header that a solve computed. */
-static bool header_finite(const struct api_columns *header) {
-    const struct api_start *start = &header->start;
-    if (header->document == API_DOCUMENT_STUDY)
-        return isfinite(header->study.solve_ms);
-    const double numbers[] = {start->uv[0],   start->uv[1],  start->point.x, start->point.y,
-                              start->point.z, start->warp.x, start->warp.y,  start->warp.z,
-                              start->weft.x,  start->weft.y, start->weft.z};
-    return summary_finite(&header->summary) &&
-           all_finite(numbers, sizeof numbers / sizeof *numbers);
-}
-
 /* The result header is made in a buffer that leaves room for the prefix, so that one write sends
  * the header. */
 static enum api_problem_id send_header(struct api_columns *header, const struct api_sink *sink,
@@ -158,7 +133,16 @@ static enum api_problem_id send_header(struct api_columns *header, const struct 
     result_header_write(&text, header);
     while (text.length % VALUE != 0)
         api_text_raw(&text, " ");
-    if (text.failed || !header_finite(header))
+    /* The numbers of a header that a solve computed. */
+    const struct api_start *start = &header->start;
+    const double numbers[] = {start->uv[0],   start->uv[1],  start->point.x, start->point.y,
+                              start->point.z, start->warp.x, start->warp.y,  start->warp.z,
+                              start->weft.x,  start->weft.y, start->weft.z};
+    bool finite = header->document == API_DOCUMENT_STUDY
+                      ? isfinite(header->study.solve_ms)
+                      : summary_finite(&header->summary) &&
+                            all_finite(numbers, sizeof numbers / sizeof *numbers);
+    if (text.failed || !finite)
         return api_problem_set(problem, API_INTERNAL,
                                text.failed ? "the result's header is too long"
                                            : "the result's summary has a value that is no number");
@@ -257,18 +241,6 @@ static enum api_problem_id send_column(const struct api_column_source *source, e
     return send(sink, zeros, (size_t)padded(length) - length, problem);
 }
 
-static enum api_problem_id send_result_summary(const struct api_columns *header,
-                                               const struct api_sink *sink,
-                                               struct api_problem *problem) {
-    char *summary = sink->summary ? api_columns_summary_json(header) : NULL;
-    if (sink->summary && !summary)
-        api_problem_no_memory(problem, "the summary");
-    else if (sink->summary && !sink->summary(sink->context, summary))
-        api_problem_set(problem, API_CANCELLED, "the result is not wanted any more");
-    free(summary);
-    return problem->id;
-}
-
 enum api_problem_id api_columns_write(struct api_columns *header,
                                       const struct api_column_source *sources, size_t count,
                                       const struct api_sink *sink, struct arena *arena,
@@ -279,10 +251,24 @@ enum api_problem_id api_columns_write(struct api_columns *header,
     double *block = arena_alloc(arena, BLOCK_ROWS, sizeof *block);
     if (!block)
         return api_problem_no_memory(problem, "the result");
-    list_columns(header, sources, count, block);
+    header->count = count;
+    for (size_t i = 0; i < count; i++) {
+        struct api_column *column = &header->column[i];
+        *column = (struct api_column){.table = sources[i].table,
+                                      .integer = sources[i].integer,
+                                      .form = choose_form(&sources[i], block),
+                                      .rows = sources[i].rows};
+        strncpy(column->name, sources[i].name, API_COLUMN_NAME_SIZE - 1);
+    }
     enum api_problem_id id = send_header(header, sink, problem);
-    if (id == API_OK)
-        id = send_result_summary(header, sink, problem);
+    if (id == API_OK && sink->summary) {
+        char *summary = api_columns_summary_json(header);
+        if (!summary)
+            id = api_problem_no_memory(problem, "the summary");
+        else if (!sink->summary(sink->context, summary))
+            id = api_problem_set(problem, API_CANCELLED, "the result is not wanted any more");
+        free(summary);
+    }
     for (size_t i = 0; i < count && id == API_OK; i++)
         id = send_column(&sources[i], header->column[i].form, block, sink, problem);
     arena_rewind(arena, mark);

@@ -182,24 +182,22 @@ static bool fill_derived(const void *context, size_t first, size_t count, double
     return true;
 }
 
-static size_t rows_of(const struct drape_result *result, enum api_table table) {
-    return table == API_TABLE_NODES   ? result->nodes.count
-           : table == API_TABLE_CELLS ? result->cells.count
-           : table == API_TABLE_FRONT ? result->front.count
-           : table == API_TABLE_CUT   ? result->cut.cells.count
-                                      : result->rim.count;
-}
-
 /* Adds the columns that `id` is stored as, if it is there; `cut`: of the cells that the rim cuts.
  */
 static void list_column(struct api_fields *fields, enum column_id id, bool cut) {
     const struct column_spec *spec = &column_specs[id];
     enum api_table table = cut ? API_TABLE_CUT : spec->table;
+    const struct drape_result *result = fields->result;
+    size_t rows = table == API_TABLE_NODES   ? result->nodes.count
+                  : table == API_TABLE_CELLS ? result->cells.count
+                  : table == API_TABLE_FRONT ? result->front.count
+                  : table == API_TABLE_CUT   ? result->cut.cells.count
+                                             : result->rim.count;
     for (int part = 0; part < spec->parts; part++) {
         struct api_column_source source = {.table = table,
                                            .name = spec->part[part],
                                            .integer = column_kind_is_integer(spec->kind),
-                                           .rows = rows_of(fields->result, table)};
+                                           .rows = rows};
         if (derived[id] && is_given(fields->request, id)) {
             struct api_derived_column *own = &fields->derived[cut][id];
             *own = (struct api_derived_column){fields, cells_of(fields, cut), id};

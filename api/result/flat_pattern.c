@@ -76,53 +76,32 @@ static bool follow_outline(struct polygons *polygons, const struct outline *outl
 
 /* ---- loops ---- */
 
-/* The points first .. end - 1 of the rim, from one that is covered on. */
-static bool add_rim_loop(struct polygons *polygons, const struct points *points, size_t first,
-                         size_t end, const struct outline *outline) {
-    const double *p = points->column[P], *q = points->column[Q];
-    const double *covered = points->column[COVERED];
-    size_t length = end - first, begin = 0;
-    while (begin < length && covered[first + begin] == 0)
-        begin++;
-    if (begin == length)
-        return true;
-    for (size_t k = 0; k < length; k++) {
-        size_t at = first + (begin + k) % length, next = k + 1;
-        if (!polygons_add(polygons, p[at], q[at]))
-            return false;
-        while (next < length && covered[first + (begin + next) % length] == 0)
-            next++;
-        if (next == k + 1)
-            continue;
-        size_t to = first + (begin + next % length) % length;
-        if (!follow_outline(polygons, outline, (const double[2]){p[at], q[at]},
-                            (const double[2]){p[to], q[to]}))
-            return false;
-        k = next - 1;
-    }
-    polygons_close(polygons);
-    return true;
-}
-
+/* Each closed edge of the part, from a point of it that is covered on. */
 static bool add_rim(struct polygons *polygons, const struct points *points,
                     const struct outline *outline) {
-    const double *loop = points->column[LOOP];
-    for (size_t first = 0, k = 0; k < points->count; k++) {
-        if (k + 1 < points->count && loop[k + 1] == loop[k])
+    const double *loop = points->column[LOOP], *covered = points->column[COVERED];
+    const double *p = points->column[P], *q = points->column[Q];
+    for (size_t first = 0, end = 1; first < points->count; first = end++) {
+        while (end < points->count && loop[end] == loop[end - 1])
+            end++;
+        size_t length = end - first, begin = 0;
+        while (begin < length && covered[first + begin] == 0)
+            begin++;
+        if (begin == length)
             continue;
-        if (!add_rim_loop(polygons, points, first, k + 1, outline))
-            return false;
-        first = k + 1;
-    }
-    return true;
-}
-
-static bool add_outline(struct polygons *polygons, const struct outline *outline) {
-    for (size_t k = 0; k < outline->count; k++) {
-        if (!polygons_add(polygons, outline->points[k].i, outline->points[k].j))
-            return false;
-        if (outline->points[k].last)
-            polygons_close(polygons);
+        for (size_t k = 0, next; k < length; k = next) {
+            size_t at = first + (begin + k) % length;
+            if (!polygons_add(polygons, p[at], q[at]))
+                return false;
+            next = k + 1;
+            while (next < length && covered[first + (begin + next) % length] == 0)
+                next++;
+            size_t to = first + (begin + next % length) % length;
+            if (next > k + 1 && !follow_outline(polygons, outline, (const double[2]){p[at], q[at]},
+                                                (const double[2]){p[to], q[to]}))
+                return false;
+        }
+        polygons_close(polygons);
     }
     return true;
 }
@@ -167,7 +146,11 @@ enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct
     for (int k = 0; k < COLUMNS; k++)
         free(points.column[k]);
     if (problem->id == API_OK && good && pattern->polygons.count == 0)
-        good = add_outline(&pattern->polygons, outline);
+        for (size_t k = 0; k < outline->count && good; k++) {
+            good = polygons_add(&pattern->polygons, outline->points[k].i, outline->points[k].j);
+            if (good && outline->points[k].last)
+                polygons_close(&pattern->polygons);
+        }
     else
         polygons_simplify(&pattern->polygons, tolerance);
     if (!good || (problem->id == API_OK && !find_notches(pattern)))

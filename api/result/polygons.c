@@ -18,15 +18,10 @@ bool polygons_add(struct polygons *polygons, double x, double y) {
     return true;
 }
 
-/* The first point of the polygon that ends before point `end`. */
-static size_t first_before(const struct polygons *polygons, size_t end) {
-    while (end > 0 && !polygons->points[end - 1].last)
-        end--;
-    return end;
-}
-
 void polygons_close(struct polygons *polygons) {
-    size_t first = first_before(polygons, polygons->count);
+    size_t first = polygons->count; /* of the points of this polygon */
+    while (first > 0 && !polygons->points[first - 1].last)
+        first--;
     if (polygons->count - first < 3)
         polygons->count = first;
     else
@@ -181,31 +176,27 @@ static size_t *segment_ends(const struct polygons *polygons) {
  * radius; and what is nearer than the distance by more is none of the parallel. */
 static const double arc_step = 0.0625, near_share = 1e-3;
 
-/* Adds an arc round (x, y) from the direction a to b, unit vectors, counter-clockwise. */
-static bool add_arc(struct polygons *to, double x, double y, double radius, const double a[2],
-                    const double b[2]) {
-    double angle = atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]);
-    int steps = (int)ceil(fabs(angle) / arc_step);
-    bool good = polygons_add(to, x + radius * a[0], y + radius * a[1]);
+/* The corner at (at->x, at->y) of the moved segments, which are off it to a and b, unit vectors,
+ * before and after it. Where it turns left, an arc. Where it turns right, the point where the
+ * segments meet, or, when the `shorter` half of them is too short for that, the ends of both. */
+static bool turn_corner(struct polygons *to, const struct polygons_point *at, double distance,
+                        const double a[2], const double b[2], double shorter) {
+    double cosine = a[0] * b[0] + a[1] * b[1], sine = a[0] * b[1] - a[1] * b[0];
+    double miter = distance / (1 + cosine);
+    bool left = sine > 0;
+    if (!left && 1 + cosine > 1e-9 && miter * fabs(sine) < shorter)
+        return polygons_add(to, at->x + miter * (a[0] + b[0]), at->y + miter * (a[1] + b[1]));
+    double angle = left ? atan2(sine, cosine) : 0;
+    int steps = left ? (int)ceil(fabs(angle) / arc_step) : 0;
+    bool good = polygons_add(to, at->x + distance * a[0], at->y + distance * a[1]);
+    if (good && !left)
+        good = polygons_add(to, at->x, at->y);
     for (int k = 1; k < steps && good; k++) {
         double turn = angle * k / steps, c = cos(turn), s = sin(turn);
-        good = polygons_add(to, x + radius * (c * a[0] - s * a[1]),
-                            y + radius * (s * a[0] + c * a[1]));
+        good = polygons_add(to, at->x + distance * (c * a[0] - s * a[1]),
+                            at->y + distance * (s * a[0] + c * a[1]));
     }
-    return good && polygons_add(to, x + radius * b[0], y + radius * b[1]);
-}
-
-/* The moved segments before and after a corner that turns right, `left` of which they have: the
- * point where they meet, or, where one is too short for that, the ends of both. */
-static bool add_inner(struct polygons *to, const struct polygons_point *at, double distance,
-                      const double a[2], const double b[2], double shorter) {
-    double cosine = a[0] * b[0] + a[1] * b[1], sine = fabs(a[0] * b[1] - a[1] * b[0]);
-    double miter = distance / (1 + cosine);
-    if (1 + cosine > 1e-9 && miter * sine < shorter)
-        return polygons_add(to, at->x + miter * (a[0] + b[0]), at->y + miter * (a[1] + b[1]));
-    return polygons_add(to, at->x + distance * a[0], at->y + distance * a[1]) &&
-           polygons_add(to, at->x, at->y) &&
-           polygons_add(to, at->x + distance * b[0], at->y + distance * b[1]);
+    return good && polygons_add(to, at->x + distance * b[0], at->y + distance * b[1]);
 }
 
 /* The direction to the right of the segment from a to b; false when it has no length. */
@@ -233,12 +224,9 @@ static bool make_raw(const struct polygons *of, double distance, struct polygons
             const struct polygons_point *own = &p[k], *next = &p[k == last ? first : k + 1];
             if (!right_direction(own, next, after))
                 continue;
-            bool left = before[0] * after[1] - before[1] * after[0] > 0;
             double own_length = hypot(next->x - own->x, next->y - own->y);
             double shorter = fmin(length, own_length) / 2;
-            bool good = left ? add_arc(raw, own->x, own->y, distance, before, after)
-                             : add_inner(raw, own, distance, before, after, shorter);
-            if (!good)
+            if (!turn_corner(raw, own, distance, before, after, shorter))
                 return false;
             length = own_length;
             memcpy(before, after, sizeof before);
@@ -368,31 +356,6 @@ static void add_crossing(struct chains *chains, const struct loop *loop, size_t 
     chain_point(chains, a->x + cut->share * (b->x - a->x), a->y + cut->share * (b->y - a->y));
 }
 
-/* Cuts a polygon of the raw parallel into chains, from each of its cuts to the next; one without
- * any is a chain by itself. */
-static void cut_polygon(struct chains *chains, const struct loop *loop, size_t first,
-                        const struct cut *cuts, size_t count) {
-    if (count == 0 && open_chain(chains, NO_NODE))
-        for (size_t k = 0; k < loop->length; k++)
-            chain_point(chains, loop->points[k].x, loop->points[k].y);
-    for (size_t c = 0; c < count && !chains->failed; c++) {
-        const struct cut *from = &cuts[c], *to = &cuts[(c + 1) % count];
-        size_t steps = (to->segment + loop->length - from->segment) % loop->length;
-        steps = steps == 0 && c + 1 == count ? loop->length : steps;
-        struct chain *chain = open_chain(chains, from->node);
-        if (!chain)
-            return;
-        chain->end = to->node;
-        add_crossing(chains, loop, first, from);
-        for (size_t k = 1; k <= steps; k++) {
-            const struct polygons_point *p =
-                &loop->points[(from->segment - first + k) % loop->length];
-            chain_point(chains, p->x, p->y);
-        }
-        add_crossing(chains, loop, first, to);
-    }
-}
-
 /* Whether (x, y) is nearer to the source than the distance. */
 static bool is_near_source(const struct grid *source, const size_t *ends, double x, double y,
                            double distance) {
@@ -431,14 +394,6 @@ static bool is_parallel(const struct chains *chains, const struct chain *chain,
                            (1 - near_share) * distance);
 }
 
-/* The longest chain, not used, that goes on from a node. */
-static struct chain *chain_from(struct chains *chains, size_t node) {
-    for (size_t k = 0; k < chains->count; k++)
-        if (!chains->all[k].used && chains->all[k].begin == node)
-            return &chains->all[k];
-    return NULL;
-}
-
 /* Closes the polygon from point `first` on, unless its area is what rounding leaves. */
 static void drop_sliver(struct polygons *polygons, size_t first, double sliver) {
     const struct polygons_point *p = polygons->points;
@@ -473,16 +428,22 @@ static bool join_parallels(struct chains *chains, struct polygons *wider, double
                 if (!polygons_add(wider, p[m].x, p[m].y))
                     return false;
             bool ends = chain->end == NO_NODE || chain->end == begin;
-            struct chain *next = ends ? NULL : chain_from(chains, chain->end);
-            if (!ends && !next)
+            /* On with the longest chain that goes on from there, and is not used. */
+            size_t n = 0;
+            while (!ends && n < chains->count &&
+                   (chains->all[n].used || chains->all[n].begin != chain->end))
+                n++;
+            if (!ends && n == chains->count)
                 wider->count = first; /* a sliver that rounding left open */
-            chain = next;
+            chain = ends || n == chains->count ? NULL : &chains->all[n];
         }
         drop_sliver(wider, first, sliver);
     }
     return true;
 }
 
+/* Cuts each polygon of the raw parallel into chains, from each of its cuts to the next; one without
+ * any is a chain by itself. */
 static bool cut_polygons(const struct polygons *raw, const struct cuts *cuts,
                          struct chains *chains) {
     for (size_t first = 0, end, at = 0; first < raw->count; first = end) {
@@ -492,7 +453,26 @@ static bool cut_polygons(const struct polygons *raw, const struct cuts *cuts,
         while (at < cuts->count && cuts->all[at].segment < end)
             at++;
         struct loop loop = {raw->points + first, end - first};
-        cut_polygon(chains, &loop, first, cuts->all ? cuts->all + from : NULL, at - from);
+        size_t count = at - from;
+        if (count == 0 && open_chain(chains, NO_NODE))
+            for (size_t k = 0; k < loop.length; k++)
+                chain_point(chains, loop.points[k].x, loop.points[k].y);
+        for (size_t c = 0; c < count && !chains->failed; c++) {
+            const struct cut *own = &cuts->all[from + c];
+            const struct cut *next = &cuts->all[from + (c + 1) % count];
+            size_t steps = (next->segment + loop.length - own->segment) % loop.length;
+            steps = steps == 0 && c + 1 == count ? loop.length : steps;
+            struct chain *chain = open_chain(chains, own->node);
+            if (!chain)
+                return false;
+            chain->end = next->node;
+            add_crossing(chains, &loop, first, own);
+            for (size_t k = 1; k <= steps; k++) {
+                size_t place = (own->segment - first + k) % loop.length;
+                chain_point(chains, loop.points[place].x, loop.points[place].y);
+            }
+            add_crossing(chains, &loop, first, next);
+        }
     }
     return !chains->failed;
 }
