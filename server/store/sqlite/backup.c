@@ -56,17 +56,8 @@ static bool select_number(sqlite3 *handle, const char *sql, int64_t *number) {
 
 /* ------------------------------------------------------------------ what it holds */
 
-/* The value with its kind and length, so that no two rows look alike. */
-static void add_value(struct checksum *checksum, sqlite3_stmt *statement, int column) {
-    int type = sqlite3_column_type(statement, column);
-    const void *bytes = sqlite3_column_blob(statement, column);
-    int length = sqlite3_column_bytes(statement, column);
-    const int head[2] = {type, length};
-    checksum_add(checksum, head, sizeof head);
-    checksum_add(checksum, bytes, (size_t)length);
-}
-
-/* Every row, in the order of the table's own key. */
+/* Every row, in the order of the table's own key. Each value comes with its kind and length, so
+ * that no two rows look alike. */
 static bool sum_table(sqlite3 *handle, struct backup_table *table) {
     char sql[BACKUP_NAME_SIZE + 32];
     struct checksum checksum;
@@ -75,8 +66,13 @@ static bool sum_table(sqlite3 *handle, struct backup_table *table) {
     int code = sqlite3_prepare_v2(handle, sql, -1, &statement, NULL);
     checksum_begin(&checksum);
     while (code == SQLITE_OK && (code = sqlite3_step(statement)) == SQLITE_ROW) {
-        for (int k = 0; k < sqlite3_column_count(statement); k++)
-            add_value(&checksum, statement, k);
+        for (int k = 0; k < sqlite3_column_count(statement); k++) {
+            int type = sqlite3_column_type(statement, k);
+            const void *bytes = sqlite3_column_blob(statement, k);
+            const int head[2] = {type, sqlite3_column_bytes(statement, k)};
+            checksum_add(&checksum, head, sizeof head);
+            checksum_add(&checksum, bytes, (size_t)head[1]);
+        }
         table->rows++;
         code = SQLITE_OK;
     }

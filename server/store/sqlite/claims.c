@@ -54,16 +54,6 @@ static enum store_answer pick_job(const struct sqlite_store *store, struct db *d
     return query_end_found(&query, any, STORE_EMPTY);
 }
 
-static enum store_answer succeed_at_once(const struct sqlite_store *store, struct db *db,
-                                         const struct store_claim *claim, int64_t result) {
-    struct query query = db_query(db, "UPDATE jobs SET status = " SQL_SUCCEEDED
-                                      ", progress = 1, started = ?1, finished = ?1,"
-                                      " result = ?2, token = ?3 WHERE sequence = ?4");
-    query_bind(&query, of_int(sqlite_now(store)), of_int(result), of_int(claim->token),
-               of_int(claim->sequence));
-    return query_run(&query);
-}
-
 static enum store_answer hand_out(struct sqlite_store *store, struct db *db,
                                   const struct store_claim *claim) {
     struct query query = db_query(db, "UPDATE jobs SET status = " SQL_RUNNING
@@ -95,10 +85,18 @@ static enum store_answer claim_operation(struct sqlite_store *store, struct db *
     if (answer != STORE_OK)
         return answer;
     claim->reused = result != 0;
-    if (claim->reused)
-        return claiming->may_end ? succeed_at_once(store, db, claim, result) : STORE_CONFLICT;
-    claim->attempts++;
-    return hand_out(store, db, claim);
+    if (!claim->reused) {
+        claim->attempts++;
+        return hand_out(store, db, claim);
+    }
+    if (!claiming->may_end)
+        return STORE_CONFLICT;
+    struct query query = db_query(db, "UPDATE jobs SET status = " SQL_SUCCEEDED
+                                      ", progress = 1, started = ?1, finished = ?1,"
+                                      " result = ?2, token = ?3 WHERE sequence = ?4");
+    query_bind(&query, of_int(sqlite_now(store)), of_int(result), of_int(claim->token),
+               of_int(claim->sequence));
+    return query_run(&query);
 }
 
 /* An idle dispatcher asks often; only a reader is bothered by that, who looks into the index of

@@ -23,7 +23,8 @@ struct db {
     } cache[STATEMENTS];
 };
 
-static enum store_answer answer_of(int code) {
+static enum store_answer log_failure(struct db *db, int code) {
+    enum store_answer answer = STORE_DOWN;
     switch (code & 0xff) {
     case SQLITE_OK:
     case SQLITE_ROW:
@@ -31,26 +32,24 @@ static enum store_answer answer_of(int code) {
         return STORE_OK;
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-        return STORE_BUSY;
+        answer = STORE_BUSY;
+        break;
     case SQLITE_FULL:
-        return STORE_NO_SPACE;
+        answer = STORE_NO_SPACE;
+        break;
     case SQLITE_READONLY:
-        return STORE_READ_ONLY;
+        answer = STORE_READ_ONLY;
+        break;
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
-        return STORE_DAMAGED;
+        answer = STORE_DAMAGED;
+        break;
     default:
-        return STORE_DOWN;
+        break;
     }
-}
-
-static enum store_answer log_failure(struct db *db, int code) {
-    enum store_answer answer = answer_of(code);
-    if (answer != STORE_OK) {
-        metrics_store_failed(answer == STORE_BUSY);
-        log_error(log_event("store_error"), log_text("answer", store_answer_name(answer)),
-                  log_int("code", code), log_text("detail", sqlite3_errmsg(db->handle)));
-    }
+    metrics_store_failed(answer == STORE_BUSY);
+    log_error(log_event("store_error"), log_text("answer", store_answer_name(answer)),
+              log_int("code", code), log_text("detail", sqlite3_errmsg(db->handle)));
     return answer;
 }
 
@@ -202,45 +201,26 @@ enum store_answer db_sync_log(struct db *db) {
 
 /* ------------------------------------------------------------------ statements */
 
-static sqlite3_stmt *prepared_statement(struct db *db, const char *sql, int *code) {
-    for (size_t k = 0; k < db->count; k++)
-        if (db->cache[k].sql == sql)
-            return db->cache[k].statement;
-    sqlite3_stmt *statement = NULL;
-    if (db->count == STATEMENTS) {
-        *code = SQLITE_FULL;
-        return NULL;
-    }
-    *code = sqlite3_prepare_v3(db->handle, sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, NULL);
-    if (*code == SQLITE_OK) {
-        db->cache[db->count].sql = sql;
-        db->cache[db->count++].statement = statement;
-    }
-    return statement;
-}
-
-static int bind(sqlite3_stmt *statement, int number, const struct query_value *value) {
-    if (value->null)
-        return sqlite3_bind_null(statement, number);
-    switch (value->kind) {
-    case QUERY_INT:
-        return sqlite3_bind_int64(statement, number, value->integer);
-    case QUERY_REAL:
-        return sqlite3_bind_double(statement, number, value->real);
-    case QUERY_TEXT:
-        return sqlite3_bind_text(statement, number, value->bytes, -1, SQLITE_STATIC);
-    default:
-        return sqlite3_bind_blob64(statement, number, value->bytes, value->length, SQLITE_STATIC);
-    }
-}
-
 static bool db_row(struct query *query) {
-    if (query->row++ == 0)
-        for (int k = 0; k < query->bound && query->code == SQLITE_OK; k++)
-            query->code = bind(query->statement, k + 1, &query->values[k]);
+    sqlite3_stmt *statement = query->statement;
+    int count = query->row++ == 0 ? query->bound : 0;
+    for (int k = 0; k < count && query->code == SQLITE_OK; k++) {
+        const struct query_value *value = &query->values[k];
+        if (value->null)
+            query->code = sqlite3_bind_null(statement, k + 1);
+        else if (value->kind == QUERY_INT)
+            query->code = sqlite3_bind_int64(statement, k + 1, value->integer);
+        else if (value->kind == QUERY_REAL)
+            query->code = sqlite3_bind_double(statement, k + 1, value->real);
+        else if (value->kind == QUERY_TEXT)
+            query->code = sqlite3_bind_text(statement, k + 1, value->bytes, -1, SQLITE_STATIC);
+        else
+            query->code =
+                sqlite3_bind_blob64(statement, k + 1, value->bytes, value->length, SQLITE_STATIC);
+    }
     if (query->code != SQLITE_OK && query->code != SQLITE_ROW)
         return false;
-    query->code = sqlite3_step(query->statement);
+    query->code = sqlite3_step(statement);
     return query->code == SQLITE_ROW;
 }
 
@@ -284,7 +264,21 @@ static enum store_answer db_end(struct query *query) {
 struct query db_query(struct db *db, const char *sql) {
     static const struct query_driver driver = {db_row, db_column, db_end};
     struct query query = {.driver = &driver, .connection = db, .sql = sql};
-    query.statement = prepared_statement(db, sql, &query.code);
+    for (size_t k = 0; k < db->count && !query.statement; k++)
+        if (db->cache[k].sql == sql)
+            query.statement = db->cache[k].statement;
+    if (query.statement)
+        return query;
+    sqlite3_stmt *statement = NULL;
+    query.code =
+        db->count == STATEMENTS
+            ? SQLITE_FULL
+            : sqlite3_prepare_v3(db->handle, sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, NULL);
+    query.statement = statement;
+    if (query.code == SQLITE_OK) {
+        db->cache[db->count].sql = sql;
+        db->cache[db->count++].statement = statement;
+    }
     return query;
 }
 

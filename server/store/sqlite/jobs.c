@@ -42,12 +42,6 @@ static enum store_answer find_key(struct db *db, struct submit *submit) {
     return answer == STORE_OK ? found : answer;
 }
 
-static enum store_answer surface_stored(struct db *db, const char *id) {
-    struct query query = db_query(db, "SELECT 1 FROM surfaces WHERE id = ?");
-    query_bind(&query, of_text(id));
-    return query_find(&query, STORE_EMPTY);
-}
-
 static enum store_answer over_bound(struct submit *submit, enum store_bound bound) {
     submit->receipt->full = bound;
     return STORE_FULL;
@@ -116,61 +110,13 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
     return query_run(&query);
 }
 
-/* The complete result of its digest is taken, where its owner has one: then it has succeeded. */
-static enum store_answer submit_new(struct sqlite_store *store, struct db *db,
-                                    struct submit *submit) {
-    const struct store_submission *submission = submit->submission;
-    enum store_answer answer = submit->surface ? surface_stored(db, submit->surface) : STORE_OK;
-    if (answer != STORE_OK)
-        return answer;
-    struct query query = db_query(db, "SELECT number FROM results WHERE owner = ? AND digest = ?"
-                                      " AND state = " SQL_COMPLETE);
-    query_bind(&query, of_text(submit->owner), of_text(submission->digest));
-    int64_t result = query_row(&query) ? query_int(&query, 0) : 0;
-    answer = query_end(&query);
-    if (answer == STORE_OK)
-        answer = find_room(store, db, submit, result ? 0 : 1);
-    if (answer == STORE_OK)
-        answer = insert_job(db, submit, result);
-    if (answer != STORE_OK)
-        return answer;
-    submit->receipt->status = result ? STORE_SUCCEEDED : STORE_QUEUED;
-    return insert_request(db, submission->request, submission->request_length);
-}
-
 /* ------------------------------------------------------------------ a laminate with its drapes */
 
-/* The drape is put into the queue as the parent's own submission would be. */
-static enum store_answer insert_member(struct db *db, const struct submit *submit, int64_t parent,
-                                       size_t part) {
-    const struct store_member *member = &submit->family->members[part];
-    struct store_submission submission = *submit->submission;
-    struct store_receipt receipt;
-    struct submit drape = *submit;
-    submission.kind = STORE_DRAPE;
-    submission.request_length = member->request_length;
-    submission.digest = member->digest;
-    submission.key = NULL;
-    submission.total = 1;
-    drape.submission = &submission;
-    drape.receipt = &receipt;
-    id_make(receipt.id);
-    enum store_answer answer = insert_job(db, &drape, 0);
-    if (answer == STORE_OK)
-        answer = insert_request(db, member->request, member->request_length);
-    if (answer != STORE_OK)
-        return answer;
-    struct query query = db_query(db, "UPDATE jobs SET parent = ?, position = ? WHERE id = ?");
-    query_bind(&query, of_int(parent), of_int((int64_t)part), of_text(receipt.id));
-    return query_run(&query);
-}
-
+/* Its drapes are put into the queue as its own submission would be. */
 static enum store_answer submit_family(struct sqlite_store *store, struct db *db,
                                        struct submit *submit) {
     const struct store_submission *submission = submit->submission;
-    enum store_answer answer = submit->surface ? surface_stored(db, submit->surface) : STORE_OK;
-    if (answer == STORE_OK)
-        answer = find_room(store, db, submit, (int64_t)submit->family->count);
+    enum store_answer answer = find_room(store, db, submit, (int64_t)submit->family->count);
     if (answer == STORE_OK)
         answer = insert_job(db, submit, 0);
     if (answer != STORE_OK)
@@ -184,24 +130,66 @@ static enum store_answer submit_family(struct sqlite_store *store, struct db *db
     answer = query_run(&query);
     if (answer == STORE_OK)
         answer = insert_request(db, submission->request, submission->request_length);
-    for (size_t k = 0; k < submit->family->count && answer == STORE_OK; k++)
-        answer = insert_member(db, submit, parent, k);
+    for (size_t k = 0; k < submit->family->count && answer == STORE_OK; k++) {
+        const struct store_member *member = &submit->family->members[k];
+        struct store_submission own = *submission;
+        struct store_receipt receipt;
+        struct submit drape = *submit;
+        own.kind = STORE_DRAPE;
+        own.request_length = member->request_length;
+        own.digest = member->digest;
+        own.key = NULL;
+        own.total = 1;
+        drape.submission = &own;
+        drape.receipt = &receipt;
+        id_make(receipt.id);
+        answer = insert_job(db, &drape, 0);
+        if (answer == STORE_OK)
+            answer = insert_request(db, member->request, member->request_length);
+        if (answer != STORE_OK)
+            break;
+        query = db_query(db, "UPDATE jobs SET parent = ?, position = ? WHERE id = ?");
+        query_bind(&query, of_int(parent), of_int((int64_t)k), of_text(receipt.id));
+        answer = query_run(&query);
+    }
     submit->receipt->status = STORE_RUNNING;
     return answer;
 }
 
 /* ------------------------------------------------------------------ either */
 
+/* Where its owner has the complete result of its digest, it takes that: then it has succeeded. */
 static enum store_answer submit_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
     struct submit *submit = context;
+    const struct store_submission *submission = submit->submission;
     submit->now = sqlite_now(store);
-    if (submit->submission->key) {
-        enum store_answer known = find_key(db, submit);
-        if (known != STORE_EMPTY)
-            return known;
+    enum store_answer answer = submission->key ? find_key(db, submit) : STORE_EMPTY;
+    if (answer != STORE_EMPTY)
+        return answer;
+    struct query query;
+    if (submit->surface) {
+        query = db_query(db, "SELECT 1 FROM surfaces WHERE id = ?");
+        query_bind(&query, of_text(submit->surface));
+        answer = query_find(&query, STORE_EMPTY);
+        if (answer != STORE_OK)
+            return answer;
     }
-    return submit->family ? submit_family(store, db, submit) : submit_new(store, db, submit);
+    if (submit->family)
+        return submit_family(store, db, submit);
+    query = db_query(db, "SELECT number FROM results WHERE owner = ? AND digest = ?"
+                         " AND state = " SQL_COMPLETE);
+    query_bind(&query, of_text(submit->owner), of_text(submission->digest));
+    int64_t result = query_row(&query) ? query_int(&query, 0) : 0;
+    answer = query_end(&query);
+    if (answer == STORE_OK)
+        answer = find_room(store, db, submit, result ? 0 : 1);
+    if (answer == STORE_OK)
+        answer = insert_job(db, submit, result);
+    if (answer != STORE_OK)
+        return answer;
+    submit->receipt->status = result ? STORE_SUCCEEDED : STORE_QUEUED;
+    return insert_request(db, submission->request, submission->request_length);
 }
 
 static enum store_answer run_submit(struct store *store, const struct store_submission *submission,

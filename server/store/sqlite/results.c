@@ -71,44 +71,40 @@ static enum store_answer set_state(struct db *db, int64_t number, int state) {
     return query_run(&query);
 }
 
-/* Makes the result whole, or drops it for a twin that was first; `*number` is the one the job
- * gets. */
-static enum store_answer finish_result(struct db *db, struct store_segment *segment,
-                                       int64_t *number) {
+/* Makes the result whole, or drops it for a twin that was first. */
+static enum store_answer commit_operation(struct sqlite_store *store, struct db *db,
+                                          void *context) {
+    struct store_segment *segment = context;
     struct query query =
         db_query(db, "SELECT r.number FROM jobs j JOIN results r ON r.owner = j.owner AND"
                      " r.digest = j.digest AND r.state = " SQL_COMPLETE " WHERE j.sequence = ?");
     query_bind(&query, of_int(segment->claim->sequence));
-    *number = query_row(&query) ? query_int(&query, 0) : 0;
+    int64_t number = query_row(&query) ? query_int(&query, 0) : 0;
     enum store_answer answer = query_end(&query);
     if (answer != STORE_OK)
         return answer;
-    if (*number != 0) {
-        int64_t dropped = segment->number;
+    if (number != 0) {
+        if (segment->number)
+            answer = set_state(db, segment->number, RESULT_DOOMED);
         segment->number = 0;
-        return dropped ? set_state(db, dropped, RESULT_DOOMED) : STORE_OK;
-    }
-    if (segment->number) {
-        query = db_query(db, "UPDATE results SET state = " SQL_COMPLETE ", length = ?, summary = ?"
-                             " WHERE number = ? AND state = " SQL_BUILDING);
-        query_bind(&query, of_int(segment->total), of_text(segment->summary),
-                   of_int(segment->number));
-        answer = db_change(&query, STORE_CONFLICT);
     } else {
-        answer = insert_result(db, segment, RESULT_COMPLETE, &segment->number);
+        if (segment->number) {
+            query =
+                db_query(db, "UPDATE results SET state = " SQL_COMPLETE ", length = ?, summary = ?"
+                             " WHERE number = ? AND state = " SQL_BUILDING);
+            query_bind(&query, of_int(segment->total), of_text(segment->summary),
+                       of_int(segment->number));
+            answer = db_change(&query, STORE_CONFLICT);
+        } else {
+            answer = insert_result(db, segment, RESULT_COMPLETE, &segment->number);
+        }
+        number = segment->number;
+        if (answer == STORE_OK)
+            answer = insert_chunks(db, segment, number);
     }
-    *number = segment->number;
-    return answer == STORE_OK ? insert_chunks(db, segment, *number) : answer;
-}
-
-static enum store_answer commit_operation(struct sqlite_store *store, struct db *db,
-                                          void *context) {
-    struct store_segment *segment = context;
-    int64_t number = 0;
-    enum store_answer answer = finish_result(db, segment, &number);
     if (answer != STORE_OK)
         return answer;
-    struct query query = db_query(
+    query = db_query(
         db,
         "UPDATE jobs SET status = " SQL_SUCCEEDED ", progress = 1, finished = ?, result = ?,"
         " lease = NULL, holder = NULL WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);

@@ -268,18 +268,6 @@ static bool read_one_number(struct db *db, const char *sql, int64_t *number) {
     return query_end(&query) == STORE_OK;
 }
 
-static bool fill_empty_file(struct db *db) {
-    struct query query;
-    if (db_script(db, "PRAGMA application_id = 0x64726170") != STORE_OK || /* SQLITE_APPLICATION */
-        db_script(db, tables) != STORE_OK || db_script(db, more_tables) != STORE_OK ||
-        db_script(db, counting) != STORE_OK || db_script(db, items) != STORE_OK ||
-        db_script(db, families) != STORE_OK)
-        return false;
-    query = db_query(db, "INSERT INTO schema_version VALUES (?, ?)");
-    query_bind(&query, of_int(STORE_SCHEMA), of_int(clock_utc_us()));
-    return query_run(&query) == STORE_OK;
-}
-
 bool sqlite_prepare_tables(struct db *db, char why[STORE_WHY_SIZE]) {
     int64_t tables_there = 0, application = 0, version = 0;
     bool good =
@@ -289,9 +277,20 @@ bool sqlite_prepare_tables(struct db *db, char why[STORE_WHY_SIZE]) {
         snprintf(why, STORE_WHY_SIZE, "the database %s belongs to another program", db_path(db));
         return false;
     }
-    good = good && (tables_there > 0
-                        ? read_one_number(db, "SELECT max(version) FROM schema_version", &version)
-                        : fill_empty_file(db));
+    if (good && tables_there > 0) {
+        good = read_one_number(db, "SELECT max(version) FROM schema_version", &version);
+    } else if (good) {
+        /* SQLITE_APPLICATION */
+        good = db_script(db, "PRAGMA application_id = 0x64726170") == STORE_OK &&
+               db_script(db, tables) == STORE_OK && db_script(db, more_tables) == STORE_OK &&
+               db_script(db, counting) == STORE_OK && db_script(db, items) == STORE_OK &&
+               db_script(db, families) == STORE_OK;
+        if (good) {
+            struct query query = db_query(db, "INSERT INTO schema_version VALUES (?, ?)");
+            query_bind(&query, of_int(STORE_SCHEMA), of_int(clock_utc_us()));
+            good = query_run(&query) == STORE_OK;
+        }
+    }
     if (!good)
         db_explain(db, why);
     return good && (tables_there == 0 || store_schema_known(db_path(db), version, why));

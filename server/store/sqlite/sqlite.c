@@ -91,11 +91,6 @@ static enum store_answer run_guarded(struct sqlite_store *store, struct pending 
     return answer;
 }
 
-static void answer_all(struct pending *batch, enum store_answer answer) {
-    for (; batch; batch = batch->next)
-        batch->answer = answer;
-}
-
 /* What is written to a file that has gone from its path is lost: refused like a database that
  * cannot be used. */
 static enum store_answer check_presence(struct sqlite_store *store) {
@@ -105,82 +100,47 @@ static enum store_answer check_presence(struct sqlite_store *store) {
     return STORE_MISSING;
 }
 
-/* A failed statement may have ended the transaction as a whole (disk full, I/O error): then nothing
- * of the batch has happened. `last` is the answer of the last operation that was run. */
-static enum store_answer finish_batch(struct sqlite_store *store, bool wrote,
-                                      enum store_answer last) {
+/* A failed statement may end the transaction as a whole (disk full, I/O error): then nothing of the
+ * batch has happened. Who waited in vain for the lock of another process does so once: it holds up
+ * threads that answer calls. */
+static void run_batch(struct sqlite_store *store, struct pending *batch) {
     struct db *db = store->writer;
-    if (!db_in_transaction(db))
-        return store_failed(last) ? last : STORE_DOWN;
-    enum store_answer answer = wrote ? db_run(db, "COMMIT") : STORE_OK;
-    if (db_in_transaction(db))
-        db_run(db, "ROLLBACK");
-    return answer == STORE_OK && wrote ? check_presence(store) : answer;
-}
-
-/* One operation that must not be lost is enough to wait for the disk. Who waited in vain for the
- * lock of another process does so once: it holds up threads that answer calls. */
-static enum store_answer begin_batch(struct sqlite_store *store, const struct pending *batch) {
+    /* One operation that must not be lost is enough to wait for the disk. */
     enum db_durability durability = DB_LAZY;
-    for (; batch; batch = batch->next)
-        if (batch->durability == DB_DURABLE)
+    for (const struct pending *one = batch; one; one = one->next)
+        if (one->durability == DB_DURABLE)
             durability = DB_DURABLE;
-    db_wait_for_locks(store->writer, atomic_load(&store->broken) ? 0 : store->base.options.busy_ms);
+    db_wait_for_locks(db, atomic_load(&store->broken) ? 0 : store->base.options.busy_ms);
     enum store_answer answer = check_presence(store);
     if (answer == STORE_OK)
-        answer = db_keep(store->writer, durability);
-    return answer == STORE_OK ? db_run(store->writer, "BEGIN IMMEDIATE") : answer;
-}
-
-static void run_batch(struct sqlite_store *store, struct pending *batch) {
-    enum store_answer answer = begin_batch(store, batch);
-    if (answer != STORE_OK) {
-        answer_all(batch, answer);
-        atomic_store(&store->broken, true);
-        return;
+        answer = db_keep(db, durability);
+    if (answer == STORE_OK)
+        answer = db_run(db, "BEGIN IMMEDIATE");
+    if (answer == STORE_OK) {
+        bool wrote = false, open = true;
+        for (struct pending *one = batch; one && open; one = one->next) {
+            answer = one->answer =
+                batch->next ? run_guarded(store, one) : one->operation(store, db, one->context);
+            wrote = wrote || answer == STORE_OK;
+            open = db_in_transaction(db);
+        }
+        if (open) {
+            answer = wrote ? db_run(db, "COMMIT") : STORE_OK;
+            if (db_in_transaction(db))
+                db_run(db, "ROLLBACK");
+            if (answer == STORE_OK && wrote)
+                answer = check_presence(store);
+        } else if (!store_failed(answer)) {
+            answer = STORE_DOWN;
+        }
     }
-    bool alone = !batch->next;
-    bool wrote = false;
-    for (struct pending *one = batch; one; one = one->next) {
-        one->answer =
-            alone ? one->operation(store, store->writer, one->context) : run_guarded(store, one);
-        answer = one->answer;
-        wrote = wrote || answer == STORE_OK;
-        if (!db_in_transaction(store->writer))
-            break;
-    }
-    answer = finish_batch(store, wrote, answer);
-    if (answer != STORE_OK)
-        answer_all(batch, answer);
+    for (struct pending *one = answer == STORE_OK ? NULL : batch; one; one = one->next)
+        one->answer = answer;
     atomic_store(&store->broken, answer != STORE_OK);
 }
 
-/* Takes up to BATCH_OPERATIONS from the queue; the lock is held. */
-static struct pending *take_batch(struct sqlite_store *store) {
-    struct pending *batch = store->first;
-    struct pending *last = batch;
-    for (int n = 1; last->next && n < BATCH_OPERATIONS; n++)
-        last = last->next;
-    store->first = last->next;
-    if (!store->first)
-        store->end = &store->first;
-    last->next = NULL;
-    return batch;
-}
-
-/* With the lock: the next leader is woken, and who is answered; nobody else. */
-static void tell_batch(struct sqlite_store *store, struct pending *batch) {
-    if (store->first)
-        pthread_cond_signal(&store->first->moved);
-    for (struct pending *one = batch, *next; one; one = next) {
-        next = one->next;
-        one->done = true;
-        pthread_cond_signal(&one->moved);
-    }
-}
-
 /* The first thread that finds nobody leading runs what has queued up, its own operation among it.
- */
+ * Then the next leader is woken, and who is answered; nobody else. */
 static enum store_answer write_together(struct sqlite_store *store, struct pending *own) {
     pthread_cond_init(&own->moved, NULL);
     pthread_mutex_lock(&store->queue_lock);
@@ -191,13 +151,25 @@ static enum store_answer write_together(struct sqlite_store *store, struct pendi
             pthread_cond_wait(&own->moved, &store->queue_lock);
             continue;
         }
-        struct pending *batch = take_batch(store);
+        struct pending *batch = store->first, *last = batch;
+        for (int n = 1; last->next && n < BATCH_OPERATIONS; n++)
+            last = last->next;
+        store->first = last->next;
+        if (!store->first)
+            store->end = &store->first;
+        last->next = NULL;
         store->leading = true;
         pthread_mutex_unlock(&store->queue_lock);
         run_batch(store, batch);
         pthread_mutex_lock(&store->queue_lock);
         store->leading = false;
-        tell_batch(store, batch);
+        if (store->first)
+            pthread_cond_signal(&store->first->moved);
+        for (struct pending *one = batch, *next; one; one = next) {
+            next = one->next;
+            one->done = true;
+            pthread_cond_signal(&one->moved);
+        }
     }
     pthread_mutex_unlock(&store->queue_lock);
     pthread_cond_destroy(&own->moved);
@@ -215,25 +187,24 @@ enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operat
     return write_together(sqlite_of(store), &own);
 }
 
-/* By how much the file grows when the log is taken into it. */
-static uint64_t growth(struct store *base) {
-    struct stat file;
-    struct query query =
-        sqlite_read(base, "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size");
-    int64_t size = query_row(&query) ? query_int(&query, 0) : 0;
-    bool known = query_end(&query) == STORE_OK && stat(sqlite_of(base)->path, &file) == 0;
-    return known && size > file.st_size ? (uint64_t)(size - file.st_size) : 0;
-}
-
 /* What is written takes room twice, in the log and then in the database; where there is plenty,
  * what is in the log already need not be counted. */
 enum store_answer sqlite_room_for(struct store *base, size_t bytes) {
+    const char *path = sqlite_of(base)->path;
     struct statvfs disk;
-    if (statvfs(sqlite_of(base)->path, &disk) != 0)
+    struct stat file;
+    if (statvfs(path, &disk) != 0)
         return STORE_OK; /* the write itself will say what is wrong */
     uint64_t left = (uint64_t)disk.f_bavail * disk.f_frsize;
     uint64_t wanted = 2 * (uint64_t)bytes + RESERVE_BYTES;
-    if (left >= wanted + PLENTY_BYTES || left >= wanted + growth(base))
+    if (left >= wanted + PLENTY_BYTES)
+        return STORE_OK;
+    /* By how much the file grows when the log is taken into it. */
+    struct query query =
+        sqlite_read(base, "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size");
+    int64_t size = query_row(&query) ? query_int(&query, 0) : 0;
+    bool grows = query_end(&query) == STORE_OK && stat(path, &file) == 0 && size > file.st_size;
+    if (left >= wanted + (grows ? (uint64_t)(size - file.st_size) : 0))
         return STORE_OK;
     metrics_store_failed(false);
     log_error(log_event("store_error"), log_text("answer", store_answer_name(STORE_NO_SPACE)),
@@ -301,7 +272,7 @@ enum store_answer sqlite_pace(struct store *base, int64_t bytes) {
  * room again. The sweep, and who writes large results, take the log into the database long before
  * it has the 128 MiB at which a caller would have to. The checks cover the tables whose loss would
  * be silent, not the bulk of requests and results. */
-static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
+static bool open_connections(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
     struct db *db = store->writer = db_open(store->path, store->base.options.busy_ms, why);
     if (!db)
         return false;
@@ -326,19 +297,17 @@ static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) 
     bool good = sqlite_prepare_tables(db, why) && db_set_up(db, "COMMIT", why);
     if (!good && db_in_transaction(db))
         (void)db_run(db, "ROLLBACK");
-    return good && db_check(db, "PRAGMA quick_check('jobs')", why) &&
-           db_check(db, "PRAGMA quick_check('results')", why) &&
-           db_check(db, "PRAGMA quick_check('surfaces')", why) &&
-           db_check(db, "PRAGMA quick_check('materials')", why);
-}
-
-static bool open_others(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
+    if (!good || !db_check(db, "PRAGMA quick_check('jobs')", why) ||
+        !db_check(db, "PRAGMA quick_check('results')", why) ||
+        !db_check(db, "PRAGMA quick_check('surfaces')", why) ||
+        !db_check(db, "PRAGMA quick_check('materials')", why))
+        return false;
     store->keeper = db_open(store->path, store->base.options.busy_ms, why);
     /* A connection that has read nothing does not know that there is a log. */
     if (!store->keeper || !db_set_up(store->keeper, "SELECT version FROM schema_version", why))
         return false;
     for (int k = 0; k < READERS; k++) {
-        struct db *db = db_open(store->path, store->base.options.busy_ms, why);
+        db = db_open(store->path, store->base.options.busy_ms, why);
         if (!db)
             return false;
         store->readers[store->idle++] = db;
@@ -437,37 +406,25 @@ static const struct store_ops sqlite_ops = {
     .item_delete = sqlite_item_delete,
 };
 
-static struct sqlite_store *sqlite_new(const char *path, const struct store_options *options,
-                                       struct job_events *events) {
+struct store *store_sqlite_open(const char *path, const struct store_options *options,
+                                struct job_events *events, char why[STORE_WHY_SIZE]) {
     struct sqlite_store *store = calloc(1, sizeof *store);
-    if (!store)
+    if (!store || !(store->path = strdup(path))) {
+        snprintf(why, STORE_WHY_SIZE, "no memory for the database");
+        free(store);
         return NULL;
+    }
     store->base.ops = &sqlite_ops;
     store->base.events = events;
     store->base.options = *options;
     store->base.reader = (struct reader){sqlite_read, store, &dialect};
     store->end = &store->first;
-    store->path = strdup(path);
     pthread_mutex_init(&store->queue_lock, NULL);
     pthread_mutex_init(&store->readers_lock, NULL);
     pthread_mutex_init(&store->keeper_lock, NULL);
     pthread_cond_init(&store->reader_back, NULL);
-    if (!store->path) {
-        sqlite_close(&store->base);
-        return NULL;
-    }
-    return store;
-}
-
-struct store *store_sqlite_open(const char *path, const struct store_options *options,
-                                struct job_events *events, char why[STORE_WHY_SIZE]) {
-    struct sqlite_store *store = sqlite_new(path, options, events);
-    if (!store) {
-        snprintf(why, STORE_WHY_SIZE, "no memory for the database");
-        return NULL;
-    }
     store->process = process_lock_take(path, options->shared, why);
-    if (store->process && set_up_writer(store, why) && open_others(store, why)) {
+    if (store->process && open_connections(store, why)) {
         store->identity = file_identity_new(path);
         if (store->identity)
             return &store->base;
