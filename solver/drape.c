@@ -23,11 +23,6 @@ static bool valid_extent(const struct drape_settings *s, int k) {
     return !s->has_extent[k] || (s->extent[k][0] <= 0 && s->extent[k][1] >= 0);
 }
 
-static bool suits_mesh(const struct drape_settings *s) {
-    const struct drape_method_traits *method = &drape_method_traits[s->method];
-    return method->on_meshes && (method->flat || s->yarn_path == DRAPE_PATH_CHORD);
-}
-
 static bool are_valid(const struct drape_settings *s) {
     return in_range(s->spacing[0], DBL_MIN, DBL_MAX) && in_range(s->spacing[1], DBL_MIN, DBL_MAX) &&
            in_range(s->direction_deg, -1e6, 1e6) && in_range(s->pre_shear_deg, -80, 80) &&
@@ -135,27 +130,6 @@ static enum status tessellate(struct march *march) {
 
 /* ---- starts ---- */
 
-/* The place of a shell at which the settings start: a face and its parameters. */
-static enum status find_face(const struct shell *shell, const struct drape_settings *settings,
-                             struct shell_point *place) {
-    double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
-    reach += fabs(surface_offset_height(shell_surface(shell, 0)));
-    struct vec3 target = settings->start_point;
-    int32_t component = SHELL_ANY;
-    if (settings->start_kind == DRAPE_START_UV) {
-        place->face = settings->start_face;
-        bool there = place->face >= 0 && (size_t)place->face < shell_face_count(shell);
-        return there ? STATUS_OK : STATUS_START_OFF_SURFACE;
-    }
-    if (settings->start_kind == DRAPE_START_CENTROID) {
-        component = shell_largest_component(shell);
-        (void)shell_area(shell, component, &target);
-        reach = HUGE_VAL;
-    }
-    shell_nearest(shell, target, component, place, &distance);
-    return distance <= reach ? STATUS_OK : STATUS_START_OFF_SURFACE;
-}
-
 /* The place of the largest component that is nearest to its centroid, but inside a face. */
 static bool find_inside(const struct drape_part *part, struct shell_point *place) {
     const struct shell *shell = part->shell;
@@ -185,9 +159,11 @@ static bool find_inside(const struct drape_part *part, struct shell_point *place
 
 static enum status begin_on_mesh(struct march *march, int *faulty) {
     const struct drape_prepared *ready = march->settings->prepared;
-    enum status status = suits_mesh(march->settings) ? STATUS_OK : STATUS_INVALID;
+    const struct drape_method_traits *method = march->method;
+    bool suits = method->flat || march->settings->yarn_path == DRAPE_PATH_CHORD;
+    enum status status = method->on_meshes && suits ? STATUS_OK : STATUS_INVALID;
     march->smooth = ready ? ready->smooth : NULL;
-    if (status == STATUS_OK && !march->smooth && !march->method->flat)
+    if (status == STATUS_OK && !march->smooth && !method->flat)
         status = make_smooth(march->mesh, march->arena, &march->smooth);
     return status == STATUS_OK ? start_find_on_mesh(march, faulty) : status;
 }
@@ -196,26 +172,42 @@ static enum status begin_on_mesh(struct march *march, int *faulty) {
  * the part, by its inner parameters. */
 static enum status begin(const struct drape_part *part, const struct shell_point *at,
                          struct march *march, int *faulty) {
-    const struct drape_settings *settings = march->settings;
+    const struct drape_settings *s = march->settings;
+    const struct shell *shell = part->shell;
     const struct trim *trim = part->trim;
-    struct shell_point place;
-    enum status status = STATUS_OK;
+    bool by_uv = s->start_kind == DRAPE_START_UV;
+    struct shell_point place = {.face = s->start_face};
+    struct shell *oriented;
     if (part->mesh)
         return begin_on_mesh(march, faulty);
-    if (part->shell) {
-        struct shell *oriented;
-        status = at ? STATUS_OK : find_face(part->shell, settings, &place);
+    if (shell && !at && by_uv) {
+        if (place.face < 0 || (size_t)place.face >= shell_face_count(shell))
+            return STATUS_START_OFF_SURFACE;
+    } else if (shell && !at) { /* the face that is nearest to the target */
+        double distance, reach = fmax(s->spacing[0], s->spacing[1]);
+        reach += fabs(surface_offset_height(shell_surface(shell, 0)));
+        struct vec3 target = s->start_point;
+        int32_t component = SHELL_ANY;
+        if (s->start_kind == DRAPE_START_CENTROID) {
+            component = shell_largest_component(shell);
+            (void)shell_area(shell, component, &target);
+            reach = HUGE_VAL;
+        }
+        shell_nearest(shell, target, component, &place, &distance);
+        if (!(distance <= reach))
+            return STATUS_START_OFF_SURFACE;
+    }
+    enum status status = STATUS_OK;
+    if (shell) {
         at = at ? at : &place;
-        if (status == STATUS_OK)
-            status = shell_orient(part->shell, at->face, march->arena, &oriented);
+        status = shell_orient(shell, at->face, march->arena, &oriented);
         if (status != STATUS_OK)
             return status;
         march->surface = shell_surface(oriented, at->face);
-        trim = shell_trim(part->shell, at->face);
-        at = settings->start_kind == DRAPE_START_UV ? NULL : at;
+        trim = shell_trim(shell, at->face);
+        at = by_uv ? NULL : at;
     }
-    status =
-        start_find(march->surface, trim, settings, at ? at->inner : NULL, &march->start, faulty);
+    status = start_find(march->surface, trim, s, at ? at->inner : NULL, &march->start, faulty);
     if (status == STATUS_OK)
         status = march_open(march);
     return status == STATUS_OK && march->method->flat ? tessellate(march) : status;

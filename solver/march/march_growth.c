@@ -79,22 +79,6 @@ static bool comes_before(const struct free_end *a, const struct free_end *b) {
     return a->di != b->di ? a->di < b->di : a->dj < b->dj;
 }
 
-/* By the distance of the free yarn from its generator first, then of its end from the start. A yarn
- * begins only where no other can go on. */
-static enum status push_end(struct growth *g, struct free_end end) {
-    if (g->heap_length == g->heap_room &&
-        !(g->heap = arena_enlarge(g->march->arena, g->heap, g->heap_length, sizeof *g->heap,
-                                  &g->heap_room)))
-        return STATUS_OUT_OF_MEMORY;
-    int64_t i = labs(end.i), j = labs(end.j), yarn = end.dj ? i : j;
-    end.rank = end.begins * ((int64_t)1 << 62) + yarn * ((int64_t)1 << 32) + i + j;
-    size_t at = g->heap_length++;
-    for (; at > 0 && comes_before(&end, &g->heap[(at - 1) / 2]); at = (at - 1) / 2)
-        g->heap[at] = g->heap[(at - 1) / 2];
-    g->heap[at] = end;
-    return STATUS_OK;
-}
-
 static struct free_end pop_end(struct growth *g) {
     struct free_end least = g->heap[0], last = g->heap[--g->heap_length];
     size_t at = 0;
@@ -152,16 +136,27 @@ static enum status wait_for_yarns(struct growth *g, int32_t i, int32_t j) {
     return STATUS_OK;
 }
 
-/* Puts the yarns that wait into the heap. Most have been overtaken by cells. */
+/* Puts the yarns that wait into the heap, by the distance of the free yarn from its generator
+ * first, then of its end from the start. A yarn begins only where no other can go on. Most have
+ * been overtaken by cells. */
 static enum status push_waiting(struct growth *g) {
-    enum status status = STATUS_OK;
-    for (size_t k = 0; k < g->waiting_length && status == STATUS_OK; k++) {
-        const struct free_end *e = &g->waiting[k];
-        if (net_state_at(g->march->net, e->i + e->di, e->j + e->dj) == NET_UNKNOWN)
-            status = push_end(g, *e);
+    for (size_t k = 0; k < g->waiting_length; k++) {
+        struct free_end end = g->waiting[k];
+        if (net_state_at(g->march->net, end.i + end.di, end.j + end.dj) != NET_UNKNOWN)
+            continue;
+        if (g->heap_length == g->heap_room &&
+            !(g->heap = arena_enlarge(g->march->arena, g->heap, g->heap_length, sizeof *g->heap,
+                                      &g->heap_room)))
+            return STATUS_OUT_OF_MEMORY;
+        int64_t i = labs(end.i), j = labs(end.j), yarn = end.dj ? i : j;
+        end.rank = end.begins * ((int64_t)1 << 62) + yarn * ((int64_t)1 << 32) + i + j;
+        size_t at = g->heap_length++;
+        for (; at > 0 && comes_before(&end, &g->heap[(at - 1) / 2]); at = (at - 1) / 2)
+            g->heap[at] = g->heap[(at - 1) / 2];
+        g->heap[at] = end;
     }
     g->waiting_length = 0;
-    return status;
+    return STATUS_OK;
 }
 
 /* Tries the cells of which an unknown place is the fourth corner: one with the three others, of
@@ -350,36 +345,30 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
     return status == STATUS_OK ? push_around(g, i, j) : status;
 }
 
-/* Queues the unknown places next to a tile's nodes inside. */
-static enum status push_tile(struct growth *g, const struct net_tile *tile) {
-    struct net_window window = net_window(g->march->net, tile->ti, tile->tj);
-    enum status status = STATUS_OK;
-    for (int y = 0; y < NET_TILE; y++) {
-        uint32_t row = net_window_bits(&window, NET_BIT_KNOWN, y);
-        uint32_t up = net_window_bits(&window, NET_BIT_KNOWN, y + 1);
-        uint32_t down = net_window_bits(&window, NET_BIT_KNOWN, y - 1);
-        uint32_t rim =
-            (uint32_t)tile->bits[NET_BIT_INSIDE][y] << 1 & ~(up & down & row << 1 & row >> 1);
-        for (; rim; rim &= rim - 1) {
-            int bit = __builtin_ctz(rim);
-            for (int k = 0; k < 4 && status == STATUS_OK; k++) {
-                int nx = bit - 1 + sides[k][0], ny = y + sides[k][1];
-                uint32_t beside = ny < y ? down : ny > y ? up : row;
-                if (!(beside >> (nx + 1) & 1))
-                    status = push_place(g, tile->ti * NET_TILE + nx, tile->tj * NET_TILE + ny);
+/* Queues the unknown places next to nodes inside, tile by tile. */
+static enum status push_rim(struct growth *g) {
+    struct net *net = g->march->net;
+    struct net_tile **tiles = net_sorted_tiles(net);
+    enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    for (size_t t = 0, count = net_tile_count(net); t < count && status == STATUS_OK; t++) {
+        const struct net_tile *tile = tiles[t];
+        struct net_window window = net_window(net, tile->ti, tile->tj);
+        for (int y = 0; y < NET_TILE; y++) {
+            uint32_t row = net_window_bits(&window, NET_BIT_KNOWN, y);
+            uint32_t up = net_window_bits(&window, NET_BIT_KNOWN, y + 1);
+            uint32_t down = net_window_bits(&window, NET_BIT_KNOWN, y - 1);
+            uint32_t inside = (uint32_t)tile->bits[NET_BIT_INSIDE][y] << 1;
+            uint32_t rim = inside & ~(up & down & row << 1 & row >> 1);
+            for (int k = 0; rim && status == STATUS_OK; k = (k + 1) % 4) {
+                int x = __builtin_ctz(rim) - 1 + sides[k][0];
+                uint32_t beside = sides[k][1] < 0 ? down : sides[k][1] > 0 ? up : row;
+                if (!(beside >> (x + 1) & 1))
+                    status = push_place(g, tile->ti * NET_TILE + x,
+                                        tile->tj * NET_TILE + y + sides[k][1]);
+                rim &= k == 3 ? rim - 1 : rim;
             }
         }
     }
-    return status;
-}
-
-static enum status push_rim(struct growth *g) {
-    struct net_tile **tiles = net_sorted_tiles(g->march->net);
-    if (!tiles)
-        return STATUS_OUT_OF_MEMORY;
-    enum status status = STATUS_OK;
-    for (size_t t = 0, count = net_tile_count(g->march->net); t < count && status == STATUS_OK; t++)
-        status = push_tile(g, tiles[t]);
     return status;
 }
 
@@ -402,16 +391,6 @@ static bool next_place(struct growth *g, struct place *place) {
             return true;
     }
     return false;
-}
-
-/* On a surface without an edge nothing ends at a boundary: what could not be reached lies against
- * the net itself. */
-static enum status fail_unreached(struct growth *g) {
-    struct place place;
-    enum status status = push_rim(g);
-    while (status == STATUS_OK && next_place(g, &place))
-        status = march_fail(g->march, place.i, place.j, DRAPE_REASON_FOLD);
-    return status;
 }
 
 /* A surface that closes both ways was cut open opposite the start, so that the quadrants share it
@@ -487,7 +466,12 @@ enum status march_growth(struct march *march) {
         if (status == STATUS_OK)
             status = reach_end(&g, &end);
     }
-    if (status == STATUS_OK && is_edgeless(march))
-        status = fail_unreached(&g);
+    /* On a surface without an edge nothing ends at a boundary: what could not be reached lies
+     * against the net itself. */
+    bool edgeless = status == STATUS_OK && is_edgeless(march);
+    if (edgeless)
+        status = push_rim(&g);
+    while (edgeless && status == STATUS_OK && next_place(&g, &place))
+        status = march_fail(march, place.i, place.j, DRAPE_REASON_FOLD);
     return status == STATUS_OK ? put_back(&g) : status;
 }

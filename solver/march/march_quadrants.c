@@ -196,36 +196,6 @@ static enum status grow_row(struct quadrant *q, struct quadrant_row *below,
     return STATUS_OK;
 }
 
-/* Rows until the weft generator ends, or the net has left the surface for good. */
-static enum status grow_rows(struct quadrant *q) {
-    bool been_near = false;
-    for (int32_t j = 1, empty = 0; empty < q->march->fringe;) {
-        int count = 1;
-        enum status status = q->wave ? wave_run(q, j, &count) : STATUS_OK;
-        for (int k = 1; k <= count && status == STATUS_OK; k++, j++) {
-            struct quadrant_row *row = &q->row[k];
-            status = grow_row(q, &q->row[k - 1], row, j);
-            if (status != STATUS_OK || !row->planted)
-                return status;
-            been_near = been_near || row->last >= 0;
-            empty = been_near && row->last < 0 ? empty + 1 : 0;
-        }
-        if (status != STATUS_OK)
-            return status;
-        if (!march_progress(q->march))
-            return STATUS_CANCELLED;
-        const struct quadrant_row top = q->row[count];
-        q->row[count] = q->row[0];
-        q->row[0] = top;
-        if (q->march->by_rows && j == quadrant_block_end(q, q->checked)) {
-            status = quadrant_check_overlaps(q, j);
-            if (status != STATUS_OK)
-                return status;
-        }
-    }
-    return STATUS_OK;
-}
-
 /* Copies an arm up to and with the first place that is no node; `length` gets the number of nodes.
  */
 static struct net_node *copy_arm(struct march *march, struct arena *arena, int di, int dj,
@@ -290,40 +260,54 @@ static enum status make_quadrant_rows(struct march *march, struct arena *arena,
     return STATUS_OK;
 }
 
+/* The rows of a quadrant until the weft generator ends, or the net has left the surface for good.
+ */
 static void grow_quadrant(void *data, int number) {
     struct quadrant *q = &((struct quadrant *)data)[number];
-    struct quadrant_row *below = &q->row[0];
-    below->count = 0;
-    while (below->count < q->length && point_of(q, below->count, 0, &below->at[below->count]))
-        below->count++;
-    for (int32_t i = 0; i < below->count; i++)
-        q->reach[0] = has_left(q, i, 0, &below->at[i]) ? q->reach[0] : i;
+    struct quadrant_row *arm = &q->row[0];
+    enum status status = STATUS_OK;
+    bool been_near = false, planted = true;
+    arm->count = 0;
+    while (arm->count < q->length && point_of(q, arm->count, 0, &arm->at[arm->count]))
+        arm->count++;
+    for (int32_t i = 0; i < arm->count; i++)
+        q->reach[0] = has_left(q, i, 0, &arm->at[i]) ? q->reach[0] : i;
     q->checked = 1;
     q->march->by_rows = q->march->overlap && q->in_blocks;
-    q->status = grow_rows(q);
-    if (q->march->by_rows && q->status == STATUS_OK)
-        q->status = quadrant_check_overlaps(q, quadrant_block_end(q, q->checked));
+    for (int32_t j = 1, empty = 0; empty < q->march->fringe;) {
+        int count = 1;
+        if (q->wave)
+            status = wave_run(q, j, &count);
+        for (int k = 1; k <= count && planted && status == STATUS_OK; k++, j++) {
+            struct quadrant_row *row = &q->row[k];
+            status = grow_row(q, &q->row[k - 1], row, j);
+            planted = row->planted;
+            been_near = been_near || row->last >= 0;
+            empty = been_near && row->last < 0 ? empty + 1 : 0;
+        }
+        if (status == STATUS_OK && planted && !march_progress(q->march))
+            status = STATUS_CANCELLED;
+        if (status != STATUS_OK || !planted)
+            break;
+        const struct quadrant_row top = q->row[count];
+        q->row[count] = q->row[0];
+        q->row[0] = top;
+        if (q->march->by_rows && j == quadrant_block_end(q, q->checked))
+            status = quadrant_check_overlaps(q, j);
+        if (status != STATUS_OK)
+            break;
+    }
+    if (q->march->by_rows && status == STATUS_OK)
+        status = quadrant_check_overlaps(q, quadrant_block_end(q, q->checked));
     q->march->by_rows = false;
-}
-
-static enum status add_counts(struct march *march, const struct quadrant *q) {
-    const struct march_counts *own = &q->local.counts;
-    struct march_counts *all = &march->counts;
-    all->inside += own->inside;
-    all->reported += own->reported;
-    all->ghosts += own->ghosts;
-    all->broken = all->broken || own->broken;
-    all->solved += own->solved;
-    all->iterations += own->iterations;
-    all->residual_max = fmax(all->residual_max, own->residual_max);
-    bool too_many = all->inside > march->max_nodes;
-    return q->status == STATUS_OK && too_many ? STATUS_TOO_MANY_NODES : q->status;
+    q->status = status;
 }
 
 /* Where the net may meet itself one quadrant has to know of the others: then one after the other.
  * Their own memory is needed no longer than this. */
 enum status march_quadrants(struct march *march) {
     const struct drape_team *team = march->settings->team;
+    struct march_counts *all = &march->counts;
     bool together = team && !march->overlap;
     struct arena *arena = arena_child(march->arena);
     if (!arena)
@@ -345,7 +329,17 @@ enum status march_quadrants(struct march *march) {
     for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++) {
         if (!together)
             grow_quadrant(quadrants, k);
-        status = add_counts(march, &quadrants[k]);
+        const struct march_counts *own = &quadrants[k].local.counts;
+        all->inside += own->inside;
+        all->reported += own->reported;
+        all->ghosts += own->ghosts;
+        all->broken = all->broken || own->broken;
+        all->solved += own->solved;
+        all->iterations += own->iterations;
+        all->residual_max = fmax(all->residual_max, own->residual_max);
+        status = quadrants[k].status;
+        if (status == STATUS_OK && all->inside > march->max_nodes)
+            status = STATUS_TOO_MANY_NODES;
     }
     arena_rewind(arena, mark);
     return status;

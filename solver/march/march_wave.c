@@ -93,39 +93,6 @@ static const struct surface *cell_face(struct wave *wave, int k) {
     return surface == b->surface[k] && surface == b->surface[k + 1] ? surface : NULL;
 }
 
-/* Before `prepare` takes in lane k's edge AB: as `quadrant_take_edge`, and gives up the guess by
- * the net before where that was on another face. */
-static void begin_on_faces(struct wave *wave, int k) {
-    const struct surface *surface = cell_face(wave, k);
-    if (wave_at(wave, 2)->surface[k + 1] != wave_at(wave, 1)->surface[k + 1])
-        set_differences(wave, k, &none);
-    const struct wave_before *a = wave_before_at(wave, 2), *b = wave_before_at(wave, 1);
-    struct wave_before *d = wave_before_at(wave, 0);
-    bool same = surface && d->face[k + 1] == surface->face && a->face[k] == surface->face &&
-                b->face[k] == surface->face && b->face[k + 1] == surface->face;
-    if (wave->corrected && !same)
-        d->even[k + 1] = 0;
-}
-
-/* Has the wave solve those of the lanes `left` that are on the face of the first of them that is on
- * one: which they are. */
-static unsigned choose_face(struct quadrant *q, unsigned left) {
-    struct wave *wave = q->wave;
-    const struct surface *surface = NULL;
-    unsigned together = 0;
-    for (unsigned bits = left; bits; bits &= bits - 1) {
-        int k = __builtin_ctz(bits);
-        const struct surface *own = cell_face(wave, k);
-        surface = surface ? surface : own;
-        together |= own && own == surface ? 1u << k : 0;
-    }
-    if (surface && surface != wave->surface) {
-        wave->surface = surface;
-        find_safe_bounds(q->march, wave);
-    }
-    return together;
-}
-
 /* Lanes whose D is found and in the region of its face, as it was on the way there: elsewhere it
  * belongs to another one, or there is none. */
 static void drop_outside_faces(struct wave *wave) {
@@ -400,8 +367,18 @@ static void prepare_cells(struct quadrant *q, int32_t j, unsigned lanes) {
     for (unsigned bits = lanes; bits && (wave->corrected || shell); bits &= bits - 1) {
         int k = __builtin_ctz(bits);
         recall(q, 0, k + 1, q->row[k + 1].count, j + k);
-        if (shell)
-            begin_on_faces(wave, k);
+        if (!shell)
+            continue;
+        /* As `quadrant_take_edge`; and a guess by the net before on another face is given up. */
+        if (wave_at(wave, 2)->surface[k + 1] != wave_at(wave, 1)->surface[k + 1])
+            set_differences(wave, k, &none);
+        const struct surface *surface = cell_face(wave, k);
+        const struct wave_before *a = wave_before_at(wave, 2), *b = wave_before_at(wave, 1);
+        struct wave_before *d = wave_before_at(wave, 0);
+        bool same = surface && d->face[k + 1] == surface->face && a->face[k] == surface->face &&
+                    b->face[k] == surface->face && b->face[k + 1] == surface->face;
+        if (wave->corrected && !same)
+            d->even[k + 1] = 0;
     }
     q->kernel->prepare(wave);
     for (unsigned bits = lanes; bits && (wave->corrected || shell); bits &= bits - 1) {
@@ -413,44 +390,50 @@ static void prepare_cells(struct quadrant *q, int32_t j, unsigned lanes) {
     }
 }
 
-/* Puts D of these lanes, whose cells lie on the wave's face; `all`: there are no others. */
-static enum status grow_face(struct quadrant *q, int32_t j, unsigned lanes, bool all,
-                             struct front *front) {
+/* Puts D of these lanes, of one face after the other: those whose cells lie on the face of the
+ * first that lies on one are solved together, and those that lie on none alone. */
+static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *front) {
     struct wave *wave = q->wave;
     struct wave_places *at = wave_at(wave, 0);
-    enum status status = STATUS_OK;
-    for (int k = 0; k < WAVE_LANES; k++)
-        wave->active[k] = lanes >> k & 1 ? -1 : 0;
-    wave->lane = __builtin_ctz(lanes);
-    wave->into = all ? at : &wave->spare;
-    q->kernel->solve(wave);
-    wave->found &= lanes;
-    if (wave->surface->shell)
-        drop_outside_faces(wave);
-    unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : lanes);
-    usual = q->march->cut.slit ? 0 : usual;
-    front->steady = front->steady && usual == lanes;
-    for (unsigned bits = lanes; bits && status == STATUS_OK; bits &= bits - 1) {
-        int k = __builtin_ctz(bits);
-        at->surface[k + 1] = wave->surface;
-        for (int n = 0; !all && n < WAVE_NUMBERS; n++)
-            at->of[n][k + 1] = wave->spare.of[n][k + 1];
-        status = usual >> k & 1 ? grow_inside(q, j, k) : grow_lane(q, j, k);
-    }
-    return status;
-}
-
-static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *front) {
-    enum status status = STATUS_OK;
+    const bool shell = q->march->surface->shell;
     const unsigned lanes = (1u << front->high) - (1u << front->low);
+    enum status status = STATUS_OK;
     unsigned left = lanes;
     prepare_cells(q, j, lanes);
     front->steady = true;
     while (left && status == STATUS_OK) {
-        unsigned together = q->march->surface->shell ? choose_face(q, left) : left;
+        const struct surface *surface = NULL;
+        unsigned together = shell ? 0 : left;
+        for (unsigned bits = shell ? left : 0; bits; bits &= bits - 1) {
+            int k = __builtin_ctz(bits);
+            const struct surface *own = cell_face(wave, k);
+            surface = surface ? surface : own;
+            together |= own && own == surface ? 1u << k : 0;
+        }
         if (!together)
             break;
-        status = grow_face(q, j, together, together == lanes, front);
+        if (surface && surface != wave->surface) {
+            wave->surface = surface;
+            find_safe_bounds(q->march, wave);
+        }
+        for (int k = 0; k < WAVE_LANES; k++)
+            wave->active[k] = together >> k & 1 ? -1 : 0;
+        wave->lane = __builtin_ctz(together);
+        wave->into = together == lanes ? at : &wave->spare;
+        q->kernel->solve(wave);
+        wave->found &= together;
+        if (wave->surface->shell)
+            drop_outside_faces(wave);
+        unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : together);
+        usual = q->march->cut.slit ? 0 : usual;
+        front->steady = front->steady && usual == together;
+        for (unsigned bits = together; bits && status == STATUS_OK; bits &= bits - 1) {
+            int k = __builtin_ctz(bits);
+            at->surface[k + 1] = wave->surface;
+            for (int n = 0; together != lanes && n < WAVE_NUMBERS; n++)
+                at->of[n][k + 1] = wave->spare.of[n][k + 1];
+            status = usual >> k & 1 ? grow_inside(q, j, k) : grow_lane(q, j, k);
+        }
         left &= ~together;
     }
     front->steady = front->steady && !left;
@@ -458,43 +441,42 @@ static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *f
         status = grow_alone(q, j, __builtin_ctz(left));
     /* What the next wave, or the row above that is not part of this one, rests on. */
     int top = front->high;
-    wave_get(wave_at(q->wave, 0), top, &q->row[top].at[front->column - top + 1]);
+    wave_get(wave_at(wave, 0), top, &q->row[top].at[front->column - top + 1]);
     return status;
 }
 
-/* Leaves out the rows at the bottom that are complete, for as many as are. Of the row that the next
- * one then lies on, places are brought into being as they are needed. */
-static enum status complete_rows(struct quadrant *q, int32_t j, struct front *front) {
+/* Leaves lanes to be marched row by row: those at the bottom that are complete, and where not all
+ * are steady, from the first that may not go on. Of the row that the bottom one then lies on,
+ * places are brought into being as they are needed. */
+static enum status end_rows(struct quadrant *q, int32_t j, struct front *front) {
+    enum status status = STATUS_OK;
     for (; front->low < front->high; front->low++) {
-        struct quadrant_row *row = &q->row[front->low + 1], *below = &q->row[front->low];
-        bool goes_on = goes(q, front->low), found = false;
+        int low = front->low;
+        struct quadrant_row *row = &q->row[low + 1], *below = &q->row[low];
+        bool found = false;
         int32_t i = row->count;
-        if (goes_on) {
-            enum status status = quadrant_reach_below(q, below, i, j + front->low, &found);
+        if (goes(q, low)) {
+            status = quadrant_reach_below(q, below, i, j + low, &found);
             if (status != STATUS_OK)
-                return status;
+                break;
             row->ended = !found;
         }
         if (found) {
-            put_in_slot(q, 1, front->low, &below->at[i], i, j + front->low - 1);
-            return STATUS_OK;
+            put_in_slot(q, 1, low, &below->at[i], i, j + low - 1);
+            break;
         }
-        leave_rows(q, front->low, front->low, front->low + 1, front->column - 1);
+        leave_rows(q, low, low, low + 1, front->column - 1);
     }
-    return STATUS_OK;
-}
-
-/* Leaves lanes that may not go on, and those above, to be marched row by row. */
-static void stop_rows(struct quadrant *q, struct front *front) {
-    int going = front->low;
+    int going = front->steady ? front->high : front->low;
     while (going < front->high && runs(q, going))
         going++;
     if (going == front->high)
-        return;
+        return status;
     int below = going > front->low ? going - 1 : going;
     leave_rows(q, below, going, front->high, front->column - 1);
     front->high = going;
     front->open = false;
+    return status;
 }
 
 /* Where more than a third of the cells have to be solved again, alone, rows go one by one for a
@@ -516,9 +498,7 @@ enum status wave_run(struct quadrant *q, int32_t j, int *count) {
     wave->orientation = q->si * q->sj;
     wave->step = WAVE_STEPS;
     for (; status == STATUS_OK; front.column++, wave->step++) {
-        status = complete_rows(q, j, &front);
-        if (!front.steady)
-            stop_rows(q, &front);
+        status = end_rows(q, j, &front);
         front.open = front.open && front.high < most;
         if (front.open && status == STATUS_OK)
             status = start_row(q, j, &front, count);
