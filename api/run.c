@@ -69,28 +69,6 @@ static enum api_problem_id set_solve_problem(struct api_problem *problem, enum s
     return api_problem_set(problem, API_INTERNAL, "the solver did not accept the decoded request");
 }
 
-/* Faces by their numbers in the request's surface, where the shell has a part of them. */
-static void number_faces(const struct prepared_shell *shell, struct drape_result *result) {
-    if (!shell->shell)
-        return;
-    result->start_face = shell->numbers[result->start_face];
-    for (size_t k = 0; result->nodes.face && k < result->nodes.count; k++)
-        result->nodes.face[k] = shell->numbers[result->nodes.face[k]];
-    for (size_t k = 0; result->rim.face && k < result->rim.count; k++)
-        result->rim.face[k] = shell->numbers[result->rim.face[k]];
-}
-
-/* The fibres keep their volume; the ply has that of its unsheared area, or fills the cavity. */
-static void add_volumes(const struct api_request *request, struct api_summary *summary) {
-    const struct api_fabric *fabric = &request->fabric;
-    double ply = summary->flat_area * fabric->plies * fabric->thickness;
-    double fraction = fabric->fiber_volume_fraction;
-    bool given = ply > 0 && fraction > 0, rigid = request->cavity.rigid;
-    double whole = rigid ? summary->cloth_area * request->cavity.height : ply;
-    summary->fiber_volume = given ? fraction * ply : -1;
-    summary->pore_volume = given ? fmax(whole - fraction * ply, 0) : -1;
-}
-
 static void summarise(const struct api_request *request, const struct drape_result *result,
                       double solve_ms, struct api_summary *summary) {
     const struct drape_summary *s = &result->summary;
@@ -117,7 +95,14 @@ static void summarise(const struct api_request *request, const struct drape_resu
         .solver_version = DRAPE_SOLVER_VERSION,
     };
     memcpy(summary->front_reasons, s->front_reasons, sizeof summary->front_reasons);
-    add_volumes(request, summary);
+    /* The fibres keep their volume; the ply has that of its unsheared area, or fills the cavity. */
+    const struct api_fabric *fabric = &request->fabric;
+    double ply = summary->flat_area * fabric->plies * fabric->thickness;
+    double fraction = fabric->fiber_volume_fraction;
+    bool given = ply > 0 && fraction > 0, rigid = request->cavity.rigid;
+    double whole = rigid ? summary->cloth_area * request->cavity.height : ply;
+    summary->fiber_volume = given ? fraction * ply : -1;
+    summary->pore_volume = given ? fmax(whole - fraction * ply, 0) : -1;
 }
 
 static enum api_problem_id write_result(const struct warnings_subject *subject, double solve_ms,
@@ -167,7 +152,15 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
         prepared_shell_name_left_out(&request, &prepared.shell, arena, problem);
     if (set_solve_problem(problem, status, &request.settings, result.faulty_generator) != API_OK)
         return problem->id;
-    number_faces(&prepared.shell, &result);
+    /* Faces by their numbers in the request's surface, where the shell has a part of them. */
+    const int32_t *numbers = prepared.shell.numbers;
+    if (prepared.shell.shell) {
+        result.start_face = numbers[result.start_face];
+        for (size_t k = 0; result.nodes.face && k < result.nodes.count; k++)
+            result.nodes.face[k] = numbers[result.nodes.face[k]];
+        for (size_t k = 0; result.rim.face && k < result.rim.count; k++)
+            result.rim.face[k] = numbers[result.rim.face[k]];
+    }
     size_t components = part->mesh    ? part->mesh->component_count
                         : part->shell ? shell_component_count(part->shell)
                                       : 1;

@@ -99,14 +99,6 @@ static int print_help(void) {
     return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
-/* Each with the line that says what it is. */
-static int print_materials(void) {
-    const struct api_material *material;
-    for (size_t k = 0; (material = api_material_at(k)); k++)
-        printf("%-28s%s\n", material->name, material->about);
-    return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
-}
-
 /* A whole number of at least 1 that fits in `most`. */
 static bool parse_count(const char *text, long most, long *value) {
     char *end;
@@ -212,29 +204,20 @@ static const struct option option_table[] = {
     {0},
 };
 
-/* The format, once it is known whether there is a mesh. */
-static bool choose_format(struct arguments *arguments) {
-    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_PATTERN, FORMAT_REPORT};
-    const char *name = arguments->format_name ? arguments->format_name : "json";
-    if (arguments->map)
-        arguments->format = format_named(FORMAT_MAP, name);
-    for (size_t k = 0; !arguments->map && !arguments->format && k < sizeof uses / sizeof *uses; k++)
-        arguments->format = format_named(uses[k], name);
-    if (arguments->format)
-        return true;
-    fprintf(stderr, "drape: --format does not take \"%s\"%s\n", name,
-            arguments->map ? " with --map" : "");
-    return false;
-}
-
 int arguments_parse(struct arguments *arguments, int argc, char **argv) {
+    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_PATTERN, FORMAT_REPORT};
     int option, index = 0;
     while ((option = getopt_long(argc, argv, "ho:", option_table, &index)) != -1) {
         const char *name = option == 'o' ? "output" : option_table[index].name;
         if (option == 'h')
             return print_help();
-        if (option == 'm')
-            return print_materials();
+        if (option == 'm') {
+            /* Each with the line that says what it is. */
+            const struct api_material *material;
+            for (size_t k = 0; (material = api_material_at(k)); k++)
+                printf("%-28s%s\n", material->name, material->about);
+            return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+        }
         if (option == 'v')
             return puts("drape " DRAPE_SOLVER_VERSION) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
         if (option == '?')
@@ -258,5 +241,14 @@ int arguments_parse(struct arguments *arguments, int argc, char **argv) {
             return EXIT_USAGE;
         }
     }
-    return choose_format(arguments) ? -1 : EXIT_USAGE;
+    const char *name = arguments->format_name ? arguments->format_name : "json";
+    if (arguments->map)
+        arguments->format = format_named(FORMAT_MAP, name);
+    for (size_t k = 0; !arguments->map && !arguments->format && k < sizeof uses / sizeof *uses; k++)
+        arguments->format = format_named(uses[k], name);
+    if (arguments->format)
+        return -1;
+    fprintf(stderr, "drape: --format does not take \"%s\"%s\n", name,
+            arguments->map ? " with --map" : "");
+    return EXIT_USAGE;
 }

@@ -78,16 +78,6 @@ static void compare_tables(const struct api_permeability *table,
     errors->count++;
 }
 
-static void print_errors(const struct errors *errors, bool fractions, FILE *out) {
-    fprintf(out, "%*s", fractions ? 18 : 9, "largest");
-    for (int part = 0; part < PARTS; part++)
-        fprintf(out, "%10.2f", errors->largest[part]);
-    fprintf(out, "\n%*s", fractions ? 18 : 9, "rms");
-    for (int part = 0; part < PARTS; part++)
-        fprintf(out, "%10.2f", sqrt(errors->squares[part] / (double)errors->count));
-    fprintf(out, "\n");
-}
-
 /* Leaves out each inner row, or each inner column. */
 static bool leave_out(const struct api_permeability *table, bool rows, struct arena *arena,
                       FILE *out) {
@@ -106,7 +96,13 @@ static bool leave_out(const struct api_permeability *table, bool rows, struct ar
         for (size_t other = 0; other < (rows ? columns : table->rows); other++)
             compare_tables(table, &rest, rows ? k : other, rows ? other : k, &errors, out);
     }
-    print_errors(&errors, table->fractions > 0, out);
+    fprintf(out, "%*s", table->fractions ? 18 : 9, "largest");
+    for (int part = 0; part < PARTS; part++)
+        fprintf(out, "%10.2f", errors.largest[part]);
+    fprintf(out, "\n%*s", table->fractions ? 18 : 9, "rms");
+    for (int part = 0; part < PARTS; part++)
+        fprintf(out, "%10.2f", sqrt(errors.squares[part] / (double)errors.count));
+    fprintf(out, "\n");
     return true;
 }
 

@@ -203,21 +203,6 @@ static bool add_corners(struct triangles *t, const struct vec3 point[3]) {
     return triangles_add(t, (const int32_t[3]){first, first + 1, first + 2});
 }
 
-static bool read_binary(struct triangles *t, const char *bytes, size_t count) {
-    for (size_t k = 0; k < count; k++) {
-        float numbers[12];
-        struct vec3 point[3];
-        memcpy(numbers, bytes + STL_HEAD + 4 + k * STL_TRIANGLE, sizeof numbers);
-        for (size_t c = 0; c < 3; c++) {
-            const float *at = numbers + 3 + 3 * c;
-            point[c] = vec3_make((double)at[0], (double)at[1], (double)at[2]);
-        }
-        if (!add_corners(t, point))
-            return false;
-    }
-    return true;
-}
-
 /* The next number of a line; false at its end. The bytes end with a zero. */
 static bool take_line_number(const char **at, const char *end, double *number) {
     char word[64], *stop;
@@ -298,8 +283,20 @@ bool triangles_read_stl(struct triangles *t, const char *bytes, size_t length) {
     if (length >= STL_HEAD + 4) {
         uint32_t count;
         memcpy(&count, bytes + STL_HEAD, sizeof count);
-        if (STL_HEAD + 4 + (size_t)count * STL_TRIANGLE == length)
-            return read_binary(t, bytes, count);
+        bool binary = STL_HEAD + 4 + (size_t)count * STL_TRIANGLE == length;
+        for (size_t k = 0; binary && k < count; k++) {
+            float numbers[12];
+            struct vec3 point[3];
+            memcpy(numbers, bytes + STL_HEAD + 4 + k * STL_TRIANGLE, sizeof numbers);
+            for (size_t c = 0; c < 3; c++) {
+                const float *at = numbers + 3 + 3 * c;
+                point[c] = vec3_make((double)at[0], (double)at[1], (double)at[2]);
+            }
+            if (!add_corners(t, point))
+                return false;
+        }
+        if (binary)
+            return true;
     }
     if (length >= 5 && strncasecmp(bytes, "solid", 5) == 0)
         return read_ascii(t, bytes, length);

@@ -32,18 +32,6 @@ static void read_vec3(const struct json_value *json, bool direction, struct vec3
         value_fault(json, "must be longer than %g", decode_lengths.low);
 }
 
-/* A surface that was imported has the unit of its file. */
-static void decode_unit(const struct json_value *json, const struct api_surface *surface,
-                        const struct api_unit **unit) {
-    if (value_given(json))
-        decode_unit_name(json, unit);
-    if (!surface->length_unit)
-        return;
-    if (value_given(json) && *unit != surface->length_unit)
-        value_fault(json, "must be \"%s\", as the surface says", surface->length_unit->name);
-    *unit = surface->length_unit;
-}
-
 /* A NURBS surface, the request's or the face that it starts on, has a domain; whether a point in
  * space is near the surface is found later. */
 static void check_start(const struct json_value *uv, const struct api_request *request,
@@ -118,21 +106,6 @@ void decode_start(const struct json_value *json, struct api_request *request) {
         value_fault(&face, "needs \"uv\"");
 }
 
-static void decode_direction(const struct json_value *json, struct drape_settings *settings) {
-    struct json_value angle = value_member(json, "angle_deg");
-    struct json_value vector = value_member(json, "vector");
-    switch (read_alternative(json, "angle_deg", "vector")) {
-    case 0:
-        settings->direction_kind = DRAPE_DIRECTION_ANGLE;
-        value_number(&angle, angles, &settings->direction_deg);
-        break;
-    case 1:
-        settings->direction_kind = DRAPE_DIRECTION_VECTOR;
-        read_vec3(&vector, true, &settings->direction_vector);
-        break;
-    }
-}
-
 static void decode_generator(const struct json_value *json, struct drape_generator *generator) {
     static const char *const names[] = {"geodesic"};
     struct json_value curve = value_member(json, "uv"), plane = value_member(json, "plane");
@@ -173,20 +146,6 @@ static void decode_extent(const struct json_value *json, struct drape_settings *
         value_integer(&low, -INDEX_MAX, 0, &settings->extent[k][0]);
         value_integer(&high, 0, INDEX_MAX, &settings->extent[k][1]);
     }
-}
-
-static void decode_drape_cavity(const struct json_value *json, struct api_cavity *cavity) {
-    static const char *const keys[] = {"height", NULL};
-    static const char *const names[] = {"flexible"};
-    int index;
-    if (value_type(json) == VALUE_STRING) {
-        value_choice(json, names, 1, &index);
-        return;
-    }
-    struct json_value height = value_member(json, "height");
-    cavity->rigid = true;
-    if (value_object(json, keys))
-        value_number(&height, decode_lengths, &cavity->height);
 }
 
 static void decode_method(const struct json_value *root, struct api_request *request) {
@@ -264,7 +223,14 @@ static void decode_ground(const struct json_value *root, const struct api_input 
     else
         request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
     check_point_count(&surface, &request->surface, limits);
-    decode_unit(&unit, &request->surface, &request->length_unit);
+    if (value_given(&unit))
+        decode_unit_name(&unit, &request->length_unit);
+    /* A surface that was imported has the unit of its file. */
+    const struct api_unit *own = request->surface.length_unit;
+    if (own && value_given(&unit) && request->length_unit != own)
+        value_fault(&unit, "must be \"%s\", as the surface says", own->name);
+    if (own)
+        request->length_unit = own;
     request->unit_of_surface = request->surface.kind == API_SURFACE_NAMED && !value_given(&unit);
 }
 
@@ -275,20 +241,31 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
     struct json_value generators = value_member(root, "generators");
     struct json_value extent = value_member(root, "extent");
     struct json_value permeability = value_member(root, "permeability");
+    struct drape_settings *settings = &request->settings;
     decode_fabric(&fabric, request);
     if (value_given(&start))
         decode_start(&start, request);
-    if (value_given(&direction))
-        decode_direction(&direction, &request->settings);
+    if (value_given(&direction)) {
+        struct json_value angle = value_member(&direction, "angle_deg");
+        struct json_value vector = value_member(&direction, "vector");
+        int which = read_alternative(&direction, "angle_deg", "vector");
+        if (which == 0) {
+            settings->direction_kind = DRAPE_DIRECTION_ANGLE;
+            value_number(&angle, angles, &settings->direction_deg);
+        } else if (which == 1) {
+            settings->direction_kind = DRAPE_DIRECTION_VECTOR;
+            read_vec3(&vector, true, &settings->direction_vector);
+        }
+    }
     if (value_given(&generators) && value_object(&generators, yarn_keys))
         for (int k = 0; k < 2; k++) {
             struct json_value generator = value_member(&generators, yarn_keys[k]);
             if (value_given(&generator))
-                decode_generator(&generator, &request->settings.generator[k]);
+                decode_generator(&generator, &settings->generator[k]);
         }
     decode_method(root, request);
     if (value_given(&extent))
-        decode_extent(&extent, &request->settings);
+        decode_extent(&extent, settings);
     if (value_given(&permeability)) {
         request->permeability = (struct api_permeability){.model = API_PERMEABILITY_NONE};
         decode_permeability(&permeability, &request->permeability);
@@ -325,6 +302,8 @@ void decode_drape(const struct json_value *json, const struct api_input *input,
     static const char *const keys[] = {"surface",   "length_unit",  "offset", "fabric",    "start",
                                        "direction", "generators",   "method", "yarn_path", "extent",
                                        "cavity",    "permeability", NULL};
+    static const char *const cavity_keys[] = {"height", NULL}, *const cavity_names[] = {"flexible"};
+    int index;
     struct json_value cavity = value_member(json, "cavity"), offset = value_member(json, "offset");
     *request = default_request(limits);
     if (!value_object(json, keys))
@@ -334,8 +313,14 @@ void decode_drape(const struct json_value *json, const struct api_input *input,
         request->surface.kind == API_SURFACE_MESH && request->offset != 0)
         value_fault(&offset, "must be left out on a triangle mesh, whose curvature is not known");
     decode_cloth(json, request);
-    if (value_given(&cavity))
-        decode_drape_cavity(&cavity, &request->cavity);
+    if (value_type(&cavity) == VALUE_STRING) {
+        value_choice(&cavity, cavity_names, 1, &index);
+    } else if (value_given(&cavity)) {
+        struct json_value height = value_member(&cavity, "height");
+        request->cavity.rigid = true;
+        if (value_object(&cavity, cavity_keys))
+            value_number(&height, decode_lengths, &request->cavity.height);
+    }
     check_permeability(json, request);
 }
 

@@ -12,20 +12,6 @@ static void normalise_control(struct api_text *text, const double *points, size_
     api_text_raw(text, "}");
 }
 
-static void normalise_curve(struct api_text *text, const struct trim_curve *curve) {
-    api_text_raw(text, "{");
-    api_text_key_string(text, "type", curve->knots ? "spline" : "freeform");
-    if (curve->knots) {
-        api_text_key_integer(text, "degree", curve->degree);
-        api_text_key_numbers(text, "knotvector", curve->knots,
-                             curve->count + (size_t)curve->degree + 1);
-        normalise_control(text, curve->points[0], 2, curve->weights, curve->count);
-    } else {
-        api_text_key_rows(text, "points", curve->points[0], 2, curve->count);
-    }
-    api_text_raw(text, "}");
-}
-
 void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, size_t count) {
     api_text_key(text, "trims");
     api_text_raw(text, "[");
@@ -34,7 +20,18 @@ void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, s
         api_text_raw(text, "{\"type\":\"container\",\"data\":[");
         for (size_t k = 0; k < trims[i].count; k++) {
             api_text_raw(text, k ? "," : "");
-            normalise_curve(text, &trims[i].curves[k]);
+            const struct trim_curve *curve = &trims[i].curves[k];
+            api_text_raw(text, "{");
+            api_text_key_string(text, "type", curve->knots ? "spline" : "freeform");
+            if (curve->knots) {
+                api_text_key_integer(text, "degree", curve->degree);
+                api_text_key_numbers(text, "knotvector", curve->knots,
+                                     curve->count + (size_t)curve->degree + 1);
+                normalise_control(text, curve->points[0], 2, curve->weights, curve->count);
+            } else {
+                api_text_key_rows(text, "points", curve->points[0], 2, curve->count);
+            }
+            api_text_raw(text, "}");
         }
         api_text_raw(text, trims[i].reversed ? "],\"reversed\":true}" : "],\"reversed\":false}");
     }
@@ -64,21 +61,6 @@ static void normalise_nurbs(struct api_text *text, const struct api_surface *sur
     api_text_raw(text, "}");
 }
 
-/* What an importer wrote beside the geometry. */
-static void normalise_origin(struct api_text *text, const struct api_surface *surface) {
-    if (surface->length_unit)
-        api_text_key_string(text, "length_unit", surface->length_unit->name);
-    if (!surface->notes)
-        return;
-    api_text_key(text, "notes");
-    api_text_raw(text, "[");
-    for (size_t k = 0; k < surface->note_count; k++) {
-        api_text_raw(text, k ? "," : "");
-        api_text_string(text, surface->notes[k]);
-    }
-    api_text_raw(text, "]");
-}
-
 static void normalise_definition(struct api_text *text, const struct api_surface *surface) {
     if (surface->kind == API_SURFACE_NURBS) {
         normalise_nurbs(text, surface);
@@ -101,7 +83,18 @@ static void normalise_definition(struct api_text *text, const struct api_surface
     api_text_raw(text, "]");
     if (!on_mesh && surface->tolerance > 0)
         api_text_key_number(text, "tolerance", surface->tolerance);
-    normalise_origin(text, surface);
+    /* What an importer wrote beside the geometry. */
+    if (surface->length_unit)
+        api_text_key_string(text, "length_unit", surface->length_unit->name);
+    if (surface->notes) {
+        api_text_key(text, "notes");
+        api_text_raw(text, "[");
+        for (size_t k = 0; k < surface->note_count; k++) {
+            api_text_raw(text, k ? "," : "");
+            api_text_string(text, surface->notes[k]);
+        }
+        api_text_raw(text, "]");
+    }
     api_text_raw(text, "}");
 }
 
@@ -162,33 +155,6 @@ static void normalise_generator(struct api_text *text, const char *key,
     }
 }
 
-static void normalise_extent(struct api_text *text, const struct drape_settings *settings) {
-    static const char *const keys[2] = {"warp", "weft"};
-    if (!settings->has_extent[0] && !settings->has_extent[1])
-        return;
-    api_text_key_object(text, "extent");
-    for (int k = 0; k < 2; k++) {
-        if (!settings->has_extent[k])
-            continue;
-        api_text_key_integers(text, keys[k], settings->extent[k], 2);
-    }
-    api_text_raw(text, "}");
-}
-
-/* A value for each shear angle, or a row of values. */
-static void normalise_values(struct api_text *text, const struct api_permeability *k,
-                             const double *values) {
-    if (k->fractions == 0) {
-        api_text_numbers(text, values, k->rows);
-        return;
-    }
-    for (size_t row = 0; row < k->rows; row++) {
-        api_text_raw(text, row == 0 ? "[" : ",");
-        api_text_numbers(text, values + row * k->fractions, k->fractions);
-    }
-    api_text_raw(text, "]");
-}
-
 static void normalise_table(struct api_text *text, const struct api_permeability *k) {
     const struct {
         const char *key;
@@ -196,14 +162,22 @@ static void normalise_table(struct api_text *text, const struct api_permeability
     } columns[] = {
         {"k1", k->table_k1}, {"k2", k->table_k2}, {"k3", k->table_k3}, {"angle_deg", k->angle_deg}};
     api_text_key_numbers(text, "shear_deg", k->shear_deg, k->rows);
-    if (k->fractions > 0) {
+    if (k->fractions > 0)
         api_text_key_numbers(text, "fiber_volume_fraction", k->table_fractions, k->fractions);
-    }
     for (size_t i = 0; i < sizeof columns / sizeof *columns; i++) {
         if (!columns[i].values)
             continue;
         api_text_key(text, columns[i].key);
-        normalise_values(text, k, columns[i].values);
+        /* A value for each shear angle, or a row of values. */
+        if (k->fractions == 0) {
+            api_text_numbers(text, columns[i].values, k->rows);
+            continue;
+        }
+        for (size_t row = 0; row < k->rows; row++) {
+            api_text_raw(text, row == 0 ? "[" : ",");
+            api_text_numbers(text, columns[i].values + row * k->fractions, k->fractions);
+        }
+        api_text_raw(text, "]");
     }
 }
 
@@ -273,7 +247,13 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     api_text_raw(text, "}");
     api_text_key_string(text, "method", drape_method_names[settings->method]);
     api_text_key_string(text, "yarn_path", api_yarn_path_names[settings->yarn_path]);
-    normalise_extent(text, settings);
+    if (!settings->has_extent[0] && !settings->has_extent[1])
+        return;
+    api_text_key_object(text, "extent");
+    for (int k = 0; k < 2; k++)
+        if (settings->has_extent[k])
+            api_text_key_integers(text, k ? "weft" : "warp", settings->extent[k], 2);
+    api_text_raw(text, "}");
 }
 
 const char *api_normalise(const struct api_request *request, const struct api_start *chosen,

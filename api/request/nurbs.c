@@ -103,39 +103,23 @@ static bool check_axis(const struct nurbs_places *places, const struct nurbs_axi
     return check_spans(axis, &places->part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V]);
 }
 
-static bool read_axis(const struct nurbs_places *places, int direction, struct nurbs_axis *axis) {
-    const struct json_value *part = places->part;
-    bool ok = value_integer(&part[direction == 0 ? NURBS_DEGREE_U : NURBS_DEGREE_V], 1,
-                            NURBS_DEGREE_MAX, &axis->degree);
-    ok = value_integer(&part[direction == 0 ? NURBS_SIZE_U : NURBS_SIZE_V], 2, NURBS_SIZE_MAX,
-                       &axis->size) &&
-         ok;
-    ok = value_numbers(&part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V], decode_coordinates, 1,
-                       &axis->knots, &axis->knot_count) &&
-         ok;
-    return ok;
-}
-
 /* Reads both directions, and reports the faults of both. */
 static bool read_axes(const struct nurbs_places *places, struct nurbs *nurbs) {
+    static const enum nurbs_member degree[2] = {NURBS_DEGREE_U, NURBS_DEGREE_V};
+    static const enum nurbs_member size[2] = {NURBS_SIZE_U, NURBS_SIZE_V};
+    static const enum nurbs_member knots[2] = {NURBS_KNOTS_U, NURBS_KNOTS_V};
+    const struct json_value *part = places->part;
     struct nurbs_axis *axes[2] = {&nurbs->u, &nurbs->v};
     bool read[2], ok = true;
-    for (int k = 0; k < 2; k++)
-        read[k] = read_axis(places, k, axes[k]);
+    for (int k = 0; k < 2; k++) {
+        read[k] = value_integer(&part[degree[k]], 1, NURBS_DEGREE_MAX, &axes[k]->degree);
+        read[k] = value_integer(&part[size[k]], 2, NURBS_SIZE_MAX, &axes[k]->size) && read[k];
+        read[k] = value_numbers(&part[knots[k]], decode_coordinates, 1, &axes[k]->knots,
+                                &axes[k]->knot_count) &&
+                  read[k];
+    }
     for (int k = 0; k < 2; k++)
         ok = read[k] && check_knot_count(places, nurbs, k) && check_axis(places, axes[k], k) && ok;
-    return ok;
-}
-
-static bool read_control(const struct decode_control *control, struct nurbs *nurbs) {
-    double *rows;
-    bool ok = value_rows(&control->points, decode_coordinates, 3, 4, &rows, &nurbs->point_count);
-    if (ok)
-        nurbs->points = (const void *)rows;
-    if (value_given(&control->weights))
-        ok = value_numbers(&control->weights, decode_lengths, 4, &nurbs->weights,
-                           &nurbs->weight_count) &&
-             ok;
     return ok;
 }
 
@@ -148,15 +132,6 @@ static bool check_column_count(const struct nurbs *nurbs, const struct json_valu
     value_fault(column, "the number of %s is %zu; size_u * size_v is %zu * %zu = %zu", noun, count,
                 (size_t)nurbs->u.size, (size_t)nurbs->v.size, wanted);
     return false;
-}
-
-/* Weights that are all 1 say nothing. */
-static void drop_unit_weights(struct nurbs *nurbs) {
-    for (size_t i = 0; i < nurbs->weight_count; i++)
-        if (nurbs->weights[i] != 1)
-            return;
-    nurbs->weights = NULL;
-    nurbs->weight_count = 0;
 }
 
 bool decode_nurbs(const struct json_value *json, bool of_shell, struct api_surface *surface) {
@@ -174,14 +149,26 @@ bool decode_nurbs(const struct json_value *json, bool of_shell, struct api_surfa
     struct nurbs_fault fault;
     find_parts(json, &places);
     bool ok = read_axes(&places, nurbs);
-    ok = read_control(&places.control, nurbs) && ok;
-    ok = check_column_count(nurbs, &places.control.points, nurbs->point_count, "control points") &&
-         ok;
-    ok = check_column_count(nurbs, &places.control.weights, nurbs->weight_count, "weights") && ok;
+    const struct json_value *points = &places.control.points, *weights = &places.control.weights;
+    double *rows;
+    if (value_rows(points, decode_coordinates, 3, 4, &rows, &nurbs->point_count))
+        nurbs->points = (const void *)rows;
+    else
+        ok = false;
+    if (value_given(weights))
+        ok = value_numbers(weights, decode_lengths, 4, &nurbs->weights, &nurbs->weight_count) && ok;
+    ok = check_column_count(nurbs, points, nurbs->point_count, "control points") && ok;
+    ok = check_column_count(nurbs, weights, nurbs->weight_count, "weights") && ok;
     if (ok && nurbs_validate(nurbs, &fault) != STATUS_OK)
         ok = fault_part(&places, &fault);
-    if (ok)
-        drop_unit_weights(nurbs);
+    /* Weights that are all 1 say nothing. */
+    size_t units = 0;
+    while (ok && units < nurbs->weight_count && nurbs->weights[units] == 1)
+        units++;
+    if (ok && units == nurbs->weight_count) {
+        nurbs->weights = NULL;
+        nurbs->weight_count = 0;
+    }
     struct json_value trims = value_member(json, "trims");
     if (value_given(&trims))
         ok = decode_trims(&trims, surface) && ok;

@@ -325,23 +325,6 @@ void prepared_shell_write_notes(struct api_text *text, const struct api_surface 
     api_text_raw(text, "]");
 }
 
-/* [face, face, fold in degrees] of every joint. */
-static void write_joints(struct api_text *text, const struct shell *shell) {
-    size_t count = shell_edge_count(shell);
-    const char *before = "[";
-    api_text_key(text, "joints");
-    for (size_t k = 0; k < count; k++) {
-        int32_t face[2];
-        double fold;
-        if (!shell_joint(shell, k, face, &fold))
-            continue;
-        api_text_raw(text, before);
-        api_text_numbers(text, (const double[]){face[0], face[1], fold}, 3);
-        before = ",";
-    }
-    api_text_raw(text, *before == '[' ? "[]" : "]");
-}
-
 /* Faces that cannot be one surface may be stored by an importer, for some of them can be chosen:
  * then the fault is a note, and they are joined where they can be. */
 static enum api_problem_id describe_edges(const struct api_surface *surface, struct api_text *text,
@@ -374,7 +357,20 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
     api_text_raw(text, "}");
     if (all.shell) {
         api_text_key_number(text, "tolerance", shell_tolerance(all.shell));
-        write_joints(text, all.shell);
+        /* [face, face, fold in degrees] of every joint. */
+        size_t count = shell_edge_count(all.shell);
+        const char *before = "[";
+        api_text_key(text, "joints");
+        for (size_t k = 0; k < count; k++) {
+            int32_t face[2];
+            double fold;
+            if (!shell_joint(all.shell, k, face, &fold))
+                continue;
+            api_text_raw(text, before);
+            api_text_numbers(text, (const double[]){face[0], face[1], fold}, 3);
+            before = ",";
+        }
+        api_text_raw(text, *before == '[' ? "[]" : "]");
         api_text_key_integer(text, "components", (int64_t)shell_component_count(all.shell));
     }
     prepared_shell_write_notes(text, surface, fault.id != API_OK ? fault.error[0].detail : "");

@@ -242,42 +242,11 @@ static void write_gltf_material(struct api_text *text, const struct primitive *p
     api_text_raw(text, "}}");
 }
 
-static void write_accessors(struct api_text *text, const struct primitive *p, size_t *view) {
-    const void *part[3];
-    size_t length[3], count = parts_of(p, part, length);
-    for (size_t k = 0; k < count; k++) {
-        bool last = k + 1 == count;
-        api_text_raw(text, *view ? ",{" : "{");
-        api_text_key_integer(text, "bufferView", (int64_t)(*view)++);
-        api_text_key_integer(text, "componentType", last ? GLTF_UINT : GLTF_FLOAT);
-        api_text_key_integer(text, "count", last ? p->index_count : p->vertex_count);
-        api_text_key_string(text, "type", last ? "SCALAR" : "VEC3");
-        if (k == 0) {
-            write_extreme(text, p, "min", -1);
-            write_extreme(text, p, "max", 1);
-        }
-        api_text_raw(text, "}");
-    }
-}
-
-static void write_views(struct api_text *text, const struct primitive *p, size_t *view,
-                        size_t *offset) {
-    const void *part[3];
-    size_t length[3], count = parts_of(p, part, length);
-    for (size_t k = 0; k < count; k++) {
-        api_text_raw(text, (*view)++ ? ",{\"buffer\":0" : "{\"buffer\":0");
-        api_text_key_integer(text, "byteOffset", (int64_t)*offset);
-        api_text_key_integer(text, "byteLength", (int64_t)length[k]);
-        api_text_key_integer(text, "target", k + 1 == count ? GLTF_ELEMENTS : GLTF_ARRAY);
-        api_text_raw(text, "}");
-        *offset += length[k];
-    }
-}
-
 static const char *write_gltf(const struct primitive *all, size_t count, struct arena *arena,
                               size_t *bytes) {
     struct api_text text = api_text_growing(arena);
-    size_t view = 0, accessor = 0;
+    const void *part[3];
+    size_t view = 0, accessor = 0, length[3], parts;
     api_text_raw(&text, "{\"asset\":{\"version\":\"2.0\",\"generator\":\"draped\"},\"scene\":0,"
                         "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"
                         "\"meshes\":[{\"primitives\":[");
@@ -292,12 +261,35 @@ static const char *write_gltf(const struct primitive *all, size_t count, struct 
         write_gltf_material(&text, &all[k]);
     }
     api_text_raw(&text, "],\"accessors\":[");
-    for (size_t k = 0; k < count; k++)
-        write_accessors(&text, &all[k], &view);
+    for (size_t k = 0; k < count; k++) {
+        parts = parts_of(&all[k], part, length);
+        for (size_t i = 0; i < parts; i++) {
+            bool last = i + 1 == parts;
+            api_text_raw(&text, view ? ",{" : "{");
+            api_text_key_integer(&text, "bufferView", (int64_t)view++);
+            api_text_key_integer(&text, "componentType", last ? GLTF_UINT : GLTF_FLOAT);
+            api_text_key_integer(&text, "count", last ? all[k].index_count : all[k].vertex_count);
+            api_text_key_string(&text, "type", last ? "SCALAR" : "VEC3");
+            if (i == 0) {
+                write_extreme(&text, &all[k], "min", -1);
+                write_extreme(&text, &all[k], "max", 1);
+            }
+            api_text_raw(&text, "}");
+        }
+    }
     api_text_raw(&text, "],\"bufferViews\":[");
     *bytes = view = 0;
-    for (size_t k = 0; k < count; k++)
-        write_views(&text, &all[k], &view, bytes);
+    for (size_t k = 0; k < count; k++) {
+        parts = parts_of(&all[k], part, length);
+        for (size_t i = 0; i < parts; i++) {
+            api_text_raw(&text, view++ ? ",{\"buffer\":0" : "{\"buffer\":0");
+            api_text_key_integer(&text, "byteOffset", (int64_t)*bytes);
+            api_text_key_integer(&text, "byteLength", (int64_t)length[i]);
+            api_text_key_integer(&text, "target", i + 1 == parts ? GLTF_ELEMENTS : GLTF_ARRAY);
+            api_text_raw(&text, "}");
+            *bytes += length[i];
+        }
+    }
     api_text_raw(&text, "],\"buffers\":[{");
     api_text_key_integer(&text, "byteLength", (int64_t)*bytes);
     api_text_raw(&text, "}]}");

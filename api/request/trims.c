@@ -33,16 +33,6 @@ static bool read_trim_points(const struct json_value *json, struct trim_curve *c
     return true;
 }
 
-static bool read_weights(const struct json_value *json, struct trim_curve *curve) {
-    size_t count;
-    if (!value_numbers(json, decode_lengths, 2, &curve->weights, &count))
-        return false;
-    if (count == curve->count)
-        return true;
-    value_fault(json, "the number of weights must be the number of points");
-    return false;
-}
-
 static bool decode_spline(const struct json_value *json, struct trim_curve *curve) {
     static const char *const keys[] = {
         "degree",    "knotvector", "control_points", "weights", "reversed", "type",      "rational",
@@ -56,18 +46,15 @@ static bool decode_spline(const struct json_value *json, struct trim_curve *curv
     bool ok = value_integer(&degree, 1, NURBS_DEGREE_MAX, &curve->degree);
     ok = value_numbers(&knots, decode_coordinates, 4, &curve->knots, &knot_count) && ok;
     ok = read_trim_points(&control.points, curve) && ok;
-    if (ok && value_given(&control.weights))
-        ok = read_weights(&control.weights, curve);
+    if (ok && value_given(&control.weights)) {
+        size_t count;
+        ok = value_numbers(&control.weights, decode_lengths, 2, &curve->weights, &count);
+        if (ok && count != curve->count) {
+            value_fault(&control.weights, "the number of weights must be the number of points");
+            ok = false;
+        }
+    }
     return ok && check_trim_knots(curve, &knots, knot_count);
-}
-
-static bool decode_freeform(const struct json_value *json, struct trim_curve *curve) {
-    static const char *const keys[] = {"points", "reversed", "type", "dimension",
-                                       "name",   "id",       NULL};
-    struct json_value points = value_member(json, "points");
-    value_object(json, keys);
-    curve->degree = 1;
-    return read_trim_points(&points, curve);
 }
 
 /* What `type` says, else what the keys say. */
@@ -83,14 +70,21 @@ static bool read_type(const struct json_value *json, enum curve_type *type) {
 }
 
 static bool decode_curve(const struct json_value *json, struct trim_curve *curve) {
+    static const char *const freeform_keys[] = {"points", "reversed", "type", "dimension",
+                                                "name",   "id",       NULL};
     enum curve_type type;
     if (!read_type(json, &type))
         return false;
+    if (type == CURVE_SPLINE)
+        return decode_spline(json, curve);
     if (type == CURVE_CONTAINER) {
         value_fault(json, "a container must not hold another");
         return false;
     }
-    return type == CURVE_SPLINE ? decode_spline(json, curve) : decode_freeform(json, curve);
+    struct json_value points = value_member(json, "points");
+    value_object(json, freeform_keys);
+    curve->degree = 1;
+    return read_trim_points(&points, curve);
 }
 
 static bool decode_container(const struct json_value *json, struct trim_loop *trim) {
