@@ -20,18 +20,6 @@ enum status node_shear_make(struct march *march, const struct drape_nodes *nodes
     return shear->places ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
-/* The row of node (i, j), or nodes->count. */
-static size_t find_row(const struct drape_nodes *n, int32_t i, int32_t j) {
-    size_t low = 0, high = n->count;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        bool before = n->j[middle] < j || (n->j[middle] == j && n->i[middle] < i);
-        low = before ? middle + 1 : low;
-        high = before ? high : middle;
-    }
-    return low < n->count && n->i[low] == i && n->j[low] == j ? low : n->count;
-}
-
 static bool has_yarn(const struct yarn_spot *spot, int family) {
     return vec3_norm2(vec3_add(spot->onward[family][0], spot->onward[family][1])) > 0;
 }
@@ -57,31 +45,34 @@ static bool measure_ghost(struct node_shear *shear, struct node_shear_place *gho
     return has_yarn(&spot, 0) && has_yarn(&spot, 1);
 }
 
-/* The shear at the node (i, j); false where no node and no ghost tells it. */
-static bool node_shear_at(struct node_shear *shear, int32_t i, int32_t j, double *shear_deg) {
-    int32_t last = shear->across - 1;
-    struct node_shear_place *place = &shear->places[(j & last) * shear->across + (i & last)];
-    if (!place->searched || place->i != i || place->j != j) {
-        size_t row = find_row(shear->nodes, i, j);
-        *place = (struct node_shear_place){.i = i, .j = j, .searched = true};
-        place->known = row < shear->nodes->count;
-        if (place->known)
-            place->shear_deg = shear->nodes->shear_deg[row];
-        else
-            place->known = measure_ghost(shear, place);
-    }
-    *shear_deg = place->shear_deg;
-    return place->known;
-}
-
 bool node_shear_between(struct node_shear *shear, double p, double q, double *shear_deg) {
+    const struct drape_nodes *n = shear->nodes;
     double x = p - floor(p), y = q - floor(q), weights = 0, sum = 0;
+    int32_t last = shear->across - 1;
     for (int k = 0; k < 4; k++) {
-        double own, weight = (k & 1 ? x : 1 - x) * (k / 2 ? y : 1 - y);
-        if (weight == 0 ||
-            !node_shear_at(shear, (int32_t)floor(p) + (k & 1), (int32_t)floor(q) + k / 2, &own))
+        double weight = (k & 1 ? x : 1 - x) * (k / 2 ? y : 1 - y);
+        int32_t i = (int32_t)floor(p) + (k & 1), j = (int32_t)floor(q) + k / 2;
+        struct node_shear_place *place = &shear->places[(j & last) * shear->across + (i & last)];
+        if (weight == 0)
             continue;
-        sum += weight * own;
+        if (!place->searched || place->i != i || place->j != j) {
+            size_t low = 0, high = n->count; /* of the row of the node */
+            while (low < high) {
+                size_t middle = low + (high - low) / 2;
+                bool before = n->j[middle] < j || (n->j[middle] == j && n->i[middle] < i);
+                low = before ? middle + 1 : low;
+                high = before ? high : middle;
+            }
+            *place = (struct node_shear_place){.i = i, .j = j, .searched = true};
+            place->known = low < n->count && n->i[low] == i && n->j[low] == j;
+            if (place->known)
+                place->shear_deg = n->shear_deg[low];
+            else
+                place->known = measure_ghost(shear, place);
+        }
+        if (!place->known)
+            continue;
+        sum += weight * place->shear_deg;
         weights += weight;
     }
     *shear_deg = weights > 0 ? sum / weights : 0;

@@ -5,12 +5,14 @@
 
 void rim_builder_add_vertex(struct rim_builder *b, const struct rim_vertex *vertex) {
     struct rim_edges *e = b->edges;
+    if (b->failed)
+        return;
     if (e->vertex_count == e->vertex_room)
         e->vertices = arena_enlarge(b->march->arena, e->vertices, e->vertex_count,
                                     sizeof *e->vertices, &e->vertex_room);
-    if (e->vertices)
+    b->failed = !e->vertices;
+    if (!b->failed)
         e->vertices[e->vertex_count++] = *vertex;
-    b->failed = b->failed || !e->vertices;
 }
 
 void rim_builder_add_point(struct rim_builder *b, double u, double v) {
@@ -29,7 +31,7 @@ void rim_builder_end_loop(struct rim_builder *b, bool closed) {
     begin.leaps = false;
     if (!closed)
         rim_builder_add_vertex(b, &begin);
-    if (e->loop_count == e->loop_room)
+    if (e->loop_count == e->loop_room && !b->failed)
         e->loops = arena_enlarge(b->march->arena, e->loops, e->loop_count, sizeof *e->loops,
                                  &e->loop_room);
     b->failed = b->failed || !e->loops;

@@ -64,26 +64,6 @@ static double next_cell_side(double from, double to, double at) {
     return next < 1 ? next : 1;
 }
 
-/* A straight line between two points of the rim, cell by cell. */
-static void add_rim_line(struct passages *c, const struct rim_point *a, const struct rim_point *b) {
-    const double from[2] = {a->p, a->q}, to[2] = {b->p, b->q};
-    double at = 0, last[2] = {from[0], from[1]};
-    bool loose = !a->covered || !b->covered;
-    if (floor(from[0]) == floor(to[0]) && floor(from[1]) == floor(to[1])) {
-        add_passage(c, from, to, loose);
-        return;
-    }
-    while (at < 1 && !c->failed) {
-        double next = fmin(next_cell_side(from[0], to[0], at), next_cell_side(from[1], to[1], at)),
-               here[2];
-        for (int k = 0; k < 2; k++)
-            here[k] = next == 1 ? to[k] : from[k] + next * (to[k] - from[k]);
-        add_passage(c, last, here, loose);
-        memcpy(last, here, sizeof last);
-        at = next;
-    }
-}
-
 static int compare_passages(const void *a, const void *b) {
     const struct passage *x = a, *y = b;
     if (x->j != y->j)
@@ -95,44 +75,55 @@ static int compare_passages(const void *a, const void *b) {
     return (x->q > y->q) - (x->q < y->q);
 }
 
-/* The passages from `all[k]` on that are in one cell; `rise` gathers that of the row so far. */
-static struct rim_cell gather_cell(const struct passages *c, size_t *k, double *rise) {
-    const struct passage *first = &c->all[*k];
-    struct rim_cell cell = {.i = first->i, .j = first->j};
-    double area = 0, length = 0;
-    for (; *k < c->count && c->all[*k].i == cell.i && c->all[*k].j == cell.j; ++*k) {
-        const struct passage *own = &c->all[*k];
-        *rise += own->rise;
-        area += own->area;
-        length += own->length;
-        cell.p += own->p;
-        cell.q += own->q;
-        cell.loose = cell.loose || own->loose;
+/* The passages of the rim, whose straight lines between two points go from cell to cell. */
+static struct passages find_passages(struct march *march, const struct rim *rim) {
+    struct passages c = {.march = march};
+    for (size_t first = 0, k = 0; k < rim->count && !c.failed; k++) {
+        bool last = k + 1 == rim->count || rim->points[k + 1].loop != rim->points[k].loop;
+        const struct rim_point *a = &rim->points[k], *b = &rim->points[last ? first : k + 1];
+        const double from[2] = {a->p, a->q}, to[2] = {b->p, b->q};
+        double begin[2] = {from[0], from[1]}, end[2] = {to[0], to[1]};
+        bool loose = !a->covered || !b->covered;
+        bool one_cell = floor(from[0]) == floor(to[0]) && floor(from[1]) == floor(to[1]);
+        for (double at = one_cell; at < 1 && !c.failed;) {
+            at = fmin(next_cell_side(from[0], to[0], at), next_cell_side(from[1], to[1], at));
+            for (int n = 0; n < 2; n++)
+                end[n] = at == 1 ? to[n] : from[n] + at * (to[n] - from[n]);
+            add_passage(&c, begin, end, loose);
+            memcpy(begin, end, sizeof begin);
+        }
+        if (one_cell)
+            add_passage(&c, from, to, loose);
+        first = last ? k + 1 : first;
     }
-    cell.p /= length;
-    cell.q /= length;
-    cell.share = area - *rise;
-    return cell;
+    return c;
 }
 
 enum status rim_cells_make(struct march *march, const struct rim *rim, struct rim_cells *cells) {
-    struct passages c = {.march = march};
-    *cells = (struct rim_cells){0};
-    for (size_t first = 0, k = 0; k < rim->count; k++) {
-        bool last = k + 1 == rim->count || rim->points[k + 1].loop != rim->points[k].loop;
-        add_rim_line(&c, &rim->points[k], &rim->points[last ? first : k + 1]);
-        first = last ? k + 1 : first;
-    }
-    cells->cells = arena_take(march->arena, c.count, sizeof *cells->cells);
+    struct passages c = find_passages(march, rim);
+    *cells = (struct rim_cells){.cells = arena_take(march->arena, c.count, sizeof *cells->cells)};
     if (c.failed || !cells->cells)
         return STATUS_OUT_OF_MEMORY;
     if (c.count)
         qsort(c.all, c.count, sizeof *c.all, compare_passages);
-    double rise = 0;
+    double rise = 0; /* of the row so far */
     for (size_t k = 0; k < c.count;) {
-        bool new_row = cells->count == 0 || cells->cells[cells->count - 1].j != c.all[k].j;
+        struct rim_cell cell = {.i = c.all[k].i, .j = c.all[k].j};
+        bool new_row = cells->count == 0 || cells->cells[cells->count - 1].j != cell.j;
+        double area = 0, length = 0;
         rise = new_row ? 0 : rise;
-        struct rim_cell cell = gather_cell(&c, &k, &rise);
+        for (; k < c.count && c.all[k].i == cell.i && c.all[k].j == cell.j; k++) {
+            const struct passage *own = &c.all[k];
+            rise += own->rise;
+            area += own->area;
+            length += own->length;
+            cell.p += own->p;
+            cell.q += own->q;
+            cell.loose = cell.loose || own->loose;
+        }
+        cell.p /= length;
+        cell.q /= length;
+        cell.share = area - rise;
         bool beyond = cell.share > 1 + twice || cell.share < -twice;
         cells->overlaps = cells->overlaps || (rim->covered && beyond);
         cell.share = fmin(fmax(cell.share, 0), 1);

@@ -38,22 +38,6 @@ void rim_edges_point(struct march *march, const struct rim_vertex *from,
 
 /* ---- the border of the domain ---- */
 
-static struct rim_window find_window(const struct march *march) {
-    struct rim_window window;
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &march->surface->axis[k];
-        double turn = march->mesh ? HUGE_VAL : surface_point_cut_turn(march->surface, k);
-        bool cut = axis->closed && turn < HUGE_VAL && !march->cut.passed;
-        window.low[k] = surface_axis_lower(axis);
-        window.length[k] = surface_axis_upper(axis) - window.low[k];
-        if (cut)
-            window.low[k] = march->cut.centre[k] - turn;
-        window.high[k] = window.low[k] + window.length[k];
-        window.endless[k] = axis->closed && !cut;
-    }
-    return window;
-}
-
 /* The sides of the domain round which the other direction closes, each a ring of its own; else the
  * whole border. */
 static void add_border(struct rim_builder *b, const struct rim_window *w) {
@@ -110,7 +94,18 @@ enum status rim_edges_make(struct march *march, double tolerance, struct rim_edg
     else if (march->surface->shell)
         rim_builder_add_shell(&b);
     else {
-        struct rim_window window = find_window(march);
+        struct rim_window window;
+        for (int k = 0; k < 2; k++) {
+            const struct surface_axis *axis = &march->surface->axis[k];
+            double turn = march->mesh ? HUGE_VAL : surface_point_cut_turn(march->surface, k);
+            bool cut = axis->closed && turn < HUGE_VAL && !march->cut.passed;
+            window.low[k] = surface_axis_lower(axis);
+            window.length[k] = surface_axis_upper(axis) - window.low[k];
+            if (cut)
+                window.low[k] = march->cut.centre[k] - turn;
+            window.high[k] = window.low[k] + window.length[k];
+            window.endless[k] = axis->closed && !cut;
+        }
         if (march->trim)
             rim_builder_add_trims(&b, &window);
         else

@@ -125,7 +125,6 @@ static void add_turned(const struct gathering *g, struct sums *sums, double area
 struct stretch {
     const struct gathering *g;
     size_t k, end;
-    size_t low, high; /* nodes of the row of cells and the one above */
     struct sums *sums;
 };
 
@@ -133,60 +132,45 @@ struct stretch {
  * must not depend on who is there to measure them, or sums would. */
 enum { WORTH = 1 << 16, STRETCHES = 8 };
 
-static void add_whole(struct stretch *s, size_t k, double share) {
+static void add_stretch(void *data, int number) {
+    const struct stretch *s = &((struct stretch *)data)[number];
     const struct gathering *g = s->g;
     const struct drape_nodes *n = &g->result->nodes;
     const struct drape_cells *c = &g->result->cells;
+    const struct rim_cell *next = g->cells->cells, *last = next + g->cells->count;
     struct sums *sums = s->sums;
-    int32_t i = c->i[k], j = c->j[k];
-    double low = HUGE_VAL, high = 0, own = fabs(c->shear_deg[k]);
-    s->low = seek_node(n, s->low, i, j);
-    s->high = seek_node(n, s->high, i, j + 1);
-    const size_t corner[4] = {s->low, s->low + 1, s->high, s->high + 1};
-    for (int m = 0; m < 4; m++) {
-        double shear = fabs(n->shear_deg[corner[m]]);
-        low = shear < low ? shear : low;
-        high = shear > high ? shear : high;
-    }
-    const struct vec3 warp = {c->warp_x[k], c->warp_y[k], c->warp_z[k]};
-    const struct vec3 weft = {c->weft_x[k], c->weft_y[k], c->weft_z[k]};
-    double cosine = vec3_dot(warp, weft), square = 1 - cosine * cosine;
-    double area = share * sqrt(square > 0 ? square : 0); /* by the sine of the yarns' angle */
-    spread_area(&sums->spread, area, low, high, own);
-    add_turned(g, sums, area, warp, weft);
-    sums->flat += share;
-    if (own > sums->most.shear_deg || statistics_divides(g->statistics)) {
-        struct vec3 sum = {0, 0, 0};
-        for (int m = 0; m < 4; m++)
-            sum = vec3_add(sum, node_point(n, corner[m]));
-        raise_most(&sums->most, own, i + 0.5, j + 0.5, vec3_scale(0.25, sum));
-        statistics_note_shear(g->statistics, own, vec3_scale(0.25, sum));
-    }
-}
-
-static void add_stretch(void *data, int number) {
-    struct stretch s = ((struct stretch *)data)[number];
-    const struct drape_cells *c = &s.g->result->cells;
-    const struct rim_cell *next = s.g->cells->cells, *last = next + s.g->cells->count;
-    s.low = s.high = s.k; /* each cell before it has a node of its own */
-    for (size_t k = s.k; k < s.end; k++) {
-        while (next < last && node_comes_before(next->i, next->j, c->i[k], c->j[k]))
+    /* nodes of the row of cells and the one above: each cell before has a node of its own */
+    size_t below = s->k, above = s->k;
+    for (size_t k = s->k; k < s->end; k++) {
+        int32_t i = c->i[k], j = c->j[k];
+        while (next < last && node_comes_before(next->i, next->j, i, j))
             next++;
-        bool here = next < last && next->i == c->i[k] && next->j == c->j[k];
-        add_whole(&s, k, here && !next->loose ? next->share : 1);
+        bool cut = next < last && next->i == i && next->j == j && !next->loose;
+        double share = cut ? next->share : 1;
+        double low = HUGE_VAL, high = 0, own = fabs(c->shear_deg[k]);
+        below = seek_node(n, below, i, j);
+        above = seek_node(n, above, i, j + 1);
+        const size_t corner[4] = {below, below + 1, above, above + 1};
+        for (int m = 0; m < 4; m++) {
+            double shear = fabs(n->shear_deg[corner[m]]);
+            low = shear < low ? shear : low;
+            high = shear > high ? shear : high;
+        }
+        const struct vec3 warp = {c->warp_x[k], c->warp_y[k], c->warp_z[k]};
+        const struct vec3 weft = {c->weft_x[k], c->weft_y[k], c->weft_z[k]};
+        double cosine = vec3_dot(warp, weft), square = 1 - cosine * cosine;
+        double area = share * sqrt(square > 0 ? square : 0); /* by the sine of the yarns' angle */
+        spread_area(&sums->spread, area, low, high, own);
+        add_turned(g, sums, area, warp, weft);
+        sums->flat += share;
+        if (own > sums->most.shear_deg || statistics_divides(g->statistics)) {
+            struct vec3 sum = {0, 0, 0};
+            for (int m = 0; m < 4; m++)
+                sum = vec3_add(sum, node_point(n, corner[m]));
+            raise_most(&sums->most, own, i + 0.5, j + 0.5, vec3_scale(0.25, sum));
+            statistics_note_shear(g->statistics, own, vec3_scale(0.25, sum));
+        }
     }
-}
-
-static void add_sums(struct sums *to, const struct sums *more) {
-    int end = more->spread.end;
-    spread_to(&to->spread, end);
-    for (int bin = 0; bin <= end; bin++)
-        to->spread.change[bin] += more->spread.change[bin];
-    to->spread.area += more->spread.area;
-    to->spread.moment += more->spread.moment;
-    to->flat += more->flat;
-    to->turned += more->turned;
-    raise_most(&to->most, more->most.shear_deg, more->most.p, more->most.q, more->most.r);
 }
 
 /* All of them; the divisions of the statistics are noted by one alone. */
@@ -204,27 +188,23 @@ static enum status add_wholes(struct gathering *g) {
         stretches[k] = (struct stretch){
             .g = g, .k = k * cells / count, .end = (k + 1) * cells / count, .sums = &sums[k]};
     team_run(count > 1 ? g->march->settings->team : NULL, (int)count, add_stretch, stretches);
-    for (size_t k = 0; k < count && count > 1; k++)
-        add_sums(g->sums, &sums[k]);
+    for (size_t k = 0; k < count && count > 1; k++) {
+        const struct sums *more = &sums[k];
+        struct spread *to = &g->sums->spread;
+        spread_to(to, more->spread.end);
+        for (int bin = 0; bin <= more->spread.end; bin++)
+            to->change[bin] += more->spread.change[bin];
+        to->area += more->spread.area;
+        to->moment += more->spread.moment;
+        g->sums->flat += more->flat;
+        g->sums->turned += more->turned;
+        raise_most(&g->sums->most, more->most.shear_deg, more->most.p, more->most.q, more->most.r);
+    }
     arena_rewind(g->march->arena, mark);
     return STATUS_OK;
 }
 
 /* ---- the cells that are cut ---- */
-
-static enum status alloc_cut_columns(struct arena *arena, size_t room, struct drape_cut *cut) {
-    struct drape_cells *c = &cut->cells;
-    double **columns[] = {&c->shear_deg, &c->warp_x, &c->warp_y, &c->warp_z,
-                          &c->weft_x,    &c->weft_y, &c->weft_z};
-    *cut = (struct drape_cut){.cells = {.i = arena_take(arena, room, sizeof *c->i),
-                                        .j = arena_take(arena, room, sizeof *c->j)}};
-    bool all = c->i && c->j;
-    for (size_t k = 0; k < sizeof columns / sizeof *columns; k++)
-        all = all && (*columns[k] = arena_take(arena, room, sizeof(double)));
-    for (int k = 0; k < 12; k++)
-        all = all && (cut->corner[k] = arena_take(arena, room, sizeof(double)));
-    return all ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-}
 
 /* Adds a cell with its mean directions, as those of whole cells. Where differences in space say
  * little they are turned about their bisector, to the shear that is known. */
@@ -271,43 +251,40 @@ static double cloth_shear_at(const struct rim_cloth_point *place) {
 /* The share of a cell that is rounding. */
 static const double least_share = 1e-9;
 
-/* A cell that is not whole, by the share that the rim leaves of it: its shear goes from that at
- * the rim to that as far on the other side of its middle. */
-static void add_cut_cell(struct gathering *g, const struct rim_cell *cell) {
-    const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
-    double sine, cosine, half, shear, with_sign = 0, share = cell->share, rest = 1 - share;
-    struct rim_cloth_point middle, rim;
-    if (cell->loose || !patch->known || share < least_share)
-        return;
-    rim_patch_point(patch, share * (cell->i + 0.5) + rest * cell->p,
-                    share * (cell->j + 0.5) + rest * cell->q, &middle);
-    if (!patch->rough) {
-        rim_patch_point(patch, cell->p, cell->q, &rim);
-        shear = cloth_shear_at(&middle);
-        half = fabs(shear - cloth_shear_at(&rim));
-    } else {
-        (void)node_shear_between(&g->between, middle.p, middle.q, &with_sign);
-        (void)node_shear_between(&g->between, cell->p, cell->q, &half);
-        shear = fabs(with_sign);
-        half = fabs(shear - fabs(half));
-    }
-    list_cut(&g->result->cut, patch, with_sign);
-    angle_sincos_deg(90 - shear, &sine, &cosine);
-    spread_area(&g->sums->spread, share * sine, shear - half, shear + half, shear);
-    add_turned(g, g->sums, share * sine, vec3_unit(middle.along[0]), vec3_unit(middle.along[1]));
-    g->sums->flat += share;
-}
-
-/* Those that are not among the whole ones. */
+/* The cells that are not whole, each by the share that the rim leaves of it: its shear goes from
+ * that at the rim to that as far on the other side of its middle. */
 static void add_cut_cells(struct gathering *g) {
     const struct drape_cells *c = &g->result->cells;
     size_t at = 0;
     for (size_t k = 0; k < g->cells->count; k++) {
-        const struct rim_cell *cut = &g->cells->cells[k];
-        while (at < c->count && node_comes_before(c->i[at], c->j[at], cut->i, cut->j))
+        const struct rim_cell *cell = &g->cells->cells[k];
+        while (at < c->count && node_comes_before(c->i[at], c->j[at], cell->i, cell->j))
             at++;
-        if (at == c->count || c->i[at] != cut->i || c->j[at] != cut->j)
-            add_cut_cell(g, cut);
+        if (at < c->count && c->i[at] == cell->i && c->j[at] == cell->j)
+            continue;
+        const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
+        double sine, cosine, half, shear, with_sign = 0, share = cell->share, rest = 1 - share;
+        struct rim_cloth_point middle, rim;
+        if (cell->loose || !patch->known || share < least_share)
+            continue;
+        rim_patch_point(patch, share * (cell->i + 0.5) + rest * cell->p,
+                        share * (cell->j + 0.5) + rest * cell->q, &middle);
+        if (!patch->rough) {
+            rim_patch_point(patch, cell->p, cell->q, &rim);
+            shear = cloth_shear_at(&middle);
+            half = fabs(shear - cloth_shear_at(&rim));
+        } else {
+            (void)node_shear_between(&g->between, middle.p, middle.q, &with_sign);
+            (void)node_shear_between(&g->between, cell->p, cell->q, &half);
+            shear = fabs(with_sign);
+            half = fabs(shear - fabs(half));
+        }
+        list_cut(&g->result->cut, patch, with_sign);
+        angle_sincos_deg(90 - shear, &sine, &cosine);
+        spread_area(&g->sums->spread, share * sine, shear - half, shear + half, shear);
+        add_turned(g, g->sums, share * sine, vec3_unit(middle.along[0]),
+                   vec3_unit(middle.along[1]));
+        g->sums->flat += share;
     }
 }
 
@@ -335,39 +312,28 @@ static void find_most(struct gathering *g) {
 /* What can lie between the net and itself where it meets itself, in cells for each place there. */
 static const double gap_cells = 2;
 
-/* Whether the cloth ends nowhere but at the rim, all of which it reaches, and where it meets
- * itself. */
-static bool cloth_is_whole(const struct gathering *g) {
-    const size_t *reasons = g->result->summary.front_reasons;
-    const double *d = g->march->settings->spacing;
-    size_t all = 0, folds = reasons[DRAPE_REASON_FOLD];
-    for (int k = 0; k < DRAPE_REASON_COUNT; k++)
-        all += reasons[k];
-    if (reasons[DRAPE_REASON_BOUNDARY] + folds != all || g->result->cells.count == 0 ||
-        g->march->counts.out_of_step > 0)
-        return false;
-    double area = march_area(g->march), uncovered = area - g->sums->spread.area * d[0] * d[1];
-    if (g->rim->loop_count > 0)
-        return g->rim->covered;
-    return uncovered <= gap_cells * (double)folds * d[0] * d[1];
-}
-
 /* What a place at which the net ends within the part leaves uncovered, in cells, at the least. */
 static const double lost_cells = 0.25;
 
-/* The share of the part that lies under the cloth. Where it is not all, it is that of the cells,
+/* The share of the part that lies under the cloth: all where the cloth ends nowhere but at the rim,
+ * all of which it reaches, and where it meets itself. Where it is not all, it is that of the cells,
  * and no less than that of the whole ones, of which a rim that the cloth does not reach may seem to
  * cut some; their area is not exact on a coarse net, but where the net ends within the part some of
  * it is bare. */
 static double cloth_coverage(const struct gathering *g) {
     const size_t *reasons = g->result->summary.front_reasons;
     const double *d = g->march->settings->spacing;
-    size_t ends = 0;
-    if (cloth_is_whole(g))
-        return 1;
+    double area = march_area(g->march), cell = d[0] * d[1] / area;
+    size_t folds = reasons[DRAPE_REASON_FOLD], ends = 0;
     for (int k = 0; k < DRAPE_REASON_COUNT; k++)
         ends += k == DRAPE_REASON_BOUNDARY || k == DRAPE_REASON_FOLD ? 0 : reasons[k];
-    double cell = d[0] * d[1] / march_area(g->march);
+    if (ends == 0 && g->result->cells.count > 0 && g->march->counts.out_of_step == 0) {
+        double uncovered = area - g->sums->spread.area * d[0] * d[1];
+        bool whole = g->rim->loop_count > 0 ? g->rim->covered
+                                            : uncovered <= gap_cells * (double)folds * d[0] * d[1];
+        if (whole)
+            return 1;
+    }
     double most = fmax(1 - lost_cells * (double)ends * cell, 0);
     return fmin(fmax(g->sums->spread.area * cell, g->result->summary.coverage), most);
 }
@@ -439,21 +405,6 @@ static enum status measure_cloth(struct march *march, struct rim *rim,
 
 /* ---- columns ---- */
 
-/* The caller's parameters of a point, inside the domain. */
-static void parameters(const struct march *march, const struct rim_point *point, double uv[2]) {
-    const struct surface *surface = rim_edges_surface(march, point->face);
-    for (int k = 0; k < 2; k++) {
-        uv[k] = point->uv[k];
-        if (!surface)
-            continue;
-        const struct surface_axis *axis = &surface->axis[k];
-        double wrapped = surface_axis_wrap(axis, uv[k]);
-        uv[k] = fmin(fmax(wrapped, surface_axis_lower(axis)), surface_axis_upper(axis));
-    }
-    if (surface)
-        surface_outer(surface, uv, uv);
-}
-
 static enum status list_rim(const struct march *march, const struct rim *rim,
                             struct drape_rim *out) {
     double **columns[] = {&out->x, &out->y, &out->z, &out->u, &out->v, &out->p, &out->q};
@@ -469,8 +420,18 @@ static enum status list_rim(const struct march *march, const struct rim *rim,
     }
     for (size_t k = 0; all && k < rim->count; k++) {
         const struct rim_point *point = &rim->points[k];
-        double uv[2];
-        parameters(march, point, uv);
+        const struct surface *surface = rim_edges_surface(march, point->face);
+        double uv[2]; /* the caller's parameters, inside the domain */
+        for (int c = 0; c < 2; c++) {
+            uv[c] = point->uv[c];
+            if (!surface)
+                continue;
+            const struct surface_axis *axis = &surface->axis[c];
+            double wrapped = surface_axis_wrap(axis, uv[c]);
+            uv[c] = fmin(fmax(wrapped, surface_axis_lower(axis)), surface_axis_upper(axis));
+        }
+        if (surface)
+            surface_outer(surface, uv, uv);
         const double values[] = {point->r.x, point->r.y, point->r.z, uv[0],
                                  uv[1],      point->p,   point->q};
         for (size_t c = 0; c < sizeof columns / sizeof *columns; c++)
@@ -502,12 +463,23 @@ void rim_report_find(struct rim_found *found) {
 }
 
 enum status rim_report(struct march *march, struct rim_found *found, struct drape_result *result) {
-    enum status status = found->status;
-    if (status == STATUS_OK)
-        status = alloc_cut_columns(march->arena, found->cells.count, &result->cut);
-    if (status != STATUS_OK)
-        return status;
-    status = measure_cloth(march, &found->rim, &found->cells, result);
+    struct arena *arena = march->arena;
+    struct drape_cut *cut = &result->cut;
+    struct drape_cells *c = &cut->cells;
+    double **columns[] = {&c->shear_deg, &c->warp_x, &c->warp_y, &c->warp_z,
+                          &c->weft_x,    &c->weft_y, &c->weft_z};
+    size_t room = found->cells.count;
+    if (found->status != STATUS_OK)
+        return found->status;
+    *cut = (struct drape_cut){.cells = {.i = arena_take(arena, room, sizeof *c->i),
+                                        .j = arena_take(arena, room, sizeof *c->j)}};
+    bool all = c->i && c->j;
+    for (size_t k = 0; k < sizeof columns / sizeof *columns; k++)
+        all = all && (*columns[k] = arena_take(arena, room, sizeof(double)));
+    for (int k = 0; k < 12; k++)
+        all = all && (cut->corner[k] = arena_take(arena, room, sizeof(double)));
+    enum status status =
+        all ? measure_cloth(march, &found->rim, &found->cells, result) : STATUS_OUT_OF_MEMORY;
     if (status != STATUS_OK)
         return status;
     return found->rim.cloth.failed ? STATUS_OUT_OF_MEMORY

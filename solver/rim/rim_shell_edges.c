@@ -26,94 +26,53 @@ static void set_edge_ends(struct rim_builder *b, struct free_edges *found, size_
         found->ends[k][end] = rim_point_on_face(b, edge->face, edge->uv[end ? edge->count - 1 : 0]);
 }
 
-/* The place of an edge nearest to parameters m beside it: its piece and parameters; its distance.
- */
-static double nearest_on_free_edge(struct rim_builder *b, const struct shell_edge *edge,
-                                   const double m[2], size_t *piece, double uv[2]) {
-    const struct surface *surface = rim_edges_surface(b->march, edge->face);
-    double best = HUGE_VAL;
-    for (size_t k = 0; k + 1 < edge->count; k++) {
-        const double *from = edge->uv[k], *to = edge->uv[k + 1];
-        double share, own = rim_builder_deviation(b, surface, from, to, m, &share);
-        if (!(own < best))
-            continue;
-        best = own;
-        *piece = k;
-        for (int n = 0; n < 2; n++)
-            uv[n] = from[n] + share * (to[n] - from[n]);
-    }
-    return best;
-}
-
-/* Whether a place of a free edge, in one of its pieces, is an end of it. A ring ends where it
- * begins: which of the two is meant the piece tells. */
-static bool is_edge_end(struct rim_builder *b, const struct free_edges *found, size_t k,
-                        size_t piece, const double uv[2]) {
-    const struct shell_edge *edge = &found->edges[k];
-    struct vec3 r = rim_point_on_face(b, edge->face, uv);
-    return (piece == 0 && vec3_distance(r, found->ends[k][0]) <= b->tolerance) ||
-           (piece + 2 == edge->count && vec3_distance(r, found->ends[k][1]) <= b->tolerance);
-}
-
 /* Divides the free edge on which the slit ends at `uv` of a face, which becomes a place of it. At
  * its end there is nothing to divide. */
 static void divide_edge(struct rim_builder *b, struct free_edges *found, int32_t face,
                         double uv[2]) {
-    double least = HUGE_VAL, at[2] = {0, 0};
-    size_t best = 0, best_piece = 0;
-    for (size_t k = found->of_slit; k < found->count; k++) {
-        double own_uv[2];
-        size_t piece = 0;
-        if (found->edges[k].face != face)
-            continue;
-        double own = nearest_on_free_edge(b, &found->edges[k], uv, &piece, own_uv);
-        if (!(own < least))
-            continue;
-        least = own;
-        best = k;
-        best_piece = piece;
-        memcpy(at, own_uv, sizeof at);
-    }
+    const struct surface *surface = rim_edges_surface(b->march, face);
+    double least = HUGE_VAL, at[2] = {0, 0}, share;
+    size_t best = 0, piece = 0;
+    /* the nearest place of the face's edges */
+    for (size_t k = found->of_slit; k < found->count; k++)
+        for (size_t n = 0; found->edges[k].face == face && n + 1 < found->edges[k].count; n++) {
+            const double *from = found->edges[k].uv[n], *to = found->edges[k].uv[n + 1];
+            double own = rim_builder_deviation(b, surface, from, to, uv, &share);
+            if (!(own < least))
+                continue;
+            least = own;
+            best = k;
+            piece = n;
+            for (int m = 0; m < 2; m++)
+                at[m] = from[m] + share * (to[m] - from[m]);
+        }
     struct shell_edge *edge = &found->edges[best], *rest = &found->edges[found->count];
-    if (least < HUGE_VAL && is_edge_end(b, found, best, best_piece, at)) {
-        memcpy(uv, at, sizeof at);
-        return;
+    if (least < HUGE_VAL) {
+        /* A ring ends where it begins: which of the two is meant the piece tells. */
+        struct vec3 r = rim_point_on_face(b, face, at);
+        const struct vec3 *end = found->ends[best];
+        if ((piece == 0 && vec3_distance(r, end[0]) <= b->tolerance) ||
+            (piece + 2 == edge->count && vec3_distance(r, end[1]) <= b->tolerance)) {
+            memcpy(uv, at, sizeof at);
+            return;
+        }
     }
-    double(*first)[2] = arena_alloc(b->march->arena, best_piece + 2, sizeof *first);
+    double(*first)[2] = arena_alloc(b->march->arena, piece + 2, sizeof *first);
     b->failed = b->failed || !first;
     if (b->failed || !(least < HUGE_VAL))
         return;
-    memcpy(first, edge->uv, (best_piece + 1) * sizeof *first);
-    memcpy(first[best_piece + 1], at, sizeof at);
+    memcpy(first, edge->uv, (piece + 1) * sizeof *first);
+    memcpy(first[piece + 1], at, sizeof at);
     memcpy(uv, at, sizeof at);
-    *rest = (struct shell_edge){face, edge->uv + best_piece, edge->count - best_piece};
+    *rest = (struct shell_edge){face, edge->uv + piece, edge->count - piece};
     memcpy(rest->uv[0], at, sizeof at);
-    *edge = (struct shell_edge){face, first, best_piece + 2};
+    *edge = (struct shell_edge){face, first, piece + 2};
     set_edge_ends(b, found, best);
     set_edge_ends(b, found, found->count++);
 }
 
-/* Both sides of piece `number` of the slit, whose ends at the boundary divide the edges there. */
-static void add_slit_sides(struct rim_builder *b, struct free_edges *found, size_t number,
-                           const struct shell_slit_piece *piece) {
-    double(*uv)[2] = arena_alloc(b->march->arena, 2 * piece->count, sizeof *uv);
-    b->failed = b->failed || !uv;
-    if (b->failed)
-        return;
-    memcpy(uv, piece->uv, piece->count * sizeof *uv);
-    if (piece->begins)
-        divide_edge(b, found, piece->face, uv[0]);
-    if (piece->ends)
-        divide_edge(b, found, piece->face, uv[piece->count - 1]);
-    for (size_t k = 0; k < piece->count; k++)
-        memcpy(uv[2 * piece->count - 1 - k], uv[k], sizeof *uv);
-    for (size_t side = 0; side < 2; side++) {
-        found->edges[2 * number + side] =
-            (struct shell_edge){piece->face, uv + side * piece->count, piece->count};
-        set_edge_ends(b, found, 2 * number + side);
-    }
-}
-
+/* Finds the free edges of the faces, and adds the sides of the slit, whose ends at the boundary
+ * divide the edges there. */
 static bool find_free_edges(struct rim_builder *b, struct free_edges *found) {
     struct march *march = b->march;
     const struct shell *shell = march->surface->shell;
@@ -135,9 +94,29 @@ static bool find_free_edges(struct rim_builder *b, struct free_edges *found) {
         if (edge->count > 0)
             set_edge_ends(b, found, found->count++);
     }
-    for (size_t k = 0; k < pieces; k++)
-        add_slit_sides(b, found, k, &piece[k]);
+    for (size_t n = 0; n < pieces; n++, piece++) {
+        double(*uv)[2] = arena_alloc(march->arena, 2 * piece->count, sizeof *uv);
+        if (!uv)
+            return false;
+        memcpy(uv, piece->uv, piece->count * sizeof *uv);
+        if (piece->begins)
+            divide_edge(b, found, piece->face, uv[0]);
+        if (piece->ends)
+            divide_edge(b, found, piece->face, uv[piece->count - 1]);
+        for (size_t k = 0; k < piece->count; k++)
+            memcpy(uv[2 * piece->count - 1 - k], uv[k], sizeof *uv);
+        for (size_t side = 0; side < 2; side++) {
+            found->edges[2 * n + side] =
+                (struct shell_edge){piece->face, uv + side * piece->count, piece->count};
+            set_edge_ends(b, found, 2 * n + side);
+        }
+    }
     return !b->failed;
+}
+
+/* Whether two edges are the sides of the same piece of the slit. */
+static bool turns_back(const struct free_edges *found, size_t edge, size_t other) {
+    return edge < found->of_slit && (edge ^ other) == 1;
 }
 
 /* Adds an edge's vertices, of which a polyline within the tolerance needs no more. */
@@ -148,22 +127,15 @@ static void add_free_edge(struct rim_builder *b, const struct shell_edge *edge) 
     b->failed =
         b->failed || !kept ||
         !rim_builder_keep_points(b, surface, (const double(*)[2])edge->uv, edge->count, kept);
-    for (size_t k = 0; k < edge->count && !b->failed; k++) {
-        const double *uv = edge->uv[k];
-        struct surface_jet jet;
-        if (!kept[k])
-            continue;
-        surface_jet_at(surface, &march->cursor, uv[0], uv[1], &jet);
-        rim_builder_add_vertex(b, &(struct rim_vertex){.face = edge->face,
-                                                       .uv = {uv[0], uv[1]},
-                                                       .r = jet.r,
-                                                       .leaps = k + 1 == edge->count});
-    }
-}
-
-/* Whether two edges are the sides of the same piece of the slit. */
-static bool turns_back(const struct free_edges *found, size_t edge, size_t other) {
-    return edge < found->of_slit && (edge ^ other) == 1;
+    for (size_t k = 0; k < edge->count && !b->failed; k++)
+        if (kept[k]) {
+            const double *uv = edge->uv[k];
+            rim_builder_add_vertex(b,
+                                   &(struct rim_vertex){.face = edge->face,
+                                                        .uv = {uv[0], uv[1]},
+                                                        .r = rim_point_on_face(b, edge->face, uv),
+                                                        .leaps = k + 1 == edge->count});
+        }
 }
 
 /* Edge after edge, each that whose beginning is nearest to the end of the last, until it is the

@@ -70,31 +70,24 @@ static void beside_line(const struct chains *c, const double from[2], const doub
     }
 }
 
-/* A trim's edge counts where it lies in the domain and has what is to be covered on one side. */
-static enum cover trim_side(const struct chains *c, const double from[2], const double to[2],
-                            double t) {
+/* Which side is to be covered of a piece of edge at its place t. A trim's edge counts where it lies
+ * in the domain and has what is to be covered on one side; the domain's border where the trims
+ * would let the region go on beyond it. */
+static enum cover cover_at(const struct chains *c, bool trim, const double from[2],
+                           const double to[2], double t) {
     double at[2], side[2][2];
     beside_line(c, from, to, t, at, side);
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < 2 && trim; k++) {
         const struct rim_window *w = &c->window;
         double slack = beside * w->length[k];
         if (!w->endless[k] && !(at[k] >= w->low[k] - slack && at[k] <= w->high[k] + slack))
             return COVER_NEITHER;
     }
     bool left = is_covered(c, side[0]), right = is_covered(c, side[1]);
+    if (!trim)
+        return left && right ? COVER_LEFT : COVER_NEITHER;
     return left == right ? COVER_NEITHER : left ? COVER_LEFT : COVER_RIGHT;
 }
-
-/* The domain's border counts where the trims would let the region go on beyond it. */
-static enum cover border_side(const struct chains *c, const double from[2], const double to[2],
-                              double t) {
-    double at[2], side[2][2];
-    beside_line(c, from, to, t, at, side);
-    return is_covered(c, side[0]) && is_covered(c, side[1]) ? COVER_LEFT : COVER_NEITHER;
-}
-
-typedef enum cover side_finder(const struct chains *c, const double from[2], const double to[2],
-                               double t);
 
 /* ---- chains of those that count ---- */
 
@@ -151,8 +144,8 @@ static void switch_run(struct chains *c, struct run *run, enum cover cover, cons
 
 /* Follows one straight piece, in steps so short that no trim across it is missed. Where the ends of
  * a step are of different kinds the place between them is looked for. */
-static void follow_straight(struct chains *c, struct run *run, side_finder *side,
-                            const double from[2], const double to[2]) {
+static void follow_straight(struct chains *c, struct run *run, bool trim, const double from[2],
+                            const double to[2]) {
     static const double inset = 1e-3;
     double most = 0, begin[2], end[2], at[2];
     for (int m = 0; m < 2; m++)
@@ -164,11 +157,12 @@ static void follow_straight(struct chains *c, struct run *run, side_finder *side
         for (int m = 0; m < 2; m++)
             end[m] = k == steps ? to[m] : from[m] + (to[m] - from[m]) * ((double)k / steps);
         double low = inset, high = 1 - inset;
-        enum cover first = side(c, begin, end, low), last = side(c, begin, end, high);
+        enum cover first = cover_at(c, trim, begin, end, low),
+                   last = cover_at(c, trim, begin, end, high);
         switch_run(c, run, first, begin);
         for (int half = 0; first != last && half < HALVINGS; half++) {
             double middle = (low + high) / 2;
-            *(side(c, begin, end, middle) == first ? &low : &high) = middle;
+            *(cover_at(c, trim, begin, end, middle) == first ? &low : &high) = middle;
         }
         for (int m = 0; m < 2; m++)
             at[m] = begin[m] + high * (end[m] - begin[m]);
@@ -180,32 +174,17 @@ static void follow_straight(struct chains *c, struct run *run, side_finder *side
 
 /* The chains of a closed polyline whose pieces count; its last point is its first. Where a run
  * passes its ends the two parts are joined later, unless all of it is one. */
-static void follow_polyline(struct chains *c, side_finder *side, const double (*uv)[2],
-                            size_t count) {
+static void follow_polyline(struct chains *c, bool trim, const double (*uv)[2], size_t count) {
     struct run run = {c->line.count, COVER_NEITHER, false};
     for (size_t k = 0; k + 1 < count; k++)
         if (uv[k + 1][0] != uv[k][0] || uv[k + 1][1] != uv[k][1])
-            follow_straight(c, &run, side, uv[k], uv[k + 1]);
+            follow_straight(c, &run, trim, uv[k], uv[k + 1]);
     if (run.cover == COVER_NEITHER)
         return;
     bool closed = !run.gaps && memcmp(uv[0], uv[count - 1], sizeof uv[0]) == 0;
     if (closed)
         c->line.count--;
     add_chain(c, run.first, run.cover, closed);
-}
-
-static void follow_domain_border(struct chains *c) {
-    const struct rim_window *w = &c->window;
-    const double corner[5][2] = {{w->low[0], w->low[1]},
-                                 {w->high[0], w->low[1]},
-                                 {w->high[0], w->high[1]},
-                                 {w->low[0], w->high[1]},
-                                 {w->low[0], w->low[1]}};
-    for (int k = 0; k < 4; k++) {
-        int axis = k % 2 ? 0 : 1, end = k == 1 || k == 2;
-        if (!w->endless[axis] && !rim_builder_is_pole(c->builder, axis, end))
-            follow_polyline(c, border_side, &corner[k], 2);
-    }
 }
 
 /* ---- their polylines ---- */
@@ -222,63 +201,42 @@ static void end_stretch(struct chains *c, struct polyline *stretch) {
         if (kept[k])
             memcpy(uv[used++], uv[k], sizeof *uv);
     if (!c->builder->failed)
-        follow_polyline(c, trim_side, (const double(*)[2])uv, used);
+        follow_polyline(c, true, (const double(*)[2])uv, used);
     stretch->count = 0;
 }
 
-/* Whether the cloth is cut open along the window's border in a direction: round a closed one. */
-static bool is_cut(const struct chains *c, int axis) {
-    return c->builder->march->surface->axis[axis].closed && !c->window.endless[axis];
-}
-
-/* Where a straight piece first leaves the window's turn that it begins in, as a share of the way
- * from `share` on; 1 when it does not. */
-static double next_crossing(const struct chains *c, const double from[2], const double to[2],
-                            double share) {
-    double next = 1;
-    for (int k = 0; k < 2; k++) {
-        const struct rim_window *w = &c->window;
-        double way = to[k] - from[k], length = w->length[k];
-        if (!is_cut(c, k))
-            continue;
-        for (int turn = -1; turn <= 1; turn++) {
-            double at = (w->low[k] + turn * length - from[k]) / way;
-            next = at > share && at < next ? at : next;
-        }
-    }
-    return next;
-}
-
-/* Adds a straight piece that crosses no cut to the stretch, moved into the window by whole turns;
- * one that does not go on from the stretch's last point begins another. */
-static void add_uncut(struct chains *c, struct polyline *stretch, const double from[2],
-                      const double to[2]) {
-    const struct rim_window *w = &c->window;
-    double moved[2][2];
-    for (int k = 0; k < 2; k++) {
-        double turns = is_cut(c, k) ? floor(((from[k] + to[k]) / 2 - w->low[k]) / w->length[k]) : 0;
-        moved[0][k] = from[k] - turns * w->length[k];
-        moved[1][k] = to[k] - turns * w->length[k];
-    }
-    const double *last = stretch->count > 0 ? stretch->uv[stretch->count - 1] : NULL;
-    if (last && (last[0] != moved[0][0] || last[1] != moved[0][1]))
-        end_stretch(c, stretch);
-    if (stretch->count == 0)
-        memcpy(stretch->uv[stretch->count++], moved[0], sizeof *moved);
-    memcpy(stretch->uv[stretch->count++], moved[1], sizeof *moved);
-}
-
-/* A straight piece in inner parameters, cut where it crosses the window's border. */
+/* A straight piece in inner parameters, cut where it crosses the window's border in a direction in
+ * which the cloth is cut open, and moved into the window by whole turns. What does not go on from
+ * the stretch's last point begins another. */
 static void add_straight(struct chains *c, struct polyline *stretch, const double from[2],
                          const double to[2]) {
-    double share = 0, begin[2], end[2];
+    const struct rim_window *w = &c->window;
+    const struct surface_axis *axis = c->builder->march->surface->axis;
+    double share = 0, begin[2], end[2], moved[2][2];
     memcpy(end, from, sizeof end);
     while (share < 1) {
+        double next = 1; /* where it leaves the window's turn that it is in */
         memcpy(begin, end, sizeof begin);
-        share = next_crossing(c, from, to, share);
         for (int k = 0; k < 2; k++)
+            for (int turn = -1; turn <= 1 && axis[k].closed && !w->endless[k]; turn++) {
+                double at = (w->low[k] + turn * w->length[k] - from[k]) / (to[k] - from[k]);
+                next = at > share && at < next ? at : next;
+            }
+        share = next;
+        for (int k = 0; k < 2; k++) {
             end[k] = share < 1 ? from[k] + share * (to[k] - from[k]) : to[k];
-        add_uncut(c, stretch, begin, end);
+            double turns = axis[k].closed && !w->endless[k]
+                               ? floor(((begin[k] + end[k]) / 2 - w->low[k]) / w->length[k])
+                               : 0;
+            moved[0][k] = begin[k] - turns * w->length[k];
+            moved[1][k] = end[k] - turns * w->length[k];
+        }
+        const double *last = stretch->count > 0 ? stretch->uv[stretch->count - 1] : NULL;
+        if (last && (last[0] != moved[0][0] || last[1] != moved[0][1]))
+            end_stretch(c, stretch);
+        if (stretch->count == 0)
+            memcpy(stretch->uv[stretch->count++], moved[0], sizeof *moved);
+        memcpy(stretch->uv[stretch->count++], moved[1], sizeof *moved);
     }
 }
 
@@ -322,51 +280,54 @@ static double gap_between(const struct chains *c, const double p[2], const doubl
     return most;
 }
 
-/* The chain, not yet used, whose beginning is nearest to the place. */
-static struct chain *next_chain(struct chains *c, const double at[2], double *gap) {
-    struct chain *best = NULL;
-    *gap = HUGE_VAL;
-    for (size_t k = 0; k < c->count; k++) {
-        struct chain *chain = &c->chain[k];
-        double own =
-            chain->used || chain->closed ? HUGE_VAL : gap_between(c, at, c->line.uv[chain->first]);
-        best = own < *gap ? chain : best;
-        *gap = fmin(*gap, own);
-    }
-    return best;
-}
-
-/* Chain after chain, until the nearest beginning is the loop's own. */
+/* Joins chain after chain, until the nearest beginning is the loop's own. */
 static void join_rim_chains(struct chains *c) {
     for (size_t k = 0; k < c->count && !c->builder->failed; k++) {
         struct chain *chain = &c->chain[k];
         const double *begin = c->line.uv[chain->first];
         if (chain->used)
             continue;
-        for (;;) {
+        for (struct chain *next; chain; chain = next) {
             const double *end = c->line.uv[chain->first + chain->count - 1];
-            double gap;
+            double gap = HUGE_VAL, own_gap = gap_between(c, end, begin);
             chain->used = true;
             for (size_t n = 0; n < chain->count; n++) {
                 const double *uv = c->line.uv[chain->first + n];
                 rim_builder_add_point(c->builder, uv[0], uv[1]);
             }
-            if (!c->builder->failed && !chain->closed)
-                c->builder->edges->vertices[c->builder->edges->vertex_count - 1].leaps = true;
-            struct chain *next = chain->closed ? NULL : next_chain(c, end, &gap);
-            if (!next || (gap_between(c, end, begin) <= gap && gap > joint) ||
-                gap_between(c, end, begin) <= joint)
+            next = NULL;
+            if (chain->closed)
                 break;
-            chain = next;
+            if (!c->builder->failed)
+                c->builder->edges->vertices[c->builder->edges->vertex_count - 1].leaps = true;
+            for (size_t n = 0; n < c->count; n++) {
+                struct chain *other = &c->chain[n];
+                double own = other->used || other->closed
+                                 ? HUGE_VAL
+                                 : gap_between(c, end, c->line.uv[other->first]);
+                next = own < gap ? other : next;
+                gap = fmin(gap, own);
+            }
+            if (own_gap <= joint || (own_gap <= gap && gap > joint))
+                next = NULL;
         }
         rim_builder_end_loop(c->builder, false);
     }
 }
 
-void rim_builder_add_trims(struct rim_builder *b, const struct rim_window *window) {
-    struct chains c = {.builder = b, .window = *window};
+void rim_builder_add_trims(struct rim_builder *b, const struct rim_window *w) {
+    struct chains c = {.builder = b, .window = *w};
     const struct trim *trim = b->march->trim;
-    follow_domain_border(&c);
+    const double corner[5][2] = {{w->low[0], w->low[1]},
+                                 {w->high[0], w->low[1]},
+                                 {w->high[0], w->high[1]},
+                                 {w->low[0], w->high[1]},
+                                 {w->low[0], w->low[1]}};
+    for (int k = 0; k < 4; k++) {
+        int axis = k % 2 ? 0 : 1, end = k == 1 || k == 2;
+        if (!w->endless[axis] && !rim_builder_is_pole(b, axis, end))
+            follow_polyline(&c, false, &corner[k], 2);
+    }
     for (size_t k = 0; k < trim_loop_count(trim) && !b->failed; k++)
         follow_trim_loop(&c, k);
     join_rim_chains(&c);
