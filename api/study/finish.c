@@ -27,53 +27,6 @@ static bool is_eligible(const struct study_row *row) {
     return row->failure == FAILURE_NONE && !(row->variant.coarseness > 1);
 }
 
-/* ---- the best ---- */
-
-/* The best of each objective, of the rows that may be it: that which misses the limits by less,
- * then that with less of the objective; the first of equals. */
-static void find_best_rows(struct verdict *v) {
-    for (int id = 0; id < QUANTITY_COUNT; id++) {
-        int *best = &v->summary.best[id];
-        *best = -1;
-        v->summary.objective[id] = v->study->request.objective[id];
-        for (size_t a = 0; v->summary.objective[id] && a < v->count; a++) {
-            size_t b = *best < 0 ? a : (size_t)*best;
-            bool better = v->rows[a].quantity[id] < v->rows[b].quantity[id];
-            if (v->violation[a] != v->violation[b])
-                better = v->violation[a] < v->violation[b];
-            if (is_eligible(&v->rows[a]) && (*best < 0 || better))
-                *best = (int)a;
-        }
-    }
-}
-
-/* The limit that the fewest variants keep; of equals that which is missed by the most at the least.
- */
-static void find_hardest(struct verdict *v) {
-    size_t fewest = SIZE_MAX;
-    double hardest = -1;
-    v->summary.hardest = -1;
-    for (int id = 0; id < QUANTITY_COUNT && v->summary.feasible == 0; id++) {
-        const struct study_limit *limit = &v->study->request.limit[id];
-        double least = HUGE_VAL;
-        size_t keep = 0;
-        for (size_t k = 0; k < v->count; k++) {
-            if (!is_eligible(&v->rows[k]))
-                continue;
-            double missed = study_limit_violation(v->study, &v->rows[k], (enum quantity_id)id);
-            keep += missed <= 0;
-            least = fmin(least, missed);
-        }
-        if (!(limit->has_min || limit->has_max) || isinf(least))
-            continue;
-        if (keep < fewest || (keep == fewest && least > hardest)) {
-            fewest = keep;
-            hardest = least;
-            v->summary.hardest = id;
-        }
-    }
-}
-
 /* ---- the front ---- */
 
 /* The objectives of a row, for sorting. */
@@ -140,24 +93,50 @@ static void add_warning(struct api_warnings *warnings, const char *code, const c
     (void)snprintf(warning->detail, sizeof warning->detail, "%s", detail);
 }
 
-static void warn_infeasible(struct verdict *v) {
-    const struct quantity *hardest = &quantities[v->summary.hardest];
-    const struct study_limit *limit = &v->study->request.limit[v->summary.hardest];
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    char detail[sizeof v->summary.warnings.list[0].detail], pointer[40];
+/* Where no variant keeps all limits: the limit that the fewest keep, of equals that which is missed
+ * by the most at the least, and what the variants have of it. */
+static void find_hardest(struct verdict *v) {
+    struct api_study_summary *s = &v->summary;
+    double hardest = -1, low = HUGE_VAL, high = -HUGE_VAL;
+    char detail[sizeof s->warnings.list[0].detail], pointer[40];
+    size_t fewest = SIZE_MAX;
+    s->hardest = -1;
+    for (int id = 0; id < QUANTITY_COUNT && s->feasible == 0; id++) {
+        const struct study_limit *limit = &v->study->request.limit[id];
+        double least = HUGE_VAL;
+        size_t keep = 0;
+        for (size_t k = 0; k < v->count; k++) {
+            if (!is_eligible(&v->rows[k]))
+                continue;
+            double missed = study_limit_violation(v->study, &v->rows[k], (enum quantity_id)id);
+            keep += missed <= 0;
+            least = fmin(least, missed);
+        }
+        if (!(limit->has_min || limit->has_max) || isinf(least))
+            continue;
+        if (keep < fewest || (keep == fewest && least > hardest)) {
+            fewest = keep;
+            hardest = least;
+            s->hardest = id;
+        }
+    }
+    if (s->hardest < 0)
+        return;
+    const char *name = quantities[s->hardest].name;
+    const struct study_limit *limit = &v->study->request.limit[s->hardest];
     for (size_t k = 0; k < v->count; k++) {
         if (!is_eligible(&v->rows[k]))
             continue;
-        low = fmin(low, v->rows[k].quantity[v->summary.hardest]);
-        high = fmax(high, v->rows[k].quantity[v->summary.hardest]);
+        low = fmin(low, v->rows[k].quantity[s->hardest]);
+        high = fmax(high, v->rows[k].quantity[s->hardest]);
     }
-    (void)snprintf(pointer, sizeof pointer, "/limits/%s", hardest->name);
+    (void)snprintf(pointer, sizeof pointer, "/limits/%s", name);
     (void)snprintf(detail, sizeof detail,
                    "no variant keeps all limits; the hardest is that of %s: the variants have %.6g "
                    "to %.6g, and the limit is %s%.6g",
-                   hardest->name, low, high, limit->has_max ? "at most " : "at least ",
+                   name, low, high, limit->has_max ? "at most " : "at least ",
                    limit->has_max ? limit->max : limit->min);
-    add_warning(&v->summary.warnings, "infeasible", pointer, detail);
+    add_warning(&s->warnings, "infeasible", pointer, detail);
 }
 
 /* A drape that ends soon has little shear and little waste: what is best by them may cover little
@@ -183,40 +162,49 @@ static void warn_uncovered(struct verdict *v) {
     add_warning(&v->summary.warnings, "uncovered", "/limits", detail);
 }
 
-/* How many failed, and what for the most of them. */
-static void warn_failed(struct verdict *v) {
-    char detail[sizeof v->summary.warnings.list[0].detail];
-    size_t each[FAILURE_COUNT] = {0};
-    int most = FAILURE_NONE + 1;
-    for (size_t k = 0; k < v->count; k++)
-        each[v->rows[k].failure]++;
-    for (int k = most; k < FAILURE_COUNT; k++)
-        most = each[k] > each[most] ? k : most;
-    (void)snprintf(detail, sizeof detail,
-                   "%zu of %zu variants could not be draped, %zu of them because of %s; the column "
-                   "failure has the reason of each",
-                   v->summary.failed, v->count, each[most], failure_names[most]);
-    add_warning(&v->summary.warnings, "failed", "", detail);
-}
-
 static void summarise_rows(struct verdict *v, double solve_ms) {
     const struct study_request *r = &v->study->request;
     struct api_study_summary *s = &v->summary;
+    char detail[sizeof s->warnings.list[0].detail];
+    size_t each[FAILURE_COUNT] = {0};
+    int most = FAILURE_NONE + 1;
     s->variants = v->count;
     s->solve_ms = solve_ms;
     strncpy(s->solver_version, DRAPE_SOLVER_VERSION, sizeof s->solver_version - 1);
     for (size_t k = 0; k < v->count; k++) {
-        s->failed += v->rows[k].failure != FAILURE_NONE;
+        each[v->rows[k].failure]++;
         s->coarse += v->rows[k].variant.coarseness > 1;
         s->feasible += is_eligible(&v->rows[k]) && !(v->violation[k] > 0);
     }
-    find_best_rows(v);
+    s->failed = v->count - each[FAILURE_NONE];
+    /* The best of each objective, of the rows that may be it: that which misses the limits by less,
+     * then that with less of the objective; the first of equals. */
+    for (int id = 0; id < QUANTITY_COUNT; id++) {
+        int *best = &s->best[id];
+        *best = -1;
+        s->objective[id] = r->objective[id];
+        for (size_t a = 0; s->objective[id] && a < v->count; a++) {
+            size_t b = *best < 0 ? a : (size_t)*best;
+            bool better = v->rows[a].quantity[id] < v->rows[b].quantity[id];
+            if (v->violation[a] != v->violation[b])
+                better = v->violation[a] < v->violation[b];
+            if (is_eligible(&v->rows[a]) && (*best < 0 || better))
+                *best = (int)a;
+        }
+    }
     find_hardest(v);
-    if (s->hardest >= 0)
-        warn_infeasible(v);
     warn_uncovered(v);
-    if (s->failed > 0)
-        warn_failed(v);
+    /* How many failed, and what for the most of them. */
+    for (int k = most; k < FAILURE_COUNT; k++)
+        most = each[k] > each[most] ? k : most;
+    if (s->failed > 0) {
+        (void)snprintf(
+            detail, sizeof detail,
+            "%zu of %zu variants could not be draped, %zu of them because of %s; the column "
+            "failure has the reason of each",
+            s->failed, v->count, each[most], failure_names[most]);
+        add_warning(&s->warnings, "failed", "", detail);
+    }
     /* a hand is not that far off, but a length in another unit is */
     if (r->starts == STUDY_STARTS_DISC && ANGLE_PI * r->radius * r->radius > v->study->part.area)
         add_warning(&s->warnings, "disc", "/vary/start/radius",
@@ -335,24 +323,6 @@ enum api_problem_id api_study_finish(const struct api_study *study,
 
 /* ---- the request of one variant ---- */
 
-/* The variant that row k of a result stands for, its face by the number in the part. */
-static bool read_variant(const struct api_reader *result, const struct api_columns *columns,
-                         size_t k, struct study_variant *variant) {
-    double face = 0;
-    for (int n = 0; n <= VARIANT_COLUMNS; n++) {
-        bool last = n == VARIANT_COLUMNS;
-        enum column_id id = last ? COLUMN_VARIANTS_face : variant_columns[n].id;
-        double *value = last ? &face : (double *)((char *)variant + variant_columns[n].offset);
-        const struct api_column *column =
-            api_columns_find(columns, API_TABLE_VARIANTS, column_specs[id].name);
-        *value = 0;
-        if (column && !api_columns_read(result, column, k, 1, value))
-            return false;
-    }
-    variant->start.face = (int32_t)face;
-    return true;
-}
-
 enum api_problem_id api_study_variant_request(const struct api_study *study,
                                               const struct api_reader *result, size_t k,
                                               struct arena *arena, const struct api_sink *sink,
@@ -360,14 +330,24 @@ enum api_problem_id api_study_variant_request(const struct api_study *study,
     struct api_columns columns;
     struct study_variant variant = {.coarseness = 1};
     struct api_request request = study->request.drape;
+    double face = 0;
     if (api_columns_open(result, &columns, problem) != API_OK)
         return problem->id;
     size_t count = api_columns_rows(&columns, API_TABLE_VARIANTS);
     if (k >= count)
         return api_problem_set(problem, API_NOT_FOUND, "the study has %zu variants, counted from 0",
                                count);
-    if (!read_variant(result, &columns, k, &variant))
-        return api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+    for (int n = 0; n <= VARIANT_COLUMNS; n++) { /* row k of the result */
+        bool last = n == VARIANT_COLUMNS;
+        enum column_id id = last ? COLUMN_VARIANTS_face : variant_columns[n].id;
+        double *value = last ? &face : (double *)((char *)&variant + variant_columns[n].offset);
+        const struct api_column *column =
+            api_columns_find(&columns, API_TABLE_VARIANTS, column_specs[id].name);
+        *value = 0;
+        if (column && !api_columns_read(result, column, k, 1, value))
+            return api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+    }
+    variant.start.face = (int32_t)face; /* by the number in the part */
     request.settings = study_variant_settings(study, &variant);
     if (study->request.starts != STUDY_STARTS_KEPT)
         request.start_on_face = study->part.geometry.shell != NULL;

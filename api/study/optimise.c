@@ -95,10 +95,18 @@ struct study_variant optimise_variant(const struct api_study *study, size_t k) {
 
 enum { WEIGHTS = 4 };
 
-/* The least of each objective so far, and how far its values among the best of the others reach
- * beyond. */
-static void find_ranges(const struct study_row *rows, size_t count, const int *ids,
-                        size_t objectives, double *least, double *range) {
+/* One objective alone, each of several alone, and all pairs of them with weights in between: the
+ * greatest of w (q - least) / range is to be small. */
+static size_t set_aims(const struct study_request *r, const struct study_row *rows, size_t count,
+                       struct search_aim aims[SEARCH_AIMS_MOST]) {
+    int ids[QUANTITY_COUNT];
+    double least[QUANTITY_COUNT], range[QUANTITY_COUNT];
+    size_t objectives = 0, made = 0;
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        if (r->objective[k])
+            ids[objectives++] = k;
+    /* The least of each objective so far, and how far its values among the best of the others reach
+     * beyond. */
     for (size_t a = 0; a < objectives; a++) {
         least[a] = HUGE_VAL;
         range[a] = 0;
@@ -115,19 +123,6 @@ static void find_ranges(const struct study_row *rows, size_t count, const int *i
         for (size_t a = 0; a < objectives && best != SIZE_MAX; a++)
             range[a] = fmax(range[a], rows[best].quantity[ids[a]] - least[a]);
     }
-}
-
-/* One objective alone, each of several alone, and all pairs of them with weights in between: the
- * greatest of w (q - least) / range is to be small. */
-static size_t set_aims(const struct study_request *r, const struct study_row *rows, size_t count,
-                       struct search_aim aims[SEARCH_AIMS_MOST]) {
-    int ids[QUANTITY_COUNT];
-    double least[QUANTITY_COUNT], range[QUANTITY_COUNT];
-    size_t objectives = 0, made = 0;
-    for (int k = 0; k < QUANTITY_COUNT; k++)
-        if (r->objective[k])
-            ids[objectives++] = k;
-    find_ranges(rows, count, ids, objectives, least, range);
     for (size_t a = 0; a < objectives; a++) {
         aims[made] = (struct search_aim){0};
         aims[made++].factor[ids[a]] = 1;

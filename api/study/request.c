@@ -145,28 +145,11 @@ static void decode_starts(const struct json_value *json, struct study_request *r
         r->start_count = (size_t)number;
 }
 
-/* Generators that fix what is to be varied. */
-static void check_generators(const struct json_value *root, const struct study_request *r) {
-    static const char *const names[] = {"warp", "weft"};
-    struct json_value drape = value_member(root, "drape");
-    struct json_value generators = value_member(&drape, "generators");
-    bool turned = r->angle.count > 0 || r->angle.deviation > 0;
-    bool sheared = r->pre_shear.count > 0 || r->pre_shear.deviation > 0;
-    for (int k = 0; k < 2; k++) {
-        enum drape_generator_kind kind = r->drape.settings.generator[k].kind;
-        struct json_value json = value_member(&generators, names[k]);
-        bool fixed = kind != DRAPE_GENERATOR_GEODESIC;
-        if (kind == DRAPE_GENERATOR_CURVE && r->starts != STUDY_STARTS_KEPT)
-            value_fault(&json, "must not be a curve, which passes one start, when starts vary");
-        else if (fixed && (k == 0 ? turned : sheared))
-            value_fault(&json, "must be \"geodesic\" when %s varies: it fixes the yarn's direction",
-                        k == 0 ? "angle_deg" : "pre_shear_deg");
-    }
-}
-
 static void decode_vary(const struct json_value *root, struct study_request *r) {
     static const char *const keys[] = {"start", "angle_deg", "pre_shear_deg", NULL};
-    struct json_value vary = value_member(root, "vary");
+    static const char *const names[] = {"warp", "weft"};
+    struct json_value drape = value_member(root, "drape"), vary = value_member(root, "vary");
+    struct json_value generators = value_member(&drape, "generators");
     struct json_value start = value_member(&vary, "start");
     struct json_value angle = value_member(&vary, "angle_deg");
     struct json_value pre_shear = value_member(&vary, "pre_shear_deg");
@@ -180,22 +163,42 @@ static void decode_vary(const struct json_value *root, struct study_request *r) 
         decode_angles(&angle, angles, &r->angle);
     if (value_given(&pre_shear))
         decode_angles(&pre_shear, pre_shears, &r->pre_shear);
-    check_generators(root, r);
+    bool turned = r->angle.count > 0 || r->angle.deviation > 0;
+    bool sheared = r->pre_shear.count > 0 || r->pre_shear.deviation > 0;
+    for (int k = 0; k < 2; k++) { /* generators fix what is to be varied */
+        enum drape_generator_kind kind = r->drape.settings.generator[k].kind;
+        struct json_value json = value_member(&generators, names[k]);
+        bool fixed = kind != DRAPE_GENERATOR_GEODESIC;
+        if (kind == DRAPE_GENERATOR_CURVE && r->starts != STUDY_STARTS_KEPT)
+            value_fault(&json, "must not be a curve, which passes one start, when starts vary");
+        else if (fixed && (k == 0 ? turned : sheared))
+            value_fault(&json, "must be \"geodesic\" when %s varies: it fixes the yarn's direction",
+                        k == 0 ? "angle_deg" : "pre_shear_deg");
+    }
 }
 
 /* ---- what is wanted ---- */
 
-static void decode_objectives(const struct json_value *root, struct study_request *r) {
+static void decode_wishes(const struct json_value *root, struct study_request *r) {
+    static const char *const ends[] = {"min", "max", NULL};
     struct json_value list = value_member(root, "objectives");
-    const char *names[QUANTITY_COUNT];
+    struct json_value limits = value_member(root, "limits");
+    struct json_value wanted = value_member(root, "wanted_direction");
+    struct json_value sample = value_member(root, "sample");
+    const char *names[QUANTITY_COUNT], *keys[QUANTITY_COUNT + 1] = {NULL};
     size_t count = 0;
+    double v[3];
     int index;
-    for (int k = 0; k < QUANTITY_COUNT; k++)
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        keys[k] = quantities[k].name;
         if (quantities[k].role == QUANTITY_OBJECTIVE)
             names[count++] = quantities[k].name;
-    if (!value_array(&list, 1))
-        return;
-    for (size_t k = 0; k < value_length(&list); k++) {
+    }
+    bool sampled = value_given(&sample) && !value_given(&list);
+    if (sampled)
+        r->objective[QUANTITY_MAX_SHEAR] = true;
+    size_t objectives = !sampled && value_array(&list, 1) ? value_length(&list) : 0;
+    for (size_t k = 0; k < objectives; k++) {
         struct json_value name = value_element(&list, k);
         if (!value_choice(&name, names, count, &index))
             continue;
@@ -203,17 +206,8 @@ static void decode_objectives(const struct json_value *root, struct study_reques
             value_fault(&name, "is there twice");
         r->objective[index] = true;
     }
-}
-
-static void decode_limits(const struct json_value *root, struct study_request *r) {
-    static const char *const ends[] = {"min", "max", NULL};
-    const char *keys[QUANTITY_COUNT + 1] = {NULL};
-    struct json_value limits = value_member(root, "limits");
-    for (int k = 0; k < QUANTITY_COUNT; k++)
-        keys[k] = quantities[k].name;
-    if (!value_given(&limits) || !value_object(&limits, keys))
-        return;
-    for (int k = 0; k < QUANTITY_COUNT; k++) {
+    bool limited = value_given(&limits) && value_object(&limits, keys);
+    for (int k = 0; limited && k < QUANTITY_COUNT; k++) {
         struct json_value own = value_member(&limits, keys[k]);
         struct json_value min = value_member(&own, "min"), max = value_member(&own, "max");
         const struct value_range range = {quantities[k].least, quantities[k].most, false};
@@ -226,6 +220,11 @@ static void decode_limits(const struct json_value *root, struct study_request *r
         limit->has_max = value_given(&max) && value_number(&max, range, &limit->max);
         if (limit->has_min && limit->has_max && limit->min > limit->max)
             value_fault(&min, "must not be greater than \"max\": no variant could keep both");
+    }
+    if (value_given(&wanted) && value_vector(&wanted, decode_coordinates, 3, v)) {
+        r->wanted = vec3_make(v[0], v[1], v[2]);
+        if (vec3_norm(r->wanted) < decode_lengths.low)
+            value_fault(&wanted, "must be longer than %g", decode_lengths.low);
     }
 }
 
@@ -264,9 +263,12 @@ static void check_needs(const struct json_value *root, const struct study_reques
 
 /* ---- how ---- */
 
-static void decode_sample(const struct json_value *root, struct study_request *r) {
+static void decode_sample(const struct json_value *root, const struct api_limits *allowed,
+                          struct study_request *r) {
     struct json_value sample = value_member(root, "sample"), seed = value_member(root, "seed");
     struct json_value vary = value_member(root, "vary"), search = value_member(root, "search");
+    struct json_value budget = value_member(root, "budget");
+    bool optimise = r->search == STUDY_SEARCH_OPTIMISE;
     int number = 0;
     bool listed = r->angle.count > 0 || r->pre_shear.count > 0 || r->starts == STUDY_STARTS_GRID ||
                   r->starts == STUDY_STARTS_POINTS;
@@ -280,75 +282,50 @@ static void decode_sample(const struct json_value *root, struct study_request *r
         value_fault(&sample, "is required where \"radius\" or \"normal\" vary: how many to draw");
     if (is_drawn(r) ? listed : value_given(&sample) && value_given(&vary))
         value_fault(&vary, "must have \"radius\" and \"normal\" alone with \"sample\"");
-    if (r->sample > 0 && r->search == STUDY_SEARCH_OPTIMISE)
+    if (r->sample > 0 && optimise)
         value_fault(&search, "must not be \"optimise\" with \"sample\"");
-}
-
-/* Before any memory is taken for them. A budget holds for whatever makes the variants. */
-static void check_variant_count(const struct json_value *root, const struct api_limits *limits,
-                                const struct study_request *r) {
+    /* Before any memory is taken for the variants. A budget holds for whatever makes them. */
     double variants = count_variants(r);
-    bool optimise = r->search == STUDY_SEARCH_OPTIMISE;
-    struct json_value budget = value_member(root, "budget");
-    struct json_value json = value_member(root, optimise        ? "budget"
-                                                : r->sample > 0 ? "sample"
-                                                                : "vary");
     if (value_given(&budget) && variants > (double)r->budget)
         value_fault(&budget,
                     "must be at least the %.6g variants that \"%s\" makes, or go with "
                     "\"search\": \"optimise\", which chooses",
                     variants, r->sample > 0 ? "sample" : "vary");
-    if (variants > (double)limits->max_variants)
-        value_fault(&json, "makes %.6g variants, and %zu are allowed%s", variants,
-                    limits->max_variants,
+    if (variants > (double)allowed->max_variants)
+        value_fault(optimise        ? &budget
+                    : r->sample > 0 ? &sample
+                                    : &vary,
+                    "makes %.6g variants, and %zu are allowed%s", variants, allowed->max_variants,
                     optimise || r->sample ? "" : ": take fewer starts or longer steps");
-}
-
-static void decode_study(const struct json_value *root, const struct api_input *input,
-                         const struct api_limits *limits, struct study_request *r) {
-    static const char *const keys[] = {"drape",  "vary",   "objectives",       "limits", "search",
-                                       "budget", "sample", "wanted_direction", "seed",   NULL};
-    struct json_value drape = value_member(root, "drape"), sample = value_member(root, "sample");
-    struct json_value objectives = value_member(root, "objectives");
-    struct json_value wanted = value_member(root, "wanted_direction");
-    struct json_value search = value_member(root, "search"), budget = value_member(root, "budget");
-    int index = 0, number = BUDGET;
-    double v[3];
-    if (!value_object(root, keys))
-        return;
-    decode_drape(&drape, input, limits, &r->drape);
-    if (value_given(&sample) && !value_given(&objectives))
-        r->objective[QUANTITY_MAX_SHEAR] = true;
-    else
-        decode_objectives(root, r);
-    decode_limits(root, r);
-    if (value_given(&wanted) && value_vector(&wanted, decode_coordinates, 3, v)) {
-        r->wanted = vec3_make(v[0], v[1], v[2]);
-        if (vec3_norm(r->wanted) < decode_lengths.low)
-            value_fault(&wanted, "must be longer than %g", decode_lengths.low);
-    }
-    check_needs(root, r);
-    if (value_given(&search))
-        value_choice(&search, study_search_names, STUDY_SEARCH_COUNT, &index);
-    if (value_given(&budget))
-        value_integer(&budget, BUDGET_MIN, BUDGET_MAX, &number);
-    r->search = (enum study_search)index;
-    r->budget = (size_t)number;
-    decode_vary(root, r);
-    decode_sample(root, r);
-    check_variant_count(root, limits, r);
 }
 
 enum api_problem_id study_decode(const struct api_input *input, const struct api_limits *limits,
                                  struct arena *arena, struct study_request *request,
                                  struct api_problem *problem) {
+    static const char *const keys[] = {"drape",  "vary",   "objectives",       "limits", "search",
+                                       "budget", "sample", "wanted_direction", "seed",   NULL};
     struct json_tree tree;
+    int index = 0, number = BUDGET;
     *request = (struct study_request){.search = STUDY_SEARCH_GRID};
     if (json_tree_parse(&tree, input->request, input->request_length, limits, arena, problem) !=
         API_OK)
         return problem->id;
-    struct json_value root = value_root(&tree);
-    decode_study(&root, input, limits, request);
+    struct json_value root = value_root(&tree), drape = value_member(&root, "drape");
+    struct json_value search = value_member(&root, "search");
+    struct json_value budget = value_member(&root, "budget");
+    if (value_object(&root, keys)) {
+        decode_drape(&drape, input, limits, &request->drape);
+        decode_wishes(&root, request);
+        check_needs(&root, request);
+        if (value_given(&search))
+            value_choice(&search, study_search_names, STUDY_SEARCH_COUNT, &index);
+        if (value_given(&budget))
+            value_integer(&budget, BUDGET_MIN, BUDGET_MAX, &number);
+        request->search = (enum study_search)index;
+        request->budget = (size_t)number;
+        decode_vary(&root, request);
+        decode_sample(&root, limits, request);
+    }
     json_tree_free(&tree);
     return problem->id;
 }

@@ -79,26 +79,11 @@ static enum status find_divisions(struct api_study *study) {
     return STATUS_OK;
 }
 
-/* What the drapes share, for the spacing that most variants have. Where there can be none, each
- * variant says so. */
-static bool prepare_part(struct api_study *study) {
-    struct drape_settings *own = &study->request.drape.settings;
-    struct drape_settings settings = *own;
-    const struct study_part *part = &study->part;
-    bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
-    double coarseness = optimise ? optimise_shares(study).coarseness : 1;
-    for (int k = 0; k < 2; k++)
-        settings.spacing[k] *= coarseness;
-    enum status status =
-        drape_prepare(&part->geometry, part->component, &settings, study->arena, &own->prepared);
-    if (status != STATUS_OK)
-        own->prepared = NULL;
-    return status != STATUS_OUT_OF_MEMORY;
-}
-
 static enum api_problem_id prepare_study(struct api_study *study, const struct api_input *input,
                                          const struct api_limits *limits,
                                          struct api_problem *problem) {
+    struct drape_settings *own = &study->request.drape.settings;
+    const struct study_part *part = &study->part;
     if (study_decode(input, limits, study->arena, &study->request, problem) != API_OK)
         return problem->id;
     if (study->request.drape.surface.kind == API_SURFACE_NAMED)
@@ -106,8 +91,21 @@ static enum api_problem_id prepare_study(struct api_study *study, const struct a
     if (study_part_make(&study->request, limits, study->arena, &study->part, problem) != API_OK)
         return problem->id;
     if (study_find_k1(study) != STATUS_OK || find_starts(study) != STATUS_OK ||
-        find_divisions(study) != STATUS_OK || !prepare_part(study))
+        find_divisions(study) != STATUS_OK)
         return api_problem_no_memory(problem, "the study");
+    /* What the drapes share, for the spacing that most variants have. Where there can be none, each
+     * variant says so. */
+    struct drape_settings settings = *own;
+    bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
+    double coarseness = optimise ? optimise_shares(study).coarseness : 1;
+    for (int k = 0; k < 2; k++)
+        settings.spacing[k] *= coarseness;
+    enum status status =
+        drape_prepare(&part->geometry, part->component, &settings, study->arena, &own->prepared);
+    if (status == STATUS_OUT_OF_MEMORY)
+        return api_problem_no_memory(problem, "the study");
+    if (status != STATUS_OK)
+        own->prepared = NULL;
     return study->request.sample > 0 ? sample_prepare(study, limits, problem) : API_OK;
 }
 
@@ -213,34 +211,29 @@ enum api_problem_id api_study_run_task(const struct api_study *study,
 
 /* ---- rounds ---- */
 
-/* The least of each objective, of the variants that miss the limits by the least. */
-static void find_best_so_far(const struct api_study *study, const struct study_row *rows,
-                             size_t count, double best[QUANTITY_COUNT]) {
+enum api_problem_id api_study_plan(const struct api_study *study,
+                                   const struct api_study_numbers *numbers, struct arena *arena,
+                                   struct api_study_plan *plan, struct api_problem *problem) {
+    size_t count;
     double least = HUGE_VAL;
+    *plan = (struct api_study_plan){0};
+    const struct study_row *rows = study_rows(study, numbers, arena, &count, problem);
+    if (!rows)
+        return problem->id;
+    plan->done = count;
+    /* The least of each objective, of the variants that miss the limits by the least. */
     for (int id = 0; id < QUANTITY_COUNT; id++)
-        best[id] = NAN;
+        plan->best[id] = NAN;
     for (size_t k = 0; k < count; k++) {
         double missed = study_violation(study, &rows[k]);
         if (rows[k].failure != FAILURE_NONE || missed > least)
             continue;
         for (int id = 0; id < QUANTITY_COUNT; id++)
             if (study->request.objective[id] &&
-                !(missed == least && best[id] <= rows[k].quantity[id]))
-                best[id] = rows[k].quantity[id];
+                !(missed == least && plan->best[id] <= rows[k].quantity[id]))
+                plan->best[id] = rows[k].quantity[id];
         least = missed;
     }
-}
-
-enum api_problem_id api_study_plan(const struct api_study *study,
-                                   const struct api_study_numbers *numbers, struct arena *arena,
-                                   struct api_study_plan *plan, struct api_problem *problem) {
-    size_t count;
-    *plan = (struct api_study_plan){0};
-    const struct study_row *rows = study_rows(study, numbers, arena, &count, problem);
-    if (!rows)
-        return problem->id;
-    plan->done = count;
-    find_best_so_far(study, rows, count, plan->best);
     if (study->nominal)
         return sample_plan(study, count, arena, plan, problem);
     bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;

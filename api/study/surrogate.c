@@ -15,26 +15,6 @@ enum { TOGETHER = 12, BLOCK = 64 };
  * the equations regular; far below what values differ by. */
 static const double ridge = 1e-9;
 
-/* Row i of the equations [Phi T; T' 0] and their right sides. */
-static void set_row(const struct surrogate_point *points, const double *value, size_t count,
-                    size_t values, size_t i, double *row) {
-    size_t unknowns = count + TAIL;
-    memset(row, 0, (unknowns + values) * sizeof *row);
-    if (i < count) {
-        for (size_t k = 0; k < count; k++) {
-            double d2 = surrogate_distance2(&points[i], &points[k]);
-            row[k] = d2 * sqrt(d2);
-        }
-        row[count] = 1;
-        memcpy(row + count + 1, points[i].x, sizeof points[i].x);
-        memcpy(row + unknowns, value + i * values, values * sizeof *row);
-    } else {
-        for (size_t k = 0; k < count; k++)
-            row[k] = i == count ? 1 : points[k].x[i - count - 1];
-    }
-    row[i] += i < count ? ridge : -ridge;
-}
-
 /* Gauss's elimination of `rows`, each of `unknowns` coefficients and the right sides behind them,
  * with the largest pivot of each column; the solution takes the place of the right sides. */
 WIDE_CLONES
@@ -73,9 +53,19 @@ enum status surrogate_make(const struct surrogate_point *points, const double *v
     double **rows = arena_take(arena, unknowns, sizeof *rows);
     if (!weight || !across || !all || !rows)
         return STATUS_OUT_OF_MEMORY;
-    for (size_t i = 0; i < unknowns; i++) {
-        rows[i] = all + i * width;
-        set_row(points, value, count, values, i, rows[i]);
+    for (size_t i = 0; i < unknowns; i++) { /* [Phi T; T' 0] and its right sides */
+        double *row = rows[i] = all + i * width;
+        memset(row, 0, width * sizeof *row);
+        for (size_t k = 0; k < count; k++) {
+            double d2 = i < count ? surrogate_distance2(&points[i], &points[k]) : 0;
+            row[k] = i < count ? d2 * sqrt(d2) : i == count ? 1 : points[k].x[i - count - 1];
+        }
+        row[i] += i < count ? ridge : -ridge;
+        if (i >= count)
+            continue;
+        row[count] = 1;
+        memcpy(row + count + 1, points[i].x, sizeof points[i].x);
+        memcpy(row + unknowns, value + i * values, values * sizeof *row);
     }
     eliminate(rows, unknowns, width);
     for (size_t i = 0; i < unknowns; i++)

@@ -212,25 +212,7 @@ static double cap_of(const struct surrogate_search *search, enum quantity_id id,
     return cap;
 }
 
-/* One quantity of the chosen rows, `value[i * values]` each. Failures have what is worst. */
-static void take_values(const struct surrogate_search *search, enum quantity_id id,
-                        const size_t *chosen, size_t count, size_t values, double cap,
-                        double *value) {
-    double least = HUGE_VAL, most = -HUGE_VAL;
-    for (size_t i = 0; i < count; i++) {
-        const struct study_row *row = &search->rows[chosen[i]];
-        if (row->failure != FAILURE_NONE)
-            continue;
-        value[i * values] = fmin(row->quantity[id], cap);
-        least = fmin(least, value[i * values]);
-        most = fmax(most, value[i * values]);
-    }
-    for (size_t i = 0; i < count; i++)
-        if (search->rows[chosen[i]].failure != FAILURE_NONE)
-            value[i * values] = search->study->request.limit[id].has_min ? least : most;
-}
-
-/* The largest shear of each division, likewise. */
+/* The largest shear of each division of the chosen rows, `value[i * values]` each. */
 static void take_divisions(const struct surrogate_search *search, const size_t *chosen,
                            size_t count, size_t values, double cap, double *value) {
     size_t divisions = search->study->divisions;
@@ -259,9 +241,21 @@ static enum status make_model(const struct surrogate_search *search, const struc
         if (study_judges(&search->study->request, (enum quantity_id)id))
             model->id[judged++] = (enum quantity_id)id;
     size_t values = judged + search->study->divisions;
-    for (size_t v = 0; v < judged; v++)
-        take_values(search, model->id[v], chosen, count, values,
-                    cap_of(search, model->id[v], scratch), value + v);
+    for (size_t v = 0; v < judged; v++) { /* failures have what is worst */
+        enum quantity_id id = model->id[v];
+        double cap = cap_of(search, id, scratch), least = HUGE_VAL, most = -HUGE_VAL;
+        for (size_t i = 0; i < count; i++) {
+            const struct study_row *row = &search->rows[chosen[i]];
+            if (row->failure != FAILURE_NONE)
+                continue;
+            value[i * values + v] = fmin(row->quantity[id], cap);
+            least = fmin(least, value[i * values + v]);
+            most = fmax(most, value[i * values + v]);
+        }
+        for (size_t i = 0; i < count; i++)
+            if (search->rows[chosen[i]].failure != FAILURE_NONE)
+                value[i * values + v] = search->study->request.limit[id].has_min ? least : most;
+    }
     if (values > judged)
         take_divisions(search, chosen, count, values, cap_of(search, QUANTITY_MAX_SHEAR, scratch),
                        value + judged);
@@ -284,29 +278,6 @@ struct candidate {
 
 static double clamp(double x, double low, double high) {
     return fmin(fmax(x, low), high);
-}
-
-/* A trial about another one; false where the part has none. */
-static bool draw_near(const struct space *space, const struct trial *about, double size,
-                      uint32_t seed, size_t k, struct trial *trial) {
-    const struct study_request *r = space->request;
-    double by[4];
-    for (unsigned c = 0; c < 4; c++)
-        by[c] = size * seeded_bell(seed, k, 3 * c + 1);
-    *trial = *about;
-    if (r->starts == STUDY_STARTS_GRID &&
-        !study_part_nudge(space->part, &about->start,
-                          (double[]){by[0] * space->length, by[1] * space->length}, &trial->start))
-        return false;
-    if (r->angle.count > 0)
-        trial->turn += 90 * by[2];
-    if (r->angle.count > 0 && !(space->period > 0))
-        trial->turn = clamp(trial->turn, r->angle.from, r->angle.to);
-    if (r->pre_shear.count > 0)
-        trial->pre_shear_deg =
-            clamp(trial->pre_shear_deg + by[3] * (r->pre_shear.to - r->pre_shear.from),
-                  r->pre_shear.from, r->pre_shear.to);
-    return true;
 }
 
 /* What candidates are compared by: value and nearness as shares of the ranges that they have. */
@@ -337,12 +308,29 @@ struct round_search {
 static bool draw_candidate(struct round_search *p, const struct search_aim *aim,
                            const struct trial *about, double size, uint32_t seed, size_t draw,
                            struct candidate *candidate) {
-    if (!draw_near(&p->space, about, size, seed, draw, &candidate->trial))
-        return false;
-    double value[SURROGATE_VALUES_MOST];
-    struct study_row row = {.failure = FAILURE_NONE};
+    const struct space *space = &p->space;
+    const struct study_request *r = space->request;
     const struct model *model = &p->model;
-    candidate->point = model_point(&p->space, &candidate->trial);
+    struct trial *trial = &candidate->trial;
+    struct study_row row = {.failure = FAILURE_NONE};
+    double by[4], value[SURROGATE_VALUES_MOST];
+    for (unsigned c = 0; c < 4; c++)
+        by[c] = size * seeded_bell(seed, draw, 3 * c + 1);
+    *trial = *about;
+    if (r->starts == STUDY_STARTS_GRID &&
+        !study_part_nudge(space->part, &about->start,
+                          (double[]){by[0] * space->length, by[1] * space->length}, &trial->start))
+        return false;
+    if (r->angle.count > 0)
+        trial->turn += 90 * by[2];
+    if (r->angle.count > 0 && !(space->period > 0))
+        trial->turn = clamp(trial->turn, r->angle.from, r->angle.to);
+    if (r->pre_shear.count > 0)
+        trial->pre_shear_deg =
+            clamp(trial->pre_shear_deg + by[3] * (r->pre_shear.to - r->pre_shear.from),
+                  r->pre_shear.from, r->pre_shear.to);
+    /* What the model says of it. */
+    candidate->point = model_point(space, trial);
     surrogate_at(&model->surrogate, &candidate->point, value, &candidate->nearest);
     for (size_t v = 0; v < model->judged; v++)
         row.quantity[model->id[v]] = value[v];
@@ -360,24 +348,6 @@ static bool draw_candidate(struct round_search *p, const struct search_aim *aim,
 
 static double farthest(const struct surrogate_search *search) {
     return reach * (1 - search->progress) + 1e-4;
-}
-
-/* The best of each valley, the best of all first: of the good rows of an order those that none of
- * the better ones is near. */
-static size_t find_valleys(const struct round_search *p, const size_t *order, size_t ordered,
-                           size_t valley[VALLEYS]) {
-    struct surrogate_point taken[VALLEYS];
-    size_t good = ordered / GOOD > 5 ? ordered / GOOD : ordered < 5 ? ordered : 5, count = 0;
-    for (size_t k = 0; k < good && count < VALLEYS; k++) {
-        struct trial trial = trial_of(&p->space, &p->search->rows[order[k]].variant);
-        taken[count] = model_point(&p->space, &trial);
-        bool near = false;
-        for (size_t v = 0; v < count && !near; v++)
-            near = surrogate_distance2(&taken[count], &taken[v]) < apart * apart;
-        if (!near)
-            valley[count++] = order[k];
-    }
-    return count;
 }
 
 /* Candidates of the next variant, each about one of some rows. */
@@ -401,7 +371,20 @@ static size_t draw_candidates(struct round_search *p, const struct search_aim *a
  * in turns; at last about the best alone. */
 static size_t draw_in_turn(struct round_search *p, const struct search_aim *aim,
                            const size_t *order, size_t ordered, size_t turn) {
-    size_t valley[VALLEYS], count = find_valleys(p, order, ordered, valley);
+    struct surrogate_point taken[VALLEYS];
+    size_t valley[VALLEYS], count = 0;
+    size_t good = ordered / GOOD > 5 ? ordered / GOOD : ordered < 5 ? ordered : 5;
+    /* The best of each valley, the best of all first: of the good rows those that none of the
+     * better ones is near. */
+    for (size_t k = 0; k < good && count < VALLEYS; k++) {
+        struct trial trial = trial_of(&p->space, &p->search->rows[order[k]].variant);
+        taken[count] = model_point(&p->space, &trial);
+        bool near = false;
+        for (size_t v = 0; v < count && !near; v++)
+            near = surrogate_distance2(&taken[count], &taken[v]) < apart * apart;
+        if (!near)
+            valley[count++] = order[k];
+    }
     double left = fmax(1 - p->search->progress / settled, 0);
     size_t most = 1 + (size_t)((double)(count - 1) * left), way = left > 0 ? turn % WAYS : 0;
     size_t which = way == 1 ? (p->seed + turn) % most : 0;

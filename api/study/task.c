@@ -100,16 +100,6 @@ void api_study_task_crashed(struct api_study_task *task, size_t k) {
         task->crashed[task->crash_count++] = (int32_t)k;
 }
 
-/* Whether variant k is not to be tried again. */
-static bool is_known_to_crash(const struct api_study_task *task, size_t k) {
-    int32_t own = (int32_t)k;
-    bool known =
-        task->crash_count == API_STUDY_CRASHES && own > task->crashed[API_STUDY_CRASHES - 1];
-    for (int n = 0; n < task->crash_count; n++)
-        known = known || task->crashed[n] == own;
-    return known;
-}
-
 bool task_send(struct task_run *run, const double *numbers, size_t count) {
     enum { BLOCK = 512 };
     uint64_t bits[BLOCK];
@@ -131,14 +121,20 @@ bool task_drape(struct task_run *run, size_t k, const struct study_variant *vari
     const struct drape_monitor *monitor = run->monitor;
     struct study_variant tried = *variant;
     double numbers[STUDY_ROW_NUMBERS];
-    if (is_known_to_crash(run->task, k))
+    /* What is known to crash is not tried again. */
+    const struct api_study_task *task = run->task;
+    bool known =
+        task->crash_count == API_STUDY_CRASHES && (int32_t)k > task->crashed[API_STUDY_CRASHES - 1];
+    for (int n = 0; n < task->crash_count; n++)
+        known = known || task->crashed[n] == (int32_t)k;
+    if (known)
         tried.failure = FAILURE_CRASHED;
     if ((monitor && !monitor->progress(monitor->context, 0)) ||
         study_variant_drape(run->study, &tried, monitor, run->arena, row) != STATUS_OK) {
         api_problem_set(run->problem, API_CANCELLED, "the study was cancelled");
         return false;
     }
-    row->round = run->task->round;
+    row->round = task->round;
     study_row_store(row, numbers);
     return task_send(run, numbers, STUDY_ROW_NUMBERS) &&
            task_send(run, row->most, run->study->divisions);
