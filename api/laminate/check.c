@@ -34,20 +34,6 @@ static bool sink_text(const struct api_sink *sink, const char *text) {
     return sink->write(sink->context, text, strlen(text));
 }
 
-static const char *make_laminate_record(const struct laminate *laminate, struct arena *arena) {
-    struct api_text text = api_text_growing(arena);
-    const char *document = laminate_normalise(laminate, arena);
-    for (size_t k = 0; k < laminate->count; k++) {
-        char line[LINE_SIZE];
-        (void)snprintf(line, sizeof line, "%zu %s\n", laminate->plies[k].net,
-                       laminate->plies[k].name);
-        api_text_raw(&text, line);
-    }
-    api_text_raw(&text, "\n");
-    api_text_raw(&text, document ? document : "");
-    return document ? api_text_finish(&text) : NULL;
-}
-
 /* The requests: first how long they are, then themselves, so that one is in memory at a time. */
 static bool put_requests(const struct laminate *laminate, bool lengths, struct arena *arena,
                          const struct api_sink *sink) {
@@ -85,7 +71,17 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
     }
     if (problem->id != API_OK)
         return problem->id;
-    const char *record = make_laminate_record(&laminate, arena);
+    /* The record: the net and the name of each ply, and the laminate as it was understood. */
+    struct api_text text = api_text_growing(arena);
+    const char *document = laminate_normalise(&laminate, arena);
+    for (size_t k = 0; k < laminate.count; k++) {
+        (void)snprintf(line, sizeof line, "%zu %s\n", laminate.plies[k].net,
+                       laminate.plies[k].name);
+        api_text_raw(&text, line);
+    }
+    api_text_raw(&text, "\n");
+    api_text_raw(&text, document ? document : "");
+    const char *record = document ? api_text_finish(&text) : NULL;
     if (!record || !digest_laminate(&laminate, arena, check->digest))
         return api_problem_no_memory(problem, "the laminate");
     (void)snprintf(line, sizeof line, "%zu %zu\n", laminate.net_count, strlen(record));

@@ -14,27 +14,6 @@ int laminate_layers(const struct laminate_ply *ply) {
 
 /* ---- one ply ---- */
 
-/* Names go into the cards of solvers: printable ASCII. */
-static void decode_ply_name(const struct json_value *json, size_t number,
-                            struct laminate_ply *ply) {
-    char *name = json_tree_alloc(json->tree, LAMINATE_NAME_MAX + 1, 1);
-    const char *given;
-    ply->name = name;
-    if (!name)
-        return;
-    (void)snprintf(name, LAMINATE_NAME_MAX + 1, "ply_%zu", number + 1);
-    if (!value_given(json) || !value_string(json, &given))
-        return;
-    size_t length = strlen(given);
-    bool good = length >= 1 && length <= LAMINATE_NAME_MAX;
-    for (size_t k = 0; k < length; k++)
-        good = good && given[k] >= ' ' && given[k] <= '~';
-    if (good)
-        memcpy(name, given, length + 1);
-    else
-        value_fault(json, "must have 1 to %d printable ASCII characters", LAMINATE_NAME_MAX);
-}
-
 static void decode_polygon(const struct json_value *json, struct laminate_loop *loop) {
     double *rows;
     if (!value_rows(json, decode_coordinates, 3, 3, &rows, &loop->count))
@@ -92,8 +71,22 @@ static void decode_laminate_ply(const struct json_value *json, const struct api_
     struct json_value law = value_member(json, "compaction");
     struct json_value boundary = value_member(json, "boundary");
     struct json_value weight = value_member(json, "areal_weight");
-    *ply = (struct laminate_ply){.drape = *common, .repeat = 1};
-    decode_ply_name(&name, number, ply);
+    char *own = json_tree_alloc(json->tree, LAMINATE_NAME_MAX + 1, 1);
+    const char *given;
+    *ply = (struct laminate_ply){.drape = *common, .repeat = 1, .name = own};
+    if (own)
+        (void)snprintf(own, LAMINATE_NAME_MAX + 1, "ply_%zu", number + 1);
+    if (own && value_given(&name) && value_string(&name, &given)) {
+        /* Names go into the cards of solvers: printable ASCII. */
+        size_t length = strlen(given);
+        bool good = length >= 1 && length <= LAMINATE_NAME_MAX;
+        for (size_t k = 0; k < length; k++)
+            good = good && given[k] >= ' ' && given[k] <= '~';
+        if (good)
+            memcpy(own, given, length + 1);
+        else
+            value_fault(&name, "must have 1 to %d printable ASCII characters", LAMINATE_NAME_MAX);
+    }
     if (!value_object(json, keys))
         return;
     decode_ply(json, &ply->drape);
@@ -134,36 +127,6 @@ static void decode_stack_cavity(const struct json_value *json, struct stack_cavi
     }
 }
 
-static void decode_stack_offset(const struct json_value *root, struct laminate *laminate) {
-    static const char *const names[] = {"none", "nominal"};
-    struct json_value offset = value_member(root, "offset"), side = value_member(root, "side");
-    int index = 0;
-    if (value_given(&offset) && value_choice(&offset, names, 2, &index))
-        laminate->nominal = index == 1;
-    if (laminate->nominal && laminate->surface.kind == API_SURFACE_MESH)
-        value_fault(&offset, "nominal needs a surface with a curvature, not a triangle mesh: take "
-                             "\"none\"");
-    if (value_given(&side) && value_integer(&side, -1, 1, &laminate->side) && laminate->side == 0)
-        value_fault(&side, "must be 1 or -1");
-}
-
-/* What the stack needs of a ply. */
-static void check_ply(const struct json_value *json, const struct laminate *laminate,
-                      const struct laminate_ply *ply) {
-    struct json_value fabric = value_member(json, "fabric");
-    struct json_value thickness = value_member(&fabric, "thickness");
-    struct json_value fraction = value_member(&fabric, "fiber_volume_fraction");
-    bool thick = ply->drape.fabric.thickness > 0;
-    if (laminate->nominal && !thick)
-        value_fault(&thickness, "is required by the offset: plies lie on each other");
-    else if (laminate->cavity.kind == STACK_HEIGHT && !thick)
-        value_fault(&thickness, "is required in a cavity of a given height");
-    else if (ply->law.a > 0 && !thick)
-        value_fault(&thickness, "is required by the compaction");
-    if (ply->law.a > 0 && !(ply->drape.fabric.fiber_volume_fraction > 0))
-        value_fault(&fraction, "is required by the compaction");
-}
-
 static void decode_plies(const struct json_value *list, const struct api_request *common,
                          struct laminate *laminate) {
     if (!value_array(list, 1))
@@ -180,8 +143,21 @@ static void decode_plies(const struct json_value *list, const struct api_request
     laminate->plies = json_tree_alloc(list->tree, laminate->count, sizeof *laminate->plies);
     for (size_t k = 0; laminate->plies && k < laminate->count; k++) {
         struct json_value ply = value_element(list, k);
-        decode_laminate_ply(&ply, common, k, &laminate->plies[k]);
-        check_ply(&ply, laminate, &laminate->plies[k]);
+        struct json_value fabric = value_member(&ply, "fabric");
+        struct json_value thickness = value_member(&fabric, "thickness");
+        struct json_value fraction = value_member(&fabric, "fiber_volume_fraction");
+        struct laminate_ply *own = &laminate->plies[k];
+        decode_laminate_ply(&ply, common, k, own);
+        /* What the stack needs of a ply. */
+        bool thick = own->drape.fabric.thickness > 0;
+        if (laminate->nominal && !thick)
+            value_fault(&thickness, "is required by the offset: plies lie on each other");
+        else if (laminate->cavity.kind == STACK_HEIGHT && !thick)
+            value_fault(&thickness, "is required in a cavity of a given height");
+        else if (own->law.a > 0 && !thick)
+            value_fault(&thickness, "is required by the compaction");
+        if (own->law.a > 0 && !(own->drape.fabric.fiber_volume_fraction > 0))
+            value_fault(&fraction, "is required by the compaction");
     }
     double below = 0; /* the heights h_k of the header */
     for (size_t k = 0; laminate->nominal && laminate->plies && k < laminate->count; k++) {
@@ -197,14 +173,17 @@ enum api_problem_id laminate_decode(const struct api_input *input, const struct 
                                     struct api_problem *problem) {
     static const char *const keys[] = {"surface", "length_unit", "plies", "cavity",
                                        "offset",  "side",        NULL};
+    static const char *const offsets[] = {"none", "nominal"};
     struct json_tree tree;
     struct api_request common;
+    int index = 0;
     *laminate = (struct laminate){.side = 1};
     if (json_tree_parse(&tree, input->request, input->request_length, limits, arena, problem) !=
         API_OK)
         return problem->id;
     struct json_value root = value_root(&tree), plies = value_member(&root, "plies");
     struct json_value cavity = value_member(&root, "cavity");
+    struct json_value offset = value_member(&root, "offset"), side = value_member(&root, "side");
     if (value_object(&root, keys)) {
         decode_common(&root, input, limits, &common);
         laminate->surface = common.surface;
@@ -212,7 +191,14 @@ enum api_problem_id laminate_decode(const struct api_input *input, const struct 
         laminate->unit_of_surface = common.unit_of_surface;
         if (value_given(&cavity))
             decode_stack_cavity(&cavity, &laminate->cavity);
-        decode_stack_offset(&root, laminate);
+        if (value_given(&offset) && value_choice(&offset, offsets, 2, &index))
+            laminate->nominal = index == 1;
+        if (laminate->nominal && laminate->surface.kind == API_SURFACE_MESH)
+            value_fault(&offset, "nominal needs a surface with a curvature, not a triangle mesh: "
+                                 "take \"none\"");
+        if (value_given(&side) && value_integer(&side, -1, 1, &laminate->side) &&
+            laminate->side == 0)
+            value_fault(&side, "must be 1 or -1");
         decode_plies(&plies, &common, laminate);
     }
     json_tree_free(&tree);

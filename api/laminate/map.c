@@ -111,35 +111,8 @@ static void gather_plies(const struct mapping *m, size_t element, struct gathere
     }
 }
 
-/* The warp of a ply in the base, and the direction at right angles to it towards the weft. */
-static void yarn_axes(const struct ply_sample *sample, bool mirrored, double along[2],
-                      double across[2]) {
-    double side = mirrored ? -1 : 1;
-    along[0] = sample->warp[0];
-    along[1] = sample->warp[1];
-    across[0] = -side * along[1];
-    across[1] = side * along[0];
-}
-
 static struct vec3 in_space(const struct sample_frame *frame, double x, double y) {
     return vec3_axpy(y, frame->second, vec3_scale(x, frame->first));
-}
-
-static void lay_ply_row(struct mapping *m, size_t element, const struct gathered *plies, size_t n) {
-    size_t k = plies->ply[n], own = m->at.laminate->plies[k].net * m->at.count + element;
-    const struct ply_sample *sample = &m->at.samples[own];
-    const struct sample_frame *frame = &m->at.frames[element];
-    double along[2], across[2], sine, cosine;
-    yarn_axes(sample, m->at.mirrored[own], along, across);
-    angle_sincos_deg(sample->shear_deg, &sine, &cosine);
-    const struct map_ply row = {.warp = in_space(frame, along[0], along[1]),
-                                .weft = in_space(frame, sine * along[0] + cosine * across[0],
-                                                 sine * along[1] + cosine * across[1]),
-                                .shear_deg = sample->shear_deg,
-                                .thickness = m->thickness ? plies->pressed[n].thickness : 0,
-                                .fiber_volume_fraction =
-                                    m->fraction ? plies->pressed[n].fraction : 0};
-    map_stack_lay(&m->at.map->stack, (int)k, &row);
 }
 
 /* K = k1 d d^T + k2 e e^T + k3 n n^T in global axes, VTK's order. */
@@ -161,14 +134,18 @@ static void put_stack_permeability(struct mapping *m, size_t element, const stru
             m->out.tensor[part][element] += values[n] * v[n][axes[part][0]] * v[n][axes[part][1]];
 }
 
-/* The flags and the tensors of one ply. */
+/* The flags and the tensors of one ply; on a mesh also its row. */
 static void add_ply(struct mapping *m, size_t element, const struct gathered *plies, size_t n,
                     struct stack_sum *sum) {
     const struct laminate_ply *ply = &m->at.laminate->plies[plies->ply[n]];
     const struct api_request *drape = &ply->drape;
-    size_t own = ply->net * m->at.count + element;
     const struct stack_ply *pressed = &plies->pressed[n];
-    double shear = m->at.samples[own].shear_deg, along[2], across[2];
+    const struct sample_frame *frame = &m->at.frames[element];
+    size_t own = ply->net * m->at.count + element;
+    const double *along = m->at.samples[own].warp; /* in the base */
+    double shear = m->at.samples[own].shear_deg, side = m->at.mirrored[own] ? -1 : 1;
+    /* At right angles to the warp, towards the weft. */
+    const double across[2] = {-side * along[1], side * along[0]};
     bool outside = false;
     if (fabs(shear) > fabs(m->out.shear[element]))
         m->out.shear[element] = shear;
@@ -176,14 +153,24 @@ static void add_ply(struct mapping *m, size_t element, const struct gathered *pl
         m->out.locked[element] = 1;
     if (m->out.packed && pressed->fraction > api_packing_limit(&drape->permeability))
         m->out.packed[element] = 1;
-    if (!m->permeability)
-        return;
-    struct permeability k =
-        api_permeability_at(&drape->permeability, pressed->fraction, shear, &outside);
-    yarn_axes(&m->at.samples[own], m->at.mirrored[own], along, across);
-    stack_add(sum, pressed->thickness, &k, along, across);
+    if (m->permeability) {
+        struct permeability k =
+            api_permeability_at(&drape->permeability, pressed->fraction, shear, &outside);
+        stack_add(sum, pressed->thickness, &k, along, across);
+    }
     if (outside)
         m->out.out_of_table[element] = 1;
+    if (m->at.target->elements) {
+        double sine, cosine;
+        angle_sincos_deg(shear, &sine, &cosine);
+        const struct map_ply row = {.warp = in_space(frame, along[0], along[1]),
+                                    .weft = in_space(frame, sine * along[0] + cosine * across[0],
+                                                     sine * along[1] + cosine * across[1]),
+                                    .shear_deg = shear,
+                                    .thickness = m->thickness ? pressed->thickness : 0,
+                                    .fiber_volume_fraction = m->fraction ? pressed->fraction : 0};
+        map_stack_lay(&m->at.map->stack, (int)plies->ply[n], &row);
+    }
 }
 
 /* The porosity where the resin carries a part of the pressure, and the fibres the rest. */
@@ -222,8 +209,6 @@ static void put_element(struct mapping *m, size_t element, struct gathered *plie
         whole += plies->pressed[n].thickness;
         fibres += plies->pressed[n].thickness * plies->pressed[n].fraction;
         add_ply(m, element, plies, n, &sum);
-        if (m->at.target->elements)
-            lay_ply_row(m, element, plies, n);
     }
     m->out.count[element] = (double)plies->count;
     m->out.distance[element] = m->at.distance[element];
@@ -265,54 +250,34 @@ static void warn_of_failed(struct mapping *m) {
         map_warn(m->at.map, "%s", text);
 }
 
-/* A boundary is projected on the cloth: where it lies far from it, as a polygon of few points does
- * on what is curved, its element there is a matter of chance. */
-static void warn_of_boundaries(struct mapping *m) {
+static void warn_of_places(struct mapping *m) {
     const struct laminate *laminate = m->at.laminate;
-    double most = boundary_away * m->at.spacing;
-    size_t worst = 0, far = 0;
-    for (size_t k = 0; k < laminate->count; k++) {
-        far += m->at.away[k] > most;
-        worst = m->at.away[k] > m->at.away[worst] ? k : worst;
-    }
-    if (!far)
-        return;
-    map_warn(m->at.map,
-             "the boundary of ply %zu (\"%.40s\") lies up to %.3g %s off its cloth, and %zu "
-             "of %zu more than twice the spacing: its projection may not be what you mean; give "
-             "more points of it",
-             worst + 1, laminate->plies[worst].name, m->at.away[worst],
-             m->at.map->fields.unit->name, far, laminate->count);
-}
-
-static void warn_of_distance(struct mapping *m) {
-    size_t bare = m->at.target->elements ? map_stack_bare(&m->at.map->stack) : 0;
-    if (m->far > m->at.count / 2) {
+    const struct map_stack *stack = &m->at.map->stack;
+    const char *unit = m->at.map->fields.unit->name;
+    size_t bare = m->at.target->elements ? map_stack_bare(stack) : 0, worst = 0, far = 0;
+    if (m->far > m->at.count / 2)
         map_warn(m->at.map,
                  "%zu of %zu points are further from the plies than their spacing and thickness, "
                  "up to %.3g %s: check their length unit and their position",
-                 m->far, m->at.count, m->farthest, m->at.map->fields.unit->name);
-    } else if (bare) {
+                 m->far, m->at.count, m->farthest, unit);
+    else if (bare)
         map_warn(m->at.map,
                  "%zu of %zu elements have no ply: the middles of %zu lie beyond every ply, and "
                  "%zu have no area",
-                 bare, m->at.count, bare - m->at.map->stack.flat, m->at.map->stack.flat);
+                 bare, m->at.count, bare - stack->flat, stack->flat);
+    /* A boundary is projected on the cloth: where it lies far from it, as a polygon of few points
+     * does on what is curved, its element there is a matter of chance. */
+    for (size_t k = 0; k < laminate->count; k++) {
+        far += m->at.away[k] > boundary_away * m->at.spacing;
+        worst = m->at.away[k] > m->at.away[worst] ? k : worst;
     }
-}
-
-/* Under a pressure plies with a law give way to the resin. */
-static bool begin_relief(struct mapping *m) {
-    static const double shares[MAP_RELIEFS] = {0.4, 0.8}; /* of the pressure */
-    const struct stack_cavity *cavity = &m->at.laminate->cavity;
-    bool gives = m->law && m->thickness && m->fraction && cavity->kind == STACK_PRESSURE;
-    for (int k = 0; gives && !cavity_given(m->at.target) && k < MAP_RELIEFS; k++) {
-        m->relieved[k] = arena_alloc(m->at.arena, m->at.count, sizeof *m->relieved[k]);
-        if (!m->relieved[k])
-            return ply_samples_no_memory(&m->at);
-        m->at.map->fields.relieved[k] = m->relieved[k];
-        m->at.map->fields.relief[k] = shares[k] * cavity->pressure;
-    }
-    return true;
+    if (far)
+        map_warn(m->at.map,
+                 "the boundary of ply %zu (\"%.40s\") lies up to %.3g %s off its cloth, and %zu "
+                 "of %zu more than twice the spacing: its projection may not be what you mean; "
+                 "give more points of it",
+                 worst + 1, laminate->plies[worst].name, m->at.away[worst], unit, far,
+                 laminate->count);
 }
 
 /* Names for cards, in which each has to be another: one that was there before gets its number. */
@@ -377,6 +342,8 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
                                .arena = arena,
                                .problem = problem,
                                .count = target->element_count}};
+    static const double shares[MAP_RELIEFS] = {0.4, 0.8}; /* of the pressure */
+    const struct stack_cavity *cavity = &laminate->cavity;
     memset(map, 0, sizeof *map);
     map->fields = map_target_fields(target, map->columns);
     find_properties(&m);
@@ -385,14 +352,21 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
                                "heights of the cavity need the fabric.thickness of every ply");
     if (!cavity_begin(&m.cavity, target, arena))
         return api_problem_no_memory(problem, "the map");
-    if (!begin_relief(&m) || !ply_samples_read(&m.at, nets) || !add_stack_columns(&m) ||
-        !map_elements(&m))
+    /* Under a pressure plies with a law give way to the resin. */
+    bool gives = m.law && m.thickness && m.fraction && cavity->kind == STACK_PRESSURE;
+    for (int k = 0; gives && !cavity_given(target) && k < MAP_RELIEFS; k++) {
+        m.relieved[k] = arena_alloc(arena, m.at.count, sizeof *m.relieved[k]);
+        if (!m.relieved[k])
+            return api_problem_no_memory(problem, "the map");
+        map->fields.relieved[k] = m.relieved[k];
+        map->fields.relief[k] = shares[k] * cavity->pressure;
+    }
+    if (!ply_samples_read(&m.at, nets) || !add_stack_columns(&m) || !map_elements(&m))
         return problem->id;
     if (target->warning)
         map_warn_text(map, target->warning);
     warn_of_failed(&m);
-    warn_of_distance(&m);
-    warn_of_boundaries(&m);
+    warn_of_places(&m);
     cavity_warn(&m.cavity, map, "laminate");
     return API_OK;
 }

@@ -29,19 +29,6 @@ static void write_boundary(struct api_text *text, const struct laminate_boundary
     api_text_raw(text, "}");
 }
 
-static void write_laminate_ply(struct api_text *text, const struct laminate_ply *ply) {
-    api_text_raw(text, "{");
-    api_text_key_string(text, "name", ply->name);
-    api_text_key_integer(text, "repeat", ply->repeat);
-    api_normalise_compaction(text, &ply->law);
-    if (ply->areal_weight > 0)
-        api_text_key_number(text, "areal_weight", ply->areal_weight);
-    write_boundary(text, &ply->boundary);
-    api_normalise_cloth(text, &ply->drape, NULL);
-    api_normalise_permeability(text, &ply->drape.permeability);
-    api_text_raw(text, "}");
-}
-
 const char *laminate_normalise(const struct laminate *laminate, struct arena *arena) {
     const struct stack_cavity *cavity = &laminate->cavity;
     struct api_text text = api_text_growing(arena);
@@ -65,7 +52,17 @@ const char *laminate_normalise(const struct laminate *laminate, struct arena *ar
     for (size_t k = 0; k < laminate->count; k++) {
         if (k)
             api_text_raw(&text, ",");
-        write_laminate_ply(&text, &laminate->plies[k]);
+        const struct laminate_ply *ply = &laminate->plies[k];
+        api_text_raw(&text, "{");
+        api_text_key_string(&text, "name", ply->name);
+        api_text_key_integer(&text, "repeat", ply->repeat);
+        api_normalise_compaction(&text, &ply->law);
+        if (ply->areal_weight > 0)
+            api_text_key_number(&text, "areal_weight", ply->areal_weight);
+        write_boundary(&text, &ply->boundary);
+        api_normalise_cloth(&text, &ply->drape, NULL);
+        api_normalise_permeability(&text, &ply->drape.permeability);
+        api_text_raw(&text, "}");
     }
     api_text_raw(&text, "]}");
     return api_text_finish(&text);

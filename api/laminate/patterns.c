@@ -30,8 +30,6 @@ struct patterns {
     double width, length, area;
 };
 
-/* ---- shelves ---- */
-
 static int compare_heights(const void *a, const void *b) {
     const struct placed *x = a, *y = b;
     double hx = x->shape->high[0] - x->shape->low[0], hy = y->shape->high[0] - y->shape->low[0];
@@ -42,19 +40,34 @@ static int compare_heights(const void *a, const void *b) {
     return (x->layer > y->layer) - (x->layer < y->layer);
 }
 
-/* The warp runs along the roll: x along it, y across. A shelf takes what fits across, the longest
- * first; the next begins behind the longest of it. */
-static bool lay_on_shelves(struct patterns *p, const struct laminate_roll *roll) {
+/* Lays the layers of the plies out on the roll. The warp runs along the roll: x along it, y across.
+ * A shelf takes what fits across, the longest first; the next begins behind the longest of it. */
+static bool lay_out_plies(struct patterns *p, const struct api_reader *const *nets, int ply,
+                          const struct laminate_roll *roll) {
+    const struct flat_plies *shapes = &p->shapes;
     double across = 0, along = 0, longest = 0, widest = 0;
-    for (size_t k = 0; k < p->placed_count; k++)
-        widest = fmax(widest, p->placed[k].shape->high[1] - p->placed[k].shape->low[1]);
+    size_t layers = 0;
+    if (!flat_plies_make(p->laminate, nets, ply, p->arena, &p->shapes, p->problem))
+        return false;
+    for (size_t k = 0; k < shapes->count; k++) {
+        layers += (size_t)laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]);
+        widest = fmax(widest, shapes->shapes[k].high[1] - shapes->shapes[k].low[1]);
+    }
+    p->placed = arena_alloc(p->arena, layers, sizeof *p->placed);
+    if (!p->placed)
+        return api_problem_no_memory(p->problem, "the patterns") == API_OK;
+    for (size_t k = 0; k < shapes->count; k++)
+        for (int n = 0; n < laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]); n++)
+            p->placed[p->placed_count++] = (struct placed){.shape = &shapes->shapes[k], .layer = n};
     p->width = roll->width > 0 ? roll->width : widest;
-    if (widest > p->width) {
+    if (p->placed_count == 0)
+        api_problem_set(p->problem, API_INVALID_REQUEST, "there is no ply to draw");
+    else if (widest > p->width)
         api_problem_set(p->problem, API_INVALID_REQUEST,
                         "width: a roll of %g %s is narrower than the widest ply, %.6g", p->width,
                         p->laminate->length_unit->name, widest);
+    if (p->placed_count == 0 || widest > p->width)
         return false;
-    }
     qsort(p->placed, p->placed_count, sizeof *p->placed, compare_heights);
     for (size_t k = 0; k < p->placed_count; k++) {
         struct placed *own = &p->placed[k];
@@ -184,26 +197,6 @@ static void write_svg(const struct patterns *p, struct api_text *text) {
 }
 
 /* ---- the whole ---- */
-
-/* Lays the layers of the plies out on the roll. */
-static bool lay_out_plies(struct patterns *p, const struct api_reader *const *nets, int ply,
-                          const struct laminate_roll *roll) {
-    const struct flat_plies *shapes = &p->shapes;
-    size_t layers = 0;
-    if (!flat_plies_make(p->laminate, nets, ply, p->arena, &p->shapes, p->problem))
-        return false;
-    for (size_t k = 0; k < shapes->count; k++)
-        layers += (size_t)laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]);
-    p->placed = arena_alloc(p->arena, layers, sizeof *p->placed);
-    if (!p->placed)
-        return api_problem_no_memory(p->problem, "the patterns") == API_OK;
-    for (size_t k = 0; k < shapes->count; k++)
-        for (int n = 0; n < laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]); n++)
-            p->placed[p->placed_count++] = (struct placed){.shape = &shapes->shapes[k], .layer = n};
-    if (p->placed_count == 0)
-        api_problem_set(p->problem, API_INVALID_REQUEST, "there is no ply to draw");
-    return p->placed_count > 0 && lay_on_shelves(p, roll);
-}
 
 enum api_problem_id laminate_patterns(const struct laminate *laminate,
                                       const struct api_reader *const *nets, int ply,

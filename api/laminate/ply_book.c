@@ -179,24 +179,6 @@ static void write_ply_section(struct ply_book *book, size_t k) {
 
 /* ---- the whole ---- */
 
-static void write_stack_line(const struct ply_book *book) {
-    const struct laminate *laminate = book->laminate;
-    const char *unit = laminate->length_unit->name;
-    struct api_text *text = book->text;
-    int layers = 0;
-    for (size_t k = 0; k < laminate->count; k++)
-        layers += laminate_layers(&laminate->plies[k]);
-    html_say(text, "%zu plies, %d layers, the first on the tool, ", laminate->count, layers);
-    html_say(text,
-             laminate->nominal ? "each on those below it by their nominal thickness, on side %d."
-                               : "all draped on the surface itself, side %d.",
-             laminate->side);
-    if (laminate->cavity.kind == STACK_HEIGHT)
-        html_say(text, " The cavity is %g %s high.", laminate->cavity.height, unit);
-    else if (laminate->cavity.kind == STACK_PRESSURE)
-        html_say(text, " Pressed with %g Pa.", laminate->cavity.pressure);
-}
-
 /* What all patterns take together. */
 static void write_sums(const struct ply_book *book, double width, double length) {
     const struct laminate *laminate = book->laminate;
@@ -225,6 +207,7 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
                     const struct flat_plies *shapes, double roll_width, double roll_length,
                     struct api_text *text) {
     struct ply_book *book = arena_alloc(text->arena, 1, sizeof *book);
+    int layers = 0;
     if (!book) {
         text->failed = true;
         return;
@@ -237,7 +220,18 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
                        "<title>Ply book</title>\n<style>");
     api_text_raw(text, style);
     api_text_raw(text, "</style>\n</head>\n<body>\n<h1>Ply book</h1>\n<p>");
-    write_stack_line(book);
+    for (size_t k = 0; k < laminate->count; k++)
+        layers += laminate_layers(&laminate->plies[k]);
+    html_say(text, "%zu plies, %d layers, the first on the tool, ", laminate->count, layers);
+    html_say(text,
+             laminate->nominal ? "each on those below it by their nominal thickness, on side %d."
+                               : "all draped on the surface itself, side %d.",
+             laminate->side);
+    if (laminate->cavity.kind == STACK_HEIGHT)
+        html_say(text, " The cavity is %g %s high.", laminate->cavity.height,
+                 laminate->length_unit->name);
+    else if (laminate->cavity.kind == STACK_PRESSURE)
+        html_say(text, " Pressed with %g Pa.", laminate->cavity.pressure);
     api_text_raw(text, "</p>\n<table>\n<tr><th>No.</th><th>Ply</th><th>Layers</th><th>Warp</th>"
                        "<th>Start</th><th>Boundary</th><th>Area, m²</th><th>kg/m²</th>"
                        "<th>Mass, kg</th><th>Shear up to</th></tr>\n");

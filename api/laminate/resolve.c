@@ -39,21 +39,6 @@ struct boundary_surface {
     struct prepared_part shape;
 };
 
-static bool prepare_surface(struct boundary_surface *on) {
-    struct api_request request = on->laminate->plies[0].drape;
-    if (on->made)
-        return true;
-    /* Whether a net fits is another question, asked for each ply. */
-    request.offset = 0;
-    request.settings.has_extent[0] = request.settings.has_extent[1] = true;
-    request.settings.extent[0][0] = request.settings.extent[0][1] = 0;
-    request.settings.extent[1][0] = request.settings.extent[1][1] = 0;
-    request.settings.start_kind = DRAPE_START_CENTROID;
-    on->made =
-        prepared_part_make(&request, on->limits, on->arena, &on->shape, on->problem) == API_OK;
-    return on->made;
-}
-
 /* ---- loops in space ---- */
 
 /* A loop of the surface's parameters as points in space, its edges cut finely. */
@@ -175,8 +160,18 @@ static enum api_problem_id resolve_ply(struct boundary_surface *on, size_t k) {
     bool known = on->laminate->surface.kind != API_SURFACE_NAMED;
     if (boundary->trim_count == 0 && (boundary->count == 0 || !starts || !known))
         return API_OK;
-    if (!prepare_surface(on))
-        return on->problem->id;
+    if (!on->made) {
+        /* Whether a net fits is another question, asked for each ply. */
+        struct api_request request = on->laminate->plies[0].drape;
+        request.offset = 0;
+        request.settings.has_extent[0] = request.settings.has_extent[1] = true;
+        request.settings.extent[0][0] = request.settings.extent[0][1] = 0;
+        request.settings.extent[1][0] = request.settings.extent[1][1] = 0;
+        request.settings.start_kind = DRAPE_START_CENTROID;
+        if (prepared_part_make(&request, on->limits, on->arena, &on->shape, on->problem) != API_OK)
+            return on->problem->id;
+        on->made = true;
+    }
     if (boundary->trim_count == 0) {
         start_near(on, centre_of(&boundary->loops[0]), &ply->drape);
         return API_OK;
@@ -202,12 +197,16 @@ static enum api_problem_id resolve_ply(struct boundary_surface *on, size_t k) {
     return loops_of_trims(on, ply, trim);
 }
 
-/* ---- which plies share a drape ---- */
-
-static enum api_problem_id share_drapes(struct laminate *laminate, struct arena *arena,
-                                        struct api_problem *problem) {
-    size_t *net_ply = arena_alloc(arena, laminate->count, sizeof *net_ply);
+enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api_limits *limits,
+                                     struct arena *arena, struct api_problem *problem) {
+    struct boundary_surface on = {
+        .laminate = laminate, .limits = limits, .arena = arena, .problem = problem};
     char id[API_ID_SIZE];
+    for (size_t k = 0; k < laminate->count; k++)
+        if (resolve_ply(&on, k) != API_OK)
+            return problem->id;
+    /* Which plies share a drape. */
+    size_t *net_ply = arena_alloc(arena, laminate->count, sizeof *net_ply);
     laminate->net_digest = arena_alloc(arena, laminate->count, sizeof *laminate->net_digest);
     laminate->net_ply = net_ply;
     if (!net_ply || !laminate->net_digest || !api_digest_surface(&laminate->surface, arena, id))
@@ -228,14 +227,4 @@ static enum api_problem_id share_drapes(struct laminate *laminate, struct arena 
         net_ply[laminate->net_count++] = k;
     }
     return API_OK;
-}
-
-enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api_limits *limits,
-                                     struct arena *arena, struct api_problem *problem) {
-    struct boundary_surface on = {
-        .laminate = laminate, .limits = limits, .arena = arena, .problem = problem};
-    for (size_t k = 0; k < laminate->count; k++)
-        if (resolve_ply(&on, k) != API_OK)
-            return problem->id;
-    return share_drapes(laminate, arena, problem);
 }
