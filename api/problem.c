@@ -115,27 +115,10 @@ enum api_problem_id api_problem_no_memory(struct api_problem *problem, const cha
     return api_problem_set(problem, API_OUT_OF_MEMORY, "not enough memory for %s", what);
 }
 
-static void write_errors(struct api_text *text, const struct api_problem *problem) {
-    api_text_key_string(text, "pointer", problem->error[0].pointer);
-    api_text_key(text, "errors");
-    api_text_raw(text, "[");
-    for (size_t i = 0; i < problem->count; i++) {
-        api_text_raw(text, i ? ",{" : "{");
-        api_text_key_string(text, "pointer", problem->error[i].pointer);
-        api_text_key_string(text, "detail", problem->error[i].detail);
-        api_text_raw(text, "}");
-    }
-    api_text_raw(text, "]");
-}
-
-/* Every byte of an error may need six in JSON; the first error is written twice. */
-static size_t json_capacity(const char *request_id) {
-    size_t errors = 6 * (API_ERRORS_MAX + 1) * sizeof(struct api_problem_error);
-    return errors + 1024 + (request_id ? 6 * strlen(request_id) : 0);
-}
-
 char *api_problem_json(const struct api_problem *problem, const char *request_id) {
-    size_t capacity = json_capacity(request_id);
+    /* Every byte of an error may need six in JSON; the first error is written twice. */
+    size_t capacity = 6 * (API_ERRORS_MAX + 1) * sizeof(struct api_problem_error) + 1024 +
+                      (request_id ? 6 * strlen(request_id) : 0);
     char *buffer = malloc(capacity);
     if (!buffer)
         return NULL;
@@ -146,8 +129,18 @@ char *api_problem_json(const struct api_problem *problem, const char *request_id
     api_text_key_string(&text, "title", api_problem_title(problem->id));
     api_text_key_integer(&text, "status", api_problem_status(problem->id));
     api_text_key_string(&text, "detail", problem->error[0].detail);
-    if (problem->has_pointer)
-        write_errors(&text, problem);
+    if (problem->has_pointer) {
+        api_text_key_string(&text, "pointer", problem->error[0].pointer);
+        api_text_key(&text, "errors");
+        api_text_raw(&text, "[");
+        for (size_t i = 0; i < problem->count; i++) {
+            api_text_raw(&text, i ? ",{" : "{");
+            api_text_key_string(&text, "pointer", problem->error[i].pointer);
+            api_text_key_string(&text, "detail", problem->error[i].detail);
+            api_text_raw(&text, "}");
+        }
+        api_text_raw(&text, "]");
+    }
     if (request_id)
         api_text_key_string(&text, "request_id", request_id);
     api_text_raw(&text, "}");

@@ -239,27 +239,23 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
     return ok && problem.id == API_OK;
 }
 
-/* The errors of a table of permeability, on standard output. */
-static bool hold_out_of_table(const struct arguments *arguments) {
-    struct api_problem problem = {0};
-    struct files_bytes text = {0};
-    bool ok = api_prepare() && files_read(arguments->table, &text) &&
-              hold_out_print(text.data, text.length, &arguments->limits, stdout, &problem);
-    if (problem.id != API_OK)
-        print_problem(&problem);
-    free(text.data);
-    return fflush(stdout) == 0 && ok;
-}
-
 int main(int argc, char **argv) {
     struct arguments arguments = {.limits = api_limits_default};
     int status = arguments_parse(&arguments, argc, argv);
     if (status >= 0)
         return status;
-    if (arguments.table)
-        return hold_out_of_table(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
-    files_watch_signals();
     struct files_bytes request = {0};
+    if (arguments.table) { /* the errors of a table of permeability, on standard output */
+        struct api_problem problem = {0};
+        bool held =
+            api_prepare() && files_read(arguments.table, &request) &&
+            hold_out_print(request.data, request.length, &arguments.limits, stdout, &problem);
+        if (problem.id != API_OK)
+            print_problem(&problem);
+        free(request.data);
+        return fflush(stdout) == 0 && held ? EXIT_SUCCESS : EXIT_FAILURE;
+    }
+    files_watch_signals();
     struct files_output output = {0};
     FILE *container = tmpfile();
     if (!container || !api_prepare()) {

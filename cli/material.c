@@ -5,26 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The document of a file, checked as the service would, as a line of its own. */
-static bool add_document(const char *path, const struct api_limits *limits, struct arena *arena,
-                         struct api_text *lines, struct api_problem *problem) {
-    struct files_bytes file = {0};
-    struct api_material material;
-    const char *head;
-    bool good = files_read(path, &file);
-    if (good && api_material_decode(file.data, file.length, limits, arena, &material, &head,
-                                    problem) != API_OK) {
-        files_complain(path, "is no material");
-        good = false;
-    }
-    free(file.data);
-    if (good) {
-        api_text_bytes(lines, material.json, material.length);
-        api_text_raw(lines, "\n");
-    }
-    return good;
-}
-
 bool material_resolve(struct files_bytes *request, const struct material_files *files,
                       const struct api_limits *limits, struct api_problem *problem) {
     struct arena *arena = files->count ? arena_new(limits->max_memory) : NULL;
@@ -33,8 +13,23 @@ bool material_resolve(struct files_bytes *request, const struct material_files *
     bool good = true;
     if (!files->count)
         return true;
-    for (int k = 0; arena && good && k < files->count; k++)
-        good = add_document(files->path[k], limits, arena, &lines, problem);
+    /* The document of each file, checked as the service would, as a line of its own. */
+    for (int k = 0; arena && good && k < files->count; k++) {
+        struct files_bytes file = {0};
+        struct api_material material;
+        const char *head;
+        good = files_read(files->path[k], &file);
+        if (good && api_material_decode(file.data, file.length, limits, arena, &material, &head,
+                                        problem) != API_OK) {
+            files_complain(files->path[k], "is no material");
+            good = false;
+        }
+        free(file.data);
+        if (good) {
+            api_text_bytes(&lines, material.json, material.length);
+            api_text_raw(&lines, "\n");
+        }
+    }
     const char *text = arena && good
                            ? api_material_fill(request->data, request->length, lines.bytes,
                                                lines.length, arena, &filled.length)

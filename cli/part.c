@@ -146,20 +146,6 @@ static bool run_importer(const char *file, const char *unit, struct files_bytes 
     return good && status == 0;
 }
 
-static bool read_mesh_file(const struct file_format *format, const char *file, const char *unit,
-                           struct arena *arena, struct files_bytes *surface,
-                           struct api_problem *problem) {
-    struct files_bytes bytes = {0};
-    const char *text;
-    bool good = files_read(file, &bytes) &&
-                file_read_mesh(format, bytes.data ? bytes.data : "", bytes.length, unit, arena,
-                               &text, &surface->length, problem) == API_OK;
-    if (good)
-        surface->data = strdup(text);
-    free(bytes.data);
-    return good && surface->data;
-}
-
 static bool read_file(const char *file, const char *unit, const struct api_limits *limits,
                       struct arena *arena, struct files_bytes *surface, char id[API_ID_SIZE],
                       struct api_problem *problem) {
@@ -170,8 +156,20 @@ static bool read_file(const char *file, const char *unit, const struct api_limit
                         "must end in .step, .stp, .iges, .igs, .stl, .obj, .bdf or .nas");
         return false;
     }
-    if (!(format->cad ? run_importer(file, unit, surface)
-                      : read_mesh_file(format, file, unit, arena, surface, problem)))
+    bool good;
+    if (format->cad) {
+        good = run_importer(file, unit, surface);
+    } else {
+        struct files_bytes bytes = {0};
+        const char *text;
+        good = files_read(file, &bytes) &&
+               file_read_mesh(format, bytes.data ? bytes.data : "", bytes.length, unit, arena,
+                              &text, &surface->length, problem) == API_OK;
+        if (good)
+            surface->data = strdup(text);
+        free(bytes.data);
+    }
+    if (!good || !surface->data)
         return false;
     return api_decode_surface(surface->data, surface->length, limits, arena, &read, problem) ==
                API_OK &&

@@ -39,30 +39,16 @@ bool file_unit_known(const char *unit) {
     return false;
 }
 
-static void write_mesh_notes(struct api_text *text, const struct triangles *triangles) {
-    char note[96];
-    bool first = true;
+static const char *write_mesh_text(const struct triangles *triangles, const char *unit,
+                                   size_t *length) {
     const struct {
         size_t count;
         const char *what;
     } notes[] = {{triangles->without_area, "without area or nearly so"},
                  {triangles->duplicate, "with the corners of another one"}};
-    api_text_key(text, "notes");
-    api_text_raw(text, "[");
-    for (size_t k = 0; k < sizeof notes / sizeof *notes; k++) {
-        if (!notes[k].count)
-            continue;
-        snprintf(note, sizeof note, "left out: %zu triangles %s", notes[k].count, notes[k].what);
-        api_text_raw(text, first ? "" : ",");
-        api_text_string(text, note);
-        first = false;
-    }
-    api_text_raw(text, "]");
-}
-
-static const char *write_mesh_text(const struct triangles *triangles, const char *unit,
-                                   size_t *length) {
     struct api_text text = api_text_growing(triangles->arena);
+    char note[96];
+    bool first = true;
     api_text_raw(&text, "{");
     api_text_key_rows(&text, "vertices", &triangles->vertices[0].x, 3, triangles->vertex_count);
     api_text_raw(&text, ",\"triangles\":[");
@@ -73,8 +59,17 @@ static const char *write_mesh_text(const struct triangles *triangles, const char
     api_text_raw(&text, "]");
     if (*unit)
         api_text_key_string(&text, "length_unit", unit);
-    write_mesh_notes(&text, triangles);
-    api_text_raw(&text, "}");
+    api_text_key(&text, "notes");
+    api_text_raw(&text, "[");
+    for (size_t k = 0; k < sizeof notes / sizeof *notes; k++) {
+        if (!notes[k].count)
+            continue;
+        snprintf(note, sizeof note, "left out: %zu triangles %s", notes[k].count, notes[k].what);
+        api_text_raw(&text, first ? "" : ",");
+        api_text_string(&text, note);
+        first = false;
+    }
+    api_text_raw(&text, "]}");
     const char *bytes = api_text_finish(&text);
     *length = bytes ? strlen(bytes) : 0;
     return bytes;

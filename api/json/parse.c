@@ -32,17 +32,6 @@ void json_tree_fail_at(size_t n) {
     fail_in = n;
 }
 
-/* Line and column of a position, as jansson counts: characters, not bytes, read of the line. */
-static void count_lines(const char *bytes, size_t position, json_error_t *error) {
-    error->line = 1;
-    error->column = 0;
-    for (size_t k = 0; k < position; k++) {
-        bool newline = bytes[k] == '\n';
-        error->line += newline;
-        error->column = newline ? 0 : error->column + ((bytes[k] & 0xC0) != 0x80);
-    }
-}
-
 /* Parses the text that is left without its arrays of numbers; errors are those of the caller's. */
 static json_t *parse_left(const struct numbers *numbers, const char *bytes, size_t length,
                           json_error_t *error) {
@@ -61,7 +50,14 @@ static json_t *parse_left(const struct numbers *numbers, const char *bytes, size
         size_t used = strlen(error->text);
         snprintf(error->text + used, JSON_ERROR_TEXT_LENGTH - 1 - used, " near '['");
     }
-    count_lines(bytes, position < length ? position : length, error);
+    /* Line and column of it, as jansson counts: characters, not bytes, read of the line. */
+    error->line = 1;
+    error->column = 0;
+    for (size_t k = 0; k < position && k < length; k++) {
+        bool newline = bytes[k] == '\n';
+        error->line += newline;
+        error->column = newline ? 0 : error->column + ((bytes[k] & 0xC0) != 0x80);
+    }
     error->position = (int)position;
     return NULL;
 }

@@ -85,21 +85,15 @@ size_t api_text_escape(const char *s, size_t left, char escaped[API_ESCAPED_SIZE
     return taken;
 }
 
-/* How many of the next bytes stand for themselves: all of nearly every string. */
-static size_t plain_length(const char *s, size_t left) {
-    size_t length = 0;
-    while (length < left && s[length] >= ' ' && s[length] < 0x7f && s[length] != '"' &&
-           s[length] != '\\')
-        length++;
-    return length;
-}
-
 void api_text_string(struct api_text *text, const char *string) {
     char escaped[API_ESCAPED_SIZE];
     size_t length, taken;
     api_text_raw(text, "\"");
     for (size_t left = strlen(string); left > 0; left -= taken, string += taken) {
-        taken = plain_length(string, left);
+        /* The next bytes that stand for themselves: all of nearly every string. */
+        for (taken = 0; taken < left && string[taken] >= ' ' && string[taken] < 0x7f &&
+                        string[taken] != '"' && string[taken] != '\\';)
+            taken++;
         if (taken) {
             api_text_bytes(text, string, taken);
         } else {

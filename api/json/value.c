@@ -142,19 +142,15 @@ bool value_string(const struct json_value *json, const char **value) {
     return true;
 }
 
-/* "a", "b" or "c" */
-static void list_names(char *text, size_t size, const char *const names[], size_t count) {
-    size_t length = 0;
-    for (size_t i = 0; i < count && length < size; i++) {
-        const char *before = i == 0 ? "" : i + 1 == count ? " or " : ", ";
-        length += (size_t)snprintf(text + length, size - length, "%s\"%s\"", before, names[i]);
-    }
-}
-
 bool value_choice(const struct json_value *json, const char *const names[], size_t count,
                   int *value) {
     char allowed[API_DETAIL_MAX - 32] = ""; /* the rest is for the words around it */
-    list_names(allowed, sizeof allowed, names, count);
+    size_t length = 0;
+    for (size_t i = 0; i < count && length < sizeof allowed; i++) { /* "a", "b" or "c" */
+        const char *before = i == 0 ? "" : i + 1 == count ? " or " : ", ";
+        length += (size_t)snprintf(allowed + length, sizeof allowed - length, "%s\"%s\"", before,
+                                   names[i]);
+    }
     if (!check_type(json, VALUE_STRING, allowed))
         return false;
     for (size_t i = 0; i < count; i++) {

@@ -31,18 +31,6 @@ static void decode_named(const struct json_value *json, struct api_request *requ
     request->fabric.material = text;
 }
 
-/* The figures of a material, which what the request says itself replaces afterwards. */
-static void decode_fabric_material(const struct json_value *json, struct api_request *request) {
-    struct api_material material;
-    if (value_type(json) != VALUE_OBJECT) {
-        decode_named(json, request);
-        return;
-    }
-    decode_material(json, request);
-    if (json->tree->problem->id == API_OK && material_read(json, &material))
-        request->fabric.material = material.json;
-}
-
 void decode_fabric(const struct json_value *json, struct api_request *request) {
     static const char *const keys[] = {
         "material",          "spacing",       "thickness", "fiber_volume_fraction",
@@ -58,8 +46,15 @@ void decode_fabric(const struct json_value *json, struct api_request *request) {
         value_vector(&spacing, decode_lengths, 2, distance);
     else if (value_number(&spacing, decode_lengths, &distance[0]))
         distance[1] = distance[0];
-    if (value_given(&material))
-        decode_fabric_material(&material, request);
+    /* The figures of a material, which what the request says itself replaces afterwards. */
+    if (value_type(&material) == VALUE_OBJECT) {
+        struct api_material own;
+        decode_material(&material, request);
+        if (json->tree->problem->id == API_OK && material_read(&material, &own))
+            request->fabric.material = own.json;
+    } else if (value_given(&material)) {
+        decode_named(&material, request);
+    }
     decode_figures(json, request->length_unit->metres, request);
     if (value_given(&pre_shear))
         value_number(&pre_shear, pre_shears, &request->settings.pre_shear_deg);

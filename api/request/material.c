@@ -168,14 +168,6 @@ bool material_is_name(const char *text, size_t length) {
     return good;
 }
 
-static void check_name(const struct json_value *json, const char *name) {
-    if (!name || !material_is_name(name, strlen(name)))
-        value_fault(json, "must have 1 to %d letters, digits, '-', '_' and '.', no '.' first",
-                    API_MATERIAL_NAME_SIZE - 1);
-    else if (api_material_named(name))
-        value_fault(json, "is a name of the library: give it one of its own");
-}
-
 /* The fibre that the figures speak of: its areal weight fills that share of the thickness. */
 static void check_fibre(const struct json_value *json, const struct api_fabric *fabric) {
     struct json_value weight = value_member(json, "areal_weight");
@@ -200,7 +192,11 @@ static void decode_document(const struct json_value *json, struct api_material *
     if (value_type(json) != VALUE_OBJECT)
         return;
     read_head(json, &head);
-    check_name(&name, head.name);
+    if (!head.name || !material_is_name(head.name, strlen(head.name)))
+        value_fault(&name, "must have 1 to %d letters, digits, '-', '_' and '.', no '.' first",
+                    API_MATERIAL_NAME_SIZE - 1);
+    else if (api_material_named(head.name))
+        value_fault(&name, "is a name of the library: give it one of its own");
     check_fibre(json, &figures.fabric);
     if (json->tree->problem->id != API_OK)
         return;

@@ -201,24 +201,6 @@ static enum api_problem_id choose_faces(const struct api_surface *surface, struc
                                                : API_OK;
 }
 
-/* Where in the shell the start's face is. */
-static enum api_problem_id find_start_face(const struct api_request *request,
-                                           struct prepared_shell *shell,
-                                           struct api_problem *problem) {
-    char title[TITLE_SIZE];
-    int32_t number = request->settings.start_face;
-    shell->start_face = 0;
-    if (request->settings.start_kind != DRAPE_START_UV)
-        return API_OK;
-    for (size_t k = 0; k < shell->count; k++)
-        if (shell->numbers[k] == number) {
-            shell->start_face = (int32_t)k;
-            return API_OK;
-        }
-    prepared_shell_face_title(&request->surface, number, title);
-    return api_problem_add(problem, "/start/face", "face %s is not among those chosen", title);
-}
-
 void prepared_shell_name_left_out(const struct api_request *request,
                                   const struct prepared_shell *chosen, struct arena *arena,
                                   struct api_problem *problem) {
@@ -249,9 +231,20 @@ enum api_problem_id prepared_shell_make(const struct api_request *request,
                                         struct prepared_shell *shell, struct api_problem *problem) {
     const struct drape_settings *settings = &request->settings;
     double largest = 0;
-    if (choose_faces(&request->surface, arena, shell, problem) != API_OK ||
-        find_start_face(request, shell, problem) != API_OK ||
-        join_faces(&request->surface, shell->numbers, shell->count, "/surface", request->offset,
+    if (choose_faces(&request->surface, arena, shell, problem) != API_OK)
+        return problem->id;
+    /* Where in the shell the start's face is. */
+    size_t at = 0;
+    bool on_face = settings->start_kind == DRAPE_START_UV;
+    while (on_face && at < shell->count && shell->numbers[at] != settings->start_face)
+        at++;
+    if (on_face && at == shell->count) {
+        char title[TITLE_SIZE];
+        prepared_shell_face_title(&request->surface, settings->start_face, title);
+        return api_problem_add(problem, "/start/face", "face %s is not among those chosen", title);
+    }
+    shell->start_face = (int32_t)at;
+    if (join_faces(&request->surface, shell->numbers, shell->count, "/surface", request->offset,
                    arena, &shell->shell, problem) != API_OK)
         return problem->id;
     for (size_t k = 0; k < shell_component_count(shell->shell); k++)

@@ -23,16 +23,6 @@ static bool copy_string(const struct json_value *json, const char **copy) {
     return true;
 }
 
-static bool decode_face(const struct json_value *json, struct api_surface *face) {
-    struct json_value name = value_member(json, "name"), kind = value_member(json, "kind");
-    struct json_value colour = value_member(json, "colour");
-    *face = (struct api_surface){.kind = API_SURFACE_NURBS};
-    bool ok = decode_nurbs(json, true, face);
-    ok = copy_string(&name, &face->face_name) && ok;
-    ok = copy_string(&kind, &face->face_kind) && ok;
-    return copy_string(&colour, &face->face_colour) && ok;
-}
-
 bool decode_faces(const struct json_value *list, struct api_surface *surface) {
     surface->kind = API_SURFACE_SHELL;
     if (!value_array(list, 1))
@@ -45,8 +35,14 @@ bool decode_faces(const struct json_value *list, struct api_surface *surface) {
     struct api_surface *faces = json_tree_alloc(list->tree, count, sizeof *faces);
     bool ok = faces != NULL;
     for (size_t k = 0; faces && k < count; k++) {
-        struct json_value face = value_element(list, k);
-        ok = decode_face(&face, &faces[k]) && ok;
+        struct json_value face = value_element(list, k), name = value_member(&face, "name");
+        struct json_value kind = value_member(&face, "kind");
+        struct json_value colour = value_member(&face, "colour");
+        faces[k] = (struct api_surface){.kind = API_SURFACE_NURBS};
+        ok = decode_nurbs(&face, true, &faces[k]) && ok;
+        ok = copy_string(&name, &faces[k].face_name) && ok;
+        ok = copy_string(&kind, &faces[k].face_kind) && ok;
+        ok = copy_string(&colour, &faces[k].face_colour) && ok;
     }
     surface->faces = faces;
     surface->face_count = ok ? count : 0;

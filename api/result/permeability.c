@@ -17,8 +17,13 @@ double api_packing_limit(const struct api_permeability *permeability) {
                : vf_limit;
 }
 
-static struct permeability of_table(const struct api_permeability *model, double vf,
-                                    double shear_deg, bool *outside) {
+struct permeability api_permeability_at(const struct api_permeability *model, double vf,
+                                        double shear_deg, bool *outside) {
+    const double k[3] = {model->k1, model->k2, model->k3};
+    if (model->model == API_PERMEABILITY_KOZENY_CARMAN)
+        return permeability_kozeny_carman(k, model->at_fiber_volume_fraction, vf, shear_deg);
+    if (model->model == API_PERMEABILITY_GEBART)
+        return permeability_gebart(model->fiber_radius, packing_of(model), vf, shear_deg);
     const struct permeability_table table = {model->rows,     model->shear_deg, model->table_k1,
                                              model->table_k2, model->table_k3,  model->angle_deg};
     const struct permeability_grid grid = {
@@ -26,33 +31,6 @@ static struct permeability of_table(const struct api_permeability *model, double
         model->table_k1, model->table_k2,  model->table_k3,  model->angle_deg};
     return model->fractions ? permeability_of_grid(&grid, vf, shear_deg, outside)
                             : permeability_of_table(&table, shear_deg, outside);
-}
-
-struct permeability api_permeability_at(const struct api_permeability *model, double vf,
-                                        double shear_deg, bool *outside) {
-    const double k[3] = {model->k1, model->k2, model->k3};
-    switch (model->model) {
-    case API_PERMEABILITY_KOZENY_CARMAN:
-        return permeability_kozeny_carman(k, model->at_fiber_volume_fraction, vf, shear_deg);
-    case API_PERMEABILITY_GEBART:
-        return permeability_gebart(model->fiber_radius, packing_of(model), vf, shear_deg);
-    default:
-        return of_table(model, vf, shear_deg, outside);
-    }
-}
-
-static bool take_k_columns(struct api_permeability_columns *columns, bool table, size_t count,
-                           struct arena *arena) {
-    double **const column[] = {&columns->k1,          &columns->k2,   &columns->k3,
-                               &columns->k1_x,        &columns->k1_y, &columns->k1_z,
-                               &columns->out_of_table};
-    const size_t wanted = sizeof column / sizeof *column - !table;
-    for (size_t k = 0; k < wanted; k++) {
-        *column[k] = arena_take(arena, count, sizeof **column[k]);
-        if (!*column[k])
-            return false;
-    }
-    return true;
 }
 
 enum status
@@ -63,8 +41,15 @@ api_permeability_columns(const struct api_request *request, const struct drape_c
     *columns = (struct api_permeability_columns){0};
     if (model->model == API_PERMEABILITY_NONE)
         return STATUS_OK;
-    if (!take_k_columns(columns, model->model == API_PERMEABILITY_TABLE, cells->count, arena))
-        return STATUS_OUT_OF_MEMORY;
+    double **const column[] = {&columns->k1,          &columns->k2,   &columns->k3,
+                               &columns->k1_x,        &columns->k1_y, &columns->k1_z,
+                               &columns->out_of_table};
+    const size_t wanted = sizeof column / sizeof *column - (model->model != API_PERMEABILITY_TABLE);
+    for (size_t k = 0; k < wanted; k++) {
+        *column[k] = arena_take(arena, cells->count, sizeof **column[k]);
+        if (!*column[k])
+            return STATUS_OUT_OF_MEMORY;
+    }
     for (size_t i = 0; i < cells->count; i++) {
         double shear = cells->shear_deg[i];
         struct vec3 warp = vec3_make(cells->warp_x[i], cells->warp_y[i], cells->warp_z[i]);

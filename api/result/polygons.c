@@ -179,8 +179,8 @@ static const double arc_step = 0.0625, near_share = 1e-3;
 /* The corner at (at->x, at->y) of the moved segments, which are off it to a and b, unit vectors,
  * before and after it. Where it turns left, an arc. Where it turns right, the point where the
  * segments meet, or, when the `shorter` half of them is too short for that, the ends of both. */
-static bool turn_corner(struct polygons *to, const struct polygons_point *at, double distance,
-                        const double a[2], const double b[2], double shorter) {
+static bool widen_corner(struct polygons *to, const struct polygons_point *at, double distance,
+                         const double a[2], const double b[2], double shorter) {
     double cosine = a[0] * b[0] + a[1] * b[1], sine = a[0] * b[1] - a[1] * b[0];
     double miter = distance / (1 + cosine);
     bool left = sine > 0;
@@ -226,7 +226,7 @@ static bool make_raw(const struct polygons *of, double distance, struct polygons
                 continue;
             double own_length = hypot(next->x - own->x, next->y - own->y);
             double shorter = fmin(length, own_length) / 2;
-            if (!turn_corner(raw, own, distance, before, after, shorter))
+            if (!widen_corner(raw, own, distance, before, after, shorter))
                 return false;
             length = own_length;
             memcpy(before, after, sizeof before);

@@ -74,25 +74,6 @@ static struct vec3 read_header_point(const struct json_value *object, const char
     return vec3_make(v[0], v[1], v[2]);
 }
 
-/* What only the result of a drape has. */
-static void read_drape(const struct json_value *root, struct api_columns *columns) {
-    struct json_value summary = value_member(root, "summary"), grid = value_member(root, "grid");
-    struct json_value start = value_member(root, "start");
-    struct json_value spacing = value_member(&grid, "spacing"), uv = value_member(&start, "uv");
-    summary_read(&summary, &columns->summary);
-    read_pair(&grid, "warp", columns->grid.warp);
-    read_pair(&grid, "weft", columns->grid.weft);
-    value_vector(&spacing, any, 2, columns->grid.spacing);
-    struct json_value face = value_member(&start, "face");
-    columns->start.face = -1;
-    if (value_given(&face))
-        value_integer(&face, -1, INT_MAX, &columns->start.face);
-    value_vector(&uv, any, 2, columns->start.uv);
-    columns->start.point = read_header_point(&start, "point");
-    columns->start.warp = read_header_point(&start, "warp");
-    columns->start.weft = read_header_point(&start, "weft");
-}
-
 void result_header_read(const struct json_tree *tree, struct api_columns *columns) {
     struct json_value root = value_root(tree);
     struct json_value unit = value_member(&root, "length_unit");
@@ -104,9 +85,22 @@ void result_header_read(const struct json_tree *tree, struct api_columns *column
     if (value_given(&study)) {
         columns->document = API_DOCUMENT_STUDY;
         study_summary_read(&study, &columns->study);
-    } else {
-        read_drape(&root, columns);
+        return;
     }
+    struct json_value summary = value_member(&root, "summary"), grid = value_member(&root, "grid");
+    struct json_value start = value_member(&root, "start"), face = value_member(&start, "face");
+    struct json_value spacing = value_member(&grid, "spacing"), uv = value_member(&start, "uv");
+    summary_read(&summary, &columns->summary);
+    read_pair(&grid, "warp", columns->grid.warp);
+    read_pair(&grid, "weft", columns->grid.weft);
+    value_vector(&spacing, any, 2, columns->grid.spacing);
+    columns->start.face = -1;
+    if (value_given(&face))
+        value_integer(&face, -1, INT_MAX, &columns->start.face);
+    value_vector(&uv, any, 2, columns->start.uv);
+    columns->start.point = read_header_point(&start, "point");
+    columns->start.warp = read_header_point(&start, "warp");
+    columns->start.weft = read_header_point(&start, "weft");
 }
 
 /* ---- the list of columns ---- */

@@ -97,18 +97,6 @@ static void put_lines(struct stored_rim *rim, struct points *points, bool count)
     }
 }
 
-/* Finds the rows that there are. */
-static void find_rows(struct stored_rim *rim, struct points *points) {
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (size_t k = 0; k < points->column[0]->rows && !points->failed; k++) {
-        double q = rim_point_at(points, k).pq[1];
-        low = fmin(low, q);
-        high = fmax(high, q);
-    }
-    rim->low = (int64_t)floor(low) - 1;
-    rim->count = (int64_t)floor(high) + 2 - rim->low;
-}
-
 enum api_problem_id stored_rim_make(const struct api_reader *reader,
                                     const struct api_columns *columns, struct arena *arena,
                                     struct stored_rim **result, struct api_problem *problem) {
@@ -127,7 +115,15 @@ enum api_problem_id stored_rim_make(const struct api_reader *reader,
         if (!points->column[c])
             return api_problem_set(problem, API_INTERNAL, damaged);
     }
-    find_rows(rim, points);
+    /* The rows that there are. */
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (size_t k = 0; k < points->column[0]->rows && !points->failed; k++) {
+        double q = rim_point_at(points, k).pq[1];
+        low = fmin(low, q);
+        high = fmax(high, q);
+    }
+    rim->low = (int64_t)floor(low) - 1;
+    rim->count = (int64_t)floor(high) + 2 - rim->low;
     if (points->failed || !(rim->count > 0))
         return api_problem_set(problem, API_INTERNAL, damaged);
     rim->first = arena_alloc(arena, (size_t)rim->count + 2, sizeof *rim->first);

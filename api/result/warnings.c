@@ -242,27 +242,6 @@ static const struct {
      "may reach further (a study finds it); else cut the cloth there"},
 };
 
-/* The net ends nowhere within the part, and yet no cloth was found at points of its edge. */
-static void check_bare_edge(const struct warnings_subject *s, struct api_summary *summary) {
-    const struct drape_rim *rim = &s->result->rim;
-    size_t count = 0, first = 0;
-    for (size_t k = rim->count; k-- > 0;)
-        if (!rim->covered[k]) {
-            first = k;
-            count++;
-        }
-    const size_t *reasons = s->result->summary.front_reasons;
-    if (count == 0 || reasons[DRAPE_REASON_BOUNDARY] < s->result->front.count)
-        return;
-    add_warning(
-        &summary->warnings, "uncovered", "/fabric/spacing",
-        "%.3g %% is covered: %zu of %zu points of the part's edge have no cloth, the first at "
-        "(%.4g, %.4g, %.4g), and yet the net does not end before it. A fold or corner there is too "
-        "sharp for this spacing; try another",
-        100 * summary->cloth_coverage, count, rim->count, rim->x[first], rim->y[first],
-        rim->z[first]);
-}
-
 static void check_uncovered(const struct warnings_subject *s, struct api_summary *summary) {
     if (summary->outcome == DRAPE_COMPLETE || summary->cells == 0)
         return;
@@ -276,7 +255,24 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
                     100 * summary->cloth_coverage, at.x, at.y, at.z, count, endings[k].words);
         return;
     }
-    check_bare_edge(s, summary);
+    /* The net ends nowhere within the part, and yet no cloth was found at points of its edge. */
+    const struct drape_rim *rim = &s->result->rim;
+    const size_t *reasons = s->result->summary.front_reasons;
+    size_t count = 0, first = 0;
+    for (size_t k = rim->count; k-- > 0;)
+        if (!rim->covered[k]) {
+            first = k;
+            count++;
+        }
+    if (count == 0 || reasons[DRAPE_REASON_BOUNDARY] < s->result->front.count)
+        return;
+    add_warning(
+        &summary->warnings, "uncovered", "/fabric/spacing",
+        "%.3g %% is covered: %zu of %zu points of the part's edge have no cloth, the first at "
+        "(%.4g, %.4g, %.4g), and yet the net does not end before it. A fold or corner there is too "
+        "sharp for this spacing; try another",
+        100 * summary->cloth_coverage, count, rim->count, rim->x[first], rim->y[first],
+        rim->z[first]);
 }
 
 void warnings_make(const struct warnings_subject *subject, struct api_summary *summary) {
