@@ -216,26 +216,6 @@ static void try_triangle(void *context, int32_t t) {
     search->distance2 = distance2;
 }
 
-/* Looks everywhere; `ends` is how the ways from C and B ended. */
-static enum mesh_corner_end search_all(const struct circle *circle,
-                                       const enum mesh_corner_end ends[2],
-                                       struct mesh_corner *corner) {
-    const struct mesh_cell *cell = circle->cell;
-    struct search search = {
-        .circle = circle, .corner = corner, .best = {MESH_NONE, {0, 0, 0}}, .distance2 = HUGE_VAL};
-    const struct mesh_circle shape = {cell->b.r, cell->c.r, cell->bd, cell->cd};
-    mesh_tree_visit(circle->mesh, &shape, try_triangle, &search);
-    if (search.best.triangle != MESH_NONE)
-        return found_corner(circle, search.best.triangle, search.best.r, corner);
-    if (ends[0] == MESH_CORNER_BOUNDARY || ends[1] == MESH_CORNER_BOUNDARY)
-        return MESH_CORNER_BOUNDARY;
-    if (mesh_cell_has_collapsed(circle->mesh, cell))
-        return MESH_CORNER_COLLAPSED;
-    if (ends[0] == MESH_CORNER_COLLAPSED || ends[1] == MESH_CORNER_COLLAPSED)
-        return MESH_CORNER_BOUNDARY;
-    return search.unreached ? MESH_CORNER_NO_CONVERGENCE : MESH_CORNER_COLLAPSED;
-}
-
 enum mesh_corner_end mesh_corner_solve(const struct mesh *mesh, const struct mesh_cell *cell,
                                        struct mesh_corner *corner) {
     struct circle circle = make_circle(mesh, cell);
@@ -249,5 +229,20 @@ enum mesh_corner_end mesh_corner_solve(const struct mesh *mesh, const struct mes
     if (ends[0] == MESH_CORNER_FOUND)
         return ends[0];
     ends[1] = head_from(&circle, &cell->b, corner);
-    return ends[1] == MESH_CORNER_FOUND ? ends[1] : search_all(&circle, ends, corner);
+    if (ends[1] == MESH_CORNER_FOUND)
+        return ends[1];
+    /* neither way found it: looks everywhere */
+    struct search search = {
+        .circle = &circle, .corner = corner, .best = {MESH_NONE, {0, 0, 0}}, .distance2 = HUGE_VAL};
+    const struct mesh_circle shape = {cell->b.r, cell->c.r, cell->bd, cell->cd};
+    mesh_tree_visit(mesh, &shape, try_triangle, &search);
+    if (search.best.triangle != MESH_NONE)
+        return found_corner(&circle, search.best.triangle, search.best.r, corner);
+    if (ends[0] == MESH_CORNER_BOUNDARY || ends[1] == MESH_CORNER_BOUNDARY)
+        return MESH_CORNER_BOUNDARY;
+    if (mesh_cell_has_collapsed(mesh, cell))
+        return MESH_CORNER_COLLAPSED;
+    if (ends[0] == MESH_CORNER_COLLAPSED || ends[1] == MESH_CORNER_COLLAPSED)
+        return MESH_CORNER_BOUNDARY;
+    return search.unreached ? MESH_CORNER_NO_CONVERGENCE : MESH_CORNER_COLLAPSED;
 }

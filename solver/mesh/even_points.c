@@ -29,12 +29,29 @@ static size_t span_count(const struct surface *surface) {
     return (size_t)surface->axis[0].span_count * (size_t)surface->axis[1].span_count;
 }
 
-/* The spans of a face, each cut into cuts x cuts. */
-static void cut_face(struct patches *patches, const struct surface *surface, int32_t face,
-                     int cuts) {
-    for (int a = 0; a < surface->axis[0].span_count * cuts; a++) {
-        for (int b = 0; b < surface->axis[1].span_count * cuts; b++) {
-            const int at[2] = {a, b};
+static const struct surface *face_surface(const struct drape_part *part, int32_t face) {
+    return part->shell ? shell_surface(part->shell, face) : part->surface;
+}
+
+/* The spans of the faces, each cut into cuts x cuts. */
+static enum status cut_faces(const struct drape_part *part, int32_t component, struct arena *arena,
+                             struct patches *patches) {
+    int32_t count = part->shell ? (int32_t)shell_face_count(part->shell) : 1;
+    size_t spans = 0;
+    int cuts = 1;
+    for (int32_t face = 0; face < count; face++)
+        if (!part->shell || shell_component(part->shell, face) == component)
+            spans += span_count(face_surface(part, face));
+    while (cuts < CUTS_MOST && spans * (size_t)(cuts * cuts) < PATCHES_LEAST)
+        cuts++;
+    patches->list = arena_take(arena, spans * (size_t)(cuts * cuts), sizeof *patches->list);
+    for (int32_t face = 0; patches->list && face < count; face++) {
+        if (part->shell && shell_component(part->shell, face) != component)
+            continue;
+        const struct surface *surface = face_surface(part, face);
+        int across = surface->axis[1].span_count * cuts;
+        for (int n = 0; n < surface->axis[0].span_count * cuts * across; n++) {
+            const int at[2] = {n / across, n % across};
             struct patch *patch = &patches->list[patches->count++];
             patch->face = face;
             for (int k = 0; k < 2; k++) {
@@ -53,25 +70,6 @@ static void cut_face(struct patches *patches, const struct surface *surface, int
             patches->area += patch->area;
         }
     }
-}
-
-static const struct surface *face_surface(const struct drape_part *part, int32_t face) {
-    return part->shell ? shell_surface(part->shell, face) : part->surface;
-}
-
-static enum status cut_faces(const struct drape_part *part, int32_t component, struct arena *arena,
-                             struct patches *patches) {
-    int32_t count = part->shell ? (int32_t)shell_face_count(part->shell) : 1;
-    size_t spans = 0, cuts = 1;
-    for (int32_t k = 0; k < count; k++)
-        if (!part->shell || shell_component(part->shell, k) == component)
-            spans += span_count(face_surface(part, k));
-    while (cuts < CUTS_MOST && spans * cuts * cuts < PATCHES_LEAST)
-        cuts++;
-    patches->list = arena_take(arena, spans * cuts * cuts, sizeof *patches->list);
-    for (int32_t k = 0; patches->list && k < count; k++)
-        if (!part->shell || shell_component(part->shell, k) == component)
-            cut_face(patches, face_surface(part, k), k, (int)cuts);
     return patches->list ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
@@ -185,25 +183,6 @@ static int64_t cube(const struct buckets *b, double x) {
     return (int64_t)floor(x / b->side);
 }
 
-/* Puts the seeds, where they are now, into rows and buckets. */
-static void index_seeds(struct buckets *b) {
-    for (size_t k = 0; k < b->rows * LANES; k++) {
-        struct seed_row *row = &b->row[k / LANES];
-        bool there = k < b->count;
-        row->x[k % LANES] = there ? b->seeds[k].x : HUGE_VAL;
-        row->y[k % LANES] = there ? b->seeds[k].y : 0;
-        row->z[k % LANES] = there ? b->seeds[k].z : 0;
-    }
-    for (size_t k = 0; k <= b->mask; k++)
-        b->first[k] = -1;
-    for (size_t k = b->count; k-- > 0;) {
-        const struct vec3 *s = &b->seeds[k];
-        size_t at = bucket_at(b, cube(b, s->x), cube(b, s->y), cube(b, s->z));
-        b->next[k] = b->first[at];
-        b->first[at] = (int32_t)k;
-    }
-}
-
 /* The nearest of all seeds, of equally near ones the first. */
 WIDE_CLONES
 static int32_t nearest_of_all(const struct buckets *b, struct vec3 r) {
@@ -256,7 +235,22 @@ struct moves {
 
 /* Each seed to the middle of those candidates that it is the nearest of. */
 static void move_once(struct moves *m, struct buckets *b) {
-    index_seeds(b);
+    /* the seeds, where they are now, into rows and buckets */
+    for (size_t k = 0; k < b->rows * LANES; k++) {
+        struct seed_row *row = &b->row[k / LANES];
+        bool there = k < b->count;
+        row->x[k % LANES] = there ? b->seeds[k].x : HUGE_VAL;
+        row->y[k % LANES] = there ? b->seeds[k].y : 0;
+        row->z[k % LANES] = there ? b->seeds[k].z : 0;
+    }
+    for (size_t k = 0; k <= b->mask; k++)
+        b->first[k] = -1;
+    for (size_t k = b->count; k-- > 0;) {
+        const struct vec3 *s = &b->seeds[k];
+        size_t at = bucket_at(b, cube(b, s->x), cube(b, s->y), cube(b, s->z));
+        b->next[k] = b->first[at];
+        b->first[at] = (int32_t)k;
+    }
     for (size_t s = 0; s < m->count; s++) {
         m->sum[s] = vec3_make(0, 0, 0);
         m->members[s] = 0;

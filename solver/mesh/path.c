@@ -137,18 +137,6 @@ static bool pass_corner(struct mesh_path *path, int corner) {
     return true;
 }
 
-/* The length along the line until the goal: for the chord the positive root of |o + l e|^2 =
- * chord^2, where o is the way from the origin. */
-static double length_to_goal(const struct mesh_path *path, const struct goal *goal) {
-    if (!(goal->chord2 < HUGE_VAL))
-        return goal->length;
-    struct vec3 o = vec3_sub(path->at.r, goal->origin);
-    double half = vec3_dot(o, path->direction), rest = fmax(goal->chord2 - vec3_norm2(o), 0);
-    double root = sqrt(half * half + rest);
-    double length = half > 0 ? rest / (half + root) : root - half;
-    return fmin(length, goal->length);
-}
-
 /* Whether the path passes the goal's target within the next `length`. */
 static bool passes(const struct mesh_path *path, const struct goal *goal, double length) {
     struct vec3 to = vec3_sub(goal->target->r, path->at.r);
@@ -164,7 +152,14 @@ static enum mesh_path_end follow_path(struct mesh_path *path, struct goal *goal)
         struct way_out way = find_way_out(path);
         if (way.edge == MESH_NONE)
             return MESH_PATH_LOST;
-        double length = length_to_goal(path, goal);
+        double length = goal->length;
+        if (goal->chord2 < HUGE_VAL) {
+            /* the positive root of |o + l e|^2 = chord^2, where o is the way from the origin */
+            struct vec3 o = vec3_sub(path->at.r, goal->origin);
+            double half = vec3_dot(o, path->direction);
+            double rest = fmax(goal->chord2 - vec3_norm2(o), 0), root = sqrt(half * half + rest);
+            length = fmin(half > 0 ? rest / (half + root) : root - half, length);
+        }
         goal->passed = goal->target && passes(path, goal, fmin(length, way.length));
         if (goal->passed)
             return MESH_PATH_DONE;

@@ -242,16 +242,6 @@ static enum status choose_regions(const struct patch *p, const struct triangulat
     return STATUS_OK;
 }
 
-/* Whether a triangle has a height, as far as numbers tell. */
-static bool has_height(const struct patch *p, const int32_t c[3]) {
-    struct vec3 a = vec3_sub(p->r[c[1]], p->r[c[0]]), b = vec3_sub(p->r[c[2]], p->r[c[0]]);
-    double longest2 =
-        fmax(fmax(vec3_norm2(a), vec3_norm2(b)), vec3_norm2(vec3_sub(p->r[c[2]], p->r[c[1]])));
-    double twice = vec3_norm(vec3_cross(a, b));
-    return twice > 2 * least_height * longest2 &&
-           twice > 2 * rounding * p->surface->magnitude * sqrt(longest2);
-}
-
 /* Room for `count` things of `size` bytes, with the `used` first ones of `array`; NULL without
  * memory. */
 static void *with_room(struct arena *arena, const void *array, size_t used, size_t count,
@@ -262,44 +252,48 @@ static void *with_room(struct arena *arena, const void *array, size_t used, size
     return larger;
 }
 
-/* Room for more vertices and triangles. */
-static bool enlarge_sheet(struct sheet *s, size_t vertices, size_t triangles) {
-    size_t v = s->vertex_count, t = s->triangle_count;
-    if (v + vertices > s->vertex_room) {
-        s->vertex_room = 2 * (v + vertices);
-        s->vertices = with_room(s->arena, s->vertices, v, s->vertex_room, sizeof *s->vertices);
-        s->parameters =
-            with_room(s->arena, s->parameters, v, s->vertex_room, sizeof *s->parameters);
-    }
-    if (t + triangles > s->triangle_room) {
-        s->triangle_room = 2 * (t + triangles);
-        s->triangles = with_room(s->arena, s->triangles, t, s->triangle_room, sizeof *s->triangles);
-        s->faces = with_room(s->arena, s->faces, t, s->triangle_room, sizeof *s->faces);
-    }
-    return s->vertices && s->parameters && s->triangles && s->faces;
-}
-
-static enum status add_triangles(struct sheet *sheet, const struct patch *p,
+/* Adds the points of a face and those chosen triangles that have a height, as far as numbers tell.
+ */
+static enum status add_triangles(struct sheet *s, const struct patch *p,
                                  const struct triangulation *t, const bool *chosen) {
-    size_t base = sheet->vertex_count;
-    if (!enlarge_sheet(sheet, p->count, t->count))
+    size_t base = s->vertex_count, count = s->triangle_count;
+    if (base + p->count > s->vertex_room) {
+        s->vertex_room = 2 * (base + p->count);
+        s->vertices = with_room(s->arena, s->vertices, base, s->vertex_room, sizeof *s->vertices);
+        s->parameters =
+            with_room(s->arena, s->parameters, base, s->vertex_room, sizeof *s->parameters);
+    }
+    if (count + t->count > s->triangle_room) {
+        s->triangle_room = 2 * (count + t->count);
+        s->triangles =
+            with_room(s->arena, s->triangles, count, s->triangle_room, sizeof *s->triangles);
+        s->faces = with_room(s->arena, s->faces, count, s->triangle_room, sizeof *s->faces);
+    }
+    if (!s->vertices || !s->parameters || !s->triangles || !s->faces)
         return STATUS_OUT_OF_MEMORY;
     for (size_t n = 0; n < p->count; n++) {
-        sheet->vertices[base + n] = p->r[n];
-        surface_outer(p->surface, p->uv[n], sheet->parameters[base + n]);
+        s->vertices[base + n] = p->r[n];
+        surface_outer(p->surface, p->uv[n], s->parameters[base + n]);
     }
-    sheet->vertex_count += p->count;
+    s->vertex_count += p->count;
     bool turned = p->surface->side < 0;
     for (size_t n = 0; n < t->count; n++) {
         const int32_t *c = t->corners[n];
-        if (!chosen[t->region[n]] || !has_height(p, c))
+        if (!chosen[t->region[n]])
             continue;
-        sheet->faces[sheet->triangle_count] = p->surface->face;
-        int32_t *to = sheet->triangles[sheet->triangle_count++];
+        struct vec3 a = vec3_sub(p->r[c[1]], p->r[c[0]]), b = vec3_sub(p->r[c[2]], p->r[c[0]]);
+        double longest2 =
+            fmax(fmax(vec3_norm2(a), vec3_norm2(b)), vec3_norm2(vec3_sub(p->r[c[2]], p->r[c[1]])));
+        double twice = vec3_norm(vec3_cross(a, b));
+        if (!(twice > 2 * least_height * longest2 &&
+              twice > 2 * rounding * p->surface->magnitude * sqrt(longest2)))
+            continue;
+        s->faces[s->triangle_count] = p->surface->face;
+        int32_t *to = s->triangles[s->triangle_count++];
         for (int k = 0; k < 3; k++)
             to[k] = (int32_t)base + c[turned ? 2 - k : k];
     }
-    return sheet->triangle_count > sheet->most ? STATUS_TOO_MANY_NODES : STATUS_OK;
+    return s->triangle_count > s->most ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
 
 static enum status add_face_triangles(struct sheet *sheet, const struct shell *shell,

@@ -12,30 +12,38 @@ static const double between = 1e-12, rim = 1e-9, rim_bend = 1;
  * an edge a foot may be this share of the triangles' heights beyond both. */
 static const double bulge_most = 0.13, outside_most = 0.1;
 
-/* Numbers the patches; each spreads over a stack of triangles. */
-static enum status find_patches(struct mesh_smooth *smooth, struct arena *arena) {
-    const struct mesh *mesh = smooth->mesh;
+enum status mesh_smooth_make(const struct mesh *mesh, struct arena *arena,
+                             struct mesh_smooth **smooth) {
     int32_t count = (int32_t)mesh->triangle_count, patches = 0;
-    smooth->patch = arena_take(arena, mesh->triangle_count, sizeof *smooth->patch);
+    struct mesh_smooth *made = arena_alloc(arena, 1, sizeof *made);
+    if (!made)
+        return STATUS_OUT_OF_MEMORY;
+    made->mesh = mesh;
+    *smooth = made;
+    enum status status = mesh_fits_make(mesh, arena, &made->fits);
+    if (status != STATUS_OK)
+        return status;
+    made->patch = arena_take(arena, mesh->triangle_count, sizeof *made->patch);
     struct arena_mark mark = arena_mark(arena);
     int32_t *stack = arena_take(arena, mesh->triangle_count, sizeof *stack);
-    if (!smooth->patch || !stack)
+    if (!made->patch || !stack)
         return STATUS_OUT_OF_MEMORY;
+    /* numbers the patches; each spreads over a stack of triangles */
     for (int32_t t = 0; t < count; t++)
-        smooth->patch[t] = MESH_NONE;
+        made->patch[t] = MESH_NONE;
     for (int32_t first = 0; first < count; first++) {
         int32_t height = 0;
-        if (smooth->patch[first] != MESH_NONE)
+        if (made->patch[first] != MESH_NONE)
             continue;
         stack[height++] = first;
-        smooth->patch[first] = patches;
+        made->patch[first] = patches;
         while (height > 0) {
             int32_t t = stack[--height];
             for (int32_t edge = 3 * t; edge < 3 * t + 3; edge++) {
                 int32_t next = mesh->twins[edge] == MESH_NONE ? t : mesh->twins[edge] / 3;
-                if (smooth->patch[next] != MESH_NONE || mesh_is_fold(mesh, edge))
+                if (made->patch[next] != MESH_NONE || mesh_is_fold(mesh, edge))
                     continue;
-                smooth->patch[next] = patches;
+                made->patch[next] = patches;
                 stack[height++] = next;
             }
         }
@@ -43,17 +51,6 @@ static enum status find_patches(struct mesh_smooth *smooth, struct arena *arena)
     }
     arena_rewind(arena, mark);
     return STATUS_OK;
-}
-
-enum status mesh_smooth_make(const struct mesh *mesh, struct arena *arena,
-                             struct mesh_smooth **smooth) {
-    struct mesh_smooth *made = arena_alloc(arena, 1, sizeof *made);
-    if (!made)
-        return STATUS_OUT_OF_MEMORY;
-    made->mesh = mesh;
-    *smooth = made;
-    enum status status = mesh_fits_make(mesh, arena, &made->fits);
-    return status == STATUS_OK ? find_patches(made, arena) : status;
 }
 
 static const struct mesh_fit *fit_at(const struct mesh_smooth *smooth, int32_t t, int corner) {

@@ -12,16 +12,6 @@ static const double wanted = 1e-12, taken = 1e-9;
 
 enum newton_end { NEWTON_FOUND, NEWTON_BEYOND, NEWTON_FAILED };
 
-/* The step s with rows[k] . s = -f[k], by Cramer's rule; false where the rows are dependent. */
-static bool solve_cramer(const struct vec3 rows[3], const double f[3], struct vec3 *step) {
-    struct vec3 a = vec3_cross(rows[1], rows[2]), b = vec3_cross(rows[2], rows[0]);
-    struct vec3 c = vec3_cross(rows[0], rows[1]);
-    double inverse = -1 / vec3_dot(rows[0], a);
-    *step = vec3_axpy(f[2], c, vec3_axpy(f[1], b, vec3_scale(f[0], a)));
-    *step = vec3_scale(inverse, *step);
-    return isfinite(inverse) && isfinite(vec3_norm2(*step));
-}
-
 /* Newton's method from `point` on one side of all folds; `edge` is what D lies beyond. */
 static enum newton_end newton_on_side(const struct mesh_smooth *smooth,
                                       const struct mesh_cell *cell, struct mesh_point *at,
@@ -43,7 +33,13 @@ static enum newton_end newton_on_side(const struct mesh_smooth *smooth,
         const struct vec3 rows[3] = {jet.gradient, wb, wc};
         const double f[3] = {jet.height, (vec3_norm2(wb) - cell->bd * cell->bd) / 2,
                              (vec3_norm2(wc) - cell->cd * cell->cd) / 2};
-        if (!solve_cramer(rows, f, &step))
+        /* the step s with rows[k] . s = -f[k], by Cramer's rule */
+        struct vec3 a = vec3_cross(rows[1], rows[2]), b = vec3_cross(rows[2], rows[0]);
+        struct vec3 c = vec3_cross(rows[0], rows[1]);
+        double inverse = -1 / vec3_dot(rows[0], a);
+        step = vec3_axpy(f[2], c, vec3_axpy(f[1], b, vec3_scale(f[0], a)));
+        step = vec3_scale(inverse, step);
+        if (!isfinite(inverse) || !isfinite(vec3_norm2(step)))
             return NEWTON_FAILED;
         ++*steps;
         double size = vec3_norm(step);

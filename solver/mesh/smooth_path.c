@@ -65,20 +65,6 @@ static int32_t step_on(struct mesh_smooth_path *path, double h, double turn[2]) 
     return stop;
 }
 
-/* From the point on a fold to its other side. */
-static void cross_fold(struct mesh_smooth_path *path, int32_t edge) {
-    const struct mesh *mesh = path->smooth->mesh;
-    struct vec3 along = vec3_sub(mesh_corner_point(mesh, edge / 3, (edge + 1) % 3),
-                                 mesh_corner_point(mesh, edge / 3, edge % 3));
-    struct vec3 n = mesh_smooth_normal(path->smooth, &path->at), x = across(along, n);
-    double a = vec3_dot(path->direction, x), b = vec3_dot(path->direction, vec3_cross(x, n));
-    path->at.triangle = mesh->twins[edge] / 3;
-    mesh_smooth_project(path->smooth, &path->at);
-    n = mesh_smooth_normal(path->smooth, &path->at);
-    x = across(along, n);
-    path->direction = vec3_unit(vec3_axpy(b, vec3_cross(x, n), vec3_scale(a, x)));
-}
-
 /* Up to the fold that a step of h goes beyond, and over it; how far that was. */
 static double step_over(struct mesh_smooth_path *path, double h) {
     double low = 0, high = h;
@@ -97,8 +83,19 @@ static double step_over(struct mesh_smooth_path *path, double h) {
             low = middle;
         }
     }
-    if (edge != MESH_NONE)
-        cross_fold(path, edge);
+    if (edge == MESH_NONE)
+        return high;
+    /* from the point on the fold to its other side */
+    const struct mesh *mesh = path->smooth->mesh;
+    struct vec3 along = vec3_sub(mesh_corner_point(mesh, edge / 3, (edge + 1) % 3),
+                                 mesh_corner_point(mesh, edge / 3, edge % 3));
+    struct vec3 n = mesh_smooth_normal(path->smooth, &path->at), x = across(along, n);
+    double a = vec3_dot(path->direction, x), b = vec3_dot(path->direction, vec3_cross(x, n));
+    path->at.triangle = mesh->twins[edge] / 3;
+    mesh_smooth_project(path->smooth, &path->at);
+    n = mesh_smooth_normal(path->smooth, &path->at);
+    x = across(along, n);
+    path->direction = vec3_unit(vec3_axpy(b, vec3_cross(x, n), vec3_scale(a, x)));
     return high;
 }
 

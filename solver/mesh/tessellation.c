@@ -69,29 +69,23 @@ static double speed_at(struct tessellation *g, int k, double x, double y) {
     return vec3_norm(tangent_at(g, k, x, y, &r));
 }
 
-/* The fastest that any of many lines goes across the rows at y. */
-static double fastest_across(struct tessellation *g, double y) {
-    const struct surface_axis *axis = axis_of(g, g->along);
-    int each = axis->span_count < LINES ? (LINES - 1) / axis->span_count + 1 : 1;
-    double fastest = 0;
-    for (int span = 0; span < axis->span_count; span++)
-        for (int k = 0; k < each; k++) {
-            double width = axis->breaks[span + 1] - axis->breaks[span];
-            double x = axis->breaks[span] + width * (k + 0.5) / each;
-            fastest = fmax(fastest, speed_at(g, 1 - g->along, x, y));
-        }
-    return fastest;
-}
-
 /* The arc length over a span of direction k, by the rule of the middle points: of the row at y, or
  * across the rows, where they are furthest apart. */
 static struct ruler measure_span(struct tessellation *g, int k, int span, double y) {
     const struct surface_axis *axis = axis_of(g, k);
     struct ruler ruler = {.from = axis->breaks[span],
                           .width = axis->breaks[span + 1] - axis->breaks[span]};
+    const struct surface_axis *row = axis_of(g, g->along);
+    int lines = row->span_count < LINES ? (LINES - 1) / row->span_count + 1 : 1;
     for (int step = 0; step < STEPS; step++) {
         double middle = ruler.from + ruler.width * (step + 0.5) / STEPS;
-        double speed = k == g->along ? speed_at(g, k, middle, y) : fastest_across(g, middle);
+        double speed = k == g->along ? speed_at(g, k, middle, y) : 0;
+        /* the fastest that any of many lines goes across the rows */
+        for (int n = 0; k != g->along && n < row->span_count * lines; n++) {
+            const double *breaks = &row->breaks[n / lines];
+            double x = breaks[0] + (breaks[1] - breaks[0]) * (n % lines + 0.5) / lines;
+            speed = fmax(speed, speed_at(g, k, x, middle));
+        }
         ruler.at[step + 1] = ruler.at[step] + speed * ruler.width / STEPS;
     }
     return ruler;

@@ -114,21 +114,6 @@ static bool number_vertices(struct tube *o) {
 
 /* ---- borders ---- */
 
-/* By how much a border turns to the left: at each of its vertices half a turn less the angles of
- * the triangles there. */
-static double border_turn(struct tube *o, int32_t first, int32_t number) {
-    double turn = 0;
-    for (int32_t half = first; o->border[half] == NOWHERE;
-         half = mesh_next_on_border(o->mesh, half)) {
-        int32_t v = o->vertex[half];
-        o->border[half] = number;
-        turn += 180;
-        for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
-            turn -= mesh_corner_angle(o->mesh, o->around[k]);
-    }
-    return turn;
-}
-
 /* Whether the component is a tube; finds its borders. */
 static bool find_ends(struct tube *o) {
     const struct mesh *mesh = o->mesh;
@@ -145,7 +130,16 @@ static bool find_ends(struct tube *o) {
         corners += o->around[o->first[o->vertex[h]]] == h;
         if (!free || o->border[h] != NOWHERE)
             continue;
-        double turn = border_turn(o, h, borders);
+        /* by how much the border turns to the left: at each of its vertices half a turn less the
+         * angles of the triangles there */
+        double turn = 0;
+        for (int32_t at = h; o->border[at] == NOWHERE; at = mesh_next_on_border(mesh, at)) {
+            int32_t v = o->vertex[at];
+            o->border[at] = borders;
+            turn += 180;
+            for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
+                turn -= mesh_corner_angle(mesh, o->around[k]);
+        }
         if (turn > turn_most)
             return false;
         if (turn >= -turn_most && ends < 2)
@@ -162,13 +156,6 @@ struct fence {
     int32_t *vertices;
     size_t count;
 };
-
-static bool touches_border(const struct tube *o, int32_t v, int32_t border) {
-    for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
-        if (o->border[o->around[k]] == border)
-            return true;
-    return false;
-}
 
 /* Lowers the distance of `at`, if it is greater, and has it looked at; false without memory. */
 static bool lower_distance(struct heap *heap, double *distances, int32_t at, double distance) {
@@ -200,9 +187,9 @@ static bool find_fence(struct tube *o, struct fence *fence) {
         struct heap_entry top = heap_pop(&heap);
         if (top.key > distance[top.at])
             continue;
-        end = touches_border(o, top.at, o->ends[1]) ? top.at : NOWHERE;
         for (int32_t k = o->first[top.at]; k < o->first[top.at + 1]; k++) {
             int32_t h = o->around[k];
+            end = o->border[h] == o->ends[1] ? top.at : end;
             const int32_t ends[2] = {mesh_next_half(h), mesh_previous_half(h)};
             for (int n = 0; n < 2; n++) {
                 int32_t to = o->vertex[ends[n]];
@@ -346,27 +333,9 @@ static double share_of(const struct tube *o, int32_t half) {
     return a + b > 0 ? a / (a + b) : 0.5;
 }
 
-/* Follows the cut from a border into the mesh, up to a border, and adds a line for it: the
- * half-edge there; NOWHERE where it does not go through. */
-static int32_t add_cut_line(struct tube *o, int32_t half, struct mesh_tube_cuts *cuts) {
-    size_t count = cuts->from[cuts->count], most = o->mesh->triangle_count;
-    for (;;) {
-        int32_t out[2] = {mesh_next_half(half), mesh_previous_half(half)};
-        bool second = !is_passed(o, out[0]);
-        if (second == !is_passed(o, out[1]) || count >= most)
-            return NOWHERE;
-        cuts->slits[count++] =
-            (struct mesh_slit){{half, out[second]}, {share_of(o, half), share_of(o, out[second])}};
-        half = o->mesh->twins[out[second]];
-        if (half == MESH_NONE) {
-            cuts->from[++cuts->count] = count;
-            return out[second];
-        }
-    }
-}
-
 /* From one end to the other, over the holes between: each line from a half-edge of the last border
- * that the cut passes and that is not seen yet. */
+ * that the cut passes and that is not seen yet, following the cut through the mesh up to a border.
+ */
 static bool find_cut_lines(struct tube *o, struct mesh_tube_cuts *cuts) {
     size_t triangles = o->mesh->triangle_count;
     uint8_t *seen = arena_alloc(o->arena, 3 * triangles, sizeof *seen);
@@ -378,11 +347,22 @@ static bool find_cut_lines(struct tube *o, struct mesh_tube_cuts *cuts) {
         int32_t half = 0, end = (int32_t)(3 * triangles);
         while (half < end && !(o->border[half] == border && !seen[half] && is_passed(o, half)))
             half++;
-        int32_t last = half < end ? add_cut_line(o, half, cuts) : NOWHERE;
-        if (last == NOWHERE) {
+        size_t count = cuts->from[cuts->count];
+        int32_t last = half < end ? half : MESH_NONE;
+        for (int32_t in = last; in != MESH_NONE; in = o->mesh->twins[last]) {
+            int32_t out[2] = {mesh_next_half(in), mesh_previous_half(in)};
+            bool second = !is_passed(o, out[0]);
+            last = second == !is_passed(o, out[1]) || count >= triangles ? MESH_NONE : out[second];
+            if (last == MESH_NONE)
+                break;
+            cuts->slits[count++] =
+                (struct mesh_slit){{in, last}, {share_of(o, in), share_of(o, last)}};
+        }
+        if (last == MESH_NONE) { /* the cut does not go through */
             cuts->count = 0;
             return true;
         }
+        cuts->from[++cuts->count] = count;
         seen[half] = seen[last] = 1;
         border = o->border[last];
     }
