@@ -142,19 +142,13 @@ static bool add_block(struct arena *arena, size_t needed) {
     return true;
 }
 
-/* The bytes taken for an allocation, a multiple of the alignment; 0 when they overflow. */
-static size_t rounded(size_t count, size_t size) {
-    size_t bytes;
-    if (__builtin_mul_overflow(count, size, &bytes) || bytes > SIZE_MAX - 2 * ALIGNMENT)
-        return 0;
-    bytes = (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-    return bytes ? bytes : ALIGNMENT;
-}
-
 void *arena_take(struct arena *arena, size_t count, size_t size) {
-    size_t bytes = rounded(count, size);
-    if (injected_failure(arena->root) || bytes == 0)
+    size_t bytes;
+    bool overflows =
+        __builtin_mul_overflow(count, size, &bytes) || bytes > SIZE_MAX - 2 * ALIGNMENT;
+    if (injected_failure(arena->root) || overflows)
         return NULL;
+    bytes = bytes ? (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT : ALIGNMENT;
     struct block *block = arena->last;
     if ((!block || bytes > block->capacity - block->used) && !add_block(arena, bytes))
         return NULL;

@@ -223,18 +223,6 @@ struct grid_place {
     double factor; /* by which k beyond the fractions follows from its end */
 };
 
-static struct grid_place find_place(const struct permeability_grid *grid, double vf, double shear) {
-    const double *fraction = grid->fiber_volume_fraction;
-    double first = fraction[0], last = fraction[grid->columns - 1];
-    struct grid_place place = {.factor = 1};
-    place.row = interval(grid->shear_deg, grid->rows, shear, &place.row_share);
-    place.next_row = place.row + (grid->rows > 1);
-    place.column = interval(fraction, grid->columns, vf, &place.share);
-    if (vf < first || vf > last)
-        place.factor = permeability_kozeny_carman_factor(vf, vf < first ? first : last);
-    return place;
-}
-
 static double k_at(const struct permeability_grid *grid, const double *k,
                    const struct grid_place *place) {
     const double *row = k + place->row * grid->columns + place->column;
@@ -253,11 +241,17 @@ static double angle_at(const struct permeability_grid *grid, const struct grid_p
 struct permeability permeability_of_grid(const struct permeability_grid *grid, double vf,
                                          double shear_deg, bool *outside) {
     double shear = fabs(shear_deg);
-    struct grid_place place = find_place(grid, vf, shear);
     const double *fraction = grid->fiber_volume_fraction;
+    double first = fraction[0], last = fraction[grid->columns - 1];
+    bool beyond = vf < first || vf > last;
+    struct grid_place place = {.factor = 1};
+    place.row = interval(grid->shear_deg, grid->rows, shear, &place.row_share);
+    place.next_row = place.row + (grid->rows > 1);
+    place.column = interval(fraction, grid->columns, vf, &place.share);
+    if (beyond)
+        place.factor = permeability_kozeny_carman_factor(vf, vf < first ? first : last);
     if (outside)
-        *outside = shear < grid->shear_deg[0] || shear > grid->shear_deg[grid->rows - 1] ||
-                   vf < fraction[0] || vf > fraction[grid->columns - 1];
+        *outside = shear < grid->shear_deg[0] || shear > grid->shear_deg[grid->rows - 1] || beyond;
     return from_bisector(k_at(grid, grid->k1, &place), k_at(grid, grid->k2, &place),
                          k_at(grid, grid->k3, &place), grid->angle_deg ? angle_at(grid, &place) : 0,
                          shear_deg);

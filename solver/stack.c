@@ -23,28 +23,11 @@ static double raised_to(struct raised *last, double b) {
     return last->value;
 }
 
-/* The thickness under ln p of all plies with a law, V / (a p^b) each, and its derivative. */
-static double pressed(size_t count, const struct stack_ply *plies, double log_pressure,
-                      double *slope) {
-    struct raised power = raised_begin(log_pressure);
-    double sum = 0;
-    *slope = 0;
-    for (size_t k = 0; k < count; k++) {
-        const struct stack_ply *ply = &plies[k];
-        if (!(ply->a > 0))
-            continue;
-        double volume = ply->thickness * ply->fraction;
-        double own = volume / ply->a * raised_to(&power, -ply->b);
-        sum += own;
-        *slope -= ply->b * own;
-    }
-    return sum;
-}
-
-/* The ln p at which the plies with a law are as thick as `wanted` together. From where the first of
- * them alone would be, so that all are thicker than wanted: the greatest of these. */
+/* The ln p at which the plies with a law are as thick as `wanted` together, V / (a p^b) each. From
+ * where the first of them alone would be, so that all are thicker than wanted: the greatest of
+ * these. */
 static double find_pressure(size_t count, const struct stack_ply *plies, double wanted) {
-    double at = -HUGE_VAL, slope;
+    double at = -HUGE_VAL;
     for (size_t k = 0; k < count; k++) {
         const struct stack_ply *ply = &plies[k];
         if (!(ply->a > 0))
@@ -53,7 +36,18 @@ static double find_pressure(size_t count, const struct stack_ply *plies, double 
         at = fmax(at, power_log(alone) / ply->b);
     }
     for (int step = 0; step < STEPS; step++) {
-        double excess = pressed(count, plies, at, &slope) - wanted;
+        struct raised power = raised_begin(at);
+        double sum = 0, slope = 0;
+        for (size_t k = 0; k < count; k++) {
+            const struct stack_ply *ply = &plies[k];
+            if (!(ply->a > 0))
+                continue;
+            double volume = ply->thickness * ply->fraction;
+            double own = volume / ply->a * raised_to(&power, -ply->b);
+            sum += own;
+            slope -= ply->b * own;
+        }
+        double excess = sum - wanted;
         if (!(excess > enough * wanted))
             break;
         at -= excess / slope;

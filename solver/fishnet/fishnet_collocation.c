@@ -71,30 +71,12 @@ static double move_yarns(struct yarns *y, double rest) {
     return most;
 }
 
-/* Where the ends meet after the last round: D, and how far both ends are above the surface there.
- */
-static bool find_meeting(struct surface_cursor *cursor, const struct yarns *y, double enough,
-                         struct surface_point *d, double *above) {
-    struct vec3 end[2];
-    for (int k = 0; k < 2; k++)
-        end[k] = vec3_axpy(y->angle[k], y->by[k], y->path[k].to);
-    struct vec3 middle = vec3_scale(0.5, vec3_add(end[0], end[1]));
-    struct vec3 left = surface_point_projection(d, vec3_sub(middle, d->jet.r));
-    if (!(vec3_norm2(left) <= enough / 8 * (enough / 8)) &&
-        !fishnet_pull_to(cursor, d, middle, enough / 8, PULLS, d))
-        return false;
-    *above = 0;
-    for (int k = 0; k < 2; k++)
-        *above = fmax(*above, fabs(vec3_dot(vec3_sub(end[k], d->jet.r), d->normal)));
-    return true;
-}
-
 /* Rounds until the ends meet, as long as points move less from one to the next. */
 static bool meet_yarns(struct surface_cursor *cursor, const struct fishnet_cell *cell,
                        const struct fishnet_collocation *wanted, int attempt, struct yarns *y,
                        struct fishnet_node *node) {
     struct surface_point d = node->point;
-    double least = fmin(wanted->length[0], wanted->length[1]), above, last = farthest;
+    double least = fmin(wanted->length[0], wanted->length[1]), last = farthest;
     double enough = wanted->tolerance * least + rounding * d.surface->magnitude;
     if (!begin_yarns(cell, wanted, splits[attempt].pieces, &d, y))
         return false;
@@ -106,8 +88,18 @@ static bool meet_yarns(struct surface_cursor *cursor, const struct fishnet_cell 
         last = round == 1 ? farthest : moved / 2;
         if (!(moved * (change / 2 + moved) < left_share * wanted->tolerance))
             continue;
-        if (!find_meeting(cursor, y, enough, &d, &above))
+        /* D is where the ends meet; both may be so far above the surface there. */
+        struct vec3 end[2];
+        for (int k = 0; k < 2; k++)
+            end[k] = vec3_axpy(y->angle[k], y->by[k], y->path[k].to);
+        struct vec3 middle = vec3_scale(0.5, vec3_add(end[0], end[1]));
+        struct vec3 left = surface_point_projection(&d, vec3_sub(middle, d.jet.r));
+        if (!(vec3_norm2(left) <= enough / 8 * (enough / 8)) &&
+            !fishnet_pull_to(cursor, &d, middle, enough / 8, PULLS, &d))
             return false;
+        double above = 0;
+        for (int k = 0; k < 2; k++)
+            above = fmax(above, fabs(vec3_dot(vec3_sub(end[k], d.jet.r), d.normal)));
         if (above < enough) {
             node->point = d;
             node->iterations += round;

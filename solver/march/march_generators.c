@@ -52,37 +52,32 @@ static void note_path_edge(struct march *march, const struct stop *from, const s
  * not end there. */
 static const double stuck_within = 0.25;
 
-/* Where the straight line ahead in the parameters meets the border of the domain. */
-static struct vec3 border_ahead(const struct path *path) {
-    double share = HUGE_VAL, uv[2];
-    struct surface_cursor cursor = {0};
-    struct surface_jet jet;
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &path->surface->axis[k];
-        double by = path->velocity[k];
-        double end = by > 0 ? surface_axis_upper(axis) : surface_axis_lower(axis);
-        if (!axis->closed && by != 0)
-            share = fmin(share, fmax((end - path->uv[k]) / by, 0));
-    }
-    for (int k = 0; k < 2; k++)
-        uv[k] = path->uv[k] + (share < HUGE_VAL ? share * path->velocity[k] : 0);
-    surface_jet_at(path->surface, &cursor, uv[0], uv[1], &jet);
-    return jet.r;
-}
-
 /* Why a path could not be followed: the surface folds back on itself, or has no tangent plane there
  * or ahead, as at a cusp, well within the part; else its boundary. */
 static enum drape_reason why_path_ended(struct march *march, const struct path *path, double d) {
+    const struct trim *trim = march->trim;
+    struct surface_cursor cursor = {0};
     struct surface_point at;
-    double uv[2];
+    struct surface_jet border;
+    double share = HUGE_VAL, uv[2], end[2];
     if (path->ended)
         return DRAPE_REASON_NO_CONVERGENCE;
     if (path->surface->shell || !path_surface_point(path, &march->cursor, &at, NULL) ||
         !march_parameters(march, &at, uv))
         return DRAPE_REASON_BOUNDARY;
-    const struct trim *trim = march->trim;
-    bool within = vec3_distance(border_ahead(path), at.jet.r) > stuck_within * d &&
-                  (!trim || trim_contains(trim, uv));
+    /* Where the straight line ahead in the parameters meets the border of the domain. */
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &path->surface->axis[k];
+        double by = path->velocity[k];
+        double limit = by > 0 ? surface_axis_upper(axis) : surface_axis_lower(axis);
+        if (!axis->closed && by != 0)
+            share = fmin(share, fmax((limit - path->uv[k]) / by, 0));
+    }
+    for (int k = 0; k < 2; k++)
+        end[k] = path->uv[k] + (share < HUGE_VAL ? share * path->velocity[k] : 0);
+    surface_jet_at(path->surface, &cursor, end[0], end[1], &border);
+    bool within =
+        vec3_distance(border.r, at.jet.r) > stuck_within * d && (!trim || trim_contains(trim, uv));
     return within ? DRAPE_REASON_DEGENERATE : DRAPE_REASON_BOUNDARY;
 }
 

@@ -73,15 +73,6 @@ enum status march_find_overlap(struct march *march, bool *found) {
     return status;
 }
 
-/* Whether a cell of the net is turned over. */
-static bool has_cell_turned_over(struct march *march, struct net_tile **tiles) {
-    const struct overlap_normals normals = {normal_of_node, march};
-    for (size_t t = 0; t < net_tile_count(march->net); t++)
-        if (overlap_turns_over(march->net, tiles[t], march->settings->spacing, normals))
-            return true;
-    return false;
-}
-
 /* A net lies on itself about cells that are turned over, or where it was not watched and comes
  * back. Of a node and the corners of the cell on which it lies the one furthest from the start
  * along the yarns goes. */
@@ -92,7 +83,10 @@ enum status march_separate_layers(struct march *march) {
         return STATUS_OK;
     if (!(tiles = net_sorted_tiles(march->net)))
         return STATUS_OUT_OF_MEMORY;
-    bool over = has_cell_turned_over(march, tiles);
+    const struct overlap_normals normals = {normal_of_node, march};
+    bool over = false;
+    for (size_t t = 0; t < net_tile_count(march->net) && !over; t++)
+        over = overlap_turns_over(march->net, tiles[t], march->settings->spacing, normals);
     if (march->watched && !over)
         return STATUS_OK;
     enum status status = index_net(march, march->counts.inside, true);

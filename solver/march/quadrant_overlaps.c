@@ -53,22 +53,6 @@ static enum status check_node(struct quadrant *q, int32_t i, int32_t j, int32_t 
                                : status;
 }
 
-/* Of the nodes that were put into rows which had been looked at. */
-static enum status check_late(struct quadrant *q, int32_t end) {
-    enum status status = STATUS_OK;
-    if (q->late_count)
-        qsort(q->late, q->late_count, sizeof *q->late, compare_places);
-    for (size_t k = 0; k < q->late_count && status == STATUS_OK; k++) {
-        struct quadrant_place p = q->late[k];
-        const struct net_node *node = net_find(q->march->net, p.i * q->si, p.j * q->sj);
-        status = overlap_add(q->march->overlap, p.i * q->si, p.j * q->sj, node->r);
-    }
-    for (size_t k = 0; k < q->late_count && status == STATUS_OK; k++)
-        status = check_node(q, q->late[k].i, q->late[k].j, end);
-    q->late_count = 0;
-    return status;
-}
-
 /* The k-th tile of the block from the weft arm on; NULL beyond the last one. */
 static struct net_tile *tile_at(struct quadrant *q, int32_t k) {
     int32_t ti = q->si > 0 ? k : -1 - k, tj = q->checked * q->sj >> NET_TILE_BITS;
@@ -101,7 +85,18 @@ static enum status check_rows(struct quadrant *q, int32_t end, struct arena *are
 
 enum status quadrant_check_overlaps(struct quadrant *q, int32_t end) {
     struct quadrant_row *row = &q->row[0];
-    enum status status = check_late(q, end);
+    enum status status = STATUS_OK;
+    /* First the nodes that were put into rows which had been looked at. */
+    if (q->late_count)
+        qsort(q->late, q->late_count, sizeof *q->late, compare_places);
+    for (size_t k = 0; k < q->late_count && status == STATUS_OK; k++) {
+        struct quadrant_place p = q->late[k];
+        const struct net_node *node = net_find(q->march->net, p.i * q->si, p.j * q->sj);
+        status = overlap_add(q->march->overlap, p.i * q->si, p.j * q->sj, node->r);
+    }
+    for (size_t k = 0; k < q->late_count && status == STATUS_OK; k++)
+        status = check_node(q, q->late[k].i, q->late[k].j, end);
+    q->late_count = 0;
     if (status == STATUS_OK)
         status = check_rows(q, end, q->march->arena);
     row->count = row->count < q->length ? row->count : q->length;

@@ -20,23 +20,6 @@ static const double passing = 1e-3;
 /* Generators that meet at an angle with a smaller sine make no net: 1 degree. */
 static const double nearly_parallel = 0.0175;
 
-/* The surface point nearest to the centroid; where that is trimmed away, a place well inside the
- * trimmed region. */
-static void find_centroid(const struct surface *surface, const struct trim *trim, double uv[2]) {
-    struct vec3 centroid;
-    double distance, outer[2];
-    if (trim)
-        trim_area(trim, &centroid);
-    else
-        surface_area(surface, &centroid);
-    surface_nearest_at(surface, centroid, uv, &distance);
-    surface_outer(surface, uv, outer);
-    if (trim && !trim_contains(trim, outer)) {
-        trim_middle(trim, outer);
-        surface_inner(surface, outer, uv);
-    }
-}
-
 double start_inside(const struct surface *surface, const struct trim *trim, struct vec3 target,
                     double inner[2]) {
     enum { STEPS = 16 };
@@ -83,13 +66,24 @@ static bool touches(const struct trim *trim, const double uv[2], const double lo
     return false;
 }
 
-/* The inner parameters of the start. */
+/* The inner parameters of the start: by default of the surface point nearest to the centroid or,
+ * where that is trimmed away, of a place well inside the trimmed region. */
 static enum status find_uv(const struct surface *surface, const struct trim *trim,
                            const struct drape_settings *settings, double uv[2]) {
     double lower[2], upper[2], outer[2], distance;
     surface_domain(surface, lower, upper);
     if (settings->start_kind == DRAPE_START_CENTROID) {
-        find_centroid(surface, trim, uv);
+        struct vec3 centroid;
+        if (trim)
+            trim_area(trim, &centroid);
+        else
+            surface_area(surface, &centroid);
+        surface_nearest_at(surface, centroid, uv, &distance);
+        surface_outer(surface, uv, outer);
+        if (trim && !trim_contains(trim, outer)) {
+            trim_middle(trim, outer);
+            surface_inner(surface, outer, uv);
+        }
     } else if (settings->start_kind == DRAPE_START_POINT) {
         double reach = fmax(settings->spacing[0], settings->spacing[1]);
         reach += fabs(surface->height); /* the point may lie on the surface before it is moved */
@@ -163,23 +157,6 @@ static struct vec3 offset_to(const struct surface_point *point, const double uv[
                      vec3_scale(uv[0] - point->uv[0], point->jet.u));
 }
 
-/* The first points on both sides of the segment from point `before` on that are further than
- * `reach` from the start. */
-static void find_ends_of_start(const struct drape_generator *generator,
-                               const struct surface_point *from, double reach, size_t before,
-                               struct march_curve *curve) {
-    size_t ahead = before + 1, behind = before + 1; /* behind: one more than the index */
-    while (ahead < generator->curve_count &&
-           !(vec3_norm(offset_to(from, generator->curve[ahead])) > reach))
-        ahead++;
-    while (behind > 0 && !(vec3_norm(offset_to(from, generator->curve[behind - 1])) > reach))
-        behind--;
-    curve->ends[0] = ahead == generator->curve_count;
-    curve->ends[1] = behind == 0;
-    curve->next[0] = ahead;
-    curve->next[1] = behind - 1;
-}
-
 /* Where the polyline passes the start, and its direction there. */
 static enum status find_on_curve(const struct surface *surface,
                                  const struct drape_generator *generator, double spacing,
@@ -211,7 +188,18 @@ static enum status find_on_curve(const struct surface *surface,
         return STATUS_GENERATOR_OFF_START;
     curve->sense = 1;
     outer = in_outer_parameters(surface, &curve->from);
-    find_ends_of_start(generator, &outer, passing * spacing, before, curve);
+    /* The first points on both sides of the segment that are further than that from the start. */
+    double reach = passing * spacing;
+    size_t ahead = before + 1, behind = before + 1; /* behind: one more than the index */
+    while (ahead < generator->curve_count &&
+           !(vec3_norm(offset_to(&outer, generator->curve[ahead])) > reach))
+        ahead++;
+    while (behind > 0 && !(vec3_norm(offset_to(&outer, generator->curve[behind - 1])) > reach))
+        behind--;
+    curve->ends[0] = ahead == generator->curve_count;
+    curve->ends[1] = behind == 0;
+    curve->next[0] = ahead;
+    curve->next[1] = behind - 1;
     size_t to = curve->ends[0] ? curve->next[1] : curve->next[0];
     if (curve->ends[0] && curve->ends[1])
         return STATUS_GENERATOR_OFF_START;
