@@ -50,14 +50,15 @@ enum api_problem_id api_check_surface(const struct api_input *input,
                            problem) == API_OK) {
         /* The definition is written once; what describes it has its id. */
         const char *definition = api_normalise_surface(&surface, arena), *description = NULL;
-        check->definition_length = definition ? strlen(definition) : 0;
+        size_t length = definition ? strlen(definition) : 0;
         if (definition) {
-            api_digest_bytes(definition, check->definition_length, surface.id);
+            api_digest_bytes(definition, length, surface.id);
             memcpy(check->surface, surface.id, sizeof check->surface);
             description = prepared_part_describe(&surface, arena, problem);
         }
-        if (problem->id == API_OK &&
-            !(description && write_string(sink, definition) && write_string(sink, description)))
+        if (description && write_string(sink, definition) && write_string(sink, description))
+            check->definition_length = length;
+        else if (problem->id == API_OK)
             api_problem_no_memory(problem, "the surface");
     }
     arena_free(arena);
@@ -76,8 +77,9 @@ enum api_problem_id api_check_material(const struct api_input *input,
     if (api_material_decode(input->request, input->request_length, limits, arena, &material, &head,
                             problem) == API_OK) {
         strcpy(check->material, material.name);
-        check->definition_length = material.length;
-        if (!write_string(sink, material.json) || !write_string(sink, head))
+        if (write_string(sink, material.json) && write_string(sink, head))
+            check->definition_length = material.length;
+        else
             api_problem_no_memory(problem, "the material");
     }
     arena_free(arena);
@@ -94,10 +96,12 @@ enum api_problem_id api_check_mentions(struct api_input *input, const char *own,
     check->needs_materials = *wanted != '\0';
     if (check->needs_materials)
         return write_string(sink, wanted) ? API_OK : api_problem_no_memory(problem, "the request");
+    size_t length = 0;
     const char *filled = api_material_fill(input->request, input->request_length, own ? own : "",
-                                           own_length, arena, &check->filled_length);
+                                           own_length, arena, &length);
     if (!filled)
         return api_problem_no_memory(problem, "the request");
+    check->filled_length = length;
     input->request = filled;
     input->request_length = check->filled_length;
     return API_OK;

@@ -154,7 +154,5 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
     if (id == API_OK && task->buffered && !flush_output(task))
         api_problem_set(&answer->problem, API_UNAVAILABLE,
                         "there is no disk space for the answer now");
-    if (answer->problem.id != API_OK)
-        memset(&answer->check, 0, sizeof answer->check); /* parts of what was not written */
     answer->processor_us = processor_us() - begun;
 }
