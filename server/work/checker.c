@@ -56,29 +56,6 @@ static enum frame_state receive_order(struct checker_task *task) {
                                                                                   : FRAME_BROKEN;
 }
 
-static void clear_order(struct checker_task *task) {
-    uint64_t used = 0;
-    for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
-        if (task->mapped[k])
-            munmap(task->mapped[k], task->order.length[k]);
-        task->mapped[k] = NULL;
-        used += task->order.length[k];
-    }
-    for (int k = 0; k < task->files; k++)
-        close(task->file[k]);
-    task->files = 0;
-    if (used > CHECKER_INLINE_MAX)
-        malloc_trim(0);
-}
-
-/* Of a problem as many errors as there are. */
-static bool send_answer(const struct checker_answer *answer) {
-    size_t errors = answer->problem.count < API_ERRORS_MAX ? answer->problem.count : API_ERRORS_MAX;
-    size_t length =
-        offsetof(struct checker_answer, problem.error) + errors * sizeof answer->problem.error[0];
-    return frame_send(WORKER_FD, FRAME_ANSWER, answer, length);
-}
-
 /* ------------------------------------------------------------------ the process */
 
 /* Bytes of address space, 0 when that cannot be read. */
@@ -102,13 +79,29 @@ int checker_serve(const struct checker_abilities *abilities) {
         !frame_send(WORKER_FD, FRAME_HELLO, &hello, sizeof hello))
         return 1;
     while ((state = receive_order(&task)) == FRAME_READY) {
+        const struct api_problem *problem = &task.answer.problem;
+        uint64_t used = 0;
         memset(&task.answer, 0, offsetof(struct checker_answer, problem.error));
         task.buffered = 0;
         if (abilities->before)
             abilities->before(task.document[CHECKER_BODY], task.order.length[CHECKER_BODY]);
         checker_task_carry_out(&task, abilities);
-        clear_order(&task);
-        if (!send_answer(&task.answer))
+        for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
+            if (task.mapped[k])
+                munmap(task.mapped[k], task.order.length[k]);
+            task.mapped[k] = NULL;
+            used += task.order.length[k];
+        }
+        for (int k = 0; k < task.files; k++)
+            close(task.file[k]);
+        task.files = 0;
+        if (used > CHECKER_INLINE_MAX)
+            malloc_trim(0);
+        /* Of a problem as many errors are sent as there are. */
+        size_t errors = problem->count < API_ERRORS_MAX ? problem->count : API_ERRORS_MAX;
+        if (!frame_send(WORKER_FD, FRAME_ANSWER, &task.answer,
+                        offsetof(struct checker_answer, problem.error) +
+                            errors * sizeof problem->error[0]))
             return 1;
     }
     return state == FRAME_CLOSED ? 0 : 1;

@@ -113,27 +113,6 @@ static enum api_problem_id drape_variant(const struct checker_task *task,
 
 /* ---- maps, samples and reports ---- */
 
-/* Of a drape, of a variant or of a laminate. */
-static enum api_problem_id fill_map(const struct checker_task *task, struct map_target *mesh,
-                                    const struct drape_monitor *monitor, struct arena *arena,
-                                    struct api_map *map, struct api_problem *problem) {
-    const struct checker_order *order = &task->order;
-    struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
-    if (order->kind == CHECKER_STACK)
-        return laminate_map_record(task->document[CHECKER_SECOND], order->length[CHECKER_SECOND],
-                                   columns.bytes, columns.length, &order->limits, mesh, monitor,
-                                   arena, map, problem);
-    struct api_input input = {.request = task->document[CHECKER_SECOND],
-                              .request_length = order->length[CHECKER_SECOND]};
-    if (order->kind == CHECKER_SAMPLE_MAP &&
-        drape_variant(task, monitor, arena, &input, &columns, problem) != API_OK)
-        return problem->id;
-    const struct api_reader reader = api_reader_of(&columns);
-    if (!cavity_take_cloth(mesh, &reader, &input, &order->limits, arena, problem))
-        return problem->id;
-    return api_map_make(&reader, mesh, monitor, arena, map, problem);
-}
-
 /* The source of a map: the drape's, the variant's or the laminate's fields on the mesh of the body,
  * which the source refers to. */
 static bool make_map(const struct checker_task *task, const struct format *format,
@@ -144,6 +123,9 @@ static bool make_map(const struct checker_task *task, const struct format *forma
     const struct checker_order *order = &task->order;
     const char *body = task->document[CHECKER_BODY];
     size_t length = order->length[CHECKER_BODY];
+    struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
+    struct api_input input = {.request = task->document[CHECKER_SECOND],
+                              .request_length = order->length[CHECKER_SECOND]};
     enum api_problem_id read = order->nastran
                                    ? map_target_nastran(body, length, arena, mesh, problem)
                                    : map_target_json(body, length, arena, mesh, problem);
@@ -153,8 +135,18 @@ static bool make_map(const struct checker_task *task, const struct format *forma
                         "csv",
                         format->name);
     source->fields = &map.fields;
-    return problem->id == API_OK && take_options(task, arena, mesh, options, problem) &&
-           fill_map(task, mesh, monitor, arena, &map, problem) == API_OK;
+    if (problem->id != API_OK || !take_options(task, arena, mesh, options, problem))
+        return false;
+    if (order->kind == CHECKER_STACK)
+        return laminate_map_record(input.request, input.request_length, columns.bytes,
+                                   columns.length, &order->limits, mesh, monitor, arena, &map,
+                                   problem) == API_OK;
+    if (order->kind == CHECKER_SAMPLE_MAP &&
+        drape_variant(task, monitor, arena, &input, &columns, problem) != API_OK)
+        return false;
+    const struct api_reader reader = api_reader_of(&columns);
+    return cavity_take_cloth(mesh, &reader, &input, &order->limits, arena, problem) &&
+           api_map_make(&reader, mesh, monitor, arena, &map, problem) == API_OK;
 }
 
 /* The source of a report: the result, and what it is of. The second document is none of the

@@ -104,37 +104,14 @@ static void count_busy(struct worker_thread *worker, int more) {
     pthread_mutex_unlock(&dispatcher->lock);
 }
 
-/* Works on the claimed job: how long to wait then. Where there is one task there are more: whoever
- * claims one has the next worker look. A process serves one owner: should a request take it over,
- * it has nothing of another's to tell, and no other's result to falsify. */
-static int64_t run_claim(struct worker_thread *worker, const struct store_claim *claim) {
-    struct job_run_shared *shared = &worker->dispatcher->shared;
-    if (claim->kind == STORE_TASK)
-        hint(worker->dispatcher);
-    if (claim->reused) {
-        atomic_fetch_add(&shared->counters.reused, 1);
-        return 0;
-    }
-    if (worker->served && strcmp(worker->owner, claim->owner) != 0)
-        child_kill(&worker->child);
-    if (!child_running(&worker->child) && !ready_worker(worker)) {
-        enum store_answer answer = store_release(shared->store, claim);
-        (void)answer; /* failed: the lease ends */
-        return START_RETRY_MS;
-    }
-    worker->served = true;
-    snprintf(worker->owner, sizeof worker->owner, "%s", claim->owner);
-    count_busy(worker, 1);
-    bool good = job_run(shared, claim, &worker->child, worker->wake, worker->fast);
-    count_busy(worker, -1);
-    return good ? 0 : JOB_RUN_RETRY_MS;
-}
-
 /* One turn: how long to wait for the next (0: not at all), and whether a hint ends the wait. The
  * fast worker's process is started with its first job; for it, a read is enough to find out that it
- * is not needed. */
+ * is not needed. Where there is one task there are more: whoever claims one has the next worker
+ * look. A process serves one owner: should a request take it over, it has nothing of another's to
+ * tell, and no other's result to falsify. */
 static int64_t take_turn(struct worker_thread *worker, bool *hints) {
-    struct store *store = worker->dispatcher->shared.store;
+    struct job_run_shared *shared = &worker->dispatcher->shared;
+    struct store *store = shared->store;
     struct store_claim claim;
     *hints = false;
     if (!worker->fast && !ready_worker(worker))
@@ -147,7 +124,26 @@ static int64_t take_turn(struct worker_thread *worker, bool *hints) {
         *hints = true;
         return WORK_POLL_MS;
     }
-    return answer == STORE_OK ? run_claim(worker, &claim) : JOB_RUN_RETRY_MS;
+    if (answer != STORE_OK)
+        return JOB_RUN_RETRY_MS;
+    if (claim.kind == STORE_TASK)
+        hint(worker->dispatcher);
+    if (claim.reused) {
+        atomic_fetch_add(&shared->counters.reused, 1);
+        return 0;
+    }
+    if (worker->served && strcmp(worker->owner, claim.owner) != 0)
+        child_kill(&worker->child);
+    if (!child_running(&worker->child) && !ready_worker(worker)) {
+        (void)!store_release(store, &claim); /* failed: the lease ends */
+        return START_RETRY_MS;
+    }
+    worker->served = true;
+    snprintf(worker->owner, sizeof worker->owner, "%s", claim.owner);
+    count_busy(worker, 1);
+    bool good = job_run(shared, &claim, &worker->child, worker->wake, worker->fast);
+    count_busy(worker, -1);
+    return good ? 0 : JOB_RUN_RETRY_MS;
 }
 
 /* The thread of a worker: takes turns, and waits in between for a hint or its time, until no more
@@ -212,30 +208,27 @@ static void *serve_short_jobs(void *context) {
 
 /* ------------------------------------------------------------------ the sweeper */
 
-/* Tells the store that this daemon is alive: when the next time is. While it fails the store takes
- * nothing, so that it is tried again soon. */
-static int64_t send_heartbeat(struct dispatcher *dispatcher) {
-    struct store *store = dispatcher->shared.store;
-    const struct dispatcher_settings *settings = &dispatcher->shared.settings;
-    struct store_host host = {.workers = settings->workers,
-                              .busy = atomic_load(&dispatcher->shared.counters.busy),
-                              .version = DRAPED_VERSION};
-    gethostname(host.host, sizeof host.host - 1);
-    snprintf(host.role, sizeof host.role, "%s", settings->role);
-    store_introduce(store, &host);
-    return clock_ms() + (store_beat(store) == STORE_OK ? settings->beat_ms : 0);
-}
-
+/* Tells the store now and then that this daemon is alive, and sweeps. While the store fails it
+ * takes nothing, so that it is told again soon. */
 static void *sweep_store(void *context) {
     struct dispatcher *dispatcher = context;
+    struct store *store = dispatcher->shared.store;
+    const struct dispatcher_settings *settings = &dispatcher->shared.settings;
     int64_t beat_at_ms = 0;
     pthread_mutex_lock(&dispatcher->lock);
     while (!dispatcher->stopping) {
         struct store_sweep sweep = {.more = true};
         pthread_mutex_unlock(&dispatcher->lock);
-        if (clock_ms() >= beat_at_ms)
-            beat_at_ms = send_heartbeat(dispatcher);
-        while (sweep.more && store_sweep(dispatcher->shared.store, &sweep) == STORE_OK) {
+        if (clock_ms() >= beat_at_ms) {
+            struct store_host host = {.workers = settings->workers,
+                                      .busy = atomic_load(&dispatcher->shared.counters.busy),
+                                      .version = DRAPED_VERSION};
+            gethostname(host.host, sizeof host.host - 1);
+            snprintf(host.role, sizeof host.role, "%s", settings->role);
+            store_introduce(store, &host);
+            beat_at_ms = clock_ms() + (store_beat(store) == STORE_OK ? settings->beat_ms : 0);
+        }
+        while (sweep.more && store_sweep(store, &sweep) == STORE_OK) {
             if (sweep.requeued + sweep.failed + sweep.expired + sweep.removed > 0)
                 log_info(log_event("store_swept"), log_int("requeued", sweep.requeued),
                          log_int("failed", sweep.failed), log_int("expired", sweep.expired),
@@ -243,7 +236,7 @@ static void *sweep_store(void *context) {
             if (job_run_out_of_time(&dispatcher->shared))
                 break;
         }
-        struct timespec then = clock_after_ms(dispatcher->shared.settings.sweep_ms);
+        struct timespec then = clock_after_ms(settings->sweep_ms);
         int code = 0;
         pthread_mutex_lock(&dispatcher->lock);
         while (!dispatcher->stopping && code == 0)

@@ -166,24 +166,6 @@ static bool queue_must_yield(struct document_pool *pool, struct check *check, in
     return true;
 }
 
-/* Without the lock. Moves the check, which takes too long for the fast queue, to the slow one
- * with its process, if that has room; if not, it has to begin anew there, unless too many of the
- * owner's wait. */
-static enum check_outcome queue_move_to_slow(struct document_pool *pool, struct check *check) {
-    pthread_mutex_lock(&pool->lock);
-    bool room = slow_has_room(pool, check->owner);
-    bool full = queue_full(pool, check->owner, QUEUE_SLOW);
-    queue_note_long(pool, check->owner, clock_ms());
-    if (room) {
-        pool->stats.under_way[QUEUE_FAST]--;
-        pool->stats.under_way[QUEUE_SLOW]++;
-        check->queue = QUEUE_SLOW;
-        wake_for_waiting(pool);
-    }
-    pthread_mutex_unlock(&pool->lock);
-    return room ? CHECK_LATER : full ? CHECK_QUOTA : CHECK_AGAIN;
-}
-
 /* ------------------------------------------------------------------ a process */
 
 bool document_pool_can_import(void) {
@@ -251,7 +233,9 @@ static void process_lower(struct checker_process *process) {
 
 /* ------------------------------------------------------------------ a check on its process */
 
-/* On a thread of the pool: follows an order that has been sent to its end. */
+/* On a thread of the pool: follows an order that has been sent to its end. One that takes too long
+ * for the fast queue moves to the slow one with its process, if that has room; if not, it has to
+ * begin anew there, unless too many of the owner's wait. */
 static enum check_outcome follow_check(struct check *check) {
     struct document_pool *pool = check->pool;
     for (;;) {
@@ -275,9 +259,19 @@ static enum check_outcome follow_check(struct check *check) {
             return CHECK_AGAIN;
         if (!fast || now < fast_until)
             continue;
-        outcome = queue_move_to_slow(pool, check);
-        if (outcome != CHECK_LATER)
-            return outcome;
+        pthread_mutex_lock(&pool->lock);
+        bool room = slow_has_room(pool, check->owner);
+        bool full = queue_full(pool, check->owner, QUEUE_SLOW);
+        queue_note_long(pool, check->owner, clock_ms());
+        if (room) {
+            pool->stats.under_way[QUEUE_FAST]--;
+            pool->stats.under_way[QUEUE_SLOW]++;
+            check->queue = QUEUE_SLOW;
+            wake_for_waiting(pool);
+        }
+        pthread_mutex_unlock(&pool->lock);
+        if (!room)
+            return full ? CHECK_QUOTA : CHECK_AGAIN;
         process_lower(check->process);
     }
 }
@@ -369,36 +363,11 @@ static void run_check(struct check *check, bool sent) {
 
 /* ------------------------------------------------------------------ the threads */
 
-/* With the lock: the next check, under way; NULL at the end. `sent` says whether its order is. */
-static struct check *wait_for_check(struct document_pool *pool, bool *sent) {
-    for (;;) {
-        struct check *check = pool->running;
-        while (check && check->state != CHECK_ADOPTED)
-            check = check->next;
-        *sent = check != NULL;
-        if (check) {
-            check->state = CHECK_RUNNING;
-            return check;
-        }
-        if (pool->stopping)
-            return NULL;
-        check = queue_choose(pool);
-        if (check) {
-            queue_withdraw(&pool->waiting, check);
-            queue_begin(pool, check);
-            return check;
-        }
-        pthread_cond_wait(&pool->changed, &pool->lock);
-    }
-}
-
 /* As many as there are processes, so that none waits for a thread. Each begins with starting one
- * process, and lives as long as the pool, since a process ends with the thread that
- * started it. */
+ * process, and lives as long as the pool, since a process ends with the thread that started it.
+ * Checks whose order has been sent come before those that wait. */
 static void *serve_checks(void *context) {
     struct document_pool *pool = context;
-    struct check *check;
-    bool sent;
     pthread_mutex_lock(&pool->lock);
     struct checker_process *own = &pool->processes[pool->processes_ready++];
     pthread_mutex_unlock(&pool->lock);
@@ -407,7 +376,24 @@ static void *serve_checks(void *context) {
     pthread_mutex_lock(&pool->lock);
     own->next = pool->idle;
     pool->idle = own;
-    while ((check = wait_for_check(pool, &sent))) {
+    for (;;) {
+        struct check *check = pool->running;
+        while (check && check->state != CHECK_ADOPTED)
+            check = check->next;
+        bool sent = check != NULL;
+        if (!sent && pool->stopping)
+            break;
+        check = sent ? check : queue_choose(pool);
+        if (!check) {
+            pthread_cond_wait(&pool->changed, &pool->lock);
+            continue;
+        }
+        if (sent) {
+            check->state = CHECK_RUNNING;
+        } else {
+            queue_withdraw(&pool->waiting, check);
+            queue_begin(pool, check);
+        }
         pthread_mutex_unlock(&pool->lock);
         run_check(check, sent);
         pthread_mutex_lock(&pool->lock);

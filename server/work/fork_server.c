@@ -111,16 +111,6 @@ bool fork_server_fork(const char *argument, int socket, pid_t *pid) {
 
 /* ------------------------------------------------------------------ the process */
 
-/* In the copy: what `child_start` would have given a program. What ps shows is where the arguments
- * were. */
-static int be_copy(const struct fork_server_role *role, int socket, char *argument) {
-    memset(argument, 0, sizeof FORK_SERVER_ARGUMENT);
-    memcpy(argument, role->argument, strnlen(role->argument, sizeof FORK_SERVER_ARGUMENT - 1));
-    if (setpgid(0, 0) != 0 || dup2(socket, WORKER_FD) != WORKER_FD || close(socket) != 0)
-        return 1;
-    return role->main();
-}
-
 int fork_server_serve(char **argv, const struct fork_server_role *roles, size_t count) {
     struct fork_order order;
     enum frame_state state;
@@ -139,8 +129,14 @@ int fork_server_serve(char **argv, const struct fork_server_role *roles, size_t 
          * of which there are none here, and for locks that belong to a thread by its number, of
          * which there are none either. */
         pid_t pid = (pid_t)syscall(SYS_clone, CLONE_PARENT | SIGCHLD, 0, 0, 0, 0);
-        if (pid == 0)
-            exit(be_copy(role, files[0], argv[1]));
+        if (pid == 0) { /* the copy gets what `child_start` would have given a program */
+            memset(argv[1], 0, sizeof FORK_SERVER_ARGUMENT); /* what ps shows */
+            memcpy(argv[1], role->argument,
+                   strnlen(role->argument, sizeof FORK_SERVER_ARGUMENT - 1));
+            bool good = setpgid(0, 0) == 0 && dup2(files[0], WORKER_FD) == WORKER_FD &&
+                        close(files[0]) == 0;
+            exit(good ? role->main() : 1);
+        }
         close(files[0]);
         if (!frame_send(WORKER_FD, FRAME_FORKED, &pid, sizeof pid))
             return 1;

@@ -111,35 +111,31 @@ static int64_t fast_left_ms(const struct job_run *run) {
     return JOB_RUN_FAST_MS - used / 1000;
 }
 
-/* Whether the job has had its turn and another owner has waited long enough. Of the jobs of this
- * process one at a time gives way: that may be all that is needed. */
-static bool must_give_way(struct job_run *run, int64_t now) {
-    if (run->fast)
-        return now >= run->yield_at_ms || fast_left_ms(run) <= 0;
-    if (now < run->yield_at_ms)
-        return false;
-    if (store_starving(run->shared->store, false) != STORE_OK)
-        run->starved_since_ms = 0;
-    else if (!run->starved_since_ms)
-        run->starved_since_ms = now;
-    int_fast64_t last = atomic_load(&run->shared->yielded_ms);
-    return run->starved_since_ms && now - run->starved_since_ms >= JOB_RUN_STARVED_MS &&
-           now - last >= JOB_RUN_STARVED_MS &&
-           atomic_compare_exchange_strong(&run->shared->yielded_ms, &last, now);
-}
-
-/* The duties that do not depend on the worker. */
+/* The duties that do not depend on the worker. A job gives way that has had its turn, when another
+ * owner has waited long enough. Of the jobs of this process one at a time gives way: that may be
+ * all that is needed. */
 static void attend_to_duties(struct job_run *run) {
+    struct job_run_shared *shared = run->shared;
     int64_t now = clock_ms();
     if (now >= run->deadline_ms)
         end_run(run, ENDED_TIMEOUT);
-    if (job_run_out_of_time(run->shared))
+    if (job_run_out_of_time(shared))
         end_run(run, ENDED_RELEASED);
     if (now >= run->look_at_ms) {
-        if (store_check(run->shared->store, run->claim) == STORE_CONFLICT)
+        bool had_turn = now >= run->yield_at_ms;
+        if (store_check(shared->store, run->claim) == STORE_CONFLICT) {
             end_run(run, ENDED_LOST);
-        else if (must_give_way(run, now))
+        } else if (run->fast && (had_turn || fast_left_ms(run) <= 0)) {
             end_run(run, ENDED_YIELDED);
+        } else if (!run->fast && had_turn) {
+            bool starved = store_starving(shared->store, false) == STORE_OK;
+            int64_t since = run->starved_since_ms ? run->starved_since_ms : now;
+            int_fast64_t last = atomic_load(&shared->yielded_ms);
+            run->starved_since_ms = starved ? since : 0;
+            if (starved && now - since >= JOB_RUN_STARVED_MS && now - last >= JOB_RUN_STARVED_MS &&
+                atomic_compare_exchange_strong(&shared->yielded_ms, &last, now))
+                end_run(run, ENDED_YIELDED);
+        }
         run->look_at_ms = now + (run->fast ? fast_left_ms(run) + 1 : WORK_POLL_MS);
     }
     if (now >= run->renew_at_ms)
@@ -247,12 +243,13 @@ bool job_run_bound(const struct job_run_shared *shared, const struct child *chil
     return false;
 }
 
-/* Bounds the worker and sends it the job; one that dies meanwhile is noticed by receiving. Its
+/* Bounds the worker, sends it the job and receives the result. One that dies while it is sent the
+ * job is noticed by receiving. Its
  * memory is the job's own budget, and beside it the program itself, the documents, and the JSON
  * tree of a body at its limits. The processor's bound is for the case that nothing watches the
  * deadline. */
-static void send_job(struct job_run *run, struct frame_job *job, const void *bytes,
-                     const struct api_input *input) {
+static void have_done(struct job_run *run, struct frame_job *job, const void *bytes,
+                      const struct api_input *input) {
     const struct dispatcher_settings *settings = &run->shared->settings;
     /* a study is kept beside its task */
     uint64_t budgets = run->claim->kind == STORE_DRAPE ? 1 : 2;
@@ -270,9 +267,6 @@ static void send_job(struct job_run *run, struct frame_job *job, const void *byt
         wait_for_worker(run, POLLOUT);
         attend_to_duties(run);
     }
-}
-
-static void receive_result(struct job_run *run) {
     while (run->outcome == ENDED_NONE) {
         switch (frame_poll(run->child->socket, &run->child->inbox)) {
         case FRAME_READY:
@@ -375,35 +369,31 @@ static enum store_answer begin_round(struct job_run *run) {
 
 /* A task whose worker died before, and again now, while it looked at a variant that is known: that
  * one is to blame and marked, and costs the task no attempt. There is an end to that (study.h). */
-static enum store_answer tell_crash(struct job_run *run, const char *why) {
-    const struct store_claim *claim = run->claim;
-    struct api_study_task task;
-    bool known = claim->kind == STORE_TASK && claim->attempts > 1 && run->variant >= 0 &&
-                 claim->attempts < TASK_ATTEMPTS && claim->task_length == sizeof task;
-    if (!known)
-        return store_crashed(run->shared->store, claim, why);
-    memcpy(&task, claim->task, sizeof task);
-    api_study_task_crashed(&task, (size_t)run->variant);
-    return store_change_task(run->shared->store, claim, &task);
-}
-
 static enum store_answer tell_store(struct job_run *run, const char *why) {
     struct store *store = run->shared->store;
+    const struct store_claim *claim = run->claim;
+    struct api_study_task task;
+    bool to_blame = claim->kind == STORE_TASK && claim->attempts > 1 && run->variant >= 0 &&
+                    claim->attempts < TASK_ATTEMPTS && claim->task_length == sizeof task;
     switch (run->outcome) {
     case ENDED_DONE:
-        return run->claim->kind == STORE_TASK
-                   ? store_end_task(store, run->claim, run->kept, run->kept_length, run->solved_us)
+        return claim->kind == STORE_TASK
+                   ? store_end_task(store, claim, run->kept, run->kept_length, run->solved_us)
                    : store_writer_commit(run->writer, run->text);
     case ENDED_ROUND:
         return begin_round(run);
     case ENDED_PROBLEM:
-        return store_fail(store, run->claim, run->text);
+        return store_fail(store, claim, run->text);
     case ENDED_CRASHED:
-        return tell_crash(run, why);
+        if (!to_blame)
+            return store_crashed(store, claim, why);
+        memcpy(&task, claim->task, sizeof task);
+        api_study_task_crashed(&task, (size_t)run->variant);
+        return store_change_task(store, claim, &task);
     case ENDED_RELEASED:
-        return store_release(store, run->claim);
+        return store_release(store, claim);
     case ENDED_YIELDED:
-        return store_yield(store, run->claim);
+        return store_yield(store, claim);
     default:
         return STORE_CONFLICT;
     }
@@ -483,8 +473,7 @@ static void solve_job(struct job_run *run) {
         input.request = request;
         input.surface = surface.definition;
         input.surface_length = surface.definition_length;
-        send_job(run, &order, task ? claim->task : numbers, &input);
-        receive_result(run);
+        have_done(run, &order, task ? claim->task : numbers, &input);
         run->solved_us = clock_us() - begun;
         if (drape && run->outcome == ENDED_DONE)
             metrics_time(METRICS_SOLVE, run->solved_us);

@@ -89,20 +89,12 @@ static bool allow_if(scmp_filter_ctx filter, int call, struct scmp_arg_cmp condi
 }
 
 /* Memory is data or code, and code there is enough. A clone is a thread of this process; clone3
- * hides its flags in memory, where no filter can see them, so it is answered as not
- * implemented and the C library takes clone. Signals are this process's own. */
-static bool allow_some(scmp_filter_ctx filter) {
+ * hides its flags in memory, where no filter can see them, so it is answered as not implemented and
+ * the C library takes clone. Signals are this process's own. */
+static bool filter_calls(void) {
     const scmp_datum_t thread = CLONE_VM | CLONE_FS | CLONE_FILES | CLONE_SIGHAND | CLONE_THREAD;
     const struct scmp_arg_cmp no_code = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
     const struct scmp_arg_cmp own = SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid());
-    return allow_if(filter, SCMP_SYS(mmap), no_code) &&
-           allow_if(filter, SCMP_SYS(mprotect), no_code) &&
-           allow_if(filter, SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, thread, thread)) &&
-           seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0 &&
-           allow_if(filter, SCMP_SYS(tgkill), own);
-}
-
-static bool filter_calls(void) {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
     bool good = filter && allow(filter, allowed, sizeof allowed / sizeof *allowed);
     if (good && SANDBOX_SANITIZED)
@@ -110,7 +102,11 @@ static bool filter_calls(void) {
                      sizeof allowed_sanitized / sizeof *allowed_sanitized) &&
                seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0;
     else if (good)
-        good = allow_some(filter);
+        good = allow_if(filter, SCMP_SYS(mmap), no_code) &&
+               allow_if(filter, SCMP_SYS(mprotect), no_code) &&
+               allow_if(filter, SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, thread, thread)) &&
+               seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0 &&
+               allow_if(filter, SCMP_SYS(tgkill), own);
     good = good && seccomp_load(filter) == 0;
     seccomp_release(filter);
     return good;
