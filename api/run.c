@@ -52,7 +52,7 @@ static enum api_problem_id set_solve_problem(struct api_problem *problem, enum s
                                   "the surface has no tangent plane at the start");
     case STATUS_GENERATOR_OFF_START:
         return api_problem_set_at(problem, API_INVALID_REQUEST, generator,
-                                  "must pass the start, to a thousandth of the spacing");
+                                  "must pass through the start, to a thousandth of the spacing");
     case STATUS_GENERATOR_PARALLEL:
         return api_problem_set_at(problem, API_INVALID_REQUEST, generator,
                                   "must not be parallel to the other generator, nor a tangent "

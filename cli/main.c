@@ -134,8 +134,8 @@ static bool read_target(const struct arguments *arguments, const struct files_by
                                                      arguments->mesh[k], arena, problem))
             return false;
     if (result == API_OK && !mesh->elements && arguments->format->elements)
-        api_problem_set(problem, API_NOT_ACCEPTABLE, "%s is of elements, but these are points",
-                        arguments->format->name);
+        api_problem_set(problem, API_NOT_ACCEPTABLE,
+                        "%s needs elements, but the mesh has only points", arguments->format->name);
     return problem->id == API_OK;
 }
 
@@ -180,7 +180,7 @@ static bool drape_laminate(const struct arguments *arguments, const struct api_i
         ok = laminate_job_draw(&job, arguments->format->name, output, problem);
     else if (ok)
         api_problem_set(problem, API_NOT_ACCEPTABLE,
-                        "a laminate has no %s of its own: take --map, or drape one of its plies",
+                        "a laminate has no %s of its own: use --map, or drape one of its plies",
                         arguments->format->name);
     laminate_job_close(&job);
     return ok && problem->id == API_OK;
@@ -259,7 +259,8 @@ int main(int argc, char **argv) {
     struct files_output output = {0};
     FILE *container = tmpfile();
     if (!container || !api_prepare()) {
-        files_complain("cannot start", container ? "no randomness" : strerror(errno));
+        files_complain("cannot start",
+                       container ? "the system gives no random numbers" : strerror(errno));
         return EXIT_FAILURE;
     }
     bool ok = files_read(arguments.input, &request) && files_open(&output, arguments.output) &&

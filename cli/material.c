@@ -21,7 +21,7 @@ bool material_resolve(struct files_bytes *request, const struct material_files *
         good = files_read(files->path[k], &file);
         if (good && api_material_decode(file.data, file.length, limits, arena, &material, &head,
                                         problem) != API_OK) {
-            files_complain(files->path[k], "is no material");
+            files_complain(files->path[k], "is not a material");
             good = false;
         }
         free(file.data);

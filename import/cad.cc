@@ -298,7 +298,7 @@ void reading::read_step(const char *bytes, size_t length) {
     set_unit(stated);
     document = new TDocStd_Document("BinXCAF");
     if (!reader.Transfer(document))
-        throw unreadable(std::string("the STEP file holds no shape") + faceless);
+        throw unreadable(std::string("the STEP file has no shape") + faceless);
     for (NCollection_DataMap<TCollection_AsciiString, Handle(STEPCAFControl_ExternFile)>::Iterator
              at(reader.ExternFiles());
          at.More(); at.Next())
@@ -330,7 +330,7 @@ void reading::read_iges(const char *bytes, size_t length) {
     set_unit(stated);
     document = new TDocStd_Document("BinXCAF");
     if (!reader.Transfer(document))
-        throw unreadable("the IGES file holds no shape");
+        throw unreadable("the IGES file has no shape");
     collect(reader.WS());
 }
 
@@ -460,13 +460,13 @@ void reading::note_contents() {
         note("left out: " + count_text(lost, "face") +
              " of the file that cannot be read, the first is " + lost_first);
     if (edges > 0)
-        note("left out: " + count_text(edges, "edge") + " of no face; only faces are draped");
+        note("left out: " + count_text(edges, "edge") + " that no face has; only faces are draped");
     for (const auto &[what, times] : healed)
         if (times > 0)
             note("healed: " + what + (times > 1 ? " (" + std::to_string(times) + " times)" : ""));
     if (parts > 1)
         note(std::to_string(parts) +
-             " bodies, each instance in its place: choose the faces to be draped");
+             " bodies, each instance at its position: choose the faces to be draped");
     if (bodies > 0)
         note("a solid: its faces are both skins and the edges between them; choose the faces of "
              "the tool side, or one face and all that join it smoothly");

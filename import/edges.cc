@@ -278,7 +278,7 @@ void counting::count_loose(double diagonal) {
     counts.largest_gap = std::max(counts.largest_gap, gap);
     if (!pairs.empty())
         notes.push_back("joined: " + count_text(pairs.size(), "edge") +
-                        " of faces that the file leaves apart" +
+                        " of faces that the file does not join" +
                         (gaps ? ", over gaps or overlaps of more than the usual tolerance" : ""));
 }
 

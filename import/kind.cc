@@ -52,9 +52,8 @@ const char *kind_of_faceless(const char *bytes, size_t length) {
         std::string_view word;
         const char *told;
     } holdings[] = {
-        {"TRIANGULATED_FACE(",
-         ": it is tessellated, triangles without the surfaces that they are of; "
-         "export the exact faces, or the triangles as STL"},
+        {"TRIANGULATED_FACE(", ": it is tessellated and has only triangles, not the exact "
+                               "surfaces; export the exact faces, or the triangles as STL"},
         {"ELEMENT_REPRESENTATION(",
          ": it is a model of finite elements; export its shell elements as "
          "Nastran bulk data"},

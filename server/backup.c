@@ -31,9 +31,9 @@ static const char usage[] =
     "newest N (7; 0 for all) are kept. Run it where draped runs or, with PostgreSQL, anywhere "
     "with\n"
     "the URL of the database: then by pg_dump, of the server's version or newer.\n\n"
-    "restore puts FILE, or the newest such file of FOLDER, in the place of the store, once\n"
-    "it has arrived there whole. What was there is kept, and its new name is shown. Stop every\n"
-    "draped of that store before. With PostgreSQL it calls pg_restore and psql.\n\n"
+    "restore puts FILE, or the newest such file of FOLDER, in the place of the store, once\nit is "
+    "copied completely. The old store is kept, and its new name is shown. First stop every\ndraped "
+    "of that store. With PostgreSQL it calls pg_restore and psql.\n\n"
     "The store is given as for the daemon, by --data or --store or by DRAPED_DATA or\n"
     "DRAPED_STORE. Exit status: 0; 1 when it did not succeed, and then nothing has changed; 2 for\n"
     "invalid arguments.\n";
@@ -232,6 +232,6 @@ int restore_command(int argc, char **argv) {
         return report_failure(why);
     print_contents("restored", &contents, path);
     if (kept[0])
-        printf("what was there is kept: %s\n", kept);
+        printf("the old store is kept as %s\n", kept);
     return fflush(stdout) != 0 ? FAILED : 0;
 }

@@ -119,11 +119,11 @@ static const struct flag flags[] = {
     {"max-connections", "DRAPED_MAX_CONNECTIONS", "N", "4096", "most open connections", KIND_COUNT,
      AT(max_connections), 16, 1000000, "max_connections"},
     {"trusted-proxy", "DRAPED_TRUSTED_PROXY", "ADDR[,...]", "",
-     "addresses of proxies that are believed when they name their caller by Forwarded or "
-     "X-Forwarded-For",
+     "addresses of proxies whose headers Forwarded and X-Forwarded-For are trusted to name the "
+     "caller",
      KIND_TEXT, AT(trusted_proxy), 0, 0, NULL},
     {"owner-queue", "DRAPED_OWNER_QUEUE", "N", NULL,
-     "most drapes of one owner in the queue, and no more than the places that are left; more are "
+     "most drapes of one owner in the queue, and no more than it has free places; more are "
      "answered 429; default: half of --queue-limit",
      KIND_COUNT, AT(owner_queue), 1, 1000000000, "owner_queue"},
     {"owner-running", "DRAPED_OWNER_RUNNING", "N", "0",
@@ -133,7 +133,7 @@ static const struct flag flags[] = {
      "most stored bytes of one owner; more are answered 429; 0: no limit", KIND_BYTES,
      AT(owner_bytes), 0, 1024 * 1024 * GIB, "owner_bytes"},
     {"owner-connections", "DRAPED_OWNER_CONNECTIONS", "N", NULL,
-     "most connections from one address, and no more than are left; default: half of "
+     "most connections from one address, and no more than are free; default: half of "
      "--max-connections",
      KIND_COUNT, AT(owner_connections), 1, 1000000, "owner_connections"},
     {"owner-streams", "DRAPED_OWNER_STREAMS", "N", NULL,

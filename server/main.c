@@ -244,7 +244,7 @@ static bool start_front(struct service *service) {
 
 static bool start_service(struct service *service) {
     if (!api_prepare() || !id_init())
-        return refuse("random numbers", "the system has none");
+        return refuse("random numbers", "the system gives none");
     service->events = job_events_new();
     if (!service->events)
         return refuse("memory", strerror(errno));

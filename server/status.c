@@ -14,8 +14,8 @@ enum { FAILED = 1, USAGE = 2, ARGUMENTS = 64 };
 static const char usage[] =
     "usage: draped status [--data DIR] [--store URL]\n\n"
     "Shows the queue, the hosts with their workers and when each last wrote to the store, and the\n"
-    "drape that failed last. Exit status: 0; 1 when the store cannot be read, no host has shown\n"
-    "life for half a minute, or drapes wait without workers; 2 for invalid arguments.\n";
+    "drape that failed last. Exit status: 0; 1 when the store cannot be read, no host has written "
+    "to\nit for half a minute, or drapes wait without workers; 2 for invalid arguments.\n";
 
 static int64_t seconds(int64_t us) {
     return us > 0 ? us / 1000000 : 0;
@@ -64,7 +64,7 @@ static int show_store(const char *url) {
     bool well = counts->hosts > 0 && (counts->jobs[STORE_QUEUED] == 0 || counts->workers > 0);
     puts(well                ? "verdict  well"
          : counts->hosts > 0 ? "verdict  drapes wait, and there are no workers"
-                             : "verdict  no host shows life");
+                             : "verdict  no host has written to the store for half a minute");
     free(survey);
     return well && fflush(stdout) == 0 ? 0 : FAILED;
 }

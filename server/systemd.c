@@ -36,8 +36,8 @@ bool systemd_socket(int *socket, const char **why) {
     int64_t count = number_of("LISTEN_FDS");
     if (number_of("LISTEN_PID") != getpid() || count == 0)
         return true;
-    *why = count > 1 ? "draped takes one socket, and more were handed over (LISTEN_FDS)"
-                     : "the socket that was handed over (LISTEN_FDS) is no listening TCP socket";
+    *why = count > 1 ? "draped takes one socket, but more were handed over (LISTEN_FDS)"
+                     : "the socket that was handed over (LISTEN_FDS) is not a listening TCP socket";
     int domain = option_of(FIRST_SOCKET, SO_DOMAIN);
     if (count > 1 || (domain != AF_INET && domain != AF_INET6) ||
         option_of(FIRST_SOCKET, SO_TYPE) != SOCK_STREAM ||
@@ -56,7 +56,7 @@ static const char *send_notice(const char *path, const char *words) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     size_t length = strlen(path);
     if ((path[0] != '/' && path[0] != '@') || length >= sizeof address.sun_path)
-        return "this is no address of a socket";
+        return "this is not the address of a socket";
     memcpy(address.sun_path, path, length);
     if (path[0] == '@')
         address.sun_path[0] = '\0'; /* an abstract name, which ends where its length says */

@@ -44,8 +44,8 @@ static const char *write_mesh_text(const struct triangles *triangles, const char
     const struct {
         size_t count;
         const char *what;
-    } notes[] = {{triangles->without_area, "without area or nearly so"},
-                 {triangles->duplicate, "with the corners of another one"}};
+    } notes[] = {{triangles->without_area, "with no area, or almost none"},
+                 {triangles->duplicate, "with the same corners as another one"}};
     struct api_text text = api_text_growing(triangles->arena);
     char note[96];
     bool first = true;

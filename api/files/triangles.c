@@ -301,8 +301,8 @@ bool triangles_read_stl(struct triangles *t, const char *bytes, size_t length) {
     if (length >= 5 && strncasecmp(bytes, "solid", 5) == 0)
         return read_ascii(t, bytes, length);
     api_problem_set(t->problem, API_UNREADABLE_FILE,
-                    "this is not an STL file: it does not begin with \"solid\", nor has it the "
-                    "length of a binary one");
+                    "this is not an STL file: it does not begin with \"solid\", and its length is "
+                    "not that of a binary one");
     return false;
 }
 

@@ -75,7 +75,7 @@ static void write_group_section(struct encoder *encoder, const struct deck_item 
 
 static const struct deck deck = {
     .mark = "**",
-    .about = "The mesh with a composite *SHELL SECTION for each group of like thicknesses. Layers "
+    .about = "The mesh with a composite *SHELL SECTION for each group of equal thicknesses. Layers "
              "from the bottom: thickness, 3 points, MATERIAL_k, the orientation PLY_k, whose "
              "1-direction is the warp of ply k on each element. The shear between warp and weft is "
              "not here.",
@@ -94,5 +94,5 @@ const struct format format_abaqus = {
     .name = "abaqus",
     .media_type = "text/x-abaqus",
     .about = "Abaqus: the mesh, *DISTRIBUTION of each ply's directions, composite *SHELL SECTION",
-    .exact = "15 digits; `within` groups thicknesses coarser",
+    .exact = "15 digits; `within` makes coarser groups of thicknesses",
     DECK_FORMAT(deck)};

@@ -22,7 +22,7 @@ static bool make_middles(struct encoder *encoder, struct api_problem *problem) {
     state->middle = malloc(elements * sizeof *state->middle);
     state->edge = malloc(elements * EDGES * sizeof *state->edge);
     if (!state->middle || !state->edge) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the middles of edges");
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the mid-edge nodes");
         return false;
     }
     for (size_t e = 0; e < elements; e++) {
@@ -96,7 +96,7 @@ static void write_shell_section(struct encoder *encoder, const struct deck_item 
 
 static const struct deck deck = {
     .mark = "**",
-    .about = "The mesh with nodes in the middles of edges, numbered behind its own, and a "
+    .about = "The mesh with mid-edge nodes, numbered after its own nodes, and a "
              "composite *SHELL SECTION for each element: thickness, MATERIAL_k, the direction of "
              "the warp of ply k. For *INCLUDE. The shear between warp and weft is not here.",
     .text = "*NODE, NSET=DRAPED\n",

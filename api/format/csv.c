@@ -36,7 +36,7 @@ static void next_csv(struct encoder *encoder) {
 
 const struct format format_csv = {.name = "csv",
                                   .media_type = "text/csv",
-                                  .about = "one table: a row for each node, cell or place",
+                                  .about = "one table: a row for each node, cell or point",
                                   .exact = "every bit; `precision` rounds",
                                   .uses = FORMAT_RESULT | FORMAT_MAP,
                                   .tables = true,

@@ -44,7 +44,7 @@ static bool check_sides(const struct encoder *encoder, bool *upward, struct api_
         return true;
     api_problem_set(problem, API_INVALID_REQUEST,
                     "%s has one sequence of plies for all elements, but %zu elements face one side "
-                    "and %zu, such as %d, the other: reverse those",
+                    "and %zu, such as %d, the other: reverse these",
                     encoder->format->name, up, down, deck_element_id(fields, one));
     return false;
 }
@@ -121,8 +121,8 @@ static void write_deck_head(struct encoder *encoder) {
     for (size_t e = 0; e < fields->element_count; e++)
         bare += stack_layers(fields, e) == 0;
     snprintf(words, sizeof words,
-             "Drape %s on %zu elements, %zu %s. Lengths in %s, angles in degrees; ply k is of "
-             "material k, material k yours to define.",
+             "Drape %s on %zu elements, %zu %s. Lengths in %s, angles in degrees; ply k has "
+             "material k, which you must define.",
              encoder->id, fields->element_count, fields->plies->ply_count,
              fields->plies->ply_count == 1 ? "ply" : "plies", fields->unit->name);
     write_comment(encoder, words);
@@ -141,13 +141,13 @@ static void write_deck_head(struct encoder *encoder) {
     }
     if (deck->grouping == DECK_BY_STACK)
         api_text_format(&encoder->piece,
-                        "%s %zu groups; of one, angles differ by at most %g degrees and "
+                        "%s %zu groups; within a group angles differ by at most %g degrees and "
                         "thicknesses by %g %%\n",
                         deck->mark, state->groups.count, within, within);
     if (deck->grouping == DECK_BY_THICKNESS)
         api_text_format(&encoder->piece,
-                        "%s %zu groups; of one, thicknesses differ by at most %g %%\n", deck->mark,
-                        state->groups.count, within);
+                        "%s %zu groups; within a group thicknesses differ by at most %g %%\n",
+                        deck->mark, state->groups.count, within);
     api_text_raw(&encoder->piece, deck->text ? deck->text : "");
 }
 

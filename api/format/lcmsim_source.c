@@ -92,8 +92,8 @@ bool lcmsim_open(struct lcmsim_source *source, const struct map_fields *fields, 
         if (source->column[k])
             continue;
         api_problem_set(problem, API_INVALID_REQUEST,
-                        "lcmsim needs a thickness, a fiber_volume_fraction and a permeability "
-                        "in the drape request; there is no %s",
+                        "lcmsim needs a thickness, a fiber_volume_fraction and a permeability: the "
+                        "drape request has no %s",
                         names[k]);
         return false;
     }

@@ -42,9 +42,10 @@ static void write_pcompg(struct encoder *encoder, const struct deck_item *item) 
 
 static const struct deck deck = {
     .mark = "$",
-    .about = "The mesh with THETA of the bottom ply, from side G1-G2, and a PCOMPG for each group "
-             "of like stacks, in place of the mesh's own GRID and shell elements. Plies are of the "
-             "warp; the shear between warp and weft is not here.",
+    .about =
+        "The mesh with THETA of the bottom ply, from side G1-G2, and a PCOMPG for each group of "
+        "equal stacks, in place of the mesh's own GRID and shell elements. Plies are of the "
+        "warp; the shear between warp and weft is not here.",
     .id_max = INT32_MAX,
     .grouping = DECK_BY_STACK,
     .point = {"GRID*   ", WIDTH, {"                ", "", "\n*       "}, WIDTH},
@@ -55,6 +56,6 @@ static const struct deck deck = {
 const struct format format_nastran = {
     .name = "nastran",
     .media_type = "text/x-nastran",
-    .about = "Nastran bulk data: the mesh with THETA, and PCOMPG by groups of like stacks",
-    .exact = "12 digits; `within` groups coarser",
+    .about = "Nastran bulk data: the mesh with THETA, and PCOMPG by groups of equal stacks",
+    .exact = "12 digits; `within` makes coarser groups",
     DECK_FORMAT(deck)};

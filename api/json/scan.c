@@ -97,7 +97,8 @@ bool scan_key(struct scan *scan, char key[SCAN_KEY_SIZE]) {
     size_t length = 0;
     for (; scan->at < scan->end && *scan->at != '"'; scan->at++) {
         if (*scan->at == '\\' || (unsigned char)*scan->at < ' ')
-            return scan_malformed(scan, "a key has a character that no key here has");
+            return scan_malformed(
+                scan, "a key has a backslash or a control character, which no known key has");
         if (length < SCAN_KEY_SIZE - 1)
             key[length++] = *scan->at;
     }
@@ -122,7 +123,7 @@ bool scan_number(struct scan *scan, const char *path, long row, int element, dou
         return scan_refuse(scan, path, row, element, "must be a number");
     if (scan_take_number(scan, value))
         return true;
-    return scan->at == begin ? scan_malformed(scan, "this is no number of JSON")
+    return scan->at == begin ? scan_malformed(scan, "this is not a JSON number")
                              : scan_invalid(scan, path, row, element,
                                             "is too large for a double-precision number");
 }

@@ -52,8 +52,8 @@ static void decode_boundary(const struct json_value *json, const struct api_surf
     } else {
         struct api_surface loops = {.kind = API_SURFACE_NURBS};
         if (surface->kind != API_SURFACE_NURBS && surface->kind != API_SURFACE_NAMED)
-            value_fault(&trims, "need a part of one NURBS surface, since they are in its "
-                                "parameters: give a polygon");
+            value_fault(&trims, "need a part of one NURBS surface, in whose parameters they are: "
+                                "give a polygon instead");
         if (decode_trims(&trims, &loops) && loops.trim_count == 0)
             value_fault(&trims, "must have at least one loop");
         boundary->trims = loops.trims;
@@ -134,8 +134,7 @@ static void decode_plies(const struct json_value *list, const struct api_request
     laminate->count = value_length(list);
     if (laminate->count > LAMINATE_PLIES_MAX) {
         value_fault(list,
-                    "has %zu plies, and %d are allowed: use \"repeat\" for equal plies on each "
-                    "other",
+                    "has %zu plies, and %d are allowed: use \"repeat\" for equal plies in sequence",
                     laminate->count, LAMINATE_PLIES_MAX);
         laminate->count = 0;
         return;
@@ -151,7 +150,8 @@ static void decode_plies(const struct json_value *list, const struct api_request
         /* What the stack needs of a ply. */
         bool thick = own->drape.fabric.thickness > 0;
         if (laminate->nominal && !thick)
-            value_fault(&thickness, "is required by the offset: plies lie on each other");
+            value_fault(&thickness,
+                        "is required for this offset, because each ply lies on those below it");
         else if (laminate->cavity.kind == STACK_HEIGHT && !thick)
             value_fault(&thickness, "is required in a cavity of a given height");
         else if (own->law.a > 0 && !thick)
@@ -194,8 +194,8 @@ enum api_problem_id laminate_decode(const struct api_input *input, const struct 
         if (value_given(&offset) && value_choice(&offset, offsets, 2, &index))
             laminate->nominal = index == 1;
         if (laminate->nominal && laminate->surface.kind == API_SURFACE_MESH)
-            value_fault(&offset, "nominal needs a surface with a curvature, not a triangle mesh: "
-                                 "take \"none\"");
+            value_fault(&offset, "\"nominal\" needs a surface, not a triangle mesh, whose "
+                                 "curvature is not known: use \"none\"");
         if (value_given(&side) && value_integer(&side, -1, 1, &laminate->side) &&
             laminate->side == 0)
             value_fault(&side, "must be 1 or -1");

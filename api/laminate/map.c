@@ -273,9 +273,9 @@ static void warn_of_places(struct mapping *m) {
     }
     if (far)
         map_warn(m->at.map,
-                 "the boundary of ply %zu (\"%.40s\") lies up to %.3g %s off its cloth, and %zu "
-                 "of %zu more than twice the spacing: its projection may not be what you mean; "
-                 "give more points of it",
+                 "the boundary of ply %zu (\"%.40s\") lies up to %.3g %s off its cloth, and %zu of "
+                 "its %zu points by more than twice the spacing: its projection may be wrong. Give "
+                 "the boundary more points",
                  worst + 1, laminate->plies[worst].name, m->at.away[worst], unit, far,
                  laminate->count);
 }

@@ -216,7 +216,8 @@ enum api_problem_id laminate_patterns(const struct laminate *laminate,
         if (!document)
             api_problem_no_memory(problem, "the patterns");
         else if (!sink->write(sink->context, document, strlen(document)))
-            api_problem_set(problem, API_UNAVAILABLE, "there is no room to write the patterns now");
+            api_problem_set(problem, API_UNAVAILABLE,
+                            "there is no disk space for the patterns now");
     }
     flat_plies_free(&p.shapes);
     return problem->id;

@@ -180,16 +180,15 @@ static enum api_problem_id resolve_ply(struct boundary_surface *on, size_t k) {
     struct trim *trim = NULL;
     (void)snprintf(pointer, sizeof pointer, "/plies/%zu/boundary/trims", k);
     if (!on->shape.part.surface)
-        return api_problem_add(
-            on->problem, pointer,
-            "need a part of one NURBS surface, since they are in its parameters: give "
-            "a polygon");
+        return api_problem_add(on->problem, pointer,
+                               "need a part of one NURBS surface, in whose parameters they are: "
+                               "give a polygon instead");
     enum status status =
         trim_make(on->shape.part.surface, boundary->trims, boundary->trim_count, on->arena, &trim);
     if (status == STATUS_OUT_OF_MEMORY)
         return api_problem_no_memory(on->problem, "the laminate");
     if (status != STATUS_OK)
-        return api_problem_add(on->problem, pointer, "leave nothing of the ply");
+        return api_problem_add(on->problem, pointer, "leave no area of the ply");
     if (starts) {
         ply->drape.settings.start_kind = DRAPE_START_UV;
         trim_middle(trim, ply->drape.settings.start_uv);

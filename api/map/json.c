@@ -79,7 +79,7 @@ static bool read_number_array(struct scan *scan, const char *path, const struct 
     const int stride = kind->width > 1 && kind->whole ? 4 : kind->width;
     bool more = true;
     if (array->values)
-        return scan_malformed(scan, "the key is there twice");
+        return scan_malformed(scan, "the key is given twice");
     if (!scan_open(scan, '[', path, -1,
                    kind->width > 1 ? "must be an array of arrays of numbers"
                    : kind->whole   ? "must be an array of whole numbers"
@@ -168,7 +168,9 @@ static bool read_document_member(struct scan *scan, const char *key, struct docu
     snprintf(path, sizeof path, "/%s", key);
     bool is_points = strcmp(key, "points") == 0, mesh = strcmp(key, "mesh") == 0;
     if ((is_points || mesh) && (document->points.values || document->has_mesh))
-        return scan_invalid(scan, path, -1, -1, "must be the only one of \"points\" and \"mesh\"");
+        return scan_invalid(
+            scan, path, -1, -1,
+            "must not be given: the document must have only one of \"points\" and \"mesh\"");
     document->has_mesh = document->has_mesh || mesh;
     if (is_points)
         return read_number_array(scan, path, &points, &document->points);
@@ -177,7 +179,7 @@ static bool read_document_member(struct scan *scan, const char *key, struct docu
     if (strcmp(key, "punch") == 0) {
         bool twice = document->has_punch;
         document->has_punch = true;
-        return twice ? scan_malformed(scan, "the key is there twice")
+        return twice ? scan_malformed(scan, "the key is given twice")
                      : read_json_mesh(scan, key, &document->punch);
     }
     if (strcmp(key, "cavity_heights") == 0)
@@ -200,7 +202,7 @@ static bool read_document(struct scan *scan, struct document *document) {
             return false;
     return scan_peek(scan) == '\0' && scan->at == scan->end
                ? true
-               : scan_malformed(scan, "there is something behind the document");
+               : scan_malformed(scan, "there is text after the end of the document");
 }
 
 /* ---- sense ---- */
@@ -262,7 +264,7 @@ static bool take_ids(struct scan *scan, const struct array *given, const char *p
         return scan_no_memory(scan);
     *target = values;
     return repeated < 0 ||
-           scan_invalid(scan, path, repeated, -1, "is there twice: %d", values[repeated]);
+           scan_invalid(scan, path, repeated, -1, "is given twice: %d", values[repeated]);
 }
 
 static bool take_mesh(struct scan *scan, const struct document *document,

@@ -74,7 +74,8 @@ static bool move_grid(struct resolution *resolution, size_t index) {
     grids->system[index] = 0;
     bool near = fabs(point->x) <= MAP_COORDINATE_MAX && fabs(point->y) <= MAP_COORDINATE_MAX &&
                 fabs(point->z) <= MAP_COORDINATE_MAX;
-    return near || MAP_REFUSE(resolution->problem, "line %u: a GRID is not within +-1e12", line);
+    return near ||
+           MAP_REFUSE(resolution->problem, "line %u: a GRID has coordinates beyond 1e12", line);
 }
 
 /* The three points that define the system, in basic coordinates. */
@@ -91,8 +92,8 @@ static bool find_defining_points(struct resolution *resolution, const struct sys
         int32_t grid = map_ids_find(grids->by_id, grids->count, system->grid[k]);
         if (grid < 0)
             return MAP_REFUSE(resolution->problem,
-                              "line %u: %s %d has the grid %d, which is not there", system->line,
-                              system->name, system->id, system->grid[k]);
+                              "line %u: %s %d names the grid %d, which does not exist",
+                              system->line, system->name, system->id, system->grid[k]);
         if (!move_grid(resolution, (size_t)grid))
             return false;
         points[k] = grids->point[grid];
@@ -105,7 +106,7 @@ static bool prepare_system(struct resolution *resolution, struct system *system)
     if (system->state == SYSTEM_READY)
         return true;
     if (system->state == SYSTEM_BUSY)
-        return MAP_REFUSE(resolution->problem, "line %u: %s %d is defined by itself", system->line,
+        return MAP_REFUSE(resolution->problem, "line %u: %s %d refers to itself", system->line,
                           system->name, system->id);
     if (resolution->depth == DEPTH_MAX)
         return MAP_REFUSE(resolution->problem,
@@ -116,7 +117,7 @@ static bool prepare_system(struct resolution *resolution, struct system *system)
     if (!find_defining_points(resolution, system, points))
         return false;
     if (!coordinates_make(system->basis.kind, points, &system->basis))
-        return MAP_REFUSE(resolution->problem, "line %u: the points of %s %d lie on a line",
+        return MAP_REFUSE(resolution->problem, "line %u: the three points of %s %d lie on one line",
                           system->line, system->name, system->id);
     resolution->depth--;
     system->state = SYSTEM_READY;

@@ -255,7 +255,7 @@ static bool set_punch(struct map_target *target, const char *value, struct arena
     if (!at || *at)
         return MAP_REFUSE(problem,
                           "punch must list properties of the mesh, separated by commas, such as "
-                          "pid:7,pid:8; in a JSON body the punch stands beside the mesh");
+                          "pid:7,pid:8; in a JSON body give \"punch\" beside \"mesh\"");
     if (target->heights || target->punch)
         return MAP_REFUSE(problem,
                           "punch: give the cavity once, by heights or by a punch, not both");
@@ -266,7 +266,7 @@ static bool set_punch(struct map_target *target, const char *value, struct arena
     if (target->punch_count == 0)
         return MAP_REFUSE(problem, "punch: the mesh has no element of property %d", pid);
     return target->element_count > 0 ||
-           MAP_REFUSE(problem, "punch: the mesh has no element beside the punch");
+           MAP_REFUSE(problem, "punch: the mesh has no elements besides the punch");
 }
 
 /* ---- all ---- */

@@ -14,5 +14,5 @@ void decode_control_find(const struct json_value *owner, struct decode_control *
     control->weights = value_member(&control->net, "weights");
     struct json_value beside = value_member(owner, "weights");
     if (value_given(&beside))
-        value_fault(&beside, "must be in control_points, where the points are");
+        value_fault(&beside, "must be a member of control_points, beside the points");
 }

@@ -64,7 +64,7 @@ static const struct api_surface *decode_start_face(const struct json_value *json
     int number = 0;
     if (surface->kind != API_SURFACE_SHELL && surface->kind != API_SURFACE_NAMED) {
         if (value_given(&face))
-            value_fault(&face, "must be left out: it is for surfaces of several faces");
+            value_fault(&face, "must be left out: only surfaces of several faces have it");
         return value_given(&face) ? NULL : surface;
     }
     if (surface->kind == API_SURFACE_NAMED && !value_given(&face))
@@ -77,8 +77,7 @@ static const struct api_surface *decode_start_face(const struct json_value *json
         return NULL;
     if ((size_t)number < surface->face_count)
         return &surface->faces[number];
-    value_fault(&face, "must be a number below %zu: there are that many faces",
-                surface->face_count);
+    value_fault(&face, "must be less than %zu, the number of faces", surface->face_count);
     return NULL;
 }
 

@@ -17,8 +17,8 @@ static void decode_named(const struct json_value *json, struct api_request *requ
     const struct api_material *material = api_material_named(name);
     char *text = material ? json_tree_alloc(own, strlen(name) + 3, 1) : NULL;
     if (!material) {
-        value_fault(json, "is no material of the library or of your own (GET /v1/materials, "
-                          "drape --materials)");
+        value_fault(json, "is neither a material of the library nor one of yours (see GET "
+                          "/v1/materials, drape --materials)");
         return;
     }
     if (!text || json_tree_parse(&tree, material->json, material->length, &api_limits_default,

@@ -196,7 +196,7 @@ static void decode_document(const struct json_value *json, struct api_material *
         value_fault(&name, "must have 1 to %d letters, digits, '-', '_' and '.', no '.' first",
                     API_MATERIAL_NAME_SIZE - 1);
     else if (api_material_named(head.name))
-        value_fault(&name, "is a name of the library: give it one of its own");
+        value_fault(&name, "is a name of the library: choose another name");
     check_fibre(json, &figures.fabric);
     if (json->tree->problem->id != API_OK)
         return;

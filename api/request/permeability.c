@@ -77,8 +77,8 @@ static bool check_falling(const struct json_value *table, const char *key,
                 continue;
             struct json_value row = value_element(&column, i), at = value_element(&row, j);
             value_fault(&at,
-                        "must fall faster with fiber_volume_fraction, to at most %.3g after %.3g: "
-                        "else a thinner cavity would fill sooner",
+                        "must fall faster with fiber_volume_fraction, to at most %.3g after %.3g; "
+                        "otherwise a thinner cavity would fill sooner",
                         value[-1] * exp(-(vf[j] - vf[j - 1]) / (1 - vf[j])), value[-1]);
             return false;
         }

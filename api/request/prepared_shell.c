@@ -47,26 +47,26 @@ static void explain_fault(const struct api_surface *surface, const struct shell_
     case SHELL_TOLERANCE_BAD:
         api_problem_add(
             problem, pointer,
-            "is as large as the part: the edges of all faces would meet; make it smaller");
+            "is as large as the part, so that the edges of all faces would meet: make it smaller");
         break;
     case SHELL_THREE_FACES:
         if (surface->tolerance > 0)
             (void)snprintf(within, sizeof within, ", within the tolerance of %.3g",
                            surface->tolerance);
-        api_problem_add(problem, pointer,
-                        "%s meet at one edge%s, near (%.6g, %.6g, %.6g): leave out what is not to "
-                        "be draped",
-                        list, within, at.x, at.y, at.z);
+        api_problem_add(
+            problem, pointer,
+            "%s meet at one edge%s, near (%.6g, %.6g, %.6g): choose only the faces to be draped",
+            list, within, at.x, at.y, at.z);
         break;
     case SHELL_ONE_SIDED:
         api_problem_add(problem, pointer,
-                        "%s cannot be oriented alike: the faces have one side only, like a Moebius "
-                        "band",
+                        "%s cannot be given a common orientation: the faces have only one side, "
+                        "like a Moebius band",
                         list);
         break;
     case SHELL_NOTHING_LEFT:
         api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer,
-                           "the trims leave nothing of %s", list);
+                           "the trims leave no area of %s", list);
         break;
     case SHELL_LOOP_BAD:
         (void)snprintf(pointer, sizeof pointer, "%s/faces/%d/trims/%zu", base,
@@ -155,8 +155,7 @@ static enum api_problem_id make_apart(const struct api_surface *surface, const i
 
 static enum api_problem_id refuse_number(const struct api_surface *surface, const char *pointer,
                                          struct api_problem *problem) {
-    return api_problem_add(problem, pointer,
-                           "must be a number below %zu: there are that many faces",
+    return api_problem_add(problem, pointer, "must be less than %zu, the number of faces",
                            surface->face_count);
 }
 

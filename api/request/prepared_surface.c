@@ -70,7 +70,7 @@ static enum api_problem_id make_trim(const struct api_surface *definition, const
         return api_problem_no_memory(problem, "the trims");
     if (status != STATUS_OK)
         return api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer,
-                                  "the trims leave nothing of the surface");
+                                  "the trims leave no area of the surface");
     if (fault.kind == LOOP_SOUND)
         return API_OK;
     char loop[API_POINTER_MAX];
@@ -87,14 +87,13 @@ enum api_problem_id prepared_surface_offset_fault(struct api_problem *problem, d
                                                   const char *what, struct vec3 at, double radius,
                                                   double fold_deg) {
     if (radius > 0)
-        return api_problem_add(
-            problem, "/offset",
-            "moves %s by %.6g near (%.6g, %.6g, %.6g), where its radius of curvature on that side "
-            "is %.6g: there is no surface so far away",
-            what, fabs(offset), at.x, at.y, at.z, radius);
+        return api_problem_add(problem, "/offset",
+                               "moves %s by %.6g near (%.6g, %.6g, %.6g), but its radius of "
+                               "curvature on that side is only %.6g: make the offset smaller",
+                               what, fabs(offset), at.x, at.y, at.z, radius);
     return api_problem_add(problem, "/offset",
                            "moves %s near (%.6g, %.6g, %.6g), where they fold by %.4g degrees: "
-                           "give the fold a radius, or leave the surface where it is",
+                           "give the fold a radius, or use no offset",
                            what, at.x, at.y, at.z, fold_deg);
 }
 

@@ -350,6 +350,6 @@ enum api_problem_id api_preview(const struct api_surface *surface, const struct 
     else if (!gltf)
         api_problem_no_memory(problem, "the preview");
     else if (!write_glb(sink, all, (size_t)kept, gltf, bytes))
-        api_problem_set(problem, API_UNAVAILABLE, "there is no room for the preview now");
+        api_problem_set(problem, API_UNAVAILABLE, "there is no disk space for the preview now");
     return problem->id;
 }

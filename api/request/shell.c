@@ -92,7 +92,7 @@ static bool decode_list(const struct json_value *list, struct api_selection *sel
         struct json_value face = value_element(list, k);
         bool good = value_integer(&face, 0, SHELL_FACES_MAX - 1, &faces[k]);
         if (good && k > 0 && ok && faces[k] <= faces[k - 1]) {
-            value_fault(&face, "must be more than the number before it");
+            value_fault(&face, "must be greater than the number before it");
             good = false;
         }
         ok = ok && good;

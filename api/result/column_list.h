@@ -25,14 +25,14 @@
     X(NODES, y, y, SCALAR, "length", ALWAYS, "position")                                           \
     X(NODES, z, z, SCALAR, "length", ALWAYS, "position")                                           \
     X(NODES, shear_deg, shear_deg, SCALAR, "deg", ALWAYS,                                          \
-      "90 less the angle between warp and weft at the node")                                       \
+      "90 minus the angle between warp and weft at the node")                                       \
     X(NODES, error_estimate, error_estimate, SCALAR, "length", ESTIMATE,                           \
       "distance to the net of the continuous cloth")                                               \
     X(NODES, grown, grown, FLAG, "", ALWAYS,                                                       \
       "1 where the node rests on a yarn that goes straight on from a free edge")                   \
     X(CELLS, id, id, INTEGER, "", MAP, "number of the element in the mesh, or of the point")       \
     X(CELLS, pid, pid, INTEGER, "", MAP_PROPERTY, "property of the element in the mesh")           \
-    X(CELLS, ply_count, ply_count, INTEGER, "", LAMINATE, "how many plies there are")              \
+    X(CELLS, ply_count, ply_count, INTEGER, "", LAMINATE, "number of plies")              \
     X(CELLS, i, i, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
     X(CELLS, j, j, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
     X(CELLS, shear_deg, shear_deg, SCALAR, "deg", ALWAYS, "shear angle γ")                         \
@@ -42,7 +42,7 @@
       "Vf₀; in a rigid cavity Vf₀ (n t₀ / h) / cos γ")                                             \
     X(CELLS, porosity, porosity, SCALAR, "", FRACTION, "1 - Vf")                                   \
     X(CELLS, pressure, pressure, SCALAR, "Pa", COMPACTION,                                         \
-      "that the plies with a compaction law are under")                                            \
+      "on the plies with a compaction law")                                            \
     X(CELLS, warp, warp, VECTOR, "", ALWAYS, "unit direction of the warp at the middle")           \
     X(CELLS, weft, weft, VECTOR, "", ALWAYS, "unit direction of the weft at the middle")           \
     X(CELLS, k1, k1, SCALAR, "m²", PERMEABILITY, "larger principal permeability in the surface")   \
@@ -55,10 +55,10 @@
     X(CELLS, out_of_table, out_of_table, FLAG, "", TABLE,                                             \
       "1 where \\|γ\\| or Vf lies outside the table")                                               \
     X(CELLS, permeability, k, TENSOR, "m²", MAP_PERMEABILITY, "the permeability in global axes")   \
-    X(CELLS, distance, distance, SCALAR, "length", MAP, "from the place to the cloth")             \
-    X(CELLS, extrapolated, extrapolated, TRUTH, "", MAP, "whether the place lies beyond the cloth")\
-    X(FRONT, i, i, INTEGER, "", ALWAYS, "place without a node, beside the net")                    \
-    X(FRONT, j, j, INTEGER, "", ALWAYS, "place without a node, beside the net")                    \
+    X(CELLS, distance, distance, SCALAR, "length", MAP, "from the point to the cloth")             \
+    X(CELLS, extrapolated, extrapolated, TRUTH, "", MAP, "whether the point lies beyond the cloth")\
+    X(FRONT, i, i, INTEGER, "", ALWAYS, "missing node next to the net, in steps from the start")                    \
+    X(FRONT, j, j, INTEGER, "", ALWAYS, "missing node next to the net, in steps from the start")                    \
     X(FRONT, reason, reason, REASON, "", ALWAYS, "why the net ends there")                         \
     X(RIM, loop, loop, INTEGER, "", ALWAYS, "closed loop of the part's edge that the point is of") \
     X(RIM, x, x, SCALAR, "length", ALWAYS, "position")                                             \
@@ -90,15 +90,15 @@
     X(VARIANTS, p95_shear_deg, p95_shear_deg, POSITIVE, "deg", JUDGED, "\\|γ\\| that 95 % of the area has less than") \
     X(VARIANTS, locked_area, locked_area, POSITIVE, "length²", JUDGED, "area beyond the locking angle") \
     X(VARIANTS, uncovered_area, uncovered_area, POSITIVE, "length²", JUDGED, "area of the part without cloth") \
-    X(VARIANTS, waste_area, waste_area, POSITIVE, "length²", JUDGED, "rectangle round the flat pattern, less the pattern") \
+    X(VARIANTS, waste_area, waste_area, POSITIVE, "length²", JUDGED, "area of the rectangle round the flat pattern, minus the pattern") \
     X(VARIANTS, angle_deviation_deg, angle_deviation_deg, POSITIVE, "deg", JUDGED, "mean angle between warp and `wanted_direction`") \
-    X(VARIANTS, fiber_volume_fraction_range, fiber_volume_fraction_range, POSITIVE, "", JUDGED, "greatest less least Vf") \
+    X(VARIANTS, fiber_volume_fraction_range, fiber_volume_fraction_range, POSITIVE, "", JUDGED, "greatest minus least Vf") \
     X(VARIANTS, k1_ratio_p95, k1_ratio_p95, POSITIVE, "", JUDGED, "factor between k1 and that of the unsheared fabric: 95 % of the area has less") \
     X(VARIANTS, cloth_coverage, cloth_coverage, POSITIVE, "", ALWAYS, "share of the part under cloth") \
     X(VARIANTS, mean_shear_deg, mean_shear_deg, POSITIVE, "deg", JUDGED, "mean \\|γ\\| by area")   \
-    X(VARIANTS, feasible, feasible, FLAG, "", ALWAYS, "1 where it keeps all limits")               \
+    X(VARIANTS, feasible, feasible, FLAG, "", ALWAYS, "1 where the variant keeps all limits")               \
     X(VARIANTS, pareto, pareto, FLAG, "", ALWAYS, "1 where no other variant is better in one objective and as good in all") \
-    X(VARIANTS, failure, failure, FAILURE, "", ALWAYS, "why it has no numbers, or `none`")        \
+    X(VARIANTS, failure, failure, FAILURE, "", ALWAYS, "why the variant failed, or `none`")        \
     X(BANDS, i, i, INTEGER, "", ALWAYS, "the nominal cell, in steps from its start")               \
     X(BANDS, j, j, INTEGER, "", ALWAYS, "the nominal cell, in steps from its start")               \
     X(BANDS, x, x, SCALAR, "length", ALWAYS, "middle of the cell")                                 \

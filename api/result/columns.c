@@ -99,7 +99,7 @@ static enum api_problem_id send(const struct api_sink *sink, const void *bytes, 
                                 struct api_problem *problem) {
     if (length == 0 || sink->write(sink->context, bytes, length))
         return API_OK;
-    return api_problem_set(problem, API_CANCELLED, "the result is not wanted any more");
+    return api_problem_set(problem, API_CANCELLED, "the result is no longer wanted");
 }
 
 /* A number that is not finite has all bits of its exponent set: one more would carry into the sign.
@@ -144,8 +144,9 @@ static enum api_problem_id send_header(struct api_columns *header, const struct 
                             all_finite(numbers, sizeof numbers / sizeof *numbers);
     if (text.failed || !finite)
         return api_problem_set(problem, API_INTERNAL,
-                               text.failed ? "the result's header is too long"
-                                           : "the result's summary has a value that is no number");
+                               text.failed
+                                   ? "the result's header is too long"
+                                   : "the result's summary has a value that is not a number");
     uint32_t version = htole32(VERSION), length = htole32((uint32_t)(text.length - PREFIX));
     memcpy(buffer, MAGIC, sizeof MAGIC);
     memcpy(buffer + 8, &version, sizeof version);
@@ -232,7 +233,7 @@ static enum api_problem_id send_column(const struct api_column_source *source, e
         size_t left = rows - first, count = left < BLOCK_ROWS ? left : BLOCK_ROWS;
         if (!source->fill(source->context, first, count, block) || !all_finite(block, count))
             return api_problem_set(problem, API_INTERNAL,
-                                   "the result has a value in %s.%s that is no number",
+                                   "the result has a value in %s.%s that is not a number",
                                    api_table_name(source->table), source->name);
         length = pack_values(form, block, count);
         if (send(sink, block, length, problem) != API_OK)
@@ -266,7 +267,7 @@ enum api_problem_id api_columns_write(struct api_columns *header,
         if (!summary)
             id = api_problem_no_memory(problem, "the summary");
         else if (!sink->summary(sink->context, summary))
-            id = api_problem_set(problem, API_CANCELLED, "the result is not wanted any more");
+            id = api_problem_set(problem, API_CANCELLED, "the result is no longer wanted");
         free(summary);
     }
     for (size_t i = 0; i < count && id == API_OK; i++)

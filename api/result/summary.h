@@ -36,9 +36,9 @@
       "greatest `error_estimate`; null without one")                                               \
     X(POSITIVE, fiber_volume, "fiber_volume",                                                      \
       "of the fibres in the cloth; null without thickness and fibre volume fraction")              \
-    X(POSITIVE, pore_volume, "pore_volume", "what is left for the resin; null alike")              \
-    X(REASONS, front_reasons, "front_reasons", "places of the front by reason")                    \
-    X(WARNINGS, warnings, "warnings", "what to know before it is used: `code`, `detail`, `pointer`")\
+    X(POSITIVE, pore_volume, "pore_volume", "left for the resin; null without thickness and fibre volume fraction")              \
+    X(REASONS, front_reasons, "front_reasons", "rows of the table front, counted by reason")                    \
+    X(WARNINGS, warnings, "warnings", "warnings about the drape: `code`, `detail`, `pointer`")\
     X(TIMING, solve_ms, "timing_ms", "`solve`: time of the solver; `queue`: this job's wait")      \
     X(VERSION, solver_version, "solver_version", "version of the solver")
 /* clang-format on */

@@ -358,7 +358,7 @@ enum api_problem_id api_study_variant_request(const struct api_study *study,
     if (!text)
         (void)api_problem_no_memory(problem, "the study");
     else if (!sink->write(sink->context, text, strlen(text)))
-        api_problem_set(problem, API_CANCELLED, "the request was not wanted any more");
+        api_problem_set(problem, API_CANCELLED, "the request is no longer wanted");
     arena_rewind(arena, mark);
     return problem->id;
 }

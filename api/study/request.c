@@ -140,7 +140,7 @@ static void decode_starts(const struct json_value *json, struct study_request *r
         value_number(&radius, decode_lengths, &r->radius);
     }
     if (value_given(&count) && !value_given(&radius))
-        value_fault(&count, "goes with \"radius\"");
+        value_fault(&count, "is allowed only with \"radius\"");
     else if (value_given(&count) && value_integer(&count, 1, STARTS_MAX, &number))
         r->start_count = (size_t)number;
 }
@@ -203,7 +203,7 @@ static void decode_wishes(const struct json_value *root, struct study_request *r
         if (!value_choice(&name, names, count, &index))
             continue;
         if (r->objective[index])
-            value_fault(&name, "is there twice");
+            value_fault(&name, "is given twice");
         r->objective[index] = true;
     }
     bool limited = value_given(&limits) && value_object(&limits, keys);
@@ -256,8 +256,8 @@ static void check_needs(const struct json_value *root, const struct study_reques
             value_fault(needs[k].json, "is required for %s", quantities[needs[k].id].name);
     if (range && !r->drape.cavity.rigid)
         value_fault(&cavity,
-                    "must have a \"height\" for %s: in a flexible cavity the fraction is the same "
-                    "everywhere",
+                    "must have a \"height\" for %s, because in a flexible cavity the fraction is "
+                    "the same everywhere",
                     quantities[QUANTITY_FRACTION_RANGE].name);
 }
 
@@ -273,23 +273,23 @@ static void decode_sample(const struct json_value *root, const struct api_limits
     bool listed = r->angle.count > 0 || r->pre_shear.count > 0 || r->starts == STUDY_STARTS_GRID ||
                   r->starts == STUDY_STARTS_POINTS;
     if (value_given(&seed) && !value_given(&sample))
-        value_fault(&seed, "goes with \"sample\"");
+        value_fault(&seed, "is allowed only with \"sample\"");
     if (value_given(&seed) && value_integer(&seed, 0, STARTS_MAX, &number))
         r->seed = (uint32_t)number;
     if (value_given(&sample) && value_integer(&sample, 2, STARTS_MAX, &number))
         r->sample = (size_t)number;
     if (is_drawn(r) && !value_given(&sample))
-        value_fault(&sample, "is required where \"radius\" or \"normal\" vary: how many to draw");
+        value_fault(&sample, "is required with \"radius\" or \"normal\": the number of samples");
     if (is_drawn(r) ? listed : value_given(&sample) && value_given(&vary))
-        value_fault(&vary, "must have \"radius\" and \"normal\" alone with \"sample\"");
+        value_fault(&vary, "must vary only by \"radius\" and \"normal\" with \"sample\"");
     if (r->sample > 0 && optimise)
         value_fault(&search, "must not be \"optimise\" with \"sample\"");
     /* Before any memory is taken for the variants. A budget holds for whatever makes them. */
     double variants = count_variants(r);
     if (value_given(&budget) && variants > (double)r->budget)
         value_fault(&budget,
-                    "must be at least the %.6g variants that \"%s\" makes, or go with "
-                    "\"search\": \"optimise\", which chooses",
+                    "must be at least the %.6g variants that \"%s\" makes, or be given with "
+                    "\"search\": \"optimise\", which chooses among them",
                     variants, r->sample > 0 ? "sample" : "vary");
     if (variants > (double)allowed->max_variants)
         value_fault(optimise        ? &budget

@@ -95,9 +95,9 @@ enum api_problem_id sample_prepare(struct api_study *study, const struct api_lim
         return api_problem_no_memory(problem, "the study");
     if (!drape_and_store(study, settings, NULL, study->arena, stored, problem) ||
         stored->result.cells.count == 0)
-        return api_problem_set_at(problem, API_INVALID_REQUEST, "/drape",
-                                  "must be a drape that works and has cells, for samples are drawn "
-                                  "about it");
+        return api_problem_set_at(
+            problem, API_INVALID_REQUEST, "/drape",
+            "must be a drape that succeeds and has cells, because samples are drawn about it");
     const struct api_reader reader = api_reader_of(&stored->memory);
     const struct drape_result *result = &stored->result;
     if (api_columns_open(&reader, &columns, problem) != API_OK)
@@ -117,11 +117,10 @@ enum api_problem_id sample_prepare(struct api_study *study, const struct api_lim
     double each = (double)(study->field_numbers + 2 * STUDY_ROW_NUMBERS) * sizeof(double);
     double most = (double)limits->max_memory / each;
     if ((double)study->request.sample > most)
-        api_problem_set_at(
-            problem, API_TOO_LARGE, "/sample",
-            "must be at most %.0f with the %zu cells and %zu fields of this drape in "
-            "%zu bytes of memory: draw fewer, or take a wider spacing",
-            floor(most), nominal->count, nominal->field_count, limits->max_memory);
+        api_problem_set_at(problem, API_TOO_LARGE, "/sample",
+                           "must be at most %.0f with the %zu cells and %zu fields of this drape "
+                           "in %zu bytes of memory: draw fewer samples, or use a wider spacing",
+                           floor(most), nominal->count, nominal->field_count, limits->max_memory);
     return problem->id;
 }
 

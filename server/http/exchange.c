@@ -168,12 +168,14 @@ static void refuse_quota(struct reply *reply, const char *what, int64_t wants, c
                          (long long)most, flag);
     else
         reply_refuse_for(reply, 1, API_QUOTA,
-                         "you have as many %s as are left for everybody else (--%s)", what, all);
+                         "you have as many %s as are still free, and these are kept for others "
+                         "(--%s): try again later",
+                         what, all);
 }
 
 static void refuse_bodies(struct reply *reply) {
     reply_refuse_for(reply, 1, API_UNAVAILABLE,
-                     "too many bodies are being received now (--max-bodies): try again");
+                     "too many request bodies are being received now (--max-bodies): try again");
 }
 
 bool http_take_stream(struct request *request, struct reply *reply) {

@@ -31,7 +31,8 @@ static void decode_in_place(struct request *request, char *text, bool plus_is_sp
             c = -1;
         }
         if (c < 0) {
-            set_fault(request, "the target has a control character, or a % that is no escape");
+            set_fault(request,
+                      "the target has a control character, or a % that does not begin an escape");
             return;
         }
         *out++ = (char)c;

@@ -108,7 +108,7 @@ static void cut_blanks(char *line) {
 /* Two lines of one token would make its owner ambiguous. */
 static const char *add_entry(struct table *table, const struct entry *entry) {
     if (table->count == TOKENS_MAX)
-        return "is one too many: there may be 10000";
+        return "exceeds the limit of 10000 tokens";
     for (size_t k = 0; k < table->count; k++)
         if (!memcmp(table->entries[k].hash, entry->hash, HASH_BYTES))
             return "has the hash of an earlier line";
@@ -146,7 +146,7 @@ static bool load_tokens(const char *path, struct table *table, char why[TOKENS_W
     if (good && ferror(file))
         good = explain_tokens(why, "%.128s cannot be read: %s", path, strerror(errno));
     else if (good && table->count == 0)
-        good = explain_tokens(why, "%.128s has no token, so that nobody could call", path);
+        good = explain_tokens(why, "%.128s has no token, so no caller would be accepted", path);
     fclose(file);
     if (!good)
         free(table->entries);
@@ -252,7 +252,8 @@ int tokens_command(int argc, char **argv, FILE *in, FILE *out, FILE *err) {
         return 2;
     }
     if (strlen(token) < SHORT_TOKEN)
-        fputs("draped: this token is short enough to be guessed; --generate makes a good one\n",
+        fputs("draped: this token is so short that it could be guessed; --generate makes a good "
+              "one\n",
               err);
     hash_token(token, hash);
     sodium_bin2hex(hex, sizeof hex, hash, sizeof hash);

@@ -44,8 +44,8 @@ static enum http_next item_failed(struct call *call, enum store_answer answer) {
         reply_refuse(call->reply, API_NOT_FOUND, "%s", kinds[call->item].missing);
     else if (answer == STORE_CONFLICT)
         reply_refuse(call->reply, API_CONFLICT,
-                     "a drape, study or laminate that has not ended needs it: cancel that, or wait "
-                     "for its end");
+                     "a drape, study or laminate that has not ended needs it: cancel that one, or "
+                     "wait until it ends");
     else
         call_store_failed(call, answer);
     return HTTP_DONE;
@@ -125,8 +125,8 @@ static void store_checked_item(struct call *call, struct check *check) {
         call_store_failed(call, answer);
     else if (!call->reply->status && !same)
         reply_refuse(call->reply, API_CONFLICT,
-                     "you keep another material as '%s': delete that first, or give this one "
-                     "another name",
+                     "you have stored another material as '%s': delete that one first, or give "
+                     "this one another name",
                      posted.id);
     else if (!call->reply->status) {
         char **shown = material ? &posted.definition : &posted.description;

@@ -160,8 +160,8 @@ static void refuse_full(struct call *call, enum store_bound bound) {
                          (long long)config->owner_queue);
     else if (bound == STORE_BOUND_SHARE)
         reply_refuse_for(reply, retry, API_QUOTA,
-                         "you have as many drapes and studies waiting as are left for everybody "
-                         "else in the queue (--queue-limit)");
+                         "you have as many drapes and studies waiting as the queue has free "
+                         "places, and these are kept for others (--queue-limit): try again later");
     else
         reply_refuse_for(reply, retry, API_QUEUE_FULL,
                          "the queue is full (--queue-limit): try again later");

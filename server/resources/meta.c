@@ -109,14 +109,14 @@ static void write_histograms(FILE *out) {
 
 static void write_refusals(FILE *out) {
     write_metric_head(out, "draped_rejections_total", "counter",
-                      "Problems that were answered, by reason.");
+                      "Answers that are problems, by reason.");
     for (int k = API_OK + 1; k < API_PROBLEM_COUNT; k++)
         if (metrics_refused((enum api_problem_id)k))
             fprintf(out, "draped_rejections_total{reason=\"%s\"} %ld\n",
                     api_problem_slug((enum api_problem_id)k),
                     metrics_refused((enum api_problem_id)k));
     write_metric_head(out, "draped_store_errors_total", "counter",
-                      "Answers of the database that failed.");
+                      "Statements that failed in the database.");
     for (int busy = 0; busy < 2; busy++)
         fprintf(out, "draped_store_errors_total{kind=\"%s\"} %ld\n", busy ? "busy" : "down",
                 metrics_store_failures(busy));
@@ -139,7 +139,7 @@ static void write_jobs(FILE *out, const struct store_counts *counts) {
     for (int k = STORE_QUEUED; k <= STORE_RUNNING; k++)
         fprintf(out, "draped_store_tasks{status=\"%s\"} %lld\n",
                 store_status_name((enum store_status)k), (long long)counts->tasks[k]);
-    write_gauge(out, "draped_store_hosts", "Daemons of the store that showed life in 30 s.",
+    write_gauge(out, "draped_store_hosts", "Daemons that wrote to the store in the last 30 s.",
                 counts->hosts);
     write_gauge(out, "draped_store_workers", "Worker processes of all of them.", counts->workers);
     write_gauge(out, "draped_store_workers_busy", "Of these, those that are solving.",
@@ -149,7 +149,7 @@ static void write_jobs(FILE *out, const struct store_counts *counts) {
     /* By our clock; a database on another machine has its own. */
     int64_t age_us = counts->oldest_queued ? clock_utc_us() - counts->oldest_queued : 0;
     write_metric_head(out, "draped_queue_age_seconds", "gauge",
-                      "Since when the oldest of them waits.");
+                      "Time since which the oldest of them waits.");
     fprintf(out, "draped_queue_age_seconds %.3f\n", age_us > 0 ? (double)age_us / 1e6 : 0);
 }
 
@@ -177,12 +177,13 @@ enum http_next meta_metrics(struct call *call) {
 
     if (out) {
         write_metric_head(out, "draped_build_info", "gauge",
-                          "The version that runs, as labels of 1.");
+                          "The version that runs, in the labels; the value is 1.");
         fputs("draped_build_info{version=\"" DRAPED_VERSION
               "\",solver_version=\"" DRAPE_SOLVER_VERSION "\"} 1\n",
               out);
-        write_metric_head(out, "draped_http_requests_total", "counter",
-                          "Answers by route and status; 0 where the caller had gone.");
+        write_metric_head(
+            out, "draped_http_requests_total", "counter",
+            "Answers by route and status; status 0 when the caller had closed the connection.");
         metrics_each(write_route, out);
         write_histograms(out);
         write_refusals(out);

@@ -35,17 +35,18 @@ int64_t backup_rows(const struct backup_contents *contents, const char *table) {
 bool backup_same(const struct backup_contents *found, const struct backup_contents *expected,
                  char why[STORE_WHY_SIZE]) {
     if (found->schema != expected->schema || found->count != expected->count) {
-        return backup_fail(why, "the copy has other tables than it should have");
+        return backup_fail(why, "the copy does not have the tables of the store");
     }
     for (size_t k = 0; k < expected->count; k++) {
         const struct backup_table *wanted = &expected->tables[k];
         const struct backup_table *table = find_table(found, wanted->name);
         if (table && table->rows == wanted->rows && !strcmp(table->checksum, wanted->checksum))
             continue;
-        return backup_fail(why,
-                           "the table '%s' of the copy is not what it should be: it has %" PRId64
-                           " of %" PRId64 " rows, or others",
-                           wanted->name, table ? table->rows : 0, wanted->rows);
+        return backup_fail(
+            why,
+            "the table '%s' of the copy differs from that of the store: it has %" PRId64
+            " of %" PRId64 " rows, or different ones",
+            wanted->name, table ? table->rows : 0, wanted->rows);
     }
     return true;
 }
@@ -63,7 +64,7 @@ bool backup_sync(const char *path, char why[STORE_WHY_SIZE]) {
     int file = open(path, O_RDONLY | O_CLOEXEC);
     bool good = file >= 0 && fsync(file) == 0;
     if (!good)
-        backup_fail(why, "%s cannot be brought to the disk: %s", path, strerror(errno));
+        backup_fail(why, "%s cannot be written to the disk: %s", path, strerror(errno));
     /* What is read back then comes from there. */
     if (good)
         (void)posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED);

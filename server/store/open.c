@@ -38,7 +38,7 @@ struct store *store_open(const char *url, const struct store_options *options,
         snprintf(why, STORE_WHY_SIZE,
                  "the store is of an unknown kind: give sqlite:PATH or postgresql://...");
     else if (!path[0] || path[0] == ':')
-        snprintf(why, STORE_WHY_SIZE, "'%s' names no file: the store must be one", url);
+        snprintf(why, STORE_WHY_SIZE, "'%s' does not name a file: the store must be a file", url);
     else
         store = store_sqlite_open(path, options, events, why);
     if (!store)

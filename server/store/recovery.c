@@ -15,8 +15,8 @@ static enum store_answer fail_as_crashed(struct store *store, const struct store
                                          int64_t crashes, const char *detail) {
     struct api_problem problem = {0};
     api_problem_set(&problem, API_SOLVER_CRASHED,
-                    "The solver died in %lld attempts, the most there are; the last time: %s.",
-                    (long long)crashes, detail);
+                    "The solver died in all %lld attempts; the last time: %s.", (long long)crashes,
+                    detail);
     char *json = api_problem_json(&problem, NULL);
     enum store_answer answer = json ? store->ops->fail(store, claim, json) : STORE_DOWN;
     free(json);

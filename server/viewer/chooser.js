@@ -166,7 +166,7 @@ export class Chooser {
     const size = unit ? `${format(area, 4)} ${unit}²` : format(area, 4);
     const are = this.chosen.size === 1 ? 'is' : 'are';
     const closed = holdsBody(this.part, this.chosen)
-      ? ' Among them are all faces of a closed body; if it is a wall, both its skins.'
+      ? ' All faces of a closed body are chosen; of a thin wall these are both skins: choose one side.'
       : '';
     return `${this.chosen.size} of ${faces.length} faces ${are} chosen, ${size}.${closed}`;
   }

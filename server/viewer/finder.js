@@ -119,8 +119,8 @@ export class Finder {
     const { variants, failed, coarse } = result.summary;
     element('find-state').textContent =
       `${variants.toLocaleString('en')} variants from ${places.length} starts in ` +
-      `${format(ms / 1000, 3)} s${failed ? `; ${failed} of them without numbers` : ''}` +
-      (coarse ? `; ${coarse} on a coarser net, for the map alone` : '');
+      `${format(ms / 1000, 3)} s${failed ? `; ${failed} of them failed` : ''}` +
+      (coarse ? `; ${coarse} on a coarser net, only for the map` : '');
     element('found').hidden = false;
     this.#fitSliders();
     this.refresh();
@@ -184,7 +184,9 @@ export class Finder {
   #besides(now, best) {
     if (now === undefined) return '';
     const shown = `; the drape that is shown: ${this.#write(this.key, now)}`;
-    return now < best * (1 - 1e-3) ? `${shown}, better than all: search from more starts` : shown;
+    return now < best * (1 - 1e-3)
+      ? `${shown}, better than all variants: search from more starts`
+      : shown;
   }
 
   #fillTable() {
@@ -193,7 +195,7 @@ export class Finder {
     const now = this.current()?.[this.key];
     element('find-now').textContent = sorted.length
       ? `Best: ${this.#write(this.key, this.column[sorted[0]])}${this.#besides(now, this.column[sorted[0]])}.`
-      : 'No variant keeps these limits: give way on one of them.';
+      : 'No variant keeps these limits: relax one of them.';
     const rows = sorted.slice(0, LISTED).map((row) => {
       const item = document.createElement('li');
       const button = Object.assign(document.createElement('button'), { type: 'button' });
@@ -294,8 +296,8 @@ export class Finder {
     if (start < 0) return;
     chip.textContent =
       row < 0
-        ? 'no direction from here keeps the limits'
-        : `from here at best ${this.#write(this.key, this.column[row])}, at ${format(this.result.variants.angle_deg[row], 3)}°`;
+        ? 'no direction from this start keeps the limits'
+        : `best from this start: ${this.#write(this.key, this.column[row])}, at ${format(this.result.variants.angle_deg[row], 3)}°`;
   }
 
   #drape(row) {

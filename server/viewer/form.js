@@ -180,7 +180,7 @@ export class Form {
     names.push(...Object.keys(this.kept.fabric).filter((key) => !fabric.includes(key)));
     if (this.kept.direction?.vector) names.push('direction.vector');
     element('kept').textContent = names.length
-      ? `Sent along as in the file: ${names.join(', ')}.`
+      ? `Sent unchanged as in the file: ${names.join(', ')}.`
       : '';
   }
 

@@ -8,7 +8,8 @@ const WIDTHS = { SCALAR: 1, VEC3: 3 };
 /** The description and the buffer. */
 function chunksOf(buffer) {
   const view = new DataView(buffer);
-  if (view.getUint32(0, true) !== MAGIC) throw new Error('The preview of the service is no glTF.');
+  if (view.getUint32(0, true) !== MAGIC)
+    throw new Error('The preview that the service sent is not glTF.');
   const length = view.getUint32(12, true);
   const text = new TextDecoder().decode(new Uint8Array(buffer, 20, length));
   return { description: JSON.parse(text), start: 28 + length };

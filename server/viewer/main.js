@@ -230,7 +230,7 @@ async function takeExample(name) {
 function assumeUnit({ settings, shape }) {
   if (settings.length_unit || !shape) return '';
   settings.length_unit = Math.max(...shape.size) > IN_METRES ? 'mm' : 'm';
-  return `It names no unit; ${settings.length_unit} is assumed. `;
+  return `It states no unit; ${settings.length_unit} is assumed. `;
 }
 
 /** The service's limits, asked once; a file that is too large is not even read. */

@@ -26,7 +26,7 @@ export class Measure {
     if (this.nodes.length === 2) this.nodes = [];
     this.nodes.push(node);
     element('measured').textContent =
-      this.nodes.length === 2 ? describe(drape, this.nodes, unit) : 'And the second one.';
+      this.nodes.length === 2 ? describe(drape, this.nodes, unit) : 'Now click on the second node.';
   }
 
   /** Draws the line between the nodes; `project(node)` gives the pixels of one. */

@@ -152,7 +152,7 @@ export function showReadout(list, { lattice, cell, node, front, unit, isUv }) {
   if (cell === null) {
     // the same rows, so that nothing moves later
     const rows = [...cellRows(lattice, 0, unit), ...nodeRows(lattice, 0, unit, isUv)];
-    fill(list, [['Cell', 'point at one'], ...rows.map(([name]) => [name, '–'])]);
+    fill(list, [['Cell', 'point at a cell'], ...rows.map(([name]) => [name, '–'])]);
     return;
   }
   const [i, j] = placeOf(lattice, cell);

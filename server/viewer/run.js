@@ -56,7 +56,8 @@ export class Runner {
   }
 
   #show(drape, { age, kind, passing = false }) {
-    if (age !== this.age) return say('The drape of the surface before is among the earlier ones.');
+    if (age !== this.age)
+      return say('The drape of the previous surface is in the list of earlier drapes.');
     if (!passing) this.follow(drape, kind);
     return this.onDrape(drape, passing);
   }

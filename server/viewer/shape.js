@@ -168,7 +168,7 @@ function meshShape(surface) {
   const index = new Uint32Array(triangles.length * 3);
   triangles.forEach((triangle, k) => index.set(triangle, 3 * k));
   if (index.some((k) => k >= vertices.length))
-    refuse('A triangle names a vertex that is not there.');
+    refuse('A triangle refers to a vertex that does not exist.');
   const about = `mesh, ${vertices.length} vertices, ${triangles.length} triangles`;
   return {
     kind: 'mesh',

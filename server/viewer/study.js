@@ -6,14 +6,14 @@ import { follow, read, submitStudy } from './api.js';
  *  and what has to be said for it. */
 export const OBJECTIVES = [
   { key: 'max_shear_deg', label: 'Greatest shear', unit: '°' },
-  { key: 'p95_shear_deg', label: 'Shear that 95 % of the area stay below', unit: '°' },
-  { key: 'uncovered_area', label: 'Area left bare', power: 2 },
+  { key: 'p95_shear_deg', label: 'Shear that 95 % of the area stays below', unit: '°' },
+  { key: 'uncovered_area', label: 'Area without cloth', power: 2 },
   { key: 'waste_area', label: 'Waste of the rectangle to cut from', power: 2 },
   { key: 'locked_area', label: 'Area beyond the locking angle', power: 2, needs: 'locking' },
   { key: 'fiber_volume_fraction_range', label: 'Range of the fibre fraction', needs: 'cavity' },
   {
     key: 'k1_ratio_p95',
-    label: 'Change of k1 that 95 % of the area stay below',
+    label: 'Change of k1 that 95 % of the area stays below',
     unit: '×',
     needs: 'permeability',
   },

@@ -6,7 +6,7 @@ import { element } from './dom.js';
 /** `refused`: because it did not take the one that it got. */
 export function askToken(refused = false) {
   element('token').value = token.get();
-  element('fault-token').textContent = refused ? 'The service does not take this token.' : '';
+  element('fault-token').textContent = refused ? 'The service does not accept this token.' : '';
   if (!element('token-dialog').open) element('token-dialog').showModal();
 }
 

@@ -23,7 +23,7 @@ const CLICK = 5; // pixels that a click may move
 const HOVER_REST_MS = 120; // of the pointer, before a slow graphics card looks for what it is on,
 // and as long as it takes for a picture
 const NO_WEBGL =
-  'This browser shows no WebGL 2, which the pictures need. Turn on hardware acceleration in its ' +
+  'This browser has no WebGL 2, which the pictures need. Turn on hardware acceleration in its ' +
   'settings, or use another browser. Draping, numbers, charts and downloads work here all the same.';
 
 const styleOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
@@ -64,7 +64,7 @@ export class View {
     this.#addPanes();
     element('canvas').addEventListener('webglcontextlost', () => {
       element('hint').textContent =
-        'The graphics card gave up on this picture. Load the page again.';
+        'The graphics card stopped drawing this picture. Load the page again.';
     });
   }
 

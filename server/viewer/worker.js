@@ -38,7 +38,7 @@ function readRequest({ text, surfaceText }) {
   }
   if (!isSurface(surface))
     throw new Error(
-      'This is JSON, but no surface: it needs degree_u, knotvector_u, control_points and so on, ' +
+      'This JSON is not a surface: that needs degree_u, knotvector_u, control_points and so on, ' +
         'or vertices and triangles, or a drape request around them.',
     );
   let shape = null;

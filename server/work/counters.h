@@ -21,7 +21,7 @@
     X(crashes, "Workers that died on their own.")                                                  \
     X(timeouts, "Workers killed for taking too long.")                                             \
     X(tasks, "Tasks of studies that were done.")                                                   \
-    X(restarts, "Workers started in place of another.")
+    X(restarts, "Workers started to replace another.")
 
 /* Since the start; `busy`: workers that are solving now. */
 struct work_counters {

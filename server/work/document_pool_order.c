@@ -161,14 +161,15 @@ bool check_imports(const struct check *check) {
 
 void check_explain_quota(struct api_problem *problem, enum check_queue queue) {
     if (queue == QUEUE_SLOW)
+        api_problem_set(problem, API_QUOTA,
+                        "%d of your request bodies that take long to read are waiting already: "
+                        "wait until they are read",
+                        DOCUMENT_POOL_SLOW_MAX);
+    else
         api_problem_set(
             problem, API_QUOTA,
-            "%d of your bodies that take long to read are waiting already: wait for them",
-            DOCUMENT_POOL_SLOW_MAX);
-    else
-        api_problem_set(problem, API_QUOTA,
-                        "%d of your bodies are waiting to be read already: wait for them",
-                        DOCUMENT_POOL_WAITING_MAX);
+            "%d of your request bodies are waiting to be read already: wait until they are read",
+            DOCUMENT_POOL_WAITING_MAX);
 }
 
 void check_explain(struct check *check, enum check_outcome outcome) {

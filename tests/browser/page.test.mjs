@@ -434,7 +434,7 @@ test('page: a surface dropped on it, with nothing else, can be draped', async ()
 test('page: a file without a unit says which one is assumed, and how large that makes the part', async () => {
   assert.match(
     await page.textContent('#about'),
-    /^torus\.json: It names no unit; mm is assumed\. NURBS.*; \d[\d.]* × \d[\d.]* × \d[\d.]* mm$/,
+    /^torus\.json: It states no unit; mm is assumed\. NURBS.*; \d[\d.]* × \d[\d.]* × \d[\d.]* mm$/,
   );
   await page.selectOption('#unit', 'cm');
   assert.match(await page.textContent('#about'), / cm$/);

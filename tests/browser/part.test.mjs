@@ -227,7 +227,7 @@ test('part: a mesh of triangles comes with mosaic and a likely unit', async () =
   );
   assert.match(
     await page.textContent('#about'),
-    /names no unit; mm is assumed\. mesh, 200 triangles; 200 × 200 × 100 mm/,
+    /states no unit; mm is assumed\. mesh, 200 triangles; 200 × 200 × 100 mm/,
   );
   assert.equal(await page.inputValue('#method'), 'mosaic');
   assert.ok(await page.isHidden('#faces'));

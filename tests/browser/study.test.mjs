@@ -56,7 +56,7 @@ test('study: the best of many starts is found, with a map over the part', async 
   const box = await page.locator('#pane-solid').boundingBox();
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   await drawn(page);
-  assert.match(await page.textContent('#chip'), /^from here at best [\d.]+°, at −?[\d.]+°$/);
+  assert.match(await page.textContent('#chip'), /^best from this start: [\d.]+°, at −?[\d.]+°$/);
   assert.match(
     await page.textContent('#caption-map'),
     /^Greatest shear .* from each start \(dot\)/,

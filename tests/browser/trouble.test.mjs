@@ -66,7 +66,7 @@ test('trouble: a file that is not JSON', async () => {
 
 test('trouble: JSON that is no surface', async () => {
   await give('list.json', '{"rows": [1, 2, 3]}');
-  await becomes('#fault-surface', /list\.json: This is JSON, but no surface: it needs degree_u/);
+  await becomes('#fault-surface', /list\.json: This JSON is not a surface: that needs degree_u/);
   for (const [name, content] of [
     ['null.json', 'null'],
     ['number.json', '5'],
@@ -264,7 +264,7 @@ test('trouble: a service that asks for a token', async () => {
   assert.equal(await textOf('#message', other), 'This service asks for a token.');
   await other.fill('#token', `${TOKEN}5`);
   await other.press('#token', 'Enter');
-  await becomes('#fault-token', /does not take this token/, other);
+  await becomes('#fault-token', /does not accept this token/, other);
   await other.waitForSelector('#token-dialog[open]');
   await other.fill('#token', TOKEN);
   await picture(other, 'token');
@@ -290,7 +290,7 @@ test('trouble: a browser without WebGL', async () => {
   const blind = await startBrowser(['--disable-3d-apis']);
   try {
     const other = await openPage(blind, daemon.url);
-    await becomes('#hint', /shows no WebGL 2.*Turn on hardware acceleration/, other);
+    await becomes('#hint', /has no WebGL 2.*Turn on hardware acceleration/, other);
     await drapeExample(other, 'saddle');
     assert.match(await other.textContent('#summary'), /Outcomecomplete/);
     await other.fill('#cell-i', '3');

@@ -43,7 +43,7 @@ fill() {
     later=$id
     stop_daemon
     restore "$COPIES" >"$BATS_TEST_TMPDIR/said"
-    old=$(sed -n 's/^what was there is kept: //p' "$BATS_TEST_TMPDIR/said")
+    old=$(sed -n 's/^the old store is kept as //p' "$BATS_TEST_TMPDIR/said")
     [ "$(sqlite3 "$old" "SELECT count(*) FROM jobs WHERE id = '$later'")" = 1 ]
     [ "$(sqlite3 "$DATA/draped.db" "SELECT count(*) FROM sqlite_schema WHERE name = 'backup'")" = 0 ]
     start_daemon "$BATS_TEST_TMPDIR/daemon"

@@ -77,7 +77,7 @@ contents() {
     later=$id
     stop_daemon
     "$DRAPED" restore "$COPIES" >"$BATS_TEST_TMPDIR/said"
-    old=$(sed -n 's/^what was there is kept: schema //p' "$BATS_TEST_TMPDIR/said")
+    old=$(sed -n 's/^the old store is kept as schema //p' "$BATS_TEST_TMPDIR/said")
     [ "$(ask draped "SELECT count(*) FROM $old.jobs WHERE id = '$later'")" = 1 ]
     # What is there is as it was made, byte for byte, with all that counts.
     contents >"$BATS_TEST_TMPDIR/restored"

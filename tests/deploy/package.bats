@@ -248,7 +248,7 @@ END
     drape_inside $EXAMPLES/sphere.json >"$BATS_TEST_TMPDIR/result"
     later=$(jq -r .id "$BATS_TEST_TMPDIR/result")
     inside systemctl stop draped
-    documented restore-postgresql | grep -q '^what was there is kept: schema draped_before_'
+    documented restore-postgresql | grep -q '^the old store is kept as schema draped_before_'
     inside systemctl start draped
     wait_until 30 answers
     result_inside "$kept" | cmp - "$BATS_TEST_TMPDIR/before"

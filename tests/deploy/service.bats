@@ -221,7 +221,7 @@ END
     [[ "$output" == *"one socket"* ]]
     run sh -c 'LISTEN_PID=$$ LISTEN_FDS=1 exec "$@" 3</dev/null' sh "$DRAPED" --check-config
     [ "$status" = 2 ]
-    [[ "$output" == *"no listening TCP socket"* ]]
+    [[ "$output" == *"not a listening TCP socket"* ]]
     # Meant for another process.
     LISTEN_PID=1 LISTEN_FDS=1 "$DRAPED" --check-config | grep -qx 'listen = 127.0.0.1:8080'
 }

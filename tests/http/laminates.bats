@@ -51,7 +51,7 @@ drape_stack() {
     drape_stack '.plies[1].cavity = "flexible" | .plies[3].compaction = {a: 1}'
     [[ $stderr == *"/plies/1/cavity: "* && $stderr == *"/plies/3/compaction/b: "* ]]
     drape_stack '.offset = "nominal" | del(.plies[0].fabric.thickness)'
-    [[ $stderr == *"/plies/0/fabric/thickness: is required by the offset"* ]]
+    [[ $stderr == *"/plies/0/fabric/thickness: is required for this offset"* ]]
     drape_stack '.plies = []'
     [[ $stderr == *"/plies: "* ]]
     drape_stack '.side = 0'
@@ -319,7 +319,7 @@ for other in volumes[1:]:
         drape_stack "$plane | .plies |= .[:2] | .plies[1].name = \"patch\" |
             .plies[1].boundary = {polygon: ${triangle% *}}" --map "$BATS_TEST_TMPDIR/mesh.json"
         [ "$status" -eq 0 ]
-        [ "$(jq '[.warnings[] | select(test("ply 2 \\(\"patch\"\\) lies up to 0.9 m off its cloth, and 1 of 2"))] |
+        [ "$(jq '[.warnings[] | select(test("ply 2 \\(\"patch\"\\) lies up to 0.9 m off its cloth, and 1 of its 2"))] |
             length' <<<"$output")" -eq "${triangle##* }" ]
     done
 }

@@ -204,7 +204,7 @@ END
     [ "$(header Content-Type)" = text/x-radioss ]
     map_bulk '?format=nastran&within=0.5'
     expect 200
-    grep -qE '^\$ [12] groups; of one, angles differ by at most 0.5 degrees' "$body"
+    grep -qE '^\$ [12] groups; within a group angles differ by at most 0.5 degrees' "$body"
     for wrong in within=-1 within=11 within=a; do
         map_bulk "?format=nastran&$wrong"
         expect_problem 422 invalid-request

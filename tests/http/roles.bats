@@ -204,7 +204,7 @@ tells_its_status() {
     [ "$status" = 1 ]
     DAEMON=$API HOME_DIR=$BATS_TEST_TMPDIR/api stop_daemon
     API=
-    says '^verdict  no host shows life$'
+    says '^verdict  no host has written to the store for half a minute$'
     [ "$status" = 1 ]
 }
 @test "http: draped status shows queue, hosts, workers and the last error over SQLite" { tells_its_status SQLite; }

@@ -350,7 +350,7 @@ static void test_command_explains_what_is_wrong_with_a_map(void **state) {
     assert_int_equal(unlink(in_folder("mesh.bdf")), 0);
     put_file("points.json", "{\"points\":[[0,0,0]]}");
     snprintf(line, sizeof line, "--map %s --format vtu", in_folder("points.json"));
-    refuse(line, request_text("saddle"), 1, "not-acceptable", "vtu is of elements");
+    refuse(line, request_text("saddle"), 1, "not-acceptable", "vtu needs elements");
     assert_int_equal(unlink(in_folder("points.json")), 0);
 }
 

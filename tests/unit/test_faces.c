@@ -84,7 +84,7 @@ static void test_faces_selected_by_number(void **state) {
                    ",\"start\":{\"face\":3,\"uv\":[0.5,0.5]}}",
                    stored, API_INVALID_REQUEST, "/start/face", "face 3 (\"fin\") is not among");
     assert_refused("{\"surface\":{\"id\":\"" ID "\",\"faces\":[0,4]}," FABRIC "}", stored,
-                   API_INVALID_REQUEST, "/surface/faces/1", "below 4");
+                   API_INVALID_REQUEST, "/surface/faces/1", "less than 4");
     assert_refused("{\"surface\":{\"id\":\"" ID "\"}," FABRIC "}", stored, API_INVALID_REQUEST,
                    "/surface/faces", "meet at one edge");
 }
@@ -129,7 +129,7 @@ static void test_faces_grown_from_one(void **state) {
                                  stored),
                      1 << 0 | 1 << 1 | 1 << 2);
     assert_refused("{\"surface\":{\"id\":\"" ID "\",\"grow_from\":3}," FABRIC "}", stored,
-                   API_INVALID_REQUEST, "/surface/grow_from", "below 3");
+                   API_INVALID_REQUEST, "/surface/grow_from", "less than 3");
 }
 
 static void test_faces_are_described(void **state) {

@@ -92,7 +92,7 @@ static bool count_contents(struct pool *pool, struct backup_contents *contents,
         }
     }
     return query_end(&query) == STORE_OK ||
-           backup_fail(why, "the database holds no store of draped, or it cannot be read");
+           backup_fail(why, "the database has no store of draped, or it cannot be read");
 }
 
 /* ------------------------------------------------------------------ making a copy */
@@ -118,7 +118,7 @@ static bool dump(struct pool *pool, const char *path, struct backup_contents *co
     if (query_row(&query))
         query_copy(&query, 0, snapshot + length, sizeof snapshot - length);
     if (query_end(&query) != STORE_OK)
-        return backup_fail(why, "the database gives no snapshot (see above)");
+        return backup_fail(why, "the database did not give a snapshot (see above)");
     return end_program(arguments[0], start_program(arguments, -1, -1), why);
 }
 
@@ -192,7 +192,7 @@ static bool is_dump(const char *path, char why[STORE_WHY_SIZE]) {
                 !memcmp(start, "PGDMP", sizeof start);
     if (in)
         fclose(in);
-    return good || backup_fail(why, "%s is no back-up of a PostgreSQL store", path);
+    return good || backup_fail(why, "%s is not a back-up of a PostgreSQL store", path);
 }
 
 /* The name of the old schema, or "" without one. */

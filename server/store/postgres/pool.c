@@ -142,7 +142,7 @@ static struct pool_connection *connection_new(const struct pool *pool, char why[
         pool_say(why, "the database cannot be used: %s", PQerrorMessage(connection->libpq));
         pool_hide_password(pool, why);
     } else if (PQserverVersion(connection->libpq) < VERSION_MIN)
-        pool_say(why, "the database server is PostgreSQL %d, and 13 is the oldest that will do",
+        pool_say(why, "the database server is PostgreSQL %d: use 13 or newer",
                  PQserverVersion(connection->libpq) / 10000);
     else if (PQsetnonblocking(connection->libpq, 1) == 0)
         return connection;

@@ -137,8 +137,8 @@ static bool check_server(struct pool *pool, char why[STORE_WHY_SIZE]) {
                  "several hosts there, add target_session_attrs=read-write");
     else if (loose)
         snprintf(why, STORE_WHY_SIZE,
-                 "the database has synchronous_commit off for this user, so that it would forget "
-                 "what it has acknowledged: ALTER ROLE ... SET synchronous_commit = on");
+                 "the database has synchronous_commit off for this user, so it could lose drapes "
+                 "that were accepted: ALTER ROLE ... SET synchronous_commit = on");
     return answer == STORE_OK && !read_only && !loose;
 }
 

@@ -15,7 +15,7 @@ bool postgres_survey(const char *url, struct survey *survey, char why[STORE_WHY_
     survey->now = query_row(&query) ? query_int(&query, 0) : 0;
     bool good = query_end(&query) == STORE_OK && survey_read(&reader, survey, why);
     if (!good && !why[0])
-        pool_say(why, "the database holds no store of draped, or it cannot be read (see above)");
+        pool_say(why, "the database has no store of draped, or it cannot be read (see above)");
     pool_close(pool);
     return good;
 }

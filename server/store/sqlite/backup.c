@@ -91,7 +91,7 @@ static bool read_contents(sqlite3 *handle, const char *path, struct backup_conte
         return say_error(why, handle, path);
     if (application != SQLITE_APPLICATION ||
         !select_number(handle, "SELECT max(version) FROM schema_version", &contents->schema)) {
-        return backup_fail(why, "%s is no database of draped", path);
+        return backup_fail(why, "%s is not a database of draped", path);
     }
     int code = sqlite3_prepare_v2(handle,
                                   "SELECT name FROM sqlite_schema WHERE type = 'table'"
@@ -168,7 +168,7 @@ static bool read_manifest(sqlite3 *handle, const char *path, int64_t schema,
     }
     sqlite3_finalize(statement);
     if (contents->count == 0)
-        backup_fail(why, "%s is no back-up: it does not say what it holds", path);
+        backup_fail(why, "%s is not a back-up: it lacks the list of its contents", path);
     return contents->count > 0;
 }
 
@@ -229,7 +229,7 @@ static bool give_to_account(const char *database, const char *path, char why[STO
     if (geteuid() != 0 || stat(dirname(folder), &status) != 0 ||
         chown(path, status.st_uid, status.st_gid) == 0 || errno == ENOENT)
         return true;
-    return backup_fail(why, "%s cannot be given to the account of its folder: %s", path,
+    return backup_fail(why, "the owner of %s cannot be set to that of its folder: %s", path,
                        strerror(errno));
 }
 

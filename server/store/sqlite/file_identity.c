@@ -54,8 +54,8 @@ bool file_identity_check(struct file_identity *identity) {
         return !gone;
     if (gone)
         log_error(log_event("store_file_gone"), log_text("file", identity->files[k].path),
-                  log_text("why", "it was removed, moved or replaced: nothing is accepted until "
-                                  "the same file is back, or the service is started anew"));
+                  log_text("why", "it was removed, moved or replaced: the service accepts nothing "
+                                  "until the same file is back or the service is restarted"));
     else
         log_info(log_event("store_file_back"), log_text("file", identity->files[0].path));
     return !gone;
