@@ -64,13 +64,12 @@ bool encoder_damaged(struct api_problem *problem) {
 
 /* ---- selection ---- */
 
-/* Marks the columns that the list names: table.column; in a map those of the cells by the column
- * alone as well. */
-static bool mark_fields(const struct encoder *encoder, const struct api_column_source *columns,
-                        size_t count, const char *list, bool wanted[API_COLUMNS_MAX],
-                        struct api_problem *problem) {
-    bool map = !encoder->reader;
-    for (const char *field = list; field;) {
+/* Fills `selected` from all columns there are, by table: of those that the list names by
+ * table.column, in a map those of the cells by the column alone as well. */
+static bool select_columns(struct encoder *encoder, const struct api_column_source *columns,
+                           size_t count, const char *fields, struct api_problem *problem) {
+    bool all = !fields || !*fields, wanted[API_COLUMNS_MAX] = {false}, map = !encoder->reader;
+    for (const char *field = all ? NULL : fields; field;) {
         size_t length = strcspn(field, ","), i = 0;
         const char *next = field[length] ? field + length + 1 : NULL;
         if (map && strncmp(field, "cells.", 6) == 0) {
@@ -93,15 +92,6 @@ static bool mark_fields(const struct encoder *encoder, const struct api_column_s
         wanted[i] = true;
         field = next;
     }
-    return true;
-}
-
-/* Fills `selected` from all columns there are, by table. */
-static bool select_columns(struct encoder *encoder, const struct api_column_source *columns,
-                           size_t count, const char *fields, struct api_problem *problem) {
-    bool all = !fields || !*fields, wanted[API_COLUMNS_MAX] = {false};
-    if (!all && !mark_fields(encoder, columns, count, fields, wanted, problem))
-        return false;
     for (int table = 0; table < API_TABLE_COUNT; table++) {
         if (encoder->format->one_table && table != (int)encoder->options.table)
             continue;

@@ -42,33 +42,28 @@ static size_t read_array_rows(struct encoder *encoder, const struct api_column_s
     return count;
 }
 
-static void write_array(struct encoder *encoder) {
-    struct state *state = encoder->state;
-    const struct api_column_source *column = &encoder->selected[encoder->column];
-    if (encoder->row == 0) {
-        struct zip_entry *entry = &state->entry[encoder->column];
-        char header[ARRAY_HEADER];
-        describe_array(header, column->rows);
-        uLong crc = crc32(0, (const Bytef *)header, ARRAY_HEADER);
-        for (size_t row = 0, count; row < column->rows && !encoder->failed; row += count) {
-            count = read_array_rows(encoder, column, row);
-            crc = crc32_z(crc, (const Bytef *)encoder->values, count * VALUE);
-        }
-        entry->crc = (uint32_t)crc;
-        entry->offset = state->position;
-        zip_begin_entry(&encoder->piece, entry);
-        api_text_bytes(&encoder->piece, header, ARRAY_HEADER);
-    }
-    size_t count = read_array_rows(encoder, column, encoder->row);
-    api_text_bytes(&encoder->piece, encoder->values, count * VALUE);
-    encoder_advance(encoder, column->rows, count);
-}
-
 /* API_COLUMNS_MAX entries fit into one piece. */
 static void next_npz(struct encoder *encoder) {
     struct state *state = encoder->state;
     if (encoder->column < encoder->count) {
-        write_array(encoder);
+        const struct api_column_source *column = &encoder->selected[encoder->column];
+        if (encoder->row == 0) {
+            struct zip_entry *entry = &state->entry[encoder->column];
+            char header[ARRAY_HEADER];
+            describe_array(header, column->rows);
+            uLong crc = crc32(0, (const Bytef *)header, ARRAY_HEADER);
+            for (size_t row = 0, count; row < column->rows && !encoder->failed; row += count) {
+                count = read_array_rows(encoder, column, row);
+                crc = crc32_z(crc, (const Bytef *)encoder->values, count * VALUE);
+            }
+            entry->crc = (uint32_t)crc;
+            entry->offset = state->position;
+            zip_begin_entry(&encoder->piece, entry);
+            api_text_bytes(&encoder->piece, header, ARRAY_HEADER);
+        }
+        size_t count = read_array_rows(encoder, column, encoder->row);
+        api_text_bytes(&encoder->piece, encoder->values, count * VALUE);
+        encoder_advance(encoder, column->rows, count);
     } else {
         zip_end(&encoder->piece, state->entry, encoder->count, state->position);
         encoder->ended = true;

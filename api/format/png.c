@@ -25,36 +25,25 @@ static uint8_t *put_chunk(uint8_t *at, const char *name, const uint8_t *data, si
     return put_u32(at + 4 + length, sum);
 }
 
-/* The rows, each behind the number of its filter: none. */
-static uint8_t *compress_rows(const struct raster *raster, size_t *length) {
+uint8_t *png_encode(const struct raster *raster, size_t *length) {
+    uint8_t header[HEADER] = {[8] = 8, [9] = 3}; /* bits of a pixel; it is a number of a colour */
     size_t row = (size_t)raster->width, rows = (size_t)raster->height;
     uLong size = compressBound((uLong)(rows * (row + 1)));
     uint8_t *plain = malloc(rows * (row + 1)), *packed = malloc(size);
-    for (size_t k = 0; k < rows && plain && packed; k++) {
+    for (size_t k = 0; k < rows && plain && packed; k++) { /* behind the filter's number: none */
         plain[k * (row + 1)] = 0;
         memcpy(plain + k * (row + 1) + 1, raster->pixels + k * row, row);
     }
-    if (!plain || !packed || compress(packed, &size, plain, rows * (row + 1)) != Z_OK) {
-        free(packed);
-        packed = NULL;
-    }
+    bool good = plain && packed && compress(packed, &size, plain, rows * (row + 1)) == Z_OK;
     free(plain);
-    *length = size;
-    return packed;
-}
-
-uint8_t *png_encode(const struct raster *raster, size_t *length) {
-    uint8_t header[HEADER] = {[8] = 8, [9] = 3}; /* bits of a pixel; it is a number of a colour */
-    size_t packed_length;
-    uint8_t *packed = compress_rows(raster, &packed_length);
-    *length = sizeof signature + 4 * FRAME + HEADER + PALETTE + packed_length;
-    uint8_t *file = packed ? malloc(*length) : NULL;
+    *length = sizeof signature + 4 * FRAME + HEADER + PALETTE + size;
+    uint8_t *file = good ? malloc(*length) : NULL;
     if (file) {
         put_u32(put_u32(header, (uint32_t)raster->width), (uint32_t)raster->height);
         memcpy(file, signature, sizeof signature);
         uint8_t *at = put_chunk(file + sizeof signature, "IHDR", header, HEADER);
         at = put_chunk(at, "PLTE", raster->palette[0], PALETTE);
-        at = put_chunk(at, "IDAT", packed, packed_length);
+        at = put_chunk(at, "IDAT", packed, size);
         put_chunk(at, "IEND", NULL, 0);
     }
     free(packed);

@@ -222,11 +222,16 @@ static const struct {
 #undef MEMBER
 };
 
-static void write_report_figures(struct api_text *text, const struct api_columns *columns) {
+/* The summary and the warnings, up to the pattern. */
+static void write_report_results(struct encoder *encoder) {
     static const char *const powers[] = {"", "", "²", "³"};
+    const struct api_columns *columns = &encoder->columns;
     const struct api_summary *summary = &columns->summary;
+    const struct api_warnings *warnings = &summary->warnings;
     const double *at = summary->max_shear_at + 2;
     double size = fmax(fmax(fabs(at[0]), fabs(at[1])), fabs(at[2]));
+    struct api_text *text = &encoder->piece;
+    api_text_raw(text, "<h2>Summary</h2>\n<div class=\"columns\"><table>\n");
     begin_row(text, "Net");
     html_say(text, "%zu nodes, %zu cells of %g x %g %s", summary->nodes, summary->cells,
              columns->grid.spacing[0], columns->grid.spacing[1], columns->unit->name);
@@ -248,14 +253,6 @@ static void write_report_figures(struct api_text *text, const struct api_columns
         html_say(text, "%s%.5g", k ? ", " : "", fabs(at[k]) < 1e-9 * size ? 0 : at[k]);
     html_say(text, " %s", columns->unit->name);
     end_row(text);
-}
-
-/* The summary and the warnings, up to the pattern. */
-static void write_report_results(struct encoder *encoder) {
-    const struct api_warnings *warnings = &encoder->columns.summary.warnings;
-    struct api_text *text = &encoder->piece;
-    api_text_raw(text, "<h2>Summary</h2>\n<div class=\"columns\"><table>\n");
-    write_report_figures(text, &encoder->columns);
     api_text_raw(text, "</table></div>\n<h2>Warnings</h2>\n");
     api_text_raw(text, warnings->count ? "<ul>\n" : "<p>None.</p>\n");
     for (size_t k = 0; k < warnings->count; k++) {
@@ -270,26 +267,11 @@ static void write_report_results(struct encoder *encoder) {
     api_text_raw(text, "<figure class=\"pattern\">\n<figcaption>Flat pattern: where to cut, with "
                        "the directions of warp and weft from the start");
     if (encoder->options.allowance > 0)
-        html_say(text, ", and %g %s outside", encoder->options.allowance,
-                 encoder->columns.unit->name);
+        html_say(text, ", and %g %s outside", encoder->options.allowance, columns->unit->name);
     api_text_raw(text, ". Not to scale: to cut by it, take the SVG or DXF.</figcaption>\n");
 }
 
 /* ---- inputs and versions ---- */
-
-static void write_input(struct api_text *text, const struct inputs_row *input) {
-    size_t length = input->length < VALUE_SHOWN ? input->length : VALUE_SHOWN;
-    while (length > 0 && length < input->length && (input->value[length] & 0xc0) == 0x80)
-        length--; /* characters are not cut in two */
-    begin_row(text, input->name);
-    if (input->count)
-        html_say(text, "%zu entries", input->count);
-    else
-        html_escape(text, input->value, length);
-    if (!input->count && length < input->length)
-        api_text_raw(text, " …");
-    end_row(text);
-}
 
 /* As many rows as surely fit into a piece. */
 static void write_inputs(struct encoder *encoder) {
@@ -299,7 +281,17 @@ static void write_inputs(struct encoder *encoder) {
     struct inputs_row input;
     for (int k = 0; k < ROWS; k++) {
         if (inputs_next(&state->inputs, &input)) {
-            write_input(text, &input);
+            size_t length = input.length < VALUE_SHOWN ? input.length : VALUE_SHOWN;
+            while (length > 0 && length < input.length && (input.value[length] & 0xc0) == 0x80)
+                length--; /* characters are not cut in two */
+            begin_row(text, input.name);
+            if (input.count)
+                html_say(text, "%zu entries", input.count);
+            else
+                html_escape(text, input.value, length);
+            if (!input.count && length < input.length)
+                api_text_raw(text, " …");
+            end_row(text);
             continue;
         }
         api_text_raw(text, "</table></div>\n<h2>Versions</h2>\n"

@@ -110,23 +110,6 @@ static void find_groups(struct stack_groups *groups, const struct grouping *grou
     }
 }
 
-/* Members by group, in their order: a counting sort. */
-static bool list_members(struct stack_groups *groups, size_t elements) {
-    groups->start = calloc(groups->count + 2, sizeof *groups->start);
-    if (!groups->start)
-        return false;
-    size_t *place = groups->start + 1; /* of the next member, until it has moved on to its end */
-    for (size_t e = 0; e < elements; e++)
-        if (groups->group[e] >= 0)
-            place[groups->group[e] + 1]++;
-    for (size_t g = 1; g <= groups->count; g++)
-        place[g] += place[g - 1];
-    for (size_t e = 0; e < elements; e++)
-        if (groups->group[e] >= 0)
-            groups->member[place[groups->group[e]]++] = (int32_t)e;
-    return true;
-}
-
 bool stack_groups_make(struct stack_groups *groups, const struct map_fields *fields, bool angles,
                        double within) {
     double step = within > 0 ? within : 1e-6;
@@ -140,9 +123,21 @@ bool stack_groups_make(struct stack_groups *groups, const struct map_fields *fie
     bool good = table && groups->group && groups->member;
     if (good)
         find_groups(groups, &grouping, table, size);
-    good = good && list_members(groups, elements);
     free(table);
-    return good;
+    groups->start = good ? calloc(groups->count + 2, sizeof *groups->start) : NULL;
+    if (!groups->start)
+        return false;
+    /* Members by group, in their order: a counting sort. */
+    size_t *place = groups->start + 1; /* of the next member, until it has moved on to its end */
+    for (size_t e = 0; e < elements; e++)
+        if (groups->group[e] >= 0)
+            place[groups->group[e] + 1]++;
+    for (size_t g = 1; g <= groups->count; g++)
+        place[g] += place[g - 1];
+    for (size_t e = 0; e < elements; e++)
+        if (groups->group[e] >= 0)
+            groups->member[place[groups->group[e]]++] = (int32_t)e;
+    return true;
 }
 
 void stack_groups_free(struct stack_groups *groups) {

@@ -85,27 +85,10 @@ static uint64_t array_size(const struct vtk_array *array) {
     return array->rows * row_size(array);
 }
 
-static void describe_section(struct api_text *text, const struct vtk_file *file,
-                             enum vtk_section section) {
-    const char *const names[VTK_SECTIONS] = {"PointData", "CellData", "Points",
-                                             file->polydata ? "Polys" : "Cells"};
-    uint64_t offset = 0;
-    api_text_format(text, "      <%s>\n", names[section]);
-    for (size_t k = 0; k < file->count; k++) {
-        const struct vtk_array *array = &file->array[k];
-        if (array->section == section)
-            api_text_format(text,
-                            "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" "
-                            "format=\"appended\" offset=\"%llu\"/>\n",
-                            types[array->type].name, array->name,
-                            array->flat ? 1 : array->components, (unsigned long long)offset);
-        offset += LENGTH + array_size(array);
-    }
-    api_text_format(text, "      </%s>\n", names[section]);
-}
-
 static void describe_file(struct api_text *text, const struct vtk_file *file) {
     const char *dataset = file->polydata ? "PolyData" : "UnstructuredGrid";
+    const char *const names[VTK_SECTIONS] = {"PointData", "CellData", "Points",
+                                             file->polydata ? "Polys" : "Cells"};
     api_text_format(text,
                     "<?xml version=\"1.0\"?>\n<VTKFile type=\"%s\" version=\"1.0\" "
                     "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <%s>\n    <Piece "
@@ -114,8 +97,22 @@ static void describe_file(struct api_text *text, const struct vtk_file *file) {
                     file->polydata ? " NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\""
                                    : "",
                     file->polydata ? "Polys" : "Cells", (unsigned long long)file->cells);
-    for (int section = 0; section < VTK_SECTIONS; section++)
-        describe_section(text, file, (enum vtk_section)section);
+    for (int section = 0; section < VTK_SECTIONS; section++) {
+        uint64_t offset = 0;
+        api_text_format(text, "      <%s>\n", names[section]);
+        for (size_t k = 0; k < file->count; k++) {
+            const struct vtk_array *array = &file->array[k];
+            if ((int)array->section == section)
+                api_text_format(text,
+                                "        <DataArray type=\"%s\" Name=\"%s\" "
+                                "NumberOfComponents=\"%d\" format=\"appended\" "
+                                "offset=\"%llu\"/>\n",
+                                types[array->type].name, array->name,
+                                array->flat ? 1 : array->components, (unsigned long long)offset);
+            offset += LENGTH + array_size(array);
+        }
+        api_text_format(text, "      </%s>\n", names[section]);
+    }
     api_text_format(text, "    </Piece>\n  </%s>\n  <AppendedData encoding=\"raw\">\n_", dataset);
 }
 

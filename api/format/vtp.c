@@ -25,8 +25,17 @@ static bool fill_topology(struct encoder *encoder, const struct vtk_array *array
     return true;
 }
 
-/* The selected columns, which are sorted by table, without coordinates. */
-static bool add_data(const struct encoder *encoder, struct state *state) {
+/* The selected columns, which are sorted by table, without coordinates; and the net. */
+static bool add_data(struct encoder *encoder, struct state *state) {
+    static const char *const names[] = {"x", "y", "z"};
+    const struct api_column_source *point[3];
+    struct vtk_array topology = {.section = VTK_TOPOLOGY,
+                                 .type = VTK_INT32,
+                                 .components = 4,
+                                 .flat = true,
+                                 .rows = state->file.cells,
+                                 .name = "connectivity",
+                                 .kind = CONNECTIVITY};
     size_t end[2] = {0}, count = 0;
     for (size_t i = 0; i < encoder->count; i++) {
         const struct api_column_source *column = &encoder->selected[i];
@@ -37,22 +46,6 @@ static bool add_data(const struct encoder *encoder, struct state *state) {
         state->data[count++] = *column;
         end[column->table] = count;
     }
-    const struct api_column_source *cells = state->data + end[0];
-    return vtk_add_fields(&state->file, VTK_POINT_DATA, state->data, end[0]) &&
-           vtk_add_fields(&state->file, VTK_CELL_DATA, cells, count - end[0]) &&
-           vtk_add_tensor(&state->file, cells, count - end[0]);
-}
-
-static bool add_net(struct encoder *encoder, struct state *state) {
-    static const char *const names[] = {"x", "y", "z"};
-    const struct api_column_source *point[3];
-    struct vtk_array topology = {.section = VTK_TOPOLOGY,
-                                 .type = VTK_INT32,
-                                 .components = 4,
-                                 .flat = true,
-                                 .rows = state->file.cells,
-                                 .name = "connectivity",
-                                 .kind = CONNECTIVITY};
     for (int k = 0; k < 3; k++) {
         const struct api_column *column =
             api_columns_find(&encoder->columns, API_TABLE_NODES, names[k]);
@@ -61,7 +54,11 @@ static bool add_net(struct encoder *encoder, struct state *state) {
         state->point[k] = encoder_source(encoder, column);
         point[k] = &state->point[k];
     }
-    if (!vtk_add_columns(&state->file, VTK_POINTS, "Points", 3, point) ||
+    const struct api_column_source *cells = state->data + end[0];
+    if (!vtk_add_fields(&state->file, VTK_POINT_DATA, state->data, end[0]) ||
+        !vtk_add_fields(&state->file, VTK_CELL_DATA, cells, count - end[0]) ||
+        !vtk_add_tensor(&state->file, cells, count - end[0]) ||
+        !vtk_add_columns(&state->file, VTK_POINTS, "Points", 3, point) ||
         !vtk_add(&state->file, &topology))
         return false;
     topology.components = 1;
@@ -79,7 +76,7 @@ static bool begin_vtp(struct encoder *encoder, struct api_problem *problem) {
     file->cells = api_columns_rows(&encoder->columns, API_TABLE_CELLS);
     file->fill = fill_topology;
     if (!cell_corners_begin(&state->quads, encoder->reader, &encoder->columns) ||
-        file->cells > INT32_MAX / 4 || !add_data(encoder, state) || !add_net(encoder, state))
+        file->cells > INT32_MAX / 4 || !add_data(encoder, state))
         return encoder_damaged(problem);
     vtk_begin(encoder);
     return true;
