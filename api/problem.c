@@ -35,28 +35,13 @@ enum api_problem_id api_problem_from_slug(const char *slug) {
     return API_INTERNAL;
 }
 
-/* The length of the UTF-8 sequence at `s`, 1..4; 0 when there is none. */
-static size_t sequence_length(const unsigned char *s) {
-    if (s[0] < 0x80)
-        return 1;
-    size_t length = s[0] >= 0xf0 ? 4 : s[0] >= 0xe0 ? 3 : 2;
-    unsigned low = s[0] == 0xe0 ? 0xa0 : s[0] == 0xf0 ? 0x90 : 0x80;
-    unsigned high = s[0] == 0xed ? 0x9f : s[0] == 0xf4 ? 0x8f : 0xbf;
-    if (s[0] < 0xc2 || s[0] > 0xf4 || s[1] < low || s[1] > high)
-        return 0;
-    for (size_t i = 2; i < length; i++)
-        if ((s[i] & 0xc0) != 0x80)
-            return 0;
-    return length;
-}
-
 /* Replaces what is not UTF-8, also a sequence that was cut at the end. */
 static void make_utf8(char *string) {
-    while (*string) {
-        size_t length = sequence_length((const unsigned char *)string);
+    for (size_t left = strlen(string), length; left > 0; left -= length, string += length) {
+        length = api_text_character(string, left);
         if (length == 0)
             *string = '?';
-        string += length ? length : 1;
+        length += length == 0;
     }
 }
 

@@ -51,8 +51,8 @@ void api_text_format(struct api_text *text, const char *format, ...) {
     api_text_raw(text, line);
 }
 
-/* Bytes of the well-formed UTF-8 character at `s`; 0 when there is none. */
-static size_t utf8_length(const unsigned char *s, size_t left) {
+size_t api_text_character(const char *string, size_t left) {
+    const unsigned char *s = (const unsigned char *)string;
     size_t length = s[0] < 0x80 ? 1 : s[0] < 0xc2 ? 0 : s[0] < 0xe0 ? 2 : s[0] < 0xf0 ? 3 : 4;
     if (s[0] > 0xf4 || length > left)
         return 0;
@@ -68,7 +68,7 @@ static size_t utf8_length(const unsigned char *s, size_t left) {
 size_t api_text_escape(const char *s, size_t left, char escaped[API_ESCAPED_SIZE], size_t *length) {
     static const char hex[] = "0123456789abcdef";
     unsigned char c = (unsigned char)*s;
-    size_t taken = utf8_length((const unsigned char *)s, left);
+    size_t taken = api_text_character(s, left);
     if (taken == 0 || c < 0x20 || c == 0x7f) {
         memcpy(escaped, taken ? "\\u0000" : "\\ufffd", 6);
         if (taken) {

@@ -37,6 +37,10 @@ void api_text_raw(struct api_text *text, const char *string);
 void api_text_format(struct api_text *text, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
+/* Bytes of the well-formed UTF-8 character at `string`, of which `left` (1 or more) bytes follow; 0
+ * when there is none. */
+size_t api_text_character(const char *string, size_t left);
+
 /* The character at `s`, of which `left` (1 or more) bytes follow, as JSON has it within quotes:
  * `*length` bytes in `escaped`. Returns how many bytes it takes; one that is not UTF-8 becomes
  * U+FFFD. */
