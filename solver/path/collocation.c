@@ -161,7 +161,7 @@ static bool is_free(const struct surface_point *from, const struct surface_point
         low[k] = fmin(from->uv[k], to->uv[k]) - margin;
         high[k] = fmax(from->uv[k], to->uv[k]) + margin;
     }
-    return crossing_none_within(surface, low, high);
+    return crossing_all_within(surface, low, high);
 }
 
 /* The normal at uv as the piece's span has it. */

@@ -24,7 +24,7 @@ bool path_find_joint(const struct path *from, const struct path *to, double h,
             high[x] = k == 0 || at[k][x] > high[x] ? at[k][x] : high[x];
         }
     }
-    if (crossing_none_within(from->surface, low, high))
+    if (crossing_all_within(from->surface, low, high))
         return false;
     for (int k = 0; k < JOINT_PIECES; k++)
         if (crossing_on_way(from->surface, at[k], at[k + 1], &share, joint)) {

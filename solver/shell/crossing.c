@@ -113,28 +113,6 @@ static bool may_decide(const struct edge_search *search, double least, int to) {
     return !(least > search->hit[to].distance2) && !(least * (1 - 2 * at_vertex) > nearest);
 }
 
-/* Looks first into the run of each kind that may be nearest, the nearest of them first. */
-static void try_likely_runs(struct edge_search *search) {
-    const struct face *face = face_of_surface(search->surface);
-    double least[BEYONDS] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
-    for (uint32_t r = 0; r < face->run_count; r++) {
-        int to = beyond_run(search, &face->runs[r]);
-        double bound = to == BEYONDS ? HUGE_VAL : least_to_run(search, &face->runs[r]);
-        if (to != BEYONDS && bound < least[to]) {
-            least[to] = bound;
-            search->likely[to] = &face->runs[r];
-        }
-    }
-    for (int round = 0; round < BEYONDS; round++) {
-        int first = 0;
-        for (int b = 1; b < BEYONDS; b++)
-            first = least[b] < least[first] ? b : first;
-        if (search->likely[first] && may_decide(search, least[first], first))
-            try_run(search, search->likely[first], first);
-        least[first] = HUGE_VAL;
-    }
-}
-
 /* The nearest places on joints and on free edges of the point's face; on joints to the face
  * `beyond` alone unless that is NULL, and preferably to others than `before`. Of what is further
  * than what decides, the one or the other, nothing is told. */
@@ -151,7 +129,24 @@ static void nearest_edges(const struct surface_point *point, const struct surfac
     }
     for (int b = 0; b < BEYONDS; b++)
         search.hit[b] = (struct hit){.distance2 = HUGE_VAL};
-    try_likely_runs(&search);
+    /* first the run of each kind that may be nearest, the nearest of them first */
+    double least[BEYONDS] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
+    for (uint32_t r = 0; r < face->run_count; r++) {
+        int to = beyond_run(&search, &face->runs[r]);
+        double bound = to == BEYONDS ? HUGE_VAL : least_to_run(&search, &face->runs[r]);
+        if (to != BEYONDS && bound < least[to]) {
+            least[to] = bound;
+            search.likely[to] = &face->runs[r];
+        }
+    }
+    for (int round = 0; round < BEYONDS; round++) {
+        int first = 0;
+        for (int b = 1; b < BEYONDS; b++)
+            first = least[b] < least[first] ? b : first;
+        if (search.likely[first] && may_decide(&search, least[first], first))
+            try_run(&search, search.likely[first], first);
+        least[first] = HUGE_VAL;
+    }
     for (uint32_t r = 0; r < face->run_count; r++) {
         const struct face_run *run = &face->runs[r];
         int to = beyond_run(&search, run);

@@ -66,7 +66,7 @@ bool crossing_within(const struct surface *surface, const double uv[2]);
 
 /* Whether a rectangle of parameters lies well inside the face's region, as far as its grid tells.
  */
-bool crossing_none_within(const struct surface *surface, const double low[2], const double high[2]);
+bool crossing_all_within(const struct surface *surface, const double low[2], const double high[2]);
 
 /* The joint over which the way from one place of a face to another first leaves its region: the
  * share of the way, 0..1, that lies before it. False when it meets none from inside. */

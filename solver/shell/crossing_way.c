@@ -13,8 +13,7 @@ static const double open_reach = 2;
 /* A way that misses the end of a segment by this share of the domain goes through it. */
 static const double touch = 1e-9;
 
-bool crossing_none_within(const struct surface *surface, const double low[2],
-                          const double high[2]) {
+bool crossing_all_within(const struct surface *surface, const double low[2], const double high[2]) {
     return face_holds_way(face_of_surface(surface), low, high);
 }
 
@@ -63,21 +62,6 @@ static void leave_through(struct leaving *leaving, const struct face_segment *se
     }
 }
 
-/* Whether a way has to be held against the segments of a run: they belong to a joint, and lie near
- * it or at an open end, beyond which the joint goes on. */
-static bool may_leave_through(const struct leaving *leaving, const struct face_run *run) {
-    const struct surface *surface = leaving->surface;
-    const struct face_edge *edge = &surface->shell->edges[run->edge];
-    bool near = true;
-    for (int k = 0; k < 2; k++) {
-        double off =
-            fabs(face_way(&surface->axis[k], leaving->p[k], run->centre[k])) - run->half[k];
-        double reach = fabs(leaving->e[k]);
-        near = near && !(off > reach + 2 * touch * (reach + 1 / leaving->by[k]));
-    }
-    return edge->mate != EDGE_FREE && (near || edge->open[0] || edge->open[1]);
-}
-
 bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
                      double *share, struct crossing *crossing) {
     const struct face *face = face_of_surface(surface);
@@ -94,8 +78,16 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
     if (face_holds_way(face, leaving.p, end))
         return false;
     for (uint32_t r = 0; r < face->run_count; r++) {
+        /* those of joints that lie near, or at an open end, beyond which they go on */
         const struct face_run *run = &face->runs[r];
-        bool may = may_leave_through(&leaving, run);
+        const struct face_edge *edge = &surface->shell->edges[run->edge];
+        bool near = true;
+        for (int k = 0; k < 2; k++) {
+            double off = fabs(face_way(&surface->axis[k], leaving.p[k], run->centre[k]));
+            double reach = fabs(leaving.e[k]);
+            near = near && !(off - run->half[k] > reach + 2 * touch * (reach + 1 / leaving.by[k]));
+        }
+        bool may = edge->mate != EDGE_FREE && (near || edge->open[0] || edge->open[1]);
         for (uint32_t s = 0; s < run->count && may; s++)
             leave_through(&leaving, &face->segments[run->first + s]);
     }

@@ -81,34 +81,27 @@ bool edge_is_point(const struct shell *shell, const struct face_edge *edge, doub
     return vec3_distance(edge->end[0], edge->end[1]) <= reach;
 }
 
-/* The run that begins at a segment: up to RUN_MAX of the same edge. */
-static struct face_run run_from(const struct face *face, uint32_t first) {
-    const struct face_segment *segments = face->segments + first;
-    struct face_run run = {.first = first, .edge = segments->edge};
-    double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
-    while (run.count < RUN_MAX && first + run.count < face->segment_count &&
-           segments[run.count].edge == run.edge) {
-        const struct face_segment *segment = &segments[run.count++];
-        for (int k = 0; k < 2; k++) {
-            low[k] = fmin(low[k], fmin(segment->a[k], segment->b[k]));
-            high[k] = fmax(high[k], fmax(segment->a[k], segment->b[k]));
-        }
-    }
-    for (int k = 0; k < 2; k++) {
-        run.centre[k] = (low[k] + high[k]) / 2;
-        run.half[k] = (high[k] - low[k]) / 2;
-    }
-    return run;
-}
-
 enum status face_make_runs(struct face *face, struct arena *arena) {
     for (int pass = 0; pass < 2; pass++) {
         uint32_t count = 0;
         for (uint32_t s = 0; s < face->segment_count; count++) {
-            struct face_run run = run_from(face, s);
+            /* the run that begins at s: up to RUN_MAX of the same edge */
+            struct face_run run = {.first = s, .edge = face->segments[s].edge};
+            double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
+            for (; run.count < RUN_MAX && s < face->segment_count &&
+                   face->segments[s].edge == run.edge;
+                 run.count++, s++)
+                for (int k = 0; k < 2; k++) {
+                    const struct face_segment *segment = &face->segments[s];
+                    low[k] = fmin(low[k], fmin(segment->a[k], segment->b[k]));
+                    high[k] = fmax(high[k], fmax(segment->a[k], segment->b[k]));
+                }
+            for (int k = 0; k < 2; k++) {
+                run.centre[k] = (low[k] + high[k]) / 2;
+                run.half[k] = (high[k] - low[k]) / 2;
+            }
             if (pass)
                 face->runs[count] = run;
-            s += run.count;
         }
         face->run_count = count;
         if (pass == 0)
@@ -127,34 +120,31 @@ static int grid_index(const struct face *face, int k, double x) {
     return at > 0 ? (int)fmin(at, FACE_GRID - 1) : 0;
 }
 
-/* Marks the cells within a hundredth of one round a segment, by steps of half a cell. */
-static void mark_segment(struct face *face, const struct face_segment *segment, uint8_t *marks) {
-    double size[2], steps = 1;
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &face->surface.axis[k];
-        size[k] = surface_axis_length(axis) / FACE_GRID;
-        steps = fmax(steps, ceil(2 * fabs(segment->b[k] - segment->a[k]) / size[k]));
-    }
-    for (int n = 0; n < (int)steps; n++) {
-        int first[2], last[2];
-        for (int k = 0; k < 2; k++) {
-            double way = (segment->b[k] - segment->a[k]) / steps, a = segment->a[k] + n * way;
-            double slack = 0.01 * size[k];
-            first[k] = grid_index(face, k, fmin(a, a + way) - slack);
-            last[k] = grid_index(face, k, fmax(a, a + way) + slack);
-        }
-        for (int i = first[0]; i <= last[0]; i++)
-            for (int j = first[1]; j <= last[1]; j++)
-                marks[i * FACE_GRID + j] = 1;
-    }
-}
-
 enum status face_make_grid(struct face *face, struct arena *arena) {
     uint8_t *marks = arena_alloc(arena, FACE_GRID * FACE_GRID, 1);
     if (!marks)
         return STATUS_OUT_OF_MEMORY;
-    for (uint32_t s = 0; s < face->segment_count; s++)
-        mark_segment(face, &face->segments[s], marks);
+    /* Marks the cells within a hundredth of one round a segment, by steps of half a cell. */
+    for (uint32_t s = 0; s < face->segment_count; s++) {
+        const struct face_segment *segment = &face->segments[s];
+        double size[2], steps = 1;
+        for (int k = 0; k < 2; k++) {
+            size[k] = surface_axis_length(&face->surface.axis[k]) / FACE_GRID;
+            steps = fmax(steps, ceil(2 * fabs(segment->b[k] - segment->a[k]) / size[k]));
+        }
+        for (int n = 0; n < (int)steps; n++) {
+            int first[2], last[2];
+            for (int k = 0; k < 2; k++) {
+                double way = (segment->b[k] - segment->a[k]) / steps, a = segment->a[k] + n * way;
+                double slack = 0.01 * size[k];
+                first[k] = grid_index(face, k, fmin(a, a + way) - slack);
+                last[k] = grid_index(face, k, fmax(a, a + way) + slack);
+            }
+            for (int i = first[0]; i <= last[0]; i++)
+                for (int j = first[1]; j <= last[1]; j++)
+                    marks[i * FACE_GRID + j] = 1;
+        }
+    }
     for (int n = 0; n < FACE_GRID * FACE_GRID; n++) {
         const int at[2] = {n / FACE_GRID, n % FACE_GRID};
         double uv[2];

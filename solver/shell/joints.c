@@ -272,25 +272,6 @@ static void choose_mate(const struct shell *shell, int32_t edge, struct mates *m
         keep_nearest(mates);
 }
 
-static enum status three_faces(const struct shell *shell, int32_t edge, const struct mates *mates,
-                               struct shell_fault *fault) {
-    int32_t face[3] = {edge_face(shell, (size_t)edge), edge_face(shell, (size_t)mates->found[0]),
-                       edge_face(shell, (size_t)mates->found[1])};
-    for (int a = 0; a < 2; a++)
-        for (int b = 0; b < 2; b++)
-            if (face[b] > face[b + 1]) {
-                int32_t swap = face[b];
-                face[b] = face[b + 1];
-                face[b + 1] = swap;
-            }
-    if (fault)
-        *fault = (struct shell_fault){.kind = SHELL_THREE_FACES,
-                                      .face_count = 3,
-                                      .face = {face[0], face[1], face[2]},
-                                      .at = mates->sample[JOIN_SAMPLES / 2]};
-    return STATUS_INVALID;
-}
-
 static void join_pair(struct shell *shell, int32_t edge, const struct mates *mates) {
     struct face_edge *first = &shell->edges[edge], *second = &shell->edges[mates->found[0]];
     first->mate = mates->found[0];
@@ -323,8 +304,24 @@ static enum status join_edge(struct join *join, int32_t number, struct shell_fau
         return STATUS_OK;
     if (mates.count == 1 && is_joined(shell, number, mates.found[0]))
         mates.found[mates.count++] = shell->edges[mates.found[0]].mate;
-    if (mates.count > 1 && !shell->lenient)
-        return three_faces(shell, number, &mates, fault);
+    if (mates.count > 1 && !shell->lenient) {
+        int32_t face[3] = {edge_face(shell, (size_t)number),
+                           edge_face(shell, (size_t)mates.found[0]),
+                           edge_face(shell, (size_t)mates.found[1])};
+        for (int a = 0; a < 2; a++)
+            for (int b = 0; b < 2; b++)
+                if (face[b] > face[b + 1]) {
+                    int32_t swap = face[b];
+                    face[b] = face[b + 1];
+                    face[b + 1] = swap;
+                }
+        if (fault)
+            *fault = (struct shell_fault){.kind = SHELL_THREE_FACES,
+                                          .face_count = 3,
+                                          .face = {face[0], face[1], face[2]},
+                                          .at = mates.sample[JOIN_SAMPLES / 2]};
+        return STATUS_INVALID;
+    }
     if (mates.count == 1) {
         join_pair(shell, number, &mates);
         return STATUS_OK;
@@ -355,12 +352,14 @@ static void join_sliver(struct join *join, int32_t number) {
         take_out(shell, &shell->edges[number]);
 }
 
-/* The first edge of each curve. */
-static bool list_first_edges(struct join *join) {
-    const struct shell *shell = join->shell;
+/* Joins the edges; those of slivers last: they take what the others leave. */
+static enum status join_all_edges(struct join *join, struct shell_fault *fault) {
+    struct shell *shell = join->shell;
+    enum status status = STATUS_OK;
     join->edge_of = arena_alloc(join->scratch, shell->curve_count + 1, sizeof *join->edge_of);
     if (!join->edge_of)
-        return false;
+        return STATUS_OUT_OF_MEMORY;
+    /* the first edge of each curve */
     for (size_t e = shell->edge_count; e > 0; e--)
         join->edge_of[shell->edges[e - 1].curve] = (int32_t)(e - 1);
     join->edge_of[shell->curve_count] = (int32_t)shell->edge_count;
@@ -371,13 +370,6 @@ static bool list_first_edges(struct join *join) {
         if (none)
             join->edge_of[c - 1] = join->edge_of[c];
     }
-    return true;
-}
-
-/* Those of slivers last: they take what the others leave. */
-static enum status join_all_edges(struct join *join, struct shell_fault *fault) {
-    struct shell *shell = join->shell;
-    enum status status = list_first_edges(join) ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (int slivers = 0; slivers < 2; slivers++)
         for (size_t e = 0; e < shell->edge_count && status == STATUS_OK; e++) {
             const struct face_edge *edge = &shell->edges[e];
@@ -440,31 +432,27 @@ static enum status gather_segments(struct join *join, struct arena *arena) {
     return STATUS_OK;
 }
 
-static enum status find_and_join_edges(struct join *join, const struct shell_patch *patches,
-                                       struct shell_fault *fault) {
-    struct shell *shell = join->shell;
-    join_gather_curves(join, patches);
-    for (size_t c = 0; c < shell->curve_count && !join->failed; c++)
-        join_sample_curve(join, (int32_t)c);
-    enum status status =
-        join->failed ? STATUS_OUT_OF_MEMORY : join_make_boxes(join, shell->tolerance);
-    if (status != STATUS_OK)
-        return status;
-    join_cut_curves(join);
-    status = join->failed ? STATUS_OUT_OF_MEMORY : join_make_edges(join);
-    if (status == STATUS_OK)
-        status = join_all_edges(join, fault);
-    return status == STATUS_OK ? gather_segments(join, join->arena) : status;
-}
-
 enum status faces_join(struct shell *shell, const struct shell_patch *patches, struct arena *arena,
                        struct shell_fault *fault) {
     struct arena *own[3] = {arena_child(arena), arena_child(arena), arena_child(arena)};
     struct join join = {
         .shell = shell, .arena = arena, .scratch = own[0], .pool = {own[1], own[2]}};
     enum status status = STATUS_OUT_OF_MEMORY;
-    if (own[0] && own[1] && own[2])
-        status = find_and_join_edges(&join, patches, fault);
+    join.failed = !own[0] || !own[1] || !own[2];
+    if (!join.failed)
+        join_gather_curves(&join, patches);
+    for (size_t c = 0; c < shell->curve_count && !join.failed; c++)
+        join_sample_curve(&join, (int32_t)c);
+    if (!join.failed)
+        status = join_make_boxes(&join, shell->tolerance);
+    if (status == STATUS_OK) {
+        join_cut_curves(&join);
+        status = join.failed ? STATUS_OUT_OF_MEMORY : join_make_edges(&join);
+    }
+    if (status == STATUS_OK)
+        status = join_all_edges(&join, fault);
+    if (status == STATUS_OK)
+        status = gather_segments(&join, arena);
     for (int k = 0; k < 3; k++)
         if (own[k])
             arena_rewind(own[k], (struct arena_mark){0});

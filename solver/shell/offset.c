@@ -78,17 +78,6 @@ static void pinch_ratio(const struct pinch *pinch, struct third *ratio) {
     offset_third(a, ratio);
 }
 
-/* x R and its derivatives, to which P is added. */
-static void pinch_surface(const struct pinch *pinch, const struct third *ratio,
-                          struct third *third) {
-    /* The same of R, one derivative across less, and how often. */
-    static const int less[OF_PARTS] = {OF, OF, OF, OF, OF_U, OF_V, OF, OF_UU, OF_UV, OF_VV};
-    static const int times[OF_PARTS] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
-    for (int n = 0; n < OF_PARTS; n++)
-        third->of[n] = vec3_axpy(times[n], ratio->of[less[n]], vec3_scale(pinch->x, ratio->of[n]));
-    third->of[OF] = vec3_add(third->of[OF], pinch->pole);
-}
-
 static void swap(struct vec3 *a, struct vec3 *b) {
     struct vec3 kept = *a;
     *a = *b;
@@ -98,13 +87,18 @@ static void swap(struct vec3 *a, struct vec3 *b) {
 /* The jet beside the pole at `end` of axis k. */
 static void evaluate_pinched(const struct surface *surface, const int span[2], const double uv[2],
                              int k, int end, struct surface_jet *jet) {
+    /* x R has the same derivatives of R, one less across, so many times. */
+    static const int less[OF_PARTS] = {OF, OF, OF, OF, OF_U, OF_V, OF, OF_UU, OF_UV, OF_VV};
+    static const int times[OF_PARTS] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
     struct pinch pinch;
     struct third ratio, third;
     struct surface_jet n;
     double area2;
     pinch_make(surface, span, uv, k, end, &pinch);
     pinch_ratio(&pinch, &ratio);
-    pinch_surface(&pinch, &ratio, &third);
+    for (int m = 0; m < OF_PARTS; m++)
+        third.of[m] = vec3_axpy(times[m], ratio.of[less[m]], vec3_scale(pinch.x, ratio.of[m]));
+    third.of[OF] = vec3_add(third.of[OF], pinch.pole);
     /* M = a x b for the sides a = R_u and b = r_v, and its derivatives: those that the cross
      * product of first derivatives has, with R_u in the place of r_u. */
     offset_normal_of(
@@ -240,29 +234,23 @@ struct look {
     double height, share, uv[2];
 };
 
-/* The greatest of h k1 and h k2; -1 where it is not to be known: beside a
- * pole the forms lose their digits, and what is known around it has to do. */
-static double share_at(struct look *look, const double uv[2]) {
+/* Takes a place where the greatest of h k1 and h k2 is more than so far. That is not to be known
+ * beside a pole, where the forms lose their digits: what is known around it has to do. */
+static bool improve(struct look *look, const double uv[2]) {
     const struct surface_axis *axis = look->base.axis;
     const int span[2] = {surface_axis_span(&axis[0], 0, uv[0]),
                          surface_axis_span(&axis[1], 0, uv[1])};
     struct surface_point s;
-    double outer[2];
+    double outer[2], mean, radius, h = look->height, share = -1;
     int k, end;
     surface_outer(&look->base, uv, outer);
-    if (find_pinch(&look->base, span, uv, &k, &end) ||
-        (look->trim && !trim_contains(look->trim, outer)) ||
-        !surface_point_at(&look->base, &look->cursor, uv, &s))
-        return -1;
-    if (!(surface_point_determinant(&s) > regular_share * s.first[0] * s.first[2]))
-        return -1;
-    double mean, radius, h = look->height;
-    surface_point_principal_curvatures(&s, &mean, &radius);
-    return h * mean + fabs(h) * radius;
-}
-
-static bool improve(struct look *look, const double uv[2]) {
-    double share = share_at(look, uv);
+    if (!find_pinch(&look->base, span, uv, &k, &end) &&
+        (!look->trim || trim_contains(look->trim, outer)) &&
+        surface_point_at(&look->base, &look->cursor, uv, &s) &&
+        surface_point_determinant(&s) > regular_share * s.first[0] * s.first[2]) {
+        surface_point_principal_curvatures(&s, &mean, &radius);
+        share = h * mean + fabs(h) * radius;
+    }
     if (!(share > look->share))
         return false;
     look->share = share;

@@ -36,21 +36,6 @@ static bool find_fold(const struct shell *shell, double height, struct shell_fau
     return false;
 }
 
-/* Whether a face holds where it is moved to. */
-static bool face_holds(const struct surface *moved, const struct face *face, int32_t number,
-                       double gap, struct shell_fault *fault) {
-    struct surface_offset_fault offset;
-    if (surface_offset_holds(moved, face->trim, gap, &offset))
-        return true;
-    *fault = (struct shell_fault){.kind = offset.radius > 0 ? SHELL_TOO_CURVED : SHELL_FOLDS,
-                                  .face_count = 1,
-                                  .face = {number},
-                                  .at = offset.at,
-                                  .radius = offset.radius,
-                                  .fold_deg = offset.fold_deg};
-    return false;
-}
-
 enum status shell_offset(const struct shell *shell, const struct shell_patch *patches,
                          double height, struct arena *arena, struct shell **moved,
                          struct shell_fault *fault) {
@@ -67,8 +52,19 @@ enum status shell_offset(const struct shell *shell, const struct shell_patch *pa
             surface_offset(patches[k].surface, face->side * height, arena, &surface);
         if (status == STATUS_OUT_OF_MEMORY)
             return status;
-        if (status != STATUS_OK || !face_holds(surface, face, (int32_t)k, tolerance, fault))
+        if (status != STATUS_OK)
             return STATUS_INVALID;
+        struct surface_offset_fault offset;
+        if (!surface_offset_holds(surface, face->trim, tolerance, &offset)) {
+            *fault =
+                (struct shell_fault){.kind = offset.radius > 0 ? SHELL_TOO_CURVED : SHELL_FOLDS,
+                                     .face_count = 1,
+                                     .face = {(int32_t)k},
+                                     .at = offset.at,
+                                     .radius = offset.radius,
+                                     .fold_deg = offset.fold_deg};
+            return STATUS_INVALID;
+        }
         own[k] = patches[k];
         own[k].surface = surface;
     }

@@ -31,14 +31,9 @@ struct shell_slit {
     double reach; /* points further from all lines are on no side */
 };
 
-/* The left of a piece between two places, by the normals there. */
-static struct vec3 left_of(struct vec3 from, struct vec3 to, struct vec3 normal) {
-    return vec3_unit(vec3_cross(normal, vec3_sub(to, from)));
-}
-
 static void add_ribbon(struct shell_slit *slit, struct vec3 from, struct vec3 to,
                        struct vec3 normal) {
-    struct vec3 left = left_of(from, to, normal);
+    struct vec3 left = vec3_unit(vec3_cross(normal, vec3_sub(to, from)));
     if (vec3_distance(from, to) > least_ribbon * slit->reach)
         slit->ribbons[slit->count++] = (struct ribbon){from, to, {left, left}};
 }
@@ -53,15 +48,6 @@ static void extend(struct shell_slit *slit, double beyond, bool behind) {
     struct vec3 far = vec3_axpy(beyond, along, end), left = last->left[0];
     slit->ribbons[slit->count++] =
         behind ? (struct ribbon){end, far, {left, left}} : (struct ribbon){far, end, {left, left}};
-}
-
-/* Where two pieces meet left is the mean of theirs. */
-static void smooth(struct shell_slit *slit) {
-    for (size_t k = 1; k < slit->count; k++) {
-        struct ribbon *last = &slit->ribbons[k - 1], *next = &slit->ribbons[k];
-        struct vec3 mean = vec3_unit(vec3_add(last->left[1], next->left[0]));
-        last->left[1] = next->left[0] = mean;
-    }
 }
 
 static void add_slit_piece(struct shell_slit *slit, const struct shell *shell,
@@ -81,16 +67,6 @@ static void add_slit_piece(struct shell_slit *slit, const struct shell *shell,
     }
 }
 
-/* The continuation before the first ribbon comes last until they are put in order. */
-static void extend_both(struct shell_slit *slit, double beyond) {
-    extend(slit, beyond, true);
-    extend(slit, beyond, false);
-    struct ribbon first = slit->ribbons[slit->count - 1];
-    memmove(slit->ribbons + 1, slit->ribbons, (slit->count - 1) * sizeof *slit->ribbons);
-    slit->ribbons[0] = first;
-    smooth(slit);
-}
-
 enum status shell_slit_make(const struct shell *shell, const struct shell_slit_piece *pieces,
                             size_t count, double beyond, double reach, struct arena *arena,
                             struct shell_slit **made) {
@@ -106,8 +82,17 @@ enum status shell_slit_make(const struct shell *shell, const struct shell_slit_p
         .pieces = pieces, .piece_count = count, .ribbons = ribbons, .reach = 2 * reach};
     for (size_t k = 0; k < count; k++)
         add_slit_piece(slit, shell, &pieces[k]);
-    if (slit->count > 0)
-        extend_both(slit, beyond);
+    if (slit->count > 0) {
+        extend(slit, beyond, true);
+        extend(slit, beyond, false);
+        /* The continuation before the first ribbon comes last until they are put in order. */
+        struct ribbon first = ribbons[slit->count - 1];
+        memmove(ribbons + 1, ribbons, (slit->count - 1) * sizeof *ribbons);
+        ribbons[0] = first;
+    }
+    for (size_t k = 1; k < slit->count; k++) /* where two meet left is the mean of theirs */
+        ribbons[k - 1].left[1] = ribbons[k].left[0] =
+            vec3_unit(vec3_add(ribbons[k - 1].left[1], ribbons[k].left[0]));
     for (size_t k = 0; k < slit->count; k++)
         boxes[k] = box_round(ribbons[k].from, ribbons[k].to, 0);
     *made = slit;
