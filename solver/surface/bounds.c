@@ -86,28 +86,6 @@ bool bounds_convex(const struct bounds_cell *cell, double level) {
 
 /* ---- the search ---- */
 
-/* Replaces a cell by its upper half; `low` becomes the lower, with its coefficients in `to`. Each
- * row of coefficients along `direction` is halved at its middle. */
-static void halve_cell(struct bounds_cell *cell, int direction, bounds_pair *from,
-                       struct bounds_cell *low, bounds_pair *to) {
-    int n = cell->degree[direction], width = cell->degree[1] + 1;
-    int rows = direction == 0 ? width : cell->degree[0] + 1, step = direction == 0 ? width : 1;
-    for (int k = 0; k < rows; k++) {
-        bounds_pair *row = from + (direction == 0 ? k : k * width);
-        bounds_pair *lower = to + (direction == 0 ? k : k * width);
-        lower[0] = row[0];
-        for (int r = 1; r <= n; r++) {
-            for (int i = 0; i <= n - r; i++)
-                row[i * step] = 0.5 * (row[i * step] + row[(i + 1) * step]);
-            lower[r * step] = row[0];
-        }
-    }
-    *low = *cell;
-    low->pairs = to;
-    low->upper[direction] = cell->lower[direction] =
-        (cell->lower[direction] + cell->upper[direction]) / 2;
-}
-
 /* Depth first, so that the stack is as deep as a cell is halved, and no deeper. */
 void bounds_run(struct bounds_search *search) {
     struct bounds_cell stack[BOUNDS_DEPTH_MAX + 1];
@@ -121,8 +99,27 @@ void bounds_run(struct bounds_search *search) {
             count--;
             continue;
         }
-        halve_cell(&stack[top], direction, search->store + (size_t)top * size, &stack[count],
-                   search->store + (size_t)count * size);
+        /* the cell becomes its upper half, the next one its lower: each row of coefficients along
+         * the direction is halved at its middle */
+        struct bounds_cell *cell = &stack[top], *low = &stack[count];
+        bounds_pair *from = search->store + (size_t)top * size;
+        bounds_pair *to = search->store + (size_t)count * size;
+        int n = cell->degree[direction], width = cell->degree[1] + 1;
+        int rows = direction == 0 ? width : cell->degree[0] + 1, step = direction == 0 ? width : 1;
+        for (int k = 0; k < rows; k++) {
+            bounds_pair *row = from + (direction == 0 ? k : k * width);
+            bounds_pair *lower = to + (direction == 0 ? k : k * width);
+            lower[0] = row[0];
+            for (int r = 1; r <= n; r++) {
+                for (int i = 0; i <= n - r; i++)
+                    row[i * step] = 0.5 * (row[i * step] + row[(i + 1) * step]);
+                lower[r * step] = row[0];
+            }
+        }
+        *low = *cell;
+        low->pairs = to;
+        low->upper[direction] = cell->lower[direction] =
+            (cell->lower[direction] + cell->upper[direction]) / 2;
         depth[count++] = ++depth[top];
     }
 }

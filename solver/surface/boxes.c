@@ -82,34 +82,27 @@ static void sort(struct item *items, uint32_t count, int axis) {
     }
 }
 
-/* Partitions the items at their middle one in order: those before it come first and those after it
- * last; returns where it is. At least one lies on either side. */
-static uint32_t partition_items(struct item *items, uint32_t count, int axis) {
-    struct item *low = &items[0], *pivot = &items[count / 2], *high = &items[count - 1];
-    if (is_before(pivot, low, axis))
-        swap_items(pivot, low);
-    if (is_before(high, pivot, axis))
-        swap_items(high, pivot);
-    if (is_before(pivot, low, axis))
-        swap_items(pivot, low);
-    swap_items(pivot, high - 1);
-    uint32_t at = 1;
-    for (uint32_t k = 1; k + 2 < count; k++)
-        if (is_before(&items[k], &items[count - 2], axis))
-            swap_items(&items[k], &items[at++]);
-    swap_items(&items[at], &items[count - 2]);
-    return at;
-}
-
 /* Puts the first half of the items in order before the others: partitions what holds the middle
  * again and again, in O(n) as a rule, and sorts it where an order was made to defeat that: O(n log
  * n). */
 static void halve_items(struct item *items, uint32_t count, int axis) {
     uint32_t half = count / 2;
-    for (int rounds = 0; count > 2 * LEAF; rounds++) {
-        if (rounds == ROUNDS)
-            break;
-        uint32_t at = partition_items(items, count, axis);
+    for (int rounds = 0; count > 2 * LEAF && rounds < ROUNDS; rounds++) {
+        /* at the middle one in order of the first, the middle and the last: those before it come
+         * first and those after it last; at least one lies on either side */
+        struct item *low = &items[0], *pivot = &items[count / 2], *high = &items[count - 1];
+        if (is_before(pivot, low, axis))
+            swap_items(pivot, low);
+        if (is_before(high, pivot, axis))
+            swap_items(high, pivot);
+        if (is_before(pivot, low, axis))
+            swap_items(pivot, low);
+        swap_items(pivot, high - 1);
+        uint32_t at = 1;
+        for (uint32_t k = 1; k + 2 < count; k++)
+            if (is_before(&items[k], &items[count - 2], axis))
+                swap_items(&items[k], &items[at++]);
+        swap_items(&items[at], &items[count - 2]);
         if (at == half)
             return;
         if (at > half) {

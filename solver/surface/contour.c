@@ -83,23 +83,8 @@ static int surface_span(const struct contour *c, int direction, double x) {
     return surface_axis_span(axis, 0, surface_axis_inner(axis, inside));
 }
 
-/* Adds the integral of F dv along a piece of a span. */
-static void integrate_along(struct contour *c, const struct span *span, double from, double to,
-                            struct sums *sums) {
-    for (int k = 0; k < c->rule.count; k++) {
-        double uv[2], slope[2];
-        double t = (from + to + (to - from) * c->rule.node[k]) / 2;
-        trim_curve_in_span(span->curve, span->at, t, uv, slope);
-        look_at(c, uv);
-        if (slope[1] == 0)
-            continue;
-        struct sums inner = line_sums(c, uv[0], uv[1]);
-        add_weighted(sums, c->rule.weight[k] * (to - from) / 2 * slope[1], &inner);
-    }
-    c->work += c->surface->axis[0].span_count;
-}
-
-/* Halves a span once, and further towards where it crosses a knot of the surface. */
+/* Adds the integral of F dv along a span: halves it once, and further towards where it crosses a
+ * knot of the surface. */
 static void integrate_span(struct contour *c, const struct span *span, struct sums *sums) {
     struct piece {
         double from, to;
@@ -118,9 +103,19 @@ static void integrate_span(struct contour *c, const struct span *span, struct su
         if (piece.depth < (whole ? span->curve->degree > 1 : HALVINGS)) {
             stack[++top] = (struct piece){middle, piece.to, piece.depth + 1};
             stack[++top] = (struct piece){piece.from, middle, piece.depth + 1};
-        } else {
-            integrate_along(c, span, piece.from, piece.to, sums);
+            continue;
         }
+        for (int k = 0; k < c->rule.count; k++) {
+            double uv[2], slope[2], length = piece.to - piece.from;
+            double t = (piece.from + piece.to + length * c->rule.node[k]) / 2;
+            trim_curve_in_span(span->curve, span->at, t, uv, slope);
+            look_at(c, uv);
+            if (slope[1] == 0)
+                continue;
+            struct sums inner = line_sums(c, uv[0], uv[1]);
+            add_weighted(sums, c->rule.weight[k] * length / 2 * slope[1], &inner);
+        }
+        c->work += c->surface->axis[0].span_count;
     }
 }
 

@@ -124,27 +124,23 @@ static bool winds_once(const struct view *view, const struct crossing *crossings
     return true;
 }
 
-static void look_along(struct view *view, int along) {
-    size_t lines = CROSSINGS_MOST / view->count;
-    view->along = along;
-    view->lines = lines < LINES_LEAST ? LINES_LEAST : lines > LINES_MOST ? LINES_MOST : lines;
-    for (int axis = 0; axis < 2; axis++) {
-        view->low[axis] = view->high[axis] = coordinate(view, 0, axis);
-        for (size_t k = 1; k < view->count; k++) {
-            view->low[axis] = fmin(view->low[axis], coordinate(view, k, axis));
-            view->high[axis] = fmax(view->high[axis], coordinate(view, k, axis));
-        }
-    }
-}
-
 static enum status is_simple(const struct trim *trim, size_t loop, struct arena *arena,
                              struct loop_fault *fault, bool *simple) {
     struct view view;
     *simple = true;
     view.count = trim_loop_points(trim, loop, &view.points);
+    size_t lines = view.count > 0 ? CROSSINGS_MOST / view.count : 0;
+    view.lines = lines < LINES_LEAST ? LINES_LEAST : lines > LINES_MOST ? LINES_MOST : lines;
     for (int along = 0; along < 2 && *simple && view.count > 2; along++) {
         struct arena_mark mark = arena_mark(arena);
-        look_along(&view, along);
+        view.along = along;
+        for (int axis = 0; axis < 2; axis++) {
+            view.low[axis] = view.high[axis] = coordinate(&view, 0, axis);
+            for (size_t k = 1; k < view.count; k++) {
+                view.low[axis] = fmin(view.low[axis], coordinate(&view, k, axis));
+                view.high[axis] = fmax(view.high[axis], coordinate(&view, k, axis));
+            }
+        }
         if (!(view.high[1] > view.low[1]))
             return STATUS_OK;
         size_t count = cross_loop(&view, NULL);

@@ -38,7 +38,26 @@ static enum status check_axis_knots(const struct nurbs_axis *axis, enum nurbs_me
     return STATUS_OK;
 }
 
-static enum status check_control_points(const struct nurbs *nurbs, struct nurbs_fault *fault) {
+enum status nurbs_validate(const struct nurbs *nurbs, struct nurbs_fault *fault) {
+    const struct nurbs_axis *axis[2] = {&nurbs->u, &nurbs->v};
+    for (int k = 0; k < 2; k++) {
+        if (axis[k]->degree < 1 || axis[k]->degree > NURBS_DEGREE_MAX)
+            return nurbs_fault_at(fault, k ? NURBS_DEGREE_V : NURBS_DEGREE_U, 0, 0,
+                                  "the degree must be 1 to 9");
+    }
+    for (int k = 0; k < 2; k++) {
+        enum nurbs_member member = k ? NURBS_SIZE_V : NURBS_SIZE_U;
+        if (axis[k]->size <= axis[k]->degree)
+            return nurbs_fault_at(fault, member, 0, 0,
+                                  "the size must be at least the degree plus 1");
+        if (axis[k]->size > NURBS_SIZE_MAX)
+            return nurbs_fault_at(fault, member, 0, 0, "the size must be at most 512");
+    }
+    enum status status = check_axis_knots(&nurbs->u, NURBS_KNOTS_U, fault);
+    if (status == STATUS_OK)
+        status = check_axis_knots(&nurbs->v, NURBS_KNOTS_V, fault);
+    if (status != STATUS_OK)
+        return status;
     size_t count = (size_t)nurbs->u.size * (size_t)nurbs->v.size;
     if (nurbs->point_count != count)
         return nurbs_fault_at(fault, NURBS_POINTS, 0, 0,
@@ -58,27 +77,4 @@ static enum status check_control_points(const struct nurbs *nurbs, struct nurbs_
         if (!(nurbs->weights[i] > 0) || !isfinite(nurbs->weights[i]))
             return nurbs_fault_at(fault, NURBS_WEIGHTS, 1, i, "a weight must be greater than 0");
     return STATUS_OK;
-}
-
-enum status nurbs_validate(const struct nurbs *nurbs, struct nurbs_fault *fault) {
-    const struct nurbs_axis *axis[2] = {&nurbs->u, &nurbs->v};
-    for (int k = 0; k < 2; k++) {
-        if (axis[k]->degree < 1 || axis[k]->degree > NURBS_DEGREE_MAX)
-            return nurbs_fault_at(fault, k ? NURBS_DEGREE_V : NURBS_DEGREE_U, 0, 0,
-                                  "the degree must be 1 to 9");
-    }
-    for (int k = 0; k < 2; k++) {
-        enum nurbs_member member = k ? NURBS_SIZE_V : NURBS_SIZE_U;
-        if (axis[k]->size <= axis[k]->degree)
-            return nurbs_fault_at(fault, member, 0, 0,
-                                  "the size must be at least the degree plus 1");
-        if (axis[k]->size > NURBS_SIZE_MAX)
-            return nurbs_fault_at(fault, member, 0, 0, "the size must be at most 512");
-    }
-    enum status status = check_axis_knots(&nurbs->u, NURBS_KNOTS_U, fault);
-    if (status == STATUS_OK)
-        status = check_axis_knots(&nurbs->v, NURBS_KNOTS_V, fault);
-    if (status == STATUS_OK)
-        status = check_control_points(nurbs, fault);
-    return status;
 }

@@ -236,17 +236,6 @@ static size_t strip_at(const struct trim *trim, double v) {
                                                 : (size_t)strip;
 }
 
-/* How many entries the edges take in `strips` strips. */
-static size_t count_entries(struct trim *trim, size_t strips) {
-    size_t total = 0;
-    trim->strip_count = strips;
-    trim->strip_height = (trim->high[1] - trim->low[1]) / (double)strips;
-    for (size_t k = 0; k < trim->edge_count; k++)
-        total += strip_at(trim, trim->edges[k].v[1]) - strip_at(trim, trim->edges[k].v[0]) + 1;
-    trim->steps += trim->edge_count;
-    return total;
-}
-
 /* Sorts the edges into strips of v by counting; edges are in the order of their loops already. */
 static enum status sort_into_strips(struct trim *trim, struct arena *arena) {
     size_t wanted = trim->edge_count / 4 + 1, total = 0;
@@ -254,8 +243,17 @@ static enum status sort_into_strips(struct trim *trim, struct arena *arena) {
     wanted = wanted < STRIPS_MAX ? wanted : STRIPS_MAX;
     if (!(trim->high[1] > trim->low[1]))
         return STATUS_DEGENERATE_SURFACE;
-    while (count_entries(trim, wanted) > most)
-        wanted = (wanted + 1) / 2;
+    for (;; wanted = (wanted + 1) / 2) { /* so few strips that edges do not take too many entries */
+        size_t entries = 0;
+        trim->strip_count = wanted;
+        trim->strip_height = (trim->high[1] - trim->low[1]) / (double)wanted;
+        for (size_t k = 0; k < trim->edge_count; k++)
+            entries +=
+                strip_at(trim, trim->edges[k].v[1]) - strip_at(trim, trim->edges[k].v[0]) + 1;
+        trim->steps += trim->edge_count;
+        if (entries <= most)
+            break;
+    }
     trim->strip_first = arena_alloc(arena, trim->strip_count + 1, sizeof *trim->strip_first);
     if (!trim->strip_first)
         return STATUS_OUT_OF_MEMORY;
@@ -414,19 +412,6 @@ static size_t first_line_from(const struct lines *lines, double v) {
     return k;
 }
 
-/* How often `count` lines cross edges. */
-static size_t count_crossings(struct trim *trim, struct lines *lines, size_t count) {
-    size_t total = 0;
-    lines->count = count;
-    lines->low = trim->low[1];
-    lines->step = (trim->high[1] - trim->low[1]) / (double)count;
-    for (size_t k = 0; k < trim->edge_count; k++)
-        total += first_line_from(lines, trim->edges[k].v[1]) -
-                 first_line_from(lines, trim->edges[k].v[0]);
-    trim->steps += trim->edge_count;
-    return total;
-}
-
 static int compare_line_crossings(const void *a, const void *b) {
     const struct line_crossing *x = a, *y = b;
     return (x->u > y->u) - (x->u < y->u);
@@ -434,9 +419,18 @@ static int compare_line_crossings(const void *a, const void *b) {
 
 /* Chooses the lines and finds all points where they meet edges, in order. */
 static bool cross_lines(struct trim *trim, struct lines *lines, struct arena *arena) {
-    size_t wanted = LINES, most = crossings_most + crossings_per_edge * trim->edge_count, total;
-    while ((total = count_crossings(trim, lines, wanted)) > most)
-        wanted /= 2;
+    size_t most = crossings_most + crossings_per_edge * trim->edge_count, total;
+    lines->low = trim->low[1];
+    for (lines->count = LINES;; lines->count /= 2) {
+        total = 0;
+        lines->step = (trim->high[1] - trim->low[1]) / (double)lines->count;
+        for (size_t k = 0; k < trim->edge_count; k++)
+            total += first_line_from(lines, trim->edges[k].v[1]) -
+                     first_line_from(lines, trim->edges[k].v[0]);
+        trim->steps += trim->edge_count;
+        if (total <= most)
+            break;
+    }
     lines->first = arena_alloc(arena, lines->count + 2, sizeof *lines->first);
     lines->crossings = arena_alloc(arena, total, sizeof *lines->crossings);
     if (!lines->first || !lines->crossings)
@@ -467,23 +461,33 @@ static bool cross_lines(struct trim *trim, struct lines *lines, struct arena *ar
     return true;
 }
 
-typedef void interval_visitor(struct trim *trim, void *context, double a, double b, double v,
-                              double weight);
-
-/* Visits the intervals of the region on a line: from crossing to crossing, keeping count of the
- * loops that it is inside. Every loop is left as often as it is entered, so `inside` ends as it
- * began. */
+/* Goes through the intervals of the region on a line: from crossing to crossing, keeping count of
+ * the loops that it is inside. Every loop is left as often as it is entered, so `inside` ends as it
+ * began. Adds the intervals to `sum`; or without one keeps the middle that is the nearest to the
+ * centroid yet. */
 static void visit_line(struct trim *trim, const struct lines *lines, size_t at, bool *inside,
-                       interval_visitor *visit, void *context) {
+                       struct gathered *sum, double *nearest) {
     const struct surface_axis *axis = &trim->surface->axis[0];
-    double lower = axis->outer[0], upper = axis->outer[1], from = lower;
+    double lower = axis->outer[0], upper = axis->outer[1], from = lower, v = line_height(lines, at);
     size_t kept = 0, cut_away = 0;
     for (size_t k = lines->first[at]; k <= lines->first[at + 1]; k++) {
         const struct line_crossing *at_edge =
             k < lines->first[at + 1] ? &lines->crossings[k] : NULL;
         double to = at_edge ? fmin(fmax(at_edge->u, lower), upper) : upper;
-        if (from < to && cut_away == 0 && (kept > 0 || trim->kept_count == 0))
-            visit(trim, context, from, to, line_height(lines, at), lines->step);
+        bool own = from < to && cut_away == 0 && (kept > 0 || trim->kept_count == 0);
+        if (own && sum) {
+            integrate_line(trim->surface, sum, from, to, v, lines->step);
+        } else if (own) {
+            struct surface_cursor cursor = {0};
+            struct surface_jet jet;
+            surface_evaluate(trim->surface, &cursor, (from + to) / 2, v, &jet);
+            double distance = vec3_distance(jet.r, trim->centroid);
+            if (distance < *nearest) {
+                *nearest = distance;
+                trim->middle[0] = (from + to) / 2;
+                trim->middle[1] = v;
+            }
+        }
         from = to;
         if (!at_edge)
             break;
@@ -492,27 +496,6 @@ static void visit_line(struct trim *trim, const struct lines *lines, size_t at, 
         *count += inside[at_edge->loop] ? (size_t)1 : (size_t)-1;
     }
     trim->steps += lines->first[at + 1] - lines->first[at] + 1;
-}
-
-static void add_interval(struct trim *trim, void *context, double a, double b, double v,
-                         double weight) {
-    integrate_line(trim->surface, context, a, b, v, weight);
-}
-
-/* Keeps the interval's middle if it is the nearest to the centroid yet. */
-static void try_middle(struct trim *trim, void *context, double a, double b, double v,
-                       double weight) {
-    double *nearest = context;
-    struct surface_cursor cursor = {0};
-    struct surface_jet jet;
-    (void)weight;
-    surface_evaluate(trim->surface, &cursor, (a + b) / 2, v, &jet);
-    double distance = vec3_distance(jet.r, trim->centroid);
-    if (distance < *nearest) {
-        *nearest = distance;
-        trim->middle[0] = (a + b) / 2;
-        trim->middle[1] = v;
-    }
 }
 
 static enum status measure_region(struct trim *trim, struct arena *arena) {
@@ -525,13 +508,13 @@ static enum status measure_region(struct trim *trim, struct arena *arena) {
     if (!inside || !cross_lines(trim, &lines, arena))
         return STATUS_OUT_OF_MEMORY;
     for (size_t at = 0; at < lines.count; at++)
-        visit_line(trim, &lines, at, inside, add_interval, &sum);
+        visit_line(trim, &lines, at, inside, &sum, NULL);
     if (!(sum.area > 0))
         return STATUS_DEGENERATE_SURFACE;
     trim->area = sum.area;
     trim->centroid = vec3_scale(1 / sum.area, sum.moment);
     for (size_t at = 0; at < lines.count; at++)
-        visit_line(trim, &lines, at, inside, try_middle, &nearest);
+        visit_line(trim, &lines, at, inside, NULL, &nearest);
     arena_rewind(arena, mark);
     return STATUS_OK;
 }
