@@ -299,20 +299,6 @@ static bool crosses_crease(const struct chain *c, int k, int n) {
     return false;
 }
 
-/* The logarithm of a chain, its first and last pieces turned by the moves that are left. */
-static void sum_chain(const struct chain *c, const double angle[], const double move[],
-                      struct logarithm *l) {
-    int last = c->pieces - 1;
-    struct vec3 leave = c->piece[0].leave, arrive = c->piece[last].arrive;
-    double first = last > 0 ? move[1] / c->piece[0].length : 0;
-    double end = last > 0 ? -move[last] / c->piece[last].length : 0;
-    l->length = c->piece[0].length;
-    for (int k = 1; k < c->pieces; k++)
-        l->length += c->piece[k].length - angle[k] * move[k] / 2;
-    l->leave = vec3_unit(vec3_axpy(first, vec3_cross(c->from[0]->normal, leave), leave));
-    l->arrive = vec3_unit(vec3_axpy(end, vec3_cross(c->to[last]->normal, arrive), arrive));
-}
-
 bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p,
                     const struct surface_point *q, double accuracy, struct logarithm *logarithm) {
     struct chain c;
@@ -345,7 +331,16 @@ bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p
     for (int k = 0; p->surface->has_folds && k < c.pieces; k++)
         if (crosses_crease(&c, k, 0) || crosses_crease(&c, k, 1))
             return false;
-    sum_chain(&c, angle, move, logarithm);
+    /* The first and last pieces are turned by the moves that are left. */
+    int last = c.pieces - 1;
+    struct vec3 leave = c.piece[0].leave, arrive = c.piece[last].arrive;
+    double first = last > 0 ? move[1] / c.piece[0].length : 0;
+    double end = last > 0 ? -move[last] / c.piece[last].length : 0;
+    logarithm->length = c.piece[0].length;
+    for (int k = 1; k < c.pieces; k++)
+        logarithm->length += c.piece[k].length - angle[k] * move[k] / 2;
+    logarithm->leave = vec3_unit(vec3_axpy(first, vec3_cross(c.from[0]->normal, leave), leave));
+    logarithm->arrive = vec3_unit(vec3_axpy(end, vec3_cross(c.to[last]->normal, arrive), arrive));
     return isfinite(logarithm->length);
 }
 

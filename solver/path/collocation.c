@@ -283,22 +283,6 @@ static bool move_meeting(struct collocation *path, int k, struct vec3 turn, doub
     return isfinite(*shift);
 }
 
-/* Moves the ends of pieces between two knot lines, or between one and an end of the path, as those
- * move: each by its share of the way. */
-static void move_between(const struct collocation *path, double *shift) {
-    int first = 0;
-    for (int k = 0; k < path->pieces; k++) {
-        const struct collocation_piece *piece = path->piece;
-        if (k + 1 < path->pieces && path->axis[k] == COLLOCATION_ALONG)
-            continue;
-        double begin = piece[first].begin, way = piece[k].begin + piece[k].length - begin;
-        for (int n = first; n < k; n++)
-            shift[n + 1] =
-                shift[first] + (shift[k + 1] - shift[first]) * (piece[n + 1].begin - begin) / way;
-        first = k + 1;
-    }
-}
-
 double collocation_move(struct collocation *path, double angle) {
     struct vec3 before = path->leave, left = vec3_cross(path->from->normal, before);
     double shift[COLLOCATION_PIECES + 1] = {0}, most2 = 0;
@@ -309,7 +293,18 @@ double collocation_move(struct collocation *path, double angle) {
             return HUGE_VAL;
         most2 = fmax(most2, shift[k + 1] * shift[k + 1]);
     }
-    move_between(path, shift);
+    /* The ends of pieces between two knot lines, or between one and an end of the path, move as
+     * those do: each by its share of the way. */
+    for (int k = 0, first = 0; k < path->pieces; k++) {
+        const struct collocation_piece *piece = path->piece;
+        if (k + 1 < path->pieces && path->axis[k] == COLLOCATION_ALONG)
+            continue;
+        double begin = piece[first].begin, way = piece[k].begin + piece[k].length - begin;
+        for (int n = first; n < k; n++)
+            shift[n + 1] =
+                shift[first] + (shift[k + 1] - shift[first]) * (piece[n + 1].begin - begin) / way;
+        first = k + 1;
+    }
     for (int k = 0; k < path->pieces; k++) {
         struct collocation_piece *piece = &path->piece[k];
         path->kernel->move(piece, turn, &shift[k]);

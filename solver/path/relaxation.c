@@ -387,22 +387,6 @@ bool relaxation_solve(const struct surface *surface, const struct surface_point 
     return start_straight(surface, a, b, points, &problem, path) && relax(&problem, path);
 }
 
-/* Whether the speed is the same all along. */
-static bool resolved(const struct problem *problem, const struct relaxation *path,
-                     struct surface_cursor *cursor) {
-    double least = HUGE_VAL, most = 0;
-    for (int k = 0; k < path->points; k++) {
-        const double *y = path->y[k];
-        struct surface_jet jet;
-        surface_jet_at(problem->surface, cursor, problem->from[0] + y[0], problem->from[1] + y[1],
-                       &jet);
-        double speed = vec3_norm(vec3_axpy(y[3], jet.v, vec3_scale(y[2], jet.u)));
-        least = fmin(least, speed);
-        most = fmax(most, speed);
-    }
-    return most <= (1 + uneven_speed) * least;
-}
-
 bool relaxation_tangents(const struct surface *surface, struct surface_cursor *cursor,
                          const struct surface_point *a, const struct surface_point *b,
                          struct vec3 *tangent_at_a, double *length, int *iterations) {
@@ -414,7 +398,19 @@ bool relaxation_tangents(const struct surface *surface, struct surface_cursor *c
         !start_straight(surface, a, b, COARSE, &problem, &coarse) || !relax(&problem, &coarse))
         return false;
     start_refined(&problem, &coarse, &fine);
-    if (!relax(&problem, &fine) || !resolved(&problem, &fine, cursor))
+    if (!relax(&problem, &fine))
+        return false;
+    /* The speed is the same all along. */
+    double least = HUGE_VAL, most = 0;
+    for (int k = 0; k < fine.points; k++) {
+        const double *y = fine.y[k];
+        struct surface_jet jet;
+        surface_jet_at(surface, cursor, problem.from[0] + y[0], problem.from[1] + y[1], &jet);
+        double speed = vec3_norm(vec3_axpy(y[3], jet.v, vec3_scale(y[2], jet.u)));
+        least = fmin(least, speed);
+        most = fmax(most, speed);
+    }
+    if (!(most <= (1 + uneven_speed) * least))
         return false;
     for (int n = 0; n < 2; n++)
         velocity[n] = (4 * fine.y[0][2 + n] - coarse.y[0][2 + n]) / 3;
