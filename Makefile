@@ -16,7 +16,7 @@ WARN := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wstric
 NUMERIC := -ffp-contract=off -fno-math-errno -fno-trapping-math -fno-tree-slp-vectorize -Wno-psabi
 # What makes a mistake in memory end the program rather than serve a stranger, read from the programs
 # by tests/checks/hardening.sh. FORTIFY and sanitizers watch the same calls: one is enough.
-MACHINE := $(shell $(CC) -dumpmachine)
+MACHINE := $(shell uname -m)
 HARDEN := -fPIE -fstack-protector-strong -fstack-clash-protection \
           $(if $(filter x86_64%,$(MACHINE)),-fcf-protection) \
           $(if $(filter aarch64%,$(MACHINE)),-mbranch-protection=standard) \
