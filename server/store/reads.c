@@ -10,16 +10,6 @@ static struct query begin_read(const struct store *store, const char *sql) {
     return store->reader.query(store->reader.of, sql);
 }
 
-/* Makes room for one more of `count` things of that size; false without memory. */
-static bool grow_array(void **things, size_t count, size_t size) {
-    if (count > 0 && (count & (count - 1)) != 0)
-        return true; /* room for the next power of two is there */
-    void *more = realloc(*things, (count ? 2 * count : 1) * size);
-    if (more)
-        *things = more;
-    return more != NULL;
-}
-
 /* ------------------------------------------------------------------ jobs */
 
 #define JOB_COLUMNS                                                                                \
@@ -84,17 +74,20 @@ enum store_answer store_request(struct store *store, const char *id, char **byte
 /* The jobs of a statement, up to `limit`, into the page; one more tells that there is a next page.
  */
 static enum store_answer read_page(struct query *query, size_t limit, struct store_page *page) {
-    void *jobs = NULL;
     bool memory = true;
-    while (memory && query_row(query)) {
+    while (query_row(query)) {
         if (page->count == limit) {
             page->next = page->jobs[limit - 1].sequence;
             break;
         }
-        memory = grow_array(&jobs, page->count, sizeof *page->jobs);
-        page->jobs = jobs;
-        if (!memory)
-            break;
+        if ((page->count & (page->count - 1)) == 0) { /* there is room up to a power of two */
+            void *more =
+                realloc(page->jobs, (page->count ? 2 * page->count : 1) * sizeof *page->jobs);
+            memory = more != NULL;
+            if (!memory)
+                break;
+            page->jobs = more;
+        }
         memset(&page->jobs[page->count], 0, sizeof *page->jobs);
         read_job(query, &page->jobs[page->count++]);
     }

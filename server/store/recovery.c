@@ -11,18 +11,6 @@ enum {
     CLAIMS_A_LOOK = 64
 };
 
-static enum store_answer fail_as_crashed(struct store *store, const struct store_claim *claim,
-                                         int64_t crashes, const char *detail) {
-    struct api_problem problem = {0};
-    api_problem_set(&problem, API_SOLVER_CRASHED,
-                    "The solver died in all %lld attempts; the last time: %s.", (long long)crashes,
-                    detail);
-    char *json = api_problem_json(&problem, NULL);
-    enum store_answer answer = json ? store->ops->fail(store, claim, json) : STORE_DOWN;
-    free(json);
-    return answer;
-}
-
 /* What ended the attempt. */
 enum cause {
     CAUSE_CRASHED,    /* its worker died, or its lease was not renewed */
@@ -47,8 +35,16 @@ static enum store_answer give_job_back(struct store *store, const struct store_c
         return answer;
     bool excused = cause == CAUSE_INTERRUPTED && excuses < INTERRUPTIONS_EXCUSED;
     *failed = !excused && attempts - excuses >= store->options.max_attempts;
-    return *failed ? fail_as_crashed(store, claim, attempts - excuses, detail)
-                   : store->ops->requeue(store, claim, excused, 0);
+    if (!*failed)
+        return store->ops->requeue(store, claim, excused, 0);
+    struct api_problem problem = {0};
+    api_problem_set(&problem, API_SOLVER_CRASHED,
+                    "The solver died in all %lld attempts; the last time: %s.",
+                    (long long)(attempts - excuses), detail);
+    char *json = api_problem_json(&problem, NULL);
+    answer = json ? store->ops->fail(store, claim, json) : STORE_DOWN;
+    free(json);
+    return answer;
 }
 
 /* It may be claimed again. */

@@ -247,29 +247,24 @@ static struct store_segment segment_of(const struct store_writer *writer) {
     };
 }
 
-static enum store_answer write_segment(struct store_writer *writer) {
-    if (writer->uncommitted->index + STORE_SEGMENT_CHUNKS >= STORE_CHUNKS_MAX)
-        return STORE_DOWN;
-    struct store_segment segment = segment_of(writer);
-    struct store *store = writer->store;
-    enum store_answer answer = store_note(store, store->ops->result_append(store, &segment));
-    if (answer == STORE_OK) {
-        writer->number = segment.number;
-        writer->uncommitted->index += STORE_SEGMENT_CHUNKS;
-        writer->uncommitted->length = 0;
-    }
-    return answer;
-}
-
 enum store_answer store_writer_append(struct store_writer *writer, const void *bytes,
                                       size_t length) {
     struct store_uncommitted *uncommitted = writer->uncommitted;
+    struct store *store = writer->store;
     const unsigned char *from = bytes;
     while (length > 0) {
-        enum store_answer answer =
-            uncommitted->length == STORE_SEGMENT_BYTES ? write_segment(writer) : STORE_OK;
-        if (answer != STORE_OK)
-            return answer;
+        if (uncommitted->length == STORE_SEGMENT_BYTES) {
+            if (uncommitted->index + STORE_SEGMENT_CHUNKS >= STORE_CHUNKS_MAX)
+                return STORE_DOWN;
+            struct store_segment segment = segment_of(writer);
+            enum store_answer answer =
+                store_note(store, store->ops->result_append(store, &segment));
+            if (answer != STORE_OK)
+                return answer;
+            writer->number = segment.number;
+            uncommitted->index += STORE_SEGMENT_CHUNKS;
+            uncommitted->length = 0;
+        }
         unsigned char **chunk = &uncommitted->chunks[uncommitted->length / STORE_CHUNK_BYTES];
         if (!*chunk && !(*chunk = malloc(STORE_CHUNK_BYTES)))
             return STORE_DOWN;

@@ -46,21 +46,15 @@ static const char claim_sql[] =
     "  j.kind, j.spent, j.task, (SELECT p.id FROM draped.jobs p WHERE p.sequence = j.parent),"
     "  j.started - j.created";
 
-/* The claimed job's result is there already. STORE_CONFLICT when it has gone meanwhile. */
-static enum store_answer reuse(struct store *store, const struct store_claim *claim) {
-    struct query query = postgres_query_now(
-        store,
-        "WITH twin AS MATERIALIZED (SELECT r.number FROM draped.jobs j"
-        " JOIN draped.results r ON r.owner = j.owner AND r.digest = j.digest AND r.state "
-        "= " SQL_COMPLETE " WHERE j.sequence = $2 FOR SHARE OF r)"
-        " UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", progress = 1, started = " POSTGRES_NOW
-        ","
-        " finished = " POSTGRES_NOW ", attempts = attempts - 1, result = twin.number,"
-        " lease = NULL FROM twin WHERE sequence = $2 AND token = $3 AND status = " SQL_RUNNING
-        " RETURNING 1");
-    query_bind(&query, of_int(claim->sequence), of_int(claim->token));
-    return query_find(&query, STORE_CONFLICT);
-}
+/* A claimed job whose result is there already. */
+static const char reuse_sql[] =
+    "WITH twin AS MATERIALIZED (SELECT r.number FROM draped.jobs j"
+    " JOIN draped.results r ON r.owner = j.owner AND r.digest = j.digest AND r.state "
+    "= " SQL_COMPLETE " WHERE j.sequence = $2 FOR SHARE OF r)"
+    " UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", progress = 1, started = " POSTGRES_NOW ","
+    " finished = " POSTGRES_NOW ", attempts = attempts - 1, result = twin.number,"
+    " lease = NULL FROM twin WHERE sequence = $2 AND token = $3 AND status = " SQL_RUNNING
+    " RETURNING 1";
 
 enum store_answer postgres_starving(struct store *store, bool fresh) {
     struct query query =
@@ -96,7 +90,12 @@ enum store_answer postgres_claim(struct store *store, bool fresh, struct store_c
         claim->waited_us = query_int(&query, 13);
     }
     enum store_answer answer = query_end_found(&query, found, STORE_EMPTY);
-    claim->reused = answer == STORE_OK && twin && reuse(store, claim) == STORE_OK;
+    if (answer == STORE_OK && twin) { /* which may have gone meanwhile */
+        query = postgres_query_now(store, reuse_sql);
+        query_bind(&query, of_int(claim->sequence), of_int(claim->token));
+        twin = query_find(&query, STORE_CONFLICT) == STORE_OK;
+    }
+    claim->reused = answer == STORE_OK && twin;
     return answer;
 }
 

@@ -161,13 +161,6 @@ struct lists {
     size_t length; /* of the requests */
 };
 
-static void free_lists(struct lists *lists) {
-    free(lists->ids);
-    free(lists->digests);
-    free(lists->ends);
-    free(lists->requests);
-}
-
 /* False without memory. */
 static bool make_lists(const struct store_family *family, struct lists *lists) {
     enum { NUMBER_SIZE = 21 };
@@ -209,7 +202,10 @@ enum store_answer postgres_submit_family(struct store *store, const struct store
                    of_bytes(lists.requests, lists.length));
         answer = read_receipt(query, receipt, &taken);
     }
-    free_lists(&lists);
+    free(lists.ids);
+    free(lists.digests);
+    free(lists.ends);
+    free(lists.requests);
     return answer;
 }
 

@@ -150,20 +150,8 @@ static struct pool_connection *connection_new(const struct pool *pool, char why[
     return NULL;
 }
 
-/* After a failure: a call before the next try is due fails at once, so that the threads which
- * serve callers do not all wait. */
-static void note_try(struct pool *pool, bool good) {
-    pool->trying = false;
-    pool->down = !good;
-    int64_t next = pool->back_off_ms * 2;
-    pool->back_off_ms = good                       ? 0
-                        : next < BACK_OFF_FIRST_MS ? BACK_OFF_FIRST_MS
-                        : next > BACK_OFF_MOST_MS  ? BACK_OFF_MOST_MS
-                                                   : next;
-    pool->try_at_ms = clock_ms() + pool->back_off_ms;
-}
-
-/* A new connection; the lock is held and given up meanwhile. */
+/* A new connection; the lock is held and given up meanwhile. After a failure a call before the next
+ * try is due fails at once, so that the threads which serve callers do not all wait. */
 static struct pool_connection *open_connection(struct pool *pool) {
     char why[STORE_WHY_SIZE] = "";
     bool was_down = pool->down;
@@ -177,7 +165,14 @@ static struct pool_connection *open_connection(struct pool *pool) {
     else if (was_down)
         log_info(log_event("store_reached"));
     pthread_mutex_lock(&pool->lock);
-    note_try(pool, connection != NULL);
+    pool->trying = false;
+    pool->down = !connection;
+    int64_t next = pool->back_off_ms * 2;
+    pool->back_off_ms = connection                 ? 0
+                        : next < BACK_OFF_FIRST_MS ? BACK_OFF_FIRST_MS
+                        : next > BACK_OFF_MOST_MS  ? BACK_OFF_MOST_MS
+                                                   : next;
+    pool->try_at_ms = clock_ms() + pool->back_off_ms;
     if (connection)
         connection->generation = generation;
     else
@@ -220,16 +215,6 @@ struct pool_connection *pool_take(struct pool *pool, enum store_answer *answer) 
     return connection;
 }
 
-/* Takes out the one that was used longest ago if that is long enough; the lock is held. */
-static struct pool_connection *take_stale(struct pool *pool) {
-    if (pool->idle_count < 2 || clock_ms() - pool->idle[0]->used_ms < IDLE_MS)
-        return NULL;
-    struct pool_connection *stale = pool->idle[0];
-    memmove(pool->idle, pool->idle + 1, --pool->idle_count * sizeof *pool->idle);
-    pool->open--;
-    return stale;
-}
-
 /* The last one used is used next. One that was lost takes along those made before: what cut it has
  * cut them. */
 void pool_give(struct pool *pool, struct pool_connection *connection, bool lost) {
@@ -245,7 +230,12 @@ void pool_give(struct pool *pool, struct pool_connection *connection, bool lost)
     if (connection->generation == pool->generation) {
         connection->used_ms = clock_ms();
         pool->idle[pool->idle_count++] = connection;
-        drop[count++] = take_stale(pool);
+        /* The one that was used longest ago goes if that is long enough. */
+        if (pool->idle_count > 1 && clock_ms() - pool->idle[0]->used_ms >= IDLE_MS) {
+            drop[count++] = pool->idle[0];
+            memmove(pool->idle, pool->idle + 1, --pool->idle_count * sizeof *pool->idle);
+            pool->open--;
+        }
     } else {
         drop[count++] = connection;
         pool->open--;

@@ -395,44 +395,33 @@ static bool fill_database(struct pool *pool, char why[STORE_WHY_SIZE]) {
     return length < SCRIPT_SIZE && (pg_script(pool, script, &taken, why) || taken);
 }
 
-/* What the tables need beyond themselves. */
-static bool check_rights(struct pool *pool, char why[STORE_WHY_SIZE]) {
-    int64_t good = 0;
-    if (!ask_number(pool,
+bool postgres_prepare_tables(struct pool *pool, char why[STORE_WHY_SIZE]) {
+    int64_t language = 0, there = 0, version = STORE_SCHEMA, rights = 0;
+    if (!ask_number(pool, "SELECT count(*) FROM pg_language WHERE lanname = 'plpgsql'", &language,
+                    why))
+        return false;
+    if (language <= 0) {
+        snprintf(why, STORE_WHY_SIZE,
+                 "the database lacks the extension plpgsql, which comes with "
+                 "PostgreSQL: CREATE EXTENSION plpgsql");
+        return false;
+    }
+    if (!ask_number(pool, "SELECT to_regclass('draped.schema_version') IS NOT NULL", &there, why) ||
+        !(there ? ask_number(pool, "SELECT max(version) FROM draped.schema_version", &version, why)
+                : fill_database(pool, why)) ||
+        !store_schema_known("the database", version, why) ||
+        !ask_number(pool,
                     "SELECT coalesce(bool_and(has_table_privilege(c.oid, 'SELECT') AND"
                     " has_table_privilege(c.oid, 'INSERT') AND"
                     " has_table_privilege(c.oid, 'UPDATE') AND"
                     " has_table_privilege(c.oid, 'DELETE')), false)"
                     " FROM pg_class c WHERE relkind = 'r'"
                     " AND relnamespace = to_regnamespace('draped')",
-                    &good, why))
+                    &rights, why))
         return false;
-    if (!good)
+    if (!rights)
         snprintf(why, STORE_WHY_SIZE,
                  "this user of the database has no privilege for a table of the schema "
                  "'draped': GRANT SELECT, INSERT, UPDATE, DELETE ON ALL TABLES IN SCHEMA draped");
-    return good;
-}
-
-static bool check_language(struct pool *pool, char why[STORE_WHY_SIZE]) {
-    int64_t there = 0;
-    if (!ask_number(pool, "SELECT count(*) FROM pg_language WHERE lanname = 'plpgsql'", &there,
-                    why))
-        return false;
-    if (!there)
-        snprintf(why, STORE_WHY_SIZE,
-                 "the database lacks the extension plpgsql, which comes with "
-                 "PostgreSQL: CREATE EXTENSION plpgsql");
-    return there > 0;
-}
-
-bool postgres_prepare_tables(struct pool *pool, char why[STORE_WHY_SIZE]) {
-    int64_t there = 0, version = STORE_SCHEMA;
-    return check_language(pool, why) &&
-           ask_number(pool, "SELECT to_regclass('draped.schema_version') IS NOT NULL", &there,
-                      why) &&
-           (there
-                ? ask_number(pool, "SELECT max(version) FROM draped.schema_version", &version, why)
-                : fill_database(pool, why)) &&
-           store_schema_known("the database", version, why) && check_rights(pool, why);
+    return rights;
 }

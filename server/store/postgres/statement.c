@@ -43,15 +43,6 @@ static bool among(const char *state, const char *states) {
 
 /* ------------------------------------------------------------------ running */
 
-/* FNV-1a of the text: behind a pooler other processes of ours use the same connection, and the
- * same name must mean the same statement there. */
-static void name_of(const char *sql, char name[NAME_SIZE]) {
-    uint64_t hash = UINT64_C(14695981039346656037);
-    for (const char *c = sql; *c; c++)
-        hash = (hash ^ (unsigned char)*c) * UINT64_C(1099511628211);
-    snprintf(name, NAME_SIZE, "draped_%016llx", (unsigned long long)hash);
-}
-
 struct arguments {
     Oid types[QUERY_PARAMETERS];
     const char *values[QUERY_PARAMETERS];
@@ -106,11 +97,16 @@ static PGresult *execute(struct pool *pool, struct pool_connection *connection,
                          const struct query *query) {
     struct arguments a;
     char name[NAME_SIZE];
+    uint64_t hash = UINT64_C(14695981039346656037);
     PGresult *failed = NULL;
     int64_t until = clock_ms() + pool_patience_ms(pool);
     bool nameless = pool_nameless(pool);
     lay_out(query, &a);
-    name_of(query->sql, name);
+    /* FNV-1a of the text: behind a pooler other processes of ours use the same connection, and the
+     * same name must mean the same statement there. */
+    for (const char *c = query->sql; *c; c++)
+        hash = (hash ^ (unsigned char)*c) * UINT64_C(1099511628211);
+    snprintf(name, sizeof name, "draped_%016llx", (unsigned long long)hash);
     if (!nameless && !prepare_on_server(connection, query, &a, name, until, &failed))
         return failed;
     bool sent = nameless ? PQsendQueryParams(connection->libpq, query->sql, query->bound, a.types,
@@ -250,15 +246,6 @@ struct query pg_query(struct pool *pool, const char *sql) {
     return (struct query){.driver = &driver, .connection = pool, .sql = sql};
 }
 
-static void explain_script(const struct pool *pool, char why[STORE_WHY_SIZE],
-                           const PGresult *result) {
-    pool_say(why, "%s: %s",
-             among(sqlstate_of(result), "42501") ? "this user of the database has no privilege"
-                                                 : "the database refuses",
-             result ? message_of(result) : "the connection was lost");
-    pool_hide_password(pool, why);
-}
-
 bool pg_script(struct pool *pool, const char *sql, bool *taken, char why[STORE_WHY_SIZE]) {
     enum store_answer answer;
     bool lost = true;
@@ -272,8 +259,13 @@ bool pg_script(struct pool *pool, const char *sql, bool *taken, char why[STORE_W
             ? pool_receive(connection->libpq, clock_ms() + 20 * pool_patience_ms(pool))
             : NULL;
     enum verdict verdict = judge_answer(pool, result, &lost);
-    if (verdict != VERDICT_GOOD)
-        explain_script(pool, why, result);
+    if (verdict != VERDICT_GOOD) {
+        pool_say(why, "%s: %s",
+                 among(sqlstate_of(result), "42501") ? "this user of the database has no privilege"
+                                                     : "the database refuses",
+                 result ? message_of(result) : "the connection was lost");
+        pool_hide_password(pool, why);
+    }
     if (taken)
         *taken = verdict == VERDICT_TAKEN;
     PQclear(result);
