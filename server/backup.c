@@ -138,22 +138,6 @@ static void print_contents(const char *what, const struct backup_contents *conte
 
 /* ------------------------------------------------------------------ backup */
 
-/* The folder, for this command alone; -1 with a message. */
-static int hold_folder(const char *place) {
-    if (mkdir(place, 0700) != 0 && errno != EEXIST) {
-        fprintf(stderr, "draped: %s: %s\n", place, strerror(errno));
-        return -1;
-    }
-    int folder = open(place, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (folder < 0)
-        fprintf(stderr, "draped: %s: %s\n", place, strerror(errno));
-    if (folder < 0 || flock(folder, LOCK_EX | LOCK_NB) == 0)
-        return folder;
-    fprintf(stderr, "draped: %s: another back-up is being made there\n", place);
-    close(folder);
-    return -1;
-}
-
 static int make_copy(const struct command *command, int folder) {
     char name[64], path[PATH_MAX], part[PATH_MAX], time[BACKUP_TIME_SIZE], why[STORE_WHY_SIZE];
     struct backup_contents contents;
@@ -187,10 +171,20 @@ int backup_command(int argc, char **argv) {
     if (code != 0 || done)
         return code;
     set_up();
-    int folder = hold_folder(command.place);
-    if (folder < 0)
+    /* The folder is for this command alone. */
+    int folder = mkdir(command.place, 0700) != 0 && errno != EEXIST
+                     ? -1
+                     : open(command.place, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0) {
+        fprintf(stderr, "draped: %s: %s\n", command.place, strerror(errno));
         return FAILED;
-    code = make_copy(&command, folder);
+    }
+    if (flock(folder, LOCK_EX | LOCK_NB) != 0) {
+        fprintf(stderr, "draped: %s: another back-up is being made there\n", command.place);
+        code = FAILED;
+    } else {
+        code = make_copy(&command, folder);
+    }
     close(folder);
     return code == 0 && fflush(stdout) != 0 ? FAILED : code;
 }

@@ -14,42 +14,18 @@
 #include <string.h>
 #include <unistd.h>
 
-static bool parse_port(const char *text, uint16_t *port) {
-    char *end = NULL;
-    unsigned long number = strtoul(text, &end, 10);
-    if (text[0] < '0' || text[0] > '9' || *end || number > UINT16_MAX)
+/* False when it is no such number. */
+static bool take_address(struct config *config, int family, const char *host, uint16_t port) {
+    struct sockaddr_in v4 = {.sin_family = AF_INET, .sin_port = port};
+    struct sockaddr_in6 v6 = {.sin6_family = AF_INET6, .sin6_port = port};
+    bool six = family == AF_INET6;
+    if (inet_pton(family, host, six ? (void *)&v6.sin6_addr : (void *)&v4.sin_addr) != 1)
         return false;
-    *port = htons((uint16_t)number);
+    config->loopback =
+        six ? IN6_IS_ADDR_LOOPBACK(&v6.sin6_addr) : ntohl(v4.sin_addr.s_addr) >> 24 == 127;
+    config->address_length = six ? sizeof v6 : sizeof v4;
+    memcpy(&config->address, six ? (void *)&v6 : (void *)&v4, config->address_length);
     return true;
-}
-
-static bool parse_ipv4(struct config *config, const char *host, uint16_t port) {
-    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = port};
-    if (inet_pton(AF_INET, host, &address.sin_addr) != 1)
-        return false;
-    config->loopback = ntohl(address.sin_addr.s_addr) >> 24 == 127;
-    config->address_length = sizeof address;
-    memcpy(&config->address, &address, sizeof address);
-    return true;
-}
-
-static bool parse_ipv6(struct config *config, const char *host, uint16_t port) {
-    struct sockaddr_in6 address = {.sin6_family = AF_INET6, .sin6_port = port};
-    if (inet_pton(AF_INET6, host, &address.sin6_addr) != 1)
-        return false;
-    config->loopback = IN6_IS_ADDR_LOOPBACK(&address.sin6_addr);
-    config->address_length = sizeof address;
-    memcpy(&config->address, &address, sizeof address);
-    return true;
-}
-
-/* Any address of this machine, of IPv6 too where the kernel has it. */
-static const char *any_address(void) {
-    int probe = socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (probe < 0)
-        return "0.0.0.0";
-    close(probe);
-    return "[::]";
 }
 
 /* Numbers only: a name would have to be looked up, and may have several addresses. */
@@ -57,21 +33,29 @@ static bool parse_listen(struct config *config) {
     char host[INET6_ADDRSTRLEN + 2];
     const char *colon = strrchr(config->listen, ':');
     size_t length = colon ? (size_t)(colon - config->listen) : 0;
-    uint16_t port = 0;
-    if (colon && length < sizeof host && parse_port(colon + 1, &port)) {
+    const char *digits = colon ? colon + 1 : "";
+    char *end = NULL;
+    unsigned long port = strtoul(digits, &end, 10);
+    if (length < sizeof host && digits[0] >= '0' && digits[0] <= '9' && !*end &&
+        port <= UINT16_MAX) {
         memcpy(host, config->listen, length);
         host[length] = '\0';
         if (!strcmp(host, "localhost"))
             memcpy(host, "127.0.0.1", sizeof "127.0.0.1");
         if (!strcmp(host, "*")) {
-            length = (size_t)snprintf(host, sizeof host, "%s", any_address());
+            /* Any address of this machine, of IPv6 too where the kernel has it. */
+            int probe = socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0);
+            length = (size_t)snprintf(host, sizeof host, "%s", probe < 0 ? "0.0.0.0" : "[::]");
+            if (probe >= 0)
+                close(probe);
             snprintf(config->listen_name, sizeof config->listen_name, "%s%s", host, colon);
             config->listen = config->listen_name;
         }
         bool bracketed = length > 2 && host[0] == '[' && host[length - 1] == ']';
         if (bracketed)
             host[length - 1] = '\0';
-        if (bracketed ? parse_ipv6(config, host + 1, port) : parse_ipv4(config, host, port))
+        if (take_address(config, bracketed ? AF_INET6 : AF_INET, host + bracketed,
+                         htons((uint16_t)port)))
             return true;
     }
     return config_report(
@@ -102,16 +86,12 @@ static bool take_inherited(struct config *config) {
 
 /* A URL or a path, which has a slash; not a bare word, which may be meant for anything, nor the
  * `keyword=value` form of libpq, which may hold a password. */
-static bool is_store(const char *text) {
+static bool check_store(const struct config *config) {
+    const char *text = config->store;
     size_t word = strspn(text, "abcdefghijklmnopqrstuvwxyz_");
     word += strspn(text + word, " ");
-    if (!text[0] || store_url_remote(text) || (!strncmp(text, "sqlite:", 7) && text[7]))
-        return true;
-    return strchr(text, '/') && !strstr(text, "://") && text[word] != '=';
-}
-
-static bool check_store(const struct config *config) {
-    return is_store(config->store) ||
+    return !text[0] || store_url_remote(text) || (!strncmp(text, "sqlite:", 7) && text[7]) ||
+           (strchr(text, '/') && !strstr(text, "://") && text[word] != '=') ||
            config_report("--store: give sqlite:PATH, a path with a slash, or "
                          "postgresql://USER@HOST/DATABASE");
 }

@@ -176,20 +176,16 @@ struct origin {
     const char *name;
 };
 
-static int64_t multiplier(const char *suffix) {
-    static const char letters[] = "KMG";
-    static const int64_t factors[] = {KIB, MIB, GIB};
-    const char *found = *suffix && !suffix[1] ? strchr(letters, *suffix) : NULL;
-    return !*suffix ? 1 : found ? factors[found - letters] : 0;
-}
-
 static bool parse_number(const struct flag *flag, struct origin from, const char *text,
                          int64_t *value) {
     char *end = NULL;
     errno = 0;
     long long number = strtoll(text, &end, 10);
     bool plain = end != text && text[0] >= '0' && text[0] <= '9' && errno == 0;
-    int64_t factor = flag->kind == KIND_BYTES ? multiplier(end) : *end == '\0';
+    static const char letters[] = "KMG";
+    static const int64_t factors[] = {KIB, MIB, GIB};
+    const char *letter = flag->kind == KIND_BYTES && *end && !end[1] ? strchr(letters, *end) : NULL;
+    int64_t factor = !*end ? 1 : letter ? factors[letter - letters] : 0;
     if (!plain || factor == 0 || number > INT64_MAX / factor)
         return config_report("%s%s: '%s' is not a number%s", from.prefix, from.name, text,
                              flag->kind == KIND_BYTES ? " of bytes (K, M and G may follow it)"
@@ -218,21 +214,7 @@ static bool parse_choice(const struct flag *flag, struct origin from, const char
                          flag->metavar);
 }
 
-static bool set_text(struct config *config, const struct flag *flag, const char *text) {
-    memcpy((char *)config + flag->offset, &text, sizeof text);
-    return true;
-}
-
 static bool set_integer(struct config *config, const struct flag *flag, int64_t value) {
-    memcpy((char *)config + flag->offset, &value, sizeof value);
-    return true;
-}
-
-static bool set_switch(struct config *config, const struct flag *flag, struct origin from,
-                       const char *text) {
-    bool value = !strcmp(text, "1");
-    if (!value && strcmp(text, "0") != 0)
-        return config_report("%s%s: '%s' is neither 0 nor 1", from.prefix, from.name, text);
     memcpy((char *)config + flag->offset, &value, sizeof value);
     return true;
 }
@@ -240,11 +222,16 @@ static bool set_switch(struct config *config, const struct flag *flag, struct or
 static bool set_value(struct config *config, const struct flag *flag, struct origin from,
                       const char *text) {
     int64_t value = 0;
+    bool on = !strcmp(text, "1");
     switch (flag->kind) {
     case KIND_TEXT:
-        return set_text(config, flag, text);
+        memcpy((char *)config + flag->offset, &text, sizeof text);
+        return true;
     case KIND_SWITCH:
-        return set_switch(config, flag, from, text);
+        if (!on && strcmp(text, "0") != 0)
+            return config_report("%s%s: '%s' is neither 0 nor 1", from.prefix, from.name, text);
+        memcpy((char *)config + flag->offset, &on, sizeof on);
+        return true;
     case KIND_CHOICE:
         return parse_choice(flag, from, text, &value) && set_integer(config, flag, value);
     case KIND_COUNT:
@@ -260,47 +247,43 @@ static int64_t get_integer(const struct config *config, const struct flag *flag)
     return value;
 }
 
-/* An empty variable is as good as none: that is how files of variables are written. */
-static bool set_from_environment(struct config *config, const struct flag *flag) {
-    const char *text = getenv(flag->variable);
-    if (text && text[0])
-        return set_value(config, flag, (struct origin){"", flag->variable}, text);
-    if (!flag->fallback)
-        return set_integer(config, flag, FLAGS_UNSET);
-    return set_value(config, flag, (struct origin){"--", flag->name}, flag->fallback);
-}
-
 /* For commands that use the store alone other settings may make no sense. */
 static bool is_wanted(const struct flag *flag, bool store_alone) {
     return !store_alone || flag->offset == AT(data) || flag->offset == AT(store);
 }
 
+/* An empty variable is as good as none: that is how files of variables are written. */
 bool flags_set_defaults(struct config *config, bool store_alone) {
+    bool good = true;
     memset(config, 0, sizeof *config);
-    for (size_t k = 0; k < FLAG_COUNT; k++)
-        if (is_wanted(&flags[k], store_alone) && !set_from_environment(config, &flags[k]))
-            return false;
-    return true;
-}
-
-/* The flag named by "--name" or "--name=value"; `value` is NULL without "=". */
-static const struct flag *find_flag(const char *argument, const char **value) {
-    if (strncmp(argument, "--", 2) != 0)
-        return NULL;
-    const char *name = argument + 2;
-    size_t length = strcspn(name, "=");
-    *value = name[length] == '=' ? name + length + 1 : NULL;
-    for (size_t k = 0; k < FLAG_COUNT; k++)
-        if (strlen(flags[k].name) == length && !strncmp(flags[k].name, name, length))
-            return &flags[k];
-    return NULL;
+    for (size_t k = 0; k < FLAG_COUNT && good; k++) {
+        const struct flag *flag = &flags[k];
+        if (!is_wanted(flag, store_alone))
+            continue;
+        const char *text = getenv(flag->variable);
+        if (text && text[0])
+            good = set_value(config, flag, (struct origin){"", flag->variable}, text);
+        else if (flag->fallback)
+            good = set_value(config, flag, (struct origin){"--", flag->name}, flag->fallback);
+        else
+            good = set_integer(config, flag, FLAGS_UNSET);
+    }
+    return good;
 }
 
 enum flags_taken flags_take(struct config *config, char **argv, int argc, int *at,
                             bool store_alone) {
     const char *argument = argv[*at];
-    const char *value = NULL;
-    const struct flag *flag = find_flag(argument, &value);
+    if (strncmp(argument, "--", 2) != 0)
+        return FLAGS_OTHER;
+    /* The flag of "--name" or "--name=value". */
+    const char *name = argument + 2;
+    size_t length = strcspn(name, "=");
+    const char *value = name[length] == '=' ? name + length + 1 : NULL;
+    const struct flag *flag = NULL;
+    for (size_t k = 0; k < FLAG_COUNT && !flag; k++)
+        if (strlen(flags[k].name) == length && !strncmp(flags[k].name, name, length))
+            flag = &flags[k];
     if (!flag || !is_wanted(flag, store_alone))
         return FLAGS_OTHER;
     if (flag->kind == KIND_SWITCH)
@@ -325,13 +308,6 @@ void flags_help(FILE *out) {
     }
 }
 
-static void print_choice(const struct flag *flag, int64_t value, FILE *out) {
-    const char *word = flag->metavar;
-    for (; value > 0; value--)
-        word = strchr(word, '|') + 1;
-    fprintf(out, "%s = %.*s\n", flag->name, (int)strcspn(word, "|"), word);
-}
-
 void flags_print(const struct config *config, FILE *out) {
     for (size_t k = 0; k < FLAG_COUNT; k++) {
         const struct flag *flag = &flags[k];
@@ -342,7 +318,10 @@ void flags_print(const struct config *config, FILE *out) {
         } else if (flag->kind == KIND_SWITCH) {
             fprintf(out, "%s = %d\n", flag->name, *((const char *)config + flag->offset));
         } else if (flag->kind == KIND_CHOICE) {
-            print_choice(flag, get_integer(config, flag), out);
+            const char *word = flag->metavar;
+            for (int64_t value = get_integer(config, flag); value > 0; value--)
+                word = strchr(word, '|') + 1;
+            fprintf(out, "%s = %.*s\n", flag->name, (int)strcspn(word, "|"), word);
         } else {
             fprintf(out, "%s = %lld\n", flag->name, (long long)get_integer(config, flag));
         }

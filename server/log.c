@@ -34,23 +34,6 @@ static bool put_bytes(struct line *line, const char *text, size_t length) {
     return true;
 }
 
-static void put_text(struct line *line, const char *text) {
-    if (!text) {
-        put_bytes(line, "null", 4);
-        return;
-    }
-    if (!put_bytes(line, "\"", 1))
-        return;
-    char escaped[API_ESCAPED_SIZE];
-    size_t length, taken;
-    for (size_t left = strnlen(text, TEXT_MAX_BYTES); left > 0; left -= taken, text += taken) {
-        taken = api_text_escape(text, left, escaped, &length);
-        if (!put_bytes(line, escaped, length))
-            break;
-    }
-    line->text[line->length++] = '"'; /* one of TAIL_BYTES */
-}
-
 static void put_field(struct line *line, const struct log_field *field) {
     char number[40];
     size_t before = line->length;
@@ -61,13 +44,23 @@ static void put_field(struct line *line, const struct log_field *field) {
         line->length = before;
         return;
     }
-    if (field->kind == LOG_KIND_TEXT) {
-        put_text(line, field->text);
+    const char *text = field->text;
+    if (field->kind == LOG_KIND_TEXT && text) {
+        if (!put_bytes(line, "\"", 1))
+            return;
+        char escaped[API_ESCAPED_SIZE];
+        size_t length, taken;
+        for (size_t left = strnlen(text, TEXT_MAX_BYTES); left > 0; left -= taken, text += taken) {
+            taken = api_text_escape(text, left, escaped, &length);
+            if (!put_bytes(line, escaped, length))
+                break;
+        }
+        line->text[line->length++] = '"'; /* one of TAIL_BYTES */
         return;
     }
     if (field->kind == LOG_KIND_INT)
         n = snprintf(number, sizeof number, "%lld", (long long)field->integer);
-    else if (isfinite(field->real))
+    else if (field->kind != LOG_KIND_TEXT && isfinite(field->real))
         n = snprintf(number, sizeof number, "%.6g", field->real);
     else
         n = snprintf(number, sizeof number, "null");

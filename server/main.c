@@ -75,18 +75,6 @@ static void end_at_once(int number) {
     _exit(0); /* the store need not be closed: what runs is taken up again at the next start */
 }
 
-/* A file that cannot be used changes nothing: the tokens of before stay valid. */
-static void read_tokens(struct service *service) {
-    char why[TOKENS_WHY_SIZE];
-    if (!service->tokens)
-        return;
-    if (tokens_reload(service->tokens, why))
-        log_info(log_event("tokens_read"),
-                 log_int("tokens", (int64_t)tokens_count(service->tokens)));
-    else
-        log_error(log_event("tokens_kept"), log_text("why", why));
-}
-
 /* Waits for a signal. Meanwhile it notifies the service manager that the daemon is alive whenever
  * the daemon answers a request through its own front door: twice as often as it must, so that one
  * late answer does not count. The request does not reach the store: a restart does not mend a
@@ -97,8 +85,14 @@ static int keep_alive(struct service *service, const sigset_t *signals) {
     for (;;) {
         int number = sigtimedwait(signals, NULL, every_ms ? &step : NULL);
         if (number == SIGHUP) {
+            /* A file that cannot be used changes nothing: the tokens of before stay valid. */
+            char why[TOKENS_WHY_SIZE];
             systemd_reloading();
-            read_tokens(service);
+            if (service->tokens && tokens_reload(service->tokens, why))
+                log_info(log_event("tokens_read"),
+                         log_int("tokens", (int64_t)tokens_count(service->tokens)));
+            else if (service->tokens)
+                log_error(log_event("tokens_kept"), log_text("why", why));
             systemd_ready();
             continue;
         }
@@ -197,16 +191,15 @@ static bool start_dispatcher(struct service *service) {
     return service->dispatcher || refuse("workers", "their threads cannot be started");
 }
 
-/* As many processes of each queue as there are cores, and two at least: a slow one is then never
- * alone.
- */
-static bool start_document_pool(struct service *service) {
+static bool start_front(struct service *service) {
     const struct config *config = service->config;
+    /* As many processes of each queue as there are cores, and two at least: a slow one is then
+     * never alone. */
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     int processes = cores < 2                             ? 2
                     : cores > DOCUMENT_POOL_PROCESSES_MAX ? DOCUMENT_POOL_PROCESSES_MAX
                                                           : (int)cores;
-    const struct document_pool_settings settings = {
+    const struct document_pool_settings pool = {
         .fast = processes,
         .slow = processes,
         .memory = config->check_memory,
@@ -218,13 +211,9 @@ static bool start_document_pool(struct service *service) {
         .folder = access(config->data, W_OK | X_OK) == 0 ? config->data : "",
         .memory_flag = "check-memory",
     };
-    service->document_pool = document_pool_start(service->events, &settings);
-    return service->document_pool != NULL;
-}
-
-static bool start_front(struct service *service) {
-    const struct config *config = service->config;
-    if (config->role != CONFIG_ROLE_WORKER && !start_document_pool(service))
+    if (config->role != CONFIG_ROLE_WORKER)
+        service->document_pool = document_pool_start(service->events, &pool);
+    if (config->role != CONFIG_ROLE_WORKER && !service->document_pool)
         return refuse("document checkers", "their threads cannot be started");
     char why[TOKENS_WHY_SIZE];
     service->tokens = config->tokens[0] ? tokens_open(config->tokens, why) : NULL;
@@ -240,16 +229,6 @@ static bool start_front(struct service *service) {
     const struct http_settings settings = {config, service->events,
                                            routes_handler(&service->services)};
     return http_start(&settings, &service->http);
-}
-
-static bool start_service(struct service *service) {
-    if (!api_prepare() || !id_init())
-        return refuse("random numbers", "the system gives none");
-    service->events = job_events_new();
-    if (!service->events)
-        return refuse("memory", strerror(errno));
-    return open_store(service) && fork_server_open() && start_dispatcher(service) &&
-           start_front(service);
 }
 
 /* Requests that wait for a running drape still get it: the front goes after the dispatcher, which
@@ -281,7 +260,11 @@ static int serve(const struct config *config) {
     signal(SIGXFSZ, SIG_IGN);
     signal(SIGUSR1, SIG_IGN); /* from programs that rotate logs; there is no file to reopen */
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
-    bool good = start_service(&service);
+    bool good = (api_prepare() && id_init()) || refuse("random numbers", "the system gives none");
+    if (good)
+        service.events = job_events_new();
+    good = good && (service.events || refuse("memory", strerror(errno))) && open_store(&service) &&
+           fork_server_open() && start_dispatcher(&service) && start_front(&service);
     if (good) {
         /* The one line on stdout, for the process that started this one and waits for it. */
         uint16_t port = http_port(service.http);

@@ -51,29 +51,27 @@ bool systemd_socket(int *socket, const char **why) {
 
 /* ------------------------------------------------------------------ notices */
 
-/* NULL, or why the words did not arrive. */
-static const char *send_notice(const char *path, const char *words) {
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    size_t length = strlen(path);
-    if ((path[0] != '/' && path[0] != '@') || length >= sizeof address.sun_path)
-        return "this is not the address of a socket";
-    memcpy(address.sun_path, path, length);
-    if (path[0] == '@')
-        address.sun_path[0] = '\0'; /* an abstract name, which ends where its length says */
-    socklen_t size = (socklen_t)(offsetof(struct sockaddr_un, sun_path) + length);
-    int sender = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    if (sender < 0)
-        return strerror(errno);
-    const struct sockaddr *to = (const struct sockaddr *)&address;
-    const char *why =
-        sendto(sender, words, strlen(words), MSG_NOSIGNAL, to, size) < 0 ? strerror(errno) : NULL;
-    close(sender);
-    return why;
-}
-
 static void notify_systemd(const char *words) {
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
     const char *path = getenv("NOTIFY_SOCKET");
-    const char *why = path && path[0] ? send_notice(path, words) : NULL;
+    size_t length = path ? strlen(path) : 0;
+    const char *why = NULL;
+    if (length == 0)
+        return;
+    if ((path[0] != '/' && path[0] != '@') || length >= sizeof address.sun_path) {
+        why = "this is not the address of a socket";
+    } else {
+        memcpy(address.sun_path, path, length);
+        if (path[0] == '@')
+            address.sun_path[0] = '\0'; /* an abstract name, which ends where its length says */
+        const struct sockaddr *to = (const struct sockaddr *)&address;
+        socklen_t size = (socklen_t)(offsetof(struct sockaddr_un, sun_path) + length);
+        int sender = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+        if (sender < 0 || sendto(sender, words, strlen(words), MSG_NOSIGNAL, to, size) < 0)
+            why = strerror(errno);
+        if (sender >= 0)
+            close(sender);
+    }
     if (why)
         log_warning(log_event("notify_failed"), log_text("socket", path), log_text("error", why));
 }
