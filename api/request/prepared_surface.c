@@ -54,30 +54,6 @@ static double tolerance_of(const struct surface *surface) {
     return SHELL_TOLERANCE * vec3_distance(lower, upper);
 }
 
-/* The trimmed region, NULL where the surface has no trims; `pointer` leads to them. */
-static enum api_problem_id make_trim(const struct api_surface *definition, const char *pointer,
-                                     const struct surface *surface, struct arena *arena,
-                                     struct trim **trim, struct api_problem *problem) {
-    struct loop_fault fault;
-    *trim = NULL;
-    if (definition->trim_count == 0)
-        return API_OK;
-    enum status status = trim_make(surface, definition->trims, definition->trim_count, arena, trim);
-    if (status == STATUS_OK)
-        status =
-            loops_check(definition->trims, *trim, surface, tolerance_of(surface), arena, &fault);
-    if (status == STATUS_OUT_OF_MEMORY)
-        return api_problem_no_memory(problem, "the trims");
-    if (status != STATUS_OK)
-        return api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer,
-                                  "the trims leave no area of the surface");
-    if (fault.kind == LOOP_SOUND)
-        return API_OK;
-    char loop[API_POINTER_MAX];
-    (void)snprintf(loop, sizeof loop, "%s/%zu", pointer, fault.loop);
-    return prepared_surface_loop_fault(problem, loop, "the surface", &fault);
-}
-
 static double usable_area(const struct trim *trim, const struct surface *surface) {
     struct vec3 centroid;
     return trim ? trim_area(trim, &centroid) : surface_area(surface, NULL);
@@ -109,7 +85,25 @@ static enum api_problem_id make_trimmed(const struct api_surface *definition, co
         (offset != 0 && check_made(surface_offset(*surface, offset, arena, surface), "/offset",
                                    problem) != API_OK))
         return problem->id;
-    return make_trim(definition, trims, *surface, arena, trim, problem);
+    struct loop_fault fault;
+    *trim = NULL;
+    if (definition->trim_count == 0)
+        return API_OK;
+    enum status status =
+        trim_make(*surface, definition->trims, definition->trim_count, arena, trim);
+    if (status == STATUS_OK)
+        status =
+            loops_check(definition->trims, *trim, *surface, tolerance_of(*surface), arena, &fault);
+    if (status == STATUS_OUT_OF_MEMORY)
+        return api_problem_no_memory(problem, "the trims");
+    if (status != STATUS_OK)
+        return api_problem_set_at(problem, API_DEGENERATE_SURFACE, trims,
+                                  "the trims leave nothing of the surface");
+    if (fault.kind == LOOP_SOUND)
+        return API_OK;
+    char loop[API_POINTER_MAX];
+    (void)snprintf(loop, sizeof loop, "%s/%zu", trims, fault.loop);
+    return prepared_surface_loop_fault(problem, loop, "the surface", &fault);
 }
 
 enum api_problem_id prepared_surface_make(const struct api_request *request,

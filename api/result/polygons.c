@@ -394,20 +394,6 @@ static bool is_parallel(const struct chains *chains, const struct chain *chain,
                            (1 - near_share) * distance);
 }
 
-/* Closes the polygon from point `first` on, unless its area is what rounding leaves. */
-static void drop_sliver(struct polygons *polygons, size_t first, double sliver) {
-    const struct polygons_point *p = polygons->points;
-    double area = 0;
-    for (size_t k = first; k < polygons->count; k++) {
-        const struct polygons_point *next = &p[k + 1 == polygons->count ? first : k + 1];
-        area += (p[k].x * next->y - next->x * p[k].y) / 2;
-    }
-    if (fabs(area) < sliver)
-        polygons->count = first;
-    else
-        polygons_close(polygons);
-}
-
 static int compare_lengths(const void *a, const void *b) {
     const struct chain *x = a, *y = b;
     if (x->length != y->length)
@@ -437,7 +423,17 @@ static bool join_parallels(struct chains *chains, struct polygons *wider, double
                 wider->count = first; /* a sliver that rounding left open */
             chain = ends || n == chains->count ? NULL : &chains->all[n];
         }
-        drop_sliver(wider, first, sliver);
+        /* Closes the polygon, unless its area is what rounding leaves. */
+        const struct polygons_point *p = wider->points;
+        double area = 0;
+        for (size_t m = first; m < wider->count; m++) {
+            const struct polygons_point *next = &p[m + 1 == wider->count ? first : m + 1];
+            area += (p[m].x * next->y - next->x * p[m].y) / 2;
+        }
+        if (fabs(area) < sliver)
+            wider->count = first;
+        else
+            polygons_close(wider);
     }
     return true;
 }
