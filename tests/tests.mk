@@ -70,6 +70,7 @@ golden: all $(GOLDEN) ## when results change and should: writes anew what they a
 	@for test in $(GOLDEN); do DRAPE_GOLDEN=write $$test >/dev/null 2>&1; done # their other tests may fail
 	@$(B)/draped --help | awk -f docs/settings.awk >docs/settings.md
 	@deploy/render.py $(B)/draped
+	@python3 tests/checks/messages.py --write
 	@git --no-pager diff --stat -- tests docs deploy
 
 # The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...

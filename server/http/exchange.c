@@ -289,8 +289,8 @@ static bool receive_body(struct exchange *exchange, const char *bytes, size_t le
     else if (!taken && (held == exchange->held || more > quotas_left(quotas, QUOTAS_BODIES)))
         refuse_bodies(&exchange->reply);
     else if (!taken)
-        refuse_quota(&exchange->reply, "bytes of bodies on the way", held + more, "owner-bodies",
-                     most, "max-bodies");
+        refuse_quota(&exchange->reply, "bytes of request bodies being received", held + more,
+                     "owner-bodies", most, "max-bodies");
     return true;
 }
 

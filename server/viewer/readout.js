@@ -183,7 +183,7 @@ export function briefSummary({ columns }, before) {
     reasons[REASONS[reason]] = (reasons[REASONS[reason]] || 0) + 1;
   return {
     ...Object.fromEntries(unknown),
-    outcome: 'on the way',
+    outcome: 'in progress',
     nodes: columns['nodes.i'].length,
     cells: shear.length,
     max_shear_deg: rangeOf(shear)[1],

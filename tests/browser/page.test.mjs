@@ -217,7 +217,7 @@ test('page: dragging the angle drapes while it moves, and leaves one drape behin
     );
   }
   await drawn(page);
-  assert.match(await page.textContent('#summary'), /^Outcomeon the way.*Cells3,\d\d\d/);
+  assert.match(await page.textContent('#summary'), /^Outcomein progress.*Cells3,\d\d\d/);
   assert.equal(await page.evaluate(() => globalThis.linked), 0, 'shaders are not made anew');
   await page.mouse.up();
   await page.waitForFunction((id) => !location.hash.includes(id), first);
