@@ -28,26 +28,6 @@ struct ray {
     double height; /* the least so far */
 };
 
-static struct punch *make_punch(const struct map_target *target, struct arena *arena) {
-    size_t count = target->punch_count;
-    struct punch *punch = arena_alloc(arena, 1, sizeof *punch);
-    struct box *box = arena_take(arena, count, sizeof *box);
-    if (!punch || !box)
-        return NULL;
-    *punch = (struct punch){target->punch_vertices, target->punch, NULL, 0};
-    struct box whole = {0};
-    for (size_t k = 0; k < count; k++) {
-        const int32_t *corners = punch->elements[k];
-        const struct vec3 *v = punch->vertices;
-        box[k] = box_round(v[corners[0]], v[corners[1]], 0);
-        struct box rest = box_round(v[corners[2]], v[corners[corners[3] < 0 ? 2 : 3]], 0);
-        box[k] = box_join(&box[k], &rest);
-        whole = k ? box_join(&whole, &box[k]) : box[k];
-    }
-    punch->size = vec3_distance(whole.lower, whole.upper);
-    return boxes_make(box, count, arena, &punch->boxes) == STATUS_OK ? punch : NULL;
-}
-
 /* Where the line p + t d meets the triangle a, b, c: t = det(ac, q) / det with q = ap x ab (T.
  * Moeller, B. Trumbore, 1997), from both sides. HUGE_VAL where it does not. */
 static double meet_triangle(const struct ray *ray, struct vec3 a, struct vec3 b, struct vec3 c) {
@@ -73,19 +53,6 @@ static bool meet_element(void *context, int32_t number) {
     return true;
 }
 
-/* In a stretch of the line that grows: what it holds is as near as it is long. */
-static double punch_height(const struct punch *punch, struct vec3 point, struct vec3 direction) {
-    struct ray ray = {punch, point, direction, HUGE_VAL};
-    for (double reach = nearest * punch->size; reach <= farthest * punch->size; reach *= 2) {
-        struct box stretch = box_round(vec3_axpy(-reach, direction, point),
-                                       vec3_axpy(reach, direction, point), nearest * reach);
-        boxes_visit(punch->boxes, &stretch, meet_element, &ray);
-        if (ray.height <= reach)
-            return ray.height;
-    }
-    return 0;
-}
-
 /* ---- the cavity ---- */
 
 bool cavity_given(const struct map_target *target) {
@@ -93,17 +60,43 @@ bool cavity_given(const struct map_target *target) {
 }
 
 bool cavity_begin(struct cavity *cavity, const struct map_target *target, struct arena *arena) {
+    size_t count = target->punch_count;
+    const struct vec3 *v = target->punch_vertices;
     *cavity = (struct cavity){.target = target};
-    if (target->punch_count)
-        cavity->punch = make_punch(target, arena);
-    return !target->punch_count || cavity->punch;
+    if (!count)
+        return true;
+    struct punch *punch = arena_alloc(arena, 1, sizeof *punch);
+    struct box *box = arena_take(arena, count, sizeof *box), whole = {0};
+    if (!punch || !box)
+        return false;
+    *punch = (struct punch){v, target->punch, NULL, 0};
+    for (size_t k = 0; k < count; k++) {
+        const int32_t *corners = punch->elements[k];
+        box[k] = box_round(v[corners[0]], v[corners[1]], 0);
+        struct box rest = box_round(v[corners[2]], v[corners[corners[3] < 0 ? 2 : 3]], 0);
+        box[k] = box_join(&box[k], &rest);
+        whole = k ? box_join(&whole, &box[k]) : box[k];
+    }
+    punch->size = vec3_distance(whole.lower, whole.upper);
+    cavity->punch = punch;
+    return boxes_make(box, count, arena, &punch->boxes) == STATUS_OK;
 }
 
+/* That of a punch in a stretch of the normal that grows: what it holds is as near as it is long. */
 double cavity_height(const struct cavity *cavity, size_t number, struct vec3 normal) {
     const struct map_target *target = cavity->target;
-    if (cavity->punch)
-        return punch_height(cavity->punch, map_target_point(target, number), normal);
-    return target->heights ? target->heights[number] : 0;
+    const struct punch *punch = cavity->punch;
+    if (!punch)
+        return target->heights ? target->heights[number] : 0;
+    struct ray ray = {punch, map_target_point(target, number), normal, HUGE_VAL};
+    for (double reach = nearest * punch->size; reach <= farthest * punch->size; reach *= 2) {
+        struct box stretch = box_round(vec3_axpy(-reach, normal, ray.from),
+                                       vec3_axpy(reach, normal, ray.from), nearest * reach);
+        boxes_visit(punch->boxes, &stretch, meet_element, &ray);
+        if (ray.height <= reach)
+            return ray.height;
+    }
+    return 0;
 }
 
 void cavity_warn(const struct cavity *cavity, struct api_map *map, const char *whose) {

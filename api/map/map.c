@@ -205,21 +205,6 @@ static void warn_of_points(const struct mapping *mapping, struct api_map *map) {
                  bare, count, bare - mapping->stack->flat, mapping->stack->flat);
 }
 
-/* Onto a mesh the drape is a stack of one ply. */
-static bool begin_one_ply(struct mapping *mapping, struct arena *arena, struct api_map *map) {
-    static const char *const names[] = {"ply_1"};
-    const struct map_plies plies = {.ply_count = 1,
-                                    .side = 1,
-                                    .names = names,
-                                    .thickness = mapping->thickness >= 0,
-                                    .fraction = mapping->fraction >= 0};
-    if (!mapping->target->elements)
-        return true;
-    mapping->stack = &map->stack;
-    return map_stack_begin(&map->stack, mapping->target, &plies, mapping->target->element_count,
-                           arena);
-}
-
 struct map_fields map_target_fields(const struct map_target *target,
                                     const struct api_column_source *columns) {
     return (struct map_fields){.vertices = target->vertices,
@@ -236,6 +221,7 @@ struct map_fields map_target_fields(const struct map_target *target,
 enum api_problem_id api_map_make(const struct api_reader *reader, const struct map_target *target,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct api_map *map, struct api_problem *problem) {
+    static const char *const names[] = {"ply_1"};
     struct mapping *mapping = arena_alloc(arena, 1, sizeof *mapping);
     memset(map, 0, sizeof *map);
     if (!mapping) {
@@ -254,8 +240,17 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
     if (map_net_open(reader, &mapping->net, problem) != API_OK)
         return problem->id;
     map->fields.unit = mapping->net.columns.unit;
-    if (!make_columns(mapping, arena, map) || !begin_one_ply(mapping, arena, map) ||
-        !cavity_begin(&mapping->cavity, mapping->target, arena)) {
+    bool room = make_columns(mapping, arena, map);
+    if (room && target->elements) { /* onto a mesh the drape is a stack of one ply */
+        const struct map_plies plies = {.ply_count = 1,
+                                        .side = 1,
+                                        .names = names,
+                                        .thickness = mapping->thickness >= 0,
+                                        .fraction = mapping->fraction >= 0};
+        mapping->stack = &map->stack;
+        room = map_stack_begin(&map->stack, target, &plies, target->element_count, arena);
+    }
+    if (!room || !cavity_begin(&mapping->cavity, mapping->target, arena)) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
         return problem->id;
     }

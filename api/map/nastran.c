@@ -161,25 +161,9 @@ static bool read_cards(struct file *file, const char *bytes, size_t length) {
 
 /* ---- ids ---- */
 
-/* Turns the ids of corners into numbers of grids. */
-static bool connect_corners(struct file *file) {
-    struct elements *elements = &file->elements;
-    for (size_t row = 0; row < elements->count; row++) {
-        for (int k = 0; k < 4 && elements->nodes[row][k] >= 0; k++) {
-            int32_t id = elements->nodes[row][k];
-            int32_t index = map_ids_find(file->grids.by_id, file->grids.count, id);
-            if (index < 0)
-                return MAP_REFUSE(file->problem,
-                                  "line %u: element %d has the corner %d, but there is no GRID %d",
-                                  elements->line[row], elements->id[row], id, id);
-            elements->nodes[row][k] = index;
-        }
-    }
-    return true;
-}
-
-/* Sorts the ids; false with the problem set when one is there twice. */
-static bool sort_ids(struct file *file, struct arena *arena) {
+/* Turns the ids of corners into numbers of grids; false with the problem set when an id is there
+ * twice, or a corner is not. */
+static bool connect_ids(struct file *file, struct arena *arena) {
     struct grids *grids = &file->grids;
     struct systems *systems = &file->systems;
     int32_t *system_ids = arena_take(arena, systems->count, sizeof *system_ids);
@@ -202,6 +186,17 @@ static bool sort_ids(struct file *file, struct arena *arena) {
     if (system >= 0)
         return MAP_REFUSE(file->problem, "line %u: coordinate system %d is defined twice",
                           systems->system[system].line, systems->system[system].id);
+    for (size_t row = 0; row < file->elements.count; row++) {
+        int32_t *nodes = file->elements.nodes[row];
+        for (int k = 0; k < 4 && nodes[k] >= 0; k++) {
+            int32_t index = map_ids_find(grids->by_id, grids->count, nodes[k]);
+            if (index < 0)
+                return MAP_REFUSE(
+                    file->problem, "line %u: element %d has the corner %d, but there is no GRID %d",
+                    file->elements.line[row], file->elements.id[row], nodes[k], nodes[k]);
+            nodes[k] = index;
+        }
+    }
     return true;
 }
 
@@ -238,9 +233,12 @@ static bool warn_of_passed(const struct file *file, struct arena *arena,
     return target->warning != NULL;
 }
 
-static bool allocate_file(struct file *file, struct arena *arena) {
+/* The second pass; elements get numbers of grids, and grids basic coordinates. */
+static bool read_bulk_mesh(struct file *file, const char *bytes, size_t length,
+                           struct arena *arena) {
     struct grids *grids = &file->grids;
     struct elements *elements = &file->elements;
+    file->counting = false;
     grids->point = arena_take(arena, grids->count, sizeof *grids->point);
     grids->id = arena_take(arena, grids->count, sizeof *grids->id);
     grids->system = arena_take(arena, grids->count, sizeof *grids->system);
@@ -250,21 +248,13 @@ static bool allocate_file(struct file *file, struct arena *arena) {
     elements->pid = arena_take(arena, elements->count, sizeof *elements->pid);
     elements->line = arena_take(arena, elements->count, sizeof *elements->line);
     file->systems.system = arena_take(arena, file->systems.count, sizeof *file->systems.system);
-    return grids->point && grids->id && grids->system && grids->line && elements->nodes &&
-           elements->id && elements->pid && elements->line && file->systems.system;
-}
-
-/* The second pass; elements get numbers of grids, and grids basic coordinates. */
-static bool read_bulk_mesh(struct file *file, const char *bytes, size_t length,
-                           struct arena *arena) {
-    file->counting = false;
-    if (!allocate_file(file, arena))
+    if (!grids->point || !grids->id || !grids->system || !grids->line || !elements->nodes ||
+        !elements->id || !elements->pid || !elements->line || !file->systems.system)
         return map_target_no_memory(file->problem);
     if (!read_cards(file, bytes, length))
         return false;
     struct arena_mark mark = arena_mark(arena);
-    bool good = sort_ids(file, arena) && connect_corners(file) &&
-                systems_apply(&file->systems, &file->grids, file->problem);
+    bool good = connect_ids(file, arena) && systems_apply(&file->systems, grids, file->problem);
     for (size_t k = 0; good && k < file->systems.count; k++)
         if (file->systems.system[k].state == SYSTEM_UNUSED)
             pass_over(&file->passed, file->systems.system[k].name, 1);

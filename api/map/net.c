@@ -162,16 +162,6 @@ static int32_t node_at(const struct gathering *g, int32_t i, int32_t j) {
                                                                           : FACETS_NONE;
 }
 
-/* Gives the corners of a cell that is cut their numbers, or notes them. */
-static void find_cut_corners(struct gathering *g, const double cut[14], int32_t corners[4]) {
-    for (int k = 0; k < 4; k++) {
-        int32_t i = (int32_t)cut[0] + (k == 1 || k == 2), j = (int32_t)cut[1] + k / 2;
-        corners[k] = node_at(g, i, j);
-        if (corners[k] == FACETS_NONE)
-            g->beyond[g->count++] = (struct corner){i, j, &corners[k], cut + 2 + 3 * k};
-    }
-}
-
 /* Numbers the corners that are no nodes after these, each once. */
 static size_t number_corners(struct gathering *g) {
     size_t count = g->nodes;
@@ -225,7 +215,13 @@ static enum api_problem_id load_cloth(const struct api_reader *reader, struct ar
         size_t cell = net->whole + k;
         for (int side = 0; side < 2; side++)
             g.places[cell][side] = (int32_t)g.cut[k][side];
-        find_cut_corners(&g, g.cut[k], g.corners[cell]);
+        for (int c = 0; c < 4; c++) { /* a corner gets its number, or is noted */
+            int32_t i = g.places[cell][0] + (c == 1 || c == 2), j = g.places[cell][1] + c / 2;
+            int32_t *corner = &g.corners[cell][c];
+            *corner = node_at(&g, i, j);
+            if (*corner == FACETS_NONE)
+                g.beyond[g.count++] = (struct corner){i, j, corner, g.cut[k] + 2 + 3 * c};
+        }
     }
     _Static_assert(sizeof(struct vec3) == 3 * sizeof(double), "a point is its coordinates");
     const struct facets_source source = {.node_count = number_corners(&g),
@@ -249,24 +245,11 @@ static struct vec3 vector_of(const double *values) {
     return vec3_make(values[0], values[1], values[2]);
 }
 
-/* The permeabilities of a block's cells, by the yarns of their rows. */
-static void put_permeabilities(const struct map_net *net, size_t offset,
-                               const struct block *block) {
-    const double(*v)[BLOCK] = block->values;
-    for (size_t k = 0; k < block->count; k++) {
-        double *row = net->rows + (block->row + k) * net->width;
-        struct vec3 warp = vector_of(row + net->warp), weft = vector_of(row + net->weft);
-        struct vec3 d = vec3_make(v[3][k], v[4][k], v[5][k]);
-        double a = vec3_dot(d, warp), b = vec3_dot(d, permeability_across(warp, weft));
-        map_tensor_values(v[0][k], v[1][k], v[2][k], a, b, row + offset);
-    }
-}
-
 /* The groups of one kind or of all others: a tensor takes the yarns of its row. */
 static bool fill_block(const struct api_reader *reader, const struct map_net *net, bool tensors,
                        struct block *block) {
-    for (size_t k = 0; k < net->group_count; k++) {
-        const struct map_group *group = &net->group[k];
+    for (size_t g = 0; g < net->group_count; g++) {
+        const struct map_group *group = &net->group[g];
         if ((group->kind == MAP_TENSOR) != tensors)
             continue;
         for (size_t c = 0; c < group->columns; c++) {
@@ -276,8 +259,14 @@ static bool fill_block(const struct api_reader *reader, const struct map_net *ne
                 !api_columns_read(reader, column, block->first, block->count, block->values[c]))
                 return false;
         }
-        if (tensors)
-            put_permeabilities(net, group->offset, block);
+        for (size_t k = 0; k < block->count && tensors; k++) {
+            double(*v)[BLOCK] = block->values;
+            double *row = net->rows + (block->row + k) * net->width;
+            struct vec3 warp = vector_of(row + net->warp), weft = vector_of(row + net->weft);
+            struct vec3 d = vec3_make(v[3][k], v[4][k], v[5][k]);
+            double a = vec3_dot(d, warp), b = vec3_dot(d, permeability_across(warp, weft));
+            map_tensor_values(v[0][k], v[1][k], v[2][k], a, b, row + group->offset);
+        }
         for (size_t row = 0; row < block->count && !tensors; row++)
             for (size_t column = 0; column < group->columns; column++)
                 net->rows[(block->row + row) * net->width + group->offset + column] =
