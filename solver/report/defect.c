@@ -214,15 +214,6 @@ static void load_positions(const struct net_window *window, const int first[2], 
     }
 }
 
-static void load_all(const struct net_window *window, struct patch *patch) {
-    static const int range[3][2] = {{-MARGIN, 0}, {0, NET_TILE}, {NET_TILE, NET_TILE + MARGIN}};
-    for (int k = 0; k < 3; k++) {
-        load_positions(window, (int[]){range[k][0], 0}, (int[]){range[k][1], NET_TILE}, patch);
-        if (k != 1)
-            load_positions(window, (int[]){0, range[k][0]}, (int[]){NET_TILE, range[k][1]}, patch);
-    }
-}
-
 /* The places that have plain nodes all the way from 3 steps back to 2 on, along rows and columns.
  */
 static void find_even(const struct net_window *window, int warp, int weft,
@@ -291,10 +282,15 @@ static void along_row(const struct patch *patch, int y, int k, int step, double 
 
 void defect_of_tile(const struct defect_net *net, const struct net_window *window,
                     struct defect_tile *tile) {
+    static const int range[3][2] = {{-MARGIN, 0}, {0, NET_TILE}, {NET_TILE, NET_TILE + MARGIN}};
     const struct net_tile *own = window->tile[1][1];
     struct patch patch;
     int warp = own->ti < 0 ? -1 : 1, weft = own->tj < 0 ? -1 : 1;
-    load_all(window, &patch);
+    for (int k = 0; k < 3; k++) {
+        load_positions(window, (int[]){range[k][0], 0}, (int[]){range[k][1], NET_TILE}, &patch);
+        if (k != 1)
+            load_positions(window, (int[]){0, range[k][0]}, (int[]){NET_TILE, range[k][1]}, &patch);
+    }
     find_even(window, warp, weft, tile->even);
     for (int y = 0; y < NET_TILE; y++) {
         if (!tile->even[y])

@@ -353,20 +353,6 @@ static void estimate_quadrant(void *data, int number) {
     }
 }
 
-/* The nodes that the growth placed, in its order. */
-static void estimate_steps(struct estimate *e, const struct march_steps *steps) {
-    for (size_t k = 0; k < steps->count; k++) {
-        const struct march_step *s = &steps->step[k];
-        struct error error;
-        move_views(e, s->i, s->j);
-        if (s->way != MARCH_CELL)
-            error_of_step(e, s, &error);
-        else if (!cell_error(e, s->i, s->j, s->di, s->dj, &error))
-            loose_error(e, s->i, s->j, s->di, s->dj, &error);
-        keep_error(e, s->i, s->j, &error);
-    }
-}
-
 enum status estimate_make(struct march *march) {
     static const int8_t side[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     const struct error exact = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
@@ -393,7 +379,16 @@ enum status estimate_make(struct march *march) {
     for (int k = 0; k < NET_TABLES; k++)
         task[k] = (struct task){e, tiles, net_tile_count(march->net)};
     team_run(march->settings->team, NET_TABLES, estimate_quadrant, task);
-    estimate_steps(&e, &march->grown);
+    for (size_t k = 0; k < march->grown.count; k++) { /* in the order of the growth */
+        const struct march_step *s = &march->grown.step[k];
+        struct error error;
+        move_views(&e, s->i, s->j);
+        if (s->way != MARCH_CELL)
+            error_of_step(&e, s, &error);
+        else if (!cell_error(&e, s->i, s->j, s->di, s->dj, &error))
+            loose_error(&e, s->i, s->j, s->di, s->dj, &error);
+        keep_error(&e, s->i, s->j, &error);
+    }
     return STATUS_OK;
 }
 

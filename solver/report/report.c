@@ -95,31 +95,6 @@ static struct report_strip *make_strips(struct march *march, struct drape_result
     return spots ? strips : NULL;
 }
 
-/* Gives each strip its places in the columns. */
-static void place_strips(struct report_strip *strips, int count, struct drape_result *result) {
-    struct report_tally sum = {0};
-    for (int k = 0; k < count; k++) {
-        strips[k].next = sum;
-        sum.nodes += strips[k].holds.nodes;
-        sum.cells += strips[k].holds.cells;
-        sum.front += strips[k].holds.front;
-    }
-    result->nodes.count = sum.nodes;
-    result->cells.count = sum.cells;
-    result->front.count = sum.front;
-}
-
-/* In the order of the strips: the same sums, to the last bit, on any threads. */
-static void gather_strips(const struct report_strip *strips, int count,
-                          struct drape_summary *summary) {
-    for (int k = 0; k < count; k++) {
-        summary->coverage += strips[k].covered;
-        summary->error_estimate_max = fmax(summary->error_estimate_max, strips[k].estimate_max);
-        for (int reason = 0; reason < DRAPE_REASON_COUNT; reason++)
-            summary->front_reasons[reason] += strips[k].reasons[reason];
-    }
-}
-
 static void count_strip(void *data, int k) {
     report_strip_count(&((struct report_strip *)data)[k]);
 }
@@ -144,20 +119,9 @@ static void add_strip(void *data, int k) {
         report_strip_add(&tasks->strips[k - 1]);
 }
 
-/* Takes the estimates from the net that was corrected, and gives its memory back. */
-static enum status take_estimates(struct march *march, struct report_strip *strips, int count,
-                                  struct drape_nodes *nodes) {
-    nodes->error_estimate = arena_take(march->arena, nodes->count, sizeof *nodes->error_estimate);
-    if (!nodes->error_estimate)
-        return STATUS_OUT_OF_MEMORY;
-    team_run(march->settings->team, count, add_estimates, strips);
-    net_free(march->first);
-    march->first = NULL;
-    march->before = (struct net_view){.net = NULL};
-    return STATUS_OK;
-}
-
 enum status report_make(struct march *march, struct drape_result *result) {
+    const struct drape_team *team = march->settings->team;
+    struct drape_nodes *nodes = &result->nodes;
     int count;
     *result = (struct drape_result){.start_point = march->start.point.jet.r,
                                     .start_warp = march->start.warp,
@@ -169,16 +133,39 @@ enum status report_make(struct march *march, struct drape_result *result) {
     struct tasks tasks = {rim_report_begin(march), strips};
     if (!strips || !tasks.rim)
         return STATUS_OUT_OF_MEMORY;
-    team_run(march->settings->team, count, count_strip, strips);
-    place_strips(strips, count, result);
-    enum status status =
-        march->first ? take_estimates(march, strips, count, &result->nodes) : STATUS_OK;
-    if (status == STATUS_OK)
-        status = alloc_columns(march->arena, march->surface && march->surface->shell, result);
-    if (status != STATUS_OK)
-        return status;
-    team_run(march->settings->team, count + 1, add_strip, &tasks);
-    gather_strips(strips, count, &result->summary);
+    team_run(team, count, count_strip, strips);
+    struct report_tally sum = {0}; /* gives each strip its places in the columns */
+    for (int k = 0; k < count; k++) {
+        strips[k].next = sum;
+        sum.nodes += strips[k].holds.nodes;
+        sum.cells += strips[k].holds.cells;
+        sum.front += strips[k].holds.front;
+    }
+    nodes->count = sum.nodes;
+    result->cells.count = sum.cells;
+    result->front.count = sum.front;
+    /* Takes the estimates from the net that was corrected, and gives its memory back. */
+    if (march->first) {
+        nodes->error_estimate =
+            arena_take(march->arena, nodes->count, sizeof *nodes->error_estimate);
+        if (!nodes->error_estimate)
+            return STATUS_OUT_OF_MEMORY;
+        team_run(team, count, add_estimates, strips);
+        net_free(march->first);
+        march->first = NULL;
+        march->before = (struct net_view){.net = NULL};
+    }
+    if (alloc_columns(march->arena, march->surface && march->surface->shell, result) != STATUS_OK)
+        return STATUS_OUT_OF_MEMORY;
+    team_run(team, count + 1, add_strip, &tasks);
+    /* In the order of the strips: the same sums, to the last bit, on any threads. */
+    struct drape_summary *summary = &result->summary;
+    for (int k = 0; k < count; k++) {
+        summary->coverage += strips[k].covered;
+        summary->error_estimate_max = fmax(summary->error_estimate_max, strips[k].estimate_max);
+        for (int reason = 0; reason < DRAPE_REASON_COUNT; reason++)
+            summary->front_reasons[reason] += strips[k].reasons[reason];
+    }
     summarise_net(march, result);
     return rim_report(march, tasks.rim, result);
 }

@@ -168,31 +168,6 @@ void report_strip_count(struct report_strip *strip) {
         }
 }
 
-/* The parameters within the domain, and the point there: a node that lies outside by rounding, or
- * on a later turn round a closed direction, is brought back. */
-static struct vec3 bring_inside(struct report_strip *strip, const struct net_node *node,
-                                double uv[2]) {
-    const struct surface *surface = march_surface(strip->march, node);
-    struct surface_jet jet;
-    bool moved = false;
-    if (strip->march->mesh) {
-        struct mesh_point place = {.triangle = (int32_t)node->uv[0], .r = node->r};
-        mesh_parameters(strip->march->mesh, &place, uv);
-        return node->r;
-    }
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &surface->axis[k];
-        double wrapped = surface_axis_wrap(axis, node->uv[k]);
-        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
-        uv[k] = wrapped < low ? low : wrapped > high ? high : wrapped;
-        moved = moved || uv[k] != wrapped;
-    }
-    if (moved)
-        surface_jet_at(surface, &strip->cursor, uv[0], uv[1], &jet);
-    surface_outer(surface, uv, uv);
-    return moved ? jet.r : node->r;
-}
-
 /* The next of the places `left` and those that follow it without a gap: the first, and how many.
  */
 static int next_run(uint32_t *left, int *first) {
@@ -231,19 +206,36 @@ INLINE bool outer_run(const struct surface_axis *axis, int k, const struct net_n
     return true;
 }
 
-/* The parameters of nodes from number `at` on and, where they have to be brought inside for that,
- * their places. */
+/* The parameters of nodes from number `at` on, within the domain, and their places: a node that
+ * lies outside by rounding, or on a later turn round a closed direction, is brought back. */
 static void bring_run_inside(struct report_strip *strip, const struct net_node *nodes, int count,
                              size_t at) {
     struct drape_nodes *to = &strip->result->nodes;
-    for (int n = 0; n < count; n++, at++) {
+    for (const struct net_node *node = nodes; node < nodes + count; node++, at++) {
+        const struct surface *surface = march_surface(strip->march, node);
+        struct surface_jet jet = {.r = node->r};
         double uv[2];
-        struct vec3 r = bring_inside(strip, &nodes[n], uv);
+        bool moved = false;
+        if (strip->march->mesh) {
+            struct mesh_point place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+            mesh_parameters(strip->march->mesh, &place, uv);
+        }
+        for (int k = 0; k < 2 && !strip->march->mesh; k++) {
+            const struct surface_axis *axis = &surface->axis[k];
+            double wrapped = surface_axis_wrap(axis, node->uv[k]);
+            double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+            uv[k] = wrapped < low ? low : wrapped > high ? high : wrapped;
+            moved = moved || uv[k] != wrapped;
+        }
+        if (moved)
+            surface_jet_at(surface, &strip->cursor, uv[0], uv[1], &jet);
+        if (!strip->march->mesh)
+            surface_outer(surface, uv, uv);
         to->u[at] = uv[0];
         to->v[at] = uv[1];
-        to->x[at] = r.x;
-        to->y[at] = r.y;
-        to->z[at] = r.z;
+        to->x[at] = jet.r.x;
+        to->y[at] = jet.r.y;
+        to->z[at] = jet.r.z;
     }
 }
 

@@ -154,16 +154,6 @@ static void note_shear(struct tracer *t, double half_tangent, const double pq[2]
         *most = (struct rim_shear){half_tangent, pq[0], pq[1], r};
 }
 
-/* tan(gamma / 2) of the shear at a place of the surface. Cubics through nodes leave the surface's
- * tangent plane by the third power of the yarns' curvature, and hardly turn within it. */
-static double half_tangent_in_surface(const struct rim_cloth_point *place, struct vec3 normal) {
-    struct rim_cloth_point flat = *place;
-    double n2 = vec3_norm2(normal);
-    for (int k = 0; k < 2 && n2 > 0; k++)
-        flat.along[k] = vec3_axpy(-vec3_dot(flat.along[k], normal) / n2, normal, flat.along[k]);
-    return rim_cloth_point_half_tangent(&flat);
-}
-
 /* Takes in a point of the cloth. Its derivatives by t follow from along[0] p' + along[1] q' = r',
  * in the mean of squares. */
 static void take_cloth_point(struct tracer *t, const struct rim_cloth_point *place,
@@ -186,8 +176,14 @@ static void take_cloth_point(struct tracer *t, const struct rim_cloth_point *pla
             rim->rough[rim->rough_count++] = (struct rim_rough){place->p, place->q, place->r};
         return;
     }
-    stop->half_tangent = t->march->surface ? fabs(half_tangent_in_surface(place, stop->spot.normal))
-                                           : fabs(rim_cloth_point_half_tangent(place));
+    /* In the surface: cubics through nodes leave its tangent plane by the third power of the yarns'
+     * curvature, and hardly turn within it. */
+    struct rim_cloth_point flat = *place;
+    struct vec3 normal = stop->spot.normal;
+    double n2 = t->march->surface ? vec3_norm2(normal) : 0;
+    for (int k = 0; k < 2 && n2 > 0; k++)
+        flat.along[k] = vec3_axpy(-vec3_dot(flat.along[k], normal) / n2, normal, flat.along[k]);
+    stop->half_tangent = fabs(rim_cloth_point_half_tangent(&flat));
     note_shear(t, stop->half_tangent, stop->pq, place->r);
 }
 
@@ -282,27 +278,22 @@ static void add_rim_point(struct tracer *t, const struct rim_edge_point *spot, c
                                                    .q = pq[1]};
 }
 
-/* How many straight lines a cubic needs: one of second derivative c deviates from its chord by
- * c / 8 of the square of its length. */
-static int divisions(const struct stop *a, const struct stop *b) {
+/* The points of a step but its last, on as many straight lines as its cubic needs: one of second
+ * derivative c deviates from its chord by c / 8 of the square of its length. */
+static void emit(struct tracer *t, const struct stop *a, const struct stop *b) {
     double width = b->t - a->t, most = 0;
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < 2 && a->sloped && b->sloped; k++) {
         double rise = b->pq[k] - a->pq[k], from = width * a->by_t[k], to = width * b->by_t[k];
         most = fmax(most,
                     fmax(fabs(6 * rise - 4 * from - 2 * to), fabs(-6 * rise + 2 * from + 4 * to)));
     }
-    double count = ceil(sqrt(most / (8 * 0.7 * RIM_TOLERANCE)));
-    return count < 1 ? 1 : count > DIVISIONS ? DIVISIONS : (int)count;
-}
-
-/* The points of a step but its last. */
-static void emit(struct tracer *t, const struct stop *a, const struct stop *b) {
-    int count = a->sloped && b->sloped ? divisions(a, b) : 1;
+    double lines = ceil(sqrt(most / (8 * 0.7 * RIM_TOLERANCE)));
+    int count = lines < 1 ? 1 : lines > DIVISIONS ? DIVISIONS : (int)lines;
     add_rim_point(t, &a->spot, a->pq, a->covered);
     for (int k = 1; k < count; k++) {
         struct rim_edge_point spot;
         double share = (double)k / count, pq[2];
-        edge_point_at(t, a->t + share * (b->t - a->t), &spot);
+        edge_point_at(t, a->t + share * width, &spot);
         cubic(a, b, share, pq);
         add_rim_point(t, &spot, pq, true);
     }

@@ -443,17 +443,6 @@ struct view {
     struct vec3 along[2];
 };
 
-/* The yarns of a corner carried along a geodesic that leaves it and arrives at `to` like this. */
-static void carry_yarns(const struct rim_corner *corner, const struct surface_point *to,
-                        struct vec3 leave, struct vec3 arrive, const struct rim_cloth_point *frame,
-                        struct vec3 along[2]) {
-    struct vec3 side = vec3_cross(corner->point.normal, leave);
-    struct vec3 there = vec3_cross(to->normal, arrive);
-    for (int k = 0; k < 2; k++)
-        along[k] = vec3_axpy(vec3_dot(frame->along[k], leave), arrive,
-                             vec3_scale(vec3_dot(frame->along[k], side), there));
-}
-
 /* The place `to` by its geodesic from the corner: its logarithm or, with `search`, where that is
  * not to be had, what a search finds. */
 static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner,
@@ -495,7 +484,12 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner,
     pq[0] += ab[0];
     pq[1] += ab[1];
     bend_yarns(corner, pq, &frame);
-    carry_yarns(corner, to, start, end, &frame, view->along);
+    /* carries the yarns of the corner along the geodesic */
+    struct vec3 side = vec3_cross(corner->point.normal, start);
+    struct vec3 there = vec3_cross(to->normal, end);
+    for (int k = 0; k < 2; k++)
+        view->along[k] = vec3_axpy(vec3_dot(frame.along[k], start), end,
+                                   vec3_scale(vec3_dot(frame.along[k], side), there));
     return true;
 }
 
@@ -509,21 +503,6 @@ struct sight {
     struct view view[4];
 };
 
-/* Corner number k asked for the place that it is expected at. */
-static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
-                       const struct surface_point *to, const struct rim_cloth_point *expected,
-                       struct sight *sight) {
-    bool *asked = &sight->asked[k][sight->search];
-    if (!sight->seen[k] && !*asked) {
-        *asked = true;
-        sight->view[k].pq[0] = expected->p;
-        sight->view[k].pq[1] = expected->q;
-        sight->seen[k] = find_patch_corner(cloth, patch, k) &&
-                         see_from(cloth, &patch->corner[k], to, sight->search, &sight->view[k]);
-    }
-    return sight->seen[k];
-}
-
 /* p and q of a place in the patch, from those of its corners whose bilinear weight is more than
  * `least_weight`, by which it is the less. */
 static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
@@ -535,7 +514,17 @@ static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
     for (int k = 0; k < 4; k++) {
         int a = k & 1, b = k / 2;
         double weight = (a ? x : 1 - x) * (b ? y : 1 - y) - least_weight;
-        if (weight <= 0 || !ask_corner(cloth, patch, k, to, place, sight))
+        bool *asked = &sight->asked[k][sight->search];
+        if (weight <= 0)
+            continue;
+        if (!sight->seen[k] && !*asked) {
+            *asked = true;
+            sight->view[k].pq[0] = place->p;
+            sight->view[k].pq[1] = place->q;
+            sight->seen[k] = find_patch_corner(cloth, patch, k) &&
+                             see_from(cloth, &patch->corner[k], to, sight->search, &sight->view[k]);
+        }
+        if (!sight->seen[k])
             continue;
         weights += weight;
         for (int m = 0; m < 2; m++) {
