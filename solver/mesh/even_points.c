@@ -25,10 +25,6 @@ struct patches {
 
 /* ---- pieces ---- */
 
-static size_t span_count(const struct surface *surface) {
-    return (size_t)surface->axis[0].span_count * (size_t)surface->axis[1].span_count;
-}
-
 static const struct surface *face_surface(const struct drape_part *part, int32_t face) {
     return part->shell ? shell_surface(part->shell, face) : part->surface;
 }
@@ -40,8 +36,10 @@ static enum status cut_faces(const struct drape_part *part, int32_t component, s
     size_t spans = 0;
     int cuts = 1;
     for (int32_t face = 0; face < count; face++)
-        if (!part->shell || shell_component(part->shell, face) == component)
-            spans += span_count(face_surface(part, face));
+        if (!part->shell || shell_component(part->shell, face) == component) {
+            const struct surface_axis *axis = face_surface(part, face)->axis;
+            spans += (size_t)axis[0].span_count * (size_t)axis[1].span_count;
+        }
     while (cuts < CUTS_MOST && spans * (size_t)(cuts * cuts) < PATCHES_LEAST)
         cuts++;
     patches->list = arena_take(arena, spans * (size_t)(cuts * cuts), sizeof *patches->list);

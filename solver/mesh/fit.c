@@ -137,24 +137,6 @@ static double dot_columns(const struct problem *p, int a, int b) {
     return sum;
 }
 
-/* Vertices count less the further off they are; lengths in units of `reach`. */
-static void set_up_problem(struct problem *p, const struct vicinity *v, const struct mesh_fit *fit,
-                           double reach) {
-    p->rows = v->point_count;
-    for (int k = 0; k < p->rows; k++) {
-        struct vec3 offset = vec3_scale(1 / reach, vec3_sub(v->points[k], fit->origin));
-        double x = vec3_dot(offset, fit->x), y = vec3_dot(offset, fit->y);
-        double weight = 1 / (0.1 + x * x + y * y);
-        double term[FIT_TERMS + 1] = {
-            x,         y,         x * x,     x * y,     y * y,
-            x * x * x, x * x * y, x * y * y, y * y * y, vec3_dot(offset, fit->normal)};
-        for (int m = 0; m <= FIT_TERMS; m++)
-            p->column[m][k] = weight * term[m];
-    }
-    for (int m = 0; m <= FIT_TERMS; m++)
-        p->size[m] = sqrt(dot_columns(p, m, m));
-}
-
 /* The first `terms` coefficients by the modified Gram-Schmidt process, the heights as one more
  * column; false where they are not determined. The columns are used up. */
 static bool solve_least_squares(struct problem *p, int terms, double coefficient[FIT_TERMS]) {
@@ -217,7 +199,20 @@ static void fit_surface(struct mesh_fit *fit, const struct vicinity *v) {
         double c[FIT_TERMS] = {0};
         if (v->point_count < least[k])
             continue;
-        set_up_problem(&problem, v, fit, reach);
+        /* vertices count less the further off they are; lengths in units of `reach` */
+        problem.rows = v->point_count;
+        for (int row = 0; row < problem.rows; row++) {
+            struct vec3 offset = vec3_scale(1 / reach, vec3_sub(v->points[row], fit->origin));
+            double x = vec3_dot(offset, fit->x), y = vec3_dot(offset, fit->y);
+            double weight = 1 / (0.1 + x * x + y * y);
+            double term[FIT_TERMS + 1] = {
+                x,         y,         x * x,     x * y,     y * y,
+                x * x * x, x * x * y, x * y * y, y * y * y, vec3_dot(offset, fit->normal)};
+            for (int m = 0; m <= FIT_TERMS; m++)
+                problem.column[m][row] = weight * term[m];
+        }
+        for (int m = 0; m <= FIT_TERMS; m++)
+            problem.size[m] = sqrt(dot_columns(&problem, m, m));
         if (!solve_least_squares(&problem, terms[k], c) || !describes_surface(c, v, fit, reach))
             continue;
         for (int m = 0; m < 2; m++)

@@ -117,26 +117,13 @@ static bool is_convex_pair(const struct triangulation *t, const struct diamond *
     return twice_area_of(t, d->p, d->o, d->r) > least && twice_area_of(t, d->o, d->q, d->r) > least;
 }
 
-/* Whether the edge k of s, a diagonal that may go, ought to: the angles opposite to it, where the
- * points are `at`, add up to more than half a turn. */
-static bool ought_to_go(const struct triangulation *t, const struct vec3 *at, int32_t s, int k) {
-    if (t->beyond[s][k] == NONE || t->fixed[s][k])
-        return false;
-    struct diamond d = diamond_at(t, s, k);
-    struct vec3 pr = vec3_sub(at[d.p], at[d.r]), qr = vec3_sub(at[d.q], at[d.r]);
-    struct vec3 po = vec3_sub(at[d.p], at[d.o]), qo = vec3_sub(at[d.q], at[d.o]);
-    double cosine[2] = {vec3_dot(pr, qr), vec3_dot(po, qo)};
-    double sine[2] = {vec3_norm(vec3_cross(pr, qr)), vec3_norm(vec3_cross(po, qo))};
-    double scale = sqrt(vec3_norm2(pr) * vec3_norm2(qr) * vec3_norm2(po) * vec3_norm2(qo));
-    return sine[0] * cosine[1] + cosine[0] * sine[1] < -even_sine * scale && is_convex_pair(t, &d);
-}
-
 static void push_triangle(struct builder *b, int32_t triangle) {
     if (b->depth < b->room)
         b->stack[b->depth++] = triangle;
 }
 
-/* Exchanges diagonals round the triangles of the stack. */
+/* Exchanges those diagonals round the triangles of the stack that may go and ought to: the angles
+ * opposite to them, where the points are `at`, add up to more than half a turn. */
 static void exchange_all(struct builder *b, const struct vec3 *at, const bool *chosen,
                          size_t most) {
     struct triangulation *t = b->t;
@@ -144,7 +131,16 @@ static void exchange_all(struct builder *b, const struct vec3 *at, const bool *c
         int32_t s = b->stack[--b->depth];
         for (int k = 0; k < 3; k++) {
             int32_t o = t->beyond[s][k];
-            if ((chosen && !chosen[t->region[s]]) || !ought_to_go(t, at, s, k))
+            if ((chosen && !chosen[t->region[s]]) || o == NONE || t->fixed[s][k])
+                continue;
+            const struct diamond d = diamond_at(t, s, k);
+            struct vec3 pr = vec3_sub(at[d.p], at[d.r]), qr = vec3_sub(at[d.q], at[d.r]);
+            struct vec3 po = vec3_sub(at[d.p], at[d.o]), qo = vec3_sub(at[d.q], at[d.o]);
+            double cosine[2] = {vec3_dot(pr, qr), vec3_dot(po, qo)};
+            double sine[2] = {vec3_norm(vec3_cross(pr, qr)), vec3_norm(vec3_cross(po, qo))};
+            double scale = sqrt(vec3_norm2(pr) * vec3_norm2(qr) * vec3_norm2(po) * vec3_norm2(qo));
+            double sum = sine[0] * cosine[1] + cosine[0] * sine[1];
+            if (!(sum < -even_sine * scale) || !is_convex_pair(t, &d))
                 continue;
             exchange_diagonal(b, s, k);
             push_triangle(b, o);

@@ -257,27 +257,6 @@ static int32_t entry_of(const struct tube *o, int32_t half, int frame) {
     return layer < 0 || layer >= LAYERS ? NOWHERE : LAYERS * o->vertex[half] + layer;
 }
 
-/* Over the triangle of `half`, where that begins, in a layer, the distance is settled now. */
-static bool spread_distance(struct tube *o, struct heap *heap, int32_t half, int layer) {
-    int frame = layer - o->right[half];
-    double own = o->distance[LAYERS * o->vertex[half] + layer];
-    for (int k = 0; k < 2; k++) {
-        int32_t to = k ? mesh_previous_half(half) : mesh_next_half(half),
-                third = k ? mesh_next_half(half) : mesh_previous_half(half);
-        int32_t at = entry_of(o, to, frame), with = entry_of(o, third, frame);
-        if (at == NOWHERE || o->settled[at])
-            continue;
-        double distance = own + vec3_distance(start_of_half(o, half), start_of_half(o, to));
-        if (with != NOWHERE && o->settled[with])
-            distance =
-                fmin(distance, unfolded_distance(start_of_half(o, half), start_of_half(o, third),
-                                                 start_of_half(o, to), own, o->distance[with]));
-        if (!lower_distance(heap, o->distance, at, distance))
-            return false;
-    }
-    return true;
-}
-
 static bool find_distances(struct tube *o, const struct mesh_point *start) {
     struct heap heap = {.arena = o->arena};
     size_t count = LAYERS * o->vertex_count;
@@ -293,9 +272,23 @@ static bool find_distances(struct tube *o, const struct mesh_point *start) {
             continue;
         o->settled[top.at] = 1;
         int32_t v = top.at / LAYERS;
-        for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
-            if (!spread_distance(o, &heap, o->around[k], top.at % LAYERS))
+        for (int32_t n = 2 * o->first[v]; n < 2 * o->first[v + 1]; n++) {
+            /* over each triangle there, to either of its other vertices */
+            int32_t half = o->around[n / 2];
+            int frame = top.at % LAYERS - o->right[half];
+            int32_t to = n % 2 ? mesh_previous_half(half) : mesh_next_half(half),
+                    third = n % 2 ? mesh_next_half(half) : mesh_previous_half(half);
+            int32_t at = entry_of(o, to, frame), with = entry_of(o, third, frame);
+            if (at == NOWHERE || o->settled[at])
+                continue;
+            struct vec3 r = start_of_half(o, half), end = start_of_half(o, to);
+            double own = o->distance[top.at], distance = own + vec3_distance(r, end);
+            if (with != NOWHERE && o->settled[with])
+                distance = fmin(distance, unfolded_distance(r, start_of_half(o, third), end, own,
+                                                            o->distance[with]));
+            if (!lower_distance(&heap, o->distance, at, distance))
                 return false;
+        }
     }
     for (size_t v = 0; v < o->vertex_count; v++)
         for (int8_t l = 1; l < LAYERS; l++)

@@ -133,24 +133,6 @@ static void solve_hessian(const struct slope *s, double x[2]) {
     x[1] = inverse1 * first[1] + inverse2 * (gv - first[1]);
 }
 
-/* A direction along which f decreases inside the box. Where a bound holds one parameter, or the
- * joint step would push against it, each goes its own way. */
-static void descent_step(const struct slope *s, const struct box *box, const double at[2],
-                         double step[2]) {
-    double x[2];
-    solve_hessian(s, x);
-    bool alone = s->held[0] || s->held[1];
-    for (int k = 0; k < 2; k++)
-        alone =
-            alone || (at[k] <= box->lower[k] && x[k] > 0) || (at[k] >= box->upper[k] && x[k] < 0);
-    for (int k = 0; k < 2; k++) {
-        double h = fabs(k == 0 ? s->uu : s->vv);
-        if (alone)
-            x[k] = s->held[k] ? 0 : s->gradient[k] / (h > least_curvature ? h : 1);
-        step[k] = -x[k] / s->length[k];
-    }
-}
-
 /* Moves `candidate` to a minimum of the distance within the box that holds it; whether the slope
  * vanishes there. Distances are flat at a minimum, so close to it, where they differ by rounding,
  * the slope has to decrease instead. */
@@ -161,9 +143,21 @@ static bool descend_in_box(const struct search *search, const struct box *box,
     candidate->distance = distance_at(search, box, candidate->uv, &jet);
     struct slope slope = distance_slope(search, box, candidate->uv, &jet);
     for (int round = 0; round < NEWTON_MAX && slope.norm > 0; round++) {
-        double step[2], noise = 8 * DBL_EPSILON * (candidate->distance + surface->magnitude);
+        double step[2], x[2], noise = 8 * DBL_EPSILON * (candidate->distance + surface->magnitude);
         bool moved = false;
-        descent_step(&slope, box, candidate->uv, step);
+        /* Where a bound holds one parameter, or the joint step would push against it, each goes its
+         * own way. */
+        solve_hessian(&slope, x);
+        bool alone = slope.held[0] || slope.held[1];
+        for (int k = 0; k < 2; k++)
+            alone = alone || (candidate->uv[k] <= box->lower[k] && x[k] > 0) ||
+                    (candidate->uv[k] >= box->upper[k] && x[k] < 0);
+        for (int k = 0; k < 2; k++) {
+            double h = fabs(k == 0 ? slope.uu : slope.vv);
+            if (alone)
+                x[k] = slope.held[k] ? 0 : slope.gradient[k] / (h > least_curvature ? h : 1);
+            step[k] = -x[k] / slope.length[k];
+        }
         for (int h = 0; h < HALVINGS_MAX && !moved; h++) {
             double uv[2];
             for (int k = 0; k < 2; k++) {
@@ -309,23 +303,6 @@ static double threshold(const struct search *search) {
            16 * DBL_EPSILON * reach * (reach + surface->magnitude);
 }
 
-/* Whether the minimum of a cell can be had by Newton's method, and is no longer of interest. */
-static bool settle_convex(struct search *search, const struct bounds_cell *cell) {
-    struct candidate candidate = {.span = {search->span[0], search->span[1]}};
-    struct box box = {.span = {search->span[0], search->span[1]}};
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &search->surface->axis[k];
-        box.lower[k] = parameter(axis, search->span[k], cell->lower[k]);
-        box.upper[k] = parameter(axis, search->span[k], cell->upper[k]);
-        candidate.uv[k] = parameter(axis, search->span[k], (cell->lower[k] + cell->upper[k]) / 2);
-    }
-    bool found = descend_in_box(search, &box, &candidate);
-    double level = candidate.distance * candidate.distance;
-    if (candidate.distance < search->best.distance)
-        improve_best(search, candidate);
-    return found && bounds_convex(cell, level);
-}
-
 static int judge_distance(void *context, const struct bounds_cell *cell) {
     struct search *search = context;
     int corner;
@@ -339,9 +316,23 @@ static int judge_distance(void *context, const struct bounds_cell *cell) {
     if (!(bounds_least(cell) < threshold(search)))
         return BOUNDS_SETTLED;
     double level = search->best.distance * search->best.distance;
-    if (bounds_convex(cell, level) && settle_convex(search, cell))
-        return BOUNDS_SETTLED;
-    return bounds_bend(cell, level);
+    if (!bounds_convex(cell, level))
+        return bounds_bend(cell, level);
+    /* the minimum of the cell can be had by Newton's method, and then may be no longer of interest
+     */
+    struct candidate candidate = {.span = {search->span[0], search->span[1]}};
+    struct box box = {.span = {search->span[0], search->span[1]}};
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &search->surface->axis[k];
+        box.lower[k] = parameter(axis, search->span[k], cell->lower[k]);
+        box.upper[k] = parameter(axis, search->span[k], cell->upper[k]);
+        candidate.uv[k] = parameter(axis, search->span[k], (cell->lower[k] + cell->upper[k]) / 2);
+    }
+    bool found = descend_in_box(search, &box, &candidate);
+    if (candidate.distance < search->best.distance)
+        improve_best(search, candidate);
+    bool settled = found && bounds_convex(cell, candidate.distance * candidate.distance);
+    return settled ? BOUNDS_SETTLED : bounds_bend(cell, level);
 }
 
 /* Whether the plane across the way from q to the middle of the span, at the best distance, has
