@@ -238,13 +238,24 @@ char *items_collect_materials(struct call *call, char *names, size_t *length) {
 
 /* ------------------------------------------------------------------ the preview */
 
-/* Begins to make the preview of the stored surface. False: the reply says why not. */
-static bool begin_preview(struct call *call) {
+static void reply_preview(struct call *call, struct check *check) {
+    size_t length = (size_t)check_answer(check)->output_length;
+    char *bytes = checking_text(check, 0, length);
+    if (bytes)
+        reply_bytes(call->reply, 200, "model/gltf-binary", bytes, length);
+    else
+        reply_no_memory(call->reply);
+}
+
+/* The first call begins to make the preview of the stored surface. */
+enum http_next items_preview(struct call *call) {
     const char *format = request_query(call->request, "format");
     struct store_item surface;
+    if (call->request->state)
+        return checking_answer(call, reply_preview);
     if (format && strcmp(format, "glb")) {
         reply_refuse(call->reply, API_NOT_ACCEPTABLE, "a preview is available as glb only");
-        return false;
+        return HTTP_DONE;
     }
     enum store_answer answer = find_item(call, STORE_SURFACES, call->request->parameter, &surface);
     if (answer == STORE_OK) {
@@ -257,20 +268,5 @@ static bool begin_preview(struct call *call) {
         item_failed(call, answer);
     }
     store_item_clear(&surface);
-    return call->request->state != NULL;
-}
-
-static void reply_preview(struct call *call, struct check *check) {
-    size_t length = (size_t)check_answer(check)->output_length;
-    char *bytes = checking_text(check, 0, length);
-    if (bytes)
-        reply_bytes(call->reply, 200, "model/gltf-binary", bytes, length);
-    else
-        reply_no_memory(call->reply);
-}
-
-enum http_next items_preview(struct call *call) {
-    if (!call->request->state && !begin_preview(call))
-        return HTTP_DONE;
-    return checking_answer(call, reply_preview);
+    return call->request->state ? checking_answer(call, reply_preview) : HTTP_DONE;
 }

@@ -95,54 +95,9 @@ static bool begin_check(struct call *call) {
     return waiting->check != NULL;
 }
 
-/* The first call. False: the reply says why the body is not even looked at. Idempotency keys of
- * other bytes need be no text, which PostgreSQL does not take. */
-static bool begin_submission(struct call *call) {
-    int64_t wait = negotiate_wait(request_header(call->request, "Prefer"), CALL_WAIT_MAX);
-    const char *key = request_header(call->request, "Idempotency-Key");
-    size_t length = 0;
-    queue_rate_sample(call->services->store);
-    while (key && key[length] >= ' ' && key[length] <= '~')
-        length++;
-    if (key && (length == 0 || length >= STORE_KEY_SIZE || key[length])) {
-        reply_refuse(call->reply, API_INVALID_REQUEST,
-                     "the Idempotency-Key must have 1 to %d printable ASCII characters",
-                     STORE_KEY_SIZE - 1);
-        return false;
-    }
-    return (!wait || http_take_stream(call->request, call->reply)) &&
-           start_waiting(call, "", wait) && begin_check(call);
-}
-
 /* Where a body names a stored surface. */
 static const char *surface_pointer(const struct call *call) {
     return call->kind == STORE_STUDY ? "/drape/surface/id" : "/surface/id";
-}
-
-/* Fetches what the request names beside itself: the caller's materials, or a stored surface. False:
- * the reply says why not. */
-static bool fetch_named(struct call *call, const struct api_check *check) {
-    struct waiting *waiting = call->request->state;
-    struct api_problem problem = {0};
-    if (check->needs_materials) {
-        char *names = checking_text(waiting->check, 0, check_answer(waiting->check)->output_length);
-        if (names)
-            waiting->materials = items_collect_materials(call, names, &waiting->materials_length);
-        else
-            reply_no_memory(call->reply);
-        free(names);
-        return waiting->materials != NULL;
-    }
-    enum store_answer answer = store_item_get(call->services->store, STORE_SURFACES,
-                                              call_owner(call), check->surface, &waiting->surface);
-    if (answer == STORE_EMPTY)
-        api_problem_add(&problem, surface_pointer(call), "there is no stored surface '%s'",
-                        check->surface);
-    else if (answer != STORE_OK)
-        api_problem_set(&problem, API_UNAVAILABLE, "the store is %s", store_answer_name(answer));
-    if (problem.id != API_OK)
-        reply_problem(call->reply, &problem);
-    return answer == STORE_OK;
 }
 
 /* 429 for the bound that the submission would have been over. */
@@ -218,9 +173,11 @@ static bool submit_checked(struct call *call, const struct api_check *check) {
     return answer == STORE_OK;
 }
 
-/* Goes on with the check, as far as that has come, up to the submission. */
+/* Goes on with the check, as far as that has come, up to the submission. Fetches what the request
+ * names beside itself: the caller's materials, or a stored surface. */
 static enum checking_state accept_body(struct call *call) {
     struct waiting *waiting = call->request->state;
+    struct api_problem problem = {0};
     for (;;) {
         enum checking_state state = checking_look(call, waiting->check);
         if (state != CHECKING_PASSED)
@@ -228,7 +185,31 @@ static enum checking_state accept_body(struct call *call) {
         const struct api_check *check = &check_answer(waiting->check)->check;
         if (!check->needs_surface && !check->needs_materials)
             return submit_checked(call, check) ? CHECKING_PASSED : CHECKING_REFUSED;
-        if (!fetch_named(call, check) || !begin_check(call))
+        if (check->needs_materials) {
+            char *names =
+                checking_text(waiting->check, 0, check_answer(waiting->check)->output_length);
+            if (names)
+                waiting->materials =
+                    items_collect_materials(call, names, &waiting->materials_length);
+            else
+                reply_no_memory(call->reply);
+            free(names);
+            if (!waiting->materials || !begin_check(call))
+                return CHECKING_REFUSED;
+            continue;
+        }
+        enum store_answer answer =
+            store_item_get(call->services->store, STORE_SURFACES, call_owner(call), check->surface,
+                           &waiting->surface);
+        if (answer == STORE_EMPTY)
+            api_problem_add(&problem, surface_pointer(call), "there is no stored surface '%s'",
+                            check->surface);
+        else if (answer != STORE_OK)
+            api_problem_set(&problem, API_UNAVAILABLE, "the store is %s",
+                            store_answer_name(answer));
+        if (problem.id != API_OK)
+            reply_problem(call->reply, &problem);
+        if (answer != STORE_OK || !begin_check(call))
             return CHECKING_REFUSED;
     }
 }
@@ -259,13 +240,30 @@ static void reply_created(struct call *call, const struct store_job *job,
     reply_header(call->reply, "Location", "/v1/%s/%s", documents_collection(job->kind), job->id);
 }
 
+/* Idempotency keys of other bytes need be no text, which PostgreSQL does not take. */
 enum http_next jobs_create(struct call *call) {
     struct call_choice choice;
     struct store_job job = {0};
     enum http_next next = HTTP_DONE;
-    if (!call_choose(call, FORMAT_RESULT, &choice) ||
-        (!call->request->state && !begin_submission(call)))
+    if (!call_choose(call, FORMAT_RESULT, &choice))
         return HTTP_DONE;
+    if (!call->request->state) { /* the first call */
+        int64_t wait = negotiate_wait(request_header(call->request, "Prefer"), CALL_WAIT_MAX);
+        const char *key = request_header(call->request, "Idempotency-Key");
+        size_t length = 0;
+        queue_rate_sample(call->services->store);
+        while (key && key[length] >= ' ' && key[length] <= '~')
+            length++;
+        if (key && (length == 0 || length >= STORE_KEY_SIZE || key[length])) {
+            reply_refuse(call->reply, API_INVALID_REQUEST,
+                         "the Idempotency-Key must have 1 to %d printable ASCII characters",
+                         STORE_KEY_SIZE - 1);
+            return HTTP_DONE;
+        }
+        if ((wait && !http_take_stream(call->request, call->reply)) ||
+            !start_waiting(call, "", wait) || !begin_check(call))
+            return HTTP_DONE;
+    }
     struct waiting *waiting = call->request->state;
     enum checking_state state = waiting->id[0] ? CHECKING_PASSED : accept_body(call);
     if (state != CHECKING_PASSED)
@@ -344,17 +342,18 @@ enum http_next jobs_status(struct call *call) {
 
 /* ------------------------------------------------------------------ the request as understood */
 
-/* Begins to write down the stored request with every default filled in. False: the reply says why
- * not. */
-static bool begin_normalising(struct call *call) {
+/* The first call begins to write down the stored request with every default filled in. */
+enum http_next jobs_request(struct call *call) {
     bool drape = call->kind == STORE_DRAPE;
-    struct document_pool_order order =
-        checking_order(call, drape ? CHECKER_NORMALISE : CHECKER_UNDERSTOOD);
     struct stored_result stored = {.store = call->services->store};
     struct api_columns *columns = NULL; /* of a result, which say what the solve started from */
     struct api_problem problem = {0};
     struct store_job job = {0};
     char *bytes = NULL;
+    if (call->request->state)
+        return checking_answer(call, checking_reply_json);
+    struct document_pool_order order =
+        checking_order(call, drape ? CHECKER_NORMALISE : CHECKER_UNDERSTOOD);
     if (call_find_job(call, &job) &&
         (bytes = call_stored_request(call, job.id, &order.length[CHECKER_BODY]))) {
         order.document[CHECKER_BODY] = bytes;
@@ -369,13 +368,7 @@ static bool begin_normalising(struct call *call) {
     free(columns);
     free(bytes);
     store_job_clear(&job);
-    return call->request->state != NULL;
-}
-
-enum http_next jobs_request(struct call *call) {
-    if (!call->request->state && !begin_normalising(call))
-        return HTTP_DONE;
-    return checking_answer(call, checking_reply_json);
+    return call->request->state ? checking_answer(call, checking_reply_json) : HTTP_DONE;
 }
 
 /* ------------------------------------------------------------------ ending */

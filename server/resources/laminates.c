@@ -196,25 +196,18 @@ static bool write_results(void *context, int file) {
     return good;
 }
 
-/* How many drapes the plies have, and how many plies there are. */
-static size_t count_parts(const struct stack *stack, size_t *plies) {
+/* The results, and how many plies there are. NULL without memory or any result. */
+static struct results *find_results(struct store *store, const struct stack *stack, size_t *plies,
+                                    size_t *length) {
     char *copy = strdup(stack->record), *at = copy;
     const char *name;
-    size_t parts = 0, part = 0;
-    *plies = 0;
-    while (copy && next_ply(&at, &part, &name)) {
-        parts = part + 1 > parts ? part + 1 : parts;
-        ++*plies;
-    }
-    free(copy);
-    return parts;
-}
-
-/* NULL without memory or any result. */
-static struct results *find_results(struct store *store, const struct stack *stack, size_t count,
-                                    size_t *length) {
-    struct results *results = calloc(1, sizeof *results + count * sizeof results->result[0]);
+    size_t count = 0, part = 0;
     bool any = false;
+    for (*plies = 0; copy && next_ply(&at, &part, &name); ++*plies)
+        count = part + 1 > count ? part + 1 : count;
+    free(copy);
+    struct results *results =
+        count ? calloc(1, sizeof *results + count * sizeof results->result[0]) : NULL;
     if (!results)
         return NULL;
     results->count = count;
@@ -247,8 +240,8 @@ bool laminates_take_columns(struct call *call, struct document_pool_order *order
         bytes = call_stored_request(call, job.id, &length);
     if (bytes) {
         enum store_answer answer = stack_get(store, job.id, bytes, length, &stack);
-        size_t parts = answer == STORE_OK ? count_parts(&stack, &plies) : 0;
-        results = parts ? find_results(store, &stack, parts, &length) : NULL;
+        if (answer == STORE_OK)
+            results = find_results(store, &stack, &plies, &length);
         if (answer != STORE_OK)
             call_request_failed(call, answer);
         else if (!results)

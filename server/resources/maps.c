@@ -33,29 +33,6 @@ static void free_output(void *context) {
     free(output);
 }
 
-/* Of a check that is done; the reply takes it over. With an entity tag its headers are the
- * caller's. */
-static void reply_output(struct call *call, const struct format *format, const char *etag) {
-    struct output *output = calloc(1, sizeof *output);
-    if (!output) {
-        reply_no_memory(call->reply);
-        return;
-    }
-    output->check = call->request->state;
-    call->request->state = NULL;
-    const struct checker_answer *answer = check_answer(output->check);
-    const struct stream_source source = {read_output, free_output, output, etag,
-                                         answer->output_length};
-    if (*answer->note)
-        reply_header(call->reply, "Draped-Binning", "%s", answer->note);
-    if (!etag) {
-        reply_header(call->reply, "Vary", "Accept, Accept-Encoding");
-        reply_header(call->reply, "Cache-Control", "no-store");
-    }
-    stream_reply(call->request, call->reply, format->media_type,
-                 compress_choose(request_header(call->request, "Accept-Encoding")), &source);
-}
-
 /* ------------------------------------------------------------------ the columns */
 
 /* Copies the stored result to the file, on a thread of the pool. */
@@ -110,37 +87,55 @@ bool maps_begin(struct call *call, struct document_pool_order *order, char *reco
     return request->state != NULL;
 }
 
+/* With an entity tag the headers for caches are the caller's. */
 enum http_next maps_answer(struct call *call, const struct format *format, const char *etag) {
     enum checking_state state = checking_look(call, call->request->state);
-    if (state == CHECKING_PASSED)
-        reply_output(call, format, etag);
-    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
-}
-
-/* False: the reply says why no map is begun. */
-static bool begin_map(struct call *call, const struct call_choice *choice) {
-    const char *type = request_header(call->request, "Content-Type");
-    struct document_pool_order order = checking_order(call, CHECKER_MAP);
-    char *record = NULL;
-    bool stack = call->kind == STORE_LAMINATE;
-    size_t sample;
-    order.nastran = type && negotiate_is_type(type, "text/x-nastran");
-    order.id = call->request->parameter;
-    order.format = choice->format->name;
-    if (call->kind == STORE_STUDY) {
-        order.kind = CHECKER_SAMPLE_MAP;
-        return studies_read_sample(call, &sample) && studies_begin(call, &order, sample);
+    if (state != CHECKING_PASSED)
+        return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+    struct output *output = calloc(1, sizeof *output);
+    if (!output) {
+        reply_no_memory(call->reply);
+        return HTTP_DONE;
     }
-    if (!(stack ? laminates_take_columns(call, &order, &record)
-                : maps_take_columns(call, &order, &record)))
-        return false;
-    return maps_begin(call, &order, record);
+    output->check = call->request->state;
+    call->request->state = NULL; /* the reply takes it over */
+    const struct checker_answer *answer = check_answer(output->check);
+    const struct stream_source source = {read_output, free_output, output, etag,
+                                         answer->output_length};
+    if (*answer->note)
+        reply_header(call->reply, "Draped-Binning", "%s", answer->note);
+    if (!etag) {
+        reply_header(call->reply, "Vary", "Accept, Accept-Encoding");
+        reply_header(call->reply, "Cache-Control", "no-store");
+    }
+    stream_reply(call->request, call->reply, format->media_type,
+                 compress_choose(request_header(call->request, "Accept-Encoding")), &source);
+    return HTTP_DONE;
 }
 
 enum http_next maps_create(struct call *call) {
+    const char *type = request_header(call->request, "Content-Type");
     struct call_choice choice;
-    if (!call_choose(call, FORMAT_MAP, &choice) ||
-        (!call->request->state && !begin_map(call, &choice)))
+    if (!call_choose(call, FORMAT_MAP, &choice))
         return HTTP_DONE;
+    if (!call->request->state) { /* the first call */
+        struct document_pool_order order = checking_order(call, CHECKER_MAP);
+        char *record = NULL;
+        bool begun;
+        size_t sample;
+        order.nastran = type && negotiate_is_type(type, "text/x-nastran");
+        order.id = call->request->parameter;
+        order.format = choice.format->name;
+        if (call->kind == STORE_STUDY) {
+            order.kind = CHECKER_SAMPLE_MAP;
+            begun = studies_read_sample(call, &sample) && studies_begin(call, &order, sample);
+        } else {
+            begun = (call->kind == STORE_LAMINATE ? laminates_take_columns(call, &order, &record)
+                                                  : maps_take_columns(call, &order, &record)) &&
+                    maps_begin(call, &order, record);
+        }
+        if (!begun)
+            return HTTP_DONE;
+    }
     return maps_answer(call, choice.format, NULL);
 }

@@ -104,25 +104,6 @@ static void tell_times(struct call *call, const struct store_job *job, int64_t e
                  documents_queue_ms(job), (double)solve_us / 1e3, (double)encode_us / 1e3);
 }
 
-/* 200, or 206 for a part. */
-static void reply_stored(struct call *call, const struct store_job *job,
-                         const struct call_choice *choice, enum compress_coding coding,
-                         const char *etag) {
-    struct stored_result stored;
-    struct api_problem problem = {0};
-    int64_t begun = clock_us();
-    if (!call_stored_result(call, job->id, &stored))
-        return;
-    struct source *source = source_new(&stored, NULL, job, choice, &problem);
-    if (!source) {
-        reply_problem(call->reply, &problem);
-        return;
-    }
-    const struct stream_source stream = stream_source_of(source, etag);
-    stream_reply(call->request, call->reply, choice->format->media_type, coding, &stream);
-    tell_times(call, job, clock_us() - begun);
-}
-
 /* ------------------------------------------------------------------ made ready early */
 
 struct results_early {
@@ -207,6 +188,8 @@ static void tell_caches(struct call *call, const char *etag) {
 
 void results_reply(struct call *call, const struct store_job *job, const struct call_choice *choice,
                    struct results_early *early) {
+    struct stored_result stored;
+    struct api_problem problem = {0};
     if (!results_ready(call, job))
         return;
     enum compress_coding coding = compress_choose(request_header(call->request, "Accept-Encoding"));
@@ -217,8 +200,17 @@ void results_reply(struct call *call, const struct store_job *job, const struct 
         stream_send(call->request, call->reply, choice->format->media_type, coding, early->stream);
         early->stream = NULL;
         tell_times(call, job, early->spent_us);
-    } else if (!held) {
-        reply_stored(call, job, choice, coding, etag);
+    } else if (!held) { /* 200, or 206 for a part */
+        int64_t begun = clock_us();
+        bool found = call_stored_result(call, job->id, &stored);
+        struct source *source = found ? source_new(&stored, NULL, job, choice, &problem) : NULL;
+        if (source) {
+            const struct stream_source stream = stream_source_of(source, etag);
+            stream_reply(call->request, call->reply, choice->format->media_type, coding, &stream);
+            tell_times(call, job, clock_us() - begun);
+        } else if (found) {
+            reply_problem(call->reply, &problem);
+        }
     }
     tell_caches(call, etag);
 }

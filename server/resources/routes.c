@@ -158,20 +158,6 @@ static void find_route(const struct config *config, struct request *request, cha
 
 /* ------------------------------------------------------------------ before the body */
 
-/* For a path without the method: 404, 405, or the answer to OPTIONS. */
-static void refuse_route(struct call *call, const char *allow) {
-    bool options = !strcmp(call->request->method, "OPTIONS");
-    if (*allow)
-        reply_header(call->reply, "Allow", "%s", allow);
-    if (options && (*allow || !strcmp(call->request->target, "*")))
-        reply_empty(call->reply, 204);
-    else if (*allow)
-        reply_refuse(call->reply, API_METHOD_NOT_ALLOWED, "the path takes only %s", allow);
-    else
-        reply_refuse(call->reply, API_NOT_FOUND,
-                     "there is nothing at this path: GET /v1/openapi.json lists all paths");
-}
-
 /* Whether the path knows the parameters of the query, and each is there once. */
 static bool check_query(struct call *call) {
     const struct request *request = call->request;
@@ -228,8 +214,17 @@ static bool check_route(void *context, struct request *request, struct reply *re
     bool probe = route && route->flags & ROUTE_QUIET && route->flags & ROUTE_OPEN;
     if (!probe && !origin_allows_host(config, request, reply))
         return true;
-    if (!route) {
-        refuse_route(&call, allow);
+    if (!route) { /* 404, 405, or the answer to OPTIONS */
+        bool options = !strcmp(request->method, "OPTIONS");
+        if (*allow)
+            reply_header(reply, "Allow", "%s", allow);
+        if (options && (*allow || !strcmp(request->target, "*")))
+            reply_empty(reply, 204);
+        else if (*allow)
+            reply_refuse(reply, API_METHOD_NOT_ALLOWED, "the path takes only %s", allow);
+        else
+            reply_refuse(reply, API_NOT_FOUND,
+                         "there is nothing at this path: GET /v1/openapi.json lists all paths");
         return true;
     }
     request->quiet = route->flags & ROUTE_QUIET;
