@@ -98,7 +98,7 @@ static enum api_problem_id make_trimmed(const struct api_surface *definition, co
         return api_problem_no_memory(problem, "the trims");
     if (status != STATUS_OK)
         return api_problem_set_at(problem, API_DEGENERATE_SURFACE, trims,
-                                  "the trims leave nothing of the surface");
+                                  "the trims leave no area of the surface");
     if (fault.kind == LOOP_SOUND)
         return API_OK;
     char loop[API_POINTER_MAX];
