@@ -72,7 +72,7 @@ fill() {
     sqlite3 "$BATS_TEST_TMPDIR/foreign.db" 'CREATE TABLE t (n)'
     run "$DRAPED" backup --store "$BATS_TEST_TMPDIR/foreign.db" "$BATS_TEST_TMPDIR/other"
     [ "$status" = 1 ]
-    [[ "$output" == *"no database of draped"* ]]
+    [[ "$output" == *"not a database of draped"* ]]
     for arguments in '' 'a b' '--keep x a' '--keep -1 a' '--nonsense a'; do
         run backup $arguments
         [ "$status" = 2 ]

@@ -72,7 +72,7 @@ off() {
     some="{\"surface\": {\"id\": \"$id\", \"faces\": [3, 4]}, \"fabric\": {\"spacing\": 2}, \"start\": "
     echo "$some {\"face\": 7, \"uv\": [20, 7]}}" | refuse /start/face "face 7 is not among those chosen"
     echo "{\"surface\": {\"id\": \"$id\", \"faces\": [3, 26]}, \"fabric\": {\"spacing\": 2}}" |
-        refuse /surface/faces/1 "below 26"
+        refuse /surface/faces/1 "less than 26"
     echo "$some {\"face\": 3, \"uv\": [-1, 7]}}" | refuse /start/uv "in the domain of face 3, between"
     echo "$some {\"point\": [0, 20, 15]}}" | off "on face 0, which is not among those chosen"
     echo "$some {\"point\": [0, 20, -15]}}" | off "must be on the surface"

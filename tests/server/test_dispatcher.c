@@ -679,7 +679,7 @@ static void test_dispatcher_ends_a_study_with_the_problem_of_a_task(void **state
     submit_study(bench, "fail", id);
     expect_error(bench, id, "/problems/out-of-memory", "not even one variant");
     submit_study(bench, "die-early", id);
-    expect_error(bench, id, "/problems/solver-crashed", "died in 3 attempts");
+    expect_error(bench, id, "/problems/solver-crashed", "died in all 3 attempts");
     assert_int_equal(store_counts(bench->scratch.store, &counts), STORE_OK);
     assert_int_equal(counts.tasks[0] + counts.tasks[1], 0);
     expect_work(bench);

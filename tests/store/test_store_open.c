@@ -51,8 +51,8 @@ static void run_sql(const char *path, const char *sql) {
 static void test_store_open_refuses_what_is_no_file(void **state) {
     struct scratch *scratch = *state;
     expect_refused("mysql://user:secret@host/db", &scratch->options, "unknown kind");
-    expect_refused(":memory:", &scratch->options, "names no file");
-    expect_refused("sqlite:", &scratch->options, "names no file");
+    expect_refused(":memory:", &scratch->options, "does not name a file");
+    expect_refused("sqlite:", &scratch->options, "does not name a file");
     expect_refused("/nowhere/at/all/store.db", &scratch->options, "No such file or directory");
     expect_refused(scratch->folder, &scratch->options, "cannot be opened");
     char lock[SCRATCH_PATH_SIZE + 8];
