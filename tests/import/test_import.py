@@ -115,7 +115,7 @@ def test_selection(parts):
 def test_notes(parts):
     words = {"box": "a solid", "assembly": "2 bodies", "loose": "joined: 2 edges",
              "fin": "3 faces meet at one edge: face 0", "dome": "degree above 9",
-             "mixed": "left out: 1 edge of no face",
+             "mixed": "left out: 1 edge that no face has",
              "open": "a trim is open and was closed by a straight line, by up to 10 mm: face 0",
              "crossed": "a trim crosses itself, and the face was cut there: faces 0, 1"}
     for name, word in words.items():
