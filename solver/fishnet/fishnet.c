@@ -45,22 +45,29 @@ bool fishnet_right_root(const struct fishnet_cell *cell, const struct surface_po
     return is_right_root(&corner, cell->orientation, cell->b->normal, d->normal);
 }
 
-/* From uv, which is at r, by `step`, no longer than `longest`; near a pole through its chart. */
-static void move_by(const struct surface *surface, struct surface_cursor *cursor, struct vec3 r,
-                    const double step[2], double longest, double uv[2]) {
+/* From uv, which is at r, by `step`, no longer than `longest`; near a pole through its chart. The
+ * surface that it is then on. */
+static const struct surface *move_by(const struct surface *surface, struct surface_cursor *cursor,
+                                     struct vec3 r, const double step[2], double longest,
+                                     double uv[2]) {
     struct vec3 pole;
     struct surface_point from;
+    struct surface_place to;
     double reach = FISHNET_POLE_STEPS * longest;
     if (surface_point_near_pole(surface, r, reach * reach) &&
         surface_point_at(surface, cursor, uv, &from)) {
         struct vec3 spatial = vec3_axpy(step[1], from.jet.v, vec3_scale(step[0], from.jet.u));
         if (surface_point_pole_distance(surface, from.jet.r, &pole) <
                 FISHNET_POLE_STEPS * vec3_norm(spatial) &&
-            surface_point_pull(surface, cursor, &from, spatial, uv))
-            return;
+            surface_point_pull(cursor, &from, spatial, &to)) {
+            uv[0] = to.uv[0];
+            uv[1] = to.uv[1];
+            return to.surface;
+        }
     }
     uv[0] += step[0];
     uv[1] += step[1];
+    return surface;
 }
 
 static void scale_step(double step[2], double share) {
@@ -127,7 +134,7 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
             point->uv[0] = from[0];
             point->uv[1] = from[1];
         }
-        move_by(surface, cursor, from_r, step, longest, point->uv);
+        surface = move_by(surface, cursor, from_r, step, longest, point->uv);
         limit = enough;
     }
     return false;
@@ -148,35 +155,28 @@ static struct vec3 planar_corner(const struct fishnet_cell *cell) {
 /* Places nearer to each other than this share of an edge lead Newton to the same end. */
 static const double same_place = 1e-6;
 
-/* The k-th point to start Newton from: the guess, then the parallelogram and the planar corner,
+/* The k-th place to start Newton from: the guess, then the parallelogram and the planar corner,
  * seen from C and from B. False when it cannot be had, or is the same as another. */
-static bool predict(const struct surface *surface, struct surface_cursor *cursor,
-                    const struct fishnet_cell *cell, int k, double uv[2]) {
+static bool predict(struct surface_cursor *cursor, const struct fishnet_cell *cell, int k,
+                    struct surface_place *begin) {
     const struct surface_point *from = k % 2 ? cell->b : cell->c;
     if (k == 0 && cell->guess_uv) {
-        uv[0] = cell->guess_uv[0];
-        uv[1] = cell->guess_uv[1];
+        *begin = (struct surface_place){from->surface, {cell->guess_uv[0], cell->guess_uv[1]}};
         return true;
     }
     struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
     struct vec3 target = k == 0 ? cell->guess : k < 3 ? opposite : planar_corner(cell);
     if (k >= 3 && vec3_distance(target, opposite) < same_place * cell->bd)
         return false;
-    return surface_point_pull(surface, cursor, from, vec3_sub(target, from->jet.r), uv);
+    return surface_point_pull(cursor, from, vec3_sub(target, from->jet.r), begin);
 }
 
 /* ---- from face to face of a shell ---- */
 
-/* Where Newton starts: a face and parameters of it. */
-struct begin {
-    const struct surface *surface;
-    double uv[2];
-};
-
 /* The same as `predict` on a shell: the point on the continuation of the face of C or B, carried
  * to where it belongs; after those, what is nearest to the last ones. */
 static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell, int k,
-                             struct begin *begin) {
+                             struct surface_place *begin) {
     struct surface_point point;
     if (k >= PREDICTORS) {
         const struct shell *shell = cell->c->surface->shell;
@@ -190,15 +190,14 @@ static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet
         begin->uv[1] = nearest.inner[1];
         return distance < cell->bd + cell->cd;
     }
-    begin->surface = (k % 2 ? cell->b : cell->c)->surface;
-    if (!predict(begin->surface, cursor, cell, k, begin->uv))
+    if (!predict(cursor, cell, k, begin))
         return false;
     if (crossing_within(begin->surface, begin->uv))
         return true;
     if (!surface_point_at(begin->surface, cursor, begin->uv, &point) ||
         !crossing_settle(cursor, &point))
         return false;
-    *begin = (struct begin){point.surface, {point.uv[0], point.uv[1]}};
+    *begin = (struct surface_place){point.surface, {point.uv[0], point.uv[1]}};
     return true;
 }
 
@@ -215,7 +214,7 @@ static bool is_on_other_face(const struct surface_point *corner,
 /* Whether a point beyond a free edge lies over a face on the other side of a hole, or of a notch
  * when the net is there already, and where on it. */
 static bool lands_on_face(const struct fishnet_cell *cell, const struct surface_point *point,
-                          struct begin *begin) {
+                          struct surface_place *begin) {
     const struct shell *shell = point->surface->shell;
     struct shell_point over;
     double distance = landing * fmin(cell->bd, cell->cd);
@@ -223,7 +222,8 @@ static bool lands_on_face(const struct fishnet_cell *cell, const struct surface_
           is_on_other_face(cell->c, point)) ||
         !shell_over(shell, point->jet.r, point->surface->face, distance, &over))
         return false;
-    *begin = (struct begin){shell_surface(shell, over.face), {over.inner[0], over.inner[1]}};
+    *begin =
+        (struct surface_place){shell_surface(shell, over.face), {over.inner[0], over.inner[1]}};
     return true;
 }
 
@@ -235,7 +235,7 @@ static const double at_joint = 1e-4;
  * either face of a joint carries to the other belongs to them next to the joint alone: at a sharp
  * crease the continuations of both may have a root, and neither face. */
 static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
-                            struct begin *begin, struct fishnet_node *node) {
+                            struct surface_place *begin, struct fishnet_node *node) {
     const struct surface *last = NULL;
     bool landed = false;
     struct crossing *crossing = &node->crossing;
@@ -256,10 +256,9 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
             double most = at_joint * fmin(cell->bd, cell->cd) + 2 * gap;
             return crossing->at_corner || crossing->distance <= most;
         }
-        last = begin->surface;
-        if (!crossing_carry(crossing, cursor, &node->point, 0, begin->uv))
+        last = node->point.surface;
+        if (!crossing_carry(crossing, cursor, &node->point, 0, begin))
             return false;
-        begin->surface = crossing->beyond;
     }
     return false;
 }
@@ -282,14 +281,14 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
         !(cell->orientation * triangle_turn(a, c, b, cell->b->normal) > 0))
         return FISHNET_COLLAPSED;
     for (int k = 0; k < PREDICTORS + 2 && surface->shell; k++) {
-        struct begin begin;
+        struct surface_place begin;
         if (predict_on_shell(cursor, cell, k, &begin) &&
             newton_on_shell(cursor, cell, &begin, node) && fishnet_right_root(cell, &node->point))
             return FISHNET_FOUND;
     }
     for (int k = 0; k < PREDICTORS && !surface->shell; k++) {
-        double uv[2];
-        if (predict(surface, cursor, cell, k, uv) && find_root(surface, cursor, cell, uv, node) &&
+        struct surface_place begin;
+        if (predict(cursor, cell, k, &begin) && find_root(surface, cursor, cell, begin.uv, node) &&
             fishnet_right_root(cell, &node->point))
             return FISHNET_FOUND;
     }

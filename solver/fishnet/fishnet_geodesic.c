@@ -39,10 +39,7 @@ struct ray {
 bool fishnet_pull_to(struct surface_cursor *cursor, const struct surface_point *from,
                      struct vec3 target, double enough, int pulls, struct surface_point *to) {
     for (int pull = 0; pull < pulls; pull++, from = to) {
-        double uv[2];
-        struct vec3 step = vec3_sub(target, from->jet.r);
-        if (!surface_point_pull(from->surface, cursor, from, step, uv) ||
-            !surface_point_at(from->surface, cursor, uv, to))
+        if (!surface_point_move(cursor, from, vec3_sub(target, from->jet.r), to))
             return false;
         struct vec3 left = surface_point_projection(to, vec3_sub(target, to->jet.r));
         if (vec3_norm2(left) < enough * enough)
@@ -162,16 +159,13 @@ struct approach {
  * exact enough and in one span: in place of two more rays. */
 static bool settle_ends(struct surface_cursor *cursor, struct meeting *m,
                         const struct approach *to) {
-    double uv[2], step = fmax(fabs(to->angle[0]), fabs(to->angle[1]));
+    struct surface_point end;
+    double step = fmax(fabs(to->angle[0]), fabs(to->angle[1]));
     struct ray *ray = m->ray;
     double wrong = fmax(newton_error(&ray[0], step), newton_error(&ray[1], step));
     if (!(fmax(step, to->gap) * wrong < settled_share * to->enough) ||
         ray[0].end.surface->has_poles ||
-        !surface_point_pull(ray[0].end.surface, cursor, &ray[0].end,
-                            vec3_scale(to->angle[0], m->by[0]), uv))
-        return false;
-    struct surface_point end;
-    if (!surface_point_at(ray[0].end.surface, cursor, uv, &end))
+        !surface_point_move(cursor, &ray[0].end, vec3_scale(to->angle[0], m->by[0]), &end))
         return false;
     struct unfolding_side from = unfolding_point(&ray[0].end), here = unfolding_point(&end);
     if (end.surface->shell && !crossing_within(end.surface, end.uv))

@@ -66,7 +66,7 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
     struct vec3 step = {0, 0, 0};
     bool last = false, near = is_nearly_there(from, &node->point, length);
     for (int round = 0; round < ROUNDS && !last; round++) {
-        double miss[2], uv[2], asked = near ? accuracy : fmax(first_accuracy, accuracy);
+        double miss[2], asked = near ? accuracy : fmax(first_accuracy, accuracy);
         struct surface_point *d = &node->point;
         for (int k = 0; k < 2; k++) {
             if (!logarithm_find(cursor, from[k], d, asked, &l[k]))
@@ -78,8 +78,7 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
             return false;
         double size = vec3_norm(step) / least;
         struct vec3 normal = d->normal;
-        if (!(size < longest_step) || !surface_point_pull(d->surface, cursor, d, step, uv) ||
-            !surface_point_at(d->surface, cursor, uv, d))
+        if (!(size < longest_step) || !surface_point_move(cursor, d, step, d))
             return false;
         node->residual = left_by(d, size, least, normal);
         last = asked <= accuracy && node->residual < settled;

@@ -94,10 +94,10 @@ static bool is_outside(const struct surface *surface, const double uv[2]) {
  * surface is nearest to it. Beyond a corner at which r_u and r_v are parallel no parameters lead.
  */
 static bool pulled_outside(struct march *march, const struct fishnet_cell *cell) {
-    double uv[2];
+    struct surface_place there;
     struct vec3 step = vec3_sub(cell->guess, cell->c->jet.r);
-    return surface_point_pull(march->surface, &march->cursor, cell->c, step, uv) &&
-           is_outside(march->surface, uv);
+    return surface_point_pull(&march->cursor, cell->c, step, &there) &&
+           is_outside(march->surface, there.uv);
 }
 
 static bool nearest_outside(const struct march *march, const struct fishnet_cell *cell) {
@@ -113,11 +113,9 @@ static bool expected_outside(struct march *march, const struct fishnet_cell *cel
     struct vec3 step = vec3_sub(cell->guess, c->jet.r);
     struct surface_point there;
     struct crossing crossing;
-    double uv[2];
     if (!march->surface->shell)
         return pulled_outside(march, cell) || nearest_outside(march, cell);
-    if (!surface_point_pull(c->surface, &march->cursor, c, step, uv) ||
-        !surface_point_at(c->surface, &march->cursor, uv, &there) ||
+    if (!surface_point_move(&march->cursor, c, step, &there) ||
         !crossing_settle(&march->cursor, &there))
         return false;
     crossing_find(&there, NULL, &crossing);
@@ -205,10 +203,8 @@ static bool grazes_joint(struct march *march, const struct surface_point *from, 
                          const struct surface_point *to, double d) {
     struct surface_point middle;
     struct crossing joint;
-    double uv[2];
     if (from->surface != to->surface ||
-        !surface_point_pull(from->surface, &march->cursor, from, vec3_scale(d / 2, start), uv) ||
-        !surface_point_at(from->surface, &march->cursor, uv, &middle))
+        !surface_point_move(&march->cursor, from, vec3_scale(d / 2, start), &middle))
         return false;
     crossing_find(&middle, NULL, &joint);
     return joint.kind == CROSSING_NONE || joint.distance <= grazing * d;

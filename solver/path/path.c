@@ -77,18 +77,17 @@ bool path_surface_point(const struct path *path, struct surface_cursor *cursor,
     }
     if (!regular || !(path->ahead > 0))
         return regular;
-    return surface_point_pull(path->surface, cursor, point, vec3_scale(-path->ahead, t), uv) &&
-           surface_point_at(path->surface, cursor, uv, point);
+    return surface_point_move(cursor, point, vec3_scale(-path->ahead, t), point);
 }
 
 /* Leaps straight on by `length`, which is next to nothing, through a pole. */
 static bool leap(struct path *g, const struct surface_point *from, struct vec3 direction,
                  double length) {
     struct surface_cursor cursor = {0, 0};
-    double uv[2];
+    struct surface_place place;
     g->ahead += length;
-    return surface_point_pull(g->surface, &cursor, from, vec3_scale(length, direction), uv) &&
-           path_put(g, uv, direction);
+    return surface_point_pull(&cursor, from, vec3_scale(length, direction), &place) &&
+           path_enter(g, &place, direction);
 }
 
 bool path_geodesic(struct path *path, const struct surface *surface,

@@ -43,12 +43,8 @@ static bool cross_joint(struct path *g, const struct crossing *joint) {
     struct surface_jet jet;
     path_jet(g, g->uv, &jet);
     struct vec3 t = vec3_axpy(g->velocity[1], jet.v, vec3_scale(g->velocity[0], jet.u));
-    double sides = g->surface->side * joint->beyond->side;
-    g->surface = joint->beyond;
-    if (g->kind == PATH_CURVE)
-        g->kind = PATH_GEODESIC;
-    g->plane = vec3_scale(sides, g->plane);
-    return path_put(g, joint->entry, crossing_turn(joint, t));
+    const struct surface_place entry = {joint->beyond, {joint->entry[0], joint->entry[1]}};
+    return path_enter(g, &entry, crossing_turn(joint, t));
 }
 
 /* Newton's method for the length and the edge's parameter. */
@@ -87,14 +83,16 @@ bool path_pass_joint(struct path *g, struct crossing *joint, double *length) {
 static bool find_next_face(const struct path *g, struct crossing *joint, struct surface_point *here,
                            struct surface_point *there) {
     struct surface_cursor cursor = {0, 0};
-    double uv[2];
+    struct surface_place place;
     if (crossing_within(g->surface, g->uv) || !surface_point_at(g->surface, &cursor, g->uv, here))
         return false;
     crossing_find(here, NULL, joint);
-    if (joint->kind != CROSSING_JOINT || !crossing_carry(joint, &cursor, here, SETTLE_ROUNDS, uv) ||
-        !surface_point_at(joint->beyond, &cursor, uv, there))
+    if (joint->kind != CROSSING_JOINT ||
+        !crossing_carry(joint, &cursor, here, SETTLE_ROUNDS, &place) ||
+        !surface_point_at(place.surface, &cursor, place.uv, there))
         return false;
-    memcpy(joint->entry, uv, sizeof uv);
+    joint->beyond = place.surface;
+    memcpy(joint->entry, place.uv, sizeof place.uv);
     return true;
 }
 

@@ -176,3 +176,11 @@ bool path_put(struct path *g, const double uv[2], struct vec3 direction) {
     g->has_jet = true;
     return path_head_for(&g->jet, direction, g->velocity);
 }
+
+bool path_enter(struct path *g, const struct surface_place *place, struct vec3 direction) {
+    if (place->surface != g->surface && g->kind == PATH_CURVE)
+        g->kind = PATH_GEODESIC;
+    g->plane = vec3_scale(g->surface->side * place->surface->side, g->plane);
+    g->surface = place->surface;
+    return path_put(g, place->uv, direction);
+}

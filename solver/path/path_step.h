@@ -38,6 +38,9 @@ struct vec3 path_point(const struct path *g, struct vec3 *tangent);
  * that is normal to the surface. */
 bool path_put(struct path *g, const double uv[2], struct vec3 direction);
 
+/* The same at a place of any face of its shell. */
+bool path_enter(struct path *g, const struct surface_place *place, struct vec3 direction);
+
 /* Moves the path to the state y of its span. */
 void path_accept(struct path *g, const vec4 *y);
 

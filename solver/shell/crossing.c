@@ -241,16 +241,17 @@ static bool joint_straight_on(const struct surface *surface, double t, struct cr
     struct surface_cursor cursor = {0, 0};
     struct curve_place end;
     struct surface_point place;
-    double on_edge = fmin(fmax(t, edge->t[0]), edge->t[1]), uv[2];
+    struct surface_place entry;
+    double on_edge = fmin(fmax(t, edge->t[0]), edge->t[1]);
     edge_continued_at(surface->shell, edge, on_edge, &end);
     for (int k = 0; k < 2; k++)
         crossing->edge[k] += (t - on_edge) * end.rate[k];
     if (!surface_point_at(surface, &cursor, crossing->edge, &place) ||
-        !crossing_carry(crossing, &cursor, &place, END_ROUNDS, uv) ||
-        !surface_point_at(crossing->beyond, &cursor, uv, &place))
+        !crossing_carry(crossing, &cursor, &place, END_ROUNDS, &entry) ||
+        !surface_point_at(entry.surface, &cursor, entry.uv, &place))
         return false;
-    for (int k = 0; k < 2; k++)
-        crossing->entry[k] = uv[k];
+    crossing->beyond = entry.surface;
+    memcpy(crossing->entry, entry.uv, sizeof entry.uv);
     crossing->to.at = place.jet.r;
     return surface_point_at(surface, &cursor, crossing->edge, &place) &&
            (crossing->from.at = place.jet.r, true);
@@ -410,23 +411,18 @@ struct vec3 crossing_turn(const struct crossing *crossing, struct vec3 v) {
 }
 
 bool crossing_carry(const struct crossing *crossing, struct surface_cursor *cursor,
-                    const struct surface_point *point, int rounds, double uv[2]) {
-    struct surface_point place;
-    if (!surface_point_at(crossing->beyond, cursor, crossing->entry, &place))
+                    const struct surface_point *point, int rounds, struct surface_place *place) {
+    struct surface_point there;
+    if (!surface_point_at(crossing->beyond, cursor, crossing->entry, &there))
         return false;
     struct vec3 offset = crossing_turn(crossing, vec3_sub(point->jet.r, crossing->from.at));
-    if (!surface_point_pull(crossing->beyond, cursor, &place, offset, uv))
+    struct vec3 target = vec3_add(there.jet.r, offset);
+    if (!surface_point_pull(cursor, &there, offset, place))
         return false;
-    struct vec3 target = vec3_add(place.jet.r, offset);
-    for (int round = 0; round < rounds; round++) {
-        double closer[2];
-        if (!surface_point_at(crossing->beyond, cursor, uv, &place) ||
-            !surface_point_pull(crossing->beyond, cursor, &place, vec3_sub(target, place.jet.r),
-                                closer))
+    for (int round = 0; round < rounds; round++)
+        if (!surface_point_at(place->surface, cursor, place->uv, &there) ||
+            !surface_point_pull(cursor, &there, vec3_sub(target, there.jet.r), place))
             return false;
-        uv[0] = closer[0];
-        uv[1] = closer[1];
-    }
     return true;
 }
 
@@ -434,13 +430,13 @@ bool crossing_settle(struct surface_cursor *cursor, struct surface_point *point)
     const struct surface *last = NULL;
     for (int hop = 0; hop < HOPS_MAX; hop++) {
         struct crossing crossing;
-        double uv[2];
+        struct surface_place place;
         crossing_find(point, last, &crossing);
         if (crossing.kind != CROSSING_JOINT || crossing.beyond == last)
             return true;
         last = point->surface;
-        if (!crossing_carry(&crossing, cursor, point, 0, uv) ||
-            !surface_point_at(crossing.beyond, cursor, uv, point))
+        if (!crossing_carry(&crossing, cursor, point, 0, &place) ||
+            !surface_point_at(place.surface, cursor, place.uv, point))
             return false;
     }
     return false;

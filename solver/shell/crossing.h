@@ -52,10 +52,10 @@ bool crossing_between(const struct surface_point *point, const struct surface *b
 /* A vector at the place as it is beyond the edge. */
 struct vec3 crossing_turn(const struct crossing *crossing, struct vec3 v);
 
-/* The parameters, beyond a joint, of the place that the point is carried to: to second order in
- * its distance, and after some rounds exactly what is nearest to it. False where there are none. */
+/* The place beyond a joint that the point is carried to: to second order in its distance, and after
+ * some rounds exactly what is nearest to it. False where there is none. */
 bool crossing_carry(const struct crossing *crossing, struct surface_cursor *cursor,
-                    const struct surface_point *point, int rounds, double uv[2]);
+                    const struct surface_point *point, int rounds, struct surface_place *place);
 
 /* Carries a point over joints until it lies in its face's region or beyond a free edge; a few
  * at the most. False when it got lost. */

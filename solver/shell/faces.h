@@ -70,6 +70,8 @@ struct face {
     uint32_t segment_count;
     struct face_run *runs;
     uint32_t run_count;
+    struct shell_corner *round_pole[4]; /* other faces at its poles, as `shell_round_pole` */
+    size_t round_pole_count[4];
     uint8_t *cells; /* FACE_GRID x FACE_GRID of the domain: enum face_cell */
 };
 
@@ -130,6 +132,9 @@ bool edge_is_point(const struct shell *shell, const struct face_edge *edge, doub
  * it; and where that is. */
 void edge_normals(const struct shell *shell, const struct face_edge *edge, double share,
                   struct vec3 normal[2], struct vec3 *at);
+
+/* Finds which faces meet at the poles of each. Errors: STATUS_OUT_OF_MEMORY. */
+enum status faces_round_poles(struct shell *shell, struct arena *arena) STATUS_MUST_USE;
 
 /* Divides the segments into runs. Errors: STATUS_OUT_OF_MEMORY. */
 enum status face_make_runs(struct face *face, struct arena *arena) STATUS_MUST_USE;

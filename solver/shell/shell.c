@@ -423,6 +423,8 @@ static enum status make_shell(const struct shell_patch *patches, size_t count, d
         status = find_components(made, arena, fault);
     if (status == STATUS_OK)
         status = count_boundaries(made, arena);
+    if (status == STATUS_OK)
+        status = faces_round_poles(made, arena);
     *shell = made;
     return status;
 }

@@ -189,6 +189,17 @@ enum status shell_offset(const struct shell *shell, const struct shell_patch *pa
                          double height, struct arena *arena, struct shell **moved,
                          struct shell_fault *fault) STATUS_MUST_USE;
 
+/* A corner of a face: its number, and inner parameters. */
+struct shell_corner {
+    int32_t face;
+    double uv[2];
+};
+
+/* The other faces with a corner at a pole of a face, and how many they are: the pole at the end
+ * `end` % 2 of the axis `end` / 2. */
+size_t shell_round_pole(const struct surface *surface, int end,
+                        const struct shell_corner **corners);
+
 /* The joint that edge `number` is the first side of: its faces, and the largest angle in degrees
  * by which they fold there. False for other edges. */
 bool shell_joint(const struct shell *shell, size_t number, int32_t face[2], double *fold);

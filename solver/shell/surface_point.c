@@ -212,14 +212,8 @@ static bool pull_through_pole(const struct surface *surface, struct surface_curs
     return true;
 }
 
-bool surface_point_pull(const struct surface *surface, struct surface_cursor *cursor,
-                        const struct surface_point *from, struct vec3 step, double uv[2]) {
-    struct pole pole;
-    uv[0] = from->uv[0];
-    uv[1] = from->uv[1];
-    if (nearest_pole(surface, from->jet.r, &pole) &&
-        pole_share * vec3_distance(from->jet.r, pole.point) < vec3_norm(step))
-        return pull_through_pole(surface, cursor, &pole, vec3_add(from->jet.r, step), uv);
+/* The parameters next to a point, by the tangent plane and how the surface bends. */
+static bool pull_by_bend(const struct surface_point *from, struct vec3 step, double uv[2]) {
     double ab[2];
     if (!surface_point_components(from, step, ab))
         return false;
@@ -229,6 +223,55 @@ bool surface_point_pull(const struct surface *surface, struct surface_cursor *cu
     uv[0] = from->uv[0] + ab[0];
     uv[1] = from->uv[1] + ab[1];
     return true;
+}
+
+/* The place of `target` on that face round a pole whose region holds it: by its own chart where the
+ * face has the pole, else from its corner. False where none does. */
+static bool pull_to_next_wedge(const struct surface *surface, struct surface_cursor *cursor,
+                               const struct pole *pole, struct vec3 target,
+                               struct surface_place *place) {
+    const struct shell_corner *corners;
+    size_t count = shell_round_pole(surface, 2 * pole->axis + pole->end, &corners);
+    for (size_t k = 0; k < count; k++) {
+        const struct surface *face = shell_surface(surface->shell, corners[k].face);
+        struct surface_place there = {face, {corners[k].uv[0], corners[k].uv[1]}};
+        struct surface_point corner;
+        struct pole own;
+        bool found;
+        if (nearest_pole(face, pole->point, &own) &&
+            vec3_distance(own.point, pole->point) <= 2 * shell_tolerance(surface->shell))
+            found = pull_through_pole(face, cursor, &own, target, there.uv);
+        else
+            found = surface_point_at(face, cursor, there.uv, &corner) &&
+                    pull_by_bend(&corner, vec3_sub(target, corner.jet.r), there.uv);
+        if (found && crossing_within(face, there.uv)) {
+            *place = there;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool surface_point_pull(struct surface_cursor *cursor, const struct surface_point *from,
+                        struct vec3 step, struct surface_place *place) {
+    struct pole pole;
+    const struct surface *surface = from->surface;
+    *place = (struct surface_place){surface, {from->uv[0], from->uv[1]}};
+    if (!nearest_pole(surface, from->jet.r, &pole) ||
+        !(pole_share * vec3_distance(from->jet.r, pole.point) < vec3_norm(step)))
+        return pull_by_bend(from, step, place->uv);
+    struct vec3 target = vec3_add(from->jet.r, step);
+    bool found = pull_through_pole(surface, cursor, &pole, target, place->uv);
+    if (surface->shell && !(found && crossing_within(surface, place->uv)))
+        found = pull_to_next_wedge(surface, cursor, &pole, target, place) || found;
+    return found;
+}
+
+bool surface_point_move(struct surface_cursor *cursor, const struct surface_point *from,
+                        struct vec3 step, struct surface_point *to) {
+    struct surface_place place;
+    return surface_point_pull(cursor, from, step, &place) &&
+           surface_point_at(place.surface, cursor, place.uv, to);
 }
 
 static bool metric_alike(double ratio) {

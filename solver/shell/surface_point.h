@@ -28,6 +28,12 @@ enum surface_point_zone {
     SURFACE_POINT_BEYOND
 };
 
+/* Where on which surface: a face, if it is one of a shell. */
+struct surface_place {
+    const struct surface *surface;
+    double uv[2];
+};
+
 /* Evaluates at uv. False when the surface has no tangent plane there. */
 bool surface_point_at(const struct surface *surface, struct surface_cursor *cursor,
                       const double uv[2], struct surface_point *point);
@@ -38,12 +44,18 @@ bool surface_point_complete(const struct surface *surface, struct surface_point 
 /* Whether r_u or r_v vanishes at a point that is complete. */
 bool surface_point_at_pole(const struct surface *surface, const struct surface_point *point);
 
-/* The parameters of the surface point next to `from` displaced by `step` in space, |step| small
- * against the radii of curvature: to second order in |step| away from poles, to first order near
- * one, where it goes through the pole. False when that is impossible (across a pole's open side);
- * uv is then that of `from`. */
-bool surface_point_pull(const struct surface *surface, struct surface_cursor *cursor,
-                        const struct surface_point *from, struct vec3 step, double uv[2]);
+/* The place next to `from` displaced by `step` in space, |step| small against the radii of
+ * curvature: to second order in |step| away from poles, to first order near one, where it goes
+ * through the pole. It is on the surface of `from`, or its continuation; at a pole at which faces
+ * of a shell meet, on the face in whose region it lies. False when there is none (across a pole's
+ * open side); it is then that of `from`. */
+bool surface_point_pull(struct surface_cursor *cursor, const struct surface_point *from,
+                        struct vec3 step, struct surface_place *place);
+
+/* The same, evaluated; `to` may be `from`. False also where the surface has no tangent plane there.
+ */
+bool surface_point_move(struct surface_cursor *cursor, const struct surface_point *from,
+                        struct vec3 step, struct surface_point *to);
 
 /* The distance from `point` to the nearest pole, and that pole; infinite when there is none. */
 double surface_point_pole_distance(const struct surface *surface, struct vec3 point,
