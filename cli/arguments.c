@@ -100,11 +100,13 @@ static int print_help(void) {
 }
 
 /* A whole number of at least 1 that fits in `most`. */
-static bool parse_count(const char *text, long most, long *value) {
+static bool parse_count(const char *text, long most, size_t *count) {
     char *end;
     errno = 0;
-    *value = strtol(text, &end, 10);
-    return errno == 0 && end != text && *end == '\0' && *value >= 1 && *value <= most;
+    long value = strtol(text, &end, 10);
+    bool ok = errno == 0 && end != text && *end == '\0' && value >= 1 && value <= most;
+    *count = ok ? (size_t)value : *count;
+    return ok;
 }
 
 const char *arguments_parameter(const char *flag) {
@@ -115,15 +117,11 @@ const char *arguments_parameter(const char *flag) {
     return name;
 }
 
-static bool parse_limit(const char *text, size_t *count) {
-    long value;
-    bool ok = parse_count(text, 1000000000, &value);
-    *count = ok ? (size_t)value : *count;
-    return ok;
-}
-
-/* Where the text of an option is kept as it is; NULL for others. */
-static const char **text_of(struct arguments *arguments, const char *name) {
+/* One option with its value; false when the value is wrong. */
+static bool take_argument(struct arguments *arguments, const char *name, const char *value) {
+    struct api_limits *limits = &arguments->limits;
+    struct api_problem problem = {0};
+    /* Those whose text is kept as it is. */
     const struct {
         const char *name, **text;
     } texts[] = {{"format", &arguments->format_name},
@@ -131,20 +129,11 @@ static const char **text_of(struct arguments *arguments, const char *name) {
                  {"variant", &arguments->variant},
                  {"output", &arguments->output},
                  {"hold-one-out", &arguments->table}};
+    const char **text = NULL;
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
-        if (strcmp(name, texts[k].name) == 0)
-            return texts[k].text;
+        text = strcmp(name, texts[k].name) == 0 ? texts[k].text : text;
     for (size_t k = 0; k < MESH_OPTIONS; k++)
-        if (strcmp(name, arguments_mesh[k]) == 0)
-            return &arguments->mesh[k];
-    return NULL;
-}
-
-/* One option with its value; false when the value is wrong. */
-static bool take_argument(struct arguments *arguments, const char *name, const char *value) {
-    struct api_limits *limits = &arguments->limits;
-    struct api_problem problem = {0};
-    const char **text = text_of(arguments, name);
+        text = strcmp(name, arguments_mesh[k]) == 0 ? &arguments->mesh[k] : text;
     if (text) {
         *text = value;
         return true;
@@ -160,11 +149,11 @@ static bool take_argument(struct arguments *arguments, const char *name, const c
         return files->count++ < MATERIAL_FILES_MAX;
     }
     if (strcmp(name, "max-nodes") == 0)
-        return parse_limit(value, &limits->max_nodes);
+        return parse_count(value, 1000000000, &limits->max_nodes);
     if (strcmp(name, "max-variants") == 0)
-        return parse_limit(value, &limits->max_variants);
+        return parse_count(value, 1000000000, &limits->max_variants);
     if (strcmp(name, "threads") == 0) {
-        long threads = 0;
+        size_t threads = 0;
         bool ok = parse_count(value, 1024, &threads);
         limits->threads = (int)threads;
         return ok;

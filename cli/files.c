@@ -71,45 +71,38 @@ void files_watch_signals(void) {
         sigaction(numbers[i], &action, NULL);
 }
 
-/* A temporary file beside `target`, with the mode that the target will have. */
-static bool open_temporary(struct files_output *output, mode_t mode) {
-    if (!output->target || asprintf(&output->temporary, "%s.XXXXXX", output->target) < 0) {
-        output->temporary = NULL;
-        return false;
-    }
-    int file = mkstemp(output->temporary);
-    if (file < 0) {
-        free(output->temporary);
-        output->temporary = NULL;
-        return false;
-    }
-    unfinished = output->temporary;
-    output->stream = fchmod(file, mode) == 0 ? fdopen(file, "wb") : NULL;
-    if (!output->stream)
-        close(file);
-    return output->stream != NULL;
-}
-
 bool files_open(struct files_output *output, const char *path) {
     struct stat old;
     mode_t mask = umask(0);
     umask(mask);
-    bool exists = path && stat(path, &old) == 0, ok;
+    bool exists = path && stat(path, &old) == 0;
     *output = (struct files_output){.name = path ? path : "standard output"};
     if (!path) {
         output->stream = stdout;
-        ok = true;
     } else if (exists && !S_ISREG(old.st_mode)) {
         output->stream = fopen(path, "wb");
-        ok = output->stream != NULL;
     } else {
+        /* A temporary file beside the target, with the mode that the target will have. */
         output->target = exists ? realpath(path, NULL) : strdup(path);
-        ok = (!exists || access(path, W_OK) == 0) &&
-             open_temporary(output, exists ? old.st_mode & 0777 : 0666 & ~mask);
+        if ((exists && access(path, W_OK) != 0) || !output->target ||
+            asprintf(&output->temporary, "%s.XXXXXX", output->target) < 0)
+            output->temporary = NULL;
+        int file = output->temporary ? mkstemp(output->temporary) : -1;
+        if (file < 0) {
+            free(output->temporary);
+            output->temporary = NULL;
+        } else {
+            unfinished = output->temporary;
+            output->stream = fchmod(file, exists ? old.st_mode & 0777 : 0666 & ~mask) == 0
+                                 ? fdopen(file, "wb")
+                                 : NULL;
+            if (!output->stream)
+                close(file);
+        }
     }
-    if (!ok)
+    if (!output->stream)
         files_complain(output->name, strerror(errno));
-    return ok;
+    return output->stream != NULL;
 }
 
 bool files_close(struct files_output *output, bool ok) {

@@ -8,12 +8,6 @@
 
 enum { PARTS = 3 }; /* k1, k2, k3 */
 
-/* Errors of one kind. */
-struct errors {
-    size_t count;
-    double largest[PARTS], squares[PARTS];
-};
-
 static size_t columns_of(const struct api_permeability *table) {
     return table->fractions ? table->fractions : 1;
 }
@@ -57,33 +51,12 @@ static bool table_without(const struct api_permeability *table, size_t row, size
            (rest->angle_deg || !table->angle_deg) && (rest->table_fractions || !table->fractions);
 }
 
-static void compare_tables(const struct api_permeability *table,
-                           const struct api_permeability *rest, size_t row, size_t column,
-                           struct errors *errors, FILE *out) {
-    double shear = table->shear_deg[row];
-    double vf = table->fractions ? table->table_fractions[column] : 0.5; /* which is not used */
-    struct permeability k = api_permeability_at(table, vf, shear, NULL);
-    struct permeability told = api_permeability_at(rest, vf, shear, NULL);
-    const double ratio[PARTS] = {told.k1 / k.k1, told.k2 / k.k2, told.k3 / k.k3};
-    fprintf(out, "%9g", shear);
-    if (table->fractions)
-        fprintf(out, "%9g", vf);
-    for (int part = 0; part < PARTS; part++) {
-        double percent = 100 * (ratio[part] - 1);
-        fprintf(out, "%+10.2f", fabs(percent) < 0.005 ? 0 : percent); /* no -0.00 */
-        errors->squares[part] += percent * percent;
-        errors->largest[part] = fmax(errors->largest[part], fabs(percent));
-    }
-    fprintf(out, "\n");
-    errors->count++;
-}
-
 /* Leaves out each inner row, or each inner column. */
 static bool leave_out(const struct api_permeability *table, bool rows, struct arena *arena,
                       FILE *out) {
     size_t columns = columns_of(table), none = table->rows + columns;
-    size_t count = rows ? table->rows : columns;
-    struct errors errors = {0};
+    size_t count = rows ? table->rows : columns, compared = 0;
+    double largest[PARTS] = {0}, squares[PARTS] = {0};
     if (count < 3)
         return true;
     fprintf(out, "without the %s of each line, percent:\n%9s%s%10s%10s%10s\n",
@@ -93,15 +66,31 @@ static bool leave_out(const struct api_permeability *table, bool rows, struct ar
         struct api_permeability rest;
         if (!table_without(table, rows ? k : none, rows ? none : k, arena, &rest))
             return false;
-        for (size_t other = 0; other < (rows ? columns : table->rows); other++)
-            compare_tables(table, &rest, rows ? k : other, rows ? other : k, &errors, out);
+        for (size_t other = 0; other < (rows ? columns : table->rows); other++, compared++) {
+            double shear = table->shear_deg[rows ? k : other];
+            double vf = table->fractions ? table->table_fractions[rows ? other : k]
+                                         : 0.5; /* which is not used */
+            struct permeability own = api_permeability_at(table, vf, shear, NULL);
+            struct permeability told = api_permeability_at(&rest, vf, shear, NULL);
+            const double ratio[PARTS] = {told.k1 / own.k1, told.k2 / own.k2, told.k3 / own.k3};
+            fprintf(out, "%9g", shear);
+            if (table->fractions)
+                fprintf(out, "%9g", vf);
+            for (int part = 0; part < PARTS; part++) {
+                double percent = 100 * (ratio[part] - 1);
+                fprintf(out, "%+10.2f", fabs(percent) < 0.005 ? 0 : percent); /* no -0.00 */
+                squares[part] += percent * percent;
+                largest[part] = fmax(largest[part], fabs(percent));
+            }
+            fprintf(out, "\n");
+        }
     }
     fprintf(out, "%*s", table->fractions ? 18 : 9, "largest");
     for (int part = 0; part < PARTS; part++)
-        fprintf(out, "%10.2f", errors.largest[part]);
+        fprintf(out, "%10.2f", largest[part]);
     fprintf(out, "\n%*s", table->fractions ? 18 : 9, "rms");
     for (int part = 0; part < PARTS; part++)
-        fprintf(out, "%10.2f", sqrt(errors.squares[part] / (double)errors.count));
+        fprintf(out, "%10.2f", sqrt(squares[part] / (double)compared));
     fprintf(out, "\n");
     return true;
 }

@@ -15,26 +15,9 @@ static bool show_ply_progress(void *context, double fraction) {
     return true;
 }
 
-/* Drapes one net; whether to go on with others. */
-static bool drape_net(struct laminate_job *job, size_t n, const struct api_input *input,
-                      const struct api_limits *limits, bool terminal, struct api_problem *problem) {
-    const struct drape_monitor monitor = {show_ply_progress, job};
-    job->net = n;
-    job->containers[n] = tmpfile();
-    if (!job->containers[n]) {
-        api_problem_set(problem, API_INTERNAL, "no temporary file: %s", strerror(errno));
-        return false;
-    }
-    const struct api_sink sink = {.write = files_append, .context = job->containers[n]};
-    job->readers[n] = (struct api_reader){files_read_at, job->containers[n]};
-    if (laminate_run(&job->laminate, n, input, limits, terminal ? &monitor : NULL, &sink,
-                     &job->problems[n]) == API_OK)
-        job->nets[n] = &job->readers[n];
-    return true;
-}
-
 bool laminate_job_run(struct laminate_job *job, const struct api_input *input,
                       const struct api_limits *limits, struct api_problem *problem) {
+    const struct drape_monitor monitor = {show_ply_progress, job};
     bool terminal = isatty(STDERR_FILENO);
     size_t done = 0;
     *job = (struct laminate_job){.arena = arena_new(limits->max_memory)};
@@ -58,9 +41,19 @@ bool laminate_job_run(struct laminate_job *job, const struct api_input *input,
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the laminate");
         return false;
     }
-    for (size_t n = 0; n < count; n++)
-        if (!drape_net(job, n, input, limits, terminal, problem))
+    for (size_t n = 0; n < count; n++) {
+        job->net = n;
+        job->containers[n] = tmpfile();
+        if (!job->containers[n]) {
+            api_problem_set(problem, API_INTERNAL, "no temporary file: %s", strerror(errno));
             return false;
+        }
+        const struct api_sink sink = {.write = files_append, .context = job->containers[n]};
+        job->readers[n] = (struct api_reader){files_read_at, job->containers[n]};
+        if (laminate_run(&job->laminate, n, input, limits, terminal ? &monitor : NULL, &sink,
+                         &job->problems[n]) == API_OK)
+            job->nets[n] = &job->readers[n];
+    }
     if (terminal)
         fputs("\r\033[K", stderr);
     for (size_t n = 0; n < count; n++) {
@@ -80,48 +73,40 @@ void laminate_job_close(struct laminate_job *job) {
     arena_free(job->arena);
 }
 
-/* ---- the outcome of each ply ---- */
-
-static bool write_ply_outcome(const struct laminate_job *job, size_t k, struct api_text *text,
-                              struct api_problem *problem) {
-    static struct api_columns columns;
-    const struct laminate_ply *ply = &job->laminate.plies[k];
-    api_text_raw(text, k ? ",{" : "{");
-    api_text_key_string(text, "name", ply->name);
-    api_text_key_integer(text, "layers", laminate_layers(ply));
-    api_text_key_number(text, "offset", ply->drape.offset);
-    api_text_key_string(text, "digest", job->laminate.net_digest[ply->net]);
-    bool done = job->nets[ply->net] != NULL;
-    api_text_key_string(text, "status", done ? "succeeded" : "failed");
-    if (!done) {
-        api_text_key_string(text, "error", job->problems[ply->net].error[0].detail);
-        api_text_raw(text, "}");
-        return true;
-    }
-    if (api_columns_open(job->nets[ply->net], &columns, problem) != API_OK)
-        return false;
-    const struct api_summary *summary = &columns.summary;
-    api_text_key_string(text, "outcome", outcome_names[summary->outcome]);
-    api_text_key_integer(text, "nodes", (int64_t)summary->nodes);
-    api_text_key_number(text, "cloth_coverage", summary->cloth_coverage);
-    api_text_key_number(text, "max_shear_deg", summary->max_shear_deg);
-    api_text_key_number(text, "mean_shear_deg", summary->mean_shear_deg);
-    api_text_key(text, "warnings");
-    for (size_t w = 0; w < summary->warnings.count; w++) {
-        api_text_raw(text, w ? "," : "[");
-        api_text_string(text, summary->warnings.list[w].detail);
-    }
-    api_text_raw(text, summary->warnings.count ? "]}" : "[]}");
-    return true;
-}
-
 bool laminate_job_report(const struct laminate_job *job, const struct files_output *output,
                          struct api_problem *problem) {
+    static struct api_columns columns;
     struct api_text text = api_text_growing(job->arena);
     api_text_raw(&text, "{\"plies\":[");
-    for (size_t k = 0; k < job->laminate.count; k++)
-        if (!write_ply_outcome(job, k, &text, problem))
+    for (size_t k = 0; k < job->laminate.count; k++) {
+        const struct laminate_ply *ply = &job->laminate.plies[k];
+        const struct api_reader *net = job->nets[ply->net];
+        api_text_raw(&text, k ? ",{" : "{");
+        api_text_key_string(&text, "name", ply->name);
+        api_text_key_integer(&text, "layers", laminate_layers(ply));
+        api_text_key_number(&text, "offset", ply->drape.offset);
+        api_text_key_string(&text, "digest", job->laminate.net_digest[ply->net]);
+        api_text_key_string(&text, "status", net ? "succeeded" : "failed");
+        if (!net) {
+            api_text_key_string(&text, "error", job->problems[ply->net].error[0].detail);
+            api_text_raw(&text, "}");
+            continue;
+        }
+        if (api_columns_open(net, &columns, problem) != API_OK)
             return false;
+        const struct api_summary *summary = &columns.summary;
+        api_text_key_string(&text, "outcome", outcome_names[summary->outcome]);
+        api_text_key_integer(&text, "nodes", (int64_t)summary->nodes);
+        api_text_key_number(&text, "cloth_coverage", summary->cloth_coverage);
+        api_text_key_number(&text, "max_shear_deg", summary->max_shear_deg);
+        api_text_key_number(&text, "mean_shear_deg", summary->mean_shear_deg);
+        api_text_key(&text, "warnings");
+        for (size_t w = 0; w < summary->warnings.count; w++) {
+            api_text_raw(&text, w ? "," : "[");
+            api_text_string(&text, summary->warnings.list[w].detail);
+        }
+        api_text_raw(&text, summary->warnings.count ? "]}" : "[]}");
+    }
     api_text_raw(&text, "]}\n");
     const char *document = api_text_finish(&text);
     if (!document)

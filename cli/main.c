@@ -43,27 +43,26 @@ static bool show_drape_progress(void *context, double fraction) {
     return true;
 }
 
-/* The id that the service would know the request's result by. */
-static bool drape_identify(const struct api_input *input, const struct api_limits *limits,
-                           char id[API_ID_SIZE], struct api_problem *problem) {
-    struct api_request request;
-    struct arena *arena = arena_new(limits->max_memory);
-    bool ok = arena && api_decode(input, limits, arena, &request, problem) == API_OK &&
-              api_digest_request(&request, arena, id);
-    if (!ok)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
-    arena_free(arena);
-    return ok;
-}
-
-static bool solve_into(const struct arguments *arguments, const struct api_input *input,
-                       FILE *container, char id[API_ID_SIZE], struct api_problem *problem) {
+static bool solve_into(struct arguments *arguments, const struct api_input *input, FILE *container,
+                       struct api_problem *problem) {
     const struct api_limits *limits = &arguments->limits;
     const struct api_sink sink = {.write = files_append, .context = container};
     const struct drape_monitor monitor = {arguments->study ? study_progress : show_drape_progress,
                                           NULL};
-    bool terminal = isatty(STDERR_FILENO);
-    if (!(arguments->study ? study_identify : drape_identify)(input, limits, id, problem))
+    bool terminal = isatty(STDERR_FILENO), ok;
+    /* The id that the service would know the result by. */
+    if (arguments->study) {
+        ok = study_identify(input, limits, arguments->id, problem);
+    } else {
+        struct api_request request;
+        struct arena *arena = arena_new(limits->max_memory);
+        ok = arena && api_decode(input, limits, arena, &request, problem) == API_OK &&
+             api_digest_request(&request, arena, arguments->id);
+        if (!ok)
+            api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
+        arena_free(arena);
+    }
+    if (!ok)
         return false;
     enum api_problem_id result = (arguments->study ? api_study_run : api_run)(
         input, limits, terminal ? &monitor : NULL, &sink, problem);
@@ -92,72 +91,35 @@ static bool encode_to(const struct files_output *output, const struct arguments 
     return ok && length == 0;
 }
 
-/* ---- as a report ---- */
-
-/* With the request as it was decoded. */
-static bool write_report(const struct arguments *arguments, const struct api_input *input,
-                         const struct api_reader *reader, const struct files_output *output,
-                         struct api_problem *problem) {
-    char finished[32];
-    time_t now = time(NULL);
-    struct tm date;
-    static struct api_columns columns;
-    struct api_request decoded;
-    struct arena *arena = arena_new(arguments->limits.max_memory);
-    const char *inputs = NULL;
-    if (arena && api_columns_open(reader, &columns, problem) == API_OK &&
-        api_decode(input, &arguments->limits, arena, &decoded, problem) == API_OK)
-        inputs = api_normalise(&decoded, &columns.start, arena);
-    if (!inputs)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
-    strftime(finished, sizeof finished, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &date));
-    const struct format_source source = {.reader = reader,
-                                         .record = {.inputs = inputs,
-                                                    .digest = arguments->id,
-                                                    .finished = finished,
-                                                    .program = "drape " DRAPE_SOLVER_VERSION}};
-    bool ok = inputs && encode_to(output, arguments, source, problem);
-    arena_free(arena);
-    return ok;
-}
-
 /* ---- on a mesh ---- */
-
-static bool read_target(const struct arguments *arguments, const struct files_bytes *text,
-                        struct arena *arena, struct map_target *mesh, struct api_problem *problem) {
-    size_t length = strlen(arguments->map);
-    bool json = length >= 5 && strcasecmp(arguments->map + length - 5, ".json") == 0;
-    enum api_problem_id result = (json ? map_target_json : map_target_nastran)(
-        text->data, text->length, arena, mesh, problem);
-    for (int k = 0; result == API_OK && k < MESH_OPTIONS; k++)
-        if (arguments->mesh[k] && !map_target_option(mesh, arguments_parameter(arguments_mesh[k]),
-                                                     arguments->mesh[k], arena, problem))
-            return false;
-    if (result == API_OK && !mesh->elements && arguments->format->elements)
-        api_problem_set(problem, API_NOT_ACCEPTABLE,
-                        "%s needs elements, but the mesh has only points", arguments->format->name);
-    return problem->id == API_OK;
-}
 
 /* Of the drape of `input` that `reader` has, or of a laminate. */
 static bool write_map(const struct arguments *arguments, const struct api_input *input,
                       const struct api_reader *reader, const struct laminate_job *stack,
                       const struct files_output *output, struct api_problem *problem) {
     static struct api_map map;
+    size_t length = strlen(arguments->map);
+    bool json = length >= 5 && strcasecmp(arguments->map + length - 5, ".json") == 0;
     struct files_bytes text = {0};
     struct map_target mesh;
     struct arena *arena = arena_new(arguments->limits.max_memory);
-    bool ok = false;
     if (!arena)
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the map");
-    else
-        ok = files_read(arguments->map, &text) &&
-             read_target(arguments, &text, arena, &mesh, problem) &&
-             (stack ||
-              cavity_take_cloth(&mesh, reader, input, &arguments->limits, arena, problem)) &&
-             (stack ? laminate_map(&stack->laminate, stack->nets, &mesh, NULL, arena, &map, problem)
-                    : api_map_make(reader, &mesh, NULL, arena, &map, problem)) == API_OK &&
-             encode_to(output, arguments, (struct format_source){.fields = &map.fields}, problem);
+    bool ok = arena && files_read(arguments->map, &text) &&
+              (json ? map_target_json : map_target_nastran)(text.data, text.length, arena, &mesh,
+                                                            problem) == API_OK;
+    for (int k = 0; ok && k < MESH_OPTIONS; k++)
+        if (arguments->mesh[k])
+            ok = map_target_option(&mesh, arguments_parameter(arguments_mesh[k]),
+                                   arguments->mesh[k], arena, problem);
+    if (ok && !mesh.elements && arguments->format->elements)
+        api_problem_set(problem, API_NOT_ACCEPTABLE,
+                        "%s needs elements, but the mesh has only points", arguments->format->name);
+    ok = ok && problem->id == API_OK &&
+         (stack || cavity_take_cloth(&mesh, reader, input, &arguments->limits, arena, problem)) &&
+         (stack ? laminate_map(&stack->laminate, stack->nets, &mesh, NULL, arena, &map, problem)
+                : api_map_make(reader, &mesh, NULL, arena, &map, problem)) == API_OK &&
+         encode_to(output, arguments, (struct format_source){.fields = &map.fields}, problem);
     for (size_t k = 0; ok && k < map.fields.warning_count; k++)
         files_complain("warning", map.fields.warnings[k]);
     arena_free(arena);
@@ -167,44 +129,46 @@ static bool write_map(const struct arguments *arguments, const struct api_input 
 
 /* ---- all of it ---- */
 
-/* A stack of plies: on a mesh, or the outcome of each. */
-static bool drape_laminate(const struct arguments *arguments, const struct api_input *input,
-                           const struct files_output *output, struct api_problem *problem) {
-    struct laminate_job job;
-    bool ok = laminate_job_run(&job, input, &arguments->limits, problem);
-    if (ok && arguments->map)
-        ok = write_map(arguments, NULL, NULL, &job, output, problem);
-    else if (ok && strcmp(arguments->format->name, "json") == 0)
-        ok = laminate_job_report(&job, output, problem);
-    else if (ok && arguments->format->uses & (FORMAT_PATTERN | FORMAT_REPORT))
-        ok = laminate_job_draw(&job, arguments->format->name, output, problem);
-    else if (ok)
-        api_problem_set(problem, API_NOT_ACCEPTABLE,
-                        "a laminate has no %s of its own: use --map, or drape one of its plies",
-                        arguments->format->name);
-    laminate_job_close(&job);
-    return ok && problem->id == API_OK;
-}
-
 /* The document that the arguments ask for. Warnings go to standard error as well, for those who do
  * not read the document's. */
 static bool write_answer(const struct arguments *arguments, const struct api_input *input,
                          const struct api_reader *reader, const struct files_output *output,
                          struct api_problem *problem) {
     static struct api_columns columns;
+    const struct api_limits *limits = &arguments->limits;
     if (arguments->study)
         study_print(reader, arguments->output && !arguments->variant ? stdout : stderr, problem);
     else if (api_columns_open(reader, &columns, problem) == API_OK)
         for (size_t k = 0; k < columns.summary.warnings.count; k++)
             files_complain("warning", columns.summary.warnings.list[k].detail);
     if (arguments->variant)
-        return study_write_variant(input, &arguments->limits, reader, arguments->variant,
-                                   output->stream, problem);
+        return study_write_variant(input, limits, reader, arguments->variant, output->stream,
+                                   problem);
     if (arguments->map)
         return write_map(arguments, input, reader, NULL, output, problem);
-    if (arguments->format->uses & FORMAT_REPORT)
-        return write_report(arguments, input, reader, output, problem);
-    return encode_to(output, arguments, (struct format_source){.reader = reader}, problem);
+    struct format_source source = {.reader = reader};
+    if (!(arguments->format->uses & FORMAT_REPORT))
+        return encode_to(output, arguments, source, problem);
+    /* A report has the request as it was decoded. */
+    char finished[32];
+    time_t now = time(NULL);
+    struct tm date;
+    struct api_request decoded;
+    struct arena *arena = arena_new(limits->max_memory);
+    const char *inputs = NULL;
+    if (arena && api_columns_open(reader, &columns, problem) == API_OK &&
+        api_decode(input, limits, arena, &decoded, problem) == API_OK)
+        inputs = api_normalise(&decoded, &columns.start, arena);
+    if (!inputs)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
+    strftime(finished, sizeof finished, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &date));
+    source.record.inputs = inputs;
+    source.record.digest = arguments->id;
+    source.record.finished = finished;
+    source.record.program = "drape " DRAPE_SOLVER_VERSION;
+    bool ok = inputs && encode_to(output, arguments, source, problem);
+    arena_free(arena);
+    return ok;
 }
 
 static bool answer(struct arguments *arguments, struct files_bytes *request, FILE *container,
@@ -220,9 +184,23 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
     arguments->study =
         ok && !stack &&
         json_document_has(input.request, input.request_length, &arguments->limits, "drape");
-    if (stack)
-        ok = drape_laminate(arguments, &input, output, &problem);
-    else if (ok && arguments->study && arguments->map)
+    if (stack) {
+        /* On a mesh, or the outcome of each ply, or their patterns. */
+        struct laminate_job job;
+        const struct format *format = arguments->format;
+        ok = laminate_job_run(&job, &input, &arguments->limits, &problem);
+        if (ok && arguments->map)
+            ok = write_map(arguments, NULL, NULL, &job, output, &problem);
+        else if (ok && strcmp(format->name, "json") == 0)
+            ok = laminate_job_report(&job, output, &problem);
+        else if (ok && format->uses & (FORMAT_PATTERN | FORMAT_REPORT))
+            ok = laminate_job_draw(&job, format->name, output, &problem);
+        else if (ok)
+            api_problem_set(&problem, API_NOT_ACCEPTABLE,
+                            "a laminate has no %s of its own: use --map, or drape one of its plies",
+                            format->name);
+        laminate_job_close(&job);
+    } else if (ok && arguments->study && arguments->map)
         api_problem_set(&problem, API_NOT_ACCEPTABLE,
                         "--map is for drapes: write one with --variant and drape it");
     else if (ok && arguments->study && !arguments->format->tables)
@@ -231,7 +209,7 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
     else if (ok && !arguments->study && arguments->variant)
         api_problem_set(&problem, API_NOT_ACCEPTABLE, "--variant is for studies");
     else
-        ok = ok && solve_into(arguments, &input, container, arguments->id, &problem) &&
+        ok = ok && solve_into(arguments, &input, container, &problem) &&
              write_answer(arguments, &input, &reader, output, &problem);
     free(surface.data);
     if (problem.id != API_OK)

@@ -146,44 +146,15 @@ static bool run_importer(const char *file, const char *unit, struct files_bytes 
     return good && status == 0;
 }
 
-static bool read_file(const char *file, const char *unit, const struct api_limits *limits,
-                      struct arena *arena, struct files_bytes *surface, char id[API_ID_SIZE],
-                      struct api_problem *problem) {
-    const struct file_format *format = file_format_of(file);
-    struct api_surface read;
-    if (!format) {
-        api_problem_add(problem, "/surface/file",
-                        "must end in .step, .stp, .iges, .igs, .stl, .obj, .bdf or .nas");
-        return false;
-    }
-    bool good;
-    if (format->cad) {
-        good = run_importer(file, unit, surface);
-    } else {
-        struct files_bytes bytes = {0};
-        const char *text;
-        good = files_read(file, &bytes) &&
-               file_read_mesh(format, bytes.data ? bytes.data : "", bytes.length, unit, arena,
-                              &text, &surface->length, problem) == API_OK;
-        if (good)
-            surface->data = strdup(text);
-        free(bytes.data);
-    }
-    if (!good || !surface->data)
-        return false;
-    return api_decode_surface(surface->data, surface->length, limits, arena, &read, problem) ==
-               API_OK &&
-           api_digest_surface(&read, arena, id);
-}
-
-/* ---- both ---- */
-
+/* Reads the file that a surface is, checks it and puts its id in its place. */
 static bool resolve_file(const struct json_value *place, struct files_bytes *request,
                          const struct api_limits *limits, struct arena *arena,
                          struct files_bytes *surface, struct api_problem *problem) {
     struct json_value file = value_member(place, "file"), unit = value_member(place, "unit");
-    const char *path, *of = "";
+    const char *path, *of = "", *text;
+    struct api_surface read;
     char id[API_ID_SIZE];
+    bool good;
     if (!value_given(&file))
         return true;
     if (!value_string(&file, &path) || (value_given(&unit) && !value_string(&unit, &of)))
@@ -192,7 +163,27 @@ static bool resolve_file(const struct json_value *place, struct files_bytes *req
         value_fault(&unit, "must be one of m, mm, cm, um, in, ft");
         return false;
     }
-    return read_file(path, of, limits, arena, surface, id, problem) && name_surface(request, id);
+    const struct file_format *format = file_format_of(path);
+    if (!format) {
+        api_problem_add(problem, "/surface/file",
+                        "must end in .step, .stp, .iges, .igs, .stl, .obj, .bdf or .nas");
+        return false;
+    }
+    if (format->cad) {
+        good = run_importer(path, of, surface);
+    } else {
+        struct files_bytes bytes = {0};
+        good = files_read(path, &bytes) &&
+               file_read_mesh(format, bytes.data ? bytes.data : "", bytes.length, of, arena, &text,
+                              &surface->length, problem) == API_OK;
+        if (good)
+            surface->data = strdup(text);
+        free(bytes.data);
+    }
+    return good && surface->data &&
+           api_decode_surface(surface->data, surface->length, limits, arena, &read, problem) ==
+               API_OK &&
+           api_digest_surface(&read, arena, id) && name_surface(request, id);
 }
 
 bool part_resolve(struct files_bytes *request, const struct api_limits *limits,

@@ -31,7 +31,6 @@ bool study_identify(const struct api_input *input, const struct api_limits *limi
 /* The columns of `variants`, one after the other. */
 struct table {
     struct api_columns columns;
-    const struct api_reader *reader;
     double *values; /* [column][row] */
     size_t rows;
 };
@@ -39,27 +38,6 @@ struct table {
 static const double *column_of(const struct table *table, const char *name) {
     const struct api_column *column = api_columns_find(&table->columns, API_TABLE_VARIANTS, name);
     return column ? table->values + (size_t)(column - table->columns.column) * table->rows : NULL;
-}
-
-static bool read_variants(const struct api_reader *reader, struct table *table,
-                          struct api_problem *problem) {
-    if (api_columns_open(reader, &table->columns, problem) != API_OK)
-        return false;
-    table->rows = api_columns_rows(&table->columns, API_TABLE_VARIANTS);
-    while (table->columns.column[table->columns.count - 1].table != API_TABLE_VARIANTS)
-        table->columns.count--; /* those of the bands come behind */
-    table->values = calloc(table->columns.count * table->rows + 1, sizeof *table->values);
-    if (!table->values) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the table");
-        return false;
-    }
-    for (size_t k = 0; k < table->columns.count; k++)
-        if (!api_columns_read(reader, &table->columns.column[k], 0, table->rows,
-                              table->values + k * table->rows)) {
-            api_problem_set(problem, API_INTERNAL, "the study could not be read back");
-            return false;
-        }
-    return true;
 }
 
 /* The first objective that has a best one. */
@@ -86,27 +64,6 @@ static int compare_ranks(const void *a, const void *b) {
     return (x->row > y->row) - (x->row < y->row);
 }
 
-static struct rank *rank_rows(const struct table *table, int objective) {
-    const double *value = column_of(table, quantities[objective].name);
-    const double *feasible = column_of(table, "feasible"), *pareto = column_of(table, "pareto");
-    const double *failure = column_of(table, "failure");
-    const double *coarse = column_of(table, "coarseness");
-    struct rank *ranks = calloc(table->rows + 1, sizeof *ranks);
-    for (size_t k = 0; ranks && k < table->rows; k++) {
-        bool best = k == (size_t)table->columns.study.best[objective];
-        ranks[k] = (struct rank){best              ? 0
-                                 : pareto[k] > 0   ? 1
-                                 : failure[k] > 0  ? 5
-                                 : coarse[k] > 1   ? 4
-                                 : feasible[k] > 0 ? 2
-                                                   : 3,
-                                 value[k], k};
-    }
-    if (ranks)
-        qsort(ranks, table->rows, sizeof *ranks, compare_ranks);
-    return ranks;
-}
-
 /* Whether a column is worth its place: of what never differs from row to row little is learnt. */
 static bool is_shown(const struct table *table, const struct api_column *column) {
     static const char *const hidden[] = {"x",        "y",      "z",      "coarseness",
@@ -121,8 +78,26 @@ static bool is_shown(const struct table *table, const struct api_column *column)
     return table->rows == 1;
 }
 
-static void print_rows(const struct table *table, const struct rank *ranks, FILE *stream) {
+/* Prints the best of the variants. */
+static void print_rows(const struct table *table, int objective, FILE *stream) {
+    const double *value = column_of(table, quantities[objective].name);
     const double *feasible = column_of(table, "feasible"), *pareto = column_of(table, "pareto");
+    const double *failure = column_of(table, "failure");
+    const double *coarse = column_of(table, "coarseness");
+    struct rank *ranks = calloc(table->rows + 1, sizeof *ranks);
+    if (!ranks)
+        return;
+    for (size_t k = 0; k < table->rows; k++) {
+        bool best = k == (size_t)table->columns.study.best[objective];
+        ranks[k] = (struct rank){best              ? 0
+                                 : pareto[k] > 0   ? 1
+                                 : failure[k] > 0  ? 5
+                                 : coarse[k] > 1   ? 4
+                                 : feasible[k] > 0 ? 2
+                                                   : 3,
+                                 value[k], k};
+    }
+    qsort(ranks, table->rows, sizeof *ranks, compare_ranks);
     fprintf(stream, "%8s", "variant");
     for (size_t c = 0; c < table->columns.count; c++)
         if (is_shown(table, &table->columns.column[c]))
@@ -143,56 +118,58 @@ static void print_rows(const struct table *table, const struct rank *ranks, FILE
                 : pareto[row] > 0    ? "  on the front"
                                      : "");
     }
+    free(ranks);
 }
 
 void study_print(const struct api_reader *result, FILE *stream, struct api_problem *problem) {
-    struct table table = {.reader = result};
-    bool ok = read_variants(result, &table, problem);
-    const struct api_study_summary *study = &table.columns.study;
+    struct table table = {0};
+    struct api_columns *columns = &table.columns;
+    const struct api_study_summary *study = &columns->study;
+    if (api_columns_open(result, columns, problem) != API_OK)
+        return;
+    table.rows = api_columns_rows(columns, API_TABLE_VARIANTS);
+    while (columns->column[columns->count - 1].table != API_TABLE_VARIANTS)
+        columns->count--; /* those of the bands come behind */
+    table.values = calloc(columns->count * table.rows + 1, sizeof *table.values);
+    bool ok = table.values != NULL;
+    if (!ok)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the table");
+    for (size_t k = 0; ok && k < columns->count; k++) {
+        ok = api_columns_read(result, &columns->column[k], 0, table.rows,
+                              table.values + k * table.rows);
+        if (!ok)
+            api_problem_set(problem, API_INTERNAL, "the study could not be read back");
+    }
     int objective = ok ? first_objective(study) : -1;
-    struct rank *ranks = objective >= 0 ? rank_rows(&table, objective) : NULL;
     for (size_t k = 0; ok && k < study->warnings.count; k++)
         files_complain("warning", study->warnings.list[k].detail);
     if (ok)
         fprintf(stream, "%zu variants in %.3g s; %zu keep the limits, %zu are on the front\n",
                 study->variants, study->solve_ms / 1e3, study->feasible, study->pareto);
-    if (ranks)
-        print_rows(&table, ranks, stream);
-    free(ranks);
+    if (objective >= 0)
+        print_rows(&table, objective, stream);
     free(table.values);
-}
-
-/* ---- one variant ---- */
-
-static bool find_variant(const struct api_reader *result, const char *variant, size_t *k,
-                         struct api_problem *problem) {
-    struct api_columns columns;
-    char *end;
-    if (api_columns_open(result, &columns, problem) != API_OK)
-        return false;
-    int objective = first_objective(&columns.study);
-    bool best = strcmp(variant, "best") == 0;
-    if (best && objective >= 0) {
-        *k = (size_t)columns.study.best[objective];
-        return true;
-    }
-    errno = 0;
-    *k = strtoul(variant, &end, 10);
-    if (!best && *variant >= '0' && *variant <= '9' && *end == '\0' && errno == 0)
-        return true;
-    api_problem_set(problem, API_NOT_FOUND,
-                    best ? "the study has no best variant: none could be draped"
-                         : "--variant takes a number, or \"best\"");
-    return false;
 }
 
 bool study_write_variant(const struct api_input *input, const struct api_limits *limits,
                          const struct api_reader *result, const char *variant, FILE *stream,
                          struct api_problem *problem) {
     const struct api_sink sink = {.write = files_append, .context = stream};
-    size_t k;
-    if (!find_variant(result, variant, &k, problem))
+    struct api_columns columns;
+    if (api_columns_open(result, &columns, problem) != API_OK)
         return false;
+    int objective = first_objective(&columns.study);
+    bool best = strcmp(variant, "best") == 0;
+    char *end;
+    errno = 0;
+    size_t k =
+        best && objective >= 0 ? (size_t)columns.study.best[objective] : strtoul(variant, &end, 10);
+    if (best ? objective < 0 : *variant < '0' || *variant > '9' || *end != '\0' || errno != 0) {
+        api_problem_set(problem, API_NOT_FOUND,
+                        best ? "the study has no best variant: none could be draped"
+                             : "--variant takes a number, or \"best\"");
+        return false;
+    }
     struct api_study *study = api_study_open(input, limits, problem);
     struct arena *arena = study ? arena_new(limits->max_memory) : NULL;
     if (study && !arena)

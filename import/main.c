@@ -110,29 +110,6 @@ static bool take_faces(struct arguments *arguments, const char *list) {
     return true;
 }
 
-static bool take_import_option(struct arguments *arguments, const char *name, const char *value) {
-    if (strcmp(name, "faces") == 0)
-        return take_faces(arguments, value);
-    if (strcmp(name, "unit") == 0) {
-        for (int k = 0; k < API_UNIT_COUNT; k++)
-            if (strcmp(api_units[k].name, value) == 0) {
-                arguments->unit = api_units[k].name;
-                return true;
-            }
-        return false;
-    }
-    if (strcmp(name, "format") == 0) {
-        arguments->format = value;
-        return strcmp(value, "step") == 0 || strcmp(value, "iges") == 0;
-    }
-    if (strcmp(name, "memory") == 0 || strcmp(name, "time") == 0) {
-        long *number = *name == 'm' ? &arguments->memory_mib : &arguments->seconds;
-        return take_digits(&value, number) && *value == '\0' && *number > 0;
-    }
-    arguments->output = strcmp(value, "-") == 0 ? NULL : value;
-    return true;
-}
-
 static const struct option option_table[] = {
     {"faces", required_argument, NULL, 0}, {"format", required_argument, NULL, 0},
     {"unit", required_argument, NULL, 0},  {"memory", required_argument, NULL, 0},
@@ -145,16 +122,35 @@ static const struct option option_table[] = {
 static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
     int option, index = 0;
     while ((option = getopt_long(argc, argv, "ho:", option_table, &index)) != -1) {
-        const char *name = option == 'o' ? "output" : option_table[index].name;
+        const char *name = option == 'o' ? "output" : option_table[index].name, *value = optarg;
+        bool good = true;
         if (option == 'h')
             return fputs(help, stdout) < 0 || fflush(stdout) != 0;
         if (option == 'v')
             return puts("drape-import " DRAPE_SOLVER_VERSION) < 0;
         if (option == '?')
             return EXIT_USAGE;
-        if (option == 'l')
+        if (option == 'l') {
             arguments->list = true;
-        else if (!take_import_option(arguments, name, optarg)) {
+        } else if (strcmp(name, "faces") == 0) {
+            good = take_faces(arguments, value);
+        } else if (strcmp(name, "unit") == 0) {
+            int k = 0;
+            while (k < API_UNIT_COUNT && strcmp(api_units[k].name, value) != 0)
+                k++;
+            good = k < API_UNIT_COUNT;
+            if (good)
+                arguments->unit = api_units[k].name;
+        } else if (strcmp(name, "format") == 0) {
+            arguments->format = value;
+            good = strcmp(value, "step") == 0 || strcmp(value, "iges") == 0;
+        } else if (strcmp(name, "memory") == 0 || strcmp(name, "time") == 0) {
+            long *number = *name == 'm' ? &arguments->memory_mib : &arguments->seconds;
+            good = take_digits(&value, number) && *value == '\0' && *number > 0;
+        } else {
+            arguments->output = strcmp(value, "-") == 0 ? NULL : value;
+        }
+        if (!good) {
             fprintf(stderr, "drape-import: --%s does not take \"%s\"\n", name, optarg);
             return EXIT_USAGE;
         }
@@ -166,16 +162,6 @@ static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
     }
     arguments->input = argv[optind];
     return -1;
-}
-
-/* By the file's name, else by its first line. */
-static const char *guess_format(const char *name, const struct files_bytes *file) {
-    const char *dot = strrchr(name, '.');
-    if (dot && (strcasecmp(dot, ".igs") == 0 || strcasecmp(dot, ".iges") == 0))
-        return "iges";
-    if (dot && (strcasecmp(dot, ".stp") == 0 || strcasecmp(dot, ".step") == 0))
-        return "step";
-    return file->length > 80 && file->data[72] == 'S' ? "iges" : "step";
 }
 
 /* ---- the child that reads the file ---- */
@@ -194,34 +180,30 @@ static bool send_whole(int fd, const char *bytes, size_t length) {
     return true;
 }
 
-static int run_child(const struct arguments *arguments, const struct import_order *order, int fd) {
-    const rlim_t seconds = (rlim_t)arguments->seconds, bytes = (rlim_t)arguments->memory_mib << 20;
-    struct import_answer answer;
-    import_prepare();
-    setrlimit(RLIMIT_CPU, &(const struct rlimit){seconds, seconds});
-    if (!SANDBOX_SANITIZED)
-        setrlimit(RLIMIT_AS, &(const struct rlimit){bytes, bytes});
-    if (dup2(fd, WORKER_FD) < 0 || !sandbox_enter(WORKER_FD, 0))
-        return EXIT_FAILURE;
-    bool good = import_cad(order, &answer);
-    const char *text = good ? answer.text : answer.why;
-    return send_whole(WORKER_FD, good ? "+" : "-", 1) &&
-                   send_whole(WORKER_FD, text, good ? answer.length : strlen(text))
-               ? EXIT_SUCCESS
-               : EXIT_FAILURE;
-}
-
 /* Reads the file in a child; `text` gets the document. */
 static bool import_apart(const struct arguments *arguments, const struct import_order *order,
                          struct files_bytes *text) {
+    const rlim_t seconds = (rlim_t)arguments->seconds, bytes = (rlim_t)arguments->memory_mib << 20;
     int ends[2], status = 0;
     if (pipe(ends) != 0) {
         files_complain("cannot start", strerror(errno));
         return false;
     }
     pid_t child = fork();
-    if (child == 0)
-        _exit(run_child(arguments, order, ends[1]));
+    if (child == 0) {
+        struct import_answer answer;
+        import_prepare();
+        setrlimit(RLIMIT_CPU, &(const struct rlimit){seconds, seconds});
+        if (!SANDBOX_SANITIZED)
+            setrlimit(RLIMIT_AS, &(const struct rlimit){bytes, bytes});
+        if (dup2(ends[1], WORKER_FD) < 0 || !sandbox_enter(WORKER_FD, 0))
+            _exit(EXIT_FAILURE);
+        bool read = import_cad(order, &answer);
+        const char *words = read ? answer.text : answer.why;
+        bool sent = send_whole(WORKER_FD, read ? "+" : "-", 1) &&
+                    send_whole(WORKER_FD, words, read ? answer.length : strlen(words));
+        _exit(sent ? EXIT_SUCCESS : EXIT_FAILURE);
+    }
     close(ends[1]);
     FILE *stream = child > 0 ? fdopen(ends[0], "rb") : NULL;
     bool good = stream && files_drain(stream, text);
@@ -272,14 +254,19 @@ static bool import_named_file(const struct arguments *arguments) {
     struct files_bytes file = {0}, text = {0};
     struct files_output output = {0};
     bool ok = files_read(arguments->input, &file) && files_open(&output, arguments->output);
-    const struct import_order order = {
-        .format = arguments->format ? arguments->format : guess_format(arguments->input, &file),
-        .bytes = file.data ? file.data : "",
-        .length = file.length,
-        .unit = arguments->unit,
-        .faces = arguments->faces,
-        .face_count = arguments->face_count,
-        .list = arguments->list};
+    /* The format by the file's name, else by its first line. */
+    const char *format = arguments->format, *dot = strrchr(arguments->input, '.');
+    bool iges = dot && (strcasecmp(dot, ".igs") == 0 || strcasecmp(dot, ".iges") == 0);
+    bool step = dot && (strcasecmp(dot, ".stp") == 0 || strcasecmp(dot, ".step") == 0);
+    if (!format)
+        format = iges || (!step && file.length > 80 && file.data[72] == 'S') ? "iges" : "step";
+    const struct import_order order = {.format = format,
+                                       .bytes = file.data ? file.data : "",
+                                       .length = file.length,
+                                       .unit = arguments->unit,
+                                       .faces = arguments->faces,
+                                       .face_count = arguments->face_count,
+                                       .list = arguments->list};
     ok = ok && import_apart(arguments, &order, &text);
     if (ok) {
         ok = fwrite(text.data + 1, 1, text.length - 1, output.stream) == text.length - 1;
