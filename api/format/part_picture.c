@@ -379,29 +379,29 @@ static void make_palette(struct raster *raster) {
     memcpy(raster->palette[LOCKED], marks, sizeof marks);
 }
 
-/* False when the result is damaged. */
-static bool draw_scene(struct part_picture *picture, struct scene *scene,
-                       struct api_problem *problem) {
+static enum api_problem_id draw_scene(struct part_picture *picture, struct scene *scene,
+                                      struct api_problem *problem) {
+    static const char damaged[] = "the stored result is damaged";
     const struct api_grid *grid = &scene->columns->grid;
     double start[3];
     if (!find_columns(scene) || !visit_cells(picture, scene, sum_area))
-        return false;
+        return api_problem_set(problem, API_INTERNAL, damaged);
     choose_view(scene);
     if (!fit_into_picture(picture, scene))
-        return false;
-    if (!raster_begin(&picture->raster, WIDTH, scene->height)) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
-        return true;
-    }
+        return api_problem_set(problem, API_INTERNAL, damaged);
+    if (!raster_begin(&picture->raster, WIDTH, scene->height))
+        return api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
     make_palette(&picture->raster);
     project_point(picture, scene, scene->origin, start);
     for (int k = 0; k < 2; k++)
         picture->start[k] = picture->end[0][k] = picture->end[1][k] = start[k];
     int warp = grid->warp[1] - grid->warp[0], weft = grid->weft[1] - grid->weft[0];
     picture->yarns = 1 + (warp > weft ? warp : weft) / YARNS;
-    return visit_cells(picture, scene, fill_cell) && visit_cut(picture, scene, fill_cell) &&
-           visit_cells(picture, scene, draw_yarns) && visit_cut(picture, scene, draw_yarns) &&
-           draw_rim(picture, scene);
+    if (!visit_cells(picture, scene, fill_cell) || !visit_cut(picture, scene, fill_cell) ||
+        !visit_cells(picture, scene, draw_yarns) || !visit_cut(picture, scene, draw_yarns) ||
+        !draw_rim(picture, scene))
+        return api_problem_set(problem, API_INTERNAL, damaged);
+    return API_OK;
 }
 
 enum api_problem_id part_picture_draw(struct part_picture *picture, const struct api_reader *reader,
@@ -410,18 +410,17 @@ enum api_problem_id part_picture_draw(struct part_picture *picture, const struct
     struct arena *arena = arena_new(SIZE_MAX);
     struct scene *scene = arena ? arena_alloc(arena, 1, sizeof *scene) : NULL;
     if (!scene) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
         arena_free(arena);
-        return problem->id;
+        return api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
     }
     scene->reader = reader;
     scene->columns = columns;
     picture->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
-    if (stored_rim_make(reader, columns, arena, &scene->edge, problem) == API_OK &&
-        !draw_scene(picture, scene, problem))
-        api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+    enum api_problem_id id = stored_rim_make(reader, columns, arena, &scene->edge, problem);
+    if (id == API_OK)
+        id = draw_scene(picture, scene, problem);
     arena_free(arena);
-    return problem->id;
+    return id;
 }
 
 void part_picture_free(struct part_picture *picture) {
