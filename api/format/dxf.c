@@ -3,13 +3,12 @@
 #include "dxf_writer.h"
 #include "pattern.h"
 
-static void draw_dxf_head(struct api_text *text, const struct pattern_sheet *sheet,
-                          const struct api_unit *unit) {
+static void draw_dxf_head(struct api_text *text, const struct pattern_sheet *sheet) {
     static const struct dxf_layer layers[] = {{"CUT", DXF_WHITE},     {"ALLOWANCE", DXF_BLUE},
                                               {"NOTCH", DXF_MAGENTA}, {"START", DXF_GREEN},
                                               {"LOCKED", DXF_RED},    {"TITLE", DXF_WHITE}};
     const double low[2] = {sheet->low[0], sheet->low[1] - 7 * sheet->letter};
-    dxf_head(text, unit->name, low, sheet->high, layers, sizeof layers / sizeof *layers);
+    dxf_head(text, sheet->unit, low, sheet->high, layers, sizeof layers / sizeof *layers);
 }
 
 static void draw_dxf_corner(struct api_text *text, enum pattern_group shape, double x, double y,

@@ -289,39 +289,36 @@ static void visit_strip(struct part_picture *picture, struct scene *scene, visit
     }
 }
 
-/* Row k of the block, in strips along warp of a pixel's height. */
-static void visit_cut_cell(struct part_picture *picture, struct scene *scene, visitor *visit,
-                           size_t k) {
-    double(*block)[BLOCK] = scene->cut_block, low = HUGE_VAL, high = -HUGE_VAL, pixel[3];
-    const int32_t place[2] = {(int32_t)block[CUT_I][k], (int32_t)block[CUT_J][k]};
-    struct cell cell = {.place = place,
-                        .shear_deg = block[CUT_SHEAR][k],
-                        .locked = scene->cut[CUT_LOCKED] && block[CUT_LOCKED][k] > 0};
-    for (int c = 0; c < 4; c++) {
-        double(*corner)[BLOCK] = block + CUT_CORNERS + 3 * c;
-        cell.corner[c] = vec3_make(corner[0][k], corner[1][k], corner[2][k]);
-        project_point(picture, scene, cell.corner[c], pixel);
-        low = fmin(low, fmin(pixel[0], pixel[1]));
-        high = fmax(high, fmax(pixel[0], pixel[1]));
-    }
-    int strips = (int)fmin(fmax(ceil(high - low), 1), WIDTH);
-    for (int s = 0; s < strips; s++)
-        visit_strip(picture, scene, visit, &cell, s, strips);
-}
-
-/* Calls for every strip of these cells. False when they cannot be read. */
+/* Calls for every strip, along warp and of a pixel's height, of these cells. False when they cannot
+ * be read. */
 static bool visit_cut(struct part_picture *picture, struct scene *scene, visitor *visit) {
     size_t rows = api_columns_rows(scene->columns, API_TABLE_CUT), count;
+    double(*block)[BLOCK] = scene->cut_block;
     for (size_t first = 0; first < rows; first += count) {
         count = rows - first < BLOCK ? rows - first : BLOCK;
         for (int c = 0; c < CUT_COLUMNS; c++)
             if (c == CUT_LOCKED && !scene->cut[c])
                 continue;
-            else if (!scene->cut[c] || !api_columns_read(scene->reader, scene->cut[c], first, count,
-                                                         scene->cut_block[c]))
+            else if (!scene->cut[c] ||
+                     !api_columns_read(scene->reader, scene->cut[c], first, count, block[c]))
                 return false;
-        for (size_t k = 0; k < count; k++)
-            visit_cut_cell(picture, scene, visit, k);
+        for (size_t k = 0; k < count; k++) {
+            double low = HUGE_VAL, high = -HUGE_VAL, pixel[3];
+            const int32_t place[2] = {(int32_t)block[CUT_I][k], (int32_t)block[CUT_J][k]};
+            struct cell cell = {.place = place,
+                                .shear_deg = block[CUT_SHEAR][k],
+                                .locked = scene->cut[CUT_LOCKED] && block[CUT_LOCKED][k] > 0};
+            for (int c = 0; c < 4; c++) {
+                double(*corner)[BLOCK] = block + CUT_CORNERS + 3 * c;
+                cell.corner[c] = vec3_make(corner[0][k], corner[1][k], corner[2][k]);
+                project_point(picture, scene, cell.corner[c], pixel);
+                low = fmin(low, fmin(pixel[0], pixel[1]));
+                high = fmax(high, fmax(pixel[0], pixel[1]));
+            }
+            int strips = (int)fmin(fmax(ceil(high - low), 1), WIDTH);
+            for (int s = 0; s < strips; s++)
+                visit_strip(picture, scene, visit, &cell, s, strips);
+        }
     }
     return true;
 }
@@ -352,10 +349,14 @@ static bool draw_rim(struct part_picture *picture, struct scene *scene) {
     return true;
 }
 
-/* The columns that the picture is drawn from. */
-static bool find_columns(struct scene *scene) {
+static enum api_problem_id draw_scene(struct part_picture *picture, struct scene *scene,
+                                      struct api_problem *problem) {
+    static const char damaged[] = "the stored result is damaged";
     static const char *const names[] = {
         [CUT_I] = "i", [CUT_J] = "j", [CUT_SHEAR] = "shear_deg", [CUT_LOCKED] = "locked"};
+    const struct api_grid *grid = &scene->columns->grid;
+    struct raster *raster = &picture->raster;
+    double start[3];
     scene->shear = api_columns_find(scene->columns, API_TABLE_CELLS, "shear_deg");
     scene->locked = api_columns_find(scene->columns, API_TABLE_CELLS, "locked");
     for (int c = 0; c < CUT_COLUMNS; c++) {
@@ -363,12 +364,16 @@ static bool find_columns(struct scene *scene) {
         scene->cut[c] = api_columns_find(scene->columns, API_TABLE_CUT,
                                          corner ? api_fields_corners[c - CUT_CORNERS] : names[c]);
     }
-    return scene->shear && find_point_columns(scene, API_TABLE_NODES, &scene->low) &&
-           find_point_columns(scene, API_TABLE_NODES, &scene->high);
-}
-
-/* Paper, shades, darker ones, and the marks' colours. */
-static void make_palette(struct raster *raster) {
+    if (!scene->shear || !find_point_columns(scene, API_TABLE_NODES, &scene->low) ||
+        !find_point_columns(scene, API_TABLE_NODES, &scene->high) ||
+        !visit_cells(picture, scene, sum_area))
+        return api_problem_set(problem, API_INTERNAL, damaged);
+    choose_view(scene);
+    if (!fit_into_picture(picture, scene))
+        return api_problem_set(problem, API_INTERNAL, damaged);
+    if (!raster_begin(raster, WIDTH, scene->height))
+        return api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
+    /* The palette: paper, shades, darker ones, and the marks' colours. */
     memset(raster->palette, 0xff, 3);
     for (int k = 0; k < PICTURE_SHADES; k++) {
         uint8_t *rgb = raster->palette[SHADE + k], *dark = raster->palette[DARK + k];
@@ -377,21 +382,6 @@ static void make_palette(struct raster *raster) {
             dark[c] = (uint8_t)(yarn_shade * rgb[c]);
     }
     memcpy(raster->palette[LOCKED], marks, sizeof marks);
-}
-
-static enum api_problem_id draw_scene(struct part_picture *picture, struct scene *scene,
-                                      struct api_problem *problem) {
-    static const char damaged[] = "the stored result is damaged";
-    const struct api_grid *grid = &scene->columns->grid;
-    double start[3];
-    if (!find_columns(scene) || !visit_cells(picture, scene, sum_area))
-        return api_problem_set(problem, API_INTERNAL, damaged);
-    choose_view(scene);
-    if (!fit_into_picture(picture, scene))
-        return api_problem_set(problem, API_INTERNAL, damaged);
-    if (!raster_begin(&picture->raster, WIDTH, scene->height))
-        return api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
-    make_palette(&picture->raster);
     project_point(picture, scene, scene->origin, start);
     for (int k = 0; k < 2; k++)
         picture->start[k] = picture->end[0][k] = picture->end[1][k] = start[k];

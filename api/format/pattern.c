@@ -65,19 +65,8 @@ static void make_sheet(const struct encoder *encoder, struct pattern_state *stat
 
 /* ---- drawing ---- */
 
-/* Goes on to the next group when `at` has reached the end of this one. */
-static void end_group(struct encoder *encoder, const struct pattern_pen *pen, size_t count) {
-    struct pattern_state *state = encoder->state;
-    if (state->at < count)
-        return;
-    api_text_raw(&encoder->piece, state->group <= PATTERN_CUT ? pen->after_shape : "");
-    state->at = 0;
-    state->group++;
-    if (state->group < PATTERN_GROUPS)
-        api_text_raw(&encoder->piece, pen->before[state->group]);
-}
-
-static void draw_corners(struct encoder *encoder, const struct pattern_pen *pen) {
+/* The functions that draw some of a group return how many it has. */
+static size_t draw_corners(struct encoder *encoder, const struct pattern_pen *pen) {
     struct pattern_state *state = encoder->state;
     const struct polygons *polygons =
         state->group == PATTERN_CUT ? &state->cut.polygons : &state->allowed;
@@ -86,11 +75,11 @@ static void draw_corners(struct encoder *encoder, const struct pattern_pen *pen)
         pen->corner(&encoder->piece, state->group, point->x, point->y, !state->open, point->last);
         state->open = !point->last;
     }
-    end_group(encoder, pen, polygons->count);
+    return polygons->count;
 }
 
 /* Side by side cells of a row are drawn as one. A result without a locking angle has none. */
-static void draw_locked_cells(struct encoder *encoder, const struct pattern_pen *pen) {
+static size_t draw_locked_cells(struct encoder *encoder, const struct pattern_pen *pen) {
     static const char *const names[] = {"locked", "i", "j"};
     struct pattern_state *state = encoder->state;
     const double *locked = encoder->values, *i = locked + CELLS, *j = i + CELLS;
@@ -115,11 +104,11 @@ static void draw_locked_cells(struct encoder *encoder, const struct pattern_pen 
         pen->locked(&encoder->piece, &state->sheet, (int)i[k], (int)j[k], (int)(end - k));
     }
     state->at += count;
-    end_group(encoder, pen, rows);
+    return rows;
 }
 
 /* A letter long, inwards along the generator. */
-static void draw_notches(struct encoder *encoder, const struct pattern_pen *pen) {
+static size_t draw_notches(struct encoder *encoder, const struct pattern_pen *pen) {
     struct pattern_state *state = encoder->state;
     const struct pattern_sheet *sheet = &state->sheet;
     for (int k = 0; k < CELLS && state->at < state->cut.notch_count; k++) {
@@ -128,21 +117,28 @@ static void draw_notches(struct encoder *encoder, const struct pattern_pen *pen)
         double in = -notch->way * sheet->letter;
         pen->notch(&encoder->piece, x, y, notch->family ? x : x + in, notch->family ? y + in : y);
     }
-    end_group(encoder, pen, state->cut.notch_count);
+    return state->cut.notch_count;
 }
 
 void pattern_next(struct encoder *encoder) {
-    static void (*const draw[PATTERN_GROUPS])(struct encoder *, const struct pattern_pen *) = {
+    static size_t (*const draw[PATTERN_GROUPS])(struct encoder *, const struct pattern_pen *) = {
         draw_corners, draw_corners, draw_locked_cells, draw_notches};
     struct pattern_state *state = encoder->state;
     const struct pattern_pen *pen = encoder->format->own;
     if (!state->begun) {
-        pen->head(&encoder->piece, &state->sheet, encoder->columns.unit);
+        pen->head(&encoder->piece, &state->sheet);
         state->begun = true;
         state->group = state->allowed.count ? PATTERN_ALLOWANCE : PATTERN_CUT;
         api_text_raw(&encoder->piece, pen->before[state->group]);
     } else if (state->group < PATTERN_GROUPS) {
-        draw[state->group](encoder, pen);
+        size_t count = draw[state->group](encoder, pen);
+        if (state->at < count)
+            return;
+        api_text_raw(&encoder->piece, state->group <= PATTERN_CUT ? pen->after_shape : "");
+        state->at = 0;
+        state->group++;
+        api_text_raw(&encoder->piece,
+                     state->group < PATTERN_GROUPS ? pen->before[state->group] : "");
     } else {
         pen->foot(&encoder->piece, &state->sheet);
         encoder->ended = true;

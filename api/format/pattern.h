@@ -39,8 +39,7 @@ struct pattern_pen {
     const char *unit;                   /* NULL for the drape's own */
     const char *before[PATTERN_GROUPS]; /* text before each group */
     const char *after_shape;
-    void (*head)(struct api_text *text, const struct pattern_sheet *sheet,
-                 const struct api_unit *unit);
+    void (*head)(struct api_text *text, const struct pattern_sheet *sheet);
     /* Of a closed polygon of a shape, its first or last, or both. */
     void (*corner)(struct api_text *text, enum pattern_group shape, double x, double y, bool first,
                    bool last);

@@ -114,25 +114,6 @@ static void write_page_head(struct encoder *encoder) {
 
 /* ---- the part ---- */
 
-/* The next bytes of the picture in Base64 (RFC 4648). */
-static void write_picture(struct encoder *encoder) {
-    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    struct state *state = encoder->state;
-    size_t end = state->png_length - state->sent > CODED ? state->sent + CODED : state->png_length;
-    for (; state->sent < end; state->sent += 3) {
-        char four[4] = "====";
-        size_t left = end - state->sent;
-        const uint8_t *bytes = state->png + state->sent;
-        uint32_t bits = (uint32_t)bytes[0] << 16 | (left > 1 ? (uint32_t)bytes[1] << 8 : 0) |
-                        (left > 2 ? bytes[2] : 0);
-        for (size_t k = 0; k < 4 && k <= left; k++)
-            four[k] = digits[bits >> (18 - 6 * k) & 63];
-        api_text_bytes(&encoder->piece, four, 4);
-    }
-    if (end == state->png_length)
-        state->stage = AT_SCALE;
-}
-
 /* Below the picture: on its left the colours from 0 to the range, on its right a bar of 1, 2 or 5
  * times a power of ten. */
 static void draw_legend(struct api_text *text, const struct part_picture *picture,
@@ -310,14 +291,26 @@ static void write_inputs(struct encoder *encoder) {
 /* ---- the whole ---- */
 
 static void next_html(struct encoder *encoder) {
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     struct state *state = encoder->state;
+    size_t end = state->png_length - state->sent > CODED ? state->sent + CODED : state->png_length;
     switch (state->stage) {
     case AT_HEAD:
         write_page_head(encoder);
         state->stage = AT_PICTURE;
         break;
-    case AT_PICTURE:
-        write_picture(encoder);
+    case AT_PICTURE: /* its next bytes in Base64 (RFC 4648) */
+        for (; state->sent < end; state->sent += 3) {
+            char four[4] = "====";
+            size_t left = end - state->sent;
+            const uint8_t *bytes = state->png + state->sent;
+            uint32_t bits = (uint32_t)bytes[0] << 16 | (left > 1 ? (uint32_t)bytes[1] << 8 : 0) |
+                            (left > 2 ? bytes[2] : 0);
+            for (size_t k = 0; k < 4 && k <= left; k++)
+                four[k] = digits[bits >> (18 - 6 * k) & 63];
+            api_text_bytes(&encoder->piece, four, 4);
+        }
+        state->stage = end == state->png_length ? AT_SCALE : AT_PICTURE;
         break;
     case AT_SCALE:
         end_picture(encoder);

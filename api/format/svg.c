@@ -25,16 +25,16 @@ static void page_size(const struct pattern_sheet *sheet, double size[2]) {
     size[1] = sheet->high[1] - sheet->low[1] + 11 * sheet->letter;
 }
 
-static void write_view_box(struct api_text *text, const struct pattern_sheet *sheet) {
+/* The end of the tag, words if wanted, the hatch, and the begin of the drawing upside down. */
+static void begin_drawing(struct api_text *text, const struct pattern_sheet *sheet, bool words) {
     double h = sheet->letter, size[2];
     page_size(sheet, size);
     write_pair(text, " viewBox=\"", sheet->low[0] - 3 * h, -sheet->high[1] - 3 * h);
     write_pair(text, " ", size[0], size[1]);
     api_text_raw(text, "\">\n");
-}
-
-/* The hatch, and the begin of the drawing upside down. */
-static void begin_drawing(struct api_text *text, double h) {
+    if (words)
+        api_text_format(text, "<title>%s</title>\n<desc>%s</desc>\n", sheet->title,
+                        sheet->subtitle);
     api_text_raw(text, "<defs><pattern id=\"hatch\" patternUnits=\"userSpaceOnUse\"");
     write_attribute(text, "width", h / 2, "");
     write_attribute(text, "height", h / 2, "");
@@ -48,26 +48,19 @@ static void begin_drawing(struct api_text *text, double h) {
     api_text_raw(text, ">\n");
 }
 
-static void draw_page_head(struct api_text *text, const struct pattern_sheet *sheet,
-                           const struct api_unit *unit) {
+static void draw_page_head(struct api_text *text, const struct pattern_sheet *sheet) {
     double size[2];
-    (void)unit;
     page_size(sheet, size);
     api_text_raw(text, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
                        "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\"");
     write_attribute(text, "width", size[0], "mm");
     write_attribute(text, "height", size[1], "mm");
-    write_view_box(text, sheet);
-    api_text_format(text, "<title>%s</title>\n<desc>%s</desc>\n", sheet->title, sheet->subtitle);
-    begin_drawing(text, sheet->letter);
+    begin_drawing(text, sheet, true);
 }
 
-static void draw_inset_head(struct api_text *text, const struct pattern_sheet *sheet,
-                            const struct api_unit *unit) {
-    (void)unit;
+static void draw_inset_head(struct api_text *text, const struct pattern_sheet *sheet) {
     api_text_raw(text, "<svg role=\"img\" aria-label=\"Flat pattern with its dimensions\"");
-    write_view_box(text, sheet);
-    begin_drawing(text, sheet->letter);
+    begin_drawing(text, sheet, false);
 }
 
 /* After the first corner of a path's part the letter L may be left out. */
