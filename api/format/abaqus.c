@@ -35,16 +35,8 @@ static void write_ply_directions(struct encoder *encoder, const struct deck_item
             ", 1., 0., 0., 0., 1., 0.\n",
             item->ply + 1);
     if (row) {
-        struct element_frame frame = stack_frame(&encoder->fields, item->element);
-        struct vec3 a = element_direction(&frame, row->angle_deg);
-        struct vec3 b = vec3_cross(frame.normal, a);
-        const double values[6] = {a.x, a.y, a.z, b.x, b.y, b.z};
-        api_text_format(text, "%d", item->id);
-        for (int k = 0; k < 6; k++) {
-            api_text_raw(text, ", ");
-            deck_real(encoder, values[k], WIDTH);
-        }
-        api_text_raw(text, "\n");
+        api_text_format(text, "%d, ", item->id);
+        deck_write_axes(encoder, item->element, row->angle_deg, ", ", WIDTH);
     }
     if (item->last)
         api_text_format(text,

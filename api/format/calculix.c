@@ -73,18 +73,10 @@ static void write_s6_or_s8r(struct encoder *encoder, const struct deck_item *ite
 static void write_shell_section(struct encoder *encoder, const struct deck_item *item) {
     const struct map_fields *fields = &encoder->fields;
     struct api_text *text = &encoder->piece;
-    struct element_frame frame = stack_frame(fields, item->element);
     for (size_t k = 0; k < item->layers; k++) {
         const struct map_ply_row *row = stack_layer(fields, item->element, k);
-        struct vec3 a = element_direction(&frame, row->angle_deg);
-        struct vec3 b = vec3_cross(frame.normal, a);
-        const double values[6] = {a.x, a.y, a.z, b.x, b.y, b.z};
         api_text_format(text, "*ORIENTATION, NAME=E%d_%d\n", item->id, row->ply + 1);
-        for (int v = 0; v < 6; v++) {
-            api_text_raw(text, v ? "," : "");
-            deck_real(encoder, values[v], WIDTH);
-        }
-        api_text_raw(text, "\n");
+        deck_write_axes(encoder, item->element, row->angle_deg, ",", WIDTH);
     }
     api_text_format(text, "*SHELL SECTION, COMPOSITE, ELSET=E%d\n", item->id);
     for (size_t k = 0; k < item->layers; k++) {

@@ -153,7 +153,35 @@ static void write_deck_head(struct encoder *encoder) {
 
 /* ---- the sections ---- */
 
-static size_t item_count(const struct encoder *encoder, enum deck_items items) {
+static void write_item(struct encoder *encoder, const struct deck_section *section, size_t number) {
+    const struct map_fields *fields = &encoder->fields;
+    const struct stack_groups *groups = &((struct deck_state *)encoder->state)->groups;
+    struct deck_item item = {.number = number, .element = number, .ply = (int)number};
+    if (section->items == DECK_PLY_ELEMENTS) {
+        item.element = number % fields->element_count;
+        item.ply = (int)(number / fields->element_count);
+        item.first = item.element == 0;
+        item.last = item.element + 1 == fields->element_count;
+    } else if (section->items == DECK_GROUPS) {
+        item.element = (size_t)groups->member[groups->start[number]];
+    } else if (section->items == DECK_MEMBERS) {
+        item.element = (size_t)groups->member[number];
+        size_t group = (size_t)groups->group[item.element];
+        item.first = number == groups->start[group];
+        item.last = number + 1 == groups->start[group + 1];
+    }
+    if (section->items != DECK_ONCE && section->items != DECK_VERTICES &&
+        section->items != DECK_PLIES && section->items != DECK_MIDDLES) {
+        item.id = deck_element_id(fields, item.element);
+        item.corners = fields->elements[item.element];
+        item.layers = stack_layers(fields, item.element);
+    }
+    if (section->items != DECK_STACKS || item.layers > 0)
+        section->write(encoder, &item);
+}
+
+void deck_next(struct encoder *encoder) {
+    const struct deck *deck = encoder->format->own;
     const struct map_fields *fields = &encoder->fields;
     const struct deck_state *state = encoder->state;
     const size_t counts[] = {
@@ -167,47 +195,13 @@ static size_t item_count(const struct encoder *encoder, enum deck_items items) {
         [DECK_MEMBERS] = state->groups.start ? state->groups.start[state->groups.count] : 0,
         [DECK_MIDDLES] = state->middles,
     };
-    return counts[items];
-}
-
-static void write_item(struct encoder *encoder, const struct deck_section *section, size_t number) {
-    const struct map_fields *fields = &encoder->fields;
-    const struct stack_groups *groups = &((struct deck_state *)encoder->state)->groups;
-    struct deck_item item = {.number = number, .element = number, .ply = (int)number};
-    size_t group;
-    if (section->items == DECK_PLY_ELEMENTS) {
-        item.element = number % fields->element_count;
-        item.ply = (int)(number / fields->element_count);
-        item.first = item.element == 0;
-        item.last = item.element + 1 == fields->element_count;
-    } else if (section->items == DECK_GROUPS) {
-        item.element = (size_t)groups->member[groups->start[number]];
-    } else if (section->items == DECK_MEMBERS) {
-        item.element = (size_t)groups->member[number];
-        group = (size_t)groups->group[item.element];
-        item.first = number == groups->start[group];
-        item.last = number + 1 == groups->start[group + 1];
-    }
-    bool is_element = section->items != DECK_ONCE && section->items != DECK_VERTICES &&
-                      section->items != DECK_PLIES && section->items != DECK_MIDDLES;
-    if (is_element) {
-        item.id = deck_element_id(fields, item.element);
-        item.corners = fields->elements[item.element];
-        item.layers = stack_layers(fields, item.element);
-    }
-    if (section->items != DECK_STACKS || item.layers > 0)
-        section->write(encoder, &item);
-}
-
-void deck_next(struct encoder *encoder) {
-    const struct deck *deck = encoder->format->own;
     if (!encoder->begun)
         write_deck_head(encoder);
     encoder->begun = true;
     while (deck->sections[encoder->column].items &&
            encoder->piece.capacity - encoder->piece.length >= DECK_ITEM) {
         const struct deck_section *section = &deck->sections[encoder->column];
-        if (encoder->row == item_count(encoder, section->items)) {
+        if (encoder->row == counts[section->items]) {
             encoder->row = 0;
             encoder->column++;
         } else if (section->text) {
@@ -234,6 +228,18 @@ void deck_write_point(struct encoder *encoder, int32_t id, struct vec3 point) {
 void deck_write_vertex(struct encoder *encoder, const struct deck_item *item) {
     const struct map_fields *fields = &encoder->fields;
     deck_write_point(encoder, deck_vertex_id(fields, item->number), fields->vertices[item->number]);
+}
+
+void deck_write_axes(struct encoder *encoder, size_t element, double angle_deg, const char *between,
+                     int width) {
+    struct element_frame frame = stack_frame(&encoder->fields, element);
+    struct vec3 a = element_direction(&frame, angle_deg), b = vec3_cross(frame.normal, a);
+    const double values[6] = {a.x, a.y, a.z, b.x, b.y, b.z};
+    for (int k = 0; k < 6; k++) {
+        api_text_raw(&encoder->piece, k ? between : "");
+        deck_real(encoder, values[k], width);
+    }
+    api_text_raw(&encoder->piece, "\n");
 }
 
 /* Without a point a field is no real number: "1" and "1E-05" become "1." and "1.E-05". More digits

@@ -106,6 +106,11 @@ int32_t deck_vertex_id(const struct map_fields *fields, size_t vertex);
 void deck_write_point(struct encoder *encoder, int32_t id, struct vec3 point);
 void deck_write_vertex(struct encoder *encoder, const struct deck_item *item);
 
+/* The warp of a ply on an element, and the direction across it: six real numbers, and the end of
+ * the line. */
+void deck_write_axes(struct encoder *encoder, size_t element, double angle_deg, const char *between,
+                     int width);
+
 /* A real number, right-aligned, with a point and as many digits as the field has room for. */
 void deck_real(struct encoder *encoder, double value, int width);
 

@@ -148,20 +148,31 @@ static bool fill_columns(struct encoder *encoder, const struct vtk_array *array,
     return true;
 }
 
-static bool write_array_values(struct encoder *encoder) {
+/* The description, then a block of an array at a time, then the tail. */
+void vtk_next(struct encoder *encoder) {
     _Alignas(8) unsigned char block[VTK_BLOCK];
     struct vtk_file *file = encoder->state;
+    if (!encoder->begun) {
+        describe_file(&encoder->piece, file);
+        encoder->begun = true;
+        return;
+    }
+    if (file->at == file->count) {
+        api_text_raw(&encoder->piece, tail);
+        encoder->ended = true;
+        return;
+    }
     const struct vtk_array *array = &file->array[file->at];
     uint64_t size = htole64(array_size(array)), left = array->rows - file->row;
     size_t most = VTK_BLOCK / row_size(array), count = left < most ? (size_t)left : most;
     if (file->row == 0)
         api_text_bytes(&encoder->piece, &size, sizeof size);
     if (count > 0) {
-        bool good = array->kind < VTK_OWN_KINDS
-                        ? fill_columns(encoder, array, (size_t)file->row, count, block)
-                        : file->fill(encoder, array, file->row, count, block);
-        if (!good)
-            return false;
+        encoder->failed = array->kind < VTK_OWN_KINDS
+                              ? !fill_columns(encoder, array, (size_t)file->row, count, block)
+                              : !file->fill(encoder, array, file->row, count, block);
+        if (encoder->failed)
+            return;
         size_t length = count * row_size(array), width = types[array->type].size;
         for (unsigned char *value = block;
              __BYTE_ORDER != __LITTLE_ENDIAN && value < block + length; value += width)
@@ -176,19 +187,5 @@ static bool write_array_values(struct encoder *encoder) {
     if (file->row == array->rows) {
         file->row = 0;
         file->at++;
-    }
-    return true;
-}
-
-void vtk_next(struct encoder *encoder) {
-    struct vtk_file *file = encoder->state;
-    if (!encoder->begun) {
-        describe_file(&encoder->piece, file);
-        encoder->begun = true;
-    } else if (file->at < file->count) {
-        encoder->failed = !write_array_values(encoder);
-    } else {
-        api_text_raw(&encoder->piece, tail);
-        encoder->ended = true;
     }
 }

@@ -26,14 +26,23 @@ static bool fill_topology(struct encoder *encoder, const struct vtk_array *array
 }
 
 /* The selected columns, which are sorted by table, without coordinates; and the net. */
-static bool add_data(struct encoder *encoder, struct state *state) {
+static bool begin_vtp(struct encoder *encoder, struct api_problem *problem) {
     static const char *const names[] = {"x", "y", "z"};
+    struct state *state = encoder->state;
+    struct vtk_file *file = &state->file;
+    file->polydata = true;
+    file->points = api_columns_rows(&encoder->columns, API_TABLE_NODES);
+    file->cells = api_columns_rows(&encoder->columns, API_TABLE_CELLS);
+    file->fill = fill_topology;
+    if (!cell_corners_begin(&state->quads, encoder->reader, &encoder->columns) ||
+        file->cells > INT32_MAX / 4)
+        return encoder_damaged(problem);
     const struct api_column_source *point[3];
     struct vtk_array topology = {.section = VTK_TOPOLOGY,
                                  .type = VTK_INT32,
                                  .components = 4,
                                  .flat = true,
-                                 .rows = state->file.cells,
+                                 .rows = file->cells,
                                  .name = "connectivity",
                                  .kind = CONNECTIVITY};
     size_t end[2] = {0}, count = 0;
@@ -50,33 +59,21 @@ static bool add_data(struct encoder *encoder, struct state *state) {
         const struct api_column *column =
             api_columns_find(&encoder->columns, API_TABLE_NODES, names[k]);
         if (!column)
-            return false;
+            return encoder_damaged(problem);
         state->point[k] = encoder_source(encoder, column);
         point[k] = &state->point[k];
     }
     const struct api_column_source *cells = state->data + end[0];
-    if (!vtk_add_fields(&state->file, VTK_POINT_DATA, state->data, end[0]) ||
-        !vtk_add_fields(&state->file, VTK_CELL_DATA, cells, count - end[0]) ||
-        !vtk_add_tensor(&state->file, cells, count - end[0]) ||
-        !vtk_add_columns(&state->file, VTK_POINTS, "Points", 3, point) ||
-        !vtk_add(&state->file, &topology))
-        return false;
+    if (!vtk_add_fields(file, VTK_POINT_DATA, state->data, end[0]) ||
+        !vtk_add_fields(file, VTK_CELL_DATA, cells, count - end[0]) ||
+        !vtk_add_tensor(file, cells, count - end[0]) ||
+        !vtk_add_columns(file, VTK_POINTS, "Points", 3, point) || !vtk_add(file, &topology))
+        return encoder_damaged(problem);
     topology.components = 1;
     topology.flat = false;
     topology.kind = OFFSETS;
     strcpy(topology.name, "offsets");
-    return vtk_add(&state->file, &topology);
-}
-
-static bool begin_vtp(struct encoder *encoder, struct api_problem *problem) {
-    struct state *state = encoder->state;
-    struct vtk_file *file = &state->file;
-    file->polydata = true;
-    file->points = api_columns_rows(&encoder->columns, API_TABLE_NODES);
-    file->cells = api_columns_rows(&encoder->columns, API_TABLE_CELLS);
-    file->fill = fill_topology;
-    if (!cell_corners_begin(&state->quads, encoder->reader, &encoder->columns) ||
-        file->cells > INT32_MAX / 4 || !add_data(encoder, state))
+    if (!vtk_add(file, &topology))
         return encoder_damaged(problem);
     vtk_begin(encoder);
     return true;

@@ -79,10 +79,15 @@ static bool fill_mesh(struct encoder *encoder, const struct vtk_array *array, ui
     return true;
 }
 
-/* ---- the list of arrays ---- */
-
-/* Of the plies what is selected of their columns. */
-static bool add_plies(const struct map_fields *fields, struct vtk_file *file) {
+/* Of the plies what is selected of their columns, and the mesh. */
+static bool add_arrays(const struct map_fields *fields, struct vtk_file *file) {
+    static const struct vtk_array arrays[] = {
+        {VTK_POINTS, VTK_FLOAT64, 3, .name = "Points", .kind = POINTS},
+        {VTK_TOPOLOGY, VTK_INT32, 1, .name = "connectivity", .kind = CONNECTIVITY},
+        {VTK_TOPOLOGY, VTK_INT32, 1, .name = "offsets", .kind = OFFSETS},
+        {VTK_TOPOLOGY, VTK_UINT8, 1, .name = "types", .kind = TYPES},
+    };
+    uint64_t corners = 0;
     for (int f = 0; fields->plies && f < PLY_FIELDS; f++) {
         const struct column_spec *spec = &column_specs[ply_fields[f].column];
         if (!encoder_find(fields->columns, fields->column_count, spec->table, spec->name))
@@ -99,17 +104,6 @@ static bool add_plies(const struct map_fields *fields, struct vtk_file *file) {
                 return false;
         }
     }
-    return true;
-}
-
-static bool add_mesh(const struct map_fields *fields, struct vtk_file *file) {
-    static const struct vtk_array arrays[] = {
-        {VTK_POINTS, VTK_FLOAT64, 3, .name = "Points", .kind = POINTS},
-        {VTK_TOPOLOGY, VTK_INT32, 1, .name = "connectivity", .kind = CONNECTIVITY},
-        {VTK_TOPOLOGY, VTK_INT32, 1, .name = "offsets", .kind = OFFSETS},
-        {VTK_TOPOLOGY, VTK_UINT8, 1, .name = "types", .kind = TYPES},
-    };
-    uint64_t corners = 0;
     for (size_t k = 0; k < fields->element_count; k++)
         corners += (uint64_t)corner_count(fields->elements[k]);
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
@@ -130,8 +124,7 @@ static bool begin_vtu(struct encoder *encoder, struct api_problem *problem) {
     file->cells = fields->element_count;
     file->fill = fill_mesh;
     if (!vtk_add_fields(file, VTK_CELL_DATA, fields->columns, fields->column_count) ||
-        !vtk_add_tensor(file, fields->columns, fields->column_count) || !add_plies(fields, file) ||
-        !add_mesh(fields, file)) {
+        !vtk_add_tensor(file, fields->columns, fields->column_count) || !add_arrays(fields, file)) {
         api_problem_set(problem, API_TOO_LARGE,
                         "the mesh is too large for vtu, or has too many plies; to leave the plies "
                         "out, give `fields` without plies.*");
