@@ -105,8 +105,21 @@ static void write_json_numbers(struct encoder *encoder, const struct api_column_
     piece->length = (size_t)(at - piece->bytes);
 }
 
-/* The next rows of the column that the encoder has reached. */
-static void write_column_rows(struct encoder *encoder) {
+/* What comes before the tables, then the next rows of the column that the encoder has reached, then
+ * what closes the document. */
+static void next_json(struct encoder *encoder) {
+    if (!encoder->begun) {
+        encoder->begun = true;
+        write_preamble(encoder);
+        return;
+    }
+    if (encoder->column == encoder->count) {
+        if (encoder->reader && encoder->columns.document == API_DOCUMENT_DRAPE)
+            enter_table(encoder, API_TABLE_RIM);
+        api_text_raw(&encoder->piece, "}}\n");
+        encoder->ended = true;
+        return;
+    }
     const struct api_column_source *column = &encoder->selected[encoder->column];
     size_t count = encoder_left(encoder, column->rows, ENCODER_VALUES);
     if (encoder->row == 0) {
@@ -124,20 +137,6 @@ static void write_column_rows(struct encoder *encoder) {
         write_json_numbers(encoder, column, count);
     if (encoder_advance(encoder, column->rows, count))
         api_text_raw(&encoder->piece, "]");
-}
-
-static void next_json(struct encoder *encoder) {
-    if (!encoder->begun) {
-        encoder->begun = true;
-        write_preamble(encoder);
-    } else if (encoder->column < encoder->count) {
-        write_column_rows(encoder);
-    } else {
-        if (encoder->reader && encoder->columns.document == API_DOCUMENT_DRAPE)
-            enter_table(encoder, API_TABLE_RIM);
-        api_text_raw(&encoder->piece, "}}\n");
-        encoder->ended = true;
-    }
 }
 
 const struct format format_json = {.name = "json",

@@ -54,24 +54,6 @@ static void try_field(double value, const char *candidate, double reads, double 
     memcpy(field + FIELD - length, candidate, length);
 }
 
-/* Plain decimals come first: an exponent has to be closer by half. */
-static void search_field(double value, char field[8]) {
-    double error = INFINITY;
-    char text[64], mantissa[48];
-    for (int digits = 1; digits <= 6; digits++) {
-        snprintf(text, sizeof text, "%.*f", digits, value);
-        try_field(value, text, strtod(text, NULL), &error, field);
-    }
-    error /= 2;
-    for (int digits = 1; digits <= 5; digits++) {
-        snprintf(mantissa, sizeof mantissa, "%.*e", digits, value);
-        char *e = strchr(mantissa, 'e');
-        double reads = strtod(mantissa, NULL);
-        snprintf(text, sizeof text, "%.*s%+d", (int)(e - mantissa), mantissa, atoi(e + 1));
-        try_field(value, text, reads, &error, field);
-    }
-}
-
 /* Between a hundredth and a hundred thousand, where most coordinates are, no exponent is closer
  * than the decimals that fit: rounded as a whole number, without zeros at the end. */
 static void write_decimal(double value, char field[8]) {
@@ -100,12 +82,26 @@ static void write_decimal(double value, char field[8]) {
         field[--at] = '-';
 }
 
+/* Plain decimals come first: an exponent has to be closer by half. */
 void lcmsim_field(double value, char field[8]) {
-    double size = fabs(value);
-    if (size == 0 || (size >= 0.01 && size < 99999))
+    double size = fabs(value), error = INFINITY;
+    char text[64], mantissa[48];
+    if (size == 0 || (size >= 0.01 && size < 99999)) {
         write_decimal(size == 0 ? 0 : value, field);
-    else
-        search_field(value, field);
+        return;
+    }
+    for (int digits = 1; digits <= 6; digits++) {
+        snprintf(text, sizeof text, "%.*f", digits, value);
+        try_field(value, text, strtod(text, NULL), &error, field);
+    }
+    error /= 2;
+    for (int digits = 1; digits <= 5; digits++) {
+        snprintf(mantissa, sizeof mantissa, "%.*e", digits, value);
+        char *e = strchr(mantissa, 'e');
+        double reads = strtod(mantissa, NULL);
+        snprintf(text, sizeof text, "%.*s%+d", (int)(e - mantissa), mantissa, atoi(e + 1));
+        try_field(value, text, reads, &error, field);
+    }
 }
 
 /* A float as Julia reads one: with a point, or an exponent. */
@@ -178,19 +174,16 @@ struct compaction {
     double porosity[MAP_RELIEFS], pressure[MAP_RELIEFS], n, factor; /* factor: of K at p = 0 */
 };
 
-/* LCMsim refuses a part whose porosity it takes to be more than this at 1e5 Pa. */
-static double porosity_at_1e5(const struct lcmsim_inputs *in, const double pressure[MAP_RELIEFS]) {
-    const double *e = in->relieved, p1 = pressure[0], p2 = pressure[1], p = 1e5;
-    double first = (e[0] - in->porosity) / p1, second = (e[1] - e[0]) / (p2 - p1);
-    return in->porosity + first * p + (second - first) / p2 * p * (p - p1);
-}
-
+/* LCMsim refuses a part whose porosity it takes to be more than LCMSIM_POROSITY_MAX at 1e5 Pa. */
 static struct compaction compaction_of(const struct map_fields *fields,
                                        const struct lcmsim_inputs *in) {
     double porosity = fmin(in->porosity, LCMSIM_POROSITY_MAX);
+    const double *e = in->relieved, p1 = fields->relief[0], p2 = fields->relief[1], p = 1e5;
     struct compaction rigid = {{porosity, porosity}, {0.9e5, 1.0e5}, 0, 1}, own = rigid;
-    if (!fields->relieved[0] || !(in->relieved[0] > porosity) || !(porosity > 0) ||
-        porosity_at_1e5(in, fields->relief) > LCMSIM_POROSITY_MAX)
+    if (!fields->relieved[0] || !(e[0] > porosity) || !(porosity > 0))
+        return rigid;
+    double first = (e[0] - in->porosity) / p1, second = (e[1] - e[0]) / (p2 - p1);
+    if (in->porosity + first * p + (second - first) / p2 * p * (p - p1) > LCMSIM_POROSITY_MAX)
         return rigid;
     memcpy(own.porosity, in->relieved, sizeof own.porosity);
     memcpy(own.pressure, fields->relief, sizeof own.pressure);
@@ -232,19 +225,6 @@ static void write_part(struct api_text *text, const struct encoder *encoder, con
         write_julia_float(text, values[k]);
     }
     api_text_raw(text, "\n");
-}
-
-static void write_parts(struct api_text *text, const struct encoder *encoder) {
-    const struct lcmsim_bins *bins = &((const struct state *)encoder->state)->bins;
-    api_text_format(text, "%s%s\n", part_names_2, version_of(encoder) == 2 ? "" : part_names_3);
-    if (bins->role_count[MAP_INLET])
-        write_part(text, encoder, "inlet", LCMSIM_INLET_PART, &bins->role[MAP_INLET]);
-    for (size_t k = 0; k < bins->count; k++)
-        write_part(text, encoder, "base", LCMSIM_FIRST_PART + (int)k, &bins->bin[k]);
-    if (bins->role_count[MAP_CHANNEL])
-        write_part(text, encoder, "patch", LCMSIM_CHANNEL_PART, &bins->role[MAP_CHANNEL]);
-    if (bins->role_count[MAP_OUTLET])
-        write_part(text, encoder, "outlet", LCMSIM_OUTLET_PART, &bins->role[MAP_OUTLET]);
 }
 
 /* ---- elements too dense ---- */
@@ -355,11 +335,20 @@ static void write_readme(struct api_text *text, const struct encoder *encoder) {
 /* Appends the next piece of the current file; whether it is the last. */
 static bool write_file_text(struct encoder *encoder, struct api_text *text) {
     struct state *state = encoder->state;
+    const struct lcmsim_bins *bins = &state->bins;
     switch (state->file) {
     case MESH:
         return write_bulk_data(text, &encoder->fields, state);
     case PARTS:
-        write_parts(text, encoder);
+        api_text_format(text, "%s%s\n", part_names_2, version_of(encoder) == 2 ? "" : part_names_3);
+        if (bins->role_count[MAP_INLET])
+            write_part(text, encoder, "inlet", LCMSIM_INLET_PART, &bins->role[MAP_INLET]);
+        for (size_t k = 0; k < bins->count; k++)
+            write_part(text, encoder, "base", LCMSIM_FIRST_PART + (int)k, &bins->bin[k]);
+        if (bins->role_count[MAP_CHANNEL])
+            write_part(text, encoder, "patch", LCMSIM_CHANNEL_PART, &bins->role[MAP_CHANNEL]);
+        if (bins->role_count[MAP_OUTLET])
+            write_part(text, encoder, "outlet", LCMSIM_OUTLET_PART, &bins->role[MAP_OUTLET]);
         return true;
     case DENSE:
         return write_dense(text, encoder);
@@ -374,28 +363,12 @@ static bool write_file_text(struct encoder *encoder, struct api_text *text) {
 
 /* ---- the archive ---- */
 
-/* Compresses what there is into the piece; whether the entry is complete. */
-static bool compress_text(struct encoder *encoder) {
+static void next_lcmsim(struct encoder *encoder) {
     struct state *state = encoder->state;
     struct api_text *piece = &encoder->piece;
     z_stream *z = &state->deflate;
-    size_t room = piece->capacity - piece->length - ZIP_HEADER_MAX;
-    z->next_in = (Bytef *)state->buffer + state->taken;
-    z->avail_in = (uInt)(state->text.length - state->taken);
-    z->next_out = (Bytef *)piece->bytes + piece->length;
-    z->avail_out = (uInt)room;
-    int answer = deflate(z, state->complete ? Z_FINISH : Z_NO_FLUSH);
-    state->taken = state->text.length - z->avail_in;
-    piece->length += room - z->avail_out;
-    state->entry[state->entries].packed += room - z->avail_out;
-    encoder->failed = encoder->failed || answer == Z_STREAM_ERROR;
-    return answer == Z_STREAM_END;
-}
-
-static void next_lcmsim(struct encoder *encoder) {
-    struct state *state = encoder->state;
     if (state->file == FILES) {
-        zip_end(&encoder->piece, state->entry, (size_t)state->entries, state->position);
+        zip_end(piece, state->entry, (size_t)state->entries, state->position);
         encoder->ended = true;
         return;
     }
@@ -405,8 +378,8 @@ static void next_lcmsim(struct encoder *encoder) {
         strcpy(entry->name, file_names[state->file]);
         entry->offset = state->position;
         entry->crc = (uint32_t)crc32(0, NULL, 0);
-        zip_begin_entry(&encoder->piece, entry);
-        encoder->failed = deflateReset(&state->deflate) != Z_OK;
+        zip_begin_entry(piece, entry);
+        encoder->failed = deflateReset(z) != Z_OK;
         state->open = true;
         state->complete = false;
     }
@@ -419,14 +392,24 @@ static void next_lcmsim(struct encoder *encoder) {
         entry->crc =
             (uint32_t)crc32_z(entry->crc, (const Bytef *)state->buffer, state->text.length);
     }
-    if (compress_text(encoder)) {
-        zip_end_entry(&encoder->piece, &state->entry[state->entries++]);
+    size_t room = piece->capacity - piece->length - ZIP_HEADER_MAX;
+    z->next_in = (Bytef *)state->buffer + state->taken;
+    z->avail_in = (uInt)(state->text.length - state->taken);
+    z->next_out = (Bytef *)piece->bytes + piece->length;
+    z->avail_out = (uInt)room;
+    int answer = deflate(z, state->complete ? Z_FINISH : Z_NO_FLUSH);
+    state->taken = state->text.length - z->avail_in;
+    piece->length += room - z->avail_out;
+    entry->packed += room - z->avail_out;
+    encoder->failed = encoder->failed || answer == Z_STREAM_ERROR;
+    if (answer == Z_STREAM_END) { /* the entry is complete */
+        zip_end_entry(piece, &state->entry[state->entries++]);
         state->open = false;
         state->text.length = state->taken = 0;
         state->file++;
         state->file += state->file == DENSE && !has_dense(state);
     }
-    state->position += encoder->piece.length;
+    state->position += piece->length;
 }
 
 /* ---- the beginning ---- */

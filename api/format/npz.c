@@ -15,19 +15,6 @@ struct state {
     struct zip_entry entry[API_COLUMNS_MAX];
 };
 
-/* The description before an array's values (format 1.0), always ARRAY_HEADER bytes. */
-static void describe_array(char header[ARRAY_HEADER], size_t rows) {
-    enum { PREFIX = 10 };
-    const char magic[PREFIX] = {'\x93', 'N', 'U', 'M', 'P', 'Y', 1, 0, ARRAY_HEADER - PREFIX, 0};
-    char text[ARRAY_HEADER];
-    int length = snprintf(text, sizeof text,
-                          "{'descr': '<f8', 'fortran_order': False, 'shape': (%zu,), }", rows);
-    memset(header, ' ', ARRAY_HEADER);
-    memcpy(header, magic, PREFIX);
-    memcpy(header + PREFIX, text, (size_t)length);
-    header[ARRAY_HEADER - 1] = '\n';
-}
-
 /* The next rows of a column as the bytes of the archive. */
 static size_t read_array_rows(struct encoder *encoder, const struct api_column_source *column,
                               size_t first) {
@@ -42,15 +29,25 @@ static size_t read_array_rows(struct encoder *encoder, const struct api_column_s
     return count;
 }
 
-/* API_COLUMNS_MAX entries fit into one piece. */
+/* An array's values stand behind a description (format 1.0), always ARRAY_HEADER bytes. The
+ * directory of API_COLUMNS_MAX entries fits into one piece. */
 static void next_npz(struct encoder *encoder) {
+    enum { PREFIX = 10 };
+    static const char magic[PREFIX] = {
+        '\x93', 'N', 'U', 'M', 'P', 'Y', 1, 0, ARRAY_HEADER - PREFIX};
     struct state *state = encoder->state;
     if (encoder->column < encoder->count) {
         const struct api_column_source *column = &encoder->selected[encoder->column];
         if (encoder->row == 0) {
             struct zip_entry *entry = &state->entry[encoder->column];
-            char header[ARRAY_HEADER];
-            describe_array(header, column->rows);
+            char header[ARRAY_HEADER + 1];
+            memcpy(header, magic, PREFIX);
+            int length = PREFIX + snprintf(header + PREFIX, sizeof header - PREFIX,
+                                           "{'descr': '<f8', 'fortran_order': False, "
+                                           "'shape': (%zu,), }",
+                                           column->rows);
+            snprintf(header + length, sizeof header - (size_t)length, "%*s", ARRAY_HEADER - length,
+                     "\n");
             uLong crc = crc32(0, (const Bytef *)header, ARRAY_HEADER);
             for (size_t row = 0, count; row < column->rows && !encoder->failed; row += count) {
                 count = read_array_rows(encoder, column, row);

@@ -68,19 +68,6 @@ static struct layer layer_of(const struct grouping *grouping, size_t element, si
                           grouping->angles ? step : 0};
 }
 
-static uint64_t hash_of(const struct grouping *grouping, size_t element) {
-    uint64_t hash = 0;
-    for (size_t k = 0; k < stack_layers(grouping->fields, element); k++) {
-        struct layer layer = layer_of(grouping, element, k);
-        const int64_t values[] = {layer.ply, layer.thickness, layer.angle};
-        for (int v = 0; v < 3; v++) {
-            hash = (hash ^ (uint64_t)values[v]) * 0x9E3779B97F4A7C15u;
-            hash ^= hash >> 29;
-        }
-    }
-    return hash;
-}
-
 static bool stacks_are_alike(const struct grouping *grouping, size_t a, size_t b) {
     size_t count = stack_layers(grouping->fields, a);
     bool alike = count == stack_layers(grouping->fields, b);
@@ -95,10 +82,20 @@ static bool stacks_are_alike(const struct grouping *grouping, size_t a, size_t b
 static void find_groups(struct stack_groups *groups, const struct grouping *grouping,
                         int32_t *table, size_t size) {
     for (size_t e = 0; e < grouping->fields->element_count; e++) {
+        size_t layers = stack_layers(grouping->fields, e);
+        uint64_t hash = 0;
         groups->group[e] = -1;
-        if (stack_layers(grouping->fields, e) == 0)
+        if (layers == 0)
             continue;
-        size_t slot = hash_of(grouping, e) & (size - 1);
+        for (size_t k = 0; k < layers; k++) {
+            struct layer layer = layer_of(grouping, e, k);
+            const int64_t values[] = {layer.ply, layer.thickness, layer.angle};
+            for (int v = 0; v < 3; v++) {
+                hash = (hash ^ (uint64_t)values[v]) * 0x9E3779B97F4A7C15u;
+                hash ^= hash >> 29;
+            }
+        }
+        size_t slot = hash & (size - 1);
         while (table[slot] && !stacks_are_alike(grouping, e, (size_t)table[slot] - 1))
             slot = (slot + 1) & (size - 1);
         if (!table[slot]) {

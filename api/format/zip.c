@@ -63,38 +63,35 @@ void zip_end_entry(struct api_text *text, const struct zip_entry *entry) {
     put_little_endian(text, entry->size, 4);
 }
 
-/* One entry of the directory. */
-static void list_entry(struct api_text *text, const struct zip_entry *entry) {
-    const uint64_t numbers[] = {entry->size, entry->packed, entry->offset};
-    uint64_t wide = 0;
-    for (int k = 0; k < 3; k++)
-        wide += numbers[k] >= LARGE;
-    put_little_endian(text, 0x02014b50, 4);
-    put_little_endian(text, MADE_BY_UNIX | (wide ? VERSION_64 : VERSION_PLAIN), 2);
-    put_kind(text, entry, wide > 0);
-    put_little_endian(text, entry->crc, 4);
-    put_little_endian(text, narrow(entry->packed), 4);
-    put_little_endian(text, narrow(entry->size), 4);
-    put_little_endian(text, strlen(entry->name), 2);
-    put_little_endian(text, wide ? 4 + 8 * wide : 0, 2);
-    put_little_endian(text, 0, 6); /* comment, disk, internal attributes */
-    put_little_endian(text, REGULAR_FILE, 4);
-    put_little_endian(text, narrow(entry->offset), 4);
-    api_text_raw(text, entry->name);
-    if (wide) {
-        put_little_endian(text, EXTRA_64, 2);
-        put_little_endian(text, 8 * wide, 2);
-    }
-    for (int k = 0; k < 3; k++)
-        if (numbers[k] >= LARGE)
-            put_little_endian(text, numbers[k], 8);
-}
-
+/* The directory's entries, and its end. */
 void zip_end(struct api_text *text, const struct zip_entry *entries, size_t count,
              uint64_t offset) {
     size_t start = text->length;
-    for (size_t k = 0; k < count; k++)
-        list_entry(text, &entries[k]);
+    for (const struct zip_entry *entry = entries; entry < entries + count; entry++) {
+        const uint64_t numbers[] = {entry->size, entry->packed, entry->offset};
+        uint64_t wide = 0;
+        for (int k = 0; k < 3; k++)
+            wide += numbers[k] >= LARGE;
+        put_little_endian(text, 0x02014b50, 4);
+        put_little_endian(text, MADE_BY_UNIX | (wide ? VERSION_64 : VERSION_PLAIN), 2);
+        put_kind(text, entry, wide > 0);
+        put_little_endian(text, entry->crc, 4);
+        put_little_endian(text, narrow(entry->packed), 4);
+        put_little_endian(text, narrow(entry->size), 4);
+        put_little_endian(text, strlen(entry->name), 2);
+        put_little_endian(text, wide ? 4 + 8 * wide : 0, 2);
+        put_little_endian(text, 0, 6); /* comment, disk, internal attributes */
+        put_little_endian(text, REGULAR_FILE, 4);
+        put_little_endian(text, narrow(entry->offset), 4);
+        api_text_raw(text, entry->name);
+        if (wide) {
+            put_little_endian(text, EXTRA_64, 2);
+            put_little_endian(text, 8 * wide, 2);
+        }
+        for (int k = 0; k < 3; k++)
+            if (numbers[k] >= LARGE)
+                put_little_endian(text, numbers[k], 8);
+    }
     uint64_t length = text->length - start;
     if (count >= MANY || offset >= LARGE || length >= LARGE) {
         put_little_endian(text, 0x06064b50, 4);
