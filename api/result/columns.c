@@ -44,52 +44,42 @@ static void place_columns(struct api_columns *columns, uint64_t offset) {
     columns->length = offset;
 }
 
-/* What the values of a column have in common so far. */
-struct likeness {
-    bool repeated, whole;
-    double first, least, most;
-};
-
 static bool same_bits(double a, double b) {
     return memcmp(&a, &b, sizeof a) == 0;
-}
-
-/* Whole numbers that come back with their bits, as a negative zero would not; with their range. */
-static bool all_short(const double *values, size_t count, double *least, double *most) {
-    bool whole = true;
-    for (size_t i = 0; i < count; i++) {
-        double value = values[i];
-        bool in_range = value >= -INT32_MAX && value <= INT32_MAX;
-        whole &= in_range && same_bits(value, (double)(int32_t)(in_range ? value : 0));
-        *least = value < *least ? value : *least;
-        *most = value > *most ? value : *most;
-    }
-    return whole;
 }
 
 /* The form that takes the fewest bytes. What cannot be read is left to sending it, which says so.
  */
 static enum api_form choose_form(const struct api_column_source *source, double *block) {
-    struct likeness likeness = {.repeated = true, .whole = source->integer};
+    bool repeated = true, whole = source->integer;
+    double first_value = 0, least = 0, most = 0;
     size_t count = 0;
     for (size_t first = 0; first < source->rows; first += count) {
-        size_t left = source->rows - first, most = first > 0 ? BLOCK_ROWS : PROBE_ROWS;
-        count = left < most ? left : most;
+        size_t left = source->rows - first, probed = first > 0 ? BLOCK_ROWS : PROBE_ROWS;
+        count = left < probed ? left : probed;
         if (!source->fill(source->context, first, count, block))
             return API_FORM_FLOAT64;
         if (first == 0)
-            likeness.first = likeness.least = likeness.most = block[0];
+            first_value = least = most = block[0];
         /* Repeated: each has the bits of the one before. */
-        likeness.repeated = likeness.repeated && same_bits(block[0], likeness.first) &&
-                            memcmp(block, block + 1, (count - 1) * sizeof *block) == 0;
-        likeness.whole = likeness.whole && all_short(block, count, &likeness.least, &likeness.most);
-        if (!likeness.repeated && !likeness.whole)
+        repeated = repeated && same_bits(block[0], first_value) &&
+                   memcmp(block, block + 1, (count - 1) * sizeof *block) == 0;
+        /* Whole: they come back with their bits, as a negative zero would not. */
+        bool still = whole;
+        for (size_t i = 0; whole && i < count; i++) {
+            double value = block[i];
+            bool in_range = value >= -INT32_MAX && value <= INT32_MAX;
+            still &= in_range && same_bits(value, (double)(int32_t)(in_range ? value : 0));
+            least = value < least ? value : least;
+            most = value > most ? value : most;
+        }
+        whole = still;
+        if (!repeated && !whole)
             break;
     }
-    double least = likeness.least, most = likeness.most;
     return source->rows <= 1                         ? API_FORM_FLOAT64
-           : likeness.repeated                       ? API_FORM_REPEATED
-           : !likeness.whole                         ? API_FORM_FLOAT64
+           : repeated                                ? API_FORM_REPEATED
+           : !whole                                  ? API_FORM_FLOAT64
            : least >= INT8_MIN && most <= INT8_MAX   ? API_FORM_INT8
            : least >= INT16_MIN && most <= INT16_MAX ? API_FORM_INT16
                                                      : API_FORM_INT32;
@@ -113,14 +103,6 @@ static bool all_finite(const double *values, size_t count) {
         carried |= (bits & exponent) + one;
     }
     return carried >> 63 == 0;
-}
-
-/* Within 2^53, where every whole number is a double. */
-static bool all_whole(const double *values, size_t count) {
-    bool whole = true;
-    for (size_t i = 0; i < count; i++)
-        whole &= fabs(values[i]) <= 0x1p53 && values[i] == floor(values[i]);
-    return whole;
 }
 
 /* The result header is made in a buffer that leaves room for the prefix, so that one write sends
@@ -167,7 +149,8 @@ static void swap_values(double *values, size_t count) {
     }
 }
 
-/* Of a known `size` each, for which the compiler makes a loop of its own. */
+/* In place, for no value is longer than a double: of a known `size` each, for which the compiler
+ * makes a loop of its own. */
 static inline void pack_whole(size_t size, double *values, size_t count) {
     unsigned char *bytes = (unsigned char *)values;
     for (size_t i = 0; i < count; i++) {
@@ -176,24 +159,8 @@ static inline void pack_whole(size_t size, double *values, size_t count) {
     }
 }
 
-/* In place: no value is longer than a double. Returns how many bytes they take. */
-static size_t pack_values(enum api_form form, double *values, size_t count) {
-    switch (form) {
-    case API_FORM_INT8:
-        pack_whole(1, values, count);
-        break;
-    case API_FORM_INT16:
-        pack_whole(2, values, count);
-        break;
-    case API_FORM_INT32:
-        pack_whole(4, values, count);
-        break;
-    default:
-        swap_values(values, count);
-    }
-    return count * width[form];
-}
-
+/* The other way. The bytes are at the end of the room for `count` doubles, so that none is written
+ * over before it is read. */
 static inline void unpack_whole(size_t size, double *values, size_t count) {
     const unsigned char *bytes = (const unsigned char *)values + count * (VALUE - size);
     for (size_t i = 0; i < count; i++) {
@@ -201,24 +168,6 @@ static inline void unpack_whole(size_t size, double *values, size_t count) {
         memcpy(&bits, bytes + i * size, size);
         bits = le32toh(bits);
         values[i] = size == 1 ? (int8_t)bits : size == 2 ? (int16_t)bits : (int32_t)bits;
-    }
-}
-
-/* The other way. The bytes are at the end of the room for `count` doubles, so that none is written
- * over before it is read. */
-static void unpack_values(enum api_form form, double *values, size_t count) {
-    switch (form) {
-    case API_FORM_INT8:
-        unpack_whole(1, values, count);
-        break;
-    case API_FORM_INT16:
-        unpack_whole(2, values, count);
-        break;
-    case API_FORM_INT32:
-        unpack_whole(4, values, count);
-        break;
-    default:
-        swap_values(values, count);
     }
 }
 
@@ -235,7 +184,15 @@ static enum api_problem_id send_column(const struct api_column_source *source, e
             return api_problem_set(problem, API_INTERNAL,
                                    "the result has a value in %s.%s that is not a number",
                                    api_table_name(source->table), source->name);
-        length = pack_values(form, block, count);
+        if (form == API_FORM_INT8)
+            pack_whole(1, block, count);
+        else if (form == API_FORM_INT16)
+            pack_whole(2, block, count);
+        else if (form == API_FORM_INT32)
+            pack_whole(4, block, count);
+        else
+            swap_values(block, count);
+        length = count * width[form];
         if (send(sink, block, length, problem) != API_OK)
             return problem->id;
     }
@@ -291,31 +248,27 @@ struct api_reader api_reader_of(struct api_memory *memory) {
     return (struct api_reader){read_memory, memory};
 }
 
-/* The result header as a string in `buffer` of API_HEADER_MAX; 0 when this is no container. */
-static size_t read_header(const struct api_reader *reader, char *buffer) {
-    char prefix[PREFIX];
-    uint32_t version, length;
-    if (!reader->read_at(reader->context, 0, prefix, sizeof prefix))
-        return 0;
-    memcpy(&version, prefix + 8, sizeof version);
-    memcpy(&length, prefix + 12, sizeof length);
-    version = le32toh(version);
-    length = le32toh(length);
-    bool known = memcmp(prefix, MAGIC, sizeof MAGIC) == 0 && version >= 1 && version <= VERSION;
-    if (!known || length > API_HEADER_MAX - PREFIX)
-        return 0;
-    buffer[length] = '\0';
-    return reader->read_at(reader->context, PREFIX, buffer, length) ? length : 0;
-}
-
 enum api_problem_id api_columns_open(const struct api_reader *reader, struct api_columns *columns,
                                      struct api_problem *problem) {
-    char buffer[API_HEADER_MAX];
+    char prefix[PREFIX], buffer[API_HEADER_MAX];
+    uint32_t version = 0, length = 0;
     struct api_problem inner = {0};
     struct json_tree tree = {0};
-    size_t length = read_header(reader, buffer);
     *columns = (struct api_columns){0};
-    bool good = length > 0 && result_header_take_columns(buffer, columns);
+    bool good = reader->read_at(reader->context, 0, prefix, sizeof prefix);
+    if (good) {
+        memcpy(&version, prefix + 8, sizeof version);
+        memcpy(&length, prefix + 12, sizeof length);
+        version = le32toh(version);
+        length = le32toh(length);
+        good = memcmp(prefix, MAGIC, sizeof MAGIC) == 0 && version >= 1 && version <= VERSION &&
+               length > 0 && length <= API_HEADER_MAX - PREFIX &&
+               reader->read_at(reader->context, PREFIX, buffer, length);
+    }
+    if (good) {
+        buffer[length] = '\0';
+        good = result_header_take_columns(buffer, columns);
+    }
     if (good && json_tree_parse(&tree, buffer, strlen(buffer), &api_limits_default, NULL, &inner) ==
                     API_OK) {
         result_header_read(&tree, columns);
@@ -343,8 +296,19 @@ bool api_columns_read(const struct api_reader *reader, const struct api_column *
         offset += (uint64_t)first * width[form];
     if (!reader->read_at(reader->context, offset, (char *)values + stored * VALUE - bytes, bytes))
         return false;
-    unpack_values(form, values, stored);
-    if (!all_finite(values, stored) || (column->integer && !all_whole(values, stored)))
+    if (form == API_FORM_INT8)
+        unpack_whole(1, values, stored);
+    else if (form == API_FORM_INT16)
+        unpack_whole(2, values, stored);
+    else if (form == API_FORM_INT32)
+        unpack_whole(4, values, stored);
+    else
+        swap_values(values, stored);
+    /* Whole numbers lie within 2^53, where each is a double. */
+    bool good = all_finite(values, stored);
+    for (size_t i = 0; column->integer && i < stored; i++)
+        good &= fabs(values[i]) <= 0x1p53 && values[i] == floor(values[i]);
+    if (!good)
         return false;
     for (size_t i = stored; i < count; i++)
         values[i] = values[0];

@@ -139,21 +139,6 @@ static const struct {
     RIM(covered),
 };
 
-/* The values of a part of a column; NULL when the column is not there. */
-static const void *values_of(const struct api_fields *fields, enum column_id id, int part,
-                             bool cut) {
-    const void *const owners[] = {[OWNER_NODES] = &fields->result->nodes,
-                                  [OWNER_CELLS] = cells_of(fields, cut),
-                                  [OWNER_PERMEABILITY] = &fields->permeability[cut],
-                                  [OWNER_FRONT] = &fields->result->front,
-                                  [OWNER_RIM] = &fields->result->rim};
-    const char *owner = owners[stored[id].owner];
-    const void *values = NULL;
-    if (owner)
-        memcpy(&values, owner + stored[id].offset[part], sizeof values);
-    return values;
-}
-
 /* ---- columns ---- */
 
 static bool fill_doubles(const void *context, size_t first, size_t count, double *values) {
@@ -193,6 +178,12 @@ static void list_column(struct api_fields *fields, enum column_id id, bool cut) 
                   : table == API_TABLE_FRONT ? result->front.count
                   : table == API_TABLE_CUT   ? result->cut.cells.count
                                              : result->rim.count;
+    const void *const owners[] = {[OWNER_NODES] = &result->nodes,
+                                  [OWNER_CELLS] = cells_of(fields, cut),
+                                  [OWNER_PERMEABILITY] = &fields->permeability[cut],
+                                  [OWNER_FRONT] = &result->front,
+                                  [OWNER_RIM] = &result->rim};
+    const char *owner = owners[stored[id].owner];
     for (int part = 0; part < spec->parts; part++) {
         struct api_column_source source = {.table = table,
                                            .name = spec->part[part],
@@ -204,7 +195,8 @@ static void list_column(struct api_fields *fields, enum column_id id, bool cut) 
             source.fill = fill_derived;
             source.context = own;
         } else {
-            source.context = values_of(fields, id, part, cut);
+            if (owner)
+                memcpy(&source.context, owner + stored[id].offset[part], sizeof source.context);
             bool bytes =
                 spec->kind == COLUMN_REASON || id == COLUMN_NODES_grown || id == COLUMN_RIM_covered;
             source.fill = spec->kind == COLUMN_INTEGER ? fill_index

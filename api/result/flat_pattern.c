@@ -14,20 +14,6 @@ struct points {
     size_t count;
 };
 
-static bool read_rim_columns(struct points *points, const struct api_reader *reader,
-                             const struct api_columns *columns) {
-    static const char *const names[COLUMNS] = {"loop", "p", "q", "covered"};
-    points->count = api_columns_rows(columns, API_TABLE_RIM);
-    for (int k = 0; k < COLUMNS; k++) {
-        const struct api_column *column = api_columns_find(columns, API_TABLE_RIM, names[k]);
-        points->column[k] = malloc((points->count + 1) * sizeof *points->column[k]);
-        if (!column || !points->column[k] ||
-            !api_columns_read(reader, column, 0, points->count, points->column[k]))
-            return false;
-    }
-    return true;
-}
-
 /* ---- where no cloth reaches the rim ---- */
 
 /* The corner of the outline nearest to a place; `distance` in steps. */
@@ -137,9 +123,16 @@ enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct
                                       const struct api_columns *columns,
                                       const struct outline *outline, double tolerance,
                                       struct api_problem *problem) {
-    struct points points = {.count = 0};
-    bool rim = api_columns_rows(columns, API_TABLE_RIM) > 0, good = true;
-    if (rim && !read_rim_columns(&points, reader, columns))
+    static const char *const names[COLUMNS] = {"loop", "p", "q", "covered"};
+    struct points points = {.count = api_columns_rows(columns, API_TABLE_RIM)};
+    bool rim = points.count > 0, read = true, good = true;
+    for (int k = 0; rim && read && k < COLUMNS; k++) {
+        const struct api_column *column = api_columns_find(columns, API_TABLE_RIM, names[k]);
+        points.column[k] = malloc(points.count * sizeof *points.column[k]);
+        read = column && points.column[k] &&
+               api_columns_read(reader, column, 0, points.count, points.column[k]);
+    }
+    if (!read)
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     else if (rim)
         good = add_rim(&pattern->polygons, &points, outline);

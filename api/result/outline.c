@@ -30,24 +30,20 @@ struct builder {
     bool failed; /* no memory */
 };
 
-/* Room for one more element of `size` bytes; false without memory. */
-static bool ensure_room(void **elements, size_t count, size_t *capacity, size_t size) {
+/* The elements with room for one more of `size` bytes; `failed` is set without memory. */
+static void *room_for(void *elements, size_t count, size_t *capacity, size_t size, bool *failed) {
     if (count < *capacity)
-        return true;
+        return elements;
     size_t wanted = *capacity ? 2 * *capacity : 64;
-    void *larger = realloc(*elements, wanted * size);
-    if (!larger)
-        return false;
-    *elements = larger;
-    *capacity = wanted;
-    return true;
+    void *larger = realloc(elements, wanted * size);
+    *capacity = larger ? wanted : *capacity;
+    *failed = *failed || !larger;
+    return larger ? larger : elements;
 }
 
 static void add_side(struct builder *builder, int32_t i, int32_t j, int32_t to_i, int32_t to_j) {
-    void *sides = builder->sides;
-    if (!ensure_room(&sides, builder->count, &builder->capacity, sizeof *builder->sides))
-        builder->failed = true;
-    builder->sides = sides;
+    builder->sides = room_for(builder->sides, builder->count, &builder->capacity,
+                              sizeof *builder->sides, &builder->failed);
     if (!builder->failed)
         builder->sides[builder->count++] = (struct side){i, j, to_i, to_j, false};
 }
@@ -102,28 +98,12 @@ static void finish_row(struct builder *builder) {
     row->count = 0;
 }
 
-static void add_outline_cell(struct builder *builder, int32_t i, int32_t j) {
-    struct row *row = &builder->row;
-    if (row->count > 0 && row->j != j)
-        finish_row(builder);
-    row->j = j;
-    if (row->count > 0 && row->runs[row->count - 1].last == i) {
-        row->runs[row->count - 1].last = i + 1;
-        return;
-    }
-    void *runs = row->runs;
-    if (!ensure_room(&runs, row->count, &row->capacity, sizeof *row->runs))
-        builder->failed = true;
-    row->runs = runs;
-    if (!builder->failed)
-        row->runs[row->count++] = (struct run){i, i + 1};
-}
-
 static bool read_cells(struct builder *builder, struct outline *outline,
                        const struct api_reader *reader, const struct api_columns *columns) {
     const struct api_column *column[2] = {api_columns_find(columns, API_TABLE_CELLS, "i"),
                                           api_columns_find(columns, API_TABLE_CELLS, "j")};
     static const struct row none = {0};
+    struct row *row = &builder->row;
     double block[2][BLOCK];
     int32_t before[2] = {0, 0};
     size_t rows = column[0] && column[1] ? column[0]->rows : 0;
@@ -144,7 +124,18 @@ static bool read_cells(struct builder *builder, struct outline *outline,
             }
             if (!start && (j < before[1] || (j == before[1] && i <= before[0])))
                 return false;
-            add_outline_cell(builder, i, j);
+            /* The cell goes on the last run of its row, or begins one. */
+            if (row->count > 0 && row->j != j)
+                finish_row(builder);
+            row->j = j;
+            if (row->count > 0 && row->runs[row->count - 1].last == i) {
+                row->runs[row->count - 1].last = i + 1;
+            } else {
+                row->runs = room_for(row->runs, row->count, &row->capacity, sizeof *row->runs,
+                                     &builder->failed);
+                if (!builder->failed)
+                    row->runs[row->count++] = (struct run){i, i + 1};
+            }
             before[0] = i;
             before[1] = j;
         }
@@ -189,16 +180,14 @@ static struct side *side_after(struct builder *builder, const struct side *side)
 }
 
 /* The polygon of a side that lies along i: it begins at a corner. */
-static bool trace(struct builder *builder, struct outline *outline, struct side *side) {
+static void trace(struct builder *builder, struct outline *outline, struct side *side) {
     bool corner = true;
     while (side) {
         if (corner) {
-            void *points = outline->points;
-            bool room =
-                ensure_room(&points, outline->count, &outline->capacity, sizeof *outline->points);
-            outline->points = points;
-            if (!room)
-                return false;
+            outline->points = room_for(outline->points, outline->count, &outline->capacity,
+                                       sizeof *outline->points, &builder->failed);
+            if (builder->failed)
+                return;
             outline->points[outline->count++] = (struct outline_point){side->i, side->j, false};
         }
         side->used = true;
@@ -207,7 +196,6 @@ static bool trace(struct builder *builder, struct outline *outline, struct side 
         side = next;
     }
     outline->points[outline->count - 1].last = true;
-    return true;
 }
 
 enum api_problem_id outline_make(struct outline *outline, const struct api_reader *reader,
@@ -217,12 +205,12 @@ enum api_problem_id outline_make(struct outline *outline, const struct api_reade
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     else if (builder.count > 0)
         qsort(builder.sides, builder.count, sizeof *builder.sides, compare_starts);
-    bool good = !builder.failed;
-    for (size_t k = 0; problem->id == API_OK && good && k < builder.count; k++) {
+    for (size_t k = 0; problem->id == API_OK && !builder.failed && k < builder.count; k++) {
         struct side *side = &builder.sides[k];
-        good = side->used || side->j != side->to_j || trace(&builder, outline, side);
+        if (!side->used && side->j == side->to_j)
+            trace(&builder, outline, side);
     }
-    if (!good)
+    if (builder.failed)
         api_problem_no_memory(problem, "the outline");
     free(builder.below.runs);
     free(builder.row.runs);

@@ -5,16 +5,23 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* The elements with room for one more of `size` bytes; NULL without memory, and they stay. */
+static void *with_room(void *elements, size_t count, size_t *capacity, size_t size) {
+    if (count < *capacity)
+        return elements;
+    size_t wanted = *capacity ? 2 * *capacity : 256;
+    void *larger = realloc(elements, wanted * size);
+    *capacity = larger ? wanted : *capacity;
+    return larger;
+}
+
 bool polygons_add(struct polygons *polygons, double x, double y) {
-    if (polygons->count == polygons->capacity) {
-        size_t wanted = polygons->capacity ? 2 * polygons->capacity : 256;
-        void *larger = realloc(polygons->points, wanted * sizeof *polygons->points);
-        if (!larger)
-            return false;
-        polygons->points = larger;
-        polygons->capacity = wanted;
-    }
-    polygons->points[polygons->count++] = (struct polygons_point){x, y, false};
+    struct polygons_point *points =
+        with_room(polygons->points, polygons->count, &polygons->capacity, sizeof *polygons->points);
+    if (!points)
+        return false;
+    polygons->points = points;
+    points[polygons->count++] = (struct polygons_point){x, y, false};
     return true;
 }
 
@@ -248,15 +255,11 @@ struct cuts {
 };
 
 static bool add_crossing_of(struct cuts *cuts, size_t segment, double share) {
-    if (cuts->count == cuts->capacity) {
-        size_t wanted = cuts->capacity ? 2 * cuts->capacity : 256;
-        void *larger = realloc(cuts->all, wanted * sizeof *cuts->all);
-        if (!larger)
-            return false;
-        cuts->all = larger;
-        cuts->capacity = wanted;
-    }
-    cuts->all[cuts->count++] = (struct cut){segment, cuts->nodes, share};
+    struct cut *all = with_room(cuts->all, cuts->count, &cuts->capacity, sizeof *cuts->all);
+    if (!all)
+        return false;
+    cuts->all = all;
+    all[cuts->count++] = (struct cut){segment, cuts->nodes, share};
     return true;
 }
 
@@ -321,19 +324,15 @@ struct chains {
 };
 
 static struct chain *open_chain(struct chains *chains, size_t begin) {
-    if (chains->count == chains->capacity) {
-        size_t wanted = chains->capacity ? 2 * chains->capacity : 256;
-        void *larger = realloc(chains->all, wanted * sizeof *chains->all);
-        if (!larger) {
-            chains->failed = true;
-            return NULL;
-        }
-        chains->all = larger;
-        chains->capacity = wanted;
-    }
-    chains->all[chains->count] =
+    struct chain *all =
+        with_room(chains->all, chains->count, &chains->capacity, sizeof *chains->all);
+    chains->failed = chains->failed || !all;
+    if (!all)
+        return NULL;
+    chains->all = all;
+    all[chains->count] =
         (struct chain){.first = chains->points.count, .begin = begin, .end = NO_NODE};
-    return &chains->all[chains->count++];
+    return &all[chains->count++];
 }
 
 static void chain_point(struct chains *chains, double x, double y) {
@@ -356,31 +355,13 @@ static void add_crossing(struct chains *chains, const struct loop *loop, size_t 
     chain_point(chains, a->x + cut->share * (b->x - a->x), a->y + cut->share * (b->y - a->y));
 }
 
-/* Whether (x, y) is nearer to the source than the distance. */
-static bool is_near_source(const struct grid *source, const size_t *ends, double x, double y,
-                           double distance) {
-    const double low[2] = {x - distance, y - distance}, high[2] = {x + distance, y + distance};
-    int from[2], to[2];
-    squares_of(source, low, high, from, to);
-    for (int sy = from[1]; sy <= to[1]; sy++)
-        for (int sx = from[0]; sx <= to[0]; sx++) {
-            size_t square = (size_t)sy * (size_t)source->size[0] + (size_t)sx;
-            for (size_t m = source->first[square]; m < source->first[square + 1]; m++) {
-                size_t a = source->entries[m];
-                const struct polygons_point *p = source->of->points;
-                if (distance2(&p[a], &p[ends[a]], x, y) < distance * distance)
-                    return true;
-            }
-        }
-    return false;
-}
-
-/* Judges a chain by the middle of its longest piece. */
+/* Judges a chain by the middle of its longest piece: whether no part of the source is nearer to it
+ * than the distance. */
 static bool is_parallel(const struct chains *chains, const struct chain *chain,
                         const struct grid *source, const size_t *ends, double distance) {
     const struct polygons_point *p = chains->points.points + chain->first;
     size_t at = 0, pieces = chain->begin == NO_NODE ? chain->count : chain->count - 1;
-    double most = -1;
+    double most = -1, near = (1 - near_share) * distance;
     for (size_t k = 0; k < pieces; k++) {
         const struct polygons_point *q = &p[(k + 1) % chain->count];
         double dx = q->x - p[k].x, dy = q->y - p[k].y, length = dx * dx + dy * dy;
@@ -389,9 +370,21 @@ static bool is_parallel(const struct chains *chains, const struct chain *chain,
     }
     if (pieces == 0)
         return false;
-    const struct polygons_point *q = &p[(at + 1) % chain->count];
-    return !is_near_source(source, ends, (p[at].x + q->x) / 2, (p[at].y + q->y) / 2,
-                           (1 - near_share) * distance);
+    const struct polygons_point *q = &p[(at + 1) % chain->count], *s = source->of->points;
+    const double x = (p[at].x + q->x) / 2, y = (p[at].y + q->y) / 2;
+    const double low[2] = {x - near, y - near}, high[2] = {x + near, y + near};
+    int from[2], to[2];
+    squares_of(source, low, high, from, to);
+    for (int sy = from[1]; sy <= to[1]; sy++)
+        for (int sx = from[0]; sx <= to[0]; sx++) {
+            size_t square = (size_t)sy * (size_t)source->size[0] + (size_t)sx;
+            for (size_t m = source->first[square]; m < source->first[square + 1]; m++) {
+                size_t a = source->entries[m];
+                if (distance2(&s[a], &s[ends[a]], x, y) < near * near)
+                    return false;
+            }
+        }
+    return true;
 }
 
 static int compare_lengths(const void *a, const void *b) {

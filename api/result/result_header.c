@@ -134,30 +134,6 @@ static bool take_choice(const char **at, const char *const names[], int count, i
     return false;
 }
 
-/* A whole number of up to 15 digits. */
-static bool take_count(const char **at, size_t *count) {
-    size_t length = strspn(*at, "0123456789");
-    *count = length > 0 && length <= 15 ? (size_t)strtoull(*at, NULL, 10) : 0;
-    *at += length;
-    return length > 0 && length <= 15;
-}
-
-static bool take_column(const char **at, struct api_column *column) {
-    int table = 0, form = API_FORM_FLOAT64;
-    bool good = take_literal(at, "{\"table\":\"") &&
-                take_choice(at, column_tables, API_TABLE_COUNT, &table) &&
-                take_literal(at, ",\"name\":\"") && take_name(at, column->name) &&
-                take_literal(at, ",\"rows\":") && take_count(at, &column->rows) &&
-                take_literal(at, ",\"integer\":");
-    column->integer = good && take_literal(at, "true");
-    good = good && (column->integer || take_literal(at, "false"));
-    if (good && take_literal(at, ",\"form\":\""))
-        good = take_choice(at, form_names, API_FORM_COUNT, &form);
-    column->table = (enum api_table)table;
-    column->form = (enum api_form)form;
-    return good && take_literal(at, "}");
-}
-
 bool result_header_take_columns(char *text, struct api_columns *columns) {
     static const char key[] = ",\"columns\":[";
     char *list = strstr(text, key);
@@ -165,7 +141,25 @@ bool result_header_take_columns(char *text, struct api_columns *columns) {
     bool good = list != NULL;
     for (columns->count = 0; good && *at == '{'; take_literal(&at, ",")) {
         struct api_column *column = &columns->column[columns->count];
-        good = columns->count < API_COLUMNS_MAX && take_column(&at, column);
+        int table = 0, form = API_FORM_FLOAT64;
+        good = columns->count < API_COLUMNS_MAX && take_literal(&at, "{\"table\":\"") &&
+               take_choice(&at, column_tables, API_TABLE_COUNT, &table) &&
+               take_literal(&at, ",\"name\":\"") && take_name(&at, column->name) &&
+               take_literal(&at, ",\"rows\":");
+        if (!good)
+            break;
+        /* A whole number of up to 15 digits. */
+        size_t digits = strspn(at, "0123456789");
+        column->rows = digits > 0 && digits <= 15 ? (size_t)strtoull(at, NULL, 10) : 0;
+        at += digits;
+        good = digits > 0 && digits <= 15 && take_literal(&at, ",\"integer\":");
+        column->integer = good && take_literal(&at, "true");
+        good = good && (column->integer || take_literal(&at, "false"));
+        if (good && take_literal(&at, ",\"form\":\""))
+            good = take_choice(&at, form_names, API_FORM_COUNT, &form);
+        column->table = (enum api_table)table;
+        column->form = (enum api_form)form;
+        good = good && take_literal(&at, "}");
         columns->count += good;
         good = good && column->rows == api_columns_rows(columns, column->table);
     }

@@ -63,34 +63,29 @@ static int64_t rim_row(const struct stored_rim *rim, double q) {
     return (int64_t)fmin(fmax(floor(q) - (double)rim->low, 0), (double)rim->count - 1);
 }
 
-/* Counts a line in its rows or, with room for it, puts it there. */
-static void put_line(struct stored_rim *rim, const struct point *a, const struct point *b,
-                     bool count) {
-    int64_t from = rim_row(rim, fmin(a->pq[1], b->pq[1]) - width - most_slack);
-    int64_t to = rim_row(rim, fmax(a->pq[1], b->pq[1]) + width + most_slack);
-    for (int64_t row = from; row <= to; row++) {
-        if (count) {
-            rim->first[row + 2]++;
-            rim->loose[row] = rim->loose[row] || a->covered == 0 || b->covered == 0;
-            continue;
-        }
-        struct line *line = &rim->lines[rim->first[row + 1]++];
-        memcpy(line->from, a->pq, sizeof line->from);
-        memcpy(line->to, b->pq, sizeof line->to);
-        line->point[0] = a->place;
-        line->point[1] = b->place;
-        line->covered = a->covered != 0 && b->covered != 0;
-    }
-}
-
+/* Counts the lines of each row or, with room for them, puts them there. */
 static void put_lines(struct stored_rim *rim, struct points *points, bool count) {
     size_t rows = points->column[0]->rows;
     struct point begin = {0}, last = {0};
     for (size_t k = 0; k <= rows && !points->failed; k++) {
         struct point here = k < rows ? rim_point_at(points, k) : (struct point){.loop = -1};
         bool same = k > 0 && here.loop == last.loop;
-        if (k > 0)
-            put_line(rim, &last, same ? &here : &begin, count);
+        const struct point *a = &last, *b = same ? &here : &begin;
+        int64_t row = k > 0 ? rim_row(rim, fmin(a->pq[1], b->pq[1]) - width - most_slack) : 0;
+        int64_t to = k > 0 ? rim_row(rim, fmax(a->pq[1], b->pq[1]) + width + most_slack) : -1;
+        for (; row <= to; row++) {
+            if (count) {
+                rim->first[row + 2]++;
+                rim->loose[row] = rim->loose[row] || a->covered == 0 || b->covered == 0;
+                continue;
+            }
+            struct line *line = &rim->lines[rim->first[row + 1]++];
+            memcpy(line->from, a->pq, sizeof line->from);
+            memcpy(line->to, b->pq, sizeof line->to);
+            line->point[0] = a->place;
+            line->point[1] = b->place;
+            line->covered = a->covered != 0 && b->covered != 0;
+        }
         if (!same)
             begin = here;
         last = here;
@@ -224,18 +219,6 @@ struct crossing {
     int way;
 };
 
-/* Puts a crossing among those before it, ascending. */
-static void insert_crossing(struct crossing *list, size_t count, const struct line *line,
-                            double share) {
-    double p = p_at(line, share);
-    for (; count > 0 && list[count - 1].end.p > p; count--)
-        list[count] = list[count - 1];
-    struct vec3 along = vec3_sub(line->point[1], line->point[0]);
-    list[count] = (struct crossing){
-        .end = {.p = p, .known = line->covered, .point = vec3_axpy(share, along, line->point[0])},
-        .way = way_of(line)};
-}
-
 size_t stored_rim_stretches(const struct stored_rim *rim, double q, double low, double high,
                             struct stretch_end stretches[STORED_RIM_STRETCHES][2]) {
     struct crossing list[2 * STORED_RIM_STRETCHES];
@@ -248,8 +231,17 @@ size_t stored_rim_stretches(const struct stored_rim *rim, double q, double low, 
         if (share < 0 || p_at(line, share) <= low)
             continue;
         winding += way_of(line);
-        if (p_at(line, share) < high && crossings < 2 * STORED_RIM_STRETCHES)
-            insert_crossing(list, crossings++, line, share);
+        if (p_at(line, share) >= high || crossings == 2 * STORED_RIM_STRETCHES)
+            continue;
+        /* Among the crossings before it, ascending. */
+        double p = p_at(line, share);
+        size_t at = crossings++;
+        for (; at > 0 && list[at - 1].end.p > p; at--)
+            list[at] = list[at - 1];
+        struct vec3 along = vec3_sub(line->point[1], line->point[0]);
+        list[at].way = way_of(line);
+        list[at].end = (struct stretch_end){
+            .p = p, .known = line->covered, .point = vec3_axpy(share, along, line->point[0])};
     }
     struct stretch_end begin = {.p = low};
     for (size_t k = 0; k <= crossings; k++) {

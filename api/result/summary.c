@@ -63,53 +63,49 @@ void summary_write_timing(struct api_text *text, double solve_ms, double queue_m
     api_text_raw(text, "}");
 }
 
-static void write_summary_member(struct api_text *text, enum summary_kind kind, const void *value,
-                                 double queue_ms) {
-    const double *number = value;
-    switch (kind) {
-    case SUMMARY_OUTCOME:
-        api_text_string(text, outcome_names[*(const enum drape_outcome *)value]);
-        break;
-    case SUMMARY_COUNT:
-        api_text_integer(text, (int64_t) * (const size_t *)value);
-        break;
-    case SUMMARY_NUMBER:
-        api_text_number(text, *number);
-        break;
-    case SUMMARY_POSITIVE:
-        api_text_number(text, *number < 0 ? (double)NAN : *number);
-        break;
-    case SUMMARY_PLACE:
-        api_text_raw(text, "{");
-        for (int k = 0; k < SUMMARY_PLACE_SIZE; k++)
-            api_text_key_number(text, place_names[k], number[k]);
-        api_text_raw(text, "}");
-        break;
-    case SUMMARY_REASONS:
-        api_text_raw(text, "{");
-        for (int k = 0; k < DRAPE_REASON_COUNT; k++)
-            api_text_key_integer(text, drape_reason_name((enum drape_reason)k),
-                                 (int64_t)((const size_t *)value)[k]);
-        api_text_raw(text, "}");
-        break;
-    case SUMMARY_WARNINGS:
-        summary_write_warnings(text, value);
-        break;
-    case SUMMARY_TIMING:
-        summary_write_timing(text, *number, queue_ms);
-        break;
-    case SUMMARY_VERSION:
-        api_text_string(text, value);
-        break;
-    }
-}
-
 void summary_write(struct api_text *text, const struct api_summary *summary, double queue_ms) {
     api_text_raw(text, "{");
-    for (size_t k = 0; k < summary_member_count; k++) {
-        const struct summary_member *member = &summary_members[k];
+    for (size_t m = 0; m < summary_member_count; m++) {
+        const struct summary_member *member = &summary_members[m];
+        const void *value = (const char *)summary + member->offset;
+        const double *number = value;
         api_text_key(text, member->key);
-        write_summary_member(text, member->kind, (const char *)summary + member->offset, queue_ms);
+        switch (member->kind) {
+        case SUMMARY_OUTCOME:
+            api_text_string(text, outcome_names[*(const enum drape_outcome *)value]);
+            break;
+        case SUMMARY_COUNT:
+            api_text_integer(text, (int64_t) * (const size_t *)value);
+            break;
+        case SUMMARY_NUMBER:
+            api_text_number(text, *number);
+            break;
+        case SUMMARY_POSITIVE:
+            api_text_number(text, *number < 0 ? (double)NAN : *number);
+            break;
+        case SUMMARY_PLACE:
+            api_text_raw(text, "{");
+            for (int k = 0; k < SUMMARY_PLACE_SIZE; k++)
+                api_text_key_number(text, place_names[k], number[k]);
+            api_text_raw(text, "}");
+            break;
+        case SUMMARY_REASONS:
+            api_text_raw(text, "{");
+            for (int k = 0; k < DRAPE_REASON_COUNT; k++)
+                api_text_key_integer(text, drape_reason_name((enum drape_reason)k),
+                                     (int64_t)((const size_t *)value)[k]);
+            api_text_raw(text, "}");
+            break;
+        case SUMMARY_WARNINGS:
+            summary_write_warnings(text, value);
+            break;
+        case SUMMARY_TIMING:
+            summary_write_timing(text, *number, queue_ms);
+            break;
+        case SUMMARY_VERSION:
+            api_text_string(text, value);
+            break;
+        }
     }
     api_text_raw(text, "}");
 }
@@ -158,57 +154,53 @@ void summary_read_warnings(const struct json_value *json, struct api_warnings *w
     }
 }
 
-static void read_summary_member(const struct json_value *json, enum summary_kind kind,
-                                void *value) {
-    struct json_value solve = value_member(json, "solve");
-    int outcome = DRAPE_COMPLETE;
-    const char *text;
-    switch (kind) {
-    case SUMMARY_OUTCOME:
-        value_choice(json, outcome_names, 2, &outcome);
-        *(enum drape_outcome *)value = (enum drape_outcome)outcome;
-        break;
-    case SUMMARY_COUNT:
-        *(size_t *)value = read_count(json);
-        break;
-    case SUMMARY_NUMBER:
-        read_any_number(json, value);
-        break;
-    case SUMMARY_POSITIVE:
-        *(double *)value = -1;
-        if (value_type(json) == VALUE_NUMBER)
-            value_number(json, any, value);
-        break;
-    case SUMMARY_PLACE:
-        for (int k = 0; k < SUMMARY_PLACE_SIZE; k++) {
-            struct json_value own = value_member(json, place_names[k]);
-            read_any_number(&own, (double *)value + k);
-        }
-        break;
-    case SUMMARY_REASONS:
-        for (int i = 0; i < DRAPE_REASON_COUNT; i++) {
-            struct json_value count = value_member(json, drape_reason_name((enum drape_reason)i));
-            ((size_t *)value)[i] = read_count(&count);
-        }
-        break;
-    case SUMMARY_WARNINGS:
-        summary_read_warnings(json, value);
-        break;
-    case SUMMARY_TIMING:
-        read_any_number(&solve, value);
-        break;
-    case SUMMARY_VERSION:
-        if (value_string(json, &text))
-            strncpy(value, text, API_VERSION_SIZE - 1);
-        break;
-    }
-}
-
 void summary_read(const struct json_value *json, struct api_summary *summary) {
-    for (size_t k = 0; k < summary_member_count; k++) {
-        const struct summary_member *member = &summary_members[k];
-        struct json_value own = value_member(json, member->key);
-        read_summary_member(&own, member->kind, (char *)summary + member->offset);
+    for (size_t m = 0; m < summary_member_count; m++) {
+        const struct summary_member *member = &summary_members[m];
+        struct json_value own = value_member(json, member->key), part;
+        void *value = (char *)summary + member->offset;
+        int outcome = DRAPE_COMPLETE;
+        const char *text;
+        switch (member->kind) {
+        case SUMMARY_OUTCOME:
+            value_choice(&own, outcome_names, 2, &outcome);
+            *(enum drape_outcome *)value = (enum drape_outcome)outcome;
+            break;
+        case SUMMARY_COUNT:
+            *(size_t *)value = read_count(&own);
+            break;
+        case SUMMARY_NUMBER:
+            read_any_number(&own, value);
+            break;
+        case SUMMARY_POSITIVE:
+            *(double *)value = -1;
+            if (value_type(&own) == VALUE_NUMBER)
+                value_number(&own, any, value);
+            break;
+        case SUMMARY_PLACE:
+            for (int k = 0; k < SUMMARY_PLACE_SIZE; k++) {
+                part = value_member(&own, place_names[k]);
+                read_any_number(&part, (double *)value + k);
+            }
+            break;
+        case SUMMARY_REASONS:
+            for (int k = 0; k < DRAPE_REASON_COUNT; k++) {
+                part = value_member(&own, drape_reason_name((enum drape_reason)k));
+                ((size_t *)value)[k] = read_count(&part);
+            }
+            break;
+        case SUMMARY_WARNINGS:
+            summary_read_warnings(&own, value);
+            break;
+        case SUMMARY_TIMING:
+            part = value_member(&own, "solve");
+            read_any_number(&part, value);
+            break;
+        case SUMMARY_VERSION:
+            if (value_string(&own, &text))
+                strncpy(value, text, API_VERSION_SIZE - 1);
+            break;
+        }
     }
 }
 

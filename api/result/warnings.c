@@ -74,47 +74,13 @@ static void check_fabric(const struct warnings_subject *s, struct api_summary *s
         api_packing_limit(&request->permeability), cavity->rigid ? "; make the cavity higher" : "");
 }
 
-static void check_coarse(const struct warnings_subject *s, struct api_summary *summary) {
-    if ((double)summary->cells >= few_cells)
-        return;
-    /* The spacing is rounded down to two digits. */
-    double spacing = sqrt(summary->part_area / (1.5 * many_cells));
-    double unit = pow(10, floor(log10(spacing)) - 1);
-    add_warning(
-        &summary->warnings, "coarse", "/fabric/spacing",
-        "the net has %zu %s, too few to judge the drape by: a spacing of %.2g %s gives more than "
-        "%g",
-        summary->cells, summary->cells == 1 ? "cell" : "cells", floor(spacing / unit) * unit,
-        s->request->length_unit->name, many_cells);
-}
-
-/* Whether the surface bends more tightly than a cell, or turns back on itself. */
-static void check_bends(const struct warnings_subject *s, struct api_summary *summary) {
-    const double *d = s->request->settings.spacing;
-    struct vec3 at;
-    if (!s->part->surface)
-        return;
-    double radius = surface_least_radius(s->part->surface, s->part->trim);
-    if (radius < fmin(d[0], d[1]))
-        add_warning(
-            &summary->warnings, "fillet", "/fabric/spacing",
-            "the surface bends with a radius of %.3g %s, and the yarns turn round it within one "
-            "cell: make the spacing smaller than the radius",
-            radius, s->request->length_unit->name);
-    if (surface_turns_back(s->part->surface, s->part->trim, &at))
-        add_warning(
-            &summary->warnings, "cusp", "/surface",
-            "the surface turns back on itself at (%.6g, %.6g, %.6g), and the cloth ends there: "
-            "look for a cusp, a fold by 180 degrees, or control points or weights that turn it "
-            "inside out",
-            at.x, at.y, at.z);
-}
-
-/* The diagonal of the box round the nodes and the rim. */
-static double part_size(const struct drape_result *result) {
-    const double *const columns[2][3] = {{result->nodes.x, result->nodes.y, result->nodes.z},
-                                         {result->rim.x, result->rim.y, result->rim.z}};
-    const size_t counts[2] = {result->nodes.count, result->rim.count};
+static void check_size(const struct warnings_subject *s, struct api_summary *summary) {
+    const struct api_unit *unit = s->request->length_unit, *likely = NULL;
+    const struct drape_nodes *nodes = &s->result->nodes;
+    const struct drape_rim *rim = &s->result->rim;
+    const double *const columns[2][3] = {{nodes->x, nodes->y, nodes->z}, {rim->x, rim->y, rim->z}};
+    const size_t counts[2] = {nodes->count, rim->count};
+    /* The diagonal of the box round the nodes and the rim. */
     double sum = 0;
     for (int axis = 0; axis < 3; axis++) {
         double low = HUGE_VAL, high = -HUGE_VAL;
@@ -126,12 +92,7 @@ static double part_size(const struct drape_result *result) {
             }
         sum += high > low ? (high - low) * (high - low) : 0;
     }
-    return sqrt(sum);
-}
-
-static void check_size(const struct warnings_subject *s, struct api_summary *summary) {
-    const struct api_unit *unit = s->request->length_unit, *likely = NULL;
-    double size = part_size(s->result), metres = size * unit->metres;
+    double size = sqrt(sum), metres = size * unit->metres;
     if ((metres >= least_size && metres <= largest_size) || size == 0)
         return;
     /* The unit in which the part would have a usual size: millimetres before others. */
@@ -276,17 +237,46 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
 }
 
 void warnings_make(const struct warnings_subject *subject, struct api_summary *summary) {
-    summary->warnings.count = 0;
-    check_coarse(subject, summary);
+    struct api_warnings *warnings = &summary->warnings;
+    const struct api_request *request = subject->request;
+    const struct drape_part *part = subject->part;
+    const double *d = request->settings.spacing;
+    const char *unit = request->length_unit->name;
+    struct vec3 at;
+    warnings->count = 0;
+    if ((double)summary->cells < few_cells) {
+        /* The spacing is rounded down to two digits. */
+        double spacing = sqrt(summary->part_area / (1.5 * many_cells));
+        double digit = pow(10, floor(log10(spacing)) - 1);
+        add_warning(warnings, "coarse", "/fabric/spacing",
+                    "the net has %zu %s, too few to judge the drape by: a spacing of %.2g %s gives "
+                    "more than %g",
+                    summary->cells, summary->cells == 1 ? "cell" : "cells",
+                    floor(spacing / digit) * digit, unit, many_cells);
+    }
     check_components(subject, summary);
     check_uncovered(subject, summary);
     if (subject->result->summary.overlaps)
         add_warning(
-            &summary->warnings, "overlap", "/start",
+            warnings, "overlap", "/start",
             "the flat pattern overlaps itself: the same cloth would cover two regions of the part. "
             "Move the start, or drape the part in pieces");
     check_fabric(subject, summary);
-    check_bends(subject, summary);
+    /* Whether the surface bends more tightly than a cell, or turns back on itself. */
+    double radius = part->surface ? surface_least_radius(part->surface, part->trim) : HUGE_VAL;
+    if (radius < fmin(d[0], d[1]))
+        add_warning(
+            warnings, "fillet", "/fabric/spacing",
+            "the surface bends with a radius of %.3g %s, and the yarns turn round it within one "
+            "cell: make the spacing smaller than the radius",
+            radius, unit);
+    if (part->surface && surface_turns_back(part->surface, part->trim, &at))
+        add_warning(
+            warnings, "cusp", "/surface",
+            "the surface turns back on itself at (%.6g, %.6g, %.6g), and the cloth ends there: "
+            "look for a cusp, a fold by 180 degrees, or control points or weights that turn it "
+            "inside out",
+            at.x, at.y, at.z);
     check_size(subject, summary);
     check_order(subject, summary);
 }
