@@ -32,30 +32,6 @@ static void read_vec3(const struct json_value *json, bool direction, struct vec3
         value_fault(json, "must be longer than %g", decode_lengths.low);
 }
 
-/* A NURBS surface, the request's or the face that it starts on, has a domain; whether a point in
- * space is near the surface is found later. */
-static void check_start(const struct json_value *uv, const struct api_request *request,
-                        const struct api_surface *surface) {
-    const struct nurbs_axis *axis[2] = {&surface->nurbs.u, &surface->nurbs.v};
-    const double *start = request->settings.start_uv;
-    bool on_face = request->surface.kind == API_SURFACE_SHELL;
-    char title[API_FACE_TITLE_SIZE] = "";
-    if (surface->kind == API_SURFACE_MESH)
-        value_fault(uv, "a triangle mesh has no u and v: give the start as a point");
-    if (surface->kind != API_SURFACE_NURBS)
-        return;
-    if (on_face)
-        prepared_shell_face_title(&request->surface, request->settings.start_face, title);
-    for (size_t k = 0; k < 2; k++) {
-        double low = axis[k]->knots[axis[k]->degree], high = axis[k]->knots[axis[k]->size];
-        if (start[k] < low || start[k] > high) {
-            value_fault(uv, "%c must lie in the domain of %s%s, between %g and %g", "uv"[k],
-                        on_face ? "face " : "the surface", title, low, high);
-            return;
-        }
-    }
-}
-
 /* The face whose parameters a start has; NULL after a fault, or where it is not known yet. */
 static const struct api_surface *decode_start_face(const struct json_value *json,
                                                    struct api_request *request) {
@@ -95,8 +71,28 @@ void decode_start(const struct json_value *json, struct api_request *request) {
     if (value_given(&uv)) {
         const struct api_surface *surface = decode_start_face(json, request);
         settings->start_kind = DRAPE_START_UV;
-        if (value_vector(&uv, decode_coordinates, 2, settings->start_uv) && surface)
-            check_start(&uv, request, surface);
+        if (!value_vector(&uv, decode_coordinates, 2, settings->start_uv) || !surface)
+            return;
+        if (surface->kind == API_SURFACE_MESH)
+            value_fault(&uv, "a triangle mesh has no u and v: give the start as a point");
+        if (surface->kind != API_SURFACE_NURBS)
+            return;
+        /* A NURBS surface, the request's or the face that it starts on, has a domain; whether a
+         * point in space is near the surface is found later. */
+        const struct nurbs_axis *axis[2] = {&surface->nurbs.u, &surface->nurbs.v};
+        const double *start = settings->start_uv;
+        bool on_face = request->surface.kind == API_SURFACE_SHELL;
+        char title[API_FACE_TITLE_SIZE] = "";
+        if (on_face)
+            prepared_shell_face_title(&request->surface, settings->start_face, title);
+        for (size_t k = 0; k < 2; k++) {
+            double low = axis[k]->knots[axis[k]->degree], high = axis[k]->knots[axis[k]->size];
+            if (start[k] < low || start[k] > high) {
+                value_fault(&uv, "%c must lie in the domain of %s%s, between %g and %g", "uv"[k],
+                            on_face ? "face " : "the surface", title, low, high);
+                return;
+            }
+        }
         return;
     }
     settings->start_kind = DRAPE_START_POINT;
@@ -176,29 +172,6 @@ static void decode_method(const struct json_value *root, struct api_request *req
     }
 }
 
-/* The stored definition of the surface that the request named, if the caller has it. It was sound
- * when it was stored, so what may be wrong with it is no fault of the request's. */
-static void decode_stored(const struct api_input *input, const struct api_limits *limits,
-                          struct arena *arena, struct api_surface *surface,
-                          struct api_problem *problem) {
-    struct api_surface stored;
-    struct api_problem inner = {0};
-    if (surface->kind != API_SURFACE_NAMED || input->surface_length == 0)
-        return;
-    enum api_problem_id id =
-        api_decode_surface(input->surface, input->surface_length, limits, arena, &stored, &inner);
-    if (id == API_OUT_OF_MEMORY) {
-        api_problem_set(problem, id, "%s", inner.error[0].detail);
-    } else if (id != API_OK) {
-        api_problem_set(problem, API_INTERNAL, "the stored surface cannot be read: %s",
-                        inner.error[0].detail);
-    } else {
-        memcpy(stored.id, surface->id, API_ID_SIZE);
-        stored.selection = surface->selection;
-        *surface = stored;
-    }
-}
-
 static void check_point_count(const struct json_value *json, const struct api_surface *surface,
                               const struct api_limits *limits) {
     struct json_value points = value_member(json, "control_points");
@@ -217,10 +190,26 @@ static void decode_ground(const struct json_value *root, const struct api_input 
     const struct json_tree *tree = root->tree;
     struct json_value surface = value_member(root, "surface");
     struct json_value unit = value_member(root, "length_unit");
-    if (decode_surface(&surface, &request->surface))
-        decode_stored(input, limits, tree->arena, &request->surface, tree->problem);
-    else
+    struct api_surface stored;
+    struct api_problem inner = {0};
+    if (!decode_surface(&surface, &request->surface)) {
         request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
+    } else if (request->surface.kind == API_SURFACE_NAMED && input->surface_length > 0) {
+        /* The stored definition of the surface that the request named, if the caller has it. It was
+         * sound when it was stored, so what may be wrong with it is no fault of the request's. */
+        enum api_problem_id id = api_decode_surface(input->surface, input->surface_length, limits,
+                                                    tree->arena, &stored, &inner);
+        if (id == API_OUT_OF_MEMORY) {
+            api_problem_set(tree->problem, id, "%s", inner.error[0].detail);
+        } else if (id != API_OK) {
+            api_problem_set(tree->problem, API_INTERNAL, "the stored surface cannot be read: %s",
+                            inner.error[0].detail);
+        } else {
+            memcpy(stored.id, request->surface.id, API_ID_SIZE);
+            stored.selection = request->surface.selection;
+            request->surface = stored;
+        }
+    }
     check_point_count(&surface, &request->surface, limits);
     if (value_given(&unit))
         decode_unit_name(&unit, &request->length_unit);

@@ -168,25 +168,11 @@ bool material_is_name(const char *text, size_t length) {
     return good;
 }
 
-/* The fibre that the figures speak of: its areal weight fills that share of the thickness. */
-static void check_fibre(const struct json_value *json, const struct api_fabric *fabric) {
-    struct json_value weight = value_member(json, "areal_weight");
-    double volume = fabric->thickness * fabric->fiber_volume_fraction;
-    if (!(fabric->areal_weight > 0) || !(volume > 0))
-        return;
-    double density = fabric->areal_weight / volume;
-    if (density < density_least || density > density_most)
-        value_fault(
-            &weight,
-            "with the thickness and the fibre volume fraction this gives fibres of %.3g kg/m3: "
-            "areal_weight is in kg/m2, fabric.thickness in m",
-            density);
-}
-
 static void decode_document(const struct json_value *json, struct api_material *material,
                             const char **list) {
     struct head head;
     struct json_value name = value_member(json, "name");
+    struct json_value weight = value_member(json, "areal_weight");
     struct api_request figures = read_figures(json);
     struct api_text text = api_text_growing(json->tree->arena);
     if (value_type(json) != VALUE_OBJECT)
@@ -197,7 +183,16 @@ static void decode_document(const struct json_value *json, struct api_material *
                     API_MATERIAL_NAME_SIZE - 1);
     else if (api_material_named(head.name))
         value_fault(&name, "is a name of the library: choose another name");
-    check_fibre(json, &figures.fabric);
+    /* The fibre that the figures speak of: its areal weight fills that share of the thickness. */
+    const struct api_fabric *fabric = &figures.fabric;
+    double volume = fabric->thickness * fabric->fiber_volume_fraction;
+    double density = volume > 0 ? fabric->areal_weight / volume : 0;
+    if (density > 0 && (density < density_least || density > density_most))
+        value_fault(
+            &weight,
+            "with the thickness and the fibre volume fraction this gives fibres of %.3g kg/m3: "
+            "areal_weight is in kg/m2, fabric.thickness in m",
+            density);
     if (json->tree->problem->id != API_OK)
         return;
     write_material(json, &head, &figures, material);

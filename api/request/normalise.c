@@ -98,43 +98,6 @@ static void normalise_definition(struct api_text *text, const struct api_surface
     api_text_raw(text, "}");
 }
 
-static void normalise_fabric(struct api_text *text, const struct api_request *request) {
-    const struct api_fabric *fabric = &request->fabric;
-    api_text_key_object(text, "fabric");
-    api_text_key_numbers(text, "spacing", request->settings.spacing, 2);
-    if (fabric->material && request->unit_of_surface) { /* no unit to state a thickness in */
-        api_text_key(text, "material");
-        api_text_raw(text, fabric->material);
-    } else if (fabric->thickness > 0) {
-        api_text_key_number(text, "thickness", fabric->thickness);
-    }
-    if (fabric->fiber_volume_fraction > 0)
-        api_text_key_number(text, "fiber_volume_fraction", fabric->fiber_volume_fraction);
-    if (fabric->locking_angle_deg >= 0)
-        api_text_key_number(text, "locking_angle_deg", fabric->locking_angle_deg);
-    api_text_key_number(text, "pre_shear_deg", request->settings.pre_shear_deg);
-    api_text_key_integer(text, "plies", fabric->plies);
-    api_text_raw(text, "}");
-}
-
-static void normalise_start(struct api_text *text, const struct api_request *request,
-                            const struct api_start *chosen) {
-    const struct drape_settings *settings = &request->settings;
-    if (settings->start_kind == DRAPE_START_CENTROID && !chosen)
-        return;
-    api_text_key_object(text, "start");
-    if (settings->start_kind == DRAPE_START_POINT) {
-        api_text_key_numbers(text, "point", &settings->start_point.x, 3);
-    } else {
-        bool given = settings->start_kind == DRAPE_START_UV;
-        bool faces = request->surface.kind != API_SURFACE_NURBS && !given && chosen->face >= 0;
-        if (faces || (given && request->start_on_face))
-            api_text_key_integer(text, "face", given ? settings->start_face : chosen->face);
-        api_text_key_numbers(text, "uv", given ? settings->start_uv : chosen->uv, 2);
-    }
-    api_text_raw(text, "}");
-}
-
 static void normalise_generator(struct api_text *text, const char *key,
                                 const struct drape_generator *generator) {
     api_text_key(text, key);
@@ -233,8 +196,35 @@ void api_normalise_ground(struct api_text *text, const struct api_surface *surfa
 void api_normalise_cloth(struct api_text *text, const struct api_request *request,
                          const struct api_start *chosen) {
     const struct drape_settings *settings = &request->settings;
-    normalise_fabric(text, request);
-    normalise_start(text, request, chosen);
+    const struct api_fabric *fabric = &request->fabric;
+    api_text_key_object(text, "fabric");
+    api_text_key_numbers(text, "spacing", settings->spacing, 2);
+    if (fabric->material && request->unit_of_surface) { /* no unit to state a thickness in */
+        api_text_key(text, "material");
+        api_text_raw(text, fabric->material);
+    } else if (fabric->thickness > 0) {
+        api_text_key_number(text, "thickness", fabric->thickness);
+    }
+    if (fabric->fiber_volume_fraction > 0)
+        api_text_key_number(text, "fiber_volume_fraction", fabric->fiber_volume_fraction);
+    if (fabric->locking_angle_deg >= 0)
+        api_text_key_number(text, "locking_angle_deg", fabric->locking_angle_deg);
+    api_text_key_number(text, "pre_shear_deg", settings->pre_shear_deg);
+    api_text_key_integer(text, "plies", fabric->plies);
+    api_text_raw(text, "}");
+    if (settings->start_kind == DRAPE_START_POINT) {
+        api_text_key_object(text, "start");
+        api_text_key_numbers(text, "point", &settings->start_point.x, 3);
+        api_text_raw(text, "}");
+    } else if (settings->start_kind != DRAPE_START_CENTROID || chosen) {
+        bool given = settings->start_kind == DRAPE_START_UV;
+        bool faces = request->surface.kind != API_SURFACE_NURBS && !given && chosen->face >= 0;
+        api_text_key_object(text, "start");
+        if (faces || (given && request->start_on_face))
+            api_text_key_integer(text, "face", given ? settings->start_face : chosen->face);
+        api_text_key_numbers(text, "uv", given ? settings->start_uv : chosen->uv, 2);
+        api_text_raw(text, "}");
+    }
     api_text_key_object(text, "direction");
     if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
         api_text_key_numbers(text, "vector", &settings->direction_vector.x, 3);

@@ -31,24 +31,6 @@ static void find_parts(const struct json_value *json, struct nurbs_places *place
     places->part[NURBS_WEIGHTS] = places->control.weights;
 }
 
-/* What `nurbs_validate` does not ask, but finite derivatives need. */
-static bool check_spans(const struct nurbs_axis *axis, const struct json_value *knots) {
-    double domain = axis->knots[axis->size] - axis->knots[axis->degree];
-    if (domain < decode_lengths.low) {
-        value_fault(knots, "the domain must be at least %g long", decode_lengths.low);
-        return false;
-    }
-    for (size_t i = 1; i < axis->knot_count; i++) {
-        double span = axis->knots[i] - axis->knots[i - 1];
-        if (span > 0 && span < SPAN_LEAST * domain) {
-            struct json_value knot = value_element(knots, i);
-            value_fault(&knot, "is too close to the knot before it, but not equal");
-            return false;
-        }
-    }
-    return true;
-}
-
 static bool fault_part(const struct nurbs_places *places, const struct nurbs_fault *fault) {
     const struct json_value *json = &places->part[fault->member];
     struct json_value element = value_element(json, fault->index);
@@ -76,31 +58,42 @@ static const char *guess_at_knots(const struct nurbs *nurbs, int direction) {
     return "";
 }
 
-static bool check_knot_count(const struct nurbs_places *places, const struct nurbs *nurbs,
-                             int direction) {
-    const struct nurbs_axis *axis = direction == 0 ? &nurbs->u : &nurbs->v;
-    size_t wanted = (size_t)axis->size + (size_t)axis->degree + 1;
-    char letter = direction == 0 ? 'u' : 'v';
-    if (axis->knot_count == wanted ||
-        axis->size <= axis->degree) /* the latter is reported as such */
-        return true;
-    value_fault(&places->part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V],
-                "the number of knots is %zu; size_%c + degree_%c + 1 is %zu%s", axis->knot_count,
-                letter, letter, wanted, guess_at_knots(nurbs, direction));
-    return false;
-}
-
 /* Checks one direction alone, so that its faults are found beside those of the rest: the other
  * one is a plain span, and the control points, which come last, are not looked at. */
-static bool check_axis(const struct nurbs_places *places, const struct nurbs_axis *axis,
+static bool check_axis(const struct nurbs_places *places, const struct nurbs *nurbs,
                        int direction) {
-    static const double knots[] = {0, 0, 1, 1};
-    static const struct nurbs_axis plain = {1, 2, knots, 4};
-    struct nurbs nurbs = {.u = direction == 0 ? *axis : plain, .v = direction == 0 ? plain : *axis};
+    static const double plain_knots[] = {0, 0, 1, 1};
+    static const struct nurbs_axis plain = {1, 2, plain_knots, 4};
+    const struct nurbs_axis *axis = direction == 0 ? &nurbs->u : &nurbs->v;
+    const struct json_value *knots = &places->part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V];
+    const struct nurbs alone = {.u = direction == 0 ? *axis : plain,
+                                .v = direction == 0 ? plain : *axis};
+    size_t wanted = (size_t)axis->size + (size_t)axis->degree + 1;
+    char letter = direction == 0 ? 'u' : 'v';
     struct nurbs_fault fault;
-    if (nurbs_validate(&nurbs, &fault) != STATUS_OK && fault.member < NURBS_POINTS)
+    /* Too few control points for the degree are reported as such. */
+    if (axis->knot_count != wanted && axis->size > axis->degree) {
+        value_fault(knots, "the number of knots is %zu; size_%c + degree_%c + 1 is %zu%s",
+                    axis->knot_count, letter, letter, wanted, guess_at_knots(nurbs, direction));
+        return false;
+    }
+    if (nurbs_validate(&alone, &fault) != STATUS_OK && fault.member < NURBS_POINTS)
         return fault_part(places, &fault);
-    return check_spans(axis, &places->part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V]);
+    /* What `nurbs_validate` does not ask, but finite derivatives need. */
+    double domain = axis->knots[axis->size] - axis->knots[axis->degree];
+    if (domain < decode_lengths.low) {
+        value_fault(knots, "the domain must be at least %g long", decode_lengths.low);
+        return false;
+    }
+    for (size_t i = 1; i < axis->knot_count; i++) {
+        double span = axis->knots[i] - axis->knots[i - 1];
+        if (span > 0 && span < SPAN_LEAST * domain) {
+            struct json_value knot = value_element(knots, i);
+            value_fault(&knot, "is too close to the knot before it, but not equal");
+            return false;
+        }
+    }
+    return true;
 }
 
 /* Reads both directions, and reports the faults of both. */
@@ -119,7 +112,7 @@ static bool read_axes(const struct nurbs_places *places, struct nurbs *nurbs) {
                   read[k];
     }
     for (int k = 0; k < 2; k++)
-        ok = read[k] && check_knot_count(places, nurbs, k) && check_axis(places, axes[k], k) && ok;
+        ok = read[k] && check_axis(places, nurbs, k) && ok;
     return ok;
 }
 

@@ -8,30 +8,6 @@ static const struct value_range radii = {1e-9, 1, false};           /* m */
 static const struct value_range shears = {0, 90, false};            /* deg */
 static const double least_step = 1e-6;                              /* deg */
 
-static bool decode_kozeny_carman(const struct json_value *json, struct api_permeability *k) {
-    static const char *const keys[] = {"model", "k1", "k2", "k3", "at_fiber_volume_fraction", NULL};
-    struct json_value k1 = value_member(json, "k1"), k2 = value_member(json, "k2");
-    struct json_value k3 = value_member(json, "k3");
-    struct json_value at = value_member(json, "at_fiber_volume_fraction");
-    value_object(json, keys);
-    bool ok = value_number(&k1, permeabilities, &k->k1);
-    ok = value_number(&k2, permeabilities, &k->k2) && ok;
-    ok = value_number(&k3, permeabilities, &k->k3) && ok;
-    return value_number(&at, decode_fractions, &k->at_fiber_volume_fraction) && ok;
-}
-
-static bool decode_gebart(const struct json_value *json, struct api_permeability *k) {
-    static const char *const keys[] = {"model", "fiber_radius", "packing", NULL};
-    struct json_value radius = value_member(json, "fiber_radius");
-    struct json_value packing = value_member(json, "packing");
-    int index = 0;
-    value_object(json, keys);
-    bool ok = value_number(&radius, radii, &k->fiber_radius);
-    ok = value_choice(&packing, api_packing_names, API_PACKING_COUNT, &index) && ok;
-    k->packing = (enum api_packing)index;
-    return ok;
-}
-
 /* By no less than a measurement resolves, so that slopes between values are finite. */
 static bool check_increasing(const struct json_value *column, const double *values, size_t count) {
     for (size_t i = 1; i < count; i++) {
@@ -113,6 +89,9 @@ static bool decode_table(const struct json_value *json, struct api_permeability 
 }
 
 bool decode_permeability(const struct json_value *json, struct api_permeability *permeability) {
+    static const char *const scaled_keys[] = {"model", "k1", "k2", "k3", "at_fiber_volume_fraction",
+                                              NULL};
+    static const char *const gebart_keys[] = {"model", "fiber_radius", "packing", NULL};
     struct json_value model = value_member(json, "model");
     int index;
     if (value_type(json) != VALUE_OBJECT) {
@@ -122,12 +101,26 @@ bool decode_permeability(const struct json_value *json, struct api_permeability 
     if (!value_choice(&model, api_permeability_names, API_PERMEABILITY_COUNT, &index))
         return false;
     permeability->model = (enum api_permeability_model)index;
-    switch (permeability->model) {
-    case API_PERMEABILITY_KOZENY_CARMAN:
-        return decode_kozeny_carman(json, permeability);
-    case API_PERMEABILITY_GEBART:
-        return decode_gebart(json, permeability);
-    default:
-        return decode_table(json, permeability);
+    bool ok;
+    if (permeability->model == API_PERMEABILITY_KOZENY_CARMAN) {
+        struct json_value k1 = value_member(json, "k1"), k2 = value_member(json, "k2");
+        struct json_value k3 = value_member(json, "k3");
+        struct json_value at = value_member(json, "at_fiber_volume_fraction");
+        value_object(json, scaled_keys);
+        ok = value_number(&k1, permeabilities, &permeability->k1);
+        ok = value_number(&k2, permeabilities, &permeability->k2) && ok;
+        ok = value_number(&k3, permeabilities, &permeability->k3) && ok;
+        return value_number(&at, decode_fractions, &permeability->at_fiber_volume_fraction) && ok;
     }
+    if (permeability->model == API_PERMEABILITY_GEBART) {
+        struct json_value radius = value_member(json, "fiber_radius");
+        struct json_value packing = value_member(json, "packing");
+        value_object(json, gebart_keys);
+        index = 0;
+        ok = value_number(&radius, radii, &permeability->fiber_radius);
+        ok = value_choice(&packing, api_packing_names, API_PACKING_COUNT, &index) && ok;
+        permeability->packing = (enum api_packing)index;
+        return ok;
+    }
+    return decode_table(json, permeability);
 }

@@ -22,9 +22,13 @@ void prepared_shell_face_title(const struct api_surface *surface, int32_t number
         (void)snprintf(title, TITLE_SIZE, "%d", number);
 }
 
-/* "faces 3, 7 and 9 ("rib")" */
-static void write_list(const struct api_surface *surface, const struct shell_fault *fault,
-                       const int32_t *numbers, char list[LIST_SIZE]) {
+/* `base` leads to the surface in the caller's document, `offset` is what it is to be moved by. */
+static void explain_fault(const struct api_surface *surface, const struct shell_fault *fault,
+                          const int32_t *numbers, const char *base, double offset,
+                          struct api_problem *problem) {
+    char list[LIST_SIZE], pointer[API_POINTER_MAX], within[48] = "";
+    struct vec3 at = fault->at;
+    /* "faces 3, 7 and 9 ("rib")" */
     int length = snprintf(list, LIST_SIZE, fault->face_count == 1 ? "face" : "faces");
     for (int k = 0; k < fault->face_count && length < LIST_SIZE; k++) {
         char title[TITLE_SIZE];
@@ -32,15 +36,6 @@ static void write_list(const struct api_surface *surface, const struct shell_fau
         prepared_shell_face_title(surface, numbers[fault->face[k]], title);
         length += snprintf(list + length, LIST_SIZE - (size_t)length, "%s%s", before, title);
     }
-}
-
-/* `base` leads to the surface in the caller's document, `offset` is what it is to be moved by. */
-static void explain_fault(const struct api_surface *surface, const struct shell_fault *fault,
-                          const int32_t *numbers, const char *base, double offset,
-                          struct api_problem *problem) {
-    char list[LIST_SIZE], pointer[API_POINTER_MAX], within[48] = "";
-    struct vec3 at = fault->at;
-    write_list(surface, fault, numbers, list);
     (void)snprintf(pointer, sizeof pointer, "%s/%s", base,
                    fault->kind == SHELL_TOLERANCE_BAD ? "tolerance" : "faces");
     switch (fault->kind) {
@@ -159,26 +154,6 @@ static enum api_problem_id refuse_number(const struct api_surface *surface, cons
                            surface->face_count);
 }
 
-/* Keeps of all faces those that are reached. */
-static enum api_problem_id choose_grown(const struct api_surface *surface, struct arena *arena,
-                                        struct prepared_shell *shell, struct api_problem *problem) {
-    const struct api_selection *selection = &surface->selection;
-    if ((size_t)selection->grow_from >= surface->face_count)
-        return refuse_number(surface, "/surface/grow_from", problem);
-    if (make_apart(surface, shell->numbers, "/surface", arena, &shell->shell, problem) != API_OK)
-        return problem->id;
-    uint8_t *reached = arena_alloc(arena, shell->count, 1);
-    if (!reached || shell_grow(shell->shell, selection->grow_from, selection->up_to_deg, arena,
-                               reached) != STATUS_OK)
-        return api_problem_no_memory(problem, "the faces");
-    size_t kept = 0;
-    for (size_t k = 0; k < shell->count; k++)
-        if (reached[k])
-            shell->numbers[kept++] = shell->numbers[k];
-    shell->count = kept;
-    return API_OK;
-}
-
 /* The numbers of the faces that the request selects. */
 static enum api_problem_id choose_faces(const struct api_surface *surface, struct arena *arena,
                                         struct prepared_shell *shell, struct api_problem *problem) {
@@ -196,8 +171,23 @@ static enum api_problem_id choose_faces(const struct api_surface *surface, struc
         }
         shell->numbers[k] = listed ? selection->faces[k] : (int32_t)k;
     }
-    return selection->kind == API_SELECT_GROWN ? choose_grown(surface, arena, shell, problem)
-                                               : API_OK;
+    if (selection->kind != API_SELECT_GROWN)
+        return API_OK;
+    /* Of all faces those stay that are reached. */
+    if ((size_t)selection->grow_from >= surface->face_count)
+        return refuse_number(surface, "/surface/grow_from", problem);
+    if (make_apart(surface, shell->numbers, "/surface", arena, &shell->shell, problem) != API_OK)
+        return problem->id;
+    uint8_t *reached = arena_alloc(arena, shell->count, 1);
+    if (!reached || shell_grow(shell->shell, selection->grow_from, selection->up_to_deg, arena,
+                               reached) != STATUS_OK)
+        return api_problem_no_memory(problem, "the faces");
+    size_t kept = 0;
+    for (size_t k = 0; k < shell->count; k++)
+        if (reached[k])
+            shell->numbers[kept++] = shell->numbers[k];
+    shell->count = kept;
+    return API_OK;
 }
 
 void prepared_shell_name_left_out(const struct api_request *request,

@@ -100,31 +100,6 @@ static int grid_steps(const struct nurbs_axis *axis, bool trimmed, size_t faces)
     return steps < most ? steps : most;
 }
 
-/* The grid of a face: (nu + 1) (nv + 1) vertices, then those on trims. */
-static bool make_face_grid(struct maker *m, int nu, int nv, struct arena *arena) {
-    size_t wide = (size_t)nv + 1;
-    double low[2], high[2];
-    struct vertex *grid = arena_alloc(arena, (size_t)(nu + 1) * wide, sizeof *grid);
-    if (!grid)
-        return false;
-    surface_domain(m->surface, low, high);
-    for (int i = 0; i <= nu; i++)
-        for (int j = 0; j <= nv; j++) {
-            struct vertex *vertex = &grid[(size_t)i * wide + (size_t)j];
-            vertex->uv[0] = low[0] + (high[0] - low[0]) * i / nu;
-            vertex->uv[1] = low[1] + (high[1] - low[1]) * j / nv;
-            vertex->inside = !m->trim || trim_contains(m->trim, vertex->uv);
-            add_vertex(m, vertex);
-        }
-    for (int i = 0; i < nu; i++)
-        for (int j = 0; j < nv; j++) {
-            const struct vertex *a = &grid[(size_t)i * wide + (size_t)j], *b = a + wide;
-            add_clipped(m, (const struct vertex *const[]){a, b, b + 1});
-            add_clipped(m, (const struct vertex *const[]){a, b + 1, a + 1});
-        }
-    return true;
-}
-
 static bool take_primitive_room(struct primitive *p, size_t vertices, size_t triangles,
                                 struct arena *arena) {
     p->positions = arena_alloc(arena, vertices, sizeof *p->positions);
@@ -135,24 +110,43 @@ static bool take_primitive_room(struct primitive *p, size_t vertices, size_t tri
     return p->positions && p->normals && p->indices;
 }
 
-/* A face without an area has no triangles. */
+/* By a grid of (nu + 1) (nv + 1) vertices, then those on trims. A face without an area has no
+ * triangles. */
 static bool tessellate_face(struct primitive *p, const struct api_surface *face, size_t faces,
                             struct arena *arena) {
     struct surface *surface;
     struct trim *trim = NULL;
     int nu = grid_steps(&face->nurbs.u, face->trim_count > 0, faces);
     int nv = grid_steps(&face->nurbs.v, face->trim_count > 0, faces);
-    size_t cells = (size_t)nu * (size_t)nv;
+    size_t cells = (size_t)nu * (size_t)nv, wide = (size_t)nv + 1, count = (size_t)(nu + 1) * wide;
+    double low[2], high[2];
     enum status status = surface_make(&face->nurbs, arena, &surface);
     if (status == STATUS_OK && face->trim_count)
         status = trim_make(surface, face->trims, face->trim_count, arena, &trim);
     if (status != STATUS_OK)
         return status != STATUS_OUT_OF_MEMORY;
-    if (!take_primitive_room(p, (size_t)(nu + 1) * (size_t)(nv + 1) + (trim ? 4 * cells : 0) + 2,
-                             4 * cells, arena))
+    if (!take_primitive_room(p, count + (trim ? 4 * cells : 0) + 2, 4 * cells, arena))
         return false;
     struct maker maker = {.surface = surface, .trim = trim, .out = p};
-    return make_face_grid(&maker, nu, nv, arena);
+    struct vertex *grid = arena_alloc(arena, count, sizeof *grid);
+    if (!grid)
+        return false;
+    surface_domain(surface, low, high);
+    for (int i = 0; i <= nu; i++)
+        for (int j = 0; j <= nv; j++) {
+            struct vertex *vertex = &grid[(size_t)i * wide + (size_t)j];
+            vertex->uv[0] = low[0] + (high[0] - low[0]) * i / nu;
+            vertex->uv[1] = low[1] + (high[1] - low[1]) * j / nv;
+            vertex->inside = !trim || trim_contains(trim, vertex->uv);
+            add_vertex(&maker, vertex);
+        }
+    for (int i = 0; i < nu; i++)
+        for (int j = 0; j < nv; j++) {
+            const struct vertex *a = &grid[(size_t)i * wide + (size_t)j], *b = a + wide;
+            add_clipped(&maker, (const struct vertex *const[]){a, b, b + 1});
+            add_clipped(&maker, (const struct vertex *const[]){a, b + 1, a + 1});
+        }
+    return true;
 }
 
 static bool tessellate_mesh(struct primitive *p, const struct api_mesh *mesh, struct arena *arena) {
@@ -300,56 +294,43 @@ static bool send_bytes(const struct api_sink *sink, const void *bytes, size_t le
     return length == 0 || sink->write(sink->context, bytes, length);
 }
 
-/* The header, the chunk of JSON, padded with spaces, and that of the buffer. */
-static bool write_glb(const struct api_sink *sink, const struct primitive *all, size_t count,
-                      const char *gltf, size_t bytes) {
+enum api_problem_id api_preview(const struct api_surface *surface, const struct api_sink *sink,
+                                struct arena *arena, struct api_problem *problem) {
+    size_t count = surface->kind == API_SURFACE_SHELL ? surface->face_count : 1;
+    size_t kept = 0, bytes = 0;
+    struct primitive *all = arena_alloc(arena, count, sizeof *all);
+    bool good = all != NULL;
+    /* The primitives that have triangles. */
+    for (size_t k = 0; good && k < count; k++) {
+        struct primitive *one = &all[kept];
+        *one = (struct primitive){.number = k};
+        if (surface->kind == API_SURFACE_MESH) {
+            good = tessellate_mesh(one, &surface->mesh, arena);
+        } else {
+            one->face = surface->kind == API_SURFACE_SHELL ? &surface->faces[k] : surface;
+            good = tessellate_face(one, one->face, count, arena);
+        }
+        kept += one->index_count > 0;
+    }
+    const char *gltf = good && kept > 0 ? write_gltf(all, kept, arena, &bytes) : NULL;
+    if (good && kept == 0)
+        return api_problem_set(problem, API_DEGENERATE_SURFACE, "no face has an area");
+    if (!gltf)
+        return api_problem_no_memory(problem, "the preview");
+    /* The header, the chunk of JSON, padded with spaces, and that of the buffer. */
     size_t length = strlen(gltf), padding = (4 - length % 4) % 4;
     const uint32_t head[5] = {0x46546c67, 2, (uint32_t)(28 + length + padding + bytes),
                               (uint32_t)(length + padding), 0x4e4f534a};
     const uint32_t chunk[2] = {(uint32_t)bytes, 0x004e4942};
-    bool good = send_bytes(sink, head, sizeof head) && send_bytes(sink, gltf, length) &&
-                send_bytes(sink, "   ", padding) && send_bytes(sink, chunk, sizeof chunk);
-    for (size_t k = 0; good && k < count; k++) {
+    good = send_bytes(sink, head, sizeof head) && send_bytes(sink, gltf, length) &&
+           send_bytes(sink, "   ", padding) && send_bytes(sink, chunk, sizeof chunk);
+    for (size_t k = 0; good && k < kept; k++) {
         const void *part[3];
         size_t lengths[3], parts = parts_of(&all[k], part, lengths);
         for (size_t i = 0; good && i < parts; i++)
             good = send_bytes(sink, part[i], lengths[i]);
     }
-    return good;
-}
-
-/* The primitives that have triangles; -1 without memory. */
-static long make_all(const struct api_surface *surface, struct primitive *all, size_t count,
-                     struct arena *arena) {
-    long kept = 0;
-    for (size_t k = 0; k < count; k++) {
-        struct primitive one = {.number = k};
-        bool made;
-        if (surface->kind == API_SURFACE_MESH) {
-            made = tessellate_mesh(&one, &surface->mesh, arena);
-        } else {
-            one.face = surface->kind == API_SURFACE_SHELL ? &surface->faces[k] : surface;
-            made = tessellate_face(&one, one.face, count, arena);
-        }
-        if (!made)
-            return -1;
-        if (one.index_count > 0)
-            all[kept++] = one;
-    }
-    return kept;
-}
-
-enum api_problem_id api_preview(const struct api_surface *surface, const struct api_sink *sink,
-                                struct arena *arena, struct api_problem *problem) {
-    size_t count = surface->kind == API_SURFACE_SHELL ? surface->face_count : 1, bytes = 0;
-    struct primitive *all = arena_alloc(arena, count, sizeof *all);
-    long kept = all ? make_all(surface, all, count, arena) : -1;
-    const char *gltf = kept > 0 ? write_gltf(all, (size_t)kept, arena, &bytes) : NULL;
-    if (kept == 0)
-        api_problem_set(problem, API_DEGENERATE_SURFACE, "no face has an area");
-    else if (!gltf)
-        api_problem_no_memory(problem, "the preview");
-    else if (!write_glb(sink, all, (size_t)kept, gltf, bytes))
+    if (!good)
         api_problem_set(problem, API_UNAVAILABLE, "there is no disk space for the preview now");
     return problem->id;
 }

@@ -39,10 +39,20 @@ static bool decode_shape(const struct json_value *json, struct api_surface *surf
     return ok && decode_nurbs(definition, false, surface);
 }
 
-static bool read_triangles(const struct json_value *json, struct api_mesh *mesh) {
-    const struct value_range indices = {0, (double)mesh->vertex_count - 1, false};
+static bool decode_mesh(const struct json_value *json, struct api_surface *surface) {
+    static const char *const keys[] = {"vertices", "triangles", "length_unit", "notes", NULL};
+    struct api_mesh *mesh = &surface->mesh;
+    struct json_value vertices = value_member(json, "vertices");
+    struct json_value list = value_member(json, "triangles");
     double *rows;
-    if (!value_rows(json, indices, 3, 1, &rows, &mesh->triangle_count))
+    surface->kind = API_SURFACE_MESH;
+    value_object(json, keys);
+    if (!decode_origin(json, surface) ||
+        !value_rows(&vertices, decode_coordinates, 3, 3, &rows, &mesh->vertex_count))
+        return false;
+    mesh->vertices = (const void *)rows;
+    const struct value_range indices = {0, (double)mesh->vertex_count - 1, false};
+    if (!value_rows(&list, indices, 3, 1, &rows, &mesh->triangle_count))
         return false;
     int32_t(*triangles)[3] = json_tree_alloc(json->tree, mesh->triangle_count, sizeof *triangles);
     if (!triangles)
@@ -59,28 +69,13 @@ static bool read_triangles(const struct json_value *json, struct api_mesh *mesh)
             corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0];
         if (whole && different)
             continue;
-        struct json_value triangle = value_element(json, i);
+        struct json_value triangle = value_element(&list, i);
         value_fault(&triangle,
                     whole ? "must name three different vertices" : "must be three whole numbers");
         return false;
     }
     mesh->triangles = (const int32_t(*)[3])triangles;
     return true;
-}
-
-static bool decode_mesh(const struct json_value *json, struct api_surface *surface) {
-    static const char *const keys[] = {"vertices", "triangles", "length_unit", "notes", NULL};
-    struct api_mesh *mesh = &surface->mesh;
-    struct json_value vertices = value_member(json, "vertices");
-    struct json_value triangles = value_member(json, "triangles");
-    double *rows;
-    surface->kind = API_SURFACE_MESH;
-    value_object(json, keys);
-    if (!decode_origin(json, surface) ||
-        !value_rows(&vertices, decode_coordinates, 3, 3, &rows, &mesh->vertex_count))
-        return false;
-    mesh->vertices = (const void *)rows;
-    return read_triangles(&triangles, mesh);
 }
 
 static bool decode_stored_id(const struct json_value *json, struct api_surface *surface) {

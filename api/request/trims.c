@@ -6,25 +6,6 @@ enum curve_type { CURVE_SPLINE, CURVE_FREEFORM, CURVE_CONTAINER, CURVE_TYPE_COUN
 
 static const char *const curve_types[CURVE_TYPE_COUNT] = {"spline", "freeform", "container"};
 
-static bool check_trim_knots(const struct trim_curve *curve, const struct json_value *knots,
-                             size_t knot_count) {
-    if (knot_count != curve->count + (size_t)curve->degree + 1) {
-        value_fault(knots, "the number of knots must be the number of points + degree + 1");
-        return false;
-    }
-    for (size_t i = 1; i < knot_count; i++) {
-        if (curve->knots[i] < curve->knots[i - 1]) {
-            struct json_value knot = value_element(knots, i);
-            value_fault(&knot, "a knot must not be less than the one before it");
-            return false;
-        }
-    }
-    if (curve->knots[curve->count] > curve->knots[curve->degree])
-        return true;
-    value_fault(knots, "the domain between knot[degree] and knot[size] is empty");
-    return false;
-}
-
 static bool read_trim_points(const struct json_value *json, struct trim_curve *curve) {
     double *rows;
     if (!value_rows(json, decode_coordinates, 2, 2, &rows, &curve->count))
@@ -54,7 +35,23 @@ static bool decode_spline(const struct json_value *json, struct trim_curve *curv
             ok = false;
         }
     }
-    return ok && check_trim_knots(curve, &knots, knot_count);
+    if (!ok)
+        return false;
+    if (knot_count != curve->count + (size_t)curve->degree + 1) {
+        value_fault(&knots, "the number of knots must be the number of points + degree + 1");
+        return false;
+    }
+    for (size_t i = 1; i < knot_count; i++) {
+        if (curve->knots[i] < curve->knots[i - 1]) {
+            struct json_value knot = value_element(&knots, i);
+            value_fault(&knot, "a knot must not be less than the one before it");
+            return false;
+        }
+    }
+    if (curve->knots[curve->count] > curve->knots[curve->degree])
+        return true;
+    value_fault(&knots, "the domain between knot[degree] and knot[size] is empty");
+    return false;
 }
 
 /* What `type` says, else what the keys say. */
@@ -87,35 +84,28 @@ static bool decode_curve(const struct json_value *json, struct trim_curve *curve
     return read_trim_points(&points, curve);
 }
 
-static bool decode_container(const struct json_value *json, struct trim_loop *trim) {
-    static const char *const keys[] = {"type", "count", "data", "reversed", "name", "id", NULL};
-    struct json_value data = value_member(json, "data");
-    value_object(json, keys);
-    if (!value_array(&data, 1))
-        return false;
-    trim->count = value_length(&data);
-    struct trim_curve *curves = json_tree_alloc(json->tree, trim->count, sizeof *curves);
-    bool ok = curves != NULL;
-    for (size_t i = 0; curves && i < trim->count; i++) {
-        struct json_value curve = value_element(&data, i);
-        ok = decode_curve(&curve, &curves[i]) && ok;
-    }
-    trim->curves = curves;
-    return ok;
-}
-
+/* A loop: a curve alone, or a container of several. */
 static bool decode_trim(const struct json_value *json, struct trim_loop *trim) {
-    struct json_value reversed = value_member(json, "reversed");
+    static const char *const keys[] = {"type", "count", "data", "reversed", "name", "id", NULL};
+    struct json_value reversed = value_member(json, "reversed"), data = value_member(json, "data");
     enum curve_type type;
     if (!read_type(json, &type))
         return false;
     bool ok = !value_given(&reversed) || value_boolean(&reversed, &trim->reversed);
-    if (type == CURVE_CONTAINER)
-        return decode_container(json, trim) && ok;
-    struct trim_curve *curve = json_tree_alloc(json->tree, 1, sizeof *curve);
-    trim->curves = curve;
-    trim->count = 1;
-    return curve && decode_curve(json, curve) && ok;
+    bool several = type == CURVE_CONTAINER;
+    if (several) {
+        value_object(json, keys);
+        if (!value_array(&data, 1))
+            return false;
+    }
+    trim->count = several ? value_length(&data) : 1;
+    struct trim_curve *curves = json_tree_alloc(json->tree, trim->count, sizeof *curves);
+    trim->curves = curves;
+    for (size_t i = 0; curves && i < trim->count; i++) {
+        struct json_value curve = several ? value_element(&data, i) : *json;
+        ok = decode_curve(&curve, &curves[i]) && ok;
+    }
+    return curves && ok;
 }
 
 bool decode_trims(const struct json_value *json, struct api_surface *surface) {
