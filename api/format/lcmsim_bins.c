@@ -53,19 +53,6 @@ static double safe_log(double value) {
     return log(fmax(value, 1e-300));
 }
 
-/* A direction and its opposite are one: they have the same dyad. It counts as much as k1 and k2
- * differ. */
-static void make_features(const struct lcmsim_inputs *in, float feature[FEATURES]) {
-    struct vec3 d = in->direction;
-    double ratio = in->k1 > 0 ? in->k2 / in->k1 : 1, s = sqrt(2), w = 1 - ratio;
-    const double values[FEATURES] = {w * d.x * d.x,     w * d.y * d.y,           w * d.z * d.z,
-                                     w * s * d.x * d.y, w * s * d.y * d.z,       w * s * d.x * d.z,
-                                     safe_log(in->k1),  safe_log(in->thickness), safe_log(in->k2),
-                                     in->porosity};
-    for (int k = 0; k < FEATURES; k++)
-        feature[k] = (float)(weights[k] * values[k]);
-}
-
 /* ---- cutting ---- */
 
 /* The axis along which the part spreads most. */
@@ -93,31 +80,7 @@ static void find_spread(const struct builder *b, struct heap_part *part) {
     }
 }
 
-/* Cuts a part at its mean: what is beyond becomes `other`. False when nothing is. */
-static bool cut_part(const struct builder *b, struct heap_part *part, struct heap_part *other) {
-    size_t low = part->first, high = part->first + part->count;
-    while (low < high) {
-        uint32_t element = b->order[low];
-        if ((double)b->feature[element][part->axis] <= part->mean) {
-            low++;
-        } else {
-            b->order[low] = b->order[--high];
-            b->order[high] = element;
-        }
-    }
-    *other = (struct heap_part){.first = low, .count = part->first + part->count - low};
-    part->count = low - part->first;
-    if (part->count == 0 || other->count == 0) {
-        part->first = part->count ? part->first : other->first;
-        part->count += other->count;
-        part->spread = 0;
-        return false;
-    }
-    find_spread(b, part);
-    find_spread(b, other);
-    return true;
-}
-
+/* Cuts the widest part at its mean, again and again. How many parts there are then. */
 static size_t cut_parts(const struct builder *b, struct heap_part *parts, size_t elements) {
     /* The channel takes the part of the last bin. */
     size_t most = LCMSIM_BINS_MAX - (b->source->fields->channel_permeability > 0), count = 1;
@@ -130,7 +93,27 @@ static size_t cut_parts(const struct builder *b, struct heap_part *parts, size_t
                 widest = &parts[k];
         if (widest->spread <= 0)
             break;
-        count += cut_part(b, widest, &parts[count]);
+        /* What is beyond the mean becomes another part. */
+        size_t first = widest->first, low = first, high = first + widest->count;
+        struct heap_part *other = &parts[count];
+        while (low < high) {
+            uint32_t element = b->order[low];
+            if ((double)b->feature[element][widest->axis] <= widest->mean) {
+                low++;
+            } else {
+                b->order[low] = b->order[--high];
+                b->order[high] = element;
+            }
+        }
+        if (low == first || low == first + widest->count) {
+            widest->spread = 0;
+            continue;
+        }
+        *other = (struct heap_part){.first = low, .count = first + widest->count - low};
+        widest->count = low - first;
+        find_spread(b, widest);
+        find_spread(b, other);
+        count++;
     }
     return count;
 }
@@ -180,26 +163,24 @@ static struct lcmsim_inputs mean_of(const struct builder *b, size_t first, size_
     return mean;
 }
 
-/* The angle, 0..90 deg, between two directions as they lie in a plane. */
-static double angle_in_plane(struct vec3 a, struct vec3 b, struct vec3 normal) {
-    struct vec3 n = vec3_unit(normal);
-    struct vec3 p = vec3_axpy(-vec3_dot(a, n), n, a), q = vec3_axpy(-vec3_dot(b, n), n, b);
-    double angle = vec3_angle(p, q) * 180 / PI;
-    return fmin(angle, 180 - angle);
-}
-
 /* ---- differences ---- */
 
-/* Of an element from its bin. */
+/* Of an element from its bin; directions as they lie in its plane, 0..90 deg. */
 static void note_difference(const struct builder *b, size_t element,
                             const struct lcmsim_inputs *mean,
                             float difference[LCMSIM_DIFFERENCES]) {
     struct lcmsim_inputs in;
     (void)lcmsim_read(b->source, element, &in);
-    struct vec3 normal = element_normal(b->source->fields, element);
-    bool directed = in.k2 < LCMSIM_ISOTROPIC * in.k1;
+    double angle = 0;
+    if (in.k2 < LCMSIM_ISOTROPIC * in.k1) {
+        struct vec3 n = vec3_unit(element_normal(b->source->fields, element));
+        struct vec3 p = vec3_axpy(-vec3_dot(in.direction, n), n, in.direction);
+        struct vec3 q = vec3_axpy(-vec3_dot(mean->direction, n), n, mean->direction);
+        angle = vec3_angle(p, q) * 180 / PI;
+        angle = fmin(angle, 180 - angle);
+    }
     const double values[LCMSIM_DIFFERENCES] = {
-        [LCMSIM_DIRECTION] = directed ? angle_in_plane(in.direction, mean->direction, normal) : 0,
+        [LCMSIM_DIRECTION] = angle,
         [LCMSIM_K1] = fabs(in.k1 / mean->k1 - 1),
         [LCMSIM_K2] = fabs(in.k2 / mean->k2 - 1),
         [LCMSIM_THICKNESS] = fabs(in.thickness / mean->thickness - 1),
@@ -232,7 +213,8 @@ static double bound_of_most(const struct builder *b, size_t count, int kind) {
 /* ---- all ---- */
 
 /* Features and areas; elements with a role beside fabric go to the end of the order, those left out
- * into none. How many are neither. */
+ * into none. How many are neither. A direction and its opposite are one: they have the same dyad,
+ * which counts as much as k1 and k2 differ. */
 static size_t order_elements(struct builder *b, size_t *role_elements) {
     const struct map_fields *fields = b->source->fields;
     const uint8_t *roles = fields->roles;
@@ -247,7 +229,14 @@ static size_t order_elements(struct builder *b, size_t *role_elements) {
         b->bins->left_out += state == LCMSIM_LEFT_OUT;
         if (state == LCMSIM_LEFT_OUT)
             continue;
-        make_features(&in, b->feature[e]);
+        struct vec3 d = in.direction;
+        double ratio = in.k1 > 0 ? in.k2 / in.k1 : 1, s = sqrt(2), w = 1 - ratio;
+        const double values[FEATURES] = {
+            w * d.x * d.x,     w * d.y * d.y,     w * d.z * d.z,   w * s * d.x * d.y,
+            w * s * d.y * d.z, w * s * d.x * d.z, safe_log(in.k1), safe_log(in.thickness),
+            safe_log(in.k2),   in.porosity};
+        for (int k = 0; k < FEATURES; k++)
+            b->feature[e][k] = (float)(weights[k] * values[k]);
         b->area[e] = (float)(vec3_norm(element_normal(fields, e)) / 2);
         total += (double)b->area[e];
         b->order[roles && roles[e] != MAP_FABRIC ? --high : low++] = (uint32_t)e;

@@ -52,11 +52,13 @@ static void add_lcmsim_cell(struct state *state, size_t element, int32_t a, int3
     *cell = (struct cell){{first, a + b + c - first - last, last}, (int32_t)element, false};
 }
 
-/* What cannot be filled is not there: a wall to the flow. */
+/* What cannot be filled is not there: a wall to the flow. So is a side that no other cell has. */
 static bool list_cells(struct state *state, const struct map_fields *fields) {
     struct lcmsim_inputs in;
     state->cell = malloc(2 * fields->element_count * sizeof *state->cell);
-    for (size_t e = 0; state->cell && e < fields->element_count; e++) {
+    if (!state->cell)
+        return false;
+    for (size_t e = 0; e < fields->element_count; e++) {
         const int32_t *corner = fields->elements[e];
         if (lcmsim_read(&state->source, e, &in) == LCMSIM_LEFT_OUT)
             continue;
@@ -64,11 +66,6 @@ static bool list_cells(struct state *state, const struct map_fields *fields) {
         if (corner[3] >= 0)
             add_lcmsim_cell(state, e, corner[0], corner[2], corner[3]);
     }
-    return state->cell != NULL;
-}
-
-/* A side that no other cell has is a wall. */
-static bool find_walls(struct state *state) {
     size_t count = 3 * state->cells;
     struct element_edge *sides = malloc(count * sizeof *sides);
     if (!sides)
@@ -150,10 +147,11 @@ union values {
     void *room;
 };
 
-static void write_mesh_group(const struct encoder *encoder, union values values) {
+static void write_groups(const struct encoder *encoder, union values values) {
     const struct state *state = encoder->state;
     const struct map_fields *fields = &encoder->fields;
     size_t points = fields->vertex_count, cells = state->cells;
+    bool there[MAP_ROLES] = {false};
     hdf5_group(state->file, "/mesh");
     for (size_t k = 0; k < points; k++) {
         struct vec3 v = vec3_scale(fields->unit->metres, fields->vertices[k]);
@@ -166,12 +164,6 @@ static void write_mesh_group(const struct encoder *encoder, union values values)
         for (size_t k = 0; k < 3; k++)
             values.integer[k * cells + c] = state->cell[c].corner[k] + 1;
     hdf5_integers(state->file, "/mesh/cells", 3, cells, values.integer);
-}
-
-static void write_properties(const struct encoder *encoder, union values values) {
-    const struct state *state = encoder->state;
-    size_t cells = state->cells;
-    bool there[MAP_ROLES] = {false};
     hdf5_group(state->file, "/properties");
     for (int real = 0; real < REALS; real++) {
         for (size_t c = 0; c < cells; c++)
@@ -186,13 +178,13 @@ static void write_properties(const struct encoder *encoder, union values values)
     }
     hdf5_reals(state->file, "/properties/reference_direction", 3, cells, values.real);
     for (size_t c = 0; c < cells; c++) {
-        enum map_role role = cell_role(&encoder->fields, &state->cell[c]);
+        enum map_role role = cell_role(fields, &state->cell[c]);
         values.integer[c] = roles[role].part;
         there[role] = true;
     }
     hdf5_integers(state->file, "/properties/part_id", cells, 0, values.integer);
     for (size_t c = 0; c < cells; c++) {
-        int type = roles[cell_role(&encoder->fields, &state->cell[c])].type;
+        int type = roles[cell_role(fields, &state->cell[c])].type;
         values.integer[c] = type == TYPE_INNER && state->cell[c].wall ? TYPE_WALL : type;
     }
     hdf5_integers(state->file, "/properties/type", cells, 0, values.integer);
@@ -208,14 +200,13 @@ static bool begin_lcmsim_h5(struct encoder *encoder, struct api_problem *problem
     if (!lcmsim_open(&state->source, &encoder->fields, encoder->options.fiber_volume_fraction,
                      problem))
         return false;
-    if (list_cells(state, &encoder->fields) && find_walls(state)) {
+    if (list_cells(state, &encoder->fields)) {
         size_t points = encoder->fields.vertex_count;
         size_t rows = state->cells > points ? state->cells : points;
         union values values = {.room = malloc(3 * rows * sizeof(double))};
         state->file = values.room ? hdf5_new() : NULL;
         if (state->file) {
-            write_mesh_group(encoder, values);
-            write_properties(encoder, values);
+            write_groups(encoder, values);
             state->image = hdf5_image(state->file, &state->length);
         }
         free(values.room);
