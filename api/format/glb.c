@@ -186,25 +186,6 @@ static void next_glb(struct encoder *encoder) {
 
 /* ---- the beginning ---- */
 
-/* The least and greatest of a coordinate, as the numbers that are written. */
-static bool find_range(struct encoder *encoder, int k) {
-    struct state *state = encoder->state;
-    size_t rows = (size_t)state->nodes;
-    state->low[k] = INFINITY;
-    state->high[k] = -INFINITY;
-    for (size_t first = 0, count; first < rows; first += count) {
-        count = rows - first < ENCODER_VALUES ? rows - first : ENCODER_VALUES;
-        if (!api_columns_read(encoder->reader, state->position[k], first, count, encoder->values))
-            return false;
-        for (size_t row = 0; row < count; row++) {
-            float value = (float)encoder->values[row];
-            state->low[k] = value < state->low[k] ? value : state->low[k];
-            state->high[k] = value > state->high[k] ? value : state->high[k];
-        }
-    }
-    return rows > 0;
-}
-
 static bool begin_glb(struct encoder *encoder, struct api_problem *problem) {
     static const char *const names[] = {"x", "y", "z"};
     struct state *state = encoder->state;
@@ -213,13 +194,28 @@ static bool begin_glb(struct encoder *encoder, struct api_problem *problem) {
     state->cells = api_columns_rows(columns, API_TABLE_CELLS);
     state->shear = api_columns_find(columns, API_TABLE_NODES, "shear_deg");
     state->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
-    if (!state->shear || !cell_corners_begin(&state->quads, encoder->reader, columns))
-        return encoder_damaged(problem);
-    for (int k = 0; k < 3; k++) {
+    size_t rows = (size_t)state->nodes;
+    bool whole =
+        state->shear && cell_corners_begin(&state->quads, encoder->reader, columns) && rows > 0;
+    /* The least and greatest of each coordinate, as the numbers that are written. */
+    for (int k = 0; k < 3 && whole; k++) {
         state->position[k] = api_columns_find(columns, API_TABLE_NODES, names[k]);
-        if (!state->position[k] || !find_range(encoder, k))
-            return encoder_damaged(problem);
+        state->low[k] = INFINITY;
+        state->high[k] = -INFINITY;
+        whole = state->position[k] != NULL;
+        for (size_t first = 0, count; first < rows && whole; first += count) {
+            count = rows - first < ENCODER_VALUES ? rows - first : ENCODER_VALUES;
+            whole = api_columns_read(encoder->reader, state->position[k], first, count,
+                                     encoder->values);
+            for (size_t row = 0; row < count && whole; row++) {
+                float value = (float)encoder->values[row];
+                state->low[k] = value < state->low[k] ? value : state->low[k];
+                state->high[k] = value > state->high[k] ? value : state->high[k];
+            }
+        }
     }
+    if (!whole)
+        return encoder_damaged(problem);
     for (int k = 0; k < COLOURS; k++) {
         double srgb[3];
         colour_viridis((double)k / (COLOURS - 1), srgb);

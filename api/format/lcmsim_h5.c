@@ -91,14 +91,6 @@ static enum map_role cell_role(const struct map_fields *fields, const struct cel
 
 /* ---- inputs ---- */
 
-static double cell_area(const struct map_fields *fields, const struct cell *cell) {
-    const struct vec3 *v = fields->vertices;
-    struct vec3 p = v[cell->corner[0]];
-    double metres = fields->unit->metres;
-    return 0.5 * metres * metres *
-           vec3_norm(vec3_cross(vec3_sub(v[cell->corner[1]], p), vec3_sub(v[cell->corner[2]], p)));
-}
-
 /* A cell's inputs; a channel has a permeability of its own, the same in every direction. */
 static struct lcmsim_inputs cell_inputs(const struct encoder *encoder, const struct cell *cell) {
     const struct state *state = encoder->state;
@@ -120,22 +112,21 @@ static const char *const real_names[REALS] = {"/properties/volume",       "/prop
 
 static double cell_real(const struct encoder *encoder, const struct cell *cell, enum real real) {
     struct lcmsim_inputs in = cell_inputs(encoder, cell);
-    switch (real) {
-    case VOLUME:
-        return cell_area(&encoder->fields, cell) * in.thickness;
-    case AREA:
-        return cell_area(&encoder->fields, cell);
-    case PERMEABILITY:
-        return in.k1;
-    case THICKNESS:
-        return in.thickness;
-    case ALPHA:
-        return in.k2 / in.k1;
-    case CP:
-        return 0;
-    default:
-        return in.porosity;
-    }
+    const struct vec3 *v = encoder->fields.vertices;
+    struct vec3 p = v[cell->corner[0]];
+    double metres = encoder->fields.unit->metres;
+    double area =
+        0.5 * metres * metres *
+        vec3_norm(vec3_cross(vec3_sub(v[cell->corner[1]], p), vec3_sub(v[cell->corner[2]], p)));
+    const double reals[REALS] = {[VOLUME] = area * in.thickness,
+                                 [AREA] = area,
+                                 [PERMEABILITY] = in.k1,
+                                 [POROSITY] = in.porosity,
+                                 [THICKNESS] = in.thickness,
+                                 [ALPHA] = in.k2 / in.k1,
+                                 [AP] = in.porosity,
+                                 [CP] = 0};
+    return reals[real];
 }
 
 /* ---- the file ---- */

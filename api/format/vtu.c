@@ -35,16 +35,6 @@ static int corner_count(const int32_t element[4]) {
 
 /* ---- values ---- */
 
-static double ply_value(const struct map_ply_row *row, enum column_id column) {
-    if (!row)
-        return (double)NAN;
-    if (column == COLUMN_PLIES_angle_deg)
-        return row->angle_deg;
-    if (column == COLUMN_PLIES_shear_deg)
-        return row->shear_deg;
-    return column == COLUMN_PLIES_thickness ? row->thickness : row->fiber_volume_fraction;
-}
-
 static bool fill_mesh(struct encoder *encoder, const struct vtk_array *array, uint64_t first,
                       size_t count, void *bytes) {
     struct state *state = encoder->state;
@@ -53,6 +43,9 @@ static bool fill_mesh(struct encoder *encoder, const struct vtk_array *array, ui
     double *reals = bytes;
     int32_t *integers = bytes;
     uint8_t *shapes = bytes;
+    int ply = array->source / PLY_FIELDS;
+    enum column_id column = ply_fields[array->source % PLY_FIELDS].column;
+    const struct map_ply_row *row;
     for (size_t k = 0; k < count; k++)
         switch ((enum kind)array->kind) {
         case POINTS:
@@ -72,8 +65,12 @@ static bool fill_mesh(struct encoder *encoder, const struct vtk_array *array, ui
             shapes[k] = elements[first + k][3] < 0 ? SHAPE_TRIANGLE : SHAPE_QUAD;
             break;
         case PLY:
-            reals[k] = ply_value(stack_row(fields, first + k, array->source / PLY_FIELDS),
-                                 ply_fields[array->source % PLY_FIELDS].column);
+            row = stack_row(fields, first + k, ply);
+            reals[k] = !row                               ? (double)NAN
+                       : column == COLUMN_PLIES_angle_deg ? row->angle_deg
+                       : column == COLUMN_PLIES_shear_deg ? row->shear_deg
+                       : column == COLUMN_PLIES_thickness ? row->thickness
+                                                          : row->fiber_volume_fraction;
             break;
         }
     return true;
