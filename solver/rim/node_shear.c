@@ -20,10 +20,6 @@ enum status node_shear_make(struct march *march, const struct drape_nodes *nodes
     return shear->places ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
-static bool has_yarn(const struct yarn_spot *spot, int family) {
-    return vec3_norm2(vec3_add(spot->onward[family][0], spot->onward[family][1])) > 0;
-}
-
 /* The angle between the yarns of a ghost. On a shell its neighbours, as far as it has them, have to
  * lie on its own face: what goes on beyond the end of a joint is on neither of two faces. */
 static bool measure_ghost(struct node_shear *shear, struct node_shear_place *ghost) {
@@ -42,7 +38,10 @@ static bool measure_ghost(struct node_shear *shear, struct node_shear_place *gho
             return false;
     }
     ghost->shear_deg = 90 - yarn_node_angle(&net, &shear->view.window, x, y, &spot);
-    return has_yarn(&spot, 0) && has_yarn(&spot, 1);
+    for (int k = 0; k < 2; k++)
+        if (!(vec3_norm2(vec3_add(spot.onward[k][0], spot.onward[k][1])) > 0))
+            return false;
+    return true;
 }
 
 bool node_shear_between(struct node_shear *shear, double p, double q, double *shear_deg) {

@@ -74,27 +74,6 @@ struct tracer {
 
 /* ---- a place to begin at ---- */
 
-static bool make_boxes(struct tracer *t) {
-    struct net *net = t->march->net;
-    struct net_tile **tiles = net_sorted_tiles(net);
-    size_t count = net_tile_count(net);
-    t->boxes = arena_take(t->march->arena, count, sizeof *t->boxes);
-    if (!tiles || !t->boxes)
-        return false;
-    for (size_t k = 0; k < count; k++) {
-        struct box box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
-        for (int y = 0; y < NET_TILE; y++)
-            for (uint32_t row = tiles[k]->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
-                struct vec3 r = tiles[k]->node[y][__builtin_ctz(row)].r;
-                box.lower = vec3_min(box.lower, r);
-                box.upper = vec3_max(box.upper, r);
-            }
-        if (box.lower.x <= box.upper.x)
-            t->boxes[t->box_count++] = (struct tile_box){tiles[k], box};
-    }
-    return true;
-}
-
 /* Whether a node is on the same side of the cuts as what is to be covered beside the place: looked
  * for towards the middle of its piece, whose ends may lie on a cut. */
 static bool same_turn(const struct tracer *t, const struct net_node *node,
@@ -278,40 +257,30 @@ static void add_rim_point(struct tracer *t, const struct rim_edge_point *spot, c
                                                    .q = pq[1]};
 }
 
-/* The points of a step but its last, on as many straight lines as its cubic needs: one of second
- * derivative c deviates from its chord by c / 8 of the square of its length. */
-static void emit(struct tracer *t, const struct stop *a, const struct stop *b) {
-    double width = b->t - a->t, most = 0;
-    for (int k = 0; k < 2 && a->sloped && b->sloped; k++) {
-        double rise = b->pq[k] - a->pq[k], from = width * a->by_t[k], to = width * b->by_t[k];
+/* The points of a step but its last: on the parabola through the place `b` in its middle or, when
+ * that is NULL, on the cubic, by as many straight lines as it needs: one of second derivative c
+ * deviates from its chord by c / 8 of the square of its length. */
+static void emit(struct tracer *t, const struct stop *a, const struct stop *b,
+                 const struct stop *c) {
+    double width = c->t - a->t, most = 0, bend = 0;
+    for (int k = 0; k < 2 && !b && a->sloped && c->sloped; k++) {
+        double rise = c->pq[k] - a->pq[k], from = width * a->by_t[k], to = width * c->by_t[k];
         most = fmax(most,
                     fmax(fabs(6 * rise - 4 * from - 2 * to), fabs(-6 * rise + 2 * from + 4 * to)));
     }
     double lines = ceil(sqrt(most / (8 * 0.7 * RIM_TOLERANCE)));
     int count = lines < 1 ? 1 : lines > DIVISIONS ? DIVISIONS : (int)lines;
-    add_rim_point(t, &a->spot, a->pq, a->covered);
-    for (int k = 1; k < count; k++) {
-        struct rim_edge_point spot;
-        double share = (double)k / count, pq[2];
-        edge_point_at(t, a->t + share * width, &spot);
-        cubic(a, b, share, pq);
-        add_rim_point(t, &spot, pq, true);
-    }
-}
-
-/* The points of a step but its last, on the parabola through the place in its middle. */
-static void emit_parabola(struct tracer *t, const struct stop *a, const struct stop *b,
-                          const struct stop *c) {
-    double bend = 0;
-    for (int k = 0; k < 2; k++)
+    for (int k = 0; k < 2 && b; k++)
         bend = fmax(bend, fabs(a->pq[k] - 2 * b->pq[k] + c->pq[k]) / 2);
-    int count = bend < RIM_TOLERANCE / 2 ? 2 : bend < 8 * RIM_TOLERANCE ? 4 : 8;
-    for (int n = 0; n < count; n++) {
+    if (b)
+        count = bend < RIM_TOLERANCE / 2 ? 2 : bend < 8 * RIM_TOLERANCE ? 4 : 8;
+    add_rim_point(t, &a->spot, a->pq, a->covered);
+    for (int n = 1; n < count; n++) {
+        struct rim_edge_point spot;
         double share = (double)n / count, pq[2];
-        struct rim_edge_point spot = a->spot;
-        if (n > 0)
-            edge_point_at(t, a->t + share * (c->t - a->t), &spot);
-        for (int k = 0; k < 2; k++)
+        edge_point_at(t, a->t + share * width, &spot);
+        cubic(a, c, share, pq);
+        for (int k = 0; k < 2 && b; k++)
             pq[k] = a->pq[k] + share * (c->pq[k] - a->pq[k]) +
                     4 * share * (1 - share) * (b->pq[k] - (a->pq[k] + c->pq[k]) / 2);
         add_rim_point(t, &spot, pq, true);
@@ -337,17 +306,6 @@ static bool is_cubic(const struct stop *a, const struct stop *b, const struct st
     return straight && are_near(pq, b->pq, cubic_miss);
 }
 
-/* Near rough edges: whether the place in the middle is near the straight line, or where a parabola
- * has `guess` (or NULL) that it is. */
-static bool is_parabola(const struct stop *a, const struct stop *b, const struct stop *c,
-                        const double *guess) {
-    double pq[2];
-    for (int k = 0; k < 2; k++)
-        pq[k] = (a->pq[k] + c->pq[k]) / 2;
-    return are_near(pq, b->pq, parabola_miss) ||
-           (guess && are_near(guess, b->pq, guess_miss) && are_near(pq, b->pq, most_bent));
-}
-
 /* The place a quarter of the way from a to c on the parabola through these and b in their middle.
  */
 static void quarter(const struct stop *a, const struct stop *b, const struct stop *c,
@@ -369,10 +327,10 @@ static void refine_step(struct tracer *t, const struct stop *a, const struct sto
                         const double *guess) {
     struct stop middle = {.t = (a->t + c->t) / 2};
     double length = vec3_distance(a->spot.r, c->spot.r) / t->spacing;
-    double expected[2], near_a[2], near_c[2];
+    double straight[2], expected[2], near_a[2], near_c[2];
     bool both = a->covered && c->covered, none = !a->covered && !c->covered;
     if (both && a->smooth && c->smooth && length < short_step && !jumps(t, a, c)) {
-        emit(t, a, c);
+        emit(t, a, NULL, c);
         return;
     }
     cubic(a, c, 0.5, expected);
@@ -383,9 +341,14 @@ static void refine_step(struct tracer *t, const struct stop *a, const struct sto
     double halves = vec3_distance(a->spot.r, middle.spot.r) / t->spacing;
     bool found = both && middle.covered, cubics = found && is_cubic(a, &middle, c);
     bool settled = cubics || (none && !middle.covered);
+    for (int k = 0; k < 2; k++)
+        straight[k] = (a->pq[k] + c->pq[k]) / 2;
+    /* Near rough edges the place is near the straight line, or where a parabola has it. */
     if (found && !cubics && !(a->smooth && middle.smooth && c->smooth) &&
-        is_parabola(a, &middle, c, guess)) {
-        emit_parabola(t, a, &middle, c);
+        (are_near(straight, middle.pq, parabola_miss) ||
+         (guess && are_near(guess, middle.pq, guess_miss) &&
+          are_near(straight, middle.pq, most_bent)))) {
+        emit(t, a, &middle, c);
         return;
     }
     if (cubics)
@@ -394,8 +357,8 @@ static void refine_step(struct tracer *t, const struct stop *a, const struct sto
         if (!settled &&
             ((a->covered && jumps(t, a, &middle)) || (c->covered && jumps(t, &middle, c))))
             middle.covered = false;
-        emit(t, a, &middle);
-        emit(t, &middle, c);
+        emit(t, a, NULL, &middle);
+        emit(t, &middle, NULL, c);
         return;
     }
     quarter(a, &middle, c, near_a);
@@ -405,21 +368,6 @@ static void refine_step(struct tracer *t, const struct stop *a, const struct sto
 }
 
 /* ---- pieces and loops ---- */
-
-/* The next place along the piece, a step from the last. */
-static void next_stop(struct tracer *t, const struct stop *last, struct stop *next) {
-    double step = first_step * t->spacing, speed = vec3_norm(last->spot.dr), left = 1 - last->t;
-    double dt = speed * left > step ? step / speed : left, expected[2];
-    for (;; dt /= 2) {
-        next->t = dt >= left ? 1 : last->t + dt;
-        edge_point_at(t, next->t, &next->spot);
-        if (vec3_distance(next->spot.r, last->spot.r) < 1.5 * step || dt < 1e-9)
-            break;
-    }
-    for (int k = 0; k < 2; k++)
-        expected[k] = last->pq[k] + last->by_t[k] * (next->t - last->t);
-    find_stop(t, expected, last->covered, next);
-}
 
 /* A piece from a place that is known; `last` becomes that at its end. */
 static void follow_edge_piece(struct tracer *t, struct stop *last) {
@@ -440,8 +388,18 @@ static void follow_edge_piece(struct tracer *t, struct stop *last) {
     } else if (last->covered) {
         (void)rim_cloth_components(last->along, last->spot.dr, last->by_t);
     }
-    while (last->t < 1) {
-        next_stop(t, last, &next);
+    while (last->t < 1) { /* a step from the last place */
+        double step = first_step * t->spacing, speed = vec3_norm(last->spot.dr), left = 1 - last->t;
+        double dt = speed * left > step ? step / speed : left, expected[2];
+        for (;; dt /= 2) {
+            next.t = dt >= left ? 1 : last->t + dt;
+            edge_point_at(t, next.t, &next.spot);
+            if (vec3_distance(next.spot.r, last->spot.r) < 1.5 * step || dt < 1e-9)
+                break;
+        }
+        for (int k = 0; k < 2; k++)
+            expected[k] = last->pq[k] + last->by_t[k] * (next.t - last->t);
+        find_stop(t, expected, last->covered, &next);
         refine_step(t, last, &next, NULL);
         *last = next;
     }
@@ -450,6 +408,7 @@ static void follow_edge_piece(struct tracer *t, struct stop *last) {
 static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
     const struct rim_vertex *vertices = t->edges.vertices + loop->first;
     struct stop stop = {.t = 0};
+    size_t begin = t->rim->count, first = 0;
     for (size_t k = 0; k < loop->count && !t->failed; k++) {
         t->from = &vertices[k];
         t->to = &vertices[k + 1];
@@ -460,17 +419,14 @@ static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
         if (!t->from->leaps)
             follow_edge_piece(t, &stop);
     }
-}
-
-/* Gives the points of a loop that no cloth reaches the coordinates of the last one before it that
- * cloth does. */
-static void place_uncovered(struct rim_point *points, size_t count) {
-    size_t first = 0;
-    while (first < count && !points[first].covered)
+    /* Points that no cloth reaches take the coordinates of the last one before that it does. */
+    struct rim_point *points = t->rim->points;
+    size_t count = t->failed ? 0 : t->rim->count - begin;
+    while (first < count && !points[begin + first].covered)
         first++;
     for (size_t k = 0; first < count && k < count; k++) {
-        struct rim_point *own = &points[(first + k) % count];
-        const struct rim_point *last = &points[(first + k + count - 1) % count];
+        struct rim_point *own = &points[begin + (first + k) % count];
+        const struct rim_point *last = &points[begin + (first + k + count - 1) % count];
         if (!own->covered) {
             own->p = last->p;
             own->q = last->q;
@@ -489,14 +445,27 @@ enum status rim_make(struct march *march, struct rim *rim) {
     enum status status = rim_edges_make(march, RIM_TOLERANCE / 3 * t.spacing, &t.edges);
     if (status == STATUS_OK)
         status = rim_cloth_make(march, &rim->cloth);
-    if (status != STATUS_OK || !make_boxes(&t))
+    if (status != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
+    struct net_tile **tiles = net_sorted_tiles(march->net);
+    size_t count = net_tile_count(march->net);
+    t.boxes = arena_take(march->arena, count, sizeof *t.boxes);
+    if (!tiles || !t.boxes)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < count; k++) {
+        struct box box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+        for (int y = 0; y < NET_TILE; y++)
+            for (uint32_t row = tiles[k]->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
+                struct vec3 r = tiles[k]->node[y][__builtin_ctz(row)].r;
+                box.lower = vec3_min(box.lower, r);
+                box.upper = vec3_max(box.upper, r);
+            }
+        if (box.lower.x <= box.upper.x)
+            t.boxes[t.box_count++] = (struct tile_box){tiles[k], box};
+    }
     for (size_t k = 0; k < t.edges.loop_count && !t.failed; k++) {
-        size_t first = rim->count;
         t.loop = (int32_t)k;
         follow_edge_loop(&t, &t.edges.loops[k]);
-        if (!t.failed && rim->count > first)
-            place_uncovered(rim->points + first, rim->count - first);
     }
     rim->loop_count = t.edges.loop_count;
     rim->covered = rim->covered && rim->count > 0;

@@ -75,9 +75,9 @@ static int compare_passages(const void *a, const void *b) {
     return (x->q > y->q) - (x->q < y->q);
 }
 
-/* The passages of the rim, whose straight lines between two points go from cell to cell. */
-static struct passages find_passages(struct march *march, const struct rim *rim) {
+enum status rim_cells_make(struct march *march, const struct rim *rim, struct rim_cells *cells) {
     struct passages c = {.march = march};
+    /* the passages: the straight lines between two points go from cell to cell */
     for (size_t first = 0, k = 0; k < rim->count && !c.failed; k++) {
         bool last = k + 1 == rim->count || rim->points[k + 1].loop != rim->points[k].loop;
         const struct rim_point *a = &rim->points[k], *b = &rim->points[last ? first : k + 1];
@@ -96,17 +96,13 @@ static struct passages find_passages(struct march *march, const struct rim *rim)
             add_passage(&c, from, to, loose);
         first = last ? k + 1 : first;
     }
-    return c;
-}
-
-enum status rim_cells_make(struct march *march, const struct rim *rim, struct rim_cells *cells) {
-    struct passages c = find_passages(march, rim);
     *cells = (struct rim_cells){.cells = arena_take(march->arena, c.count, sizeof *cells->cells)};
     if (c.failed || !cells->cells)
         return STATUS_OUT_OF_MEMORY;
     if (c.count)
         qsort(c.all, c.count, sizeof *c.all, compare_passages);
     double rise = 0; /* of the row so far */
+    /* their sum, cell by cell */
     for (size_t k = 0; k < c.count;) {
         struct rim_cell cell = {.i = c.all[k].i, .j = c.all[k].j};
         bool new_row = cells->count == 0 || cells->cells[cells->count - 1].j != cell.j;

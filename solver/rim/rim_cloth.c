@@ -65,36 +65,29 @@ static bool may_reach(struct rim_cloth *cloth, int32_t i, int32_t j) {
 static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, int32_t j,
                                            int layers);
 
-/* Extrapolates to (i, j) along a yarn from the nodes on the side (-di, -dj): the order, 0 when that
- * cannot be. */
-static int extrapolate_corner(struct rim_cloth *cloth, int32_t i, int32_t j, int di, int dj,
-                              int layers, struct vec3 *r) {
-    const struct net_node *a = cloth_corner(cloth, i - di, j - dj, layers);
-    const struct net_node *b = a ? cloth_corner(cloth, i - 2 * di, j - 2 * dj, layers) : NULL;
-    const struct net_node *c = b ? cloth_corner(cloth, i - 3 * di, j - 3 * dj, layers) : NULL;
-    double d = cloth->march->settings->spacing[dj != 0];
-    if (!b)
-        return 0;
-    bool bent = a->rough || b->rough || !c || c->rough;
-    struct vec3 step = vec3_sub(a->r, b->r);
-    if (!bent)
-        step = vec3_add(step, vec3_sub(step, vec3_sub(b->r, c->r)));
-    double length = vec3_norm(step);
-    if (!(length > shortest_edge * d && length < longest_edge * d))
-        return 0;
-    *r = vec3_axpy(d / length, step, a->r);
-    return bent ? 1 : 2;
-}
-
-/* The mean of what the yarns of the highest order say. */
+/* Extrapolates to (i, j) along the yarns from the nodes on each side: the mean of what those of the
+ * highest order say. False when none can. */
 static bool extend_to(struct rim_cloth *cloth, int32_t i, int32_t j, int layers,
                       struct net_node *node) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    struct vec3 sum[3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, r;
+    struct vec3 sum[3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
     int count[3] = {0, 0, 0};
     for (int k = 0; k < 4; k++) {
-        int order = extrapolate_corner(cloth, i, j, sides[k][0], sides[k][1], layers, &r);
-        sum[order] = order ? vec3_add(sum[order], r) : sum[order];
+        int di = sides[k][0], dj = sides[k][1];
+        const struct net_node *a = cloth_corner(cloth, i - di, j - dj, layers);
+        const struct net_node *b = a ? cloth_corner(cloth, i - 2 * di, j - 2 * dj, layers) : NULL;
+        const struct net_node *c = b ? cloth_corner(cloth, i - 3 * di, j - 3 * dj, layers) : NULL;
+        double d = cloth->march->settings->spacing[dj != 0];
+        if (!b)
+            continue;
+        int order = a->rough || b->rough || !c || c->rough ? 1 : 2;
+        struct vec3 step = vec3_sub(a->r, b->r);
+        if (order == 2)
+            step = vec3_add(step, vec3_sub(step, vec3_sub(b->r, c->r)));
+        double length = vec3_norm(step);
+        if (!(length > shortest_edge * d && length < longest_edge * d))
+            continue;
+        sum[order] = vec3_add(sum[order], vec3_axpy(d / length, step, a->r));
         count[order]++;
     }
     int best = count[2] ? 2 : 1;
@@ -130,23 +123,6 @@ static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, i
 }
 
 /* ---- patches ---- */
-
-/* The corners of the cell; whether there are four, and `rough` whether one has rough edges. */
-static bool load_cell(struct rim_cloth *cloth, struct rim_patch *patch, bool *rough) {
-    *rough = false;
-    for (int b = 1; b <= 2; b++)
-        for (int a = 1; a <= 2; a++) {
-            int32_t i = patch->i + a - 1, j = patch->j + b - 1;
-            const struct net_node *node = net_view_place(&cloth->view, i, j);
-            patch->extended = patch->extended || !node;
-            node = node ? node : cloth_corner(cloth, i, j, LAYERS);
-            if (!node)
-                return false;
-            patch->r[b][a] = node->r;
-            *rough = *rough || node->rough;
-        }
-    return true;
-}
 
 /* Four places in a line of a patch, the first of which is the node (i, j): where they stand, how
  * far apart, and which way they go in the net. */
@@ -185,44 +161,38 @@ static void extend_line(struct rim_cloth *cloth, const struct line *line, bool f
  */
 static const double bent = 0.04;
 
-/* Whether the yarn through the four nodes of a line goes on evenly to the one before it or after
- * it: a crease half way between its inner two is not seen in the four alone. */
-static bool goes_on_evenly(const struct rim_cloth *cloth, const struct line *line, double most) {
-    for (int k = 0; k < 2; k++) {
-        ptrdiff_t end = k ? 3 : 0, step = k ? -1 : 1;
-        int32_t behind = k ? 4 : -1;
-        const struct vec3 *a = &line->r[end * line->far], *b = a + step * line->far;
-        const struct vec3 *c = b + step * line->far;
-        const struct net_node *d =
-            net_view_place(&cloth->view, line->i + behind * line->di, line->j + behind * line->dj);
-        if (d)
-            return vec3_norm(vec3_axpy(3, vec3_sub(*a, *b), vec3_sub(*c, d->r))) < most;
-    }
-    return false;
+static struct line line_of(struct rim_patch *patch, bool row, int n) {
+    return row ? (struct line){patch->r[n], 1, patch->i - 1, patch->j + n - 1, 1, 0}
+               : (struct line){&patch->r[0][n], 4, patch->i + n - 1, patch->j - 1, 0, 1};
 }
 
-/* Whether the nodes turn evenly, though edges among them are called rough. */
+/* Whether the nodes turn evenly, though edges among them are called rough: along each line, and on
+ * to the node before it or after it, since a crease half way between its inner two is not seen in
+ * the four alone. */
 static bool turns_evenly(const struct rim_cloth *cloth, struct rim_patch *patch) {
     const double *d = cloth->march->settings->spacing;
     double most = bent * fmin(d[0], d[1]);
-    for (int k = 0; k < 8; k++) {
-        int n = k / 2;
-        const struct line line =
-            k % 2 ? (struct line){patch->r[n], 1, patch->i - 1, patch->j + n - 1, 1, 0}
-                  : (struct line){&patch->r[0][n], 4, patch->i + n - 1, patch->j - 1, 0, 1};
+    for (int n = 0; n < 8; n++) {
+        const struct line line = line_of(patch, n % 2, n / 2);
         const struct vec3 *r = line.r;
         struct vec3 third =
             vec3_axpy(3, vec3_sub(r[line.far], r[2 * line.far]), vec3_sub(r[3 * line.far], r[0]));
-        if (!(vec3_norm(third) < most && goes_on_evenly(cloth, &line, most)))
+        const struct net_node *beyond = NULL;
+        for (int k = 0; k < 2 && !beyond; k++) {
+            ptrdiff_t end = k ? 3 : 0, step = k ? -1 : 1;
+            int32_t behind = k ? 4 : -1;
+            const struct vec3 *a = &r[end * line.far], *b = a + step * line.far;
+            const struct vec3 *c = b + step * line.far;
+            beyond =
+                net_view_place(&cloth->view, line.i + behind * line.di, line.j + behind * line.dj);
+            if (beyond &&
+                !(vec3_norm(vec3_axpy(3, vec3_sub(*a, *b), vec3_sub(*c, beyond->r))) < most))
+                return false;
+        }
+        if (!(vec3_norm(third) < most && beyond))
             return false;
     }
     return true;
-}
-
-static void extend_row(struct rim_cloth *cloth, struct rim_patch *patch, int b, bool known[4][4],
-                       bool rough) {
-    const struct line row = {patch->r[b], 1, patch->i - 1, patch->j + b - 1, 1, 0};
-    extend_line(cloth, &row, known[b][0] && !rough, known[b][3] && !rough);
 }
 
 /* The neighbours of the cell's corners: where the net has none, the degree is lower. */
@@ -244,19 +214,19 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
         all = all && known[k / 4][k % 4];
     patch->rough = *rough || (patch->extended && !cloth->march->mesh);
     *rough = *rough && !(all && turns_evenly(cloth, patch));
-    for (int k = 1; k <= 2; k++) {
-        extend_row(cloth, patch, k, known, *rough);
-        const struct line up = {&patch->r[0][k], 4, patch->i + k - 1, patch->j - 1, 0, 1};
-        extend_line(cloth, &up, known[0][k] && !*rough, known[3][k] && !*rough);
+    for (int k = 0; k < 6; k++) { /* those through the cell first */
+        static const int8_t number[6] = {1, 1, 2, 2, 0, 3};
+        int n = number[k];
+        bool row = k % 2 == 0 || k == 5;
+        const struct line line = line_of(patch, row, n);
+        extend_line(cloth, &line, known[row ? n : 0][row ? 0 : n] && !*rough,
+                    known[row ? n : 3][row ? 3 : n] && !*rough);
     }
-    extend_row(cloth, patch, 0, known, *rough);
-    extend_row(cloth, patch, 3, known, *rough);
 }
 
 const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j) {
     int at = (j & (PATCHES_ACROSS - 1)) * PATCHES_ACROSS + (i & (PATCHES_ACROSS - 1));
     struct rim_patch *patch = cloth->patch = &cloth->patches[at];
-    bool rough;
     if (patch->made && patch->i == i && patch->j == j)
         return patch;
     patch->made = true;
@@ -265,9 +235,19 @@ const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int3
     for (int k = 0; k < 4; k++)
         patch->corner[k].searched = false;
     patch->extended = false;
-    patch->rough = true;
+    patch->known = patch->rough = true;
     net_view_move(&cloth->view, i, j);
-    patch->known = load_cell(cloth, patch, &rough);
+    bool rough = false; /* whether one of the cell's corners has rough edges */
+    for (int k = 0; k < 4 && patch->known; k++) {
+        int a = k & 1, b = k / 2;
+        const struct net_node *node = net_view_place(&cloth->view, i + a, j + b);
+        patch->extended = patch->extended || !node;
+        node = node ? node : cloth_corner(cloth, i + a, j + b, LAYERS);
+        patch->known = node;
+        if (node)
+            patch->r[b + 1][a + 1] = node->r;
+        rough = rough || (node && node->rough);
+    }
     if (patch->known)
         load_neighbours(cloth, patch, &rough);
     patch->smooth = patch->known && !rough;
@@ -372,26 +352,6 @@ static const double most_turned = 0.3;
  * other than the arcs that they are taken for. */
 static const double seen_accuracy = 1e-4, seen_share = 0.03, seen_most = 1e-2;
 
-/* The node (i, j) with its point and yarns. */
-static const struct rim_node *find_node(struct rim_cloth *cloth, int32_t i, int32_t j) {
-    int at = (j & (NODES_ACROSS - 1)) * NODES_ACROSS + (i & (NODES_ACROSS - 1));
-    struct rim_node *node = &cloth->nodes[at];
-    if (node->searched && node->i == i && node->j == j)
-        return node;
-    node->searched = true;
-    node->i = i;
-    node->j = j;
-    node->found = march_point(cloth->march, i, j, &node->point);
-    for (int k = 0; k < 4 && node->found; k++) {
-        int family = k / 2, side = k % 2 ? 1 : -1;
-        struct vec3 *yarn = &node->yarn[family][k % 2];
-        node->has_yarn[family][k % 2] = march_yarn(cloth->march, i, j, family ? 0 : side,
-                                                   family ? side : 0, &node->point, yarn);
-        *yarn = vec3_scale(side, *yarn);
-    }
-    return node;
-}
-
 /* Finds corner number n of a patch, its yarns by their edges of the cell or, where these are
  * missing, straight through from the other side; false when the net has none. */
 static bool find_patch_corner(struct rim_cloth *cloth, struct rim_patch *patch, int n) {
@@ -400,7 +360,22 @@ static bool find_patch_corner(struct rim_cloth *cloth, struct rim_patch *patch, 
         return corner->found;
     *corner = (struct rim_corner){
         .i = patch->i + (n & 1), .j = patch->j + n / 2, .searched = true, .blind = false};
-    const struct rim_node *node = find_node(cloth, corner->i, corner->j);
+    int at = (corner->j & (NODES_ACROSS - 1)) * NODES_ACROSS + (corner->i & (NODES_ACROSS - 1));
+    struct rim_node *node = &cloth->nodes[at];
+    if (!node->searched || node->i != corner->i || node->j != corner->j) {
+        node->searched = true;
+        node->i = corner->i;
+        node->j = corner->j;
+        node->found = march_point(cloth->march, node->i, node->j, &node->point);
+        for (int k = 0; k < 4 && node->found; k++) {
+            int family = k / 2, side = k % 2 ? 1 : -1;
+            struct vec3 *yarn = &node->yarn[family][k % 2];
+            node->has_yarn[family][k % 2] =
+                march_yarn(cloth->march, node->i, node->j, family ? 0 : side, family ? side : 0,
+                           &node->point, yarn);
+            *yarn = vec3_scale(side, *yarn);
+        }
+    }
     corner->point = node->point;
     corner->found = node->found;
     for (int k = 0; k < 2 && node->found; k++) {
@@ -496,40 +471,45 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner,
 /* A place so little off what was expected, in spacings, has the weights that it was found by. */
 static const double weight_change = 0.05;
 
-/* What the corners of a patch say of a place, as they are asked: with or without a search. */
+/* What the corners of a patch say of a place, as they are asked: without or with a search. */
 struct sight {
-    bool search;
     bool asked[4][2], seen[4];
     struct view view[4];
 };
 
-/* p and q of a place in the patch, from those of its corners whose bilinear weight is more than
- * `least_weight`, by which it is the less. */
-static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
-                             const struct surface_point *to, double least_weight,
-                             struct sight *sight, struct rim_cloth_point *place) {
+/* Finds p and q of a place in the patch from those of its corners whose bilinear weight is more
+ * than `least_weight`, by which it is the less. Geodesics cost: mostly one is enough, from the
+ * nearest corner; from the others where that cannot be had. Searches, which cost as much as fifty
+ * logarithms, come last; but on a shell, where the nearest corner may lie on another face, and a
+ * further one on this one beyond a notch. */
+static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct surface_point *to,
+                struct sight *sight, struct rim_cloth_point *place) {
+    static const double near = 0.24, any = 1e-3;
     double x = fmin(fmax(place->p - patch->i, 0), 1), y = fmin(fmax(place->q - patch->j, 0), 1);
     struct view sum = {.pq = {0, 0}, .along = {{0, 0, 0}, {0, 0, 0}}};
     double weights = 0;
-    for (int k = 0; k < 4; k++) {
-        int a = k & 1, b = k / 2;
-        double weight = (a ? x : 1 - x) * (b ? y : 1 - y) - least_weight;
-        bool *asked = &sight->asked[k][sight->search];
-        if (weight <= 0)
-            continue;
-        if (!sight->seen[k] && !*asked) {
-            *asked = true;
-            sight->view[k].pq[0] = place->p;
-            sight->view[k].pq[1] = place->q;
-            sight->seen[k] = find_patch_corner(cloth, patch, k) &&
-                             see_from(cloth, &patch->corner[k], to, sight->search, &sight->view[k]);
-        }
-        if (!sight->seen[k])
-            continue;
-        weights += weight;
-        for (int m = 0; m < 2; m++) {
-            sum.pq[m] += weight * sight->view[k].pq[m];
-            sum.along[m] = vec3_axpy(weight, sight->view[k].along[m], sum.along[m]);
+    for (int pass = to->surface->shell ? 2 : 0; pass < 4 && !(weights > 0); pass++) {
+        int search = pass / 2;
+        double least_weight = pass % 2 ? any : near;
+        for (int k = 0; k < 4; k++) {
+            struct view *view = &sight->view[k];
+            double weight = (k & 1 ? x : 1 - x) * (k / 2 ? y : 1 - y) - least_weight;
+            if (weight <= 0)
+                continue;
+            if (!sight->seen[k] && !sight->asked[k][search]) {
+                sight->asked[k][search] = true;
+                view->pq[0] = place->p;
+                view->pq[1] = place->q;
+                sight->seen[k] = find_patch_corner(cloth, patch, k) &&
+                                 see_from(cloth, &patch->corner[k], to, search, view);
+            }
+            if (!sight->seen[k])
+                continue;
+            weights += weight;
+            for (int m = 0; m < 2; m++) {
+                sum.pq[m] += weight * view->pq[m];
+                sum.along[m] = vec3_axpy(weight, view->along[m], sum.along[m]);
+            }
         }
     }
     if (!(weights > 0))
@@ -545,35 +525,6 @@ static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
     return true;
 }
 
-/* Geodesics cost: mostly one is enough, from the nearest corner; from the others where that cannot
- * be had. Searches, which cost as much as fifty logarithms, come last; but on a shell, where the
- * nearest corner may lie on another face, and a further one on this one beyond a notch. */
-static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct surface_point *to,
-                struct sight *sight, struct rim_cloth_point *place) {
-    static const double near = 0.24, any = 1e-3;
-    bool seen = false;
-    for (int pass = to->surface->shell ? 2 : 0; pass < 4 && !seen; pass++) {
-        sight->search = pass >= 2;
-        seen = see_from_corners(cloth, patch, to, pass % 2 ? any : near, sight, place);
-    }
-    return seen;
-}
-
-/* Once more where the place was not the one expected, because the weights follow from it. */
-static bool find_by_geodesics(struct rim_cloth *cloth, struct rim_patch *patch,
-                              const struct rim_edge_point *spot, struct rim_cloth_point *place) {
-    struct surface_point to = {.uv = {spot->uv[0], spot->uv[1]}, .jet = spot->jet};
-    struct sight sight = {.search = false};
-    if (cloth->march->mesh ||
-        !surface_point_complete(rim_edges_surface(cloth->march, spot->face), &to))
-        return false;
-    double p = place->p, q = place->q;
-    if (!see(cloth, patch, &to, &sight, place))
-        return false;
-    bool expected = fabs(place->p - p) < weight_change && fabs(place->q - q) < weight_change;
-    return expected || see(cloth, patch, &to, &sight, place);
-}
-
 /* Finds the place in the patch, or where it leads out of it: in space where that tells it, else
  * along the surface from corners that the net has. */
 static bool find_in_patch(struct rim_cloth *cloth, struct rim_patch *patch,
@@ -581,14 +532,24 @@ static bool find_in_patch(struct rim_cloth *cloth, struct rim_patch *patch,
     const double *d = cloth->march->settings->spacing;
     struct vec3 r = spot->r;
     struct rim_cloth_point own = *place;
+    struct surface_point to = {.uv = {spot->uv[0], spot->uv[1]}, .jet = spot->jet};
     bool spatial = patch->known && patch->smooth && newton_in_patch(patch, r, &own);
     bool enough =
         spatial && (!patch->extended || vec3_distance(own.r, r) < near_extended * fmin(d[0], d[1]));
     bool reached = !enough && (!patch->smooth || patch->extended);
     for (int k = 0; k < 4 && reached; k++)
         reached = may_reach(cloth, patch->i + (k & 1), patch->j + k / 2);
-    if (reached && find_by_geodesics(cloth, patch, spot, place))
-        return true;
+    if (reached && !cloth->march->mesh &&
+        surface_point_complete(rim_edges_surface(cloth->march, spot->face), &to)) {
+        struct sight sight = {.seen = {false}};
+        double p = place->p, q = place->q;
+        bool seen = see(cloth, patch, &to, &sight, place);
+        /* once more where the place was not the one expected: the weights follow from it */
+        if (seen && !(fabs(place->p - p) < weight_change && fabs(place->q - q) < weight_change))
+            seen = see(cloth, patch, &to, &sight, place);
+        if (seen)
+            return true;
+    }
     spatial = spatial || (patch->known && !patch->smooth && newton_in_patch(patch, r, &own));
     *place = own;
     return spatial;

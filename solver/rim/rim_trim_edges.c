@@ -52,38 +52,30 @@ static bool is_covered(const struct chains *c, const double uv[2]) {
     return trim_contains(c->builder->march->trim, outer);
 }
 
-/* The place at t between two, and those beside it: 0 left, 1 right. */
-static void beside_line(const struct chains *c, const double from[2], const double to[2], double t,
-                        double at[2], double side[2][2]) {
-    const double *length = c->window.length;
-    double along[2], size = 0;
-    for (int k = 0; k < 2; k++) {
-        at[k] = from[k] + t * (to[k] - from[k]);
-        along[k] = (to[k] - from[k]) / length[k];
-        size += along[k] * along[k];
-    }
-    double scale = size > 0 ? beside / sqrt(size) : 0;
-    const double left[2] = {-along[1] * scale * length[0], along[0] * scale * length[1]};
-    for (int k = 0; k < 2; k++) {
-        side[0][k] = at[k] + left[k];
-        side[1][k] = at[k] - left[k];
-    }
-}
-
 /* Which side is to be covered of a piece of edge at its place t. A trim's edge counts where it lies
  * in the domain and has what is to be covered on one side; the domain's border where the trims
  * would let the region go on beyond it. */
 static enum cover cover_at(const struct chains *c, bool trim, const double from[2],
                            const double to[2], double t) {
-    double at[2], side[2][2];
-    beside_line(c, from, to, t, at, side);
+    const struct rim_window *w = &c->window;
+    double along[2], size = 0, at[2], left_of[2], right_of[2];
+    for (int k = 0; k < 2; k++) {
+        at[k] = from[k] + t * (to[k] - from[k]);
+        along[k] = (to[k] - from[k]) / w->length[k];
+        size += along[k] * along[k];
+    }
+    double scale = size > 0 ? beside / sqrt(size) : 0;
+    const double leftward[2] = {-along[1] * scale * w->length[0], along[0] * scale * w->length[1]};
+    for (int k = 0; k < 2; k++) {
+        left_of[k] = at[k] + leftward[k];
+        right_of[k] = at[k] - leftward[k];
+    }
     for (int k = 0; k < 2 && trim; k++) {
-        const struct rim_window *w = &c->window;
         double slack = beside * w->length[k];
         if (!w->endless[k] && !(at[k] >= w->low[k] - slack && at[k] <= w->high[k] + slack))
             return COVER_NEITHER;
     }
-    bool left = is_covered(c, side[0]), right = is_covered(c, side[1]);
+    bool left = is_covered(c, left_of), right = is_covered(c, right_of);
     if (!trim)
         return left && right ? COVER_LEFT : COVER_NEITHER;
     return left == right ? COVER_NEITHER : left ? COVER_LEFT : COVER_RIGHT;
