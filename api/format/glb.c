@@ -128,58 +128,49 @@ static void write_description(const struct encoder *encoder, struct api_text *te
 
 /* ---- the buffer ---- */
 
-static void write_positions(struct encoder *encoder, size_t count) {
-    struct state *state = encoder->state;
-    char *bytes = encoder->piece.bytes + encoder->piece.length;
-    for (int k = 0; k < 3; k++) {
-        if (!api_columns_read(encoder->reader, state->position[k], encoder->row, count,
-                              encoder->values))
-            encoder->failed = true;
-        for (size_t row = 0; row < count && !encoder->failed; row++) {
-            float narrow = (float)encoder->values[row];
-            uint32_t bits;
-            memcpy(&bits, &narrow, sizeof bits);
-            bits = htole32(bits);
-            memcpy(bytes + row * POSITION + 4 * k, &bits, sizeof bits);
-        }
-    }
-    encoder->piece.length += count * POSITION;
-}
-
-static void write_colours(struct encoder *encoder, size_t count) {
-    struct state *state = encoder->state;
-    char *bytes = encoder->piece.bytes + encoder->piece.length;
-    if (!api_columns_read(encoder->reader, state->shear, encoder->row, count, encoder->values))
-        encoder->failed = true;
-    for (size_t row = 0; row < count && !encoder->failed; row++) {
-        double t = fmin(fabs(encoder->values[row]) / state->range_deg, 1);
-        memcpy(bytes + row * COLOUR, state->colour[(int)(t * (COLOURS - 1) + 0.5)], COLOUR);
-    }
-    encoder->piece.length += count * COLOUR;
-}
-
-/* Two triangles a cell, both turning as warp turns to weft. */
-static void write_indices(struct encoder *encoder, size_t count) {
+/* The encoder's column is the view that is being written: positions, colours, and of each cell the
+ * indices of two triangles, both turning as warp turns to weft. */
+static void next_glb(struct encoder *encoder) {
     static const int corner[6] = {0, 1, 2, 0, 2, 3};
     struct state *state = encoder->state;
     int32_t corners[ROWS][4];
-    encoder->failed = !cell_corners_next(&state->quads, count, corners, NULL);
-    for (size_t cell = 0; cell < count && !encoder->failed; cell++)
-        for (int k = 0; k < 6; k++)
-            write_u32(&encoder->piece, (uint64_t)corners[cell][corner[k]]);
-}
-
-/* The encoder's column is the view that is being written. */
-static void next_glb(struct encoder *encoder) {
-    struct state *state = encoder->state;
-    static void (*const write[])(struct encoder *, size_t) = {write_positions, write_colours,
-                                                              write_indices};
     if (!encoder->begun)
         write_description(encoder, &encoder->piece);
     encoder->begun = true;
     size_t rows = (size_t)(encoder->column < 2 ? state->nodes : state->cells);
     size_t count = encoder_left(encoder, rows, ROWS);
-    write[encoder->column](encoder, count);
+    char *bytes = encoder->piece.bytes + encoder->piece.length;
+    switch (encoder->column) {
+    case 0:
+        for (int k = 0; k < 3; k++) {
+            if (!api_columns_read(encoder->reader, state->position[k], encoder->row, count,
+                                  encoder->values))
+                encoder->failed = true;
+            for (size_t row = 0; row < count && !encoder->failed; row++) {
+                float narrow = (float)encoder->values[row];
+                uint32_t bits;
+                memcpy(&bits, &narrow, sizeof bits);
+                bits = htole32(bits);
+                memcpy(bytes + row * POSITION + 4 * k, &bits, sizeof bits);
+            }
+        }
+        encoder->piece.length += count * POSITION;
+        break;
+    case 1:
+        if (!api_columns_read(encoder->reader, state->shear, encoder->row, count, encoder->values))
+            encoder->failed = true;
+        for (size_t row = 0; row < count && !encoder->failed; row++) {
+            double t = fmin(fabs(encoder->values[row]) / state->range_deg, 1);
+            memcpy(bytes + row * COLOUR, state->colour[(int)(t * (COLOURS - 1) + 0.5)], COLOUR);
+        }
+        encoder->piece.length += count * COLOUR;
+        break;
+    default:
+        encoder->failed = !cell_corners_next(&state->quads, count, corners, NULL);
+        for (size_t cell = 0; cell < count && !encoder->failed; cell++)
+            for (int k = 0; k < 6; k++)
+                write_u32(&encoder->piece, (uint64_t)corners[cell][corner[k]]);
+    }
     encoder_advance(encoder, rows, count);
     encoder->ended = encoder->column == 3;
 }

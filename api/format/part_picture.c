@@ -150,7 +150,21 @@ static void sum_area(struct part_picture *picture, struct scene *scene, const st
     scene->area_total += vec3_norm(area);
 }
 
-static void choose_view(struct scene *scene) {
+/* In pixels; before the scale is set in length units. */
+static void project_point(const struct part_picture *picture, const struct scene *scene,
+                          struct vec3 point, double pixel[3]) {
+    struct vec3 offset = vec3_sub(point, scene->origin);
+    for (int k = 0; k < 3; k++)
+        pixel[k] =
+            picture->scale * vec3_dot(offset, scene->axis[k]) + (k < 2 ? scene->shift[k] : 0);
+}
+
+/* Where the eye is; then the box of nodes and rim, the start within, into the picture with a
+ * margin. False when they cannot be read. */
+static bool choose_view(struct part_picture *picture, struct scene *scene) {
+    static const enum api_table tables[] = {API_TABLE_NODES, API_TABLE_RIM};
+    double low[2] = {0, 0}, high[2] = {0, 0}, pixel[3];
+    struct vec3 point;
     const struct api_start *start = &scene->columns->start;
     struct vec3 normal = vec3_unit(vec3_cross(start->warp, start->weft));
     if (vec3_norm(scene->area) > closed * scene->area_total)
@@ -164,22 +178,6 @@ static void choose_view(struct scene *scene) {
     axis[0] = vec3_unit(vec3_cross(normal, axis[2]));
     axis[1] = vec3_cross(axis[0], axis[2]);
     scene->origin = start->point;
-}
-
-/* In pixels; before the scale is set in length units. */
-static void project_point(const struct part_picture *picture, const struct scene *scene,
-                          struct vec3 point, double pixel[3]) {
-    struct vec3 offset = vec3_sub(point, scene->origin);
-    for (int k = 0; k < 3; k++)
-        pixel[k] =
-            picture->scale * vec3_dot(offset, scene->axis[k]) + (k < 2 ? scene->shift[k] : 0);
-}
-
-/* The box of nodes and rim, the start within, into the picture with a margin. */
-static bool fit_into_picture(struct part_picture *picture, struct scene *scene) {
-    static const enum api_table tables[] = {API_TABLE_NODES, API_TABLE_RIM};
-    double low[2] = {0, 0}, high[2] = {0, 0}, pixel[3];
-    struct vec3 point;
     picture->scale = 1;
     for (int t = 0; t < 2; t++) {
         size_t rows = api_columns_rows(scene->columns, tables[t]);
@@ -366,10 +364,7 @@ static enum api_problem_id draw_scene(struct part_picture *picture, struct scene
     }
     if (!scene->shear || !find_point_columns(scene, API_TABLE_NODES, &scene->low) ||
         !find_point_columns(scene, API_TABLE_NODES, &scene->high) ||
-        !visit_cells(picture, scene, sum_area))
-        return api_problem_set(problem, API_INTERNAL, damaged);
-    choose_view(scene);
-    if (!fit_into_picture(picture, scene))
+        !visit_cells(picture, scene, sum_area) || !choose_view(picture, scene))
         return api_problem_set(problem, API_INTERNAL, damaged);
     if (!raster_begin(raster, WIDTH, scene->height))
         return api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");

@@ -17,12 +17,15 @@ enum {
 
 static const uint32_t REGULAR_FILE = 0100644u << 16;
 
-/* `size` bytes of a number, the low ones first. */
-static void put_little_endian(struct api_text *text, uint64_t value, int size) {
-    char bytes[8];
-    for (int k = 0; k < size; k++)
-        bytes[k] = (char)(value >> (8 * k) & 0xff);
-    api_text_bytes(text, bytes, (size_t)size);
+/* Numbers of as many bytes as the digits of `sizes` say, the low ones first. */
+static void put_fields(struct api_text *text, const char *sizes, const uint64_t values[]) {
+    for (; *sizes; sizes++, values++) {
+        char bytes[8];
+        int size = *sizes - '0';
+        for (int k = 0; k < size; k++)
+            bytes[k] = (char)(*values >> (8 * k) & 0xff);
+        api_text_bytes(text, bytes, (size_t)size);
+    }
 }
 
 static uint32_t narrow(uint64_t value) {
@@ -31,36 +34,33 @@ static uint32_t narrow(uint64_t value) {
 
 /* Version, flags, method, time and day: the same in both headers. */
 static void put_kind(struct api_text *text, const struct zip_entry *entry, bool large) {
-    put_little_endian(text, large ? VERSION_64 : VERSION_PLAIN, 2);
-    put_little_endian(text, entry->trailed ? FLAG_TRAILED : 0, 2);
-    put_little_endian(text, (uint64_t)entry->method, 2);
-    put_little_endian(text, 0, 2);
-    put_little_endian(text, FIRST_DAY, 2);
+    put_fields(text, "22222",
+               (const uint64_t[]){large ? VERSION_64 : VERSION_PLAIN,
+                                  entry->trailed ? FLAG_TRAILED : 0, (uint64_t)entry->method, 0,
+                                  FIRST_DAY});
 }
 
 void zip_begin_entry(struct api_text *text, const struct zip_entry *entry) {
     bool known = !entry->trailed, large = known && (entry->size >= LARGE || entry->packed >= LARGE);
-    put_little_endian(text, 0x04034b50, 4);
+    put_fields(text, "4", (const uint64_t[]){0x04034b50});
     put_kind(text, entry, large);
-    put_little_endian(text, known ? entry->crc : 0, 4);
-    put_little_endian(text, large ? LARGE : known ? entry->packed : 0, 4);
-    put_little_endian(text, large ? LARGE : known ? entry->size : 0, 4);
-    put_little_endian(text, strlen(entry->name), 2);
-    put_little_endian(text, large ? 20 : 0, 2);
+    put_fields(text, "44422",
+               (const uint64_t[]){known ? entry->crc : 0,
+                                  large   ? LARGE
+                                  : known ? entry->packed
+                                          : 0,
+                                  large   ? LARGE
+                                  : known ? entry->size
+                                          : 0,
+                                  strlen(entry->name), large ? 20 : 0});
     api_text_raw(text, entry->name);
-    if (large) {
-        put_little_endian(text, EXTRA_64, 2);
-        put_little_endian(text, 16, 2);
-        put_little_endian(text, entry->size, 8);
-        put_little_endian(text, entry->packed, 8);
-    }
+    if (large)
+        put_fields(text, "2288", (const uint64_t[]){EXTRA_64, 16, entry->size, entry->packed});
 }
 
 void zip_end_entry(struct api_text *text, const struct zip_entry *entry) {
-    put_little_endian(text, 0x08074b50, 4);
-    put_little_endian(text, entry->crc, 4);
-    put_little_endian(text, entry->packed, 4);
-    put_little_endian(text, entry->size, 4);
+    put_fields(text, "4444",
+               (const uint64_t[]){0x08074b50, entry->crc, entry->packed, entry->size});
 }
 
 /* The directory's entries, and its end. */
@@ -72,47 +72,29 @@ void zip_end(struct api_text *text, const struct zip_entry *entries, size_t coun
         uint64_t wide = 0;
         for (int k = 0; k < 3; k++)
             wide += numbers[k] >= LARGE;
-        put_little_endian(text, 0x02014b50, 4);
-        put_little_endian(text, MADE_BY_UNIX | (wide ? VERSION_64 : VERSION_PLAIN), 2);
+        put_fields(
+            text, "42",
+            (const uint64_t[]){0x02014b50, MADE_BY_UNIX | (wide ? VERSION_64 : VERSION_PLAIN)});
         put_kind(text, entry, wide > 0);
-        put_little_endian(text, entry->crc, 4);
-        put_little_endian(text, narrow(entry->packed), 4);
-        put_little_endian(text, narrow(entry->size), 4);
-        put_little_endian(text, strlen(entry->name), 2);
-        put_little_endian(text, wide ? 4 + 8 * wide : 0, 2);
-        put_little_endian(text, 0, 6); /* comment, disk, internal attributes */
-        put_little_endian(text, REGULAR_FILE, 4);
-        put_little_endian(text, narrow(entry->offset), 4);
+        /* The 6 bytes are comment, disk and internal attributes. */
+        put_fields(text, "44422644",
+                   (const uint64_t[]){entry->crc, narrow(entry->packed), narrow(entry->size),
+                                      strlen(entry->name), wide ? 4 + 8 * wide : 0, 0, REGULAR_FILE,
+                                      narrow(entry->offset)});
         api_text_raw(text, entry->name);
-        if (wide) {
-            put_little_endian(text, EXTRA_64, 2);
-            put_little_endian(text, 8 * wide, 2);
-        }
+        if (wide)
+            put_fields(text, "22", (const uint64_t[]){EXTRA_64, 8 * wide});
         for (int k = 0; k < 3; k++)
             if (numbers[k] >= LARGE)
-                put_little_endian(text, numbers[k], 8);
+                put_fields(text, "8", &numbers[k]);
     }
-    uint64_t length = text->length - start;
-    if (count >= MANY || offset >= LARGE || length >= LARGE) {
-        put_little_endian(text, 0x06064b50, 4);
-        put_little_endian(text, 44, 8); /* bytes that follow */
-        put_little_endian(text, MADE_BY_UNIX | VERSION_64, 2);
-        put_little_endian(text, VERSION_64, 2);
-        put_little_endian(text, 0, 8); /* disks */
-        put_little_endian(text, count, 8);
-        put_little_endian(text, count, 8);
-        put_little_endian(text, length, 8);
-        put_little_endian(text, offset, 8);
-        put_little_endian(text, 0x07064b50, 4);
-        put_little_endian(text, 0, 4);
-        put_little_endian(text, offset + length, 8);
-        put_little_endian(text, 1, 4);
-    }
-    put_little_endian(text, 0x06054b50, 4);
-    put_little_endian(text, 0, 4);
-    put_little_endian(text, count < MANY ? count : MANY, 2);
-    put_little_endian(text, count < MANY ? count : MANY, 2);
-    put_little_endian(text, narrow(length), 4);
-    put_little_endian(text, narrow(offset), 4);
-    put_little_endian(text, 0, 2);
+    uint64_t length = text->length - start, many = count < MANY ? count : MANY;
+    /* The 64-bit form: 44 is the number of bytes that follow, the zeros are disks. */
+    if (count >= MANY || offset >= LARGE || length >= LARGE)
+        put_fields(text, "4822888884484",
+                   (const uint64_t[]){0x06064b50, 44, MADE_BY_UNIX | VERSION_64, VERSION_64, 0,
+                                      count, count, length, offset, 0x07064b50, 0, offset + length,
+                                      1});
+    put_fields(text, "4422442",
+               (const uint64_t[]){0x06054b50, 0, many, many, narrow(length), narrow(offset), 0});
 }
