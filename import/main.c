@@ -6,6 +6,7 @@
  * stderr), 2 when the command line is wrong. `drape-import checker` is the same as a child of the
  * daemon.
  */
+#include "api/files/files.h"
 #include "api/run.h"
 #include "cli/files.h"
 #include "import.h"
@@ -135,12 +136,8 @@ static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
         } else if (strcmp(name, "faces") == 0) {
             good = take_faces(arguments, value);
         } else if (strcmp(name, "unit") == 0) {
-            int k = 0;
-            while (k < API_UNIT_COUNT && strcmp(api_units[k].name, value) != 0)
-                k++;
-            good = k < API_UNIT_COUNT;
-            if (good)
-                arguments->unit = api_units[k].name;
+            arguments->unit = value;
+            good = file_unit_known(value);
         } else if (strcmp(name, "format") == 0) {
             arguments->format = value;
             good = strcmp(value, "step") == 0 || strcmp(value, "iges") == 0;

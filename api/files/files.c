@@ -39,42 +39,6 @@ bool file_unit_known(const char *unit) {
     return false;
 }
 
-static const char *write_mesh_text(const struct triangles *triangles, const char *unit,
-                                   size_t *length) {
-    const struct {
-        size_t count;
-        const char *what;
-    } notes[] = {{triangles->without_area, "with no area, or almost none"},
-                 {triangles->duplicate, "with the same corners as another one"}};
-    struct api_text text = api_text_growing(triangles->arena);
-    char note[96];
-    bool first = true;
-    api_text_raw(&text, "{");
-    api_text_key_rows(&text, "vertices", &triangles->vertices[0].x, 3, triangles->vertex_count);
-    api_text_raw(&text, ",\"triangles\":[");
-    for (size_t k = 0; k < triangles->count; k++) {
-        api_text_raw(&text, k ? "," : "");
-        api_text_integers(&text, triangles->corners[k], 3);
-    }
-    api_text_raw(&text, "]");
-    if (*unit)
-        api_text_key_string(&text, "length_unit", unit);
-    api_text_key(&text, "notes");
-    api_text_raw(&text, "[");
-    for (size_t k = 0; k < sizeof notes / sizeof *notes; k++) {
-        if (!notes[k].count)
-            continue;
-        snprintf(note, sizeof note, "left out: %zu triangles %s", notes[k].count, notes[k].what);
-        api_text_raw(&text, first ? "" : ",");
-        api_text_string(&text, note);
-        first = false;
-    }
-    api_text_raw(&text, "]}");
-    const char *bytes = api_text_finish(&text);
-    *length = bytes ? strlen(bytes) : 0;
-    return bytes;
-}
-
 enum api_problem_id file_read_mesh(const struct file_format *format, const char *bytes,
                                    size_t length, const char *unit, struct arena *arena,
                                    const char **text, size_t *text_length,
@@ -86,6 +50,35 @@ enum api_problem_id file_read_mesh(const struct file_format *format, const char 
                     : triangles_read_nastran(&triangles, bytes, length);
     if (!good || !triangles_weld(&triangles))
         return problem->id;
-    *text = write_mesh_text(&triangles, unit, text_length);
+    const struct {
+        size_t count;
+        const char *what;
+    } notes[] = {{triangles.without_area, "with no area, or almost none"},
+                 {triangles.duplicate, "with the same corners as another one"}};
+    struct api_text mesh = api_text_growing(arena);
+    char note[96];
+    bool first = true;
+    api_text_raw(&mesh, "{");
+    api_text_key_rows(&mesh, "vertices", &triangles.vertices[0].x, 3, triangles.vertex_count);
+    api_text_raw(&mesh, ",\"triangles\":[");
+    for (size_t k = 0; k < triangles.count; k++) {
+        api_text_raw(&mesh, k ? "," : "");
+        api_text_integers(&mesh, triangles.corners[k], 3);
+    }
+    api_text_raw(&mesh, "]");
+    if (*unit)
+        api_text_key_string(&mesh, "length_unit", unit);
+    api_text_raw(&mesh, ",\"notes\":[");
+    for (size_t k = 0; k < sizeof notes / sizeof *notes; k++) {
+        if (!notes[k].count)
+            continue;
+        snprintf(note, sizeof note, "left out: %zu triangles %s", notes[k].count, notes[k].what);
+        api_text_raw(&mesh, first ? "" : ",");
+        api_text_string(&mesh, note);
+        first = false;
+    }
+    api_text_raw(&mesh, "]}");
+    *text_length = mesh.length;
+    *text = api_text_finish(&mesh);
     return *text ? API_OK : api_problem_no_memory(problem, "the mesh");
 }

@@ -308,39 +308,28 @@ bool triangles_read_stl(struct triangles *t, const char *bytes, size_t length) {
 
 /* ---- OBJ ---- */
 
-/* The vertex of a corner such as 7, 7/1/2 or -1, from 0. */
-static bool take_corner(struct triangles *t, const struct line *line, const char **at,
-                        int32_t *corner) {
-    char word[32], *stop;
-    size_t length = 0;
-    while (*at + length < line->end && length + 1 < sizeof word && !strchr(" \t\r", (*at)[length]))
-        length++;
-    memcpy(word, *at, length);
-    word[length] = '\0';
-    long number = strtol(word, &stop, 10);
-    long vertex = number < 0 ? (long)t->vertex_count + number : number - 1;
-    if (stop == word || vertex < 0 || (size_t)vertex >= t->vertex_count)
-        return unreadable_line(t, line->number, "a face refers to a vertex that is not there");
-    while (*at < line->end && !strchr(" \t\r", **at))
-        ++*at;
-    *corner = (int32_t)vertex;
-    return true;
-}
-
-/* A polygon as a fan of triangles. */
+/* A polygon as a fan of triangles. Its corners are such as 7, 7/1/2 or -1, from 1. */
 static bool read_polygon(struct triangles *t, const struct line *line) {
-    const char *at = line->at + line->word;
     int32_t fan[3];
     int corners = 0;
-    for (;;) {
-        int32_t corner;
+    for (const char *at = line->at + line->word;;) {
+        char word[32], *stop;
+        size_t length = 0;
         while (at < line->end && strchr(" \t\r", *at))
             at++;
         if (at == line->end)
             break;
-        if (!take_corner(t, line, &at, &corner))
-            return false;
-        fan[corners < 2 ? corners : 2] = corner;
+        while (at + length < line->end && length + 1 < sizeof word && !strchr(" \t\r", at[length]))
+            length++;
+        memcpy(word, at, length);
+        word[length] = '\0';
+        long number = strtol(word, &stop, 10);
+        long vertex = number < 0 ? (long)t->vertex_count + number : number - 1;
+        if (stop == word || vertex < 0 || (size_t)vertex >= t->vertex_count)
+            return unreadable_line(t, line->number, "a face refers to a vertex that is not there");
+        while (at < line->end && !strchr(" \t\r", *at))
+            at++;
+        fan[corners < 2 ? corners : 2] = (int32_t)vertex;
         if (++corners >= 3) {
             if (!triangles_add(t, fan))
                 return false;

@@ -62,25 +62,6 @@ static json_t *parse_left(const struct numbers *numbers, const char *bytes, size
     return NULL;
 }
 
-static enum api_problem_id set_parse_problem(struct api_problem *problem, const char *bytes,
-                                             size_t length, json_error_t *error) {
-    if (allocation_failed)
-        return api_problem_no_memory(problem, "the document");
-    if (json_error_code(error) == json_error_numeric_overflow) {
-        /* A number like 1e999 is JSON, but not a double: out of every range. */
-        char pointer[API_POINTER_MAX];
-        size_t position = error->position > 0 ? (size_t)error->position : 0;
-        api_locate(bytes, position < length ? position : length, pointer);
-        return api_problem_add(problem, pointer, "is too large for a double-precision number");
-    }
-    /* jansson quotes the text it stumbled over, which may be any bytes. */
-    for (char *text = error->text; *text; text++)
-        if (*text < ' ' || *text > '~')
-            *text = '?';
-    return api_problem_set(problem, API_MALFORMED_JSON, "line %d, column %d: %s", error->line,
-                           error->column, error->text);
-}
-
 enum api_problem_id json_tree_parse(struct json_tree *tree, const char *bytes, size_t length,
                                     const struct api_limits *limits, struct arena *arena,
                                     struct api_problem *problem) {
@@ -96,7 +77,21 @@ enum api_problem_id json_tree_parse(struct json_tree *tree, const char *bytes, s
     tree->root = parse_left(&tree->numbers, bytes, length, &error);
     if (tree->root)
         return API_OK;
-    return set_parse_problem(problem, bytes, length, &error);
+    if (allocation_failed)
+        return api_problem_no_memory(problem, "the document");
+    if (json_error_code(&error) == json_error_numeric_overflow) {
+        /* A number like 1e999 is JSON, but not a double: out of every range. */
+        char pointer[API_POINTER_MAX];
+        size_t position = error.position > 0 ? (size_t)error.position : 0;
+        api_locate(bytes, position < length ? position : length, pointer);
+        return api_problem_add(problem, pointer, "is too large for a double-precision number");
+    }
+    /* jansson quotes the text it stumbled over, which may be any bytes. */
+    for (char *text = error.text; *text; text++)
+        if (*text < ' ' || *text > '~')
+            *text = '?';
+    return api_problem_set(problem, API_MALFORMED_JSON, "line %d, column %d: %s", error.line,
+                           error.column, error.text);
 }
 
 void json_tree_free(struct json_tree *tree) {

@@ -57,23 +57,19 @@ bool scan_take(struct scan *scan, char wanted) {
     return true;
 }
 
-/* Whether a value of JSON begins here. */
-static bool at_value(struct scan *scan) {
-    static const char *const words[] = {"true", "false", "null"};
-    char c = scan_peek(scan);
-    for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
-        size_t length = strlen(words[k]);
-        if ((size_t)(scan->end - scan->at) >= length && memcmp(scan->at, words[k], length) == 0)
-            return true;
-    }
-    return c && strchr("{[\"-0123456789", c);
-}
-
 /* What is here is not the value that has to be here: another one is invalid, anything else is no
  * JSON. */
 static bool scan_refuse(struct scan *scan, const char *path, long row, int element,
                         const char *what) {
-    if (at_value(scan))
+    static const char *const words[] = {"true", "false", "null"};
+    char c = scan_peek(scan);
+    bool value = c && strchr("{[\"-0123456789", c);
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
+        size_t length = strlen(words[k]);
+        value = value || ((size_t)(scan->end - scan->at) >= length &&
+                          memcmp(scan->at, words[k], length) == 0);
+    }
+    if (value)
         return scan_invalid(scan, path, row, element, "%s", what);
     return scan_malformed(scan,
                           scan->at == scan->end ? "the document ends early" : "a value is missing");

@@ -175,16 +175,6 @@ static inline size_t write_fixed(char *text, const struct digits *digits) {
     return (size_t)count + 1;
 }
 
-/* Fixed where that is not longer. Of a whole number that ends in zeros, which form is shorter is
- * for others to say. */
-static inline size_t write_digits(char *text, const struct digits *digits) {
-    if (digits->point > digits->count || digits->point < -98)
-        return 0;
-    if (digits->point > -3 || (digits->point == -3 && digits->count > 1))
-        return write_fixed(text, digits);
-    return write_scientific(text, digits);
-}
-
 size_t shortest_write(char *text, double value) {
     uint64_t bits;
     memcpy(&bits, &value, sizeof bits);
@@ -199,6 +189,11 @@ size_t shortest_write(char *text, double value) {
         decimal = shortest_decimal(c, exponent - BIAS, fraction == 0 && exponent > 1);
     struct digits digits = spell(decimal);
     *text = '-';
-    size_t length = write_digits(text + sign, &digits);
-    return length ? length + sign : 0;
+    /* Fixed where that is not longer. Of a whole number that ends in zeros, which form is shorter
+     * is for others to say. */
+    if (digits.point > digits.count || digits.point < -98)
+        return 0;
+    bool fixed = digits.point > -3 || (digits.point == -3 && digits.count > 1);
+    return sign +
+           (fixed ? write_fixed(text + sign, &digits) : write_scientific(text + sign, &digits));
 }

@@ -58,13 +58,19 @@ static double number_at(const struct json_value *json) {
     return json->packed.values ? *json->packed.values : json_number_value(json->value);
 }
 
-/* Appends `/key` to a pointer of API_POINTER_MAX bytes, `~` and `/` escaped, cut when it is full.
- */
-static size_t append_key(char *pointer, size_t length, const char *key) {
+/* The pointer to a value, of API_POINTER_MAX bytes, `~` and `/` in keys escaped, cut when it is
+ * full. Returns its length. */
+static size_t write_pointer(const struct json_value *json, char *pointer) {
     const size_t last = API_POINTER_MAX - 1;
+    char index[24];
+    pointer[0] = '\0';
+    if (!json->parent)
+        return 0;
+    size_t length = write_pointer(json->parent, pointer);
+    snprintf(index, sizeof index, "%zu", json->index);
     if (length < last)
         pointer[length++] = '/';
-    for (; *key && length + 1 < last; key++) {
+    for (const char *key = json->key ? json->key : index; *key && length + 1 < last; key++) {
         bool escape = *key == '~' || *key == '/';
         if (escape)
             pointer[length++] = '~';
@@ -72,16 +78,6 @@ static size_t append_key(char *pointer, size_t length, const char *key) {
     }
     pointer[length] = '\0';
     return length;
-}
-
-static size_t write_pointer(const struct json_value *json, char *pointer) {
-    pointer[0] = '\0';
-    if (!json->parent)
-        return 0;
-    size_t length = write_pointer(json->parent, pointer);
-    char index[24];
-    snprintf(index, sizeof index, "%zu", json->index);
-    return append_key(pointer, length, json->key ? json->key : index);
 }
 
 void value_fault(const struct json_value *json, const char *detail, ...) {

@@ -82,25 +82,6 @@ bool decode_shell(const struct json_value *json, struct api_surface *surface) {
     return decode_origin(json, surface) && ok;
 }
 
-static bool decode_list(const struct json_value *list, struct api_selection *selection) {
-    size_t count = value_length(list);
-    if (!value_array(list, 1))
-        return false;
-    int *faces = json_tree_alloc(list->tree, count, sizeof *faces);
-    bool ok = faces != NULL;
-    for (size_t k = 0; faces && k < count; k++) {
-        struct json_value face = value_element(list, k);
-        bool good = value_integer(&face, 0, SHELL_FACES_MAX - 1, &faces[k]);
-        if (good && k > 0 && ok && faces[k] <= faces[k - 1]) {
-            value_fault(&face, "must be greater than the number before it");
-            good = false;
-        }
-        ok = ok && good;
-    }
-    *selection = (struct api_selection){.kind = API_SELECT_LIST, .faces = faces, .count = count};
-    return ok;
-}
-
 bool decode_selection(const struct json_value *json, struct api_surface *surface) {
     static const char *const keys[] = {"id", "faces", "grow_from", "up_to_deg", NULL};
     static const struct value_range folds = {0, 180, false};
@@ -117,8 +98,24 @@ bool decode_selection(const struct json_value *json, struct api_surface *surface
         value_fault(&up_to, "needs \"grow_from\"");
         return false;
     }
-    if (value_given(&faces))
-        return decode_list(&faces, selection);
+    if (value_given(&faces)) {
+        size_t count = value_length(&faces);
+        if (!value_array(&faces, 1))
+            return false;
+        int *list = json_tree_alloc(json->tree, count, sizeof *list);
+        bool ok = list != NULL;
+        for (size_t k = 0; list && k < count; k++) {
+            struct json_value face = value_element(&faces, k);
+            bool good = value_integer(&face, 0, SHELL_FACES_MAX - 1, &list[k]);
+            if (good && k > 0 && ok && list[k] <= list[k - 1]) {
+                value_fault(&face, "must be greater than the number before it");
+                good = false;
+            }
+            ok = ok && good;
+        }
+        *selection = (struct api_selection){.kind = API_SELECT_LIST, .faces = list, .count = count};
+        return ok;
+    }
     if (!value_given(&from))
         return true;
     selection->kind = API_SELECT_GROWN;

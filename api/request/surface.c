@@ -78,34 +78,31 @@ static bool decode_mesh(const struct json_value *json, struct api_surface *surfa
     return true;
 }
 
-static bool decode_stored_id(const struct json_value *json, struct api_surface *surface) {
-    struct json_value id = value_member(json, "id");
-    const char *text;
-    surface->kind = API_SURFACE_NAMED;
-    if (!value_string(&id, &text))
-        return false;
-    if (strlen(text) != API_ID_LENGTH || strspn(text, "0123456789abcdef") != API_ID_LENGTH) {
-        value_fault(&id, "must be the id of a stored surface: %d lower-case hex digits",
-                    API_ID_LENGTH);
-        return false;
-    }
-    memcpy(surface->id, text, API_ID_SIZE);
-    return true;
-}
-
 static bool has(const struct json_value *json, const char *key) {
     struct json_value member = value_member(json, key);
     return value_given(&member);
 }
 
 bool decode_surface(const struct json_value *json, struct api_surface *surface) {
+    struct json_value id = value_member(json, "id");
+    const char *text;
     *surface = (struct api_surface){.kind = API_SURFACE_NURBS};
     if (has(json, "shape"))
         return decode_shape(json, surface);
     if (has(json, "vertices") || has(json, "triangles"))
         return decode_mesh(json, surface);
-    if (has(json, "id") && !has(json, "degree_u") && !has(json, "control_points"))
-        return decode_stored_id(json, surface) && decode_selection(json, surface);
+    if (value_given(&id) && !has(json, "degree_u") && !has(json, "control_points")) {
+        surface->kind = API_SURFACE_NAMED;
+        if (!value_string(&id, &text))
+            return false;
+        if (strlen(text) != API_ID_LENGTH || strspn(text, "0123456789abcdef") != API_ID_LENGTH) {
+            value_fault(&id, "must be the id of a stored surface: %d lower-case hex digits",
+                        API_ID_LENGTH);
+            return false;
+        }
+        memcpy(surface->id, text, API_ID_SIZE);
+        return decode_selection(json, surface);
+    }
     if (has(json, "faces"))
         return decode_shell(json, surface);
     return decode_nurbs(json, false, surface);
