@@ -49,6 +49,7 @@ struct points {
 };
 
 struct scene {
+    struct part_picture *picture;
     const struct api_reader *reader;
     const struct api_columns *columns;
     const struct api_column *shear, *locked; /* of the cells; `locked` may be NULL */
@@ -107,10 +108,10 @@ struct cell {
     unsigned yarns;
 };
 
-typedef void visitor(struct part_picture *picture, struct scene *scene, const struct cell *cell);
+typedef void visitor(struct scene *scene, const struct cell *cell);
 
 /* Calls for every cell. False when they cannot be read. */
-static bool visit_cells(struct part_picture *picture, struct scene *scene, visitor *visit) {
+static bool visit_cells(struct scene *scene, visitor *visit) {
     size_t rows = scene->shear->rows, count;
     scene->low.held = scene->high.held = 0;
     if (!cell_corners_begin(&scene->quads, scene->reader, scene->columns))
@@ -132,7 +133,7 @@ static bool visit_cells(struct part_picture *picture, struct scene *scene, visit
                 if (!read_corner(scene, c < 2 ? &scene->low : &scene->high,
                                  (size_t)scene->corners[k][c], &cell.corner[c]))
                     return false;
-            visit(picture, scene, &cell);
+            visit(scene, &cell);
         }
     }
     return true;
@@ -141,27 +142,25 @@ static bool visit_cells(struct part_picture *picture, struct scene *scene, visit
 /* ---- the view ---- */
 
 /* Half the product of the diagonals. */
-static void sum_area(struct part_picture *picture, struct scene *scene, const struct cell *cell) {
+static void sum_area(struct scene *scene, const struct cell *cell) {
     const struct vec3 *corner = cell->corner;
     struct vec3 area =
         vec3_scale(0.5, vec3_cross(vec3_sub(corner[2], corner[0]), vec3_sub(corner[3], corner[1])));
-    (void)picture;
     scene->area = vec3_add(scene->area, area);
     scene->area_total += vec3_norm(area);
 }
 
 /* In pixels; before the scale is set in length units. */
-static void project_point(const struct part_picture *picture, const struct scene *scene,
-                          struct vec3 point, double pixel[3]) {
+static void project_point(const struct scene *scene, struct vec3 point, double pixel[3]) {
     struct vec3 offset = vec3_sub(point, scene->origin);
     for (int k = 0; k < 3; k++)
-        pixel[k] =
-            picture->scale * vec3_dot(offset, scene->axis[k]) + (k < 2 ? scene->shift[k] : 0);
+        pixel[k] = scene->picture->scale * vec3_dot(offset, scene->axis[k]) +
+                   (k < 2 ? scene->shift[k] : 0);
 }
 
 /* Where the eye is; then the box of nodes and rim, the start within, into the picture with a
  * margin. False when they cannot be read. */
-static bool choose_view(struct part_picture *picture, struct scene *scene) {
+static bool choose_view(struct scene *scene) {
     static const enum api_table tables[] = {API_TABLE_NODES, API_TABLE_RIM};
     double low[2] = {0, 0}, high[2] = {0, 0}, pixel[3];
     struct vec3 point;
@@ -178,7 +177,7 @@ static bool choose_view(struct part_picture *picture, struct scene *scene) {
     axis[0] = vec3_unit(vec3_cross(normal, axis[2]));
     axis[1] = vec3_cross(axis[0], axis[2]);
     scene->origin = start->point;
-    picture->scale = 1;
+    scene->picture->scale = 1;
     for (int t = 0; t < 2; t++) {
         size_t rows = api_columns_rows(scene->columns, tables[t]);
         if (rows && !find_point_columns(scene, tables[t], &scene->low))
@@ -186,7 +185,7 @@ static bool choose_view(struct part_picture *picture, struct scene *scene) {
         for (size_t row = 0; row < rows; row++) {
             if (!read_corner(scene, &scene->low, row, &point))
                 return false;
-            project_point(picture, scene, point, pixel);
+            project_point(scene, point, pixel);
             for (int k = 0; k < 2; k++) {
                 low[k] = fmin(low[k], pixel[k]);
                 high[k] = fmax(high[k], pixel[k]);
@@ -195,35 +194,36 @@ static bool choose_view(struct part_picture *picture, struct scene *scene) {
     }
     double size[2] = {high[0] - low[0], high[1] - low[1]};
     double scale = fmin((WIDTH - 2 * MARGIN) / size[0], (HEIGHT - 2 * MARGIN) / size[1]);
-    picture->scale = isfinite(scale) ? scale : 1;
+    scene->picture->scale = isfinite(scale) ? scale : 1;
     for (int k = 0; k < 2; k++)
-        scene->shift[k] = MARGIN - picture->scale * low[k];
-    scene->shift[0] += (WIDTH - 2 * MARGIN - picture->scale * size[0]) / 2;
-    scene->height = (int)ceil(picture->scale * size[1]) + 2 * MARGIN;
+        scene->shift[k] = MARGIN - scene->picture->scale * low[k];
+    scene->shift[0] += (WIDTH - 2 * MARGIN - scene->picture->scale * size[0]) / 2;
+    scene->height = (int)ceil(scene->picture->scale * size[1]) + 2 * MARGIN;
     return find_point_columns(scene, API_TABLE_NODES, &scene->low);
 }
 
 /* ---- drawing ---- */
 
-static void fill_cell(struct part_picture *picture, struct scene *scene, const struct cell *cell) {
+static void fill_cell(struct scene *scene, const struct cell *cell) {
     double pixel[4][3];
-    double share = fmin(fabs(cell->shear_deg) / picture->range_deg, 1);
+    double share = fmin(fabs(cell->shear_deg) / scene->picture->range_deg, 1);
     uint8_t colour = (uint8_t)(SHADE + (int)(share * (PICTURE_SHADES - 1) + 0.5));
     for (int c = 0; c < 4; c++)
-        project_point(picture, scene, cell->corner[c], pixel[c]);
+        project_point(scene, cell->corner[c], pixel[c]);
     for (int k = 1; k < 3; k++) {
-        raster_triangle(&picture->raster, pixel[0], pixel[k], pixel[k + 1], colour, 0);
+        raster_triangle(&scene->picture->raster, pixel[0], pixel[k], pixel[k + 1], colour, 0);
         if (cell->locked)
-            raster_triangle(&picture->raster, pixel[0], pixel[k], pixel[k + 1], LOCKED, HATCH);
+            raster_triangle(&scene->picture->raster, pixel[0], pixel[k], pixel[k + 1], LOCKED,
+                            HATCH);
     }
 }
 
-static void draw_edge(struct part_picture *picture, struct scene *scene, struct vec3 from,
-                      struct vec3 to, int width, const uint8_t *over) {
+static void draw_edge(struct scene *scene, struct vec3 from, struct vec3 to, int width,
+                      const uint8_t *over) {
     double a[3], b[3];
-    project_point(picture, scene, from, a);
-    project_point(picture, scene, to, b);
-    raster_line(&picture->raster, a, b, width, lift, over);
+    project_point(scene, from, a);
+    project_point(scene, to, b);
+    raster_line(&scene->picture->raster, a, b, width, lift, over);
 }
 
 /* What every colour becomes under a line of one colour, or under a yarn. */
@@ -234,20 +234,20 @@ static void under_line(int colour, uint8_t over[RASTER_COLOURS]) {
 
 /* The cell's edges on yarns that are drawn: those of the generators in their colours, and where
  * these end, for their names. */
-static void draw_yarns(struct part_picture *picture, struct scene *scene, const struct cell *cell) {
+static void draw_yarns(struct scene *scene, const struct cell *cell) {
     uint8_t over[RASTER_COLOURS];
     for (int k = 0; k < 4; k++) {
         int family = k / 2, number = cell->place[1 - family] + k % 2;
-        if (!(cell->yarns & 1u << k) || number % picture->yarns)
+        if (!(cell->yarns & 1u << k) || number % scene->picture->yarns)
             continue;
         under_line(number ? 0 : family ? WEFT : WARP, over);
-        draw_edge(picture, scene, cell->corner[edges[k][0]], cell->corner[edges[k][1]],
-                  number ? 1 : 3, over);
+        draw_edge(scene, cell->corner[edges[k][0]], cell->corner[edges[k][1]], number ? 1 : 3,
+                  over);
         if (number == 0 && k % 2 == 0 && cell->place[family] >= scene->last[family]) {
             double pixel[3];
             scene->last[family] = cell->place[family];
-            project_point(picture, scene, cell->corner[family ? 3 : 1], pixel);
-            memcpy(picture->end[family], pixel, sizeof picture->end[family]);
+            project_point(scene, cell->corner[family ? 3 : 1], pixel);
+            memcpy(scene->picture->end[family], pixel, sizeof scene->picture->end[family]);
         }
     }
 }
@@ -264,8 +264,8 @@ static struct vec3 point_in_cell(const struct cell *cell, double a, double b) {
 
 /* Strip k of n of a cell up to the rim, and half of those beside it. Its ends there are moved onto
  * the part's edge, from which the patch of a coarse cell keeps a distance. */
-static void visit_strip(struct part_picture *picture, struct scene *scene, visitor *visit,
-                        const struct cell *cell, int k, int n) {
+static void visit_strip(struct scene *scene, visitor *visit, const struct cell *cell, int k,
+                        int n) {
     struct stretch_end stretch[STORED_RIM_STRETCHES][2];
     double i = cell->place[0], j = cell->place[1], middle = (k + 0.5) / n;
     double at[2] = {fmax(middle - 1.0 / n, 0), fmin(middle + 1.0 / n, 1)};
@@ -283,13 +283,13 @@ static void visit_strip(struct part_picture *picture, struct scene *scene, visit
         strip.yarns = (k == 0) | (unsigned)(k == n - 1) << 1 |
                       (unsigned)(stretch[s][0].p <= i) << 2 |
                       (unsigned)(stretch[s][1].p >= i + 1) << 3;
-        visit(picture, scene, &strip);
+        visit(scene, &strip);
     }
 }
 
 /* Calls for every strip, along warp and of a pixel's height, of these cells. False when they cannot
  * be read. */
-static bool visit_cut(struct part_picture *picture, struct scene *scene, visitor *visit) {
+static bool visit_cut(struct scene *scene, visitor *visit) {
     size_t rows = api_columns_rows(scene->columns, API_TABLE_CUT), count;
     double(*block)[BLOCK] = scene->cut_block;
     for (size_t first = 0; first < rows; first += count) {
@@ -309,13 +309,13 @@ static bool visit_cut(struct part_picture *picture, struct scene *scene, visitor
             for (int c = 0; c < 4; c++) {
                 double(*corner)[BLOCK] = block + CUT_CORNERS + 3 * c;
                 cell.corner[c] = vec3_make(corner[0][k], corner[1][k], corner[2][k]);
-                project_point(picture, scene, cell.corner[c], pixel);
+                project_point(scene, cell.corner[c], pixel);
                 low = fmin(low, fmin(pixel[0], pixel[1]));
                 high = fmax(high, fmax(pixel[0], pixel[1]));
             }
             int strips = (int)fmin(fmax(ceil(high - low), 1), WIDTH);
             for (int s = 0; s < strips; s++)
-                visit_strip(picture, scene, visit, &cell, s, strips);
+                visit_strip(scene, visit, &cell, s, strips);
         }
     }
     return true;
@@ -324,7 +324,7 @@ static bool visit_cut(struct part_picture *picture, struct scene *scene, visitor
 /* ---- the rim ---- */
 
 /* Each point to the one before; the last of a loop to its first. */
-static bool draw_rim(struct part_picture *picture, struct scene *scene) {
+static bool draw_rim(struct scene *scene) {
     size_t rows = api_columns_rows(scene->columns, API_TABLE_RIM);
     struct vec3 point, last = {0}, first = {0};
     uint8_t over[RASTER_COLOURS];
@@ -338,22 +338,21 @@ static bool draw_rim(struct part_picture *picture, struct scene *scene) {
         loop = scene->low.block[3][row - scene->low.first];
         bool same = row && loop == before; /* both are whole numbers */
         if (row)
-            draw_edge(picture, scene, last, same ? point : first, 2, over);
+            draw_edge(scene, last, same ? point : first, 2, over);
         if (!same)
             first = point;
     }
     if (rows)
-        draw_edge(picture, scene, last, first, 2, over);
+        draw_edge(scene, last, first, 2, over);
     return true;
 }
 
-static enum api_problem_id draw_scene(struct part_picture *picture, struct scene *scene,
-                                      struct api_problem *problem) {
+static enum api_problem_id draw_scene(struct scene *scene, struct api_problem *problem) {
     static const char damaged[] = "the stored result is damaged";
     static const char *const names[] = {
         [CUT_I] = "i", [CUT_J] = "j", [CUT_SHEAR] = "shear_deg", [CUT_LOCKED] = "locked"};
     const struct api_grid *grid = &scene->columns->grid;
-    struct raster *raster = &picture->raster;
+    struct raster *raster = &scene->picture->raster;
     double start[3];
     scene->shear = api_columns_find(scene->columns, API_TABLE_CELLS, "shear_deg");
     scene->locked = api_columns_find(scene->columns, API_TABLE_CELLS, "locked");
@@ -364,7 +363,7 @@ static enum api_problem_id draw_scene(struct part_picture *picture, struct scene
     }
     if (!scene->shear || !find_point_columns(scene, API_TABLE_NODES, &scene->low) ||
         !find_point_columns(scene, API_TABLE_NODES, &scene->high) ||
-        !visit_cells(picture, scene, sum_area) || !choose_view(picture, scene))
+        !visit_cells(scene, sum_area) || !choose_view(scene))
         return api_problem_set(problem, API_INTERNAL, damaged);
     if (!raster_begin(raster, WIDTH, scene->height))
         return api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
@@ -377,14 +376,13 @@ static enum api_problem_id draw_scene(struct part_picture *picture, struct scene
             dark[c] = (uint8_t)(yarn_shade * rgb[c]);
     }
     memcpy(raster->palette[LOCKED], marks, sizeof marks);
-    project_point(picture, scene, scene->origin, start);
+    project_point(scene, scene->origin, start);
     for (int k = 0; k < 2; k++)
-        picture->start[k] = picture->end[0][k] = picture->end[1][k] = start[k];
+        scene->picture->start[k] = scene->picture->end[0][k] = scene->picture->end[1][k] = start[k];
     int warp = grid->warp[1] - grid->warp[0], weft = grid->weft[1] - grid->weft[0];
-    picture->yarns = 1 + (warp > weft ? warp : weft) / YARNS;
-    if (!visit_cells(picture, scene, fill_cell) || !visit_cut(picture, scene, fill_cell) ||
-        !visit_cells(picture, scene, draw_yarns) || !visit_cut(picture, scene, draw_yarns) ||
-        !draw_rim(picture, scene))
+    scene->picture->yarns = 1 + (warp > weft ? warp : weft) / YARNS;
+    if (!visit_cells(scene, fill_cell) || !visit_cut(scene, fill_cell) ||
+        !visit_cells(scene, draw_yarns) || !visit_cut(scene, draw_yarns) || !draw_rim(scene))
         return api_problem_set(problem, API_INTERNAL, damaged);
     return API_OK;
 }
@@ -398,12 +396,13 @@ enum api_problem_id part_picture_draw(struct part_picture *picture, const struct
         arena_free(arena);
         return api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
     }
+    scene->picture = picture;
     scene->reader = reader;
     scene->columns = columns;
     picture->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
     enum api_problem_id id = stored_rim_make(reader, columns, arena, &scene->edge, problem);
     if (id == API_OK)
-        id = draw_scene(picture, scene, problem);
+        id = draw_scene(scene, problem);
     arena_free(arena);
     return id;
 }

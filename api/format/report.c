@@ -76,30 +76,24 @@ static const char style[] =
     ".partial{color:#b3172b;font-weight:700}"
     "@media print{body{padding:0}}";
 
-static void write_title(struct api_text *text, const struct encoder *encoder) {
-    const struct format_options *options = &encoder->options;
-    if (!options->part[0] && !options->ply[0])
-        html_say(text, "Drape %s", encoder->id);
-    else
-        html_say(text, "%s%s%s", options->part, options->part[0] && options->ply[0] ? ", ply " : "",
-                 options->ply);
-}
-
 /* Up to the picture's bytes. */
 static void write_page_head(struct encoder *encoder) {
     const struct api_summary *summary = &encoder->columns.summary;
-    const struct raster *raster = &((struct state *)encoder->state)->picture.raster;
+    const struct state *state = encoder->state;
+    const struct raster *raster = &state->picture.raster;
+    bool named = encoder->options.part[0] || encoder->options.ply[0];
+    const char *title = named ? state->pattern.sheet.title : encoder->id;
     bool complete = summary->outcome == DRAPE_COMPLETE;
     struct api_text *text = &encoder->piece;
     api_text_raw(text, "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
                        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src "
                        "'none'; style-src 'unsafe-inline'; img-src data:\">\n"
                        "<meta name=\"viewport\" content=\"width=device-width\">\n<title>");
-    write_title(text, encoder);
+    html_say(text, "%s%s", named ? "" : "Drape ", title);
     api_text_raw(text, "</title>\n<style>");
     api_text_raw(text, style);
     api_text_raw(text, "</style>\n</head>\n<body>\n<header>\n<h1>");
-    write_title(text, encoder);
+    html_say(text, "%s%s", named ? "" : "Drape ", title);
     api_text_raw(text, complete ? "</h1>\n<p>" : "</h1>\n<p class=\"partial\">");
     html_say(text, "%s: %.4g %% of the part is covered, the greatest shear is %.1f degrees.",
              complete ? "Complete" : "Partial", 100 * summary->cloth_coverage,

@@ -76,20 +76,27 @@ static bool fill_mesh(struct encoder *encoder, const struct vtk_array *array, ui
     return true;
 }
 
-/* Of the plies what is selected of their columns, and the mesh. */
-static bool add_arrays(const struct map_fields *fields, struct vtk_file *file) {
+/* The columns of the elements, of the plies what is selected of theirs, and the mesh. */
+static bool begin_vtu(struct encoder *encoder, struct api_problem *problem) {
     static const struct vtk_array arrays[] = {
         {VTK_POINTS, VTK_FLOAT64, 3, .name = "Points", .kind = POINTS},
         {VTK_TOPOLOGY, VTK_INT32, 1, .name = "connectivity", .kind = CONNECTIVITY},
         {VTK_TOPOLOGY, VTK_INT32, 1, .name = "offsets", .kind = OFFSETS},
         {VTK_TOPOLOGY, VTK_UINT8, 1, .name = "types", .kind = TYPES},
     };
+    const struct map_fields *fields = &encoder->fields;
+    struct vtk_file *file = encoder->state;
     uint64_t corners = 0;
+    file->points = fields->vertex_count;
+    file->cells = fields->element_count;
+    file->fill = fill_mesh;
+    bool room = vtk_add_fields(file, VTK_CELL_DATA, fields->columns, fields->column_count) &&
+                vtk_add_tensor(file, fields->columns, fields->column_count);
     for (int f = 0; fields->plies && f < PLY_FIELDS; f++) {
         const struct column_spec *spec = &column_specs[ply_fields[f].column];
         if (!encoder_find(fields->columns, fields->column_count, spec->table, spec->name))
             continue;
-        for (size_t ply = 0; ply < fields->plies->ply_count; ply++) {
+        for (size_t ply = 0; ply < fields->plies->ply_count && room; ply++) {
             struct vtk_array array = {.section = VTK_CELL_DATA,
                                       .type = VTK_FLOAT64,
                                       .components = 1,
@@ -97,31 +104,20 @@ static bool add_arrays(const struct map_fields *fields, struct vtk_file *file) {
                                       .kind = PLY,
                                       .source = (int)ply * PLY_FIELDS + f};
             snprintf(array.name, sizeof array.name, "%s_%zu", ply_fields[f].name, ply + 1);
-            if (!vtk_add(file, &array))
-                return false;
+            room = vtk_add(file, &array);
         }
     }
     for (size_t k = 0; k < fields->element_count; k++)
         corners += (uint64_t)corner_count(fields->elements[k]);
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+    room = room && corners <= INT32_MAX;
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays && room; k++) {
         struct vtk_array array = arrays[k];
         array.rows = array.kind == POINTS         ? fields->vertex_count
                      : array.kind == CONNECTIVITY ? corners
                                                   : fields->element_count;
-        if (corners > INT32_MAX || !vtk_add(file, &array))
-            return false;
+        room = vtk_add(file, &array);
     }
-    return true;
-}
-
-static bool begin_vtu(struct encoder *encoder, struct api_problem *problem) {
-    const struct map_fields *fields = &encoder->fields;
-    struct vtk_file *file = encoder->state;
-    file->points = fields->vertex_count;
-    file->cells = fields->element_count;
-    file->fill = fill_mesh;
-    if (!vtk_add_fields(file, VTK_CELL_DATA, fields->columns, fields->column_count) ||
-        !vtk_add_tensor(file, fields->columns, fields->column_count) || !add_arrays(fields, file)) {
+    if (!room) {
         api_problem_set(problem, API_TOO_LARGE,
                         "the mesh is too large for vtu, or has too many plies; to leave the plies "
                         "out, give `fields` without plies.*");
