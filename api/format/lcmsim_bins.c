@@ -134,6 +134,8 @@ static struct vec3 principal_direction(const double m[6]) {
 
 static struct lcmsim_inputs mean_of(const struct builder *b, size_t first, size_t count) {
     struct lcmsim_inputs mean = {0};
+    double *const means[] = {&mean.thickness, &mean.porosity, &mean.k1, &mean.k2, &mean.k3};
+    enum { MEANS = sizeof means / sizeof *means };
     double dyad[6] = {0}, total = 0;
     for (size_t n = first; n < first + count; n++) {
         struct lcmsim_inputs in;
@@ -142,21 +144,16 @@ static struct lcmsim_inputs mean_of(const struct builder *b, size_t first, size_
         struct vec3 d = in.direction;
         const double own[6] = {d.x * d.x, d.y * d.y, d.z * d.z, d.x * d.y, d.y * d.z, d.x * d.z};
         total += area;
-        mean.thickness += area * in.thickness;
-        mean.porosity += area * in.porosity;
-        mean.k1 += area * in.k1;
-        mean.k2 += area * in.k2;
-        mean.k3 += area * in.k3;
+        const double values[MEANS] = {in.thickness, in.porosity, in.k1, in.k2, in.k3};
+        for (int k = 0; k < MEANS; k++)
+            *means[k] += area * values[k];
         for (int k = 0; k < MAP_RELIEFS; k++)
             mean.relieved[k] += area * in.relieved[k];
         for (int k = 0; k < 6; k++)
             dyad[k] += area * own[k];
     }
-    mean.thickness /= total;
-    mean.porosity /= total;
-    mean.k1 /= total;
-    mean.k2 /= total;
-    mean.k3 /= total;
+    for (int k = 0; k < MEANS; k++)
+        *means[k] /= total;
     for (int k = 0; k < MAP_RELIEFS; k++)
         mean.relieved[k] /= total;
     mean.direction = principal_direction(dyad);

@@ -156,9 +156,8 @@ static void end_picture(struct encoder *encoder) {
     draw_legend(text, picture, encoder->columns.unit->name);
     api_text_raw(text, "</g>\n</svg>\n<figcaption>");
     html_say(text, "Parallel projection, seen from the side that warp x weft points to. The circle "
-                   "is the start"
-                   ", the dark line the edge of the part; the cloth is coloured by its cells up to "
-                   "this line. ");
+                   "is the start, the dark line the edge of the part; the cloth is coloured by its "
+                   "cells up to this line. ");
     if (picture->yarns == 1)
         html_say(text, "Every yarn is drawn.");
     else
