@@ -97,36 +97,34 @@ static bool count_contents(struct pool *pool, struct backup_contents *contents,
 
 /* ------------------------------------------------------------------ making a copy */
 
-/* One thread has one connection, so that the transaction is that of all statements here. The
- * numbers of rows and the copy are of one moment. */
-static bool dump(struct pool *pool, const char *path, struct backup_contents *contents,
-                 char why[STORE_WHY_SIZE]) {
+/* The file is complete when it can be read from end to end, as it is on the disk. */
+bool postgres_backup_make(const char *url, const char *path, struct backup_contents *contents,
+                          char why[STORE_WHY_SIZE]) {
     char snapshot[NAME_SIZE] = "--snapshot=", file[BACKUP_KEPT_SIZE];
     char *const arguments[] = {"pg_dump",    "--format=custom", "--compress=1", "--schema=draped",
                                "--no-owner", "--no-privileges", snapshot,       file,
                                NULL};
-    if (snprintf(file, sizeof file, "--file=%s", path) >= (int)sizeof file)
-        return backup_fail(why, "the name of the folder is too long");
-    if (!pg_script(pool,
-                   "SET idle_in_transaction_session_timeout = 0; SET statement_timeout = 0;"
-                   "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY",
-                   NULL, why) ||
-        !count_contents(pool, contents, why))
-        return false;
-    struct query query = pg_query(pool, "SELECT pg_export_snapshot()");
     size_t length = strlen(snapshot);
-    if (query_row(&query))
-        query_copy(&query, 0, snapshot + length, sizeof snapshot - length);
-    if (query_end(&query) != STORE_OK)
-        return backup_fail(why, "the database did not give a snapshot (see above)");
-    return end_program(arguments[0], start_program(arguments, -1, -1), why);
-}
-
-/* The file is complete when it can be read from end to end, as it is on the disk. */
-bool postgres_backup_make(const char *url, const char *path, struct backup_contents *contents,
-                          char why[STORE_WHY_SIZE]) {
     struct pool *pool = open_database(url, why);
-    bool good = pool && dump(pool, path, contents, why);
+    bool good = pool != NULL;
+    if (good && snprintf(file, sizeof file, "--file=%s", path) >= (int)sizeof file)
+        good = backup_fail(why, "the name of the folder is too long");
+    /* One thread has one connection, so that the transaction is that of all statements here. The
+     * numbers of rows and the copy are of one moment. */
+    good = good &&
+           pg_script(pool,
+                     "SET idle_in_transaction_session_timeout = 0; SET statement_timeout = 0;"
+                     "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY",
+                     NULL, why) &&
+           count_contents(pool, contents, why);
+    if (good) {
+        struct query query = pg_query(pool, "SELECT pg_export_snapshot()");
+        if (query_row(&query))
+            query_copy(&query, 0, snapshot + length, sizeof snapshot - length);
+        good = query_end(&query) == STORE_OK
+                   ? end_program(arguments[0], start_program(arguments, -1, -1), why)
+                   : backup_fail(why, "the database did not give a snapshot (see above)");
+    }
     pool_close(pool);
     return good && backup_sync(path, why) && read_copy(path, -1, why);
 }
@@ -185,41 +183,32 @@ static bool restore_into(const char *path, const char *old, char why[STORE_WHY_S
     return good && read;
 }
 
-static bool is_dump(const char *path, char why[STORE_WHY_SIZE]) {
-    char start[5] = "";
+bool postgres_backup_restore(const char *url, const char *path, struct backup_contents *contents,
+                             char kept[BACKUP_KEPT_SIZE], char why[STORE_WHY_SIZE]) {
+    char old[NAME_SIZE], time[BACKUP_TIME_SIZE], start[5] = "";
     FILE *in = fopen(path, "re");
     bool good = in && fread(start, 1, sizeof start, in) == sizeof start &&
                 !memcmp(start, "PGDMP", sizeof start);
     if (in)
         fclose(in);
-    return good || backup_fail(why, "%s is not a back-up of a PostgreSQL store", path);
-}
-
-/* The name of the old schema, or "" without one. */
-static bool name_old(struct pool *pool, char kept[BACKUP_KEPT_SIZE], char old[NAME_SIZE],
-                     char why[STORE_WHY_SIZE]) {
-    char time[BACKUP_TIME_SIZE];
+    if (!good)
+        return backup_fail(why, "%s is not a back-up of a PostgreSQL store", path);
+    if (!read_copy(path, -1, why))
+        return false;
+    struct pool *pool = open_database(url, why);
+    if (!pool)
+        return false;
+    /* The name that the old schema gets, if there is one. */
     struct query query = pg_query(pool, "SELECT to_regnamespace('draped') IS NOT NULL");
     bool there = query_row(&query) && query_int(&query, 0) != 0;
     backup_time(time);
     for (char *c = time; *c; c++)
         *c = *c == '.' ? '_' : *c == 'T' ? 't' : *c == 'Z' ? 'z' : *c;
-    snprintf(old, NAME_SIZE, "draped_before_%s", time);
-    if (there)
-        snprintf(kept, BACKUP_KEPT_SIZE, "schema %s", old);
-    return query_end(&query) == STORE_OK || backup_fail(why, "the database cannot be read");
-}
-
-bool postgres_backup_restore(const char *url, const char *path, struct backup_contents *contents,
-                             char kept[BACKUP_KEPT_SIZE], char why[STORE_WHY_SIZE]) {
-    char old[NAME_SIZE];
-    if (!is_dump(path, why) || !read_copy(path, -1, why))
-        return false;
-    struct pool *pool = open_database(url, why);
-    bool good = pool && name_old(pool, kept, old, why) && restore_into(path, old, why) &&
-                count_contents(pool, contents, why);
+    snprintf(old, sizeof old, "draped_before_%s", time);
+    good = (query_end(&query) == STORE_OK || backup_fail(why, "the database cannot be read")) &&
+           restore_into(path, old, why) && count_contents(pool, contents, why);
     pool_close(pool);
-    if (!good)
-        kept[0] = '\0';
+    if (good && there)
+        snprintf(kept, BACKUP_KEPT_SIZE, "schema %s", old);
     return good;
 }

@@ -103,8 +103,7 @@ enum store_answer postgres_claim(struct store *store, bool fresh, struct store_c
 enum store_answer postgres_try_claim(struct store *store) {
     struct query query = postgres_query_now(store, claim_sql);
     query_bind(&query, of_int(store->options.lease_us), of_int(-1), of_int(false));
-    query_row(&query);
-    return query_end(&query);
+    return query_run(&query);
 }
 
 /* ------------------------------------------------------------------ holding */

@@ -30,7 +30,6 @@ void postgres_leave(struct store *store, const char *name) {
     struct query query =
         postgres_query(store, "DELETE FROM draped.hosts WHERE name = $1 RETURNING 1");
     query_bind(&query, of_text(name));
-    query_row(&query);
-    enum store_answer answer = query_end(&query);
+    enum store_answer answer = query_run(&query);
     (void)answer;
 }

@@ -9,29 +9,30 @@ enum { SUBMIT_TRIES = 2 };
 
 /* ------------------------------------------------------------------ submit */
 
-/* What there is of the owner, and how many jobs of all wait. */
+/* The job that this call made before its connection was lost, or the earlier one of the key. */
+#define SUBMIT_KNOWN                                                                               \
+    "WITH " POSTGRES_USABLE ", known AS MATERIALIZED ("                                            \
+    " SELECT id, status, id = $2 OR key_digest = sha256($9) AND kind = $14 AS same"                \
+    "  FROM draped.jobs"                                                                           \
+    "  WHERE id = $2 OR (owner = $5 AND key = $8) LIMIT 1),"
+
+/* The surface, what there is of the owner, and how many jobs of all wait. */
 #define SUBMIT_HAS                                                                                 \
+    " stored AS MATERIALIZED ("                                                                    \
+    " SELECT 1 FROM draped.surfaces WHERE id = $7 FOR KEY SHARE),"                                 \
     " has AS MATERIALIZED ("                                                                       \
     " SELECT coalesce(sum(queued - tasks), 0) AS queued, coalesce(sum(results + others), 0) AS"    \
     "  bytes, (SELECT sum(n[1]) FROM draped.counts) AS waiting FROM draped.owners"                 \
     "  WHERE owner = $5),"
 
-/* `known` is the job that this very call made before its connection was lost, or the earlier one of
- * the key. The result and the surface are locked against those who would delete them. The limits
- * are looked at without a lock: as many as are submitted at the same moment may come in beyond
- * them. The columns of its row: an answer, of the job id, status and whether it was there before,
- * and which limit is reached; of the share of what is left, `share_fits`. */
-static const char submit_sql[] =
-    "WITH " POSTGRES_USABLE ", known AS MATERIALIZED ("
-    " SELECT id, status, id = $2 OR key_digest = sha256($9) AND kind = $14 AS same"
-    "  FROM draped.jobs"
-    "  WHERE id = $2 OR (owner = $5 AND key = $8) LIMIT 1),"
+/* The result and the surface are locked against those who would delete them. The limits are looked
+ * at without a lock: as many as are submitted at the same moment may come in beyond them. The
+ * columns of its row: an answer, of the job id, status and whether it was there before, and which
+ * limit is reached; of the share of what is left, `share_fits`. */
+static const char submit_sql[] = SUBMIT_KNOWN
     " twin AS MATERIALIZED ("
     " SELECT number FROM draped.results WHERE owner = $5 AND digest = $6"
-    "  AND state = " SQL_COMPLETE " FOR SHARE),"
-    " stored AS MATERIALIZED ("
-    " SELECT 1 FROM draped.surfaces WHERE id = $7 FOR KEY SHARE)," SUBMIT_HAS
-    " bound AS MATERIALIZED ("
+    "  AND state = " SQL_COMPLETE " FOR SHARE)," SUBMIT_HAS " bound AS MATERIALIZED ("
     " SELECT CASE WHEN NOT EXISTS (SELECT 1 FROM twin) AND $11 > 0 AND queued >= $11 THEN 1"
     "   WHEN $12 > 0 AND bytes + octet_length($9) > $12 THEN 2"
     "   WHEN EXISTS (SELECT 1 FROM twin) THEN NULL"
@@ -65,13 +66,7 @@ _Static_assert(STORE_EMPTY == 1 && STORE_CONFLICT == 2 && STORE_FULL == 3, "as i
 /* A laminate with its drapes. Of these the first $15 are numbered from 0: $16 has their ids, $17
  * their digests, $18 where each ends in $19, which has all their requests; the texts are lists with
  * commas. A drape whose result is there finds it when it is claimed. */
-static const char submit_family_sql[] =
-    "WITH " POSTGRES_USABLE ", known AS MATERIALIZED ("
-    " SELECT id, status, id = $2 OR key_digest = sha256($9) AND kind = $14 AS same"
-    "  FROM draped.jobs"
-    "  WHERE id = $2 OR (owner = $5 AND key = $8) LIMIT 1),"
-    " stored AS MATERIALIZED ("
-    " SELECT 1 FROM draped.surfaces WHERE id = $7 FOR KEY SHARE)," SUBMIT_HAS
+static const char submit_family_sql[] = SUBMIT_KNOWN SUBMIT_HAS
     " bound AS MATERIALIZED ("
     " SELECT CASE WHEN $11 > 0 AND queued + $15 > $11 THEN 1"
     "   WHEN $12 > 0 AND bytes + octet_length($9) + octet_length($19) > $12 THEN 2"
@@ -155,67 +150,45 @@ enum store_answer postgres_submit(struct store *store, const struct store_submis
 
 /* ------------------------------------------------------------------ a laminate with its drapes */
 
-/* Its drapes as the statement takes them; malloc'ed. */
-struct lists {
-    char *ids, *digests, *ends, *requests;
-    size_t length; /* of the requests */
-};
-
-/* False without memory. */
-static bool make_lists(const struct store_family *family, struct lists *lists) {
+enum store_answer postgres_submit_family(struct store *store, const struct store_family *family,
+                                         struct store_receipt *receipt) {
     enum { NUMBER_SIZE = 21 };
+    char id[ID_SIZE];
     size_t all = 0, end = 0;
     for (size_t k = 0; k < family->count; k++)
         all += family->members[k].request_length;
-    *lists = (struct lists){.ids = malloc(family->count * ID_SIZE),
-                            .digests = malloc(family->count * STORE_DIGEST_SIZE),
-                            .ends = malloc(family->count * NUMBER_SIZE),
-                            .requests = malloc(all + 1),
-                            .length = all};
-    if (!lists->ids || !lists->digests || !lists->ends || !lists->requests)
-        return false;
-    char *digest = lists->digests, *number = lists->ends;
-    for (size_t k = 0; k < family->count; k++) {
+    /* The drapes as the statement takes them. */
+    char *ids = malloc(family->count * ID_SIZE),
+         *digests = malloc(family->count * STORE_DIGEST_SIZE);
+    char *ends = malloc(family->count * NUMBER_SIZE), *requests = malloc(all + 1);
+    char *digest = digests, *number = ends;
+    bool taken = ids && digests && ends && requests;
+    for (size_t k = 0; k < family->count && taken; k++) {
         const struct store_member *member = &family->members[k];
         const char *comma = k + 1 < family->count ? "," : "";
-        id_make(lists->ids + k * ID_SIZE);
-        lists->ids[k * ID_SIZE + ID_SIZE - 1] = *comma;
-        memcpy(lists->requests + end, member->request, member->request_length);
+        id_make(ids + k * ID_SIZE);
+        ids[k * ID_SIZE + ID_SIZE - 1] = *comma;
+        memcpy(requests + end, member->request, member->request_length);
         end += member->request_length;
         digest += snprintf(digest, STORE_DIGEST_SIZE + 1, "%s%s", member->digest, comma);
         number += snprintf(number, NUMBER_SIZE, "%zu%s", end, comma);
     }
-    return true;
-}
-
-enum store_answer postgres_submit_family(struct store *store, const struct store_family *family,
-                                         struct store_receipt *receipt) {
-    char id[ID_SIZE];
-    struct lists lists;
-    bool taken = make_lists(family, &lists);
     enum store_answer answer = STORE_DOWN;
     id_make(id);
     for (int k = 0; k < SUBMIT_TRIES && taken; k++) {
         struct query query = bind_submission(store, submit_family_sql, &family->parent, id);
-        query_bind(&query, of_int((int64_t)family->count), of_text(lists.ids),
-                   of_text(lists.digests), of_text(lists.ends),
-                   of_bytes(lists.requests, lists.length));
+        query_bind(&query, of_int((int64_t)family->count), of_text(ids), of_text(digests),
+                   of_text(ends), of_bytes(requests, all));
         answer = read_receipt(query, receipt, &taken);
     }
-    free(lists.ids);
-    free(lists.digests);
-    free(lists.ends);
-    free(lists.requests);
+    free(ids);
+    free(digests);
+    free(ends);
+    free(requests);
     return answer;
 }
 
 /* ------------------------------------------------------------------ ending by the caller */
-
-static enum store_answer known(struct store *store, const char *id) {
-    struct query query = postgres_query(store, "SELECT 1 FROM draped.jobs WHERE id = $1");
-    query_bind(&query, of_text(id));
-    return query_find(&query, STORE_EMPTY);
-}
 
 enum store_answer postgres_cancel(struct store *store, const char *id) {
     struct query query =
@@ -227,7 +200,9 @@ enum store_answer postgres_cancel(struct store *store, const char *id) {
     enum store_answer answer = query_find(&query, STORE_EMPTY);
     if (answer != STORE_EMPTY)
         return answer;
-    answer = known(store, id);
+    query = postgres_query(store, "SELECT 1 FROM draped.jobs WHERE id = $1");
+    query_bind(&query, of_text(id));
+    answer = query_find(&query, STORE_EMPTY);
     return answer == STORE_OK ? STORE_CONFLICT : answer;
 }
 

@@ -65,19 +65,6 @@ static void disconnect(struct notify *notify) {
     notify->connection = NULL;
 }
 
-static bool connected(struct notify *notify) {
-    if (notify->connection)
-        return true;
-    notify->connection = pool_connect(notify->pool);
-    PGresult *result = PQexec(notify->connection, "LISTEN draped");
-    bool good =
-        PQresultStatus(result) == PGRES_COMMAND_OK && PQsetnonblocking(notify->connection, 1) == 0;
-    PQclear(result);
-    if (!good)
-        disconnect(notify);
-    return good;
-}
-
 /* Passes on the subjects that others have announced as job events; whether there was anything.
  * Words of another program on our channel name nothing here and do no harm. */
 static bool pass_on_all(struct notify *notify) {
@@ -104,8 +91,17 @@ static bool pass_on_all(struct notify *notify) {
 /* Waits for announcements of others or until there is something to announce; false when there is no
  * connection: wait before trying again. */
 static bool wait_for_either(struct notify *notify) {
-    if (!connected(notify))
-        return false;
+    if (!notify->connection) {
+        notify->connection = pool_connect(notify->pool);
+        PGresult *result = PQexec(notify->connection, "LISTEN draped");
+        bool good = PQresultStatus(result) == PGRES_COMMAND_OK &&
+                    PQsetnonblocking(notify->connection, 1) == 0;
+        PQclear(result);
+        if (!good) {
+            disconnect(notify);
+            return false;
+        }
+    }
     struct pollfd files[2] = {{.fd = PQsocket(notify->connection), .events = POLLIN},
                               {.fd = notify->wake, .events = POLLIN}};
     bool any = pass_on_all(notify); /* some came while we announced */

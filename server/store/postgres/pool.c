@@ -181,12 +181,14 @@ static struct pool_connection *open_connection(struct pool *pool) {
     return connection;
 }
 
-/* With the lock, given up meanwhile: waits until there is a connection, or may be, and nobody has
- * waited for it longer; for as long as the patience lasts. */
-static void wait_for_turn(struct pool *pool) {
+struct pool_connection *pool_take(struct pool *pool, enum store_answer *answer) {
     struct timespec until = clock_after_ms(pool->patience_ms);
+    struct pool_connection *connection = NULL;
     struct waiter me = {0}, **at = &pool->waiting;
     int code = 0;
+    *answer = STORE_DOWN;
+    pthread_mutex_lock(&pool->lock);
+    /* Waits until there is a connection, or may be, and nobody has waited for it longer. */
     while (*at)
         at = &(*at)->next;
     *at = &me;
@@ -198,13 +200,6 @@ static void wait_for_turn(struct pool *pool) {
     *at = me.next;
     if (pool->waiting)
         pthread_cond_broadcast(&pool->back);
-}
-
-struct pool_connection *pool_take(struct pool *pool, enum store_answer *answer) {
-    struct pool_connection *connection = NULL;
-    *answer = STORE_DOWN;
-    pthread_mutex_lock(&pool->lock);
-    wait_for_turn(pool);
     if (pool->idle_count > 0)
         connection = pool->idle[--pool->idle_count];
     else if (pool->open == POOL_CONNECTIONS)
@@ -248,26 +243,22 @@ void pool_give(struct pool *pool, struct pool_connection *connection, bool lost)
 
 /* ------------------------------------------------------------------ answers */
 
-/* Waits until the answer is complete; false when the connection is lost or the time is over. */
-static bool wait_answer(PGconn *libpq, int64_t until_ms) {
-    int unsent = PQflush(libpq);
-    while (unsent > 0 || PQisBusy(libpq)) {
-        struct pollfd file = {.fd = PQsocket(libpq),
-                              .events = (short)(POLLIN | (unsent > 0 ? POLLOUT : 0))};
-        int64_t left = until_ms - clock_ms();
-        int ready = left > 0 ? poll(&file, 1, (int)left) : 0;
-        if (ready == 0 || (ready < 0 && errno != EINTR) || !PQconsumeInput(libpq))
-            return false;
-        unsent = PQflush(libpq);
-    }
-    return unsent == 0;
-}
-
 PGresult *pool_receive(PGconn *libpq, int64_t until_ms) {
     PGresult *kept = NULL;
     bool good = true;
-    while ((good = wait_answer(libpq, until_ms))) {
-        PGresult *next = PQgetResult(libpq);
+    while (good) {
+        /* Until the next one is complete, unless the connection is lost or the time is over. */
+        int unsent = PQflush(libpq);
+        while (good && (unsent > 0 || PQisBusy(libpq))) {
+            struct pollfd file = {.fd = PQsocket(libpq),
+                                  .events = (short)(POLLIN | (unsent > 0 ? POLLOUT : 0))};
+            int64_t left = until_ms - clock_ms();
+            int ready = left > 0 ? poll(&file, 1, (int)left) : 0;
+            good = ready != 0 && (ready > 0 || errno == EINTR) && PQconsumeInput(libpq);
+            unsent = good ? PQflush(libpq) : unsent;
+        }
+        good = good && unsent == 0;
+        PGresult *next = good ? PQgetResult(libpq) : NULL;
         if (!next)
             break;
         bool failed = PQresultStatus(kept) == PGRES_FATAL_ERROR && kept;

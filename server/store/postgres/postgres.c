@@ -20,10 +20,6 @@ struct pool *postgres_pool(struct store *store) {
     return postgres_of(store)->pool;
 }
 
-static struct query postgres_begin(void *pool, const char *sql) {
-    return pg_query(pool, sql);
-}
-
 struct query postgres_query(struct store *store, const char *sql) {
     return pg_query(postgres_of(store)->pool, sql);
 }
@@ -86,7 +82,7 @@ static const struct dialect dialect = {
 };
 
 struct reader postgres_reader(struct pool *pool) {
-    return (struct reader){postgres_begin, pool, &dialect};
+    return (struct reader){pg_query, pool, &dialect};
 }
 
 static const struct store_ops postgres_ops = {
@@ -120,28 +116,6 @@ static const struct store_ops postgres_ops = {
     .item_delete = postgres_item_delete,
 };
 
-/* What must be so for answers to mean what they say. */
-static bool check_server(struct pool *pool, char why[STORE_WHY_SIZE]) {
-    struct query query = pg_query(pool, "SELECT pg_is_in_recovery() OR"
-                                        " current_setting('default_transaction_read_only') = 'on',"
-                                        " current_setting('synchronous_commit') = 'off'");
-    bool found = query_row(&query);
-    bool read_only = found && query_int(&query, 0);
-    bool loose = found && query_int(&query, 1);
-    enum store_answer answer = query_end(&query);
-    if (answer != STORE_OK)
-        snprintf(why, STORE_WHY_SIZE, "the database does not answer (see the log)");
-    else if (read_only)
-        snprintf(why, STORE_WHY_SIZE,
-                 "the database is a replica or set read-only: name the primary in the URL; with "
-                 "several hosts there, add target_session_attrs=read-write");
-    else if (loose)
-        snprintf(why, STORE_WHY_SIZE,
-                 "the database has synchronous_commit off for this user, so it could lose drapes "
-                 "that were accepted: ALTER ROLE ... SET synchronous_commit = on");
-    return answer == STORE_OK && !read_only && !loose;
-}
-
 struct store *store_postgres_open(const char *url, const struct store_options *options,
                                   struct job_events *events, char why[STORE_WHY_SIZE]) {
     struct postgres_store *store = calloc(1, sizeof *store);
@@ -153,8 +127,28 @@ struct store *store_postgres_open(const char *url, const struct store_options *o
     store->base.events = events;
     store->base.options = *options;
     store->pool = pool_open(url, options->busy_ms, why);
-    if (store->pool && check_server(store->pool, why) &&
-        postgres_prepare_tables(store->pool, why)) {
+    bool good = store->pool != NULL;
+    if (good) { /* what must be so for answers to mean what they say */
+        struct query query =
+            pg_query(store->pool, "SELECT pg_is_in_recovery() OR"
+                                  " current_setting('default_transaction_read_only') = 'on',"
+                                  " current_setting('synchronous_commit') = 'off'");
+        bool found = query_row(&query);
+        bool read_only = found && query_int(&query, 0), loose = found && query_int(&query, 1);
+        bool answered = query_end(&query) == STORE_OK;
+        good = answered && !read_only && !loose;
+        if (!answered)
+            snprintf(why, STORE_WHY_SIZE, "the database does not answer (see the log)");
+        else if (read_only)
+            snprintf(why, STORE_WHY_SIZE,
+                     "the database is a replica or set read-only: name the primary in the URL; "
+                     "with several hosts there, add target_session_attrs=read-write");
+        else if (loose)
+            snprintf(why, STORE_WHY_SIZE,
+                     "the database has synchronous_commit off for this user, so it could lose "
+                     "drapes that were accepted: ALTER ROLE ... SET synchronous_commit = on");
+    }
+    if (good && postgres_prepare_tables(store->pool, why)) {
         store->base.reader = postgres_reader(store->pool);
         store->notify = notify_start(store->pool, events);
         if (store->notify)

@@ -97,45 +97,31 @@ enum store_answer postgres_result_append(struct store *store, struct store_segme
     return query_end_found(&query, found, STORE_CONFLICT);
 }
 
-/* `*taken`: there is a result of that digest. */
-static enum store_answer commit_own(struct store *store, struct store_segment *segment,
-                                    const unsigned char *bytes, bool *taken) {
-    struct query query =
-        postgres_query_now(store, segment->number ? commit_begun_sql : commit_new_sql);
-    bind_segment(&query, segment, bytes);
-    query_bind(&query, of_int(segment->total), of_text(segment->summary));
-    if (segment->number)
-        query_bind(&query, of_int(segment->number));
-    bool found = query_row(&query);
-    if (found)
-        segment->number = query_int(&query, 0);
-    *taken = query.taken;
-    return query_end_found(&query, found, STORE_CONFLICT);
-}
-
-static enum store_answer commit_twin(struct store *store, struct store_segment *segment) {
-    struct query query = postgres_query_now(store, commit_twin_sql);
-    query_bind(&query, of_int(segment->claim->sequence), of_int(segment->claim->token));
-    enum store_answer answer = query_find(&query, STORE_CONFLICT);
-    if (answer != STORE_OK)
-        return answer;
-    if (segment->number)
-        (void)!postgres_result_drop(store, segment->number); /* else the sweep finds it */
-    segment->number = 0;
-    return STORE_OK;
-}
-
 /* A twin that was there may be gone when it is to be taken: then the own result is stored. */
 enum store_answer postgres_result_commit(struct store *store, struct store_segment *segment) {
     unsigned char *bytes = join_chunks(segment);
     enum store_answer answer = bytes ? STORE_CONFLICT : STORE_DOWN;
     for (int k = 0; k < COMMIT_TRIES && answer == STORE_CONFLICT; k++) {
-        bool taken = false;
-        answer = commit_own(store, segment, bytes, &taken);
-        if (answer == STORE_CONFLICT && !taken)
+        struct query query =
+            postgres_query_now(store, segment->number ? commit_begun_sql : commit_new_sql);
+        bind_segment(&query, segment, bytes);
+        query_bind(&query, of_int(segment->total), of_text(segment->summary));
+        if (segment->number)
+            query_bind(&query, of_int(segment->number));
+        bool found = query_row(&query);
+        if (found)
+            segment->number = query_int(&query, 0);
+        bool taken = query.taken; /* there is a result of that digest */
+        answer = query_end_found(&query, found, STORE_CONFLICT);
+        if (!taken)
             break;
-        if (taken)
-            answer = commit_twin(store, segment);
+        query = postgres_query_now(store, commit_twin_sql);
+        query_bind(&query, of_int(segment->claim->sequence), of_int(segment->claim->token));
+        answer = query_find(&query, STORE_CONFLICT);
+        if (answer == STORE_OK && segment->number)
+            (void)!postgres_result_drop(store, segment->number); /* else the sweep finds it */
+        if (answer == STORE_OK)
+            segment->number = 0;
     }
     free(bytes);
     return answer;
@@ -147,6 +133,5 @@ enum store_answer postgres_result_drop(struct store *store, int64_t number) {
                                                " WHERE number = $1 AND state = " SQL_BUILDING
                                                " RETURNING " POSTGRES_LAZY);
     query_bind(&query, of_int(number));
-    query_row(&query);
-    return query_end(&query);
+    return query_run(&query);
 }

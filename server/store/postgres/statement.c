@@ -51,26 +51,6 @@ struct arguments {
     char numbers[QUERY_PARAMETERS][8];
 };
 
-static void lay_out(const struct query *query, struct arguments *arguments) {
-    static const Oid types[] = {[QUERY_INT] = TYPE_INT8,
-                                [QUERY_REAL] = TYPE_FLOAT8,
-                                [QUERY_TEXT] = TYPE_TEXT,
-                                [QUERY_BYTES] = TYPE_BYTEA};
-    for (int k = 0; k < query->bound; k++) {
-        const struct query_value *value = &query->values[k];
-        uint64_t bits = (uint64_t)value->integer;
-        if (value->kind == QUERY_REAL)
-            memcpy(&bits, &value->real, sizeof bits);
-        for (int n = 0; n < 8; n++) /* numbers travel with the highest byte first */
-            arguments->numbers[k][n] = (char)(bits >> (56 - 8 * n));
-        bool number = value->kind == QUERY_INT || value->kind == QUERY_REAL;
-        arguments->types[k] = types[value->kind];
-        arguments->values[k] = value->null ? NULL : number ? arguments->numbers[k] : value->bytes;
-        arguments->lengths[k] = number ? 8 : (int)value->length;
-        arguments->formats[k] = 1;
-    }
-}
-
 /* Prepares the statement on the connection if it is not yet. NULL: it is; else what failed. */
 static bool prepare_on_server(struct pool_connection *connection, const struct query *query,
                               const struct arguments *arguments, const char *name, int64_t until_ms,
@@ -95,13 +75,29 @@ static bool prepare_on_server(struct pool_connection *connection, const struct q
 /* NULL: the connection is lost. */
 static PGresult *execute(struct pool *pool, struct pool_connection *connection,
                          const struct query *query) {
+    static const Oid types[] = {[QUERY_INT] = TYPE_INT8,
+                                [QUERY_REAL] = TYPE_FLOAT8,
+                                [QUERY_TEXT] = TYPE_TEXT,
+                                [QUERY_BYTES] = TYPE_BYTEA};
     struct arguments a;
     char name[NAME_SIZE];
     uint64_t hash = UINT64_C(14695981039346656037);
     PGresult *failed = NULL;
     int64_t until = clock_ms() + pool_patience_ms(pool);
     bool nameless = pool_nameless(pool);
-    lay_out(query, &a);
+    for (int k = 0; k < query->bound; k++) {
+        const struct query_value *value = &query->values[k];
+        uint64_t bits = (uint64_t)value->integer;
+        if (value->kind == QUERY_REAL)
+            memcpy(&bits, &value->real, sizeof bits);
+        for (int n = 0; n < 8; n++) /* numbers travel with the highest byte first */
+            a.numbers[k][n] = (char)(bits >> (56 - 8 * n));
+        bool number = value->kind == QUERY_INT || value->kind == QUERY_REAL;
+        a.types[k] = types[value->kind];
+        a.values[k] = value->null ? NULL : number ? a.numbers[k] : value->bytes;
+        a.lengths[k] = number ? 8 : (int)value->length;
+        a.formats[k] = 1;
+    }
     /* FNV-1a of the text: behind a pooler other processes of ours use the same connection, and the
      * same name must mean the same statement there. */
     for (const char *c = query->sql; *c; c++)
@@ -154,49 +150,40 @@ static enum verdict judge_answer(struct pool *pool, const PGresult *result, bool
     return *lost ? VERDICT_AGAIN : VERDICT_DOWN;
 }
 
-static void note_failure(const struct pool *pool, const struct query *query,
-                         const PGresult *result) {
-    char text[STORE_WHY_SIZE];
-    pool_say(text, "%s", result ? message_of(result) : "the connection was lost");
-    pool_hide_password(pool, text);
-    log_error(log_event("store_failed"), log_text("error", text),
-              log_text("sqlstate", result ? sqlstate_of(result) : ""), log_text("sql", query->sql));
-}
-
-/* All tries of it. */
-static void run_with_retries(struct query *query) {
+/* The first row comes with all tries of the statement. */
+static bool pg_row(struct query *query) {
     static const enum store_answer answers[] = {
         [VERDICT_GOOD] = STORE_OK,       [VERDICT_TAKEN] = STORE_CONFLICT,
         [VERDICT_BUSY] = STORE_BUSY,     [VERDICT_DOWN] = STORE_DOWN,
         [VERDICT_FULL] = STORE_NO_SPACE, [VERDICT_READ_ONLY] = STORE_READ_ONLY,
         [VERDICT_AGAIN] = STORE_DOWN};
     struct pool *pool = query->connection;
-    for (int k = 0; k < TRIES && query->answer == STORE_OK; k++) {
+    bool again = query->row++ == 0 && query->answer == STORE_OK;
+    for (int tries = 1; again; tries++) {
         bool lost = false;
         struct pool_connection *connection = pool_take(pool, &query->answer);
         if (!connection)
-            return;
+            break;
         PGresult *result = execute(pool, connection, query);
         enum verdict verdict = judge_answer(pool, result, &lost);
-        query->answer = answers[verdict];
+        again = verdict == VERDICT_AGAIN && tries < TRIES;
         query->taken = verdict == VERDICT_TAKEN;
-        if (verdict == VERDICT_GOOD)
-            query->statement = result;
-        else if (verdict == VERDICT_DOWN || verdict == VERDICT_FULL ||
-                 verdict == VERDICT_READ_ONLY || (verdict == VERDICT_AGAIN && k == TRIES - 1))
-            note_failure(pool, query, result);
+        query->answer = again ? STORE_OK : answers[verdict];
+        if (verdict == VERDICT_DOWN || verdict == VERDICT_FULL || verdict == VERDICT_READ_ONLY ||
+            (verdict == VERDICT_AGAIN && !again)) {
+            char text[STORE_WHY_SIZE];
+            pool_say(text, "%s", result ? message_of(result) : "the connection was lost");
+            pool_hide_password(pool, text);
+            log_error(log_event("store_failed"), log_text("error", text),
+                      log_text("sqlstate", result ? sqlstate_of(result) : ""),
+                      log_text("sql", query->sql));
+        }
         pool_give(pool, connection, lost);
         if (verdict == VERDICT_GOOD)
-            return;
-        PQclear(result);
-        if (verdict == VERDICT_AGAIN && k < TRIES - 1)
-            query->answer = STORE_OK;
+            query->statement = result;
+        else
+            PQclear(result);
     }
-}
-
-static bool pg_row(struct query *query) {
-    if (query->row++ == 0)
-        run_with_retries(query);
     return query->statement && query->row <= PQntuples(query->statement);
 }
 
@@ -241,7 +228,7 @@ static enum store_answer pg_end(struct query *query) {
     return query->answer;
 }
 
-struct query pg_query(struct pool *pool, const char *sql) {
+struct query pg_query(void *pool, const char *sql) {
     static const struct query_driver driver = {pg_row, pg_column, pg_end};
     return (struct query){.driver = &driver, .connection = pool, .sql = sql};
 }

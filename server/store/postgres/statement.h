@@ -21,8 +21,8 @@ struct pool;
 bool pg_script(struct pool *pool, const char *sql, bool *taken,
                char why[STORE_WHY_SIZE]) STORE_MUST_USE;
 
-/* A statement, used as `server/store/query.h` says; the rows come all at once. `sql` must be a
- * literal: its address names the prepared statement. */
-struct query pg_query(struct pool *pool, const char *sql);
+/* A statement on a `struct pool`, used as `server/store/query.h` says; the rows come all at once.
+ * `sql` must be a literal: its address names the prepared statement. */
+struct query pg_query(void *pool, const char *sql);
 
 #endif

@@ -4,17 +4,20 @@
 
 /* ------------------------------------------------------------------ retention and remains */
 
+/* What is `due` keeps its summary alone. */
+#define EXPIRE_DUE                                                                                 \
+    " gone AS (DELETE FROM draped.requests USING due WHERE job = due.sequence),"                   \
+    " done AS (UPDATE draped.jobs j SET expired = 1, result = NULL,"                               \
+    "  summary = (SELECT r.summary FROM draped.results r WHERE r.number = due.result)"             \
+    "  FROM due WHERE j.sequence = due.sequence RETURNING due.result)"                             \
+    " SELECT count(*), draped.forget_results(array_agg(result)) FROM done"
+
 /* Each handles some rows that no other process is handling, and gives their number; $2 is the age.
  */
 static const char expire_sql[] =
     "WITH due AS MATERIALIZED (SELECT sequence, result FROM draped.jobs WHERE status "
     ">= " SQL_FIRST_ENDED " AND expired = 0 AND finished < " POSTGRES_NOW
-    " - $2 LIMIT 64 FOR UPDATE SKIP LOCKED),"
-    " gone AS (DELETE FROM draped.requests USING due WHERE job = due.sequence),"
-    " done AS (UPDATE draped.jobs j SET expired = 1, result = NULL,"
-    "  summary = (SELECT r.summary FROM draped.results r WHERE r.number = due.result)"
-    "  FROM due WHERE j.sequence = due.sequence RETURNING due.result)"
-    " SELECT count(*), draped.forget_results(array_agg(result)) FROM done";
+    " - $2 LIMIT 64 FOR UPDATE SKIP LOCKED)," EXPIRE_DUE;
 
 /* $2 is the bound of bytes. The oldest jobs of the owner whose results are largest, until they are
  * no larger than the next owner's, or all are within the bound; what jobs share is freed with the
@@ -33,12 +36,7 @@ static const char excess_sql[] =
     "  FROM oldest),"
     " due AS MATERIALIZED (SELECT sequence, result FROM draped.jobs WHERE expired = 0"
     "  AND sequence IN (SELECT sequence FROM chosen, largest WHERE freed < bytes)"
-    "  FOR UPDATE SKIP LOCKED),"
-    " gone AS (DELETE FROM draped.requests USING due WHERE job = due.sequence),"
-    " done AS (UPDATE draped.jobs j SET expired = 1, result = NULL,"
-    "  summary = (SELECT r.summary FROM draped.results r WHERE r.number = due.result)"
-    "  FROM due WHERE j.sequence = due.sequence RETURNING due.result)"
-    " SELECT count(*), draped.forget_results(array_agg(result)) FROM done";
+    "  FOR UPDATE SKIP LOCKED)," EXPIRE_DUE;
 
 static const char remove_sql[] =
     "WITH due AS MATERIALIZED (SELECT sequence FROM draped.jobs WHERE status >= " SQL_FIRST_ENDED
