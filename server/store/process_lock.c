@@ -49,40 +49,6 @@ bool process_lock_gone(const struct process_lock *lock, const char *name) {
 
 /* ------------------------------------------------------------------ taking and freeing */
 
-static bool lock_store(struct process_lock *lock, bool shared, char why[STORE_WHY_SIZE]) {
-    char path[PATH_MAX];
-    int length = snprintf(path, sizeof path, "%s-lock", lock->path);
-    if (length > 0 && (size_t)length < sizeof path)
-        lock->store_lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (lock->store_lock < 0) {
-        snprintf(why, STORE_WHY_SIZE, "cannot write beside the database %s: %s", lock->path,
-                 strerror(errno));
-        return false;
-    }
-    if (flock(lock->store_lock, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) == 0)
-        return true;
-    snprintf(why, STORE_WHY_SIZE, "the database %s is in use by another draped", lock->path);
-    return false;
-}
-
-/* The file gets its name when it is locked, so that no process can find it unlocked and take
- * this one for dead. */
-static bool lock_own(struct process_lock *lock, char why[STORE_WHY_SIZE]) {
-    char unlocked[PATH_MAX];
-    char path[PATH_MAX];
-    id_make(lock->name);
-    if (lock_path(lock, lock->name, ".new", unlocked) && lock_path(lock, lock->name, "", path))
-        lock->own_lock = open(unlocked, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (lock->own_lock >= 0 && flock(lock->own_lock, LOCK_EX | LOCK_NB) == 0 &&
-        rename(unlocked, path) == 0)
-        return true;
-    snprintf(why, STORE_WHY_SIZE, "cannot write beside the database %s: %s", lock->path,
-             strerror(errno));
-    if (lock->own_lock >= 0)
-        unlink(unlocked);
-    return false;
-}
-
 /* Removes the files of the dead; without this every kill would leave one for ever. */
 static void clear_away(const struct process_lock *lock) {
     char folder[PATH_MAX];
@@ -103,17 +69,40 @@ static void clear_away(const struct process_lock *lock) {
 }
 
 struct process_lock *process_lock_take(const char *path, bool shared, char why[STORE_WHY_SIZE]) {
+    char beside[PATH_MAX], unlocked[PATH_MAX];
     struct process_lock *lock = calloc(1, sizeof *lock);
-    if (lock) {
-        lock->store_lock = lock->own_lock = -1;
-        lock->path = strdup(path);
-    }
-    if (!lock || !lock->path)
+    if (!lock || !(lock->path = strdup(path))) {
         snprintf(why, STORE_WHY_SIZE, "no memory for the database");
-    else if (lock_store(lock, shared, why) && lock_own(lock, why)) {
+        free(lock);
+        return NULL;
+    }
+    lock->store_lock = lock->own_lock = -1;
+    int length = snprintf(beside, sizeof beside, "%s-lock", path);
+    if (length > 0 && (size_t)length < sizeof beside)
+        lock->store_lock = open(beside, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    bool writes = lock->store_lock >= 0;
+    if (writes && flock(lock->store_lock, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0) {
+        snprintf(why, STORE_WHY_SIZE, "the database %s is in use by another draped", path);
+        process_lock_free(lock);
+        return NULL;
+    }
+    if (writes) {
+        /* The file gets its name when it is locked, so that no process can find it unlocked and
+         * take this one for dead. */
+        id_make(lock->name);
+        if (lock_path(lock, lock->name, ".new", unlocked) &&
+            lock_path(lock, lock->name, "", beside))
+            lock->own_lock = open(unlocked, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+        writes = lock->own_lock >= 0 && flock(lock->own_lock, LOCK_EX | LOCK_NB) == 0 &&
+                 rename(unlocked, beside) == 0;
+    }
+    if (writes) {
         clear_away(lock);
         return lock;
     }
+    snprintf(why, STORE_WHY_SIZE, "cannot write beside the database %s: %s", path, strerror(errno));
+    if (lock->own_lock >= 0)
+        unlink(unlocked);
     process_lock_free(lock);
     return NULL;
 }

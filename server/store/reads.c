@@ -108,24 +108,21 @@ enum store_answer store_members(struct store *store, const char *id, struct stor
     "SELECT " JOB_COLUMNS " WHERE j.sequence < $1 AND " which                                      \
     " ORDER BY j.sequence DESC LIMIT " limit
 
-/* A statement each, so that it has the index it needs: the + keeps one of all drapes out. */
-static const char *list_sql(const struct store_filter *filter) {
-    if (filter->owner)
-        return filter->has_status
-                   ? LIST_OF("j.kind = $2 AND j.owner = $3 AND $4 = " SQL_SHOWN, "$5")
-                   : LIST_OF("j.kind = $2 AND j.owner = $3", "$4");
-    if (filter->kind != STORE_DRAPE)
-        return filter->has_status ? LIST_OF("j.kind > 0 AND j.kind = $2 AND $3 = " SQL_SHOWN, "$4")
-                                  : LIST_OF("j.kind > 0 AND j.kind = $2", "$3");
-    return filter->has_status ? LIST_OF("j.kind = $2 AND j.status = $3", "$4")
-                              : LIST_OF("+j.kind = $2", "$3");
-}
-
 enum store_answer store_list(struct store *store, const struct store_filter *filter,
                              struct store_page *page) {
     int64_t cursor = cursor_open(store->secret, filter->owner, filter->cursor);
+    const bool some = filter->has_status;
     memset(page, 0, sizeof *page);
-    struct query query = begin_read(store, list_sql(filter));
+    /* A statement each, so that it has the index it needs: the + keeps one of all drapes out. */
+    const char *sql =
+        some ? LIST_OF("j.kind = $2 AND j.status = $3", "$4") : LIST_OF("+j.kind = $2", "$3");
+    if (filter->owner)
+        sql = some ? LIST_OF("j.kind = $2 AND j.owner = $3 AND $4 = " SQL_SHOWN, "$5")
+                   : LIST_OF("j.kind = $2 AND j.owner = $3", "$4");
+    else if (filter->kind != STORE_DRAPE)
+        sql = some ? LIST_OF("j.kind > 0 AND j.kind = $2 AND $3 = " SQL_SHOWN, "$4")
+                   : LIST_OF("j.kind > 0 AND j.kind = $2", "$3");
+    struct query query = begin_read(store, sql);
     query_bind(&query, of_int(cursor > 0 ? cursor : INT64_MAX), of_int(filter->kind));
     if (filter->owner)
         query_bind(&query, of_text(filter->owner));

@@ -77,34 +77,31 @@ enum store_answer store_yield(struct store *store, const struct store_claim *cla
 
 /* Other processes sweep as well: a conflict means that one of them was first, or that the lease was
  * renewed after all. */
-static enum store_answer recover(struct store *store, const struct store_ended *ended,
-                                 struct store_sweep *sweep) {
-    struct store_claim claim = ended->claim;
-    bool failed = false;
-    enum store_answer answer = store->ops->take_over(store, ended, &claim.token);
-    if (answer == STORE_OK)
-        answer = ended->holder_gone
-                     ? give_job_back(store, &claim, CAUSE_INTERRUPTED,
-                                     "the service itself died each time", &failed)
-                     : give_job_back(store, &claim, CAUSE_CRASHED,
-                                     "its dispatcher did not renew the lease", &failed);
-    if (answer != STORE_OK)
-        return answer == STORE_CONFLICT ? STORE_OK : answer;
-    sweep->failed += failed;
-    sweep->requeued += !failed;
-    log_warning(log_event("claim_ended"), log_text("drape", claim.id),
-                log_text("cause", ended->holder_gone ? "process gone" : "lease"),
-                log_text("then", failed ? "failed" : "queued"));
-    tell_again(store, claim.id);
-    return STORE_OK;
-}
-
 enum store_answer recovery_sweep(struct store *store, struct store_sweep *sweep) {
     struct store_ended ended[CLAIMS_A_LOOK];
     size_t count = 0;
     enum store_answer answer = store->ops->find_ended(store, ended, CLAIMS_A_LOOK, &count);
-    for (size_t k = 0; k < count && answer == STORE_OK; k++)
-        answer = recover(store, &ended[k], sweep);
+    for (size_t k = 0; k < count && answer == STORE_OK; k++) {
+        const bool gone = ended[k].holder_gone;
+        struct store_claim claim = ended[k].claim;
+        bool failed = false;
+        answer = store->ops->take_over(store, &ended[k], &claim.token);
+        if (answer == STORE_OK)
+            answer = give_job_back(store, &claim, gone ? CAUSE_INTERRUPTED : CAUSE_CRASHED,
+                                   gone ? "the service itself died each time"
+                                        : "its dispatcher did not renew the lease",
+                                   &failed);
+        if (answer == STORE_OK) {
+            sweep->failed += failed;
+            sweep->requeued += !failed;
+            log_warning(log_event("claim_ended"), log_text("drape", claim.id),
+                        log_text("cause", gone ? "process gone" : "lease"),
+                        log_text("then", failed ? "failed" : "queued"));
+            tell_again(store, claim.id);
+        } else if (answer == STORE_CONFLICT) {
+            answer = STORE_OK;
+        }
+    }
     sweep->more = sweep->more || count == CLAIMS_A_LOOK;
     return answer;
 }

@@ -7,20 +7,6 @@
 
 enum { STEPS_A_SWEEP = 100 }; /* of each kind: then `more` is set */
 
-/* Repeats a step until it finds nothing more; adds what it did to `*done`. */
-static enum store_answer repeat_step(struct store *store, enum store_step step,
-                                     struct store_sweep *sweep, int *done) {
-    for (int n = 0; n < STEPS_A_SWEEP; n++) {
-        int64_t count = 0;
-        enum store_answer answer = store->ops->step(store, step, &count);
-        if (answer != STORE_OK)
-            return answer == STORE_EMPTY ? STORE_OK : answer;
-        *done += (int)count;
-    }
-    sweep->more = true;
-    return STORE_OK;
-}
-
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of `store->clocks` */
 
 struct clock_check store_clocks(const struct store *store) {
@@ -28,18 +14,6 @@ struct clock_check store_clocks(const struct store *store) {
     const struct clock_check clocks = store->clocks;
     pthread_mutex_unlock(&lock);
     return clocks;
-}
-
-static struct clock_check look_at_clocks(struct store *store, int64_t now) {
-    pthread_mutex_lock(&lock);
-    const struct clock_check before = store->clocks;
-    clock_check_compare(&store->clocks, now, store_monotonic_us(store));
-    const struct clock_check after = store->clocks;
-    pthread_mutex_unlock(&lock);
-    if (after.jumps > before.jumps)
-        log_warning(log_event("clock_jumped"),
-                    log_int("seconds", (now - before.wall_us) / 1000000));
-    return after;
 }
 
 /* What is due is found by reading, so that an idle store is not written to. A step makes work for
@@ -55,7 +29,14 @@ enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) {
     memset(sweep, 0, sizeof *sweep);
     enum store_answer answer = store->ops->find_due(store, due, &now);
     if (answer == STORE_OK) {
-        const struct clock_check clocks = look_at_clocks(store, now);
+        pthread_mutex_lock(&lock);
+        const struct clock_check before = store->clocks;
+        clock_check_compare(&store->clocks, now, store_monotonic_us(store));
+        const struct clock_check clocks = store->clocks;
+        pthread_mutex_unlock(&lock);
+        if (clocks.jumps > before.jumps)
+            log_warning(log_event("clock_jumped"),
+                        log_int("seconds", (now - before.wall_us) / 1000000));
         trusted = clock_check_agreed_us(&clocks) >= store->options.clock_trust_us;
         if (!store->ops->wall_leases || clocks.jumps == 0 ||
             clock_check_agreed_us(&clocks) > store->options.lease_us)
@@ -65,7 +46,14 @@ enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) {
     for (int step = 0; step < STORE_STEP_COUNT && answer == STORE_OK; step++) {
         if (!due[step] || (!trusted && (step == STORE_STEP_EXPIRE || step == STORE_STEP_REMOVE)))
             continue;
-        answer = repeat_step(store, (enum store_step)step, sweep, &done[step]);
+        for (int n = 0; n < STEPS_A_SWEEP && answer == STORE_OK; n++) {
+            int64_t count = 0;
+            answer = store->ops->step(store, (enum store_step)step, &count);
+            done[step] += answer == STORE_OK ? (int)count : 0;
+        }
+        sweep->more = sweep->more || answer == STORE_OK;
+        if (answer == STORE_EMPTY)
+            answer = STORE_OK;
         if (step < STORE_STEP_CLEAR && step != STORE_STEP_REMOVE)
             due[STORE_STEP_CLEAR] = true;
         if (step == STORE_STEP_CLEAR)
