@@ -108,11 +108,11 @@ enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_cla
                                             " WHERE status = " SQL_QUEUED " LIMIT 1");
     enum store_answer answer = query_find(&query, STORE_EMPTY);
     if (answer == STORE_OK)
-        answer = sqlite_write_lazy(store, claim_operation, &claiming);
+        answer = sqlite_write(store, DB_LAZY, claim_operation, &claiming);
     if (answer != STORE_CONFLICT)
         return answer;
     claiming.may_end = true;
-    return sqlite_write(store, claim_operation, &claiming);
+    return sqlite_write(store, DB_DURABLE, claim_operation, &claiming);
 }
 
 /* No owner has fewer than none running, and no job has that number. */
@@ -133,84 +133,67 @@ enum store_answer sqlite_starving(struct store *store, bool fresh) {
 
 /* ------------------------------------------------------------------ holding */
 
-struct holding {
+enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
+                               double progress) {
+    const struct sqlite_store *own = sqlite_of(store);
+    struct query query = {.sql = "UPDATE jobs SET lease = ?, progress = max(progress, ?)"
+                                 " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING};
+    query_bind(&query, of_int(sqlite_steady(own) + sqlite_options(own)->lease_us),
+               of_real(progress), of_int(claim->sequence), of_int(claim->token));
+    return sqlite_change(store, DB_LAZY, &query, STORE_CONFLICT);
+}
+
+/* ------------------------------------------------------------------ giving up */
+
+enum store_answer sqlite_fail(struct store *store, const struct store_claim *claim,
+                              const char *error) {
+    struct query query = {
+        .sql = "UPDATE jobs SET status = " SQL_FAILED ", finished = ?, error = ?, lease = NULL,"
+               " holder = NULL WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING};
+    query_bind(&query, of_int(sqlite_now(sqlite_of(store))), of_text(error),
+               of_int(claim->sequence), of_int(claim->token));
+    return sqlite_change(store, DB_DURABLE, &query, STORE_CONFLICT);
+}
+
+struct giving_up {
     const struct store_claim *claim;
-    double progress;
-    const char *error;
     bool excused;
     int64_t later;
     const void *task; /* it becomes another; NULL: the same */
 };
 
-static enum store_answer renew_operation(struct sqlite_store *store, struct db *db, void *context) {
-    struct holding *holding = context;
-    struct query query =
-        db_query(db, "UPDATE jobs SET lease = ?, progress = max(progress, ?)"
-                     " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind(&query, of_int(sqlite_steady(store) + sqlite_options(store)->lease_us),
-               of_real(holding->progress), of_int(holding->claim->sequence),
-               of_int(holding->claim->token));
-    return db_change(&query, STORE_CONFLICT);
-}
-
-enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
-                               double progress) {
-    struct holding holding = {.claim = claim, .progress = progress};
-    return sqlite_write_lazy(store, renew_operation, &holding);
-}
-
-/* ------------------------------------------------------------------ giving up */
-
-static enum store_answer fail_operation(struct sqlite_store *store, struct db *db, void *context) {
-    struct holding *holding = context;
-    struct query query = db_query(
-        db, "UPDATE jobs SET status = " SQL_FAILED ", finished = ?, error = ?, lease = NULL,"
-            " holder = NULL WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind(&query, of_int(sqlite_now(store)), of_text(holding->error),
-               of_int(holding->claim->sequence), of_int(holding->claim->token));
-    return db_change(&query, STORE_CONFLICT);
-}
-
-enum store_answer sqlite_fail(struct store *store, const struct store_claim *claim,
-                              const char *error) {
-    struct holding holding = {.claim = claim, .error = error};
-    return sqlite_write(store, fail_operation, &holding);
-}
-
 static enum store_answer requeue_operation(struct sqlite_store *store, struct db *db,
                                            void *context) {
     (void)store;
-    struct holding *holding = context;
+    const struct giving_up *giving_up = context;
     struct query query = db_query(
         db, "UPDATE jobs SET status = " SQL_QUEUED ", progress = 0, lease = NULL, holder = NULL,"
             " started = CASE WHEN round > 0 THEN started ELSE 0 END, excused = excused + ?,"
             " task = coalesce(?, task) WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind(&query, of_int(holding->excused));
-    if (holding->task)
-        query_bind(&query, of_bytes(holding->task, holding->claim->task_length));
-    else
-        query_bind(&query, of_text(NULL));
-    query_bind(&query, of_int(holding->claim->sequence), of_int(holding->claim->token));
+    query_bind(&query, of_int(giving_up->excused),
+               giving_up->task ? of_bytes(giving_up->task, giving_up->claim->task_length)
+                               : of_text(NULL),
+               of_int(giving_up->claim->sequence), of_int(giving_up->claim->token));
     enum store_answer answer = db_change(&query, STORE_CONFLICT);
-    if (answer != STORE_OK || !holding->later)
+    if (answer != STORE_OK || !giving_up->later)
         return answer;
     query = db_query(db, "UPDATE owners SET turn = (SELECT n FROM turns) + ?1 WHERE owner ="
                          " (SELECT owner FROM jobs WHERE sequence = ?2)");
-    query_bind(&query, of_int(holding->later), of_int(holding->claim->sequence));
+    query_bind(&query, of_int(giving_up->later), of_int(giving_up->claim->sequence));
     return query_run(&query);
 }
 
 /* Not worth waiting for the disk, like the claim: after a power cut it is in the queue anyway. */
 enum store_answer sqlite_requeue(struct store *store, const struct store_claim *claim, bool excused,
                                  int64_t later) {
-    struct holding holding = {.claim = claim, .excused = excused, .later = later};
-    return sqlite_write_lazy(store, requeue_operation, &holding);
+    struct giving_up giving_up = {.claim = claim, .excused = excused, .later = later};
+    return sqlite_write(store, DB_LAZY, requeue_operation, &giving_up);
 }
 
 enum store_answer sqlite_change_task(struct store *store, const struct store_claim *claim,
                                      const void *task) {
-    struct holding holding = {.claim = claim, .excused = true, .task = task};
-    return sqlite_write_lazy(store, requeue_operation, &holding);
+    struct giving_up giving_up = {.claim = claim, .excused = true, .task = task};
+    return sqlite_write(store, DB_LAZY, requeue_operation, &giving_up);
 }
 
 /* ------------------------------------------------------------------ claims that ended */
@@ -241,21 +224,16 @@ enum store_answer sqlite_find_ended(struct store *base, struct store_ended *ende
     return query_end(&query);
 }
 
-static enum store_answer take_operation(struct sqlite_store *store, struct db *db, void *context) {
-    const struct store_ended *ended = context;
+enum store_answer sqlite_take_over(struct store *base, const struct store_ended *ended,
+                                   int64_t *token) {
+    const struct sqlite_store *store = sqlite_of(base);
     int64_t now = sqlite_steady(store);
-    struct query query = db_query(db, "UPDATE jobs SET token = token + 1, lease = ?, holder = ?"
-                                      " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING
-                                      " AND (? OR lease < ?)");
+    struct query query = {.sql = "UPDATE jobs SET token = token + 1, lease = ?, holder = ?"
+                                 " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING
+                                 " AND (? OR lease < ?)"};
     query_bind(&query, of_int(now + sqlite_options(store)->lease_us),
                of_text(process_lock_name(sqlite_process(store))), of_int(ended->claim.sequence),
                of_int(ended->claim.token), of_int(ended->holder_gone), of_int(now));
-    return db_change(&query, STORE_CONFLICT);
-}
-
-enum store_answer sqlite_take_over(struct store *store, const struct store_ended *ended,
-                                   int64_t *token) {
-    struct store_ended own = *ended;
     *token = ended->claim.token + 1;
-    return sqlite_write_lazy(store, take_operation, &own);
+    return sqlite_change(base, DB_LAZY, &query, STORE_CONFLICT);
 }

@@ -261,7 +261,8 @@ static enum store_answer db_end(struct query *query) {
     return answer;
 }
 
-struct query db_query(struct db *db, const char *sql) {
+struct query db_query(void *connection, const char *sql) {
+    struct db *db = connection;
     static const struct query_driver driver = {db_row, db_column, db_end};
     struct query query = {.driver = &driver, .connection = db, .sql = sql};
     for (size_t k = 0; k < db->count && !query.statement; k++)
@@ -289,6 +290,12 @@ enum store_answer db_change(struct query *query, enum store_answer none) {
 
 enum store_answer db_run(struct db *db, const char *sql) {
     struct query query = db_query(db, sql);
+    return query_run(&query);
+}
+
+enum store_answer db_run_with(struct db *db, const char *sql, int64_t parameter) {
+    struct query query = db_query(db, sql);
+    query_bind(&query, of_int(parameter));
     return query_run(&query);
 }
 

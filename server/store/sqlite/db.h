@@ -64,14 +64,15 @@ enum store_answer db_sync_log(struct db *db) STORE_MUST_USE;
 
 /* ------------------------------------------------------------------ statements */
 
-/* `sql` must be a literal: its address names the prepared statement. */
-struct query db_query(struct db *db, const char *sql);
+/* On a `struct db`. `sql` must be a literal: its address names the prepared statement. */
+struct query db_query(void *db, const char *sql);
 
 /* Executes a statement; `none` when it has changed no row. */
 enum store_answer db_change(struct query *query, enum store_answer none);
 
-/* Executes a statement without parameters and rows. */
+/* Executes a statement without rows, and without parameters or with that one. */
 enum store_answer db_run(struct db *db, const char *sql);
+enum store_answer db_run_with(struct db *db, const char *sql, int64_t parameter);
 
 /* Of the last statement that was run. */
 int64_t db_changes(struct db *db);

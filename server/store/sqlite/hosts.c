@@ -39,21 +39,13 @@ enum store_answer sqlite_beat(struct store *store, const struct store_host *host
     bool broken = sqlite_broken(sqlite_of(store));
     enum store_answer answer = sqlite_room_for(store, 0);
     if (answer == STORE_OK)
-        answer = sqlite_write_lazy(store, beat_operation, &own);
+        answer = sqlite_write(store, DB_LAZY, beat_operation, &own);
     return answer == STORE_OK && broken ? sqlite_take_log(store) : answer;
-}
-
-static enum store_answer leave_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    struct query query = db_query(db, "DELETE FROM hosts WHERE name = ?");
-    query_bind(&query, of_text(context));
-    return query_run(&query);
 }
 
 /* If it cannot be removed it ages. */
 void sqlite_leave(struct store *store, const char *name) {
-    char own[ID_SIZE];
-    snprintf(own, sizeof own, "%s", name);
-    enum store_answer answer = sqlite_write_lazy(store, leave_operation, own);
-    (void)answer;
+    struct query query = {.sql = "DELETE FROM hosts WHERE name = ?"};
+    query_bind(&query, of_text(name));
+    (void)!sqlite_change(store, DB_LAZY, &query, STORE_EMPTY);
 }

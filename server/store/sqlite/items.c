@@ -8,34 +8,20 @@
 #define OF_KIND(before, after)                                                                     \
     (const char *const[]){before "surfaces" after, before "materials" after}[kind]
 
-struct put {
-    enum store_item_kind kind;
-    const struct store_item *item;
-    bool created;
-};
-
-static enum store_answer put_operation(struct sqlite_store *store, struct db *db, void *context) {
-    struct put *put = context;
-    const enum store_item_kind kind = put->kind;
-    const struct store_item *item = put->item;
-    struct query query = db_query(
-        db, OF_KIND("INSERT INTO ", " (id, owner, created, description, definition)"
-                                    " VALUES (?, ?, ?, ?, ?) ON CONFLICT (id, owner) DO NOTHING"));
-    query_bind(&query, of_text(item->id), of_text(item->owner), of_int(sqlite_now(store)),
-               of_text(item->description), of_bytes(item->definition, item->definition_length));
-    enum store_answer answer = query_run(&query);
-    put->created = db_changes(db) > 0;
-    return answer;
-}
-
 enum store_answer sqlite_item_put(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created) {
-    struct put put = {.kind = kind, .item = item};
+    struct query query = {
+        .sql =
+            OF_KIND("INSERT INTO ", " (id, owner, created, description, definition)"
+                                    " VALUES (?, ?, ?, ?, ?) ON CONFLICT (id, owner) DO NOTHING")};
+    query_bind(&query, of_text(item->id), of_text(item->owner),
+               of_int(sqlite_now(sqlite_of(store))), of_text(item->description),
+               of_bytes(item->definition, item->definition_length));
     enum store_answer answer = sqlite_room_for(store, item->definition_length);
     if (answer == STORE_OK)
-        answer = sqlite_write(store, put_operation, &put);
-    *created = put.created;
-    return answer;
+        answer = sqlite_change(store, DB_DURABLE, &query, STORE_EMPTY);
+    *created = answer == STORE_OK;
+    return answer == STORE_EMPTY ? STORE_OK : answer;
 }
 
 struct named {
@@ -68,5 +54,5 @@ static enum store_answer delete_operation(struct sqlite_store *store, struct db 
 enum store_answer sqlite_item_delete(struct store *store, enum store_item_kind kind,
                                      const char *owner, const char *id) {
     struct named named = {.kind = kind, .owner = owner, .id = id};
-    return sqlite_write(store, delete_operation, &named);
+    return sqlite_write(store, DB_DURABLE, delete_operation, &named);
 }

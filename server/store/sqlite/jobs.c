@@ -215,8 +215,8 @@ static enum store_answer run_submit(struct store *store, const struct store_subm
     }
     if (room != STORE_OK)
         return room;
-    return (submission->unpromised ? sqlite_write_lazy : sqlite_write)(store, submit_operation,
-                                                                       &submit);
+    return sqlite_write(store, submission->unpromised ? DB_LAZY : DB_DURABLE, submit_operation,
+                        &submit);
 }
 
 enum store_answer sqlite_submit(struct store *store, const struct store_submission *submission,
@@ -238,8 +238,8 @@ static enum store_answer cancel_operation(struct sqlite_store *store, struct db 
                                       ", finished = ?, lease = NULL, holder = NULL"
                                       " WHERE id = ? AND status < " SQL_FIRST_ENDED);
     query_bind(&query, of_int(sqlite_now(store)), of_text(id));
-    enum store_answer answer = query_run(&query);
-    if (answer != STORE_OK || db_changes(db) > 0)
+    enum store_answer answer = db_change(&query, STORE_EMPTY);
+    if (answer != STORE_EMPTY)
         return answer;
     query = db_query(db, "SELECT 1 FROM jobs WHERE id = ?");
     query_bind(&query, of_text(id));
@@ -248,7 +248,7 @@ static enum store_answer cancel_operation(struct sqlite_store *store, struct db 
 }
 
 enum store_answer sqlite_cancel(struct store *store, const char *id) {
-    return sqlite_write(store, cancel_operation, (void *)(uintptr_t)id);
+    return sqlite_write(store, DB_DURABLE, cancel_operation, (void *)(uintptr_t)id);
 }
 
 static enum store_answer remove_operation(struct sqlite_store *store, struct db *db,
@@ -260,19 +260,13 @@ static enum store_answer remove_operation(struct sqlite_store *store, struct db 
     int64_t sequence = known ? query_int(&query, 0) : 0;
     int64_t result = known ? query_int(&query, 1) : 0;
     enum store_answer answer = query_end_found(&query, known, STORE_EMPTY);
-    if (answer != STORE_OK)
-        return answer;
-    query = db_query(db, "DELETE FROM requests WHERE job = ?");
-    query_bind(&query, of_int(sequence));
-    answer = query_run(&query);
-    if (answer != STORE_OK)
-        return answer;
-    query = db_query(db, "DELETE FROM jobs WHERE sequence = ?");
-    query_bind(&query, of_int(sequence));
-    answer = query_run(&query);
+    if (answer == STORE_OK)
+        answer = db_run_with(db, "DELETE FROM requests WHERE job = ?", sequence);
+    if (answer == STORE_OK)
+        answer = db_run_with(db, "DELETE FROM jobs WHERE sequence = ?", sequence);
     return answer == STORE_OK && result ? sqlite_result_forget(db, result) : answer;
 }
 
 enum store_answer sqlite_remove(struct store *store, const char *id) {
-    return sqlite_write(store, remove_operation, (void *)(uintptr_t)id);
+    return sqlite_write(store, DB_DURABLE, remove_operation, (void *)(uintptr_t)id);
 }

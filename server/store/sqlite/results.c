@@ -59,16 +59,10 @@ enum store_answer sqlite_result_append(struct store *store, struct store_segment
     int64_t end = segment->index + (int64_t)(segment->length / STORE_CHUNK_BYTES);
     enum store_answer answer = sqlite_room_for(store, segment->length);
     if (answer == STORE_OK)
-        answer = sqlite_write_lazy(store, append_operation, segment);
+        answer = sqlite_write(store, DB_LAZY, append_operation, segment);
     if (answer == STORE_OK && end / PACE_CHUNKS > segment->index / PACE_CHUNKS)
         answer = sqlite_pace(store, PACE_CHUNKS * STORE_CHUNK_BYTES);
     return answer;
-}
-
-static enum store_answer set_state(struct db *db, int64_t number, int state) {
-    struct query query = db_query(db, "UPDATE results SET state = ? WHERE number = ?");
-    query_bind(&query, of_int(state), of_int(number));
-    return query_run(&query);
 }
 
 /* Makes the result whole, or drops it for a twin that was first. */
@@ -85,7 +79,8 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
         return answer;
     if (number != 0) {
         if (segment->number)
-            answer = set_state(db, segment->number, RESULT_DOOMED);
+            answer = db_run_with(db, "UPDATE results SET state = " SQL_DOOMED " WHERE number = ?",
+                                 segment->number);
         segment->number = 0;
     } else {
         if (segment->number) {
@@ -115,22 +110,18 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
 
 enum store_answer sqlite_result_commit(struct store *store, struct store_segment *segment) {
     enum store_answer room = sqlite_room_for(store, segment->length);
-    return room == STORE_OK ? sqlite_write(store, commit_operation, segment) : room;
-}
-
-static enum store_answer drop_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    const int64_t *number = context;
-    return set_state(db, *number, RESULT_DOOMED);
+    return room == STORE_OK ? sqlite_write(store, DB_DURABLE, commit_operation, segment) : room;
 }
 
 enum store_answer sqlite_result_drop(struct store *store, int64_t number) {
-    return sqlite_write_lazy(store, drop_operation, &number);
+    struct query query = {.sql = "UPDATE results SET state = " SQL_DOOMED " WHERE number = ?"};
+    query_bind(&query, of_int(number));
+    return sqlite_change(store, DB_LAZY, &query, STORE_OK);
 }
 
 enum store_answer sqlite_result_forget(struct db *db, int64_t number) {
-    struct query query = db_query(db, "UPDATE results SET state = " SQL_DOOMED " WHERE number = ?1"
-                                      " AND NOT EXISTS (SELECT 1 FROM jobs WHERE result = ?1)");
-    query_bind(&query, of_int(number));
-    return query_run(&query);
+    return db_run_with(db,
+                       "UPDATE results SET state = " SQL_DOOMED " WHERE number = ?1"
+                       " AND NOT EXISTS (SELECT 1 FROM jobs WHERE result = ?1)",
+                       number);
 }

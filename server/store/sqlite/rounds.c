@@ -50,7 +50,7 @@ enum store_answer sqlite_begin_round(struct store *store, const struct store_cla
                                      const struct store_round *round) {
     struct step step = {.claim = claim, .round = round};
     enum store_answer room = sqlite_room_for(store, round->count * round->length);
-    return room == STORE_OK ? sqlite_write_lazy(store, begin_operation, &step) : room;
+    return room == STORE_OK ? sqlite_write(store, DB_LAZY, begin_operation, &step) : room;
 }
 
 /* ------------------------------------------------------------------ end */
@@ -77,5 +77,5 @@ enum store_answer sqlite_end_task(struct store *store, const struct store_claim 
                                   const void *numbers, size_t length, int64_t spent) {
     struct step step = {.claim = claim, .numbers = numbers, .length = length, .spent = spent};
     enum store_answer room = sqlite_room_for(store, length);
-    return room == STORE_OK ? sqlite_write_lazy(store, end_operation, &step) : room;
+    return room == STORE_OK ? sqlite_write(store, DB_LAZY, end_operation, &step) : room;
 }

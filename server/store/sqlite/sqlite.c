@@ -141,14 +141,17 @@ static void run_batch(struct sqlite_store *store, struct pending *batch) {
 
 /* The first thread that finds nobody leading runs what has queued up, its own operation among it.
  * Then the next leader is woken, and who is answered; nobody else. */
-static enum store_answer write_together(struct sqlite_store *store, struct pending *own) {
-    pthread_cond_init(&own->moved, NULL);
+enum store_answer sqlite_write(struct store *base, enum db_durability durability,
+                               sqlite_operation operation, void *context) {
+    struct sqlite_store *store = sqlite_of(base);
+    struct pending own = {.operation = operation, .context = context, .durability = durability};
+    pthread_cond_init(&own.moved, NULL);
     pthread_mutex_lock(&store->queue_lock);
-    *store->end = own;
-    store->end = &own->next;
-    while (!own->done) {
+    *store->end = &own;
+    store->end = &own.next;
+    while (!own.done) {
         if (store->leading) {
-            pthread_cond_wait(&own->moved, &store->queue_lock);
+            pthread_cond_wait(&own.moved, &store->queue_lock);
             continue;
         }
         struct pending *batch = store->first, *last = batch;
@@ -172,19 +175,28 @@ static enum store_answer write_together(struct sqlite_store *store, struct pendi
         }
     }
     pthread_mutex_unlock(&store->queue_lock);
-    pthread_cond_destroy(&own->moved);
-    return own->answer;
+    pthread_cond_destroy(&own.moved);
+    return own.answer;
 }
 
-enum store_answer sqlite_write(struct store *store, sqlite_operation operation, void *context) {
-    struct pending own = {.operation = operation, .context = context, .durability = DB_DURABLE};
-    return write_together(sqlite_of(store), &own);
+struct change {
+    const struct query *query;
+    enum store_answer none;
+};
+
+static enum store_answer change_operation(struct sqlite_store *store, struct db *db,
+                                          void *context) {
+    (void)store;
+    const struct change *change = context;
+    struct query query = db_query(db, change->query->sql);
+    query_bind_values(&query, change->query->values, (size_t)change->query->bound);
+    return db_change(&query, change->none);
 }
 
-enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operation,
-                                    void *context) {
-    struct pending own = {.operation = operation, .context = context, .durability = DB_LAZY};
-    return write_together(sqlite_of(store), &own);
+enum store_answer sqlite_change(struct store *store, enum db_durability durability,
+                                const struct query *query, enum store_answer none) {
+    struct change change = {query, none};
+    return sqlite_write(store, durability, change_operation, &change);
 }
 
 /* What is written takes room twice, in the log and then in the database; where there is plenty,
@@ -357,12 +369,8 @@ static const struct dialect dialect = {
 
 _Static_assert(STORE_CHUNKS_BITS == 24, "as in the statement of a chunk");
 
-static struct query begin_on(void *db, const char *sql) {
-    return db_query(db, sql);
-}
-
 struct reader sqlite_reader(struct db *db) {
-    return (struct reader){begin_on, db, &dialect};
+    return (struct reader){db_query, db, &dialect};
 }
 
 static void return_reader(struct query *query) {

@@ -35,12 +35,15 @@ const struct process_lock *sqlite_process(const struct sqlite_store *store);
 typedef enum store_answer (*sqlite_operation)(struct sqlite_store *store, struct db *db,
                                               void *context);
 
-/* Runs it in a transaction and returns when that is durable. */
-enum store_answer sqlite_write(struct store *store, sqlite_operation operation, void *context);
+/* Runs it in a transaction and returns when that is kept so. DB_LAZY is for what means nothing once
+ * the machine has stopped, such as that a process on it holds a lease. */
+enum store_answer sqlite_write(struct store *store, enum db_durability durability,
+                               sqlite_operation operation, void *context);
 
-/* The same without waiting for the disk: for what means nothing once the machine has stopped, such
- * as that a process on it holds a lease. */
-enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operation, void *context);
+/* The same for an operation of one statement: of `query` its text, a literal, and its parameters.
+ * `none` when it has changed no row. */
+enum store_answer sqlite_change(struct store *store, enum db_durability durability,
+                                const struct query *query, enum store_answer none);
 
 /* Whether the disk takes so many bytes and has some left for the small changes that put a job back
  * into the queue and drop what has no room: else STORE_NO_SPACE, logged. */
@@ -128,7 +131,7 @@ enum store_answer sqlite_result_commit(struct store *store, struct store_segment
 enum store_answer sqlite_result_drop(struct store *store, int64_t number);
 
 /* results.state */
-enum { RESULT_BUILDING, RESULT_COMPLETE, RESULT_DOOMED };
+enum { RESULT_BUILDING, RESULT_COMPLETE };
 
 /* Dooms the result if no job refers to it: its chunks go by and by. Inside an operation. */
 enum store_answer sqlite_result_forget(struct db *db, int64_t number);

@@ -26,24 +26,18 @@ static struct query oldest_ended(struct db *db, bool expired, int64_t before) {
     return query;
 }
 
-static enum store_answer run_with(struct db *db, const char *sql, int64_t sequence) {
-    struct query query = db_query(db, sql);
-    query_bind(&query, of_int(sequence));
-    return query_run(&query);
-}
-
 static enum store_answer expire_job(struct db *db, struct query which) {
     int64_t sequence = 0;
     int64_t result = 0;
     enum store_answer answer = first_job(which, &sequence, &result);
     if (answer == STORE_OK)
-        answer = run_with(db, "DELETE FROM requests WHERE job = ?", sequence);
+        answer = db_run_with(db, "DELETE FROM requests WHERE job = ?", sequence);
     if (answer == STORE_OK)
-        answer = run_with(db,
-                          "UPDATE jobs SET expired = 1, result = NULL, summary ="
-                          " (SELECT summary FROM results WHERE number = jobs.result)"
-                          " WHERE sequence = ?",
-                          sequence);
+        answer = db_run_with(db,
+                             "UPDATE jobs SET expired = 1, result = NULL, summary ="
+                             " (SELECT summary FROM results WHERE number = jobs.result)"
+                             " WHERE sequence = ?",
+                             sequence);
     return answer == STORE_OK && result ? sqlite_result_forget(db, result) : answer;
 }
 
@@ -91,7 +85,7 @@ static enum store_answer remove_records(struct sqlite_store *store, struct db *d
     while (*done < JOBS_A_STEP && answer == STORE_OK) {
         answer = first_job(oldest_ended(db, true, before), &sequence, &result);
         if (answer == STORE_OK)
-            answer = run_with(db, "DELETE FROM jobs WHERE sequence = ?", sequence);
+            answer = db_run_with(db, "DELETE FROM jobs WHERE sequence = ?", sequence);
         *done += answer == STORE_OK;
     }
     return answer == STORE_EMPTY && *done > 0 ? STORE_OK : answer;
@@ -130,7 +124,7 @@ static enum store_answer clear(struct sqlite_store *store, struct db *db, void *
     query_bind(&query, of_int(number), of_int(STORE_CHUNKS_BITS), of_int(CHUNKS_A_STEP));
     answer = query_run(&query);
     if (answer == STORE_OK && db_changes(db) < CHUNKS_A_STEP)
-        answer = run_with(db, "DELETE FROM results WHERE number = ?", number);
+        answer = db_run_with(db, "DELETE FROM results WHERE number = ?", number);
     return answer;
 }
 
@@ -196,5 +190,5 @@ enum store_answer sqlite_step(struct store *store, enum store_step step, int64_t
         [STORE_STEP_REMOVE] = remove_records, [STORE_STEP_DOOM] = doom,
         [STORE_STEP_CLEAR] = clear,           [STORE_STEP_SHRINK] = shrink};
     *done = 0;
-    return sqlite_write_lazy(store, operations[step], done);
+    return sqlite_write(store, DB_LAZY, operations[step], done);
 }
