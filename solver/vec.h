@@ -4,6 +4,7 @@
 #define SOLVER_VEC_H
 
 #include <math.h>
+#include <stddef.h>
 
 struct vec3 {
     double x, y, z;
@@ -23,6 +24,13 @@ static inline struct vec3 vec3_sub(struct vec3 a, struct vec3 b) {
 
 static inline struct vec3 vec3_scale(double s, struct vec3 a) {
     return (struct vec3){s * a.x, s * a.y, s * a.z};
+}
+
+/* To row k of three columns. */
+static inline void vec3_to_columns(struct vec3 a, double *x, double *y, double *z, size_t k) {
+    x[k] = a.x;
+    y[k] = a.y;
+    z[k] = a.z;
 }
 
 /* a + s b */

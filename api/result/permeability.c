@@ -60,9 +60,7 @@ api_permeability_columns(const struct api_request *request, const struct drape_c
         columns->k1[i] = k.k1;
         columns->k2[i] = k.k2;
         columns->k3[i] = k.k3;
-        columns->k1_x[i] = direction.x;
-        columns->k1_y[i] = direction.y;
-        columns->k1_z[i] = direction.z;
+        vec3_to_columns(direction, columns->k1_x, columns->k1_y, columns->k1_z, i);
         if (columns->out_of_table)
             columns->out_of_table[i] = outside;
     }

@@ -30,27 +30,6 @@ struct bends {
     bool has[BENDS];
 };
 
-static void find_bends(const struct defect_net *net, int32_t i, int32_t j, int di, int dj,
-                       struct bends *bends) {
-    int family = di ? 0 : 1, ahead = di + dj > 0;
-    unsigned out = NET_EDGE_BIT(family, ahead), in = NET_EDGE_BIT(family, 1 - ahead);
-    const struct net_node *node[BENDS + 2];
-    bool whole[BENDS + 1];
-    for (int k = 0; k < BENDS + 2; k++) {
-        int at = k - AT_Q - 1;
-        node[k] = net_view_place(&net->net, i + at * di, j + at * dj);
-        if (k > 0)
-            whole[k - 1] = node[k] && node[k - 1] && !(node[k - 1]->rough & out) &&
-                           !(node[k]->rough & in) && node[k]->grown == node[k - 1]->grown;
-    }
-    for (int k = 0; k < BENDS; k++) {
-        bends->has[k] = whole[k] && whole[k + 1];
-        if (bends->has[k])
-            bends->of[k] = vec3_add(vec3_sub(node[k]->r, node[k + 1]->r),
-                                    vec3_sub(node[k + 2]->r, node[k + 1]->r));
-    }
-}
-
 /* a - 2 b + c */
 static struct vec3 second(struct vec3 a, struct vec3 b, struct vec3 c) {
     return vec3_add(a, vec3_axpy(-2, b, c));
@@ -135,25 +114,6 @@ bool defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, d
     return *turn >= 0;
 }
 
-/* By how much an edge is longer than d as its ends tell it, which may be wrong by their error;
- * false where only the geodesic between them tells. */
-static bool excess_of(struct defect_net *net, const struct net_node *from,
-                      const struct net_node *to, double d, struct defect *excess) {
-    struct surface_point p, q;
-    struct rough_geodesic geodesic;
-    struct vec3 edge = vec3_sub(to->r, from->r);
-    if (!surface_point_at(march_surface(net->march, from), &net->cursor, from->uv, &p) ||
-        !surface_point_at(march_surface(net->march, to), &net->cursor, to->uv, &q))
-        return false;
-    double curvature = surface_point_normal_curvature(&p, edge),
-           chord = fishnet_arc_chord(d, curvature);
-    if (rough_edge(&p, &q, curvature, d, &chord) == ROUGH_EDGE ||
-        !rough_estimate(&p, &q, &geodesic))
-        return false;
-    *excess = (struct defect){geodesic.length - d, geodesic.error * d};
-    return true;
-}
-
 /* By the angles by which the yarn turns sideways at its ends: evenly over the edge, or all at once
  * at a fillet or crease in it, which the geodesic between the ends cuts short. That crosses at x of
  * the edge and turns by (1 - x) of the angle at the near end and by x at the far one; the yarn is
@@ -167,7 +127,20 @@ static struct defect by_turn(struct defect_net *net, int32_t i, int32_t j, int d
     double turn = mean_turn(near, far);
     const struct net_node *from = net_view_place(&net->net, i, j);
     const struct net_node *to = net_view_place(&net->net, i + di, j + dj);
-    bool known = excess_of(net, from, to, d, &excess);
+    /* by how much the edge is longer than d as its ends tell it, which may be wrong by their error,
+     * unless only the geodesic between them tells */
+    struct surface_point p, q;
+    struct rough_geodesic geodesic;
+    bool known = surface_point_at(march_surface(net->march, from), &net->cursor, from->uv, &p) &&
+                 surface_point_at(march_surface(net->march, to), &net->cursor, to->uv, &q);
+    if (known) {
+        double curvature = surface_point_normal_curvature(&p, vec3_sub(to->r, from->r));
+        double chord = fishnet_arc_chord(d, curvature);
+        known = rough_edge(&p, &q, curvature, d, &chord) != ROUGH_EDGE &&
+                rough_estimate(&p, &q, &geodesic);
+    }
+    if (known)
+        excess = (struct defect){geodesic.length - d, geodesic.error * d};
     if (turn < 0)
         return (struct defect){excess.known, excess.unsure + least};
     double sideways = d * turn * turn / 24, sum = excess.known + sideways;
@@ -183,11 +156,25 @@ struct defect defect_of(struct defect_net *net, int32_t i, int32_t j, int di, in
     int family = di ? 0 : 1, ahead = di + dj > 0;
     const struct net_node *from = net_view_place(&net->net, i, j);
     const struct net_node *to = net_view_place(&net->net, i + di, j + dj);
+    unsigned out = NET_EDGE_BIT(family, ahead), in = NET_EDGE_BIT(family, 1 - ahead);
+    const struct net_node *node[BENDS + 2];
+    bool whole[BENDS + 1];
     struct bends bends;
     struct defect defect;
-    find_bends(net, i, j, di, dj, &bends);
-    bool rough =
-        from->rough & NET_EDGE_BIT(family, ahead) || to->rough & NET_EDGE_BIT(family, 1 - ahead);
+    for (int k = 0; k < BENDS + 2; k++) {
+        int at = k - AT_Q - 1;
+        node[k] = net_view_place(&net->net, i + at * di, j + at * dj);
+        if (k > 0)
+            whole[k - 1] = node[k] && node[k - 1] && !(node[k - 1]->rough & out) &&
+                           !(node[k]->rough & in) && node[k]->grown == node[k - 1]->grown;
+    }
+    for (int k = 0; k < BENDS; k++) {
+        bends.has[k] = whole[k] && whole[k + 1];
+        if (bends.has[k])
+            bends.of[k] = vec3_add(vec3_sub(node[k]->r, node[k + 1]->r),
+                                   vec3_sub(node[k + 2]->r, node[k + 1]->r));
+    }
+    bool rough = from->rough & out || to->rough & in;
     if (rough || !by_differences(&bends, vec3_sub(to->r, from->r), net->spacing[family], &defect))
         return by_turn(net, i, j, di, dj, net->spacing[family], rough);
     return defect;
@@ -211,23 +198,6 @@ static void load_positions(const struct net_window *window, const int first[2], 
             patch->r[1][y + MARGIN][x + MARGIN] = r.y;
             patch->r[2][y + MARGIN][x + MARGIN] = r.z;
         }
-    }
-}
-
-/* The places that have plain nodes all the way from 3 steps back to 2 on, along rows and columns.
- */
-static void find_even(const struct net_window *window, int warp, int weft,
-                      uint32_t even[NET_TILE]) {
-    uint64_t plain[SPAN];
-    for (int y = 0; y < SPAN; y++)
-        plain[y] = net_window_plain(window, y - MARGIN);
-    for (int y = 0; y < NET_TILE; y++) {
-        uint64_t row = plain[y + MARGIN], both = row;
-        for (int k = 1; k <= MARGIN; k++)
-            both &= (warp > 0 ? row << k : row >> k) & plain[y + MARGIN - k * weft];
-        for (int k = 1; k < MARGIN; k++)
-            both &= (warp > 0 ? row >> k : row << k) & plain[y + MARGIN + k * weft];
-        even[y] = (uint32_t)(both >> NET_TILE) & ((1u << NET_TILE) - 1);
     }
 }
 
@@ -291,8 +261,18 @@ void defect_of_tile(const struct defect_net *net, const struct net_window *windo
         if (k != 1)
             load_positions(window, (int[]){0, range[k][0]}, (int[]){NET_TILE, range[k][1]}, &patch);
     }
-    find_even(window, warp, weft, tile->even);
+    uint64_t plain[SPAN];
+    for (int y = 0; y < SPAN; y++)
+        plain[y] = net_window_plain(window, y - MARGIN);
     for (int y = 0; y < NET_TILE; y++) {
+        /* the places that have plain nodes all the way from 3 steps back to 2 on, along rows and
+         * columns */
+        uint64_t row = plain[y + MARGIN], both = row;
+        for (int k = 1; k <= MARGIN; k++)
+            both &= (warp > 0 ? row << k : row >> k) & plain[y + MARGIN - k * weft];
+        for (int k = 1; k < MARGIN; k++)
+            both &= (warp > 0 ? row >> k : row << k) & plain[y + MARGIN + k * weft];
+        tile->even[y] = (uint32_t)(both >> NET_TILE) & ((1u << NET_TILE) - 1);
         if (!tile->even[y])
             continue;
         along_row(&patch, y, 0, warp, net->spacing[0], tile);

@@ -132,20 +132,6 @@ static void loose_error(const struct estimate *e, int32_t i, int32_t j, int si, 
         *error = (struct error){.of[LONGER] = {fmax(d[0], d[1]), 0, 0}};
 }
 
-/* By how much a step straight on goes aside, in length: the yarn beside it turns sideways, and it
- * does not, for the part of a spacing by which the free edge may lie nearer. */
-static double straight_error(struct estimate *e, int32_t i, int32_t j, int di, int dj) {
-    double d = e->net.spacing[di == 0], most = -1;
-    for (int side = -1; side <= 1; side += 2) {
-        int32_t bi = i - di + side * (dj != 0), bj = j - dj + side * (di != 0);
-        double turn;
-        if (net_view_place(&e->net.net, bi, bj) && net_view_place(&e->net.net, bi + di, bj + dj) &&
-            defect_turn(&e->net, bi, bj, di, dj, &turn))
-            most = fmax(most, turn);
-    }
-    return d * (most < 0 ? straight_unknown : straight_share * most);
-}
-
 /* Of a node by a yarn from Q = (i - di, j - dj): it goes on as it went before Q, and a step aside.
  */
 static void error_of_step(struct estimate *e, const struct march_step *s, struct error *error) {
@@ -167,7 +153,20 @@ static void error_of_step(struct estimate *e, const struct march_step *s, struct
             : other;
     struct vec3 across = vec3_unit(vec3_cross(normal, chord));
     bool straight = s->way == MARCH_STRAIGHT && error_at(e, i - 2 * s->di, j - 2 * s->dj, &last);
-    double step = straight ? straight_error(e, i, j, s->di, s->dj) : across_share * d;
+    double step = across_share * d;
+    if (straight) {
+        /* the yarn beside it turns sideways, and it does not, for the part of a spacing by which
+         * the free edge may lie nearer */
+        double most = -1, turn;
+        for (int side = -1; side <= 1; side += 2) {
+            int32_t bi = i - s->di + side * (s->dj != 0), bj = j - s->dj + side * (s->di != 0);
+            if (net_view_place(&e->net.net, bi, bj) &&
+                net_view_place(&e->net.net, bi + s->di, bj + s->dj) &&
+                defect_turn(&e->net, bi, bj, s->di, s->dj, &turn))
+                most = fmax(most, turn);
+        }
+        step = d * (most < 0 ? straight_unknown : straight_share * most);
+    }
     for (int k = 0; k < ERRORS; k++) {
         double aside = straight ? vec3_dot(vec3_sub(from.of[k], last.of[k]), across) : 0;
         double more = k == KNOWN ? 0 : vec3_dot(from.of[k], across) + aside < 0 ? -step : step;
@@ -183,26 +182,6 @@ static void move_views(struct estimate *e, int32_t i, int32_t j) {
 static bool estimate_awaited(const struct estimate *e, int32_t i, int32_t j) {
     const struct net_node *kept = net_view_place(&e->before, i, j);
     return kept && kept->rough == AWAITED;
-}
-
-/* The nodes of an arm, which lie on the generator: only how far along it is not exact. */
-static void estimate_arm(struct estimate *e, int di, int dj) {
-    struct link link;
-    struct vec3 last = vec3_make(0, 0, 0);
-    double known = 0, unsure = 0;
-    for (int32_t i = di, j = dj;; i += di, j += dj) {
-        move_views(e, i, j);
-        if (!net_view_place(&e->net.net, i, j) || estimate_awaited(e, i, j) ||
-            !find_link(e, i, j, di, dj, &link))
-            return;
-        known += link.edge.known;
-        double turn2 = vec3_norm2(last) > 0 ? vec3_norm2(vec3_sub(link.chord, last)) : 0;
-        unsure += link.edge.unsure + generator_share * turn2 * turn2 * e->net.spacing[dj != 0];
-        last = link.chord;
-        struct error error = {{vec3_scale(known, link.chord), vec3_scale(unsure, link.chord),
-                               vec3_scale(dj ? -unsure : unsure, link.chord)}};
-        keep_error(e, i, j, &error);
-    }
 }
 
 /* The errors of a node side by side, by coordinates; the last lane is none. */
@@ -374,8 +353,26 @@ enum status estimate_make(struct march *march) {
         net_mark_grown(e.kept, step->i, step->j);
     }
     keep_error(&e, 0, 0, &exact);
-    for (int k = 0; k < 4; k++)
-        estimate_arm(&e, side[k][0], side[k][1]);
+    /* The nodes of an arm lie on the generator: only how far along it is not exact. */
+    for (int k = 0; k < 4; k++) {
+        int di = side[k][0], dj = side[k][1];
+        struct vec3 last = vec3_make(0, 0, 0);
+        double known = 0, unsure = 0;
+        for (int32_t i = di, j = dj;; i += di, j += dj) {
+            struct link link;
+            move_views(&e, i, j);
+            if (!net_view_place(&e.net.net, i, j) || estimate_awaited(&e, i, j) ||
+                !find_link(&e, i, j, di, dj, &link))
+                break;
+            known += link.edge.known;
+            double turn2 = vec3_norm2(last) > 0 ? vec3_norm2(vec3_sub(link.chord, last)) : 0;
+            unsure += link.edge.unsure + generator_share * turn2 * turn2 * e.net.spacing[dj != 0];
+            last = link.chord;
+            struct error error = {{vec3_scale(known, link.chord), vec3_scale(unsure, link.chord),
+                                   vec3_scale(dj ? -unsure : unsure, link.chord)}};
+            keep_error(&e, i, j, &error);
+        }
+    }
     for (int k = 0; k < NET_TABLES; k++)
         task[k] = (struct task){e, tiles, net_tile_count(march->net)};
     team_run(march->settings->team, NET_TABLES, estimate_quadrant, task);

@@ -49,6 +49,7 @@ static void summarise_net(const struct march *march, struct drape_result *result
     s->residual_max = march->counts.residual_max;
     s->newton_iterations_mean =
         march->counts.solved ? (double)march->counts.iterations / (double)march->counts.solved : 0;
+    /* where the first march had no node, the largest elsewhere stands for it */
     for (size_t k = 0; nodes->error_estimate && k < count; k++)
         if (nodes->error_estimate[k] < 0)
             nodes->error_estimate[k] = s->error_estimate_max;
@@ -95,15 +96,6 @@ static struct report_strip *make_strips(struct march *march, struct drape_result
     return spots ? strips : NULL;
 }
 
-static void count_strip(void *data, int k) {
-    report_strip_count(&((struct report_strip *)data)[k]);
-}
-
-/* Where the first march had no node, the largest elsewhere stands for it (`summarise_net`). */
-static void add_estimates(void *data, int k) {
-    report_strip_add_estimates(&((struct report_strip *)data)[k]);
-}
-
 /* All that is made at the same time once the places in the columns are known. */
 struct tasks {
     struct rim_found *rim;
@@ -133,7 +125,7 @@ enum status report_make(struct march *march, struct drape_result *result) {
     struct tasks tasks = {rim_report_begin(march), strips};
     if (!strips || !tasks.rim)
         return STATUS_OUT_OF_MEMORY;
-    team_run(team, count, count_strip, strips);
+    team_run(team, count, report_strip_count, strips);
     struct report_tally sum = {0}; /* gives each strip its places in the columns */
     for (int k = 0; k < count; k++) {
         strips[k].next = sum;
@@ -150,7 +142,7 @@ enum status report_make(struct march *march, struct drape_result *result) {
             arena_take(march->arena, nodes->count, sizeof *nodes->error_estimate);
         if (!nodes->error_estimate)
             return STATUS_OUT_OF_MEMORY;
-        team_run(team, count, add_estimates, strips);
+        team_run(team, count, report_strip_add_estimates, strips);
         net_free(march->first);
         march->first = NULL;
         march->before = (struct net_view){.net = NULL};

@@ -96,32 +96,27 @@ static bool is_bent(struct report_strip *strip, const struct net_window *window,
     return least < folded_cosine && yarn_cell_is_open(&net, window, x, y, corner);
 }
 
-/* Those of the cells that are no cloth: yarns along free edges may close cells that are not convex,
- * and so may rough ones where the net all but collapses. The march never makes others. */
-static uint32_t no_cells(struct report_strip *strip, const struct net_window *window, int y,
-                         uint32_t cells) {
-    uint32_t row = net_window_bits(window, NET_BIT_GROWN, y), none = 0;
-    uint32_t up = net_window_bits(window, NET_BIT_GROWN, y + 1);
-    row |= net_window_bits(window, NET_BIT_ROUGH, y);
-    up |= net_window_bits(window, NET_BIT_ROUGH, y + 1);
-    for (uint32_t left = cells & (row | row >> 1 | up | up >> 1); left; left &= left - 1) {
-        int bit = __builtin_ctz(left);
-        if (!cell_is_convex(window, bit - 1, y) && !is_bent(strip, window, bit - 1, y))
-            none |= 1u << bit;
-    }
-    return none;
-}
-
 static struct row_bits row_bits(struct report_strip *strip, const struct net_window *window,
                                 int y) {
     uint32_t row = net_window_bits(window, NET_BIT_INSIDE, y);
     uint32_t up = net_window_bits(window, NET_BIT_INSIDE, y + 1), both = row & up;
     uint32_t down = net_window_bits(window, NET_BIT_INSIDE, y - 1);
     uint32_t all = up & down & row << 1 & row >> 1, any = up | down | row << 1 | row >> 1;
-    uint32_t cells = both & both >> 1 & own_bits;
-    return (struct row_bits){.inside = row & own_bits,
-                             .cells = cells & ~no_cells(strip, window, y, cells),
-                             .rim = ((row & ~all) | (~row & any)) & own_bits};
+    struct row_bits bits = {.inside = row & own_bits,
+                            .cells = both & both >> 1 & own_bits,
+                            .rim = ((row & ~all) | (~row & any)) & own_bits};
+    /* Some are no cloth: yarns along free edges may close cells that are not convex, and so may
+     * rough ones where the net all but collapses. The march never makes others. */
+    uint32_t odd = 0;
+    for (int k = y; k <= y + 1; k++)
+        odd |=
+            net_window_bits(window, NET_BIT_GROWN, k) | net_window_bits(window, NET_BIT_ROUGH, k);
+    for (uint32_t left = bits.cells & (odd | odd >> 1); left; left &= left - 1) {
+        int bit = __builtin_ctz(left);
+        if (!cell_is_convex(window, bit - 1, y) && !is_bent(strip, window, bit - 1, y))
+            bits.cells &= ~(1u << bit);
+    }
+    return bits;
 }
 
 static struct place place_in_window(const struct net_window *window, int x, int y) {
@@ -154,7 +149,8 @@ static bool ends_at(const struct place *place, enum drape_reason *reason) {
     return false;
 }
 
-void report_strip_count(struct report_strip *strip) {
+void report_strip_count(void *strips, int number) {
+    struct report_strip *strip = &((struct report_strip *)strips)[number];
     for (size_t t = 0; t < strip->count; t++)
         for (int y = 0; y < NET_TILE; y++) {
             struct row_bits bits = row_bits(strip, &strip->windows[t], y);
@@ -233,9 +229,7 @@ static void bring_run_inside(struct report_strip *strip, const struct net_node *
             surface_outer(surface, uv, uv);
         to->u[at] = uv[0];
         to->v[at] = uv[1];
-        to->x[at] = jet.r.x;
-        to->y[at] = jet.r.y;
-        to->z[at] = jet.r.z;
+        vec3_to_columns(jet.r, to->x, to->y, to->z, at);
     }
 }
 
@@ -328,30 +322,6 @@ static void add_cells(struct report_strip *strip, const struct net_window *windo
     }
 }
 
-/* The directions of a cell by the yarns at its corners, and its area, that of the fabric. */
-static void measure_cell(struct report_strip *strip, const struct place *place, size_t at) {
-    struct drape_cells *cells = &strip->result->cells;
-    struct yarn_spot *corner[4];
-    const double *d = strip->march->settings->spacing;
-    double sine, cosine;
-    bool regular = find_cell_spots(strip, place->window, place->x, place->y, corner);
-    struct yarn_net net = yarn_net(strip);
-    double w = regular ? yarn_cell_angle(&net, place->window, place->x, place->y, corner)
-                       : 90 - cells->shear_deg[at];
-    struct vec3 warp = {cells->warp_x[at], cells->warp_y[at], cells->warp_z[at]};
-    struct vec3 weft = {cells->weft_x[at], cells->weft_y[at], cells->weft_z[at]};
-    shear_set_angle(&warp, &weft, w);
-    cells->warp_x[at] = warp.x;
-    cells->warp_y[at] = warp.y;
-    cells->warp_z[at] = warp.z;
-    cells->weft_x[at] = weft.x;
-    cells->weft_y[at] = weft.y;
-    cells->weft_z[at] = weft.z;
-    cells->shear_deg[at] = 90 - w;
-    angle_sincos_deg(w, &sine, &cosine);
-    strip->covered += d[0] * d[1] * fabs(sine);
-}
-
 /* The nodes and cells of a row that rough edges are near, one after the other, by the angles
  * between their yarns; the first of the row are at `first`. Stencils at the `ends` of yarns reach
  * further: there the one direction in which a yarn ends is its own only where yarns do not turn
@@ -361,6 +331,8 @@ static void measure_rough(struct report_strip *strip, size_t t, int y, const str
     uint32_t near = net_window_near_rough(&strip->windows[t], y, SHEAR_REACH) << 1;
     uint32_t far = net_window_near_rough(&strip->windows[t], y, SHEAR_REACH_AT_END) << 1;
     const double *d = strip->march->settings->spacing;
+    struct drape_cells *c = &strip->result->cells;
+    struct yarn_net net = yarn_net(strip);
     for (uint32_t left = bits->inside | bits->cells; left; left &= left - 1) {
         int bit = __builtin_ctz(left);
         struct place place = place_in_window(&strip->windows[t], bit - 1, y);
@@ -368,12 +340,26 @@ static void measure_rough(struct report_strip *strip, size_t t, int y, const str
         struct yarn_spot *own = here ? yarn_spot_at(strip, place.window, place.x, place.y) : NULL;
         if (own && (here & near ||
                     fabs(surface_point_gauss_curvature(&own->point)) * d[0] * d[1] < developable)) {
-            struct yarn_net net = yarn_net(strip);
             strip->result->nodes.shear_deg[first.nodes] =
                 90 - yarn_node_angle(&net, place.window, place.x, place.y, own);
         }
-        if (bits->cells & cells & 1u << bit)
-            measure_cell(strip, &place, first.cells);
+        if (bits->cells & cells & 1u << bit) {
+            /* the directions of a cell by the yarns at its corners, and the area of its fabric */
+            size_t at = first.cells;
+            struct yarn_spot *corner[4];
+            double w = find_cell_spots(strip, place.window, place.x, place.y, corner)
+                           ? yarn_cell_angle(&net, place.window, place.x, place.y, corner)
+                           : 90 - c->shear_deg[at];
+            double sine, cosine;
+            struct vec3 warp = {c->warp_x[at], c->warp_y[at], c->warp_z[at]};
+            struct vec3 weft = {c->weft_x[at], c->weft_y[at], c->weft_z[at]};
+            shear_set_angle(&warp, &weft, w);
+            vec3_to_columns(warp, c->warp_x, c->warp_y, c->warp_z, at);
+            vec3_to_columns(weft, c->weft_x, c->weft_y, c->weft_z, at);
+            c->shear_deg[at] = 90 - w;
+            angle_sincos_deg(w, &sine, &cosine);
+            strip->covered += d[0] * d[1] * fabs(sine);
+        }
         first.nodes += bits->inside >> bit & 1;
         first.cells += bits->cells >> bit & 1;
     }
@@ -420,7 +406,8 @@ void report_strip_add(struct report_strip *strip) {
             add_row(strip, t, y);
 }
 
-void report_strip_add_estimates(struct report_strip *strip) {
+void report_strip_add_estimates(void *strips, int number) {
+    struct report_strip *strip = &((struct report_strip *)strips)[number];
     double *to = strip->result->nodes.error_estimate + strip->next.nodes;
     for (int y = 0; y < NET_TILE; y++)
         for (size_t t = 0; t < strip->count; t++) {

@@ -33,14 +33,14 @@ struct report_strip {
                                 measured last, that of (i, j) at i % REPORT_SPOTS of row j % 2 */
 };
 
-/* Counts what it holds. */
-void report_strip_count(struct report_strip *strip);
+/* Counts what one of an array of strips holds, as a task of a team. */
+void report_strip_count(void *strips, int number);
 
 /* Writes its nodes, cells and ends, sorted by j, then i, to the columns from `next` on. */
 void report_strip_add(struct report_strip *strip);
 
-/* Writes the error estimates of its nodes, from the net before it was corrected. Where that had no
- * node they are -1. */
-void report_strip_add_estimates(struct report_strip *strip);
+/* Writes the error estimates of the nodes of one of an array of strips, as a task of a team, from
+ * the net before it was corrected. Where that had no node they are -1. */
+void report_strip_add_estimates(void *strips, int number);
 
 #endif

@@ -230,16 +230,11 @@ static void list_cut(struct drape_cut *cut, const struct rim_patch *patch, doubl
     c->i[at] = patch->i;
     c->j[at] = patch->j;
     c->shear_deg[at] = shear_deg;
-    c->warp_x[at] = warp.x;
-    c->warp_y[at] = warp.y;
-    c->warp_z[at] = warp.z;
-    c->weft_x[at] = weft.x;
-    c->weft_y[at] = weft.y;
-    c->weft_z[at] = weft.z;
+    vec3_to_columns(warp, c->warp_x, c->warp_y, c->warp_z, at);
+    vec3_to_columns(weft, c->weft_x, c->weft_y, c->weft_z, at);
     for (int k = 0; k < 4; k++) {
-        cut->corner[3 * k][at] = corner[k].x;
-        cut->corner[3 * k + 1][at] = corner[k].y;
-        cut->corner[3 * k + 2][at] = corner[k].z;
+        double **to = &cut->corner[3 * k];
+        vec3_to_columns(corner[k], to[0], to[1], to[2], at);
     }
     c->count++;
 }
