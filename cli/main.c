@@ -131,9 +131,9 @@ static bool write_map(const struct arguments *arguments, const struct api_input 
 
 /* The document that the arguments ask for. Warnings go to standard error as well, for those who do
  * not read the document's. */
-static bool write_answer(const struct arguments *arguments, const struct api_input *input,
-                         const struct api_reader *reader, const struct files_output *output,
-                         struct api_problem *problem) {
+static bool write_requested(const struct arguments *arguments, const struct api_input *input,
+                            const struct api_reader *reader, const struct files_output *output,
+                            struct api_problem *problem) {
     static struct api_columns columns;
     const struct api_limits *limits = &arguments->limits;
     if (arguments->study)
@@ -210,7 +210,7 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
         api_problem_set(&problem, API_NOT_ACCEPTABLE, "--variant is for studies");
     else
         ok = ok && solve_into(arguments, &input, container, &problem) &&
-             write_answer(arguments, &input, &reader, output, &problem);
+             write_requested(arguments, &input, &reader, output, &problem);
     free(surface.data);
     if (problem.id != API_OK)
         print_problem(&problem);

@@ -66,7 +66,7 @@ static bool is_key(const struct range *key, const char *name) {
 }
 
 /* The member of the object at `at`; at its brace, as long as nothing, where there is none. */
-static struct range member_of(const char *at, const char *name) {
+static struct range span_of_member(const char *at, const char *name) {
     struct range key, value, found = {at, at};
     for (at = skip_space(at) + 1; next_member(&at, &key, &value);)
         if (is_key(&key, name))
@@ -82,7 +82,8 @@ static bool name_surface(struct files_bytes *request, const char *id) {
     text[request->length] = '\0';
     request->data = text;
     const char *at, *end = text + request->length;
-    struct range key, value, surface = member_of(member_of(text, "drape").from, "surface");
+    struct range key, value,
+        surface = span_of_member(span_of_member(text, "drape").from, "surface");
     struct files_bytes named = {.data = malloc(request->length + API_ID_SIZE + 16)};
     if (!named.data)
         return false;

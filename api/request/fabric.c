@@ -7,30 +7,6 @@
 static const struct value_range pre_shears = {-80, 80, false}; /* deg */
 enum { PLIES_MAX = 10000 };
 
-/* Of the library, which is right. */
-static void decode_named(const struct json_value *json, struct api_request *request) {
-    const struct json_tree *own = json->tree;
-    const char *name;
-    struct json_tree tree;
-    if (!value_string(json, &name))
-        return;
-    const struct api_material *material = api_material_named(name);
-    char *text = material ? json_tree_alloc(own, strlen(name) + 3, 1) : NULL;
-    if (!material) {
-        value_fault(json, "is neither a material of the library nor one of yours (see GET "
-                          "/v1/materials, drape --materials)");
-        return;
-    }
-    if (!text || json_tree_parse(&tree, material->json, material->length, &api_limits_default,
-                                 own->arena, own->problem) != API_OK)
-        return;
-    struct json_value root = value_root(&tree);
-    decode_material(&root, request);
-    json_tree_free(&tree);
-    (void)sprintf(text, "\"%s\"", name);
-    request->fabric.material = text;
-}
-
 void decode_fabric(const struct json_value *json, struct api_request *request) {
     static const char *const keys[] = {
         "material",          "spacing",       "thickness", "fiber_volume_fraction",
@@ -41,6 +17,8 @@ void decode_fabric(const struct json_value *json, struct api_request *request) {
     struct json_value spacing = value_member(json, "spacing");
     struct json_value pre_shear = value_member(json, "pre_shear_deg");
     struct json_value plies = value_member(json, "plies");
+    const struct json_tree *tree = json->tree;
+    const char *name;
     double *distance = request->settings.spacing;
     if (value_type(&spacing) == VALUE_ARRAY)
         value_vector(&spacing, decode_lengths, 2, distance);
@@ -50,10 +28,24 @@ void decode_fabric(const struct json_value *json, struct api_request *request) {
     if (value_type(&material) == VALUE_OBJECT) {
         struct api_material own;
         decode_material(&material, request);
-        if (json->tree->problem->id == API_OK && material_read(&material, &own))
+        if (tree->problem->id == API_OK && material_read(&material, &own))
             request->fabric.material = own.json;
-    } else if (value_given(&material)) {
-        decode_named(&material, request);
+    } else if (value_given(&material) && value_string(&material, &name)) {
+        /* Of the library, which is right. */
+        const struct api_material *named = api_material_named(name);
+        char *text = named ? json_tree_alloc(tree, strlen(name) + 3, 1) : NULL;
+        struct json_tree own;
+        if (!named) {
+            value_fault(&material, "is neither a material of the library nor one of yours (see GET "
+                                   "/v1/materials, drape --materials)");
+        } else if (text && json_tree_parse(&own, named->json, named->length, &api_limits_default,
+                                           tree->arena, tree->problem) == API_OK) {
+            struct json_value root = value_root(&own);
+            decode_material(&root, request);
+            json_tree_free(&own);
+            (void)sprintf(text, "\"%s\"", name);
+            request->fabric.material = text;
+        }
     }
     decode_figures(json, request->length_unit->metres, request);
     if (value_given(&pre_shear))

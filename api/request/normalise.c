@@ -61,6 +61,21 @@ static void normalise_nurbs(struct api_text *text, const struct api_surface *sur
     api_text_raw(text, "}");
 }
 
+void api_normalise_notes(struct api_text *text, const struct api_surface *surface,
+                         const char *more) {
+    api_text_key(text, "notes");
+    api_text_raw(text, "[");
+    for (size_t k = 0; k < surface->note_count; k++) {
+        api_text_raw(text, k ? "," : "");
+        api_text_string(text, surface->notes[k]);
+    }
+    if (*more) {
+        api_text_raw(text, surface->note_count ? "," : "");
+        api_text_string(text, more);
+    }
+    api_text_raw(text, "]");
+}
+
 static void normalise_definition(struct api_text *text, const struct api_surface *surface) {
     if (surface->kind == API_SURFACE_NURBS) {
         normalise_nurbs(text, surface);
@@ -86,15 +101,8 @@ static void normalise_definition(struct api_text *text, const struct api_surface
     /* What an importer wrote beside the geometry. */
     if (surface->length_unit)
         api_text_key_string(text, "length_unit", surface->length_unit->name);
-    if (surface->notes) {
-        api_text_key(text, "notes");
-        api_text_raw(text, "[");
-        for (size_t k = 0; k < surface->note_count; k++) {
-            api_text_raw(text, k ? "," : "");
-            api_text_string(text, surface->notes[k]);
-        }
-        api_text_raw(text, "]");
-    }
+    if (surface->notes)
+        api_normalise_notes(text, surface, "");
     api_text_raw(text, "}");
 }
 
@@ -118,33 +126,12 @@ static void normalise_generator(struct api_text *text, const char *key,
     }
 }
 
-static void normalise_table(struct api_text *text, const struct api_permeability *k) {
+void api_normalise_permeability(struct api_text *text, const struct api_permeability *k) {
     const struct {
         const char *key;
         const double *values;
     } columns[] = {
         {"k1", k->table_k1}, {"k2", k->table_k2}, {"k3", k->table_k3}, {"angle_deg", k->angle_deg}};
-    api_text_key_numbers(text, "shear_deg", k->shear_deg, k->rows);
-    if (k->fractions > 0)
-        api_text_key_numbers(text, "fiber_volume_fraction", k->table_fractions, k->fractions);
-    for (size_t i = 0; i < sizeof columns / sizeof *columns; i++) {
-        if (!columns[i].values)
-            continue;
-        api_text_key(text, columns[i].key);
-        /* A value for each shear angle, or a row of values. */
-        if (k->fractions == 0) {
-            api_text_numbers(text, columns[i].values, k->rows);
-            continue;
-        }
-        for (size_t row = 0; row < k->rows; row++) {
-            api_text_raw(text, row == 0 ? "[" : ",");
-            api_text_numbers(text, columns[i].values + row * k->fractions, k->fractions);
-        }
-        api_text_raw(text, "]");
-    }
-}
-
-void api_normalise_permeability(struct api_text *text, const struct api_permeability *k) {
     if (k->model == API_PERMEABILITY_NONE)
         return;
     api_text_key_object(text, "permeability");
@@ -158,7 +145,15 @@ void api_normalise_permeability(struct api_text *text, const struct api_permeabi
         api_text_key_number(text, "fiber_radius", k->fiber_radius);
         api_text_key_string(text, "packing", api_packing_names[k->packing]);
     } else {
-        normalise_table(text, k);
+        api_text_key_numbers(text, "shear_deg", k->shear_deg, k->rows);
+        if (k->fractions > 0)
+            api_text_key_numbers(text, "fiber_volume_fraction", k->table_fractions, k->fractions);
+        /* A value for each shear angle, or a row of values. */
+        for (size_t i = 0; i < sizeof columns / sizeof *columns; i++)
+            if (columns[i].values && k->fractions > 0)
+                api_text_key_rows(text, columns[i].key, columns[i].values, k->fractions, k->rows);
+            else if (columns[i].values)
+                api_text_key_numbers(text, columns[i].key, columns[i].values, k->rows);
     }
     api_text_raw(text, "}");
 }

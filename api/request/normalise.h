@@ -36,6 +36,10 @@ void api_normalise_permeability(struct api_text *text, const struct api_permeabi
 void api_normalise_compaction(struct api_text *text, const struct api_compaction *law);
 void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, size_t count);
 
+/* The notes of an imported surface, with one more unless that is "". */
+void api_normalise_notes(struct api_text *text, const struct api_surface *surface,
+                         const char *more);
+
 /* The definition of a surface (not API_SURFACE_NAMED). */
 const char *api_normalise_surface(const struct api_surface *surface, struct arena *arena);
 

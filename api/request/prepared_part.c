@@ -3,6 +3,7 @@
 
 #include "api/json/text.h"
 #include "digest.h"
+#include "normalise.h"
 #include "prepared_mesh.h"
 #include "prepared_surface.h"
 #include "solver/surface/measure.h"
@@ -51,7 +52,7 @@ const char *prepared_part_describe(const struct api_surface *surface, struct are
                    : prepared_surface_describe(surface, &text, arena, problem))
         return NULL;
     if (on_mesh)
-        prepared_shell_write_notes(&text, surface, "");
+        api_normalise_notes(&text, surface, "");
     if (surface->length_unit)
         api_text_key_string(&text, "length_unit", surface->length_unit->name);
     api_text_raw(&text, "}");

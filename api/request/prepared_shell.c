@@ -2,6 +2,7 @@
 #include "prepared_shell.h"
 
 #include "api/json/text.h"
+#include "normalise.h"
 #include "prepared_surface.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/contour.h"
@@ -292,21 +293,6 @@ static enum status describe_face(const struct api_surface *surface, size_t numbe
     return STATUS_OK;
 }
 
-void prepared_shell_write_notes(struct api_text *text, const struct api_surface *surface,
-                                const char *more) {
-    api_text_key(text, "notes");
-    api_text_raw(text, "[");
-    for (size_t k = 0; k < surface->note_count; k++) {
-        api_text_raw(text, k ? "," : "");
-        api_text_string(text, surface->notes[k]);
-    }
-    if (*more) {
-        api_text_raw(text, surface->note_count ? "," : "");
-        api_text_string(text, more);
-    }
-    api_text_raw(text, "]");
-}
-
 /* Faces that cannot be one surface may be stored by an importer, for some of them can be chosen:
  * then the fault is a note, and they are joined where they can be. */
 static enum api_problem_id describe_edges(const struct api_surface *surface, struct api_text *text,
@@ -355,7 +341,7 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
         api_text_raw(text, *before == '[' ? "[]" : "]");
         api_text_key_integer(text, "components", (int64_t)shell_component_count(all.shell));
     }
-    prepared_shell_write_notes(text, surface, fault.id != API_OK ? fault.error[0].detail : "");
+    api_normalise_notes(text, surface, fault.id != API_OK ? fault.error[0].detail : "");
     return API_OK;
 }
 

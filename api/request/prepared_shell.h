@@ -50,8 +50,4 @@ enum api_problem_id prepared_shell_describe(const struct api_surface *surface,
                                             struct api_text *text, struct arena *arena,
                                             struct api_problem *problem) STATUS_MUST_USE;
 
-/* The notes of an imported surface, with one more unless that is "". */
-void prepared_shell_write_notes(struct api_text *text, const struct api_surface *surface,
-                                const char *more);
-
 #endif

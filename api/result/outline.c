@@ -164,23 +164,9 @@ static int side_turn(const struct side *side, const struct side *next) {
     return a[0] * b[1] - a[1] * b[0];
 }
 
-/* The side that begins where this one ends; where two do, the one to the left, which keeps cells
- * that touch at a corner apart. */
-static struct side *side_after(struct builder *builder, const struct side *side) {
-    struct side key = {.i = side->to_i, .j = side->to_j}, *end = builder->sides + builder->count;
-    struct side *found =
-        bsearch(&key, builder->sides, builder->count, sizeof *found, compare_starts);
-    struct side *best = NULL;
-    while (found && found > builder->sides && compare_starts(found - 1, &key) == 0)
-        found--;
-    for (; found && found < end && compare_starts(found, &key) == 0; found++)
-        if (!found->used && (!best || side_turn(side, found) > side_turn(side, best)))
-            best = found;
-    return best;
-}
-
 /* The polygon of a side that lies along i: it begins at a corner. */
 static void trace(struct builder *builder, struct outline *outline, struct side *side) {
+    struct side *const sides = builder->sides, *const end = sides + builder->count;
     bool corner = true;
     while (side) {
         if (corner) {
@@ -191,7 +177,16 @@ static void trace(struct builder *builder, struct outline *outline, struct side 
             outline->points[outline->count++] = (struct outline_point){side->i, side->j, false};
         }
         side->used = true;
-        struct side *next = side_after(builder, side);
+        /* The side that begins where this one ends; where two do, the one to the left, which keeps
+         * cells that touch at a corner apart. */
+        const struct side key = {.i = side->to_i, .j = side->to_j};
+        struct side *next = NULL;
+        struct side *found = bsearch(&key, sides, builder->count, sizeof *sides, compare_starts);
+        while (found && found > sides && compare_starts(found - 1, &key) == 0)
+            found--;
+        for (; found && found < end && compare_starts(found, &key) == 0; found++)
+            if (!found->used && (!next || side_turn(side, found) > side_turn(side, next)))
+                next = found;
         corner = next && side_turn(side, next) != 0;
         side = next;
     }

@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* The elements with room for one more of `size` bytes; NULL without memory, and they stay. */
-static void *with_room(void *elements, size_t count, size_t *capacity, size_t size) {
+static void *room_for_next(void *elements, size_t count, size_t *capacity, size_t size) {
     if (count < *capacity)
         return elements;
     size_t wanted = *capacity ? 2 * *capacity : 256;
@@ -16,8 +16,8 @@ static void *with_room(void *elements, size_t count, size_t *capacity, size_t si
 }
 
 bool polygons_add(struct polygons *polygons, double x, double y) {
-    struct polygons_point *points =
-        with_room(polygons->points, polygons->count, &polygons->capacity, sizeof *polygons->points);
+    struct polygons_point *points = room_for_next(polygons->points, polygons->count,
+                                                  &polygons->capacity, sizeof *polygons->points);
     if (!points)
         return false;
     polygons->points = points;
@@ -255,7 +255,7 @@ struct cuts {
 };
 
 static bool add_crossing_of(struct cuts *cuts, size_t segment, double share) {
-    struct cut *all = with_room(cuts->all, cuts->count, &cuts->capacity, sizeof *cuts->all);
+    struct cut *all = room_for_next(cuts->all, cuts->count, &cuts->capacity, sizeof *cuts->all);
     if (!all)
         return false;
     cuts->all = all;
@@ -325,7 +325,7 @@ struct chains {
 
 static struct chain *open_chain(struct chains *chains, size_t begin) {
     struct chain *all =
-        with_room(chains->all, chains->count, &chains->capacity, sizeof *chains->all);
+        room_for_next(chains->all, chains->count, &chains->capacity, sizeof *chains->all);
     chains->failed = chains->failed || !all;
     if (!all)
         return NULL;
