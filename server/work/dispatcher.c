@@ -167,41 +167,40 @@ static void *serve_jobs(void *context) {
     return NULL;
 }
 
-/* Waits for `ms` or a hint, then until all other workers are busy and keep the jobs they have for
- * HELD_UP_MS: as long as they end some they look themselves at who waits. False when no more work
- * is to be taken. */
-static bool wait_until_held_up(struct dispatcher *dispatcher, int64_t ms) {
-    const struct timespec pause = {.tv_nsec = HELD_UP_MS * 1000000};
-    struct timespec then = clock_after_ms(ms);
-    bool held_up = false;
-    pthread_mutex_lock(&dispatcher->lock);
-    if (ms > 0 && !dispatcher->quiet)
-        pthread_cond_timedwait(&dispatcher->all_busy, &dispatcher->lock, &then);
-    while (!dispatcher->quiet && !held_up) {
-        if (dispatcher->busy < dispatcher->shared.settings.workers) {
-            pthread_cond_wait(&dispatcher->all_busy, &dispatcher->lock);
-            continue;
-        }
-        unsigned ended = dispatcher->ended;
-        pthread_mutex_unlock(&dispatcher->lock);
-        nanosleep(&pause, NULL);
-        pthread_mutex_lock(&dispatcher->lock);
-        held_up = dispatcher->ended == ended;
-    }
-    bool go_on = !dispatcher->quiet;
-    pthread_mutex_unlock(&dispatcher->lock);
-    return go_on;
-}
-
-/* The thread of the fast worker. Its process may have ended since its last job: what is idle is
- * looked at before it gets another. */
+/* The thread of the fast worker. It waits for its time or a hint, then until all other workers are
+ * busy and keep the jobs they have for HELD_UP_MS: as long as they end some they look themselves at
+ * who waits. Its process may have ended since its last job: what is idle is looked at before it
+ * gets another. */
 static void *serve_short_jobs(void *context) {
+    const struct timespec pause = {.tv_nsec = HELD_UP_MS * 1000000};
     struct worker_thread *worker = context;
+    struct dispatcher *dispatcher = worker->dispatcher;
     int64_t wait = 0;
-    bool hints;
-    while (wait_until_held_up(worker->dispatcher, wait))
+    pthread_mutex_lock(&dispatcher->lock);
+    while (!dispatcher->quiet) {
+        struct timespec then = clock_after_ms(wait);
+        bool held_up = false, hints;
+        if (wait > 0)
+            pthread_cond_timedwait(&dispatcher->all_busy, &dispatcher->lock, &then);
+        while (!dispatcher->quiet && !held_up) {
+            if (dispatcher->busy < dispatcher->shared.settings.workers) {
+                pthread_cond_wait(&dispatcher->all_busy, &dispatcher->lock);
+                continue;
+            }
+            unsigned ended = dispatcher->ended;
+            pthread_mutex_unlock(&dispatcher->lock);
+            nanosleep(&pause, NULL);
+            pthread_mutex_lock(&dispatcher->lock);
+            held_up = dispatcher->ended == ended;
+        }
+        if (dispatcher->quiet)
+            break;
+        pthread_mutex_unlock(&dispatcher->lock);
         wait = child_running(&worker->child) && !ready_worker(worker) ? START_RETRY_MS
                                                                       : take_turn(worker, &hints);
+        pthread_mutex_lock(&dispatcher->lock);
+    }
+    pthread_mutex_unlock(&dispatcher->lock);
     child_kill(&worker->child);
     return NULL;
 }
@@ -313,7 +312,7 @@ void dispatcher_stop(struct dispatcher *dispatcher, int64_t grace_ms) {
     pthread_mutex_unlock(&dispatcher->lock);
     atomic_store(&dispatcher->shared.stop_at_ms, clock_ms() + grace_ms);
     for (int k = 0; k < dispatcher->worker_count; k++) {
-        job_run_wake(dispatcher->workers[k].wake);
+        job_run_wake(&dispatcher->workers[k].wake);
         pthread_join(dispatcher->workers[k].thread, NULL);
         close(dispatcher->workers[k].wake);
     }

@@ -54,14 +54,6 @@ static bool slow_has_room(const struct document_pool *pool, const char *owner) {
            count_checks(pool->running, owner, QUEUE_SLOW) < share;
 }
 
-/* Whether orders of the owner took long lately. */
-static bool queue_takes_long(const struct document_pool *pool, const char *owner, int64_t now) {
-    for (int k = 0; k < DOCUMENT_POOL_LONG_OWNERS; k++)
-        if (pool->long_owners[k].until_ms > now && !strcmp(pool->long_owners[k].owner, owner))
-            return true;
-    return false;
-}
-
 /* An order of the owner has taken long in the fast queue: its next ones come last there. */
 static void queue_note_long(struct document_pool *pool, const char *owner, int64_t now) {
     int at = 0;
@@ -507,7 +499,11 @@ struct check *document_pool_begin(struct document_pool *pool,
     }
     pthread_mutex_lock(&pool->lock);
     bool full = queue_full(pool, check->owner, check->queue);
-    check->last = queue_takes_long(pool, check->owner, clock_ms());
+    int64_t now = clock_ms();
+    for (int k = 0; k < DOCUMENT_POOL_LONG_OWNERS; k++)
+        if (pool->long_owners[k].until_ms > now &&
+            !strcmp(pool->long_owners[k].owner, check->owner))
+            check->last = true;
     bool begun = !full && begin_at_once(pool, check);
     if (!full && !begun) {
         queue_append(&pool->waiting, check);

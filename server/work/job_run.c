@@ -70,15 +70,10 @@ bool job_run_out_of_time(struct job_run_shared *shared) {
     return stop_at != JOB_RUN_NO_STOP && clock_ms() >= stop_at;
 }
 
-void job_run_wake(int wake) {
+void job_run_wake(void *wake) {
     uint64_t one = 1;
-    ssize_t written = write(wake, &one, sizeof one);
+    ssize_t written = write(*(const int *)wake, &one, sizeof one);
     (void)written; /* it only fails when it is awake already */
-}
-
-/* Called by the job events. */
-static void wake_run(void *context) {
-    job_run_wake(*(const int *)context);
 }
 
 /* The job whose request it is, and whose end would end it: of a task its study. */
@@ -244,10 +239,9 @@ bool job_run_bound(const struct job_run_shared *shared, const struct child *chil
 }
 
 /* Bounds the worker, sends it the job and receives the result. One that dies while it is sent the
- * job is noticed by receiving. Its
- * memory is the job's own budget, and beside it the program itself, the documents, and the JSON
- * tree of a body at its limits. The processor's bound is for the case that nothing watches the
- * deadline. */
+ * job is noticed by receiving. Its memory is the job's own budget, and beside it the program
+ * itself, the documents, and the JSON tree of a body at its limits. The processor's bound is for
+ * the case that nothing watches the deadline. */
 static void have_done(struct job_run *run, struct frame_job *job, const void *bytes,
                       const struct api_input *input) {
     const struct dispatcher_settings *settings = &run->shared->settings;
@@ -504,7 +498,7 @@ bool job_run(struct job_run_shared *shared, const struct store_claim *claim, str
         .yield_at_ms = now + (fast ? JOB_RUN_FAST_MOST_MS : (int64_t)JOB_RUN_TURN_MS << doublings),
     };
     atomic_fetch_add(&shared->counters.busy, 1);
-    job_events_subscribe(shared->events, &watch, subject_of_run(&run), JOB_CHANGED, wake_run,
+    job_events_subscribe(shared->events, &watch, subject_of_run(&run), JOB_CHANGED, job_run_wake,
                          &run.wake);
     if (run.writer)
         solve_job(&run);

@@ -60,7 +60,8 @@ bool job_run_bound(const struct job_run_shared *shared, const struct child *chil
 bool job_run(struct job_run_shared *shared, const struct store_claim *claim, struct child *child,
              int wake, bool fast);
 
-/* Writes to such an eventfd. Any thread; never blocks. */
-void job_run_wake(int wake);
+/* Writes to such an eventfd, an int at `wake`; may be called by the job events. Any thread; never
+ * blocks. */
+void job_run_wake(void *wake);
 
 #endif
