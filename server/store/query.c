@@ -88,6 +88,12 @@ enum store_answer query_end_found(struct query *query, bool found, enum store_an
     return answer == STORE_OK && !found ? none : answer;
 }
 
+enum store_answer query_number(struct query *query, enum store_answer none, int64_t *number) {
+    bool found = query_row(query);
+    *number = found ? query_int(query, 0) : 0;
+    return query_end_found(query, found, none);
+}
+
 enum store_answer query_run(struct query *query) {
     query_row(query);
     return query_end(query);

@@ -96,6 +96,9 @@ enum store_answer query_end(struct query *query);
 /* The same; `none` when it went well and nothing was found. */
 enum store_answer query_end_found(struct query *query, bool found, enum store_answer none);
 
+/* Takes a number from the first row, 0 without one; `none` when it went well and there is none. */
+enum store_answer query_number(struct query *query, enum store_answer none, int64_t *number);
+
 /* Executes a statement that gives no rows, or of whose rows it matters only whether there is one:
  * else the answer is `none`. */
 enum store_answer query_run(struct query *query);

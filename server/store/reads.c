@@ -174,8 +174,7 @@ enum store_answer reads_counts(const struct reader *reader, int64_t now,
         " WHERE kind = " SQL_DRAPE " AND status = " SQL_QUEUED " ORDER BY sequence LIMIT 1) drapes"
         " UNION ALL SELECT * FROM (SELECT created FROM draped.jobs WHERE kind = " SQL_STUDY
         " AND status = " SQL_QUEUED " AND round = 0 ORDER BY sequence LIMIT 1) studies) oldest");
-    counts->oldest_queued = query_row(&query) ? query_int(&query, 0) : 0;
-    return query_end(&query);
+    return query_number(&query, STORE_OK, &counts->oldest_queued);
 }
 
 enum store_answer store_counts(struct store *store, struct store_counts *counts) {
@@ -201,6 +200,24 @@ enum store_answer store_usage(struct store *store, const char *owner, struct sto
 }
 
 /* ------------------------------------------------------------------ claims */
+
+void reads_claim(const struct query *query, struct store_claim *claim, int64_t *result) {
+    claim->sequence = query_int(query, 0);
+    query_copy(query, 1, claim->id, sizeof claim->id);
+    query_copy(query, 2, claim->surface, sizeof claim->surface);
+    claim->token = query_int(query, 3);
+    claim->attempts = (int)query_int(query, 4);
+    *result = query_int(query, 5);
+    query_copy(query, 6, claim->owner, sizeof claim->owner);
+    query_copy(query, 7, claim->origin, sizeof claim->origin);
+    claim->kind = (enum store_kind)query_int(query, 8);
+    claim->spent = query_int(query, 9);
+    const void *task = query_bytes(query, 10, &claim->task_length);
+    if (task && claim->task_length <= sizeof claim->task)
+        memcpy(claim->task, task, claim->task_length);
+    query_copy(query, 11, claim->parent, sizeof claim->parent);
+    claim->waited_us = query_int(query, 12);
+}
 
 enum store_answer reads_attempts(struct store *store, const struct store_claim *claim,
                                  int64_t *attempts, int64_t *excused) {

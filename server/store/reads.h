@@ -32,6 +32,10 @@ struct reader {
 enum store_answer reads_counts(const struct reader *reader, int64_t now,
                                struct store_counts *counts) STORE_MUST_USE;
 
+/* The row of a claim: sequence, id, surface, token, attempts, number of the complete result of its
+ * digest (0: none), owner, origin, kind, spent, task, id of its parent, how long it has waited. */
+void reads_claim(const struct query *query, struct store_claim *claim, int64_t *result);
+
 /* One chunk of a result, which has that length. STORE_EMPTY: it has been removed. */
 enum store_answer reads_chunk(struct store *store, int64_t number, int64_t index, void *bytes,
                               size_t length) STORE_MUST_USE;

@@ -7,8 +7,8 @@
 bool survey_read(const struct reader *reader, struct survey *survey, char why[STORE_WHY_SIZE]) {
     struct query query =
         reader->query(reader->of, "SELECT max(version) FROM draped.schema_version");
-    survey->schema = query_row(&query) ? query_int(&query, 0) : 0;
-    if (query_end(&query) != STORE_OK || !store_schema_known("the store", survey->schema, why) ||
+    if (query_number(&query, STORE_OK, &survey->schema) != STORE_OK ||
+        !store_schema_known("the store", survey->schema, why) ||
         reads_counts(reader, survey->now, &survey->counts) != STORE_OK)
         return false;
     query = reader->query(reader->of,

@@ -42,9 +42,9 @@ static const char claim_sql[] =
     " FROM first WHERE j.sequence = first.sequence"
     " RETURNING j.sequence, j.id, j.surface, j.token, j.attempts,"
     "  (SELECT r.number FROM draped.results r WHERE r.owner = j.owner AND r.digest = j.digest"
-    "   AND r.state = " SQL_COMPLETE "), j.owner, j.origin, " POSTGRES_LAZY ","
+    "   AND r.state = " SQL_COMPLETE "), j.owner, j.origin,"
     "  j.kind, j.spent, j.task, (SELECT p.id FROM draped.jobs p WHERE p.sequence = j.parent),"
-    "  j.started - j.created";
+    "  j.started - j.created, " POSTGRES_LAZY;
 
 /* A claimed job whose result is there already. */
 static const char reuse_sql[] =
@@ -68,34 +68,18 @@ enum store_answer postgres_starving(struct store *store, bool fresh) {
 
 enum store_answer postgres_claim(struct store *store, bool fresh, struct store_claim *claim) {
     struct query query = postgres_query_now(store, claim_sql);
-    bool twin = false;
+    int64_t result = 0;
     query_bind(&query, of_int(store->options.lease_us),
                of_int(fresh ? 1 : store->options.owner_running), of_int(fresh));
     bool found = query_row(&query);
-    if (found) {
-        claim->sequence = query_int(&query, 0);
-        query_copy(&query, 1, claim->id, sizeof claim->id);
-        query_copy(&query, 2, claim->surface, sizeof claim->surface);
-        claim->token = query_int(&query, 3);
-        claim->attempts = (int)query_int(&query, 4);
-        twin = query_int(&query, 5) != 0;
-        query_copy(&query, 6, claim->owner, sizeof claim->owner);
-        query_copy(&query, 7, claim->origin, sizeof claim->origin);
-        claim->kind = (enum store_kind)query_int(&query, 9);
-        claim->spent = query_int(&query, 10);
-        const void *task = query_bytes(&query, 11, &claim->task_length);
-        if (task && claim->task_length <= sizeof claim->task)
-            memcpy(claim->task, task, claim->task_length);
-        query_copy(&query, 12, claim->parent, sizeof claim->parent);
-        claim->waited_us = query_int(&query, 13);
-    }
+    if (found)
+        reads_claim(&query, claim, &result);
     enum store_answer answer = query_end_found(&query, found, STORE_EMPTY);
-    if (answer == STORE_OK && twin) { /* which may have gone meanwhile */
+    if (answer == STORE_OK && result) { /* which may have gone meanwhile */
         query = postgres_query_now(store, reuse_sql);
         query_bind(&query, of_int(claim->sequence), of_int(claim->token));
-        twin = query_find(&query, STORE_CONFLICT) == STORE_OK;
+        claim->reused = query_find(&query, STORE_CONFLICT) == STORE_OK;
     }
-    claim->reused = answer == STORE_OK && twin;
     return answer;
 }
 
@@ -204,7 +188,5 @@ enum store_answer postgres_take_over(struct store *store, const struct store_end
                    " RETURNING token, " POSTGRES_LAZY,
                    &ended->claim);
     query_bind(&query, of_int(store->options.lease_us), of_int(far_ahead(store)));
-    bool found = query_row(&query);
-    *token = found ? query_int(&query, 0) : 0;
-    return query_end_found(&query, found, STORE_CONFLICT);
+    return query_number(&query, STORE_CONFLICT, token);
 }

@@ -24,8 +24,8 @@ static enum store_answer delete_surface(struct store *store, const char *owner, 
     static const enum store_answer answers[] = {STORE_OK, STORE_EMPTY, STORE_CONFLICT};
     struct query query = postgres_query(store, "SELECT draped.delete_surface($1, $2)");
     query_bind(&query, of_text(id), of_text(owner));
-    int64_t how = query_row(&query) ? query_int(&query, 0) : 0;
-    enum store_answer answer = query_end(&query);
+    int64_t how = 0;
+    enum store_answer answer = query_number(&query, STORE_OK, &how);
     return answer == STORE_OK ? answers[how] : answer;
 }
 

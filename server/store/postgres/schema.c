@@ -365,8 +365,7 @@ enum { SCRIPT_SIZE = 24576 };
 static bool ask_number(struct pool *pool, const char *sql, int64_t *number,
                        char why[STORE_WHY_SIZE]) {
     struct query query = pg_query(pool, sql);
-    *number = query_row(&query) ? query_int(&query, 0) : 0;
-    if (query_end(&query) == STORE_OK)
+    if (query_number(&query, STORE_OK, number) == STORE_OK)
         return true;
     snprintf(why, STORE_WHY_SIZE,
              "the schema 'draped' of the database cannot be read: this user has no privilege there,"

@@ -12,8 +12,8 @@ bool postgres_survey(const char *url, struct survey *survey, char why[STORE_WHY_
     const struct reader reader = postgres_reader(pool);
     struct query query =
         pg_query(pool, "SELECT (extract(epoch FROM clock_timestamp()) * 1000000)::bigint");
-    survey->now = query_row(&query) ? query_int(&query, 0) : 0;
-    bool good = query_end(&query) == STORE_OK && survey_read(&reader, survey, why);
+    bool good = query_number(&query, STORE_OK, &survey->now) == STORE_OK &&
+                survey_read(&reader, survey, why);
     if (!good && !why[0])
         pool_say(why, "the database has no store of draped, or it cannot be read (see above)");
     pool_close(pool);

@@ -19,7 +19,7 @@ static const char pick_sql[] =
     "  WHERE (running, turn) = (SELECT running, turn FROM next LIMIT 1)"
     "  ORDER BY (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
     "   WHERE j.status = " SQL_QUEUED " AND j.owner = next.owner) LIMIT 1)"
-    "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number, j.owner, j.origin,"
+    "SELECT j.sequence, j.id, j.surface, j.token + 1, j.attempts, r.number, j.owner, j.origin,"
     " j.kind, j.spent, j.task, (SELECT id FROM jobs p WHERE p.sequence = j.parent), ?3 - j.created"
     " FROM first CROSS JOIN jobs j INDEXED BY jobs_queue"
     "  ON j.owner = first.owner AND j.status = " SQL_QUEUED
@@ -34,23 +34,8 @@ static enum store_answer pick_job(const struct sqlite_store *store, struct db *d
     struct query query = db_query(db, pick_sql);
     query_bind(&query, of_int(most), of_int(fresh), of_int(sqlite_now(store)));
     bool any = query_row(&query);
-    if (any) {
-        claim->sequence = query_int(&query, 0);
-        query_copy(&query, 1, claim->id, sizeof claim->id);
-        query_copy(&query, 2, claim->surface, sizeof claim->surface);
-        claim->token = query_int(&query, 3) + 1;
-        claim->attempts = (int)query_int(&query, 4);
-        *result = query_int(&query, 5);
-        query_copy(&query, 6, claim->owner, sizeof claim->owner);
-        query_copy(&query, 7, claim->origin, sizeof claim->origin);
-        claim->kind = (enum store_kind)query_int(&query, 8);
-        claim->spent = query_int(&query, 9);
-        const void *task = query_bytes(&query, 10, &claim->task_length);
-        if (task && claim->task_length <= sizeof claim->task)
-            memcpy(claim->task, task, claim->task_length);
-        query_copy(&query, 11, claim->parent, sizeof claim->parent);
-        claim->waited_us = query_int(&query, 12);
-    }
+    if (any)
+        reads_claim(&query, claim, result);
     return query_end_found(&query, any, STORE_EMPTY);
 }
 

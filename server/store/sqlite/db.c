@@ -23,30 +23,34 @@ struct db {
     } cache[STATEMENTS];
 };
 
+/* What a code of SQLite means: the answer, and what is wrong with the database. */
+struct meaning {
+    int code;
+    enum store_answer answer;
+    const char *what;
+};
+
+static struct meaning meaning_of(int code) {
+    static const struct meaning meanings[] = {
+        {SQLITE_BUSY, STORE_BUSY, "is locked by another process"},
+        {SQLITE_LOCKED, STORE_BUSY, "is locked by another process"},
+        {SQLITE_FULL, STORE_NO_SPACE, "cannot grow: the disk is full"},
+        {SQLITE_READONLY, STORE_READ_ONLY, "cannot be written"},
+        {SQLITE_PERM, STORE_DOWN, "cannot be written"},
+        {SQLITE_CORRUPT, STORE_DAMAGED, "is damaged: restore it from a backup"},
+        {SQLITE_NOTADB, STORE_DAMAGED,
+         "is not a database, or is damaged: restore it from a backup"}};
+    for (size_t k = 0; k < sizeof meanings / sizeof *meanings; k++)
+        if (meanings[k].code == (code & 0xff))
+            return meanings[k];
+    return (struct meaning){code, STORE_DOWN, "cannot be opened"};
+}
+
 static enum store_answer log_failure(struct db *db, int code) {
-    enum store_answer answer = STORE_DOWN;
-    switch (code & 0xff) {
-    case SQLITE_OK:
-    case SQLITE_ROW:
-    case SQLITE_DONE:
+    int kind = code & 0xff;
+    if (kind == SQLITE_OK || kind == SQLITE_ROW || kind == SQLITE_DONE)
         return STORE_OK;
-    case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-        answer = STORE_BUSY;
-        break;
-    case SQLITE_FULL:
-        answer = STORE_NO_SPACE;
-        break;
-    case SQLITE_READONLY:
-        answer = STORE_READ_ONLY;
-        break;
-    case SQLITE_CORRUPT:
-    case SQLITE_NOTADB:
-        answer = STORE_DAMAGED;
-        break;
-    default:
-        break;
-    }
+    enum store_answer answer = meaning_of(kind).answer;
     metrics_store_failed(answer == STORE_BUSY);
     log_error(log_event("store_error"), log_text("answer", store_answer_name(answer)),
               log_int("code", code), log_text("detail", sqlite3_errmsg(db->handle)));
@@ -58,29 +62,8 @@ static enum store_answer log_failure(struct db *db, int code) {
 /* Explains a failure to open; the extended code and SQLite's text have the rest. */
 static void explain_open(char why[STORE_WHY_SIZE], const struct db *db, int code,
                          const char *detail) {
-    const char *what = "cannot be opened";
-    switch (code & 0xff) {
-    case SQLITE_NOTADB:
-        what = "is not a database, or is damaged: restore it from a backup";
-        break;
-    case SQLITE_CORRUPT:
-        what = "is damaged: restore it from a backup";
-        break;
-    case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-        what = "is locked by another process";
-        break;
-    case SQLITE_READONLY:
-    case SQLITE_PERM:
-        what = "cannot be written";
-        break;
-    case SQLITE_FULL:
-        what = "cannot grow: the disk is full";
-        break;
-    default:
-        break;
-    }
-    snprintf(why, STORE_WHY_SIZE, "the database %s %s (%s)", db->path, what, detail);
+    snprintf(why, STORE_WHY_SIZE, "the database %s %s (%s)", db->path, meaning_of(code).what,
+             detail);
 }
 
 void db_close(struct db *db) {

@@ -180,8 +180,8 @@ static enum store_answer submit_operation(struct sqlite_store *store, struct db 
     query = db_query(db, "SELECT number FROM results WHERE owner = ? AND digest = ?"
                          " AND state = " SQL_COMPLETE);
     query_bind(&query, of_text(submit->owner), of_text(submission->digest));
-    int64_t result = query_row(&query) ? query_int(&query, 0) : 0;
-    answer = query_end(&query);
+    int64_t result = 0;
+    answer = query_number(&query, STORE_OK, &result);
     if (answer == STORE_OK)
         answer = find_room(store, db, submit, result ? 0 : 1);
     if (answer == STORE_OK)

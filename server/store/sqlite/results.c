@@ -73,8 +73,8 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
         db_query(db, "SELECT r.number FROM jobs j JOIN results r ON r.owner = j.owner AND"
                      " r.digest = j.digest AND r.state = " SQL_COMPLETE " WHERE j.sequence = ?");
     query_bind(&query, of_int(segment->claim->sequence));
-    int64_t number = query_row(&query) ? query_int(&query, 0) : 0;
-    enum store_answer answer = query_end(&query);
+    int64_t number = 0;
+    enum store_answer answer = query_number(&query, STORE_OK, &number);
     if (answer != STORE_OK)
         return answer;
     if (number != 0) {

@@ -264,8 +264,7 @@ static const char families[] =
 
 static bool read_one_number(struct db *db, const char *sql, int64_t *number) {
     struct query query = db_query(db, sql);
-    *number = query_row(&query) ? query_int(&query, 0) : 0;
-    return query_end(&query) == STORE_OK;
+    return query_number(&query, STORE_OK, number) == STORE_OK;
 }
 
 bool sqlite_prepare_tables(struct db *db, char why[STORE_WHY_SIZE]) {

@@ -214,8 +214,9 @@ enum store_answer sqlite_room_for(struct store *base, size_t bytes) {
     /* By how much the file grows when the log is taken into it. */
     struct query query =
         sqlite_read(base, "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size");
-    int64_t size = query_row(&query) ? query_int(&query, 0) : 0;
-    bool grows = query_end(&query) == STORE_OK && stat(path, &file) == 0 && size > file.st_size;
+    int64_t size = 0;
+    bool grows = query_number(&query, STORE_OK, &size) == STORE_OK && stat(path, &file) == 0 &&
+                 size > file.st_size;
     if (left >= wanted + (grows ? (uint64_t)(size - file.st_size) : 0))
         return STORE_OK;
     metrics_store_failed(false);

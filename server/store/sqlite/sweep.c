@@ -52,10 +52,11 @@ static enum store_answer expire(struct sqlite_store *store, struct db *db, void 
 }
 
 static bool over_bytes(const struct sqlite_store *store, struct db *db) {
-    int64_t most = sqlite_options(store)->retention_bytes;
+    int64_t most = sqlite_options(store)->retention_bytes, bytes = 0;
+    if (most <= 0)
+        return false;
     struct query query = db_query(db, "SELECT bytes FROM stored");
-    bool over = most > 0 && query_row(&query) && query_int(&query, 0) > most;
-    return query_end(&query) == STORE_OK && over;
+    return query_number(&query, STORE_OK, &bytes) == STORE_OK && bytes > most;
 }
 
 /* The oldest job with a result of the owner whose results are largest, until the rest is within the
@@ -113,9 +114,8 @@ static enum store_answer clear(struct sqlite_store *store, struct db *db, void *
     (void)context;
     struct query query = db_query(db, "SELECT number FROM results WHERE state <> " SQL_COMPLETE
                                       " AND state = " SQL_DOOMED " LIMIT 1");
-    bool found = query_row(&query);
-    int64_t number = found ? query_int(&query, 0) : 0;
-    enum store_answer answer = query_end_found(&query, found, STORE_EMPTY);
+    int64_t number = 0;
+    enum store_answer answer = query_number(&query, STORE_EMPTY, &number);
     if (answer != STORE_OK)
         return answer;
     query = db_query(
@@ -151,8 +151,7 @@ static enum store_answer shrink(struct sqlite_store *store, struct db *db, void 
 static bool any(struct db *db, const char *sql, int64_t value) {
     struct query query = db_query(db, sql);
     query_bind(&query, of_int(value));
-    bool found = query_row(&query);
-    return query_end(&query) == STORE_OK && found;
+    return query_find(&query, STORE_EMPTY) == STORE_OK;
 }
 
 enum store_answer sqlite_find_due(struct store *base, bool due[STORE_STEP_COUNT], int64_t *time) {
