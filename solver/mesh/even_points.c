@@ -75,13 +75,11 @@ static enum status take_triangles(const struct mesh *mesh, int32_t component, st
                                   struct patches *patches) {
     patches->list = arena_alloc(arena, mesh->triangle_count, sizeof *patches->list);
     for (size_t t = 0; patches->list && t < mesh->triangle_count; t++) {
-        struct vec3 p[3];
         if (mesh->component[t] != component)
             continue;
         struct patch *patch = &patches->list[patches->count++];
-        mesh_corner_points(mesh, (int32_t)t, p);
         patch->face = (int32_t)t;
-        patch->area = 0.5 * vec3_norm(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
+        patch->area = 0.5 * mesh_twice_area(mesh, (int32_t)t);
         patches->area += patch->area;
     }
     return patches->list ? STATUS_OK : STATUS_OUT_OF_MEMORY;

@@ -94,11 +94,10 @@ static bool face_section(struct mesh_path *path, int corner) {
     struct mesh_ring ring = mesh_ring_make(mesh, path->at.triangle, corner);
     int32_t at = ring.first;
     do {
-        struct vec3 p[3], normal = mesh->normals[at / 3];
+        struct vec3 normal = mesh->normals[at / 3];
         struct vec3 e = vec3_unit(vec3_cross(path->plane, normal));
-        mesh_corner_points(mesh, at / 3, p);
-        struct vec3 a = vec3_unit(vec3_sub(p[(at + 1) % 3], p[at % 3]));
-        struct vec3 b = vec3_unit(vec3_sub(p[(at + 2) % 3], p[at % 3]));
+        struct vec3 a = vec3_unit(mesh_edge_vector(mesh, at));
+        struct vec3 b = vec3_scale(-1, vec3_unit(mesh_edge_vector(mesh, mesh_previous_half(at))));
         if (vec3_dot(vec3_cross(a, e), normal) >= -same &&
             vec3_dot(vec3_cross(e, b), normal) >= -same && vec3_dot(e, vec3_add(a, b)) > 0) {
             path->at.triangle = at / 3;
@@ -196,10 +195,17 @@ static int corner_under(const struct mesh *mesh, const struct mesh_point *at) {
     return MESH_NONE;
 }
 
-/* Sets off from a vertex. Inside the mesh a full turn of directions is mapped to the whole ring. */
-static bool set_off_from_corner(struct mesh_path *path, int corner) {
-    const struct mesh *mesh = path->mesh;
-    int32_t t = path->at.triangle;
+bool mesh_path_straight(struct mesh_path *path, const struct mesh *mesh,
+                        const struct mesh_point *from, struct vec3 direction) {
+    *path = (struct mesh_path){.mesh = mesh, .at = *from, .entry = MESH_NONE, .corner = MESH_NONE};
+    path->direction = mesh_tangent(mesh, from->triangle, direction);
+    if (!(vec3_norm2(path->direction) > 0.5))
+        return false;
+    int corner = corner_under(mesh, from);
+    if (corner == MESH_NONE)
+        return true;
+    /* From a vertex: inside the mesh a full turn of directions is mapped to the whole ring. */
+    int32_t t = from->triangle;
     struct mesh_ring ring = mesh_ring_make(mesh, t, corner);
     double angle = mesh_ring_angle(mesh, t, corner, path->direction);
     path->at.r = mesh_corner_point(mesh, t, corner);
@@ -215,16 +221,6 @@ static bool set_off_from_corner(struct mesh_path *path, int corner) {
         angle += 360;
     face(path, &ring, fmin(fmax(angle, 0), ring.total));
     return angle >= -bend_max && angle <= ring.total + bend_max;
-}
-
-bool mesh_path_straight(struct mesh_path *path, const struct mesh *mesh,
-                        const struct mesh_point *from, struct vec3 direction) {
-    *path = (struct mesh_path){.mesh = mesh, .at = *from, .entry = MESH_NONE, .corner = MESH_NONE};
-    path->direction = mesh_tangent(mesh, from->triangle, direction);
-    if (!(vec3_norm2(path->direction) > 0.5))
-        return false;
-    int corner = corner_under(mesh, from);
-    return corner == MESH_NONE || set_off_from_corner(path, corner);
 }
 
 bool mesh_path_section(struct mesh_path *path, const struct mesh *mesh,

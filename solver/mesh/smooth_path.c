@@ -72,23 +72,19 @@ static double step_over(struct mesh_smooth_path *path, double h) {
     struct mesh_smooth_path before = *path;
     for (int k = 0; k < HALVINGS; k++) {
         struct mesh_smooth_path try = before;
-        double middle = (low + high) / 2;
-        double turn[2];
+        double middle = (low + high) / 2, turn[2];
         int32_t stop = step_on(&try, middle, turn);
+        *(stop == MESH_NONE ? &low : &high) = middle;
         if (stop != MESH_NONE) {
-            high = middle;
             edge = stop;
             *path = try;
-        } else {
-            low = middle;
         }
     }
     if (edge == MESH_NONE)
         return high;
     /* from the point on the fold to its other side */
     const struct mesh *mesh = path->smooth->mesh;
-    struct vec3 along = vec3_sub(mesh_corner_point(mesh, edge / 3, (edge + 1) % 3),
-                                 mesh_corner_point(mesh, edge / 3, edge % 3));
+    struct vec3 along = mesh_edge_vector(mesh, edge);
     struct vec3 n = mesh_smooth_normal(path->smooth, &path->at), x = across(along, n);
     double a = vec3_dot(path->direction, x), b = vec3_dot(path->direction, vec3_cross(x, n));
     path->at.triangle = mesh->twins[edge] / 3;

@@ -53,7 +53,7 @@ static const struct surface_axis *axis_of(const struct tessellation *g, int k) {
     return &g->surface->axis[k];
 }
 
-/* The speed |r_k| at parameters x along and y across. */
+/* r_k, whose length is the speed, at parameters x along and y across. */
 static struct vec3 tangent_at(struct tessellation *g, int k, double x, double y, struct vec3 *r) {
     struct surface_jet jet;
     double uv[2];
@@ -64,11 +64,6 @@ static struct vec3 tangent_at(struct tessellation *g, int k, double x, double y,
     return k == 0 ? jet.u : jet.v;
 }
 
-static double speed_at(struct tessellation *g, int k, double x, double y) {
-    struct vec3 r;
-    return vec3_norm(tangent_at(g, k, x, y, &r));
-}
-
 /* The arc length over a span of direction k, by the rule of the middle points: of the row at y, or
  * across the rows, where they are furthest apart. */
 static struct ruler measure_span(struct tessellation *g, int k, int span, double y) {
@@ -76,15 +71,16 @@ static struct ruler measure_span(struct tessellation *g, int k, int span, double
     struct ruler ruler = {.from = axis->breaks[span],
                           .width = axis->breaks[span + 1] - axis->breaks[span]};
     const struct surface_axis *row = axis_of(g, g->along);
+    struct vec3 r;
     int lines = row->span_count < LINES ? (LINES - 1) / row->span_count + 1 : 1;
     for (int step = 0; step < STEPS; step++) {
         double middle = ruler.from + ruler.width * (step + 0.5) / STEPS;
-        double speed = k == g->along ? speed_at(g, k, middle, y) : 0;
+        double speed = k == g->along ? vec3_norm(tangent_at(g, k, middle, y, &r)) : 0;
         /* the fastest that any of many lines goes across the rows */
         for (int n = 0; k != g->along && n < row->span_count * lines; n++) {
             const double *breaks = &row->breaks[n / lines];
             double x = breaks[0] + (breaks[1] - breaks[0]) * (n % lines + 0.5) / lines;
-            speed = fmax(speed, speed_at(g, k, x, middle));
+            speed = fmax(speed, vec3_norm(tangent_at(g, k, x, middle, &r)));
         }
         ruler.at[step + 1] = ruler.at[step] + speed * ruler.width / STEPS;
     }
@@ -234,27 +230,6 @@ static void join_pole(struct tessellation *g, const struct row *row, const struc
     }
 }
 
-/* Points of one span in two rows. */
-struct strip {
-    size_t p, p_end, q, q_end;
-};
-
-/* Whether the next triangle of a strip has its side on row p: by the shorter of the two diagonals
- * while both rows have come about as far, else on the row that is behind. */
-static bool next_on_p(const struct tessellation *g, const struct strip *s) {
-    if (s->p == s->p_end || s->q == s->q_end)
-        return s->q == s->q_end;
-    const double(*x)[2] = (const double(*)[2])g->parameters;
-    int k = g->along;
-    double p = x[s->p][k] + x[s->p + 1][k], q = x[s->q][k] + x[s->q + 1][k];
-    double width = fmin(x[s->p + 1][k] - x[s->p][k], x[s->q + 1][k] - x[s->q][k]);
-    if (fabs(p - q) > width)
-        return p < q;
-    double by_p = vec3_distance(g->points[s->p + 1], g->points[s->q]);
-    double by_q = vec3_distance(g->points[s->p], g->points[s->q + 1]);
-    return by_p <= by_q;
-}
-
 /* The triangles between two rows, span by span. */
 static void join_two_rows(struct tessellation *g, const struct row *p, const struct row *q) {
     if (p->pole && !q->pole)
@@ -263,18 +238,26 @@ static void join_two_rows(struct tessellation *g, const struct row *p, const str
         join_pole(g, p, q, false);
     if (p->pole || q->pole)
         return;
-    struct strip s = {.p = p->first, .p_end = p->first, .q = q->first, .q_end = q->first};
+    const double(*parameters)[2] = (const double(*)[2])g->parameters;
+    size_t i = p->first, p_end = i, j = q->first, q_end = j;
     for (int span = 0; span < axis_of(g, g->along)->span_count; span++) {
-        s.p_end += (size_t)p->pieces[span];
-        s.q_end += (size_t)q->pieces[span];
-        while (s.p < s.p_end || s.q < s.q_end) {
-            if (next_on_p(g, &s)) {
-                add_strip_triangle(g, s.p, s.p + 1, s.q);
-                s.p++;
-            } else {
-                add_strip_triangle(g, s.p, s.q + 1, s.q);
-                s.q++;
+        p_end += (size_t)p->pieces[span];
+        q_end += (size_t)q->pieces[span];
+        while (i < p_end || j < q_end) {
+            /* The next triangle has its side on row p by the shorter of the two diagonals while
+             * both rows have come about as far, else on the row that is behind. */
+            bool on_p = j == q_end;
+            if (i < p_end && j < q_end) {
+                double x[2] = {parameters[i][g->along], parameters[i + 1][g->along]};
+                double y[2] = {parameters[j][g->along], parameters[j + 1][g->along]};
+                on_p = fabs(x[0] + x[1] - (y[0] + y[1])) > fmin(x[1] - x[0], y[1] - y[0])
+                           ? x[0] + x[1] < y[0] + y[1]
+                           : vec3_distance(g->points[i + 1], g->points[j]) <=
+                                 vec3_distance(g->points[i], g->points[j + 1]);
             }
+            add_strip_triangle(g, i, on_p ? i + 1 : j + 1, j);
+            i += on_p;
+            j += !on_p;
         }
     }
 }

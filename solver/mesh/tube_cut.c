@@ -40,7 +40,11 @@ struct tube {
 
 /* ---- a heap of vertices by distance ---- */
 
-static bool heap_push(struct heap *heap, double key, int32_t at) {
+/* Lowers the distance of `at`, if it is greater, and has it looked at; false without memory. */
+static bool lower_distance(struct heap *heap, double *distances, int32_t at, double distance) {
+    if (!(distance < distances[at]))
+        return true;
+    distances[at] = distance;
     if (heap->count == heap->room) {
         void *larger = arena_enlarge(heap->arena, heap->entries, heap->count, sizeof *heap->entries,
                                      &heap->room);
@@ -49,9 +53,9 @@ static bool heap_push(struct heap *heap, double key, int32_t at) {
         heap->entries = larger;
     }
     size_t k = heap->count++;
-    for (; k > 0 && heap->entries[(k - 1) / 2].key > key; k = (k - 1) / 2)
+    for (; k > 0 && heap->entries[(k - 1) / 2].key > distance; k = (k - 1) / 2)
         heap->entries[k] = heap->entries[(k - 1) / 2];
-    heap->entries[k] = (struct heap_entry){key, at};
+    heap->entries[k] = (struct heap_entry){distance, at};
     return true;
 }
 
@@ -157,14 +161,6 @@ struct fence {
     size_t count;
 };
 
-/* Lowers the distance of `at`, if it is greater, and has it looked at; false without memory. */
-static bool lower_distance(struct heap *heap, double *distances, int32_t at, double distance) {
-    if (!(distance < distances[at]))
-        return true;
-    distances[at] = distance;
-    return heap_push(heap, distance, at);
-}
-
 static bool find_fence(struct tube *o, struct fence *fence) {
     struct heap heap = {.arena = o->arena};
     double *distance = arena_alloc(o->arena, o->vertex_count, sizeof *distance);
@@ -178,11 +174,8 @@ static bool find_fence(struct tube *o, struct fence *fence) {
         from[v] = NOWHERE;
     }
     for (int32_t h = 0; h < halves; h++)
-        if (o->border[h] == o->ends[0] && distance[o->vertex[h]] > 0) {
-            distance[o->vertex[h]] = 0;
-            if (!heap_push(&heap, 0, o->vertex[h]))
-                return false;
-        }
+        if (o->border[h] == o->ends[0] && !lower_distance(&heap, distance, o->vertex[h], 0))
+            return false;
     while (heap.count > 0 && end == NOWHERE) {
         struct heap_entry top = heap_pop(&heap);
         if (top.key > distance[top.at])

@@ -134,43 +134,41 @@ static void switch_run(struct chains *c, struct run *run, enum cover cover, cons
         add_to_line(c, at);
 }
 
-/* Follows one straight piece, in steps so short that no trim across it is missed. Where the ends of
- * a step are of different kinds the place between them is looked for. */
-static void follow_straight(struct chains *c, struct run *run, bool trim, const double from[2],
-                            const double to[2]) {
-    static const double inset = 1e-3;
-    double most = 0, begin[2], end[2], at[2];
-    for (int m = 0; m < 2; m++)
-        most = fmax(most, fabs(to[m] - from[m]) / c->window.length[m]);
-    int steps = most < 1 ? 1 + (int)(most * STEPS) : STEPS;
-    memcpy(end, from, sizeof end);
-    for (int k = 1; k <= steps; k++) {
-        memcpy(begin, end, sizeof begin);
-        for (int m = 0; m < 2; m++)
-            end[m] = k == steps ? to[m] : from[m] + (to[m] - from[m]) * ((double)k / steps);
-        double low = inset, high = 1 - inset;
-        enum cover first = cover_at(c, trim, begin, end, low),
-                   last = cover_at(c, trim, begin, end, high);
-        switch_run(c, run, first, begin);
-        for (int half = 0; first != last && half < HALVINGS; half++) {
-            double middle = (low + high) / 2;
-            *(cover_at(c, trim, begin, end, middle) == first ? &low : &high) = middle;
-        }
-        for (int m = 0; m < 2; m++)
-            at[m] = begin[m] + high * (end[m] - begin[m]);
-        switch_run(c, run, last, at);
-    }
-    if (run->cover != COVER_NEITHER)
-        add_to_line(c, to);
-}
-
-/* The chains of a closed polyline whose pieces count; its last point is its first. Where a run
- * passes its ends the two parts are joined later, unless all of it is one. */
+/* The chains of a closed polyline whose pieces count; its last point is its first. Each straight
+ * piece is followed in steps so short that no trim across it is missed; where the ends of a step
+ * are of different kinds the place between them is looked for. Where a run passes the polyline's
+ * ends the two parts are joined later, unless all of it is one. */
 static void follow_polyline(struct chains *c, bool trim, const double (*uv)[2], size_t count) {
+    static const double inset = 1e-3;
     struct run run = {c->line.count, COVER_NEITHER, false};
-    for (size_t k = 0; k + 1 < count; k++)
-        if (uv[k + 1][0] != uv[k][0] || uv[k + 1][1] != uv[k][1])
-            follow_straight(c, &run, trim, uv[k], uv[k + 1]);
+    for (size_t n = 0; n + 1 < count; n++) {
+        const double *from = uv[n], *to = uv[n + 1];
+        double most = 0, begin[2], end[2], at[2];
+        if (to[0] == from[0] && to[1] == from[1])
+            continue;
+        for (int m = 0; m < 2; m++)
+            most = fmax(most, fabs(to[m] - from[m]) / c->window.length[m]);
+        int steps = most < 1 ? 1 + (int)(most * STEPS) : STEPS;
+        memcpy(end, from, sizeof end);
+        for (int k = 1; k <= steps; k++) {
+            memcpy(begin, end, sizeof begin);
+            for (int m = 0; m < 2; m++)
+                end[m] = k == steps ? to[m] : from[m] + (to[m] - from[m]) * ((double)k / steps);
+            double low = inset, high = 1 - inset;
+            enum cover first = cover_at(c, trim, begin, end, low),
+                       last = cover_at(c, trim, begin, end, high);
+            switch_run(c, &run, first, begin);
+            for (int half = 0; first != last && half < HALVINGS; half++) {
+                double middle = (low + high) / 2;
+                *(cover_at(c, trim, begin, end, middle) == first ? &low : &high) = middle;
+            }
+            for (int m = 0; m < 2; m++)
+                at[m] = begin[m] + high * (end[m] - begin[m]);
+            switch_run(c, &run, last, at);
+        }
+        if (run.cover != COVER_NEITHER)
+            add_to_line(c, to);
+    }
     if (run.cover == COVER_NEITHER)
         return;
     bool closed = !run.gaps && memcmp(uv[0], uv[count - 1], sizeof uv[0]) == 0;
