@@ -115,10 +115,6 @@ static bool point_in_patch(const struct drape_part *part, const struct patch *pa
 /* What Martin Roberts' R2 sequence adds each time: 1 / g and 1 / g^2 with g^3 = g + 1. */
 static const double r2[2] = {0.7548776662466927, 0.5698402909980532};
 
-static double fraction_of(double x) {
-    return x - (double)(uint64_t)x;
-}
-
 /* Candidates: one for each share of the area in order, less those outside the region; of a region
  * that is a small part of its surface as many as of a whole one. */
 static enum status make_candidates(const struct drape_part *part, const struct patches *patches,
@@ -139,8 +135,9 @@ static enum status make_candidates(const struct drape_part *part, const struct p
             while (at + 1 < patches->count &&
                    before + patches->list[at].area < ((double)k + 0.5) * share)
                 before += patches->list[at++].area;
-            *made += point_in_patch(part, &patches->list[at], fraction_of((double)(k + 1) * r2[0]),
-                                    fraction_of((double)(k + 1) * r2[1]), &(*list)[*made]);
+            double a = (double)(k + 1) * r2[0], b = (double)(k + 1) * r2[1];
+            *made += point_in_patch(part, &patches->list[at], a - floor(a), b - floor(b),
+                                    &(*list)[*made]);
         }
         if (try == TRIES || 2 * *made >= wanted || more >= MORE_MOST)
             return STATUS_OK;

@@ -87,9 +87,7 @@ static struct vec3 middle_of(const struct facets_source *source, int32_t cell) {
 /* Adds a child; rounding in its favour. */
 static void add_child_ball(struct facets_node *node, struct vec3 middle, double radius) {
     int c = node->count++;
-    node->middle[0][c] = middle.x;
-    node->middle[1][c] = middle.y;
-    node->middle[2][c] = middle.z;
+    vec3_to_columns(middle, node->middle[0], node->middle[1], node->middle[2], (size_t)c);
     node->radius[c] = radius * (1 + rounding);
 }
 

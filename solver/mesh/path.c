@@ -58,10 +58,6 @@ static struct way_out find_way_out(const struct mesh_path *path) {
     return way;
 }
 
-static bool is_section(const struct mesh_path *path) {
-    return vec3_norm2(path->plane) > 0;
-}
-
 /* Through an edge: what the direction has along the edge and across stays. False where the mesh
  * ends. */
 static bool enter_triangle(struct mesh_path *path, int edge) {
@@ -74,8 +70,9 @@ static bool enter_triangle(struct mesh_path *path, int edge) {
     double along = vec3_dot(path->direction, x);
     double across = vec3_dot(path->direction, vec3_cross(x, mesh->normals[t]));
     struct vec3 ahead = vec3_cross(x, mesh->normals[next]);
-    path->direction = is_section(path) ? vec3_unit(vec3_cross(path->plane, mesh->normals[next]))
-                                       : vec3_unit(vec3_axpy(across, ahead, vec3_scale(along, x)));
+    path->direction = vec3_norm2(path->plane) > 0
+                          ? vec3_unit(vec3_cross(path->plane, mesh->normals[next]))
+                          : vec3_unit(vec3_axpy(across, ahead, vec3_scale(along, x)));
     path->at.triangle = next;
     path->entry = twin % 3;
     path->corner = MESH_NONE;
@@ -116,7 +113,7 @@ static bool face_section(struct mesh_path *path, int corner) {
 static bool pass_corner(struct mesh_path *path, int corner) {
     const struct mesh *mesh = path->mesh;
     int32_t t = path->at.triangle;
-    if (is_section(path))
+    if (vec3_norm2(path->plane) > 0)
         return face_section(path, corner);
     struct mesh_ring ring = mesh_ring_make(mesh, t, corner);
     double on, back = mesh_ring_angle(mesh, t, corner, vec3_scale(-1, path->direction));

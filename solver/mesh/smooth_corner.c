@@ -104,16 +104,12 @@ enum mesh_corner_end mesh_smooth_corner(const struct mesh_smooth *smooth,
         d = corner->at;
         end = search_sides(smooth, cell, &d, &corner->steps);
     }
-    switch (end) {
-    case NEWTON_FOUND:
-        corner->at = d;
-        corner->residual = mesh_cell_residual(cell, d.r);
-        return MESH_CORNER_FOUND;
-    case NEWTON_BEYOND:
+    if (end == NEWTON_BEYOND)
         return MESH_CORNER_BOUNDARY;
-    case NEWTON_FAILED:
-        break;
-    }
-    return mesh_cell_has_collapsed(smooth->mesh, cell) ? MESH_CORNER_COLLAPSED
-                                                       : MESH_CORNER_NO_CONVERGENCE;
+    if (end == NEWTON_FAILED)
+        return mesh_cell_has_collapsed(smooth->mesh, cell) ? MESH_CORNER_COLLAPSED
+                                                           : MESH_CORNER_NO_CONVERGENCE;
+    corner->at = d;
+    corner->residual = mesh_cell_residual(cell, d.r);
+    return MESH_CORNER_FOUND;
 }

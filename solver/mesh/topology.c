@@ -110,25 +110,6 @@ static void join_half_edges(struct topology *g, bool by_point) {
 
 /* ---- windings ---- */
 
-/* Turning a triangle over swaps its corners 1 and 2, and so its edges 0 and 2. */
-static void turn_over(struct topology *g) {
-    struct mesh *mesh = g->mesh;
-    for (size_t t = 0; t < mesh->triangle_count; t++) {
-        int32_t *twin = &mesh->twins[3 * t], *corner = mesh->corners[t];
-        for (int k = 0; k < 3; k++)
-            if (twin[k] != MESH_NONE && g->turned[twin[k] / 3])
-                twin[k] = 3 * (twin[k] / 3) + 2 - twin[k] % 3;
-        if (!g->turned[t])
-            continue;
-        int32_t first = twin[0], second = corner[1];
-        twin[0] = twin[2];
-        twin[2] = first;
-        corner[1] = corner[2];
-        corner[2] = second;
-        mesh->normals[t] = vec3_scale(-1, mesh->normals[t]);
-    }
-}
-
 static enum status connect_and_wind(struct topology *g) {
     struct mesh *mesh = g->mesh;
     g->fault->index = SIZE_MAX;
@@ -170,10 +151,7 @@ static enum status connect_and_wind(struct topology *g) {
         for (size_t at = 0; at < length && area[1] > area[0]; at++)
             g->turned[g->queue[at]] ^= 1;
     }
-    if (g->fault->index != SIZE_MAX)
-        return STATUS_INVALID;
-    turn_over(g);
-    return STATUS_OK;
+    return g->fault->index == SIZE_MAX ? STATUS_OK : STATUS_INVALID;
 }
 
 enum status mesh_topology_find(struct mesh *mesh, struct arena *arena, struct mesh_fault *fault) {
@@ -191,6 +169,21 @@ enum status mesh_topology_find(struct mesh *mesh, struct arena *arena, struct me
     g.turned = arena_alloc(arena, n, sizeof *g.turned);
     bool room = g.same && g.slots && g.first && g.edges && g.seen && g.queue && g.turned;
     enum status status = room ? connect_and_wind(&g) : STATUS_OUT_OF_MEMORY;
+    /* Turning a triangle over swaps its corners 1 and 2, and so its edges 0 and 2. */
+    for (size_t t = 0; status == STATUS_OK && t < n; t++) {
+        int32_t *twin = &mesh->twins[3 * t], *corner = mesh->corners[t];
+        for (int k = 0; k < 3; k++)
+            if (twin[k] != MESH_NONE && g.turned[twin[k] / 3])
+                twin[k] = 3 * (twin[k] / 3) + 2 - twin[k] % 3;
+        if (!g.turned[t])
+            continue;
+        int32_t first = twin[0], second = corner[1];
+        twin[0] = twin[2];
+        twin[2] = first;
+        corner[1] = corner[2];
+        corner[2] = second;
+        mesh->normals[t] = vec3_scale(-1, mesh->normals[t]);
+    }
     arena_rewind(arena, mark);
     return status;
 }

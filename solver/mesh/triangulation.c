@@ -246,14 +246,6 @@ static int32_t find_edge(const struct builder *b, int32_t p, int32_t q, int *k) 
     return NONE;
 }
 
-static void fix_edge(struct builder *b, int32_t s, int k) {
-    struct triangulation *t = b->t;
-    int32_t o = t->beyond[s][k];
-    t->fixed[s][k] = true;
-    if (o != NONE)
-        t->fixed[o][place_among(t->beyond[o], s)] = true;
-}
-
 /* Where the way from p to q goes: `through` is a point on it, or the first edge crossed is that
  * opposite to p in the triangle returned, or NONE where it can not be told. */
 static int32_t find_way(const struct builder *b, int32_t p, int32_t q, int32_t *through) {
@@ -314,44 +306,38 @@ static bool make_edge(struct builder *b, int32_t p, int32_t q, struct pair *cros
     struct triangulation *t = b->t;
     for (size_t part = 0; p != q && part < t->point_count; part++) {
         int k;
-        int32_t s = find_edge(b, p, q, &k), through;
-        if (s != NONE) {
-            fix_edge(b, s, k);
-            return true;
-        }
-        size_t count = 0;
-        int32_t to = q;
-        s = find_way(b, p, q, &through);
-        if (s == NONE)
-            return false;
-        for (k = next_corner(place_among(t->corners[s], p)); through == NONE;) {
-            if (t->fixed[s][k] || count == room)
+        int32_t to = q, through, s = find_edge(b, p, q, &k);
+        if (s == NONE) {
+            size_t count = 0;
+            s = find_way(b, p, q, &through);
+            if (s == NONE)
                 return false;
-            int32_t right = t->corners[s][k], left = t->corners[s][next_corner(k)];
-            crossed[count++] = (struct pair){right, left};
-            int32_t o = t->beyond[s][k];
-            if (o == NONE)
-                return false;
-            int back = place_among(t->beyond[o], s);
-            int32_t far = t->corners[o][last_corner(back)];
-            double by = twice_area_of(t, p, q, far);
-            double width = vec3_distance(t->points[p], t->points[q]);
-            if (far == q || fabs(by) <= together * width) {
-                to = far;
-                break;
+            for (k = next_corner(place_among(t->corners[s], p)); through == NONE;) {
+                int32_t right = t->corners[s][k], left = t->corners[s][next_corner(k)];
+                int32_t o = t->beyond[s][k];
+                if (t->fixed[s][k] || count == room || o == NONE)
+                    return false;
+                crossed[count++] = (struct pair){right, left};
+                int back = place_among(t->beyond[o], s);
+                int32_t far = t->corners[o][last_corner(back)];
+                double by = twice_area_of(t, p, q, far);
+                if (far == q || fabs(by) <= together * vec3_distance(t->points[p], t->points[q]))
+                    through = far;
+                /* o has left -> right as edge `back`: beyond it right -> far, far -> left */
+                s = o;
+                k = by > 0 ? next_corner(back) : last_corner(back);
             }
-            /* o has left -> right as edge `back`: beyond it right -> far, far -> left */
-            s = o;
-            k = by > 0 ? next_corner(back) : last_corner(back);
-        }
-        if (through != NONE)
             to = through;
-        if (count > 0 && !clear_way(b, p, to, crossed, count, room))
-            return false;
-        s = find_edge(b, p, to, &k);
-        if (s == NONE)
-            return false;
-        fix_edge(b, s, k);
+            if (count > 0 && !clear_way(b, p, to, crossed, count, room))
+                return false;
+            s = find_edge(b, p, to, &k);
+            if (s == NONE)
+                return false;
+        }
+        int32_t o = t->beyond[s][k];
+        t->fixed[s][k] = true;
+        if (o != NONE)
+            t->fixed[o][place_among(t->beyond[o], s)] = true;
         p = to;
     }
     return true;

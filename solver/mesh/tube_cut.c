@@ -208,7 +208,7 @@ static void mark_right(struct tube *o, const struct fence *fence, size_t n) {
     int32_t last = n > 0 ? fence->vertices[n - 1] : NOWHERE;
     for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
         int32_t h = o->around[k];
-        if (o->vertex[mesh_previous_half(h)] == next && o->vertex[mesh_previous_half(h)] != NOWHERE)
+        if (o->vertex[mesh_previous_half(h)] == next)
             for (int32_t at = h; at != MESH_NONE && !o->right[at];) {
                 o->right[at] = 1;
                 bool done = o->vertex[mesh_next_half(at)] == last;
@@ -218,7 +218,7 @@ static void mark_right(struct tube *o, const struct fence *fence, size_t n) {
     }
     for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
         int32_t h = o->around[k];
-        if (o->vertex[mesh_next_half(h)] == last && o->vertex[mesh_next_half(h)] != NOWHERE)
+        if (o->vertex[mesh_next_half(h)] == last)
             for (int32_t at = h; at != MESH_NONE;) {
                 o->right[at] = 1;
                 bool done = o->vertex[mesh_previous_half(at)] == next;

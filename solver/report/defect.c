@@ -194,9 +194,8 @@ static void load_positions(const struct net_window *window, const int first[2], 
         const struct net_node *node = net_window_find(window, first[0], y);
         for (int x = first[0]; x < end[0]; x++) {
             struct vec3 r = node ? node++->r : vec3_make(0, 0, 0);
-            patch->r[0][y + MARGIN][x + MARGIN] = r.x;
-            patch->r[1][y + MARGIN][x + MARGIN] = r.y;
-            patch->r[2][y + MARGIN][x + MARGIN] = r.z;
+            vec3_to_columns(r, patch->r[0][y + MARGIN], patch->r[1][y + MARGIN],
+                            patch->r[2][y + MARGIN], (size_t)(x + MARGIN));
         }
     }
 }

@@ -106,12 +106,17 @@ INLINE double inverse_sine2(double cosine) {
 }
 
 /* Of the fourth corner of a cell in the direction (si, sj) of its A: along BD it is that of B and
- * of the edge, along CD that of C and of the edge. */
-static bool cell_error(struct estimate *e, int32_t i, int32_t j, int si, int sj,
+ * of the edge, along CD that of C and of the edge. Where the net does not say what the node hangs
+ * on it is that of a neighbour, or a spacing. */
+static void cell_error(struct estimate *e, int32_t i, int32_t j, int si, int sj,
                        struct error *error) {
+    const double *d = e->net.spacing;
     struct link b, c;
-    if (!find_link(e, i, j, si, 0, &b) || !find_link(e, i, j, 0, sj, &c))
-        return false;
+    if (!find_link(e, i, j, si, 0, &b) || !find_link(e, i, j, 0, sj, &c)) {
+        if (!error_at(e, i - si, j, error) && !error_at(e, i, j - sj, error))
+            *error = (struct error){.of[LONGER] = {fmax(d[0], d[1]), 0, 0}};
+        return;
+    }
     double cosine = vec3_dot(b.chord, c.chord), inverse = inverse_sine2(cosine);
     const double by_b[ERRORS] = {b.edge.known, b.edge.unsure, b.edge.unsure};
     const double by_c[ERRORS] = {c.edge.known, c.edge.unsure, -c.edge.unsure};
@@ -121,15 +126,6 @@ static bool cell_error(struct estimate *e, int32_t i, int32_t j, int si, int sj,
         error->of[k] = vec3_axpy((x - cosine * y) * inverse, b.chord,
                                  vec3_scale((y - cosine * x) * inverse, c.chord));
     }
-    return true;
-}
-
-/* Of a node of which the net does not say what it hangs on: that of a neighbour, or a spacing. */
-static void loose_error(const struct estimate *e, int32_t i, int32_t j, int si, int sj,
-                        struct error *error) {
-    const double *d = e->net.spacing;
-    if (!error_at(e, i - si, j, error) && !error_at(e, i, j - sj, error))
-        *error = (struct error){.of[LONGER] = {fmax(d[0], d[1]), 0, 0}};
 }
 
 /* Of a node by a yarn from Q = (i - di, j - dj): it goes on as it went before Q, and a step aside.
@@ -286,8 +282,7 @@ static void estimate_row(struct estimate *e, const struct net_tile *tile,
             struct error error;
             bool here = i + x != 0 && net_view_place(&e->net.net, i + x, j);
             if (here && !estimate_awaited(e, i + x, j)) {
-                if (!cell_error(e, i + x, j, si, sj, &error))
-                    loose_error(e, i + x, j, si, sj, &error);
+                cell_error(e, i + x, j, si, sj, &error);
                 keep_error(e, i + x, j, &error);
             }
             x += si;
@@ -382,8 +377,8 @@ enum status estimate_make(struct march *march) {
         move_views(&e, s->i, s->j);
         if (s->way != MARCH_CELL)
             error_of_step(&e, s, &error);
-        else if (!cell_error(&e, s->i, s->j, s->di, s->dj, &error))
-            loose_error(&e, s->i, s->j, s->di, s->dj, &error);
+        else
+            cell_error(&e, s->i, s->j, s->di, s->dj, &error);
         keep_error(&e, s->i, s->j, &error);
     }
     return STATUS_OK;

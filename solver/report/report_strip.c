@@ -15,14 +15,6 @@ static const double folded_cosine = 0.5;
 /* The surface is developable, for all that matters, where |K| d^2 is less. */
 static const double developable = 1e-4;
 
-/* A place (i, j) of the net, which is (x, y) of the window, and its node. */
-struct place {
-    int32_t i, j;
-    const struct net_window *window;
-    int x, y;
-    const struct net_node *node;
-};
-
 /* Own places of row y that are inside, those from which a cell goes on, and those at which the net
  * may end: inside with a neighbour that is not, or the other way round. */
 struct row_bits {
@@ -119,27 +111,17 @@ static struct row_bits row_bits(struct report_strip *strip, const struct net_win
     return bits;
 }
 
-static struct place place_in_window(const struct net_window *window, int x, int y) {
-    const struct net_tile *tile = window->tile[1][1];
-    return (struct place){.i = tile->ti * NET_TILE + x,
-                          .j = tile->tj * NET_TILE + y,
-                          .window = window,
-                          .x = x,
-                          .y = y,
-                          .node = &tile->node[y][x]};
-}
-
-/* Whether the net ends at the place, and why: for the boundary the last node inside stands for it,
- * for all else the place that has no node. */
-static bool ends_at(const struct place *place, enum drape_reason *reason) {
+/* Whether the net ends at the place (x, y) of a window's own tile, and why: for the boundary the
+ * last node inside stands for it, for all else the place that has no node. */
+static bool ends_at(const struct net_window *window, int x, int y, enum drape_reason *reason) {
     static const int8_t side[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    bool own = place->node->state != NET_INSIDE;
-    *reason = own ? (enum drape_reason)place->node->reason : DRAPE_REASON_BOUNDARY;
+    const struct net_node *node = &window->tile[1][1]->node[y][x];
+    bool own = node->state != NET_INSIDE;
+    *reason = own ? (enum drape_reason)node->reason : DRAPE_REASON_BOUNDARY;
     if (own && *reason == DRAPE_REASON_BOUNDARY)
         return false;
     for (int k = 0; k < 4; k++) {
-        const struct net_node *next =
-            net_window_find(place->window, place->x + side[k][0], place->y + side[k][1]);
+        const struct net_node *next = net_window_find(window, x + side[k][0], y + side[k][1]);
         bool inside = next && next->state == NET_INSIDE;
         if (own ? inside
                 : !inside && (!next || next->state == NET_UNKNOWN ||
@@ -158,8 +140,8 @@ void report_strip_count(void *strips, int number) {
             strip->holds.cells += (size_t)__builtin_popcount(bits.cells);
             for (uint32_t rim = bits.rim; rim; rim &= rim - 1) {
                 enum drape_reason reason;
-                struct place place = place_in_window(&strip->windows[t], __builtin_ctz(rim) - 1, y);
-                strip->holds.front += ends_at(&place, &reason);
+                strip->holds.front +=
+                    ends_at(&strip->windows[t], __builtin_ctz(rim) - 1, y, &reason);
             }
         }
 }
@@ -326,29 +308,29 @@ static void add_cells(struct report_strip *strip, const struct net_window *windo
  * between their yarns; the first of the row are at `first`. Stencils at the `ends` of yarns reach
  * further: there the one direction in which a yarn ends is its own only where yarns do not turn
  * sideways, because the surface has hardly any curvature. */
-static void measure_rough(struct report_strip *strip, size_t t, int y, const struct row_bits *bits,
-                          uint32_t ends, uint32_t cells, struct report_tally first) {
-    uint32_t near = net_window_near_rough(&strip->windows[t], y, SHEAR_REACH) << 1;
-    uint32_t far = net_window_near_rough(&strip->windows[t], y, SHEAR_REACH_AT_END) << 1;
+static void measure_rough(struct report_strip *strip, const struct net_window *window, int y,
+                          const struct row_bits *bits, uint32_t ends, uint32_t cells,
+                          struct report_tally first) {
+    uint32_t near = net_window_near_rough(window, y, SHEAR_REACH) << 1;
+    uint32_t far = net_window_near_rough(window, y, SHEAR_REACH_AT_END) << 1;
     const double *d = strip->march->settings->spacing;
     struct drape_cells *c = &strip->result->cells;
     struct yarn_net net = yarn_net(strip);
     for (uint32_t left = bits->inside | bits->cells; left; left &= left - 1) {
-        int bit = __builtin_ctz(left);
-        struct place place = place_in_window(&strip->windows[t], bit - 1, y);
+        int bit = __builtin_ctz(left), x = bit - 1;
         uint32_t here = bits->inside & 1u << bit & (near | (far & ends));
-        struct yarn_spot *own = here ? yarn_spot_at(strip, place.window, place.x, place.y) : NULL;
+        struct yarn_spot *own = here ? yarn_spot_at(strip, window, x, y) : NULL;
         if (own && (here & near ||
                     fabs(surface_point_gauss_curvature(&own->point)) * d[0] * d[1] < developable)) {
             strip->result->nodes.shear_deg[first.nodes] =
-                90 - yarn_node_angle(&net, place.window, place.x, place.y, own);
+                90 - yarn_node_angle(&net, window, x, y, own);
         }
         if (bits->cells & cells & 1u << bit) {
             /* the directions of a cell by the yarns at its corners, and the area of its fabric */
             size_t at = first.cells;
             struct yarn_spot *corner[4];
-            double w = find_cell_spots(strip, place.window, place.x, place.y, corner)
-                           ? yarn_cell_angle(&net, place.window, place.x, place.y, corner)
+            double w = find_cell_spots(strip, window, x, y, corner)
+                           ? yarn_cell_angle(&net, window, x, y, corner)
                            : 90 - c->shear_deg[at];
             double sine, cosine;
             struct vec3 warp = {c->warp_x[at], c->warp_y[at], c->warp_z[at]};
@@ -365,9 +347,9 @@ static void measure_rough(struct report_strip *strip, size_t t, int y, const str
     }
 }
 
-/* Writes the nodes, cells and ends of row y of the t-th tile. */
-static void add_row(struct report_strip *strip, size_t t, int y) {
-    struct row_bits bits = row_bits(strip, &strip->windows[t], y);
+/* Writes the nodes, cells and ends of row y of a tile. */
+static void add_row(struct report_strip *strip, const struct net_window *window, int y) {
+    struct row_bits bits = row_bits(strip, window, y);
     bool measured = net_has_rough(strip->march->net);
     uint32_t rough = 0, usual = 0; /* cells that have a node with a rough edge next to them */
     struct report_tally first = strip->next;
@@ -376,34 +358,34 @@ static void add_row(struct report_strip *strip, size_t t, int y) {
     if (!(bits.inside | bits.rim))
         return;
     if (measured) {
-        uint32_t low = net_window_near_rough(&strip->windows[t], y, 1);
-        uint32_t high = net_window_near_rough(&strip->windows[t], y + 1, 1);
+        uint32_t low = net_window_near_rough(window, y, 1);
+        uint32_t high = net_window_near_rough(window, y + 1, 1);
         rough = (low | low >> 1 | high | high >> 1) << 1;
     }
-    shear_load(&block, &strip->windows[t], y);
+    shear_load(&block, window, y);
     if (bits.inside)
-        usual = add_nodes(strip, &strip->windows[t], y, &block, bits.inside);
+        usual = add_nodes(strip, window, y, &block, bits.inside);
     if (bits.cells)
-        add_cells(strip, &strip->windows[t], y, &block, bits.cells, rough);
+        add_cells(strip, window, y, &block, bits.cells, rough);
     for (uint32_t left = bits.rim; left; left &= left - 1) {
-        struct place place = place_in_window(&strip->windows[t], __builtin_ctz(left) - 1, y);
+        int x = __builtin_ctz(left) - 1;
         enum drape_reason reason;
-        if (!ends_at(&place, &reason))
+        if (!ends_at(window, x, y, &reason))
             continue;
         size_t at = strip->next.front++;
-        front->i[at] = place.i;
-        front->j[at] = place.j;
+        front->i[at] = window->tile[1][1]->ti * NET_TILE + x;
+        front->j[at] = window->tile[1][1]->tj * NET_TILE + y;
         front->reason[at] = (uint8_t)reason;
         strip->reasons[reason]++;
     }
     if (measured)
-        measure_rough(strip, t, y, &bits, ~usual << 1, rough, first);
+        measure_rough(strip, window, y, &bits, ~usual << 1, rough, first);
 }
 
 void report_strip_add(struct report_strip *strip) {
     for (int y = 0; y < NET_TILE; y++)
         for (size_t t = 0; t < strip->count; t++)
-            add_row(strip, t, y);
+            add_row(strip, &strip->windows[t], y);
 }
 
 void report_strip_add_estimates(void *strips, int number) {
