@@ -136,8 +136,8 @@ static enum status make_candidates(const struct drape_part *part, const struct p
                    before + patches->list[at].area < ((double)k + 0.5) * share)
                 before += patches->list[at++].area;
             double a = (double)(k + 1) * r2[0], b = (double)(k + 1) * r2[1];
-            *made += point_in_patch(part, &patches->list[at], a - floor(a), b - floor(b),
-                                    &(*list)[*made]);
+            *made += point_in_patch(part, &patches->list[at], a - (double)(uint64_t)a,
+                                    b - (double)(uint64_t)b, &(*list)[*made]);
         }
         if (try == TRIES || 2 * *made >= wanted || more >= MORE_MOST)
             return STATUS_OK;
