@@ -143,17 +143,6 @@ static struct admission_client *find_idle(struct admissions *admissions, const c
     return found;
 }
 
-static struct admission_client *find_idle_in_reserve(struct admissions *admissions) {
-    struct admission_client *found = NULL;
-    int64_t now = clock_us();
-    for (struct admission_client *client = admissions->clients[0].first; client;
-         client = client->next)
-        if (!client->closing && idle_since(client, now) <= now && idle_longer(client, found) &&
-            !has_unread(client, now))
-            found = client;
-    return found;
-}
-
 /* The one that was heard longest ago, busy or not, of the owner who has most, if that is more than
  * the `least` of this owner. Those of proxies are of many owners, and left alone. */
 static struct admission_client *find_any(struct admissions *admissions, const char *owner,
@@ -229,8 +218,17 @@ bool admission_enter(struct admissions *admissions, struct admission_client *cli
     client->how = admit(admissions, client);
     bool served = client->how == ADMISSION_SERVED;
     bool good = served ? quotas_add(admissions->quotas, client->owner, QUOTAS_CONNECTIONS, 1)
-                       : admissions->reserved < ADMISSION_RESERVE ||
-                             close_client(admissions, find_idle_in_reserve(admissions));
+                       : admissions->reserved < ADMISSION_RESERVE;
+    if (!good && !served) {
+        /* in place of the one in reserve that has been idle longest */
+        struct admission_client *found = NULL;
+        int64_t now = clock_us();
+        for (struct admission_client *one = admissions->clients[0].first; one; one = one->next)
+            if (!one->closing && idle_since(one, now) <= now && idle_longer(one, found) &&
+                !has_unread(one, now))
+                found = one;
+        good = close_client(admissions, found);
+    }
     admissions->reserved += good && !served;
     if (good)
         append_client(admissions, client);

@@ -42,36 +42,12 @@ enum compress_coding compress_choose(const char *accept_encoding) {
     return best;
 }
 
-/* Each compresses what there is of the input into the buffer and returns how many bytes came out;
- * false when the library fails. `ended` is set once the end is written. */
-static bool compress_zstd(struct compressor *compressor, char *buffer, size_t size, size_t *made) {
-    ZSTD_inBuffer in = {compressor->input, compressor->length, compressor->taken};
-    ZSTD_outBuffer out = {buffer, size, 0};
-    size_t left = ZSTD_compressStream2(compressor->zstd, &out, &in,
-                                       compressor->source_ended ? ZSTD_e_end : ZSTD_e_continue);
-    compressor->taken = in.pos;
-    compressor->ended = compressor->source_ended && left == 0;
-    *made = out.pos;
-    return !ZSTD_isError(left);
-}
-
-static bool compress_gzip(struct compressor *compressor, char *buffer, size_t size, size_t *made) {
-    z_stream *gzip = &compressor->gzip;
-    gzip->next_in = (Bytef *)compressor->input + compressor->taken;
-    gzip->avail_in = (uInt)(compressor->length - compressor->taken);
-    gzip->next_out = (Bytef *)buffer;
-    gzip->avail_out = (uInt)size;
-    int answer = deflate(gzip, compressor->source_ended ? Z_FINISH : Z_NO_FLUSH);
-    compressor->taken = compressor->length - gzip->avail_in;
-    compressor->ended = answer == Z_STREAM_END;
-    *made = size - gzip->avail_out;
-    return answer == Z_OK || answer == Z_STREAM_END || answer == Z_BUF_ERROR;
-}
-
 static ssize_t compressor_next(void *context, char *buffer, size_t size) {
     struct compressor *compressor = context;
+    z_stream *gzip = &compressor->gzip;
     size_t part = size < UINT32_MAX ? size : UINT32_MAX;
     while (!compressor->ended) {
+        bool good;
         size_t made;
         if (compressor->taken == compressor->length && !compressor->source_ended) {
             ssize_t got =
@@ -82,9 +58,27 @@ static ssize_t compressor_next(void *context, char *buffer, size_t size) {
             if (got == REPLY_WAIT || got == REPLY_BROKEN)
                 return got;
         }
-        bool good = compressor->coding == COMPRESS_ZSTD
-                        ? compress_zstd(compressor, buffer, part, &made)
-                        : compress_gzip(compressor, buffer, part, &made);
+        bool last = compressor->source_ended;
+        if (compressor->coding == COMPRESS_ZSTD) {
+            ZSTD_inBuffer in = {compressor->input, compressor->length, compressor->taken};
+            ZSTD_outBuffer out = {buffer, part, 0};
+            size_t left = ZSTD_compressStream2(compressor->zstd, &out, &in,
+                                               last ? ZSTD_e_end : ZSTD_e_continue);
+            compressor->taken = in.pos;
+            compressor->ended = last && left == 0;
+            made = out.pos;
+            good = !ZSTD_isError(left);
+        } else {
+            gzip->next_in = (Bytef *)compressor->input + compressor->taken;
+            gzip->avail_in = (uInt)(compressor->length - compressor->taken);
+            gzip->next_out = (Bytef *)buffer;
+            gzip->avail_out = (uInt)part;
+            int answer = deflate(gzip, last ? Z_FINISH : Z_NO_FLUSH);
+            compressor->taken = compressor->length - gzip->avail_in;
+            compressor->ended = answer == Z_STREAM_END;
+            made = part - gzip->avail_out;
+            good = answer == Z_OK || answer == Z_STREAM_END || answer == Z_BUF_ERROR;
+        }
         if (!good)
             return REPLY_BROKEN;
         if (made > 0)

@@ -26,41 +26,6 @@ static ssize_t read_stream(struct exchange *exchange, char *buffer, size_t size)
     return got;
 }
 
-/* On a thread of `slow_calls`. */
-static void fetch_piece(struct exchange *exchange) {
-    char *bytes = exchange->ahead.bytes;
-    size_t size = exchange->ahead.used;
-    ssize_t got = REPLY_BROKEN;
-    exchange->ahead.used = 0;
-    while (suspension_refresh(exchange) &&
-           (got = read_stream(exchange, bytes, size)) == REPLY_WAIT) {
-        exchange->ahead.bytes = NULL;
-        if (suspension_begin(exchange)) {
-            free(bytes);
-            return;
-        }
-        exchange->ahead.bytes = bytes;
-    }
-    exchange->ahead.length = got == REPLY_WAIT ? REPLY_BROKEN : got;
-    suspension_return(exchange);
-}
-
-/* What `next` would have given, of what `slow_calls` has fetched. */
-static ssize_t take_fetched(struct exchange *exchange, char *buffer, size_t size) {
-    ssize_t left = exchange->ahead.length;
-    if (left > 0) {
-        left -= (ssize_t)exchange->ahead.used;
-        size = (size_t)left < size ? (size_t)left : size;
-        memcpy(buffer, exchange->ahead.bytes + exchange->ahead.used, size);
-        exchange->ahead.used += size;
-    }
-    if (left <= (ssize_t)size) {
-        free(exchange->ahead.bytes);
-        exchange->ahead.bytes = NULL;
-    }
-    return left > 0 ? (ssize_t)size : left;
-}
-
 /* The next bytes of a streamed reply. Zero is only returned with the connection suspended: it
  * waits, or `slow_calls` fetches the next piece, since looking for it has become slow. */
 static ssize_t next_bytes(void *context, uint64_t position, char *buffer, size_t size) {
@@ -81,8 +46,17 @@ static ssize_t next_bytes(void *context, uint64_t position, char *buffer, size_t
             free(exchange->ahead.bytes);
             exchange->ahead.bytes = NULL;
         }
-        ssize_t got =
-            fetched ? take_fetched(exchange, buffer, size) : read_stream(exchange, buffer, size);
+        ssize_t got = fetched ? exchange->ahead.length : read_stream(exchange, buffer, size);
+        if (fetched && got > 0) {
+            got -= (ssize_t)exchange->ahead.used;
+            got = (size_t)got < size ? got : (ssize_t)size;
+            memcpy(buffer, exchange->ahead.bytes + exchange->ahead.used, (size_t)got);
+            exchange->ahead.used += (size_t)got;
+        }
+        if (fetched && (ssize_t)exchange->ahead.used >= exchange->ahead.length) {
+            free(exchange->ahead.bytes);
+            exchange->ahead.bytes = NULL;
+        }
         if (got > 0) {
             exchange->sent += got;
             deadlines_turn(http->deadlines, deadline, DEADLINES_REPLY, (size_t)got);
@@ -140,13 +114,28 @@ static bool ask_handler(struct exchange *exchange) {
 }
 
 void exchange_attend(struct exchange *exchange) {
-    if (exchange->reply.status) {
-        fetch_piece(exchange);
+    char *bytes = exchange->ahead.bytes;
+    size_t size = exchange->ahead.used;
+    ssize_t got = REPLY_BROKEN;
+    if (!exchange->reply.status) {
+        while (!exchange->reply.status && suspension_refresh(exchange))
+            if (ask_handler(exchange))
+                return;
+        suspension_return(exchange);
         return;
     }
-    while (!exchange->reply.status && suspension_refresh(exchange))
-        if (ask_handler(exchange))
+    /* the next piece of the stream */
+    exchange->ahead.used = 0;
+    while (suspension_refresh(exchange) &&
+           (got = read_stream(exchange, bytes, size)) == REPLY_WAIT) {
+        exchange->ahead.bytes = NULL;
+        if (suspension_begin(exchange)) {
+            free(bytes);
             return;
+        }
+        exchange->ahead.bytes = bytes;
+    }
+    exchange->ahead.length = got == REPLY_WAIT ? REPLY_BROKEN : got;
     suspension_return(exchange);
 }
 
@@ -232,31 +221,6 @@ static bool check_request_head(struct exchange *exchange) {
             (has_body && (large || reserved || request_expects_continue(request))));
 }
 
-/* With the head: takes its fields and looks at what is clear from it. False: the connection is to
- * be closed. */
-static bool begin_exchange(struct exchange *exchange, const char *method, const char *version) {
-    const struct config *config = exchange->http->settings.config;
-    const struct sockaddr *peer = (const struct sockaddr *)&exchange->client->peer;
-    struct request *request = exchange->request;
-    bool reads = !strcmp(method, "GET") || !strcmp(method, "HEAD");
-    exchange->known = true;
-    exchange->kind = reads ? SLOW_CALLS_READS : SLOW_CALLS_CHANGES;
-    request->method = method;
-    request->http_1_0 = !strcmp(version, "HTTP/1.0");
-    request->limit = (struct request_limit){config->max_body, "max-body"};
-    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, take_header, request);
-    request_choose_id(request);
-    owner_of_request(config->trusted_proxy, peer, request, request->owner);
-    request->local = owner_is_local(peer, request);
-    admission_busy(exchange->http->admissions, &exchange->client->admission, true);
-    if (!deadlines_turn(exchange->http->deadlines, &exchange->client->deadline, DEADLINES_BODY, 0))
-        return false;
-    if (!check_request_head(exchange))
-        return true;
-    exchange->unread = true;
-    return send_reply(exchange);
-}
-
 /* ------------------------------------------------------------------ the body */
 
 /* A piece of the body; that of a request which is refused already is dropped. Without a
@@ -294,38 +258,58 @@ static bool receive_body(struct exchange *exchange, const char *bytes, size_t le
     return true;
 }
 
-/* With the whole request: asks the handler until there is an answer or a reason to wait, or has
- * `slow_calls` do so. Probes are answered here, whatever those threads have to do. */
-static bool answer_request(struct exchange *exchange) {
-    struct slow_calls *slow_calls = exchange->http->slow_calls;
-    if (!exchange->complete && !exchange->reply.status && !request_complete_body(exchange->request))
-        reply_no_memory(&exchange->reply);
-    exchange->complete = true;
-    if (!deadlines_turn(exchange->http->deadlines, &exchange->client->deadline, DEADLINES_OURS, 0))
-        return false;
-    while (!exchange->reply.status) {
-        if (!suspension_refresh(exchange))
-            return false;
-        bool slow = !exchange->request->quiet && slow_calls_are_slow(slow_calls, exchange->kind);
-        if ((slow && suspension_hand_over(exchange, exchange->kind)) || ask_handler(exchange))
-            return true;
-    }
-    return send_reply(exchange);
-}
+/* ------------------------------------------------------------------ from step to step */
 
 bool exchange_step(struct exchange *exchange, const char *method, const char *version,
                    const char *data, size_t *size) {
+    struct http *http = exchange->http;
+    struct request *request = exchange->request;
+    struct deadlines_client *deadline = &exchange->client->deadline;
+    const char *proxies = http->settings.config->trusted_proxy;
     size_t length = *size;
     *size = 0;
     if (exchange->client->refused)
         return false;
     if (!client_checked(exchange->client, exchange->known && !length)) {
-        log_error(log_event("unchecked_request"), log_text("request_id", exchange->request->id));
+        log_error(log_event("unchecked_request"), log_text("request_id", request->id));
         return false;
     }
-    if (!exchange->known)
-        return begin_exchange(exchange, method, version);
-    return length ? receive_body(exchange, data, length) : answer_request(exchange);
+    if (!exchange->known) {
+        /* the head: takes its fields and looks at what is clear from it */
+        const struct sockaddr *peer = (const struct sockaddr *)&exchange->client->peer;
+        bool reads = !strcmp(method, "GET") || !strcmp(method, "HEAD");
+        exchange->known = true;
+        exchange->kind = reads ? SLOW_CALLS_READS : SLOW_CALLS_CHANGES;
+        request->method = method;
+        request->http_1_0 = !strcmp(version, "HTTP/1.0");
+        request->limit = (struct request_limit){http->settings.config->max_body, "max-body"};
+        MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, take_header, request);
+        request_choose_id(request);
+        owner_of_request(proxies, peer, request, request->owner);
+        request->local = owner_is_local(peer, request);
+        admission_busy(http->admissions, &exchange->client->admission, true);
+        if (!deadlines_turn(http->deadlines, deadline, DEADLINES_BODY, 0))
+            return false;
+        exchange->unread = check_request_head(exchange);
+        return !exchange->unread || send_reply(exchange);
+    }
+    if (length)
+        return receive_body(exchange, data, length);
+    /* the end: asks the handler until there is an answer or a reason to wait, or has `slow_calls`
+     * do so; probes are answered here, whatever those threads have to do */
+    if (!exchange->complete && !exchange->reply.status && !request_complete_body(request))
+        reply_no_memory(&exchange->reply);
+    exchange->complete = true;
+    if (!deadlines_turn(http->deadlines, deadline, DEADLINES_OURS, 0))
+        return false;
+    while (!exchange->reply.status) {
+        if (!suspension_refresh(exchange))
+            return false;
+        bool slow = !request->quiet && slow_calls_are_slow(http->slow_calls, exchange->kind);
+        if ((slow && suspension_hand_over(exchange, exchange->kind)) || ask_handler(exchange))
+            return true;
+    }
+    return send_reply(exchange);
 }
 
 /* ------------------------------------------------------------------ beginning and end */

@@ -37,19 +37,8 @@ static void drop_entry(struct lingering_close *pool, size_t k) {
     pool->entries[k] = pool->entries[--pool->count];
 }
 
-/* Reads once from those that have something; drops those that have ended or had their time. */
-static void read_away(struct lingering_close *pool, int64_t now) {
-    static char away[LINGER_READ]; /* never looked at; one thread */
-    for (size_t k = pool->count; k-- > 0;) {
-        struct lingering *entry = &pool->entries[k];
-        ssize_t got = recv(entry->socket, away, sizeof away, MSG_DONTWAIT);
-        bool idle = got < 0;
-        if (got == 0 || now >= entry->until || (!idle && ++entry->reads >= LINGER_READS_MAX))
-            drop_entry(pool, k);
-    }
-}
-
 static void *read_lingering(void *context) {
+    static char away[LINGER_READ]; /* never looked at; one thread */
     struct lingering_close *pool = context;
     struct pollfd set[LINGER_MAX + 1] = {{pool->event, POLLIN, 0}};
     pthread_mutex_lock(&pool->lock);
@@ -68,7 +57,15 @@ static void *read_lingering(void *context) {
         if (set[0].revents && read(pool->event, &events, sizeof events) < 0)
             poll(NULL, 0, 1); /* cannot happen; do not spin */
         pthread_mutex_lock(&pool->lock);
-        read_away(pool, clock_ms());
+        /* reads once from those that have something; drops those that have ended or had their time
+         */
+        now = clock_ms();
+        for (size_t k = pool->count; k-- > 0;) {
+            struct lingering *entry = &pool->entries[k];
+            ssize_t got = recv(entry->socket, away, sizeof away, MSG_DONTWAIT);
+            if (got == 0 || now >= entry->until || (got > 0 && ++entry->reads >= LINGER_READS_MAX))
+                drop_entry(pool, k);
+        }
     }
     while (pool->count)
         drop_entry(pool, pool->count - 1);

@@ -22,23 +22,6 @@ size_t listener_descriptors(void) {
     return known ? (size_t)limit.rlim_cur : DESCRIPTORS_MAX;
 }
 
-/* Binds and listens; -1 with a line in the log. */
-static int listen_at(const struct config *config) {
-    const struct sockaddr *address = (const struct sockaddr *)&config->address;
-    int on = 1, off = 0; /* [::] is every address, of IPv4 too, however the system is set */
-    int listener = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (listener >= 0 && address->sa_family == AF_INET6)
-        (void)setsockopt(listener, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof off);
-    if (listener >= 0 && setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
-        bind(listener, address, config->address_length) == 0 && listen(listener, BACKLOG) == 0)
-        return listener;
-    log_error(log_event("listen_failed"), log_text("address", config->listen),
-              log_text("error", strerror(errno)));
-    if (listener >= 0)
-        close(listener);
-    return -1;
-}
-
 int listener_open(const struct config *config) {
     /* A client whose machine or line has gone sends no FIN: its connections, which inherit this,
      * are closed within two minutes. */
@@ -48,6 +31,9 @@ int listener_open(const struct config *config) {
                    {IPPROTO_TCP, TCP_KEEPIDLE, SILENCE_S},
                    {IPPROTO_TCP, TCP_KEEPINTVL, PROBE_S},
                    {IPPROTO_TCP, TCP_USER_TIMEOUT, UNHEARD_MS}};
+    const struct sockaddr *address = (const struct sockaddr *)&config->address;
+    int on = 1, off = 0; /* [::] is every address, of IPv4 too, however the system is set */
+    int listener = config->inherited;
     struct rlimit limit;
     rlim_t wanted = (rlim_t)config->max_connections + DESCRIPTORS_OTHER;
     if (getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < wanted) {
@@ -56,8 +42,21 @@ int listener_open(const struct config *config) {
             log_warning(log_event("few_descriptors"), log_int("wanted", (int64_t)wanted),
                         log_int("allowed", (int64_t)limit.rlim_cur));
     }
-    int listener = config->inherited >= 0 ? config->inherited : listen_at(config);
-    for (size_t k = 0; listener >= 0 && k < sizeof options / sizeof *options; k++)
+    if (config->inherited < 0) {
+        listener = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+        if (listener >= 0 && address->sa_family == AF_INET6)
+            (void)setsockopt(listener, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof off);
+        if (listener < 0 || setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0 ||
+            bind(listener, address, config->address_length) != 0 ||
+            listen(listener, BACKLOG) != 0) {
+            log_error(log_event("listen_failed"), log_text("address", config->listen),
+                      log_text("error", strerror(errno)));
+            if (listener >= 0)
+                close(listener);
+            return -1;
+        }
+    }
+    for (size_t k = 0; k < sizeof options / sizeof *options; k++)
         (void)setsockopt(listener, options[k].level, options[k].name, &options[k].value,
                          sizeof options[k].value);
     return listener;

@@ -109,28 +109,20 @@ bool origin_allows_host(const struct config *config, const struct request *reque
 
 /* ------------------------------------------------------------------ Origin */
 
-/* Whether the page has the host of the request, or a public name: behind a proxy the two may
- * differ. The scheme cannot be compared, since a proxy may have ended TLS. */
-static bool is_same_origin(const struct config *config, const struct request *request,
-                           const char *origin) {
-    const char *authority = authority_of(request), *host = strstr(origin, "://");
-    if (!host)
-        return false; /* "null" */
-    host += 3;
-    return (authority && !strcasecmp(host, authority)) ||
-           (config->public_name[0] && strcmp(config->public_name, "*") != 0 &&
-            list_has_host(config->public_name, host_of(host)));
-}
-
+/* A page is of the same origin if it has the host of the request, or a public name: behind a proxy
+ * the two may differ. The scheme cannot be compared, since a proxy may have ended TLS. */
 bool origin_allows_change(const struct config *config, const struct request *request,
                           struct reply *reply) {
     const char *site = request_header(request, "Sec-Fetch-Site");
     const char *origin = request_header(request, "Origin");
     bool listed = origin && config->cors_origin[0] &&
                   list_has_host(config->cors_origin, (struct host){origin, strlen(origin)});
-    bool own = site     ? !strcmp(site, "same-origin") || !strcmp(site, "none")
-               : origin ? is_same_origin(config, request, origin)
-                        : true;
+    bool own = site ? !strcmp(site, "same-origin") || !strcmp(site, "none") : !origin;
+    const char *host = !site && origin ? strstr(origin, "://") : NULL; /* NULL: "null" */
+    const char *authority = authority_of(request), *names = config->public_name;
+    if (host)
+        own = (authority && !strcasecmp(host + 3, authority)) ||
+              (names[0] && strcmp(names, "*") != 0 && list_has_host(names, host_of(host + 3)));
     if (own || listed)
         return true;
     reply_refuse(reply, API_FORBIDDEN,

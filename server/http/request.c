@@ -209,42 +209,31 @@ bool request_expects_continue(const struct request *request) {
     return expect && !strcasecmp(expect, "100-continue");
 }
 
-/* Room for `capacity` bytes in the memory file; a body that has been in the heap moves there. */
-static bool grow_in_file(struct request *request, size_t capacity) {
-    bool first = request->body_file < 0;
-    if (first)
-        request->body_file = spool_new(0, "");
-    if (request->body_file < 0 || ftruncate(request->body_file, (off_t)capacity) != 0)
-        return false;
-    char *body =
-        first ? mmap(NULL, capacity, PROT_READ | PROT_WRITE, MAP_SHARED, request->body_file, 0)
-              : mremap(request->body, request->body_capacity, capacity, MREMAP_MAYMOVE);
-    if (body == MAP_FAILED)
-        return false;
-    if (first) {
-        if (request->body_length)
-            memcpy(body, request->body, request->body_length);
-        free(request->body);
-    }
-    request->body = body;
-    return true;
-}
-
 bool request_append_body(struct request *request, const char *bytes, size_t length) {
     size_t needed = request->body_length + length + 1;
     if (needed > request->body_capacity) {
         size_t capacity = request->body_capacity ? 2 * request->body_capacity : 8192;
         if (capacity < needed)
             capacity = needed;
-        if (request->body_file >= 0 || needed > REQUEST_BODY_IN_HEAP) {
-            if (!grow_in_file(request, capacity))
-                return false;
-        } else {
-            char *body = realloc(request->body, capacity);
-            if (!body)
-                return false;
-            request->body = body;
+        bool moves = request->body_file < 0 && needed > REQUEST_BODY_IN_HEAP; /* into a file */
+        bool in_heap = request->body_file < 0 && !moves;
+        if (moves)
+            request->body_file = spool_new(0, "");
+        int file = request->body_file;
+        if (!in_heap && (file < 0 || ftruncate(file, (off_t)capacity) != 0))
+            return false;
+        char *body = in_heap ? realloc(request->body, capacity)
+                     : moves
+                         ? mmap(NULL, capacity, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0)
+                         : mremap(request->body, request->body_capacity, capacity, MREMAP_MAYMOVE);
+        if (!body || body == MAP_FAILED)
+            return false;
+        if (moves) {
+            if (request->body_length)
+                memcpy(body, request->body, request->body_length);
+            free(request->body);
         }
+        request->body = body;
         request->body_capacity = capacity;
     }
     memcpy(request->body + request->body_length, bytes, length);

@@ -121,20 +121,6 @@ static void resume_due(struct http *http, int64_t now) {
         http->wake_at = now + TICK_MS;
 }
 
-/* With the lock: resumes those whose client has closed its side of the connection, so that their
- * connections end. Most that do are gone, and the rest cannot be told apart: as with nginx, a
- * client that wants the answer must leave its side open. The library does not look at the socket of
- * one that is suspended. */
-static void resume_gone(struct http *http) {
-    for (struct exchange *exchange = http->suspended, *next; exchange; exchange = next) {
-        struct pollfd side = {exchange->client->deadline.socket, POLLRDHUP, 0};
-        next = exchange->next;
-        exchange->gone = poll(&side, 1, 0) == 1;
-        if (exchange->gone)
-            resume_exchange(exchange);
-    }
-}
-
 static void *run_timer(void *context) {
     struct http *http = context;
     int64_t reap_at = 0;
@@ -143,7 +129,17 @@ static void *run_timer(void *context) {
         int64_t now = clock_ms();
         if (now >= reap_at) {
             deadlines_reap(http->deadlines, now);
-            resume_gone(http);
+            /* Those whose client has closed its side of the connection are resumed, so that their
+             * connections end. Most that do are gone, and the rest cannot be told apart: as with
+             * nginx, a client that wants the answer must leave its side open. The library does not
+             * look at the socket of one that is suspended. */
+            for (struct exchange *one = http->suspended, *next; one; one = next) {
+                struct pollfd side = {one->client->deadline.socket, POLLRDHUP, 0};
+                next = one->next;
+                one->gone = poll(&side, 1, 0) == 1;
+                if (one->gone)
+                    resume_exchange(one);
+            }
             reap_at = now + REAP_MS;
         }
         resume_due(http, now);

@@ -79,21 +79,33 @@ static bool read_role(const char *text, struct tokens_holder *holder) {
     return false;
 }
 
-/* The reason why the line is none; NULL if it is. Reasons hold nothing of the line: it may be a
- * token that was put there by mistake. */
-static const char *read_token_line(char *line, struct entry *entry) {
+/* Adds a line to the table; the reason why it cannot, or NULL. Reasons hold nothing of the line: it
+ * may be a token that was put there by mistake. Two lines of one token would make its owner
+ * ambiguous. */
+static const char *add_token_line(struct table *table, char *line) {
+    struct entry entry;
     char *name = strsep(&line, ":"), *role = strsep(&line, ":"), *hash = line;
     if (!role || !hash)
         return "is not name:role:hash; draped hash-token makes such lines";
-    if (!read_name(name, &entry->holder))
+    if (!read_name(name, &entry.holder))
         return "has no name of 1 to 64 letters, digits, '.', '_' or '-'";
-    if (!read_role(role, &entry->holder))
+    if (!read_role(role, &entry.holder))
         return "has a role other than read, write and admin";
     size_t length = 0; /* what is not hexadecimal ends it early */
     if (strlen(hash) != 2 * HASH_BYTES ||
-        sodium_hex2bin(entry->hash, HASH_BYTES, hash, 2 * HASH_BYTES, NULL, &length, NULL) != 0 ||
+        sodium_hex2bin(entry.hash, HASH_BYTES, hash, 2 * HASH_BYTES, NULL, &length, NULL) != 0 ||
         length != HASH_BYTES)
         return "has no hash of 64 hexadecimal digits; draped hash-token makes it";
+    if (table->count == TOKENS_MAX)
+        return "exceeds the limit of 10000 tokens";
+    for (size_t k = 0; k < table->count; k++)
+        if (!memcmp(table->entries[k].hash, entry.hash, HASH_BYTES))
+            return "has the hash of an earlier line";
+    struct entry *grown = realloc(table->entries, (table->count + 1) * sizeof *grown);
+    if (!grown)
+        return "does not fit into memory";
+    table->entries = grown;
+    grown[table->count++] = entry;
     return NULL;
 }
 
@@ -103,21 +115,6 @@ static void cut_blanks(char *line) {
     size_t length = strlen(line);
     while (length > 0 && strchr(" \t\r\n", line[length - 1]))
         line[--length] = '\0';
-}
-
-/* Two lines of one token would make its owner ambiguous. */
-static const char *add_entry(struct table *table, const struct entry *entry) {
-    if (table->count == TOKENS_MAX)
-        return "exceeds the limit of 10000 tokens";
-    for (size_t k = 0; k < table->count; k++)
-        if (!memcmp(table->entries[k].hash, entry->hash, HASH_BYTES))
-            return "has the hash of an earlier line";
-    struct entry *grown = realloc(table->entries, (table->count + 1) * sizeof *grown);
-    if (!grown)
-        return "does not fit into memory";
-    table->entries = grown;
-    grown[table->count++] = *entry;
-    return NULL;
 }
 
 /* The tokens of the file; false, and nothing is kept, with a sentence in `why`. */
@@ -130,16 +127,13 @@ static bool load_tokens(const char *path, struct table *table, char why[TOKENS_W
         return explain_tokens(why, "%.128s cannot be read: %s", path, strerror(errno));
     for (int number = 1; good && fgets(line, sizeof line, file); number++) {
         bool cut = !strchr(line, '\n') && !feof(file);
-        struct entry entry;
         cut_blanks(line);
         if ((!cut && !line[0]) || line[0] == '#') {
             for (int c = 0; cut && c != EOF && c != '\n';) /* a long comment goes on */
                 c = getc(file);
             continue;
         }
-        const char *fault = cut ? "is too long" : read_token_line(line, &entry);
-        if (!fault)
-            fault = add_entry(table, &entry);
+        const char *fault = cut ? "is too long" : add_token_line(table, line);
         if (fault)
             good = explain_tokens(why, "%.128s: line %d %s", path, number, fault);
     }

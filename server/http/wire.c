@@ -117,19 +117,6 @@ static bool complete_message(struct wire *wire) {
 
 /* ------------------------------------------------------------------ the request line */
 
-static bool begin_message(struct wire *wire, unsigned char c) {
-    if (!in_set(token_set, c))
-        return malformed(wire, "the request line does not begin with a method");
-    wire->head = 1;
-    wire->left = wire->extensions = 0;
-    wire->fields = wire->seen = 0;
-    wire->asterisk = wire->http_1_0 = wire->chunked = false;
-    wire->close_token = wire->keep_token = false;
-    forget_text(wire);
-    keep_byte(wire, c);
-    return go(wire, METHOD);
-}
-
 bool wire_is_authority(const char *text, size_t length) {
     size_t at = 0, port = 0;
     if (length && text[0] == '[') {
@@ -195,7 +182,18 @@ static bool line_byte(struct wire *wire, unsigned char c) {
     static const char stray[] = "the request line has a character that is not allowed there";
     switch ((enum state)wire->state) {
     case START:
-        return c == '\r' ? go(wire, EMPTY_LF) : begin_message(wire, c);
+        if (c == '\r')
+            return go(wire, EMPTY_LF);
+        if (!in_set(token_set, c))
+            return malformed(wire, "the request line does not begin with a method");
+        wire->head = 1;
+        wire->left = wire->extensions = 0;
+        wire->fields = wire->seen = 0;
+        wire->asterisk = wire->http_1_0 = wire->chunked = false;
+        wire->close_token = wire->keep_token = false;
+        forget_text(wire);
+        keep_byte(wire, c);
+        return go(wire, METHOD);
     case EMPTY_LF:
         if (c != '\n' || ++wire->fields > WIRE_EMPTY_LINES_MAX)
             return malformed(wire, "there is no request line");
@@ -236,30 +234,6 @@ static bool line_byte(struct wire *wire, unsigned char c) {
 
 /* ------------------------------------------------------------------ fields */
 
-static enum field field_named(const struct wire *wire) {
-    static const char *const names[] = {
-        "", "host", "content-length", "transfer-encoding", "authorization", "connection"};
-    for (int k = HOST; k <= CONNECTION; k++)
-        if (strlen(names[k]) == wire->text_length &&
-            !strncasecmp(wire->text, names[k], wire->text_length))
-            return (enum field)k;
-    return OTHER;
-}
-
-static bool read_content_length(struct wire *wire) {
-    bool huge = false;
-    if (!wire->text_length || wire->text_cut)
-        return malformed(wire, "Content-Length is not a number");
-    for (size_t k = 0; k < wire->text_length; k++) {
-        unsigned digit = (unsigned char)wire->text[k] - '0';
-        if (digit > 9)
-            return malformed(wire, "Content-Length is not a number");
-        huge = huge || wire->left > ((uint64_t)INT64_MAX - digit) / 10;
-        wire->left = huge ? 0 : wire->left * 10 + digit;
-    }
-    return !huge || refuse_bytes(wire, API_TOO_LARGE, "the body is too large");
-}
-
 /* Whether the list of tokens in `text` has this one. */
 static bool has_token(const struct wire *wire, const char *token) {
     size_t length = strlen(token);
@@ -278,6 +252,7 @@ static bool end_field(struct wire *wire) {
         "", "there is more than one Host", "there is more than one Content-Length",
         "there is more than one Transfer-Encoding", "there is more than one Authorization"};
     enum field field = (enum field)wire->field;
+    bool huge = false;
     if (field == HOST)
         while (wire->text_length && strchr(" \t", wire->text[wire->text_length - 1]))
             wire->text_length--;
@@ -293,7 +268,16 @@ static bool end_field(struct wire *wire) {
             return malformed(wire, "Host is not a name or address with an optional port");
         break;
     case CONTENT_LENGTH:
-        return read_content_length(wire);
+        if (!wire->text_length || wire->text_cut)
+            return malformed(wire, "Content-Length is not a number");
+        for (size_t k = 0; k < wire->text_length; k++) {
+            unsigned digit = (unsigned char)wire->text[k] - '0';
+            if (digit > 9)
+                return malformed(wire, "Content-Length is not a number");
+            huge = huge || wire->left > ((uint64_t)INT64_MAX - digit) / 10;
+            wire->left = huge ? 0 : wire->left * 10 + digit;
+        }
+        return !huge || refuse_bytes(wire, API_TOO_LARGE, "the body is too large");
     case TRANSFER_ENCODING:
         wire->chunked = wire->text_length == 7 && !strncasecmp(wire->text, "chunked", 7);
         return wire->chunked || malformed(wire, "Transfer-Encoding must be chunked");
@@ -323,6 +307,8 @@ static bool end_head(struct wire *wire) {
 }
 
 static bool field_byte(struct wire *wire, unsigned char c) {
+    static const char *const names[] = {
+        "", "host", "content-length", "transfer-encoding", "authorization", "connection"};
     int part = wire->state < TRAILER_FIRST ? 0 : TRAILERS;
     static const char stray[] = "a header's value has a control character";
     switch (wire->state - part) {
@@ -340,7 +326,11 @@ static bool field_byte(struct wire *wire, unsigned char c) {
         return go(wire, (enum state)(FIELD_NAME + part));
     case FIELD_NAME:
         if (c == ':') {
-            wire->field = (unsigned char)field_named(wire);
+            wire->field = CONNECTION;
+            while (wire->field != OTHER &&
+                   (strlen(names[wire->field]) != wire->text_length ||
+                    strncasecmp(wire->text, names[wire->field], wire->text_length) != 0))
+                wire->field--;
             forget_text(wire);
             return go(wire, (enum state)(FIELD_BLANK + part));
         }
@@ -407,32 +397,10 @@ static bool extension_byte(struct wire *wire, unsigned char c) {
     }
 }
 
-static bool size_byte(struct wire *wire, unsigned char c) {
-    int digit = wire_hex_value(c);
-    if (wire->state == CHUNK_FIRST) {
-        wire->line = 0;
-        wire->left = 0;
-    }
-    if (digit >= 0 && wire->left >> 59)
-        return refuse_bytes(wire, API_TOO_LARGE, "a chunk of the body is too large");
-    if (digit >= 0) {
-        wire->left = wire->left << 4 | (unsigned)digit;
-        return go(wire, CHUNK_SIZE);
-    }
-    if (wire->state == CHUNK_SIZE && c == '\r')
-        return go(wire, CHUNK_LF);
-    if (wire->state == CHUNK_SIZE && c == ';')
-        return go(wire, EXTENSION_FIRST);
-    return malformed(wire, "a chunk's size is not a hexadecimal number");
-}
-
 static bool chunk_byte(struct wire *wire, unsigned char c) {
-    if (wire->state <= EXTENSION_END) {
-        bool good = wire->state <= CHUNK_SIZE ? size_byte(wire, c) : extension_byte(wire, c);
-        if (good && ++wire->line > WIRE_CHUNK_LINE_BYTES)
-            return refuse_bytes(wire, API_TOO_LARGE, "a chunk's size and extension are too long");
-        return good;
-    }
+    const bool first = wire->state == CHUNK_FIRST;
+    const int digit = wire_hex_value(c);
+    bool good;
     switch ((enum state)wire->state) {
     case CHUNK_LF:
         if (c != '\n')
@@ -442,27 +410,32 @@ static bool chunk_byte(struct wire *wire, unsigned char c) {
     case DATA_CR:
         return c == '\r' ? go(wire, DATA_LF)
                          : malformed(wire, "a chunk is longer than its size says");
-    default: /* DATA_LF */
+    case DATA_LF:
         return c == '\n' ? go(wire, CHUNK_FIRST)
                          : malformed(wire, "a chunk does not end with CR LF");
+    default:
+        break;
     }
+    if (first)
+        wire->left = wire->line = 0;
+    if (wire->state > CHUNK_SIZE) {
+        good = extension_byte(wire, c);
+    } else if (digit >= 0 && wire->left >> 59) {
+        good = refuse_bytes(wire, API_TOO_LARGE, "a chunk of the body is too large");
+    } else if (digit >= 0) {
+        wire->left = wire->left << 4 | (unsigned)digit;
+        good = go(wire, CHUNK_SIZE);
+    } else if (!first && (c == '\r' || c == ';')) {
+        good = go(wire, c == ';' ? EXTENSION_FIRST : CHUNK_LF);
+    } else {
+        good = malformed(wire, "a chunk's size is not a hexadecimal number");
+    }
+    if (good && ++wire->line > WIRE_CHUNK_LINE_BYTES)
+        return refuse_bytes(wire, API_TOO_LARGE, "a chunk's size and extension are too long");
+    return good;
 }
 
 /* ------------------------------------------------------------------ from byte to byte */
-
-/* The head and the trailers are bounded. */
-static bool check_byte(struct wire *wire, unsigned char c) {
-    bool trailers = wire->state >= TRAILER_FIRST;
-    if (wire->state >= BODY)
-        return chunk_byte(wire, c);
-    if (wire->state > EMPTY_LF && wire->head++ >= (trailers ? WIRE_TRAILER_BYTES : WIRE_HEAD_BYTES))
-        return wire->state < FIELD_FIRST
-                   ? refuse_bytes(wire, API_TARGET_TOO_LONG, "the request line is too long")
-                   : refuse_bytes(wire, API_HEADERS_TOO_LARGE,
-                                  trailers ? "the trailers are too long"
-                                           : "the headers are too long");
-    return wire->state < FIELD_FIRST ? line_byte(wire, c) : field_byte(wire, c);
-}
 
 /* How many of the next bytes leave the state as it is: in targets and values of which nothing is
  * kept, and in bodies. */
@@ -498,8 +471,20 @@ size_t wire_check(struct wire *wire, const char *bytes, size_t length, size_t *b
             start = at;
         size_t skipped = skip_bytes(wire, bytes + at, length - at);
         at += skipped;
-        if (!skipped && check_byte(wire, (unsigned char)bytes[at]))
-            at++;
+        if (skipped)
+            continue;
+        const bool line = wire->state < FIELD_FIRST, trailers = wire->state >= TRAILER_FIRST;
+        const unsigned char c = (unsigned char)bytes[at];
+        if (wire->state >= BODY)
+            at += chunk_byte(wire, c);
+        else if (wire->state <= EMPTY_LF ||
+                 wire->head++ < (trailers ? WIRE_TRAILER_BYTES : WIRE_HEAD_BYTES))
+            at += line ? line_byte(wire, c) : field_byte(wire, c);
+        else
+            refuse_bytes(wire, line ? API_TARGET_TOO_LONG : API_HEADERS_TOO_LARGE,
+                         line       ? "the request line is too long"
+                         : trailers ? "the trailers are too long"
+                                    : "the headers are too long");
     }
     if (begun)
         *begun = start;
