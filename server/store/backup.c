@@ -73,15 +73,11 @@ bool backup_sync(const char *path, char why[STORE_WHY_SIZE]) {
     return good;
 }
 
-static const char *sqlite_path(const char *url) {
-    return strncmp(url, "sqlite:", 7) ? url : url + 7;
-}
-
 bool backup_make(const char *url, const char *path, struct backup_contents *contents,
                  char why[STORE_WHY_SIZE]) {
     memset(contents, 0, sizeof *contents);
     return store_url_remote(url) ? postgres_backup_make(url, path, contents, why)
-                                 : sqlite_backup_make(sqlite_path(url), path, contents, why);
+                                 : sqlite_backup_make(store_url_path(url), path, contents, why);
 }
 
 bool backup_restore(const char *url, const char *path, struct backup_contents *contents,
@@ -102,5 +98,5 @@ bool backup_restore(const char *url, const char *path, struct backup_contents *c
         return backup_fail(why, "%s is of an SQLite store, and this one is PostgreSQL", path);
     return store_url_remote(url)
                ? postgres_backup_restore(url, path, contents, kept, why)
-               : sqlite_backup_restore(sqlite_path(url), path, contents, kept, why);
+               : sqlite_backup_restore(store_url_path(url), path, contents, kept, why);
 }

@@ -56,14 +56,6 @@ static struct entry *find_chunk(struct set *set, int64_t number, int64_t index) 
     return NULL;
 }
 
-static struct entry *oldest(struct set *set) {
-    struct entry *oldest = &set->entries[0];
-    for (size_t way = 1; way < WAYS; way++)
-        if (set->entries[way].used < oldest->used)
-            oldest = &set->entries[way];
-    return oldest;
-}
-
 bool store_cache_read(struct store_cache *cache, int64_t number, int64_t index, size_t offset,
                       void *bytes, size_t length) {
     struct set *set = set_of(cache, number, index);
@@ -83,8 +75,12 @@ void store_cache_put(struct store_cache *cache, int64_t number, int64_t index, v
     struct set *set = set_of(cache, number, index);
     pthread_mutex_lock(&set->lock);
     struct entry *entry = find_chunk(set, number, index);
-    if (!entry)
-        entry = oldest(set);
+    if (!entry) { /* in place of what was used longest ago */
+        entry = &set->entries[0];
+        for (size_t way = 1; way < WAYS; way++)
+            if (set->entries[way].used < entry->used)
+                entry = &set->entries[way];
+    }
     unsigned char *old = entry->bytes;
     *entry = (struct entry){number, index, ++set->uses, bytes, length};
     pthread_mutex_unlock(&set->lock);

@@ -27,10 +27,14 @@ bool store_url_remote(const char *url) {
     return !strncmp(url, "postgresql://", 13) || !strncmp(url, "postgres://", 11);
 }
 
+const char *store_url_path(const char *url) {
+    return strncmp(url, "sqlite:", 7) ? url : url + 7;
+}
+
 /* A URL of an unknown kind may hold a password: it is not quoted. */
 struct store *store_open(const char *url, const struct store_options *options,
                          struct job_events *events, char why[STORE_WHY_SIZE]) {
-    const char *path = strncmp(url, "sqlite:", 7) ? url : url + 7;
+    const char *path = store_url_path(url);
     struct store *store = NULL;
     if (store_url_remote(url))
         store = store_postgres_open(url, options, events, why);

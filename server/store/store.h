@@ -106,6 +106,9 @@ extern const struct store_options store_options_default;
 /* Whether the URL names a database that any number of machines may share. */
 bool store_url_remote(const char *url);
 
+/* The path of one that is a file, without `sqlite:`. */
+const char *store_url_path(const char *url);
+
 /* Opens the store at `url`: a path, or `sqlite:PATH`; the file is created when missing, its folder
  * is not. Or `postgresql://...`: what is missing is created in the database's schema `draped`.
  * `events` is notified of every change and must outlive the store. NULL

@@ -41,7 +41,6 @@ bool survey_read(const struct reader *reader, struct survey *survey, char why[ST
 bool survey_store(const char *url, struct survey *survey, char why[STORE_WHY_SIZE]) {
     memset(survey, 0, sizeof *survey);
     why[0] = '\0';
-    return store_url_remote(url)
-               ? postgres_survey(url, survey, why)
-               : sqlite_survey(strncmp(url, "sqlite:", 7) ? url : url + 7, survey, why);
+    return store_url_remote(url) ? postgres_survey(url, survey, why)
+                                 : sqlite_survey(store_url_path(url), survey, why);
 }

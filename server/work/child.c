@@ -125,8 +125,7 @@ void child_kill(struct child *child) {
     if (!child_running(child))
         return;
     kill(child->pid, SIGKILL);
-    while (waitpid(child->pid, NULL, 0) < 0 && errno == EINTR)
-        continue;
+    (void)TEMP_FAILURE_RETRY(waitpid(child->pid, NULL, 0));
     forget_child(child);
 }
 
@@ -141,8 +140,7 @@ void child_reap(struct child *child, char why[CHILD_WHY_SIZE]) {
     }
     if (ended == 0) {
         kill(child->pid, SIGKILL);
-        while (waitpid(child->pid, &status, 0) < 0 && errno == EINTR)
-            continue;
+        (void)TEMP_FAILURE_RETRY(waitpid(child->pid, &status, 0));
     }
     int number = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
     if (number)

@@ -36,42 +36,37 @@ void frame_outbox_fill(struct frame_outbox *outbox, struct frame_job *job, const
     frame_outbox_add(outbox, input->surface, input->surface_length);
 }
 
-/* One sendmsg, with the files before the first byte; what it took is off the parts. False with
- * errno. */
-static bool send_some(int fd, struct frame_outbox *outbox, int flags) {
-    union frame_control control = {0};
-    struct msghdr message = {.msg_iov = outbox->parts, .msg_iovlen = outbox->part_count};
-    size_t length = outbox->file_count * sizeof(int);
-    if (length > 0) {
-        control.head.cmsg_level = SOL_SOCKET;
-        control.head.cmsg_type = SCM_RIGHTS;
-        control.head.cmsg_len = CMSG_LEN(length);
-        memcpy(CMSG_DATA(&control.head), outbox->files, length);
-        message.msg_control = control.bytes;
-        message.msg_controllen = CMSG_SPACE(length);
-    }
-    ssize_t sent = 0;
-    do
-        sent = sendmsg(fd, &message, flags | MSG_NOSIGNAL);
-    while (sent < 0 && errno == EINTR);
-    if (sent < 0)
-        return false;
-    outbox->file_count = 0;
-    for (size_t k = 0, left = (size_t)sent; k < outbox->part_count && left > 0; k++) {
-        struct iovec *part = &outbox->parts[k];
-        size_t length_sent = part->iov_len < left ? part->iov_len : left;
-        part->iov_base = (char *)part->iov_base + length_sent;
-        part->iov_len -= length_sent;
-        left -= length_sent;
-    }
-    return true;
-}
-
+/* The files go before the first byte. */
 static enum frame_state send_all(int fd, struct frame_outbox *outbox, int flags) {
-    for (size_t k = 0; k < outbox->part_count; k++)
-        while (outbox->parts[k].iov_len > 0)
-            if (!send_some(fd, outbox, flags))
-                return errno == EAGAIN || errno == EWOULDBLOCK ? FRAME_LATER : FRAME_CLOSED;
+    for (size_t k = 0; k < outbox->part_count;) {
+        if (outbox->parts[k].iov_len == 0) {
+            k++;
+            continue;
+        }
+        union frame_control control = {0};
+        struct msghdr message = {.msg_iov = outbox->parts, .msg_iovlen = outbox->part_count};
+        size_t length = outbox->file_count * sizeof(int);
+        if (length > 0) {
+            control.head.cmsg_level = SOL_SOCKET;
+            control.head.cmsg_type = SCM_RIGHTS;
+            control.head.cmsg_len = CMSG_LEN(length);
+            memcpy(CMSG_DATA(&control.head), outbox->files, length);
+            message.msg_control = control.bytes;
+            message.msg_controllen = CMSG_SPACE(length);
+        }
+        ssize_t sent = TEMP_FAILURE_RETRY(sendmsg(fd, &message, flags | MSG_NOSIGNAL));
+        if (sent < 0)
+            return errno == EAGAIN || errno == EWOULDBLOCK ? FRAME_LATER : FRAME_CLOSED;
+        outbox->file_count = 0;
+        /* What was taken is off the parts. */
+        for (size_t n = k, left = (size_t)sent; n < outbox->part_count && left > 0; n++) {
+            struct iovec *part = &outbox->parts[n];
+            size_t taken = part->iov_len < left ? part->iov_len : left;
+            part->iov_base = (char *)part->iov_base + taken;
+            part->iov_len -= taken;
+            left -= taken;
+        }
+    }
     return FRAME_READY;
 }
 
@@ -90,9 +85,7 @@ enum frame_state frame_push(int fd, struct frame_outbox *outbox) {
 bool frame_receive(int fd, void *bytes, size_t length) {
     char *to = bytes;
     while (length > 0) {
-        ssize_t got = recv(fd, to, length, MSG_WAITALL);
-        if (got < 0 && errno == EINTR)
-            continue;
+        ssize_t got = TEMP_FAILURE_RETRY(recv(fd, to, length, MSG_WAITALL));
         if (got <= 0)
             return false;
         to += got;
@@ -110,10 +103,7 @@ enum frame_state frame_expect(int fd, enum frame_type type, void *body, size_t l
                              .msg_iovlen = 2,
                              .msg_control = files ? control.bytes : NULL,
                              .msg_controllen = files ? sizeof control.bytes : 0};
-    ssize_t got = 0;
-    do
-        got = recvmsg(fd, &message, MSG_CMSG_CLOEXEC | MSG_WAITALL);
-    while (got < 0 && errno == EINTR);
+    ssize_t got = TEMP_FAILURE_RETRY(recvmsg(fd, &message, MSG_CMSG_CLOEXEC | MSG_WAITALL));
     if (got <= 0)
         return FRAME_CLOSED;
     const struct cmsghdr *sent = CMSG_FIRSTHDR(&message);
@@ -143,9 +133,7 @@ enum frame_state frame_poll(int fd, struct frame_inbox *inbox) {
         size_t at = of_head ? inbox->have : inbox->have - sizeof inbox->head;
         char *to = of_head ? (char *)&inbox->head : (char *)inbox->bytes;
         size_t length = of_head ? sizeof inbox->head : inbox->head.length;
-        ssize_t got = recv(fd, to + at, length - at, MSG_DONTWAIT);
-        if (got < 0 && errno == EINTR)
-            continue;
+        ssize_t got = TEMP_FAILURE_RETRY(recv(fd, to + at, length - at, MSG_DONTWAIT));
         if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK))
             return FRAME_LATER;
         if (got <= 0)

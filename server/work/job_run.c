@@ -286,9 +286,7 @@ static void have_done(struct job_run *run, struct frame_job *job, const void *by
 static void set_problem(struct job_run *run, enum api_problem_id id, const char *detail,
                         long long number) {
     struct api_problem problem = {0};
-    char text[API_DETAIL_MAX];
-    snprintf(text, sizeof text, "%s %lld.", detail, number);
-    api_problem_set(&problem, id, "%s", text);
+    api_problem_set(&problem, id, "%s %lld.", detail, number);
     free(run->text);
     run->text = api_problem_json(&problem, NULL);
     run->outcome = run->text ? ENDED_PROBLEM : ENDED_RELEASED;

@@ -19,23 +19,16 @@ enum store_answer postgres_item_put(struct store *store, enum store_item_kind ki
     return query_end(&query);
 }
 
-/* A surface is looked for among jobs, too. */
-static enum store_answer delete_surface(struct store *store, const char *owner, const char *id) {
-    static const enum store_answer answers[] = {STORE_OK, STORE_EMPTY, STORE_CONFLICT};
-    struct query query = postgres_query(store, "SELECT draped.delete_surface($1, $2)");
-    query_bind(&query, of_text(id), of_text(owner));
-    int64_t how = 0;
-    enum store_answer answer = query_number(&query, STORE_OK, &how);
-    return answer == STORE_OK ? answers[how] : answer;
-}
-
 enum store_answer postgres_item_delete(struct store *store, enum store_item_kind kind,
                                        const char *owner, const char *id) {
-    if (kind == STORE_SURFACES)
-        return delete_surface(store, owner, id);
-    struct query query = postgres_query(
-        store, "DELETE FROM draped.materials WHERE id = $1 AND ($2::text IS NULL OR owner = $2)"
-               " RETURNING 1");
+    static const enum store_answer answers[] = {STORE_OK, STORE_EMPTY, STORE_CONFLICT};
+    const bool surface = kind == STORE_SURFACES; /* which is looked for among jobs, too */
+    int64_t how = 0;
+    struct query query =
+        postgres_query(store, surface ? "SELECT draped.delete_surface($1, $2)"
+                                      : "DELETE FROM draped.materials WHERE id = $1"
+                                        " AND ($2::text IS NULL OR owner = $2) RETURNING 0");
     query_bind(&query, of_text(id), of_text(owner));
-    return query_find(&query, STORE_EMPTY);
+    enum store_answer answer = query_number(&query, STORE_EMPTY, &how);
+    return answer == STORE_OK ? answers[how] : answer;
 }

@@ -10,47 +10,6 @@ enum {
 
 /* ------------------------------------------------------------------ retention */
 
-/* The job that is first by a statement, with its result (0: none). STORE_EMPTY. */
-static enum store_answer first_job(struct query query, int64_t *sequence, int64_t *result) {
-    bool found = query_row(&query);
-    *sequence = found ? query_int(&query, 0) : 0;
-    *result = found ? query_int(&query, 1) : 0;
-    return query_end_found(&query, found, STORE_EMPTY);
-}
-
-static struct query oldest_ended(struct db *db, bool expired, int64_t before) {
-    struct query query =
-        db_query(db, "SELECT sequence, result FROM jobs WHERE status >= " SQL_FIRST_ENDED
-                     " AND expired = ? AND finished < ? ORDER BY finished LIMIT 1");
-    query_bind(&query, of_int(expired), of_int(before));
-    return query;
-}
-
-static enum store_answer expire_job(struct db *db, struct query which) {
-    int64_t sequence = 0;
-    int64_t result = 0;
-    enum store_answer answer = first_job(which, &sequence, &result);
-    if (answer == STORE_OK)
-        answer = db_run_with(db, "DELETE FROM requests WHERE job = ?", sequence);
-    if (answer == STORE_OK)
-        answer = db_run_with(db,
-                             "UPDATE jobs SET expired = 1, result = NULL, summary ="
-                             " (SELECT summary FROM results WHERE number = jobs.result)"
-                             " WHERE sequence = ?",
-                             sequence);
-    return answer == STORE_OK && result ? sqlite_result_forget(db, result) : answer;
-}
-
-static enum store_answer expire(struct sqlite_store *store, struct db *db, void *context) {
-    int64_t *done = context;
-    int64_t before = sqlite_now(store) - sqlite_options(store)->retention_us;
-    enum store_answer answer = STORE_OK;
-    while (*done < JOBS_A_STEP &&
-           (answer = expire_job(db, oldest_ended(db, false, before))) == STORE_OK)
-        ++*done;
-    return answer == STORE_EMPTY && *done > 0 ? STORE_OK : answer;
-}
-
 static bool over_bytes(const struct sqlite_store *store, struct db *db) {
     int64_t most = sqlite_options(store)->retention_bytes, bytes = 0;
     if (most <= 0)
@@ -59,37 +18,54 @@ static bool over_bytes(const struct sqlite_store *store, struct db *db) {
     return query_number(&query, STORE_OK, &bytes) == STORE_OK && bytes > most;
 }
 
-/* The oldest job with a result of the owner whose results are largest, until the rest is within the
- * bound. A result that other jobs share is freed with the last of them. */
-static enum store_answer expire_excess(struct sqlite_store *store, struct db *db, void *context) {
-    int64_t *done = context;
+struct stepping {
+    enum store_step step;
+    int64_t *done;
+};
+
+/* The oldest jobs that have ended lose their requests and results or, when they have none, their
+ * records. While all results are too large it is the oldest job with a result of the owner whose
+ * results are largest; one that other jobs share is freed with the last of them. */
+static enum store_answer retire(struct sqlite_store *store, struct db *db, void *context) {
+    const struct stepping *stepping = context;
+    const struct store_options *options = sqlite_options(store);
+    const bool excess = stepping->step == STORE_STEP_EXPIRE_EXCESS;
+    const bool records = stepping->step == STORE_STEP_REMOVE;
+    int64_t before = sqlite_now(store) - (records ? options->records_us : options->retention_us);
+    int64_t *done = stepping->done;
     enum store_answer answer = STORE_OK;
-    while (*done < JOBS_A_STEP && answer == STORE_OK && over_bytes(store, db))
-        if ((answer = expire_job(
-                 db,
-                 db_query(db, "SELECT sequence, result FROM jobs INDEXED BY jobs_owner_result"
-                              " WHERE owner = (SELECT owner FROM owners INDEXED BY owners_results"
-                              "  ORDER BY results DESC LIMIT 1) AND result IS NOT NULL"
-                              " ORDER BY finished LIMIT 1"))) == STORE_OK)
-            ++*done;
+    while (*done < JOBS_A_STEP && answer == STORE_OK && (!excess || over_bytes(store, db))) {
+        struct query query = db_query(
+            db, excess ? "SELECT sequence, result FROM jobs INDEXED BY jobs_owner_result"
+                         " WHERE owner = (SELECT owner FROM owners INDEXED BY owners_results"
+                         "  ORDER BY results DESC LIMIT 1) AND result IS NOT NULL"
+                         " ORDER BY finished LIMIT 1"
+                       : "SELECT sequence, result FROM jobs WHERE status >= " SQL_FIRST_ENDED
+                         " AND expired = ? AND finished < ? ORDER BY finished LIMIT 1");
+        if (!excess)
+            query_bind(&query, of_int(records), of_int(before));
+        bool found = query_row(&query);
+        int64_t sequence = found ? query_int(&query, 0) : 0;
+        int64_t result = found ? query_int(&query, 1) : 0;
+        answer = query_end_found(&query, found, STORE_EMPTY);
+        if (answer == STORE_OK)
+            answer = db_run_with(db,
+                                 records ? "DELETE FROM jobs WHERE sequence = ?"
+                                         : "DELETE FROM requests WHERE job = ?",
+                                 sequence);
+        if (answer == STORE_OK && !records)
+            answer = db_run_with(db,
+                                 "UPDATE jobs SET expired = 1, result = NULL, summary ="
+                                 " (SELECT summary FROM results WHERE number = jobs.result)"
+                                 " WHERE sequence = ?",
+                                 sequence);
+        if (answer == STORE_OK && !records && result)
+            answer = sqlite_result_forget(db, result);
+        *done += answer == STORE_OK;
+    }
     return answer != STORE_OK && answer != STORE_EMPTY ? answer
            : *done > 0                                 ? STORE_OK
                                                        : STORE_EMPTY;
-}
-
-static enum store_answer remove_records(struct sqlite_store *store, struct db *db, void *context) {
-    int64_t *done = context;
-    int64_t before = sqlite_now(store) - sqlite_options(store)->records_us;
-    int64_t sequence = 0;
-    int64_t result = 0;
-    enum store_answer answer = STORE_OK;
-    while (*done < JOBS_A_STEP && answer == STORE_OK) {
-        answer = first_job(oldest_ended(db, true, before), &sequence, &result);
-        if (answer == STORE_OK)
-            answer = db_run_with(db, "DELETE FROM jobs WHERE sequence = ?", sequence);
-        *done += answer == STORE_OK;
-    }
-    return answer == STORE_EMPTY && *done > 0 ? STORE_OK : answer;
 }
 
 /* ------------------------------------------------------------------ remains */
@@ -97,7 +73,7 @@ static enum store_answer remove_records(struct sqlite_store *store, struct db *d
 /* Results that were begun by claims that no longer hold. */
 static enum store_answer doom(struct sqlite_store *store, struct db *db, void *context) {
     (void)store;
-    int64_t *done = context;
+    int64_t *done = ((const struct stepping *)context)->done;
     struct query query =
         db_query(db, "UPDATE results SET state = " SQL_DOOMED " WHERE state <> " SQL_COMPLETE
                      " AND state = " SQL_BUILDING " AND NOT EXISTS"
@@ -185,9 +161,10 @@ enum store_answer sqlite_find_due(struct store *base, bool due[STORE_STEP_COUNT]
 
 enum store_answer sqlite_step(struct store *store, enum store_step step, int64_t *done) {
     static const sqlite_operation operations[STORE_STEP_COUNT] = {
-        [STORE_STEP_EXPIRE] = expire,         [STORE_STEP_EXPIRE_EXCESS] = expire_excess,
-        [STORE_STEP_REMOVE] = remove_records, [STORE_STEP_DOOM] = doom,
-        [STORE_STEP_CLEAR] = clear,           [STORE_STEP_SHRINK] = shrink};
+        [STORE_STEP_EXPIRE] = retire, [STORE_STEP_EXPIRE_EXCESS] = retire,
+        [STORE_STEP_REMOVE] = retire, [STORE_STEP_DOOM] = doom,
+        [STORE_STEP_CLEAR] = clear,   [STORE_STEP_SHRINK] = shrink};
+    struct stepping stepping = {step, done};
     *done = 0;
-    return sqlite_write(store, DB_LAZY, operations[step], done);
+    return sqlite_write(store, DB_LAZY, operations[step], &stepping);
 }
