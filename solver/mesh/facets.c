@@ -84,34 +84,27 @@ static struct vec3 middle_of(const struct facets_source *source, int32_t cell) {
     return middle;
 }
 
-/* Adds a child; rounding in its favour. */
-static void add_child_ball(struct facets_node *node, struct vec3 middle, double radius) {
-    int c = node->count++;
-    vec3_to_columns(middle, node->middle[0], node->middle[1], node->middle[2], (size_t)c);
-    node->radius[c] = radius * (1 + rounding);
-}
-
 static struct vec3 ball_middle(const struct facets_node *node, int c) {
     return vec3_make(node->middle[0][c], node->middle[1][c], node->middle[2][c]);
 }
 
-/* That about the middle of the box of the middles below, round all balls there. */
-static void add_ball_round(struct facets_node *node, const struct facets_node *below) {
-    double middle[3], radius = 0;
+/* The ball about the middle of the box of the middles below, round all balls there. */
+static struct vec3 ball_round(const struct facets_node *below, double *radius) {
+    double at[3];
     for (int k = 0; k < 3; k++) {
         double lower = below->middle[k][0], upper = lower;
         for (int n = 1; n < below->count; n++) {
             lower = below->middle[k][n] < lower ? below->middle[k][n] : lower;
             upper = below->middle[k][n] > upper ? below->middle[k][n] : upper;
         }
-        middle[k] = lower + (upper - lower) / 2;
+        at[k] = lower + (upper - lower) / 2;
     }
-    struct vec3 own = vec3_make(middle[0], middle[1], middle[2]);
+    struct vec3 middle = vec3_make(at[0], at[1], at[2]);
     for (int n = 0; n < below->count; n++) {
-        double reach = vec3_distance(own, ball_middle(below, n)) + below->radius[n];
-        radius = reach > radius ? reach : radius;
+        double reach = vec3_distance(middle, ball_middle(below, n)) + below->radius[n];
+        *radius = reach > *radius ? reach : *radius;
     }
-    add_child_ball(node, own, radius);
+    return middle;
 }
 
 /* The key of the node of this level that the k-th of those below belongs to. */
@@ -144,20 +137,25 @@ static enum status add_level(struct facets *facets, size_t below, struct arena *
             node->key = key;
             node->first = k;
         }
+        struct vec3 middle;
+        double radius = 0;
         if (level > 0) {
-            add_ball_round(node, &facets->level[level - 1][k]);
-            continue;
+            middle = ball_round(&facets->level[level - 1][k], &radius);
+        } else {
+            /* the ball about the middle of a cell, through its farthest corner */
+            const struct facets_source *source = &facets->source;
+            middle = middle_of(source, facets->order[k]);
+            for (int c = 0; c < 4; c++) {
+                struct vec3 corner = corner_point(source, facets->order[k], c);
+                double own2 = vec3_norm2(vec3_sub(corner, middle));
+                radius = own2 > radius ? own2 : radius;
+            }
+            radius = sqrt(radius);
+            facets->size += radius / (double)source->cell_count;
         }
-        /* the ball about the middle of a cell, through its farthest corner */
-        const struct facets_source *source = &facets->source;
-        struct vec3 middle = middle_of(source, facets->order[k]);
-        double most2 = 0;
-        for (int c = 0; c < 4; c++) {
-            double own2 = vec3_norm2(vec3_sub(corner_point(source, facets->order[k], c), middle));
-            most2 = own2 > most2 ? own2 : most2;
-        }
-        add_child_ball(node, middle, sqrt(most2));
-        facets->size += sqrt(most2) / (double)source->cell_count;
+        size_t c = (size_t)node->count++;
+        vec3_to_columns(middle, node->middle[0], node->middle[1], node->middle[2], c);
+        node->radius[c] = radius * (1 + rounding); /* in its favour */
     }
     return STATUS_OK;
 }

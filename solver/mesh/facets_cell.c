@@ -39,13 +39,6 @@ INLINE struct sides3 on_all_sides(struct vec3 a) {
     return (struct sides3){a.x - zero, a.y - zero, a.z - zero};
 }
 
-INLINE struct sides3 corners_of(const struct facets_cell *cell) {
-    const struct vec3 *c = cell->corner;
-    return (struct sides3){{c[0].x, c[1].x, c[2].x, c[3].x},
-                           {c[0].y, c[1].y, c[2].y, c[3].y},
-                           {c[0].z, c[1].z, c[2].z, c[3].z}};
-}
-
 /* The share of an edge before the foot on it, within it; 0 on one without length. */
 INLINE sides share_of_edge(sides along, sides length2) {
     sides t = pick_side(length2 > 0, along / length2, (sides){0});
@@ -90,8 +83,12 @@ INLINE void weigh_nearest(struct sides3 a, struct sides3 b, struct sides3 p, sid
 WIDE_CLONES
 void facets_cell_nearest(const struct facets_cell *cell, struct vec3 point,
                          struct facets_cell_point *nearest) {
-    struct sides3 a = on_all_sides(cell->middle), b = corners_of(cell), c = of_next_sides(b),
-                  p = on_all_sides(point);
+    const struct vec3 *at = cell->corner;
+    struct sides3 a = on_all_sides(cell->middle), p = on_all_sides(point);
+    struct sides3 b = {{at[0].x, at[1].x, at[2].x, at[3].x},
+                       {at[0].y, at[1].y, at[2].y, at[3].y},
+                       {at[0].z, at[1].z, at[2].z, at[3].z}};
+    struct sides3 c = of_next_sides(b);
     sides w[3];
     weigh_nearest(a, b, p, w);
     struct sides3 r = {w[0] * a.x + w[1] * b.x + w[2] * c.x, w[0] * a.y + w[1] * b.y + w[2] * c.y,

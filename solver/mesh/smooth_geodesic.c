@@ -52,18 +52,6 @@ static void turn_shot(struct shot *shot, double angle) {
     shot->direction = vec3_unit(vec3_axpy(angle, across, shot->direction));
 }
 
-/* The angles that close the gap, to first order, by least squares. */
-static bool close_gap(struct shot *b, struct shot *c, struct vec3 gap) {
-    double bb = vec3_norm2(b->rate), cc = vec3_norm2(c->rate), bc = vec3_dot(b->rate, c->rate);
-    double gb = vec3_dot(gap, b->rate), gc = vec3_dot(gap, c->rate);
-    double determinant = bb * cc - bc * bc;
-    if (!(determinant > 1e-4 * bb * cc))
-        return false;
-    turn_shot(b, (bc * gc - cc * gb) / determinant);
-    turn_shot(c, (bb * gc - bc * gb) / determinant);
-    return true;
-}
-
 /* Whether a geodesic from a corner beside A, to which a yarn leaves there as `back`, leads away
  * from A, which is to the left of it when `left` is 1. */
 static bool leads_away(const struct shot *shot, struct vec3 back, int left) {
@@ -77,7 +65,7 @@ static enum mesh_corner_end shoot_until_met(const struct mesh_smooth *smooth,
                                             struct mesh_corner *corner, struct mesh_yarns *yarns) {
     double shorter = fmin(cell->bd, cell->cd), least = HUGE_VAL;
     int stalled = 0;
-    for (int k = 0; k < NEWTON_MAX && least > wanted; k++) {
+    for (int k = 0; k < NEWTON_MAX; k++) {
         enum mesh_path_end end_b = fire(smooth, &b), end_c = fire(smooth, &c);
         corner->steps++;
         if (end_b == MESH_PATH_BOUNDARY || end_c == MESH_PATH_BOUNDARY)
@@ -104,8 +92,16 @@ static enum mesh_corner_end shoot_until_met(const struct mesh_smooth *smooth,
                                                   mesh_smooth_normal(smooth, at_c));
             yarns->end[1] = c.end.direction;
         }
-        if (least > wanted && !close_gap(&b, &c, gap))
+        if (least <= wanted)
+            break;
+        /* turns by the angles that close the gap, to first order, by least squares */
+        double bb = vec3_norm2(b.rate), cc = vec3_norm2(c.rate), bc = vec3_dot(b.rate, c.rate);
+        double gb = vec3_dot(gap, b.rate), gc = vec3_dot(gap, c.rate);
+        double determinant = bb * cc - bc * bc;
+        if (!(determinant > 1e-4 * bb * cc))
             return MESH_CORNER_COLLAPSED;
+        turn_shot(&b, (bc * gc - cc * gb) / determinant);
+        turn_shot(&c, (bb * gc - bc * gb) / determinant);
     }
     return least <= taken ? MESH_CORNER_FOUND : MESH_CORNER_NO_CONVERGENCE;
 }

@@ -31,13 +31,10 @@ static int last_corner(int k) {
     return k == 0 ? 2 : k - 1;
 }
 
-/* Twice the area of the triangle a, b, c, positive counter-clockwise. */
-static double twice_area(struct vec3 a, struct vec3 b, struct vec3 c) {
+/* Twice the area of the triangle p, q, r, positive counter-clockwise. */
+static double twice_area_of(const struct triangulation *t, int32_t p, int32_t q, int32_t r) {
+    struct vec3 a = t->points[p], b = t->points[q], c = t->points[r];
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-}
-
-static double twice_area_of(const struct triangulation *t, int32_t a, int32_t b, int32_t c) {
-    return twice_area(t->points[a], t->points[b], t->points[c]);
 }
 
 /* Which of a triangle's three corners, or neighbours, `wanted` is. */
@@ -205,7 +202,7 @@ static void insert_point(struct builder *b, int32_t point) {
             int k = (n + (int)step) % 3; /* not always the same first: no walk in circles */
             const int32_t *corner = t->corners[last];
             if (t->beyond[last][k] != NONE &&
-                twice_area(t->points[corner[k]], t->points[corner[next_corner(k)]], r) < 0)
+                twice_area_of(t, corner[k], corner[next_corner(k)], point) < 0)
                 s = t->beyond[last][k];
         }
     }
@@ -219,8 +216,9 @@ static void insert_point(struct builder *b, int32_t point) {
     }
     int on = NONE;
     for (int k = 0; k < 3; k++) {
-        struct vec3 p = t->points[t->corners[s][k]], q = t->points[t->corners[s][next_corner(k)]];
-        if (twice_area(p, q, r) <= together * vec3_distance(p, q) && t->beyond[s][k] != NONE)
+        int32_t p = t->corners[s][k], q = t->corners[s][next_corner(k)];
+        double length = vec3_distance(t->points[p], t->points[q]);
+        if (twice_area_of(t, p, q, point) <= together * length && t->beyond[s][k] != NONE)
             on = k;
     }
     if (on == NONE)

@@ -45,13 +45,11 @@ static bool lower_distance(struct heap *heap, double *distances, int32_t at, dou
     if (!(distance < distances[at]))
         return true;
     distances[at] = distance;
-    if (heap->count == heap->room) {
-        void *larger = arena_enlarge(heap->arena, heap->entries, heap->count, sizeof *heap->entries,
-                                     &heap->room);
-        if (!larger)
-            return false;
-        heap->entries = larger;
-    }
+    if (heap->count == heap->room)
+        heap->entries = arena_enlarge(heap->arena, heap->entries, heap->count,
+                                      sizeof *heap->entries, &heap->room);
+    if (!heap->entries)
+        return false;
     size_t k = heap->count++;
     for (; k > 0 && heap->entries[(k - 1) / 2].key > distance; k = (k - 1) / 2)
         heap->entries[k] = heap->entries[(k - 1) / 2];

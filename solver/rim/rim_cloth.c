@@ -335,13 +335,6 @@ static bool is_within(const struct rim_patch *patch, const struct rim_cloth_poin
     return x >= -slack && x <= 1 + slack && y >= -slack && y <= 1 + slack;
 }
 
-static bool is_near_point(const struct rim_cloth *cloth, const struct rim_cloth_point *place,
-                          struct vec3 r) {
-    const double *d = cloth->march->settings->spacing;
-    double most = place->smooth ? near_smooth : near_rough;
-    return vec3_distance(place->r, r) < most * fmax(d[0], d[1]);
-}
-
 /* ---- places near rough edges ---- */
 
 /* A yarn that turns by more than this at a node, as a sine, is no arc. */
@@ -566,15 +559,18 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
         struct rim_patch *patch = cloth->patch;
         if (!find_in_patch(cloth, patch, spot, place))
             break;
-        if (is_within(patch, place, hop < STRICT_HOPS ? strict : lax))
-            return is_near_point(cloth, place, spot->r);
-        if (is_within(patch, place, at_end)) {
+        bool within = is_within(patch, place, hop < STRICT_HOPS ? strict : lax);
+        if (within || is_within(patch, place, at_end)) {
             last = *place;
             found = true;
         }
+        if (within)
+            break;
     }
+    const double *d = cloth->march->settings->spacing;
     *place = last;
-    return found && is_near_point(cloth, place, spot->r);
+    return found && vec3_distance(place->r, spot->r) <
+                        (place->smooth ? near_smooth : near_rough) * fmax(d[0], d[1]);
 }
 
 /* tan(gamma / 2) = x.y / (|x| |y| + |x cross y|) */

@@ -119,28 +119,10 @@ static bool turns_back(const struct free_edges *found, size_t edge, size_t other
     return edge < found->of_slit && (edge ^ other) == 1;
 }
 
-/* Adds an edge's vertices, of which a polyline within the tolerance needs no more. */
-static void add_free_edge(struct rim_builder *b, const struct shell_edge *edge) {
-    struct march *march = b->march;
-    const struct surface *surface = shell_surface(march->surface->shell, edge->face);
-    uint8_t *kept = arena_alloc(march->arena, edge->count, sizeof *kept);
-    b->failed =
-        b->failed || !kept ||
-        !rim_builder_keep_points(b, surface, (const double(*)[2])edge->uv, edge->count, kept);
-    for (size_t k = 0; k < edge->count && !b->failed; k++)
-        if (kept[k]) {
-            const double *uv = edge->uv[k];
-            rim_builder_add_vertex(b,
-                                   &(struct rim_vertex){.face = edge->face,
-                                                        .uv = {uv[0], uv[1]},
-                                                        .r = rim_point_on_face(b, edge->face, uv),
-                                                        .leaps = k + 1 == edge->count});
-        }
-}
-
 /* Edge after edge, each that whose beginning is nearest to the end of the last, until it is the
  * loop's own. */
 void rim_builder_add_shell(struct rim_builder *b) {
+    struct march *march = b->march;
     struct free_edges found = {.count = 0};
     b->failed = !find_free_edges(b, &found);
     for (size_t first = 0; first < found.count && !b->failed; first++) {
@@ -148,12 +130,24 @@ void rim_builder_add_shell(struct rim_builder *b) {
         if (found.used[first])
             continue;
         while (!found.used[at] && !b->failed) {
+            /* its vertices, of which a polyline within the tolerance needs no more */
+            const struct shell_edge *edge = &found.edges[at];
+            const double(*uv)[2] = (const double(*)[2])edge->uv;
+            uint8_t *kept = arena_alloc(march->arena, edge->count, sizeof *kept);
+            b->failed = !kept || !rim_builder_keep_points(b, rim_edges_surface(march, edge->face),
+                                                          uv, edge->count, kept);
+            for (size_t k = 0; k < edge->count && !b->failed; k++)
+                if (kept[k])
+                    rim_builder_add_vertex(
+                        b, &(struct rim_vertex){.face = edge->face,
+                                                .uv = {uv[k][0], uv[k][1]},
+                                                .r = rim_point_on_face(b, edge->face, uv[k]),
+                                                .leaps = k + 1 == edge->count});
+            size_t next = first;
             double best = turns_back(&found, at, first)
                               ? HUGE_VAL
                               : vec3_distance(found.ends[at][1], found.ends[first][0]);
-            size_t next = first;
             found.used[at] = true;
-            add_free_edge(b, &found.edges[at]);
             for (size_t k = 0; k < found.count; k++) {
                 double gap = vec3_distance(found.ends[at][1], found.ends[k][0]);
                 if (found.used[k] || turns_back(&found, at, k) || gap >= best)
