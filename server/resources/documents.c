@@ -136,14 +136,10 @@ static void write_status(struct api_text *text, const struct store_job *job, con
     api_text_raw(text, "}}");
 }
 
-char *documents_status_with(const struct store_job *job, const char *plies) {
+char *documents_status(const struct store_job *job, const char *plies) {
     struct document document = document_new();
     write_status(&document.text, job, plies);
     return document_finish(&document);
-}
-
-char *documents_status(const struct store_job *job) {
-    return documents_status_with(job, NULL);
 }
 
 /* A page of a list begins and ends. The cursor is a string: what it means is the store's business.

@@ -9,11 +9,8 @@
 #include "api/problem.h"
 #include "server/store/store.h"
 
-/* The status document, in one line. */
-char *documents_status(const struct store_job *job);
-
-/* The same of a laminate, with its member `plies` (JSON). */
-char *documents_status_with(const struct store_job *job, const char *plies);
+/* The status document, in one line; of a laminate with its member `plies` (JSON), or NULL. */
+char *documents_status(const struct store_job *job, const char *plies);
 
 /* What jobs of a kind are together, in paths and lists: "drapes", "studies", "laminates". */
 const char *documents_collection(enum store_kind kind);

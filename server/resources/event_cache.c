@@ -42,7 +42,7 @@ enum store_answer event_cache_look(struct store *store, const char *id, int64_t 
         return answer;
     *job = (struct store_job){
         .attempts = whole.attempts, .status = whole.status, .progress = whole.progress};
-    *document = documents_status(&whole);
+    *document = documents_status(&whole, NULL);
     store_job_clear(&whole);
     char *copy = *document ? strdup(*document) : NULL;
     pthread_mutex_lock(&lock);

@@ -6,7 +6,7 @@
 #include "call.h"
 
 /* jobs.c */
-call_handler jobs_create, jobs_list, jobs_status, jobs_request, jobs_cancel, jobs_delete;
+call_handler jobs_create, jobs_list, jobs_status, jobs_request, jobs_end;
 /* events.c */
 call_handler events_stream;
 /* results.c */

@@ -20,7 +20,7 @@
 static void reply_status(struct call *call, int status, const struct store_job *job) {
     reply_text(call->reply, status, "application/json",
                job->kind == STORE_LAMINATE ? laminates_status(call->services->store, job)
-                                           : documents_status(job));
+                                           : documents_status(job, NULL));
     reply_header(call->reply, "Cache-Control", "no-store");
 }
 
@@ -373,32 +373,24 @@ enum http_next jobs_request(struct call *call) {
 
 /* ------------------------------------------------------------------ ending */
 
-enum http_next jobs_cancel(struct call *call) {
+/* POST cancels it, DELETE removes it. */
+enum http_next jobs_end(struct call *call) {
+    struct store *store = call->services->store;
+    const char *id = call->request->parameter;
+    bool cancel = !strcmp(call->request->method, "POST");
     struct store_job job = {0};
     if (!call_find_job(call, &job))
         return HTTP_DONE;
     store_job_clear(&job);
-    enum store_answer answer = store_cancel(call->services->store, call->request->parameter);
+    enum store_answer answer = cancel ? store_cancel(store, id) : store_delete(store, id);
     if (answer == STORE_EMPTY)
         return call_not_found(call, store_kind_name(call->kind));
-    if (answer != STORE_OK && answer != STORE_CONFLICT)
+    if (answer != STORE_OK && (!cancel || answer != STORE_CONFLICT))
         return call_store_failed(call, answer);
-    if (call_find_job(call, &job))
+    if (!cancel)
+        reply_empty(call->reply, 204);
+    else if (call_find_job(call, &job))
         reply_status(call, answer == STORE_OK ? 202 : 200, &job);
     store_job_clear(&job);
-    return HTTP_DONE;
-}
-
-enum http_next jobs_delete(struct call *call) {
-    struct store_job job = {0};
-    if (!call_find_job(call, &job))
-        return HTTP_DONE;
-    store_job_clear(&job);
-    enum store_answer answer = store_delete(call->services->store, call->request->parameter);
-    if (answer == STORE_EMPTY)
-        return call_not_found(call, store_kind_name(call->kind));
-    if (answer != STORE_OK)
-        return call_store_failed(call, answer);
-    reply_empty(call->reply, 204);
     return HTTP_DONE;
 }

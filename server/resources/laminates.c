@@ -29,45 +29,39 @@ static char *take_line(char **at) {
     return line;
 }
 
-/* The parts of what the checker wrote; false when it is not that. */
-static bool read_family(char *text, size_t length, struct store_member *members, size_t count,
-                        size_t record_length, struct store_family *family) {
-    char *at = text, *line = take_line(&at);
-    size_t total = record_length;
-    for (size_t n = 0; line && n < count; n++) {
-        line = take_line(&at);
-        char *space = line ? strchr(line, ' ') : NULL;
-        if (!space)
-            return false;
-        *space = '\0';
-        members[n].digest = line;
-        members[n].request_length = strtoull(space + 1, NULL, 10);
-        total += members[n].request_length;
-    }
-    line = line ? take_line(&at) : NULL;
-    if (!line || *line || total != length - (size_t)(at - text))
-        return false;
-    for (size_t n = 0; n < count; n++) {
-        members[n].request = at;
-        at += members[n].request_length;
-    }
-    family->parent.request = at;
-    family->parent.request_length = record_length;
-    family->count = count;
-    family->members = members;
-    return true;
-}
-
+/* What the checker wrote: the lengths of all, the digest and length of every drape's request, an
+ * empty line, these requests, and the record. */
 enum store_answer laminates_submit(struct call *call, struct check *check,
                                    const struct store_submission *submission,
                                    struct store_receipt *receipt) {
     size_t length = (size_t)check_answer(check)->output_length, count = 0, record_length = 0;
-    char *text = checking_text(check, 0, length);
-    struct store_family family = {.parent = *submission};
+    char *text = checking_text(check, 0, length), *at = text;
     enum store_answer answer = STORE_BUSY;
     bool good = text && sscanf(text, "%zu %zu", &count, &record_length) == 2 && count > 0;
     struct store_member *members = good ? calloc(count, sizeof *members) : NULL;
-    if (members && read_family(text, length, members, count, record_length, &family)) {
+    char *line = members ? take_line(&at) : NULL;
+    size_t total = record_length;
+    for (size_t n = 0; line && n < count; n++) {
+        line = take_line(&at);
+        char *space = line ? strchr(line, ' ') : NULL;
+        if (space) {
+            *space = '\0';
+            members[n].digest = line;
+            members[n].request_length = strtoull(space + 1, NULL, 10);
+            total += members[n].request_length;
+        } else {
+            line = NULL;
+        }
+    }
+    line = line ? take_line(&at) : NULL;
+    if (line && !*line && total == length - (size_t)(at - text)) {
+        for (size_t n = 0; n < count; n++) {
+            members[n].request = at;
+            at += members[n].request_length;
+        }
+        struct store_family family = {.parent = *submission, .members = members, .count = count};
+        family.parent.request = at;
+        family.parent.request_length = record_length;
         family.parent.total = (int64_t)count;
         answer = store_submit_family(call->services->store, &family, receipt);
     }
@@ -150,9 +144,9 @@ char *laminates_status(struct store *store, const struct store_job *job) {
         }
         api_text_raw(&text, "]");
         const char *plies = api_text_finish(&text);
-        document = plies ? documents_status_with(job, plies) : NULL;
+        document = plies ? documents_status(job, plies) : NULL;
     } else {
-        document = documents_status(job); /* what it consisted of has been removed */
+        document = documents_status(job, NULL); /* what it consisted of has been removed */
     }
     stack_clear(&stack);
     arena_free(arena);

@@ -53,13 +53,9 @@ static void write_metric_head(FILE *out, const char *name, const char *type, con
     fprintf(out, "# HELP %s %s\n# TYPE %s %s\n", name, help, name, type);
 }
 
-static void write_counter(FILE *out, const char *name, const char *help, int64_t value) {
-    write_metric_head(out, name, "counter", help);
-    fprintf(out, "%s %lld\n", name, (long long)value);
-}
-
-static void write_gauge(FILE *out, const char *name, const char *help, int64_t value) {
-    write_metric_head(out, name, "gauge", help);
+static void write_metric(FILE *out, const char *name, const char *type, const char *help,
+                         int64_t value) {
+    write_metric_head(out, name, type, help);
     fprintf(out, "%s %lld\n", name, (long long)value);
 }
 
@@ -107,21 +103,6 @@ static void write_histograms(FILE *out) {
     }
 }
 
-static void write_refusals(FILE *out) {
-    write_metric_head(out, "draped_rejections_total", "counter",
-                      "Answers that are problems, by reason.");
-    for (int k = API_OK + 1; k < API_PROBLEM_COUNT; k++)
-        if (metrics_refused((enum api_problem_id)k))
-            fprintf(out, "draped_rejections_total{reason=\"%s\"} %ld\n",
-                    api_problem_slug((enum api_problem_id)k),
-                    metrics_refused((enum api_problem_id)k));
-    write_metric_head(out, "draped_store_errors_total", "counter",
-                      "Statements that failed in the database.");
-    for (int busy = 0; busy < 2; busy++)
-        fprintf(out, "draped_store_errors_total{kind=\"%s\"} %ld\n", busy ? "busy" : "down",
-                metrics_store_failures(busy));
-}
-
 static void write_jobs(FILE *out, const struct store_counts *counts) {
     write_metric_head(out, "draped_jobs", "gauge", "Drapes in the store by status.");
     for (int k = 0; k < STORE_STATUS_COUNT; k++)
@@ -132,20 +113,21 @@ static void write_jobs(FILE *out, const struct store_counts *counts) {
     for (int k = STORE_SUCCEEDED; k < STORE_STATUS_COUNT; k++)
         fprintf(out, "draped_store_drapes_total{outcome=\"%s\"} %lld\n",
                 store_status_name((enum store_status)k), (long long)counts->ended[k]);
-    write_counter(out, "draped_store_crashed_total",
-                  "Of the failed ones, those whose workers died at every attempt.",
-                  counts->crashed);
+    write_metric(out, "draped_store_crashed_total", "counter",
+                 "Of the failed ones, those whose workers died at every attempt.", counts->crashed);
     write_metric_head(out, "draped_store_tasks", "gauge", "Tasks of studies by status.");
     for (int k = STORE_QUEUED; k <= STORE_RUNNING; k++)
         fprintf(out, "draped_store_tasks{status=\"%s\"} %lld\n",
                 store_status_name((enum store_status)k), (long long)counts->tasks[k]);
-    write_gauge(out, "draped_store_hosts", "Daemons that wrote to the store in the last 30 s.",
-                counts->hosts);
-    write_gauge(out, "draped_store_workers", "Worker processes of all of them.", counts->workers);
-    write_gauge(out, "draped_store_workers_busy", "Of these, those that are solving.",
-                counts->busy);
-    write_gauge(out, "draped_queue_depth", "Drapes, studies and tasks that wait for a worker.",
-                counts->jobs[STORE_QUEUED] + counts->tasks[STORE_QUEUED]);
+    write_metric(out, "draped_store_hosts", "gauge",
+                 "Daemons that wrote to the store in the last 30 s.", counts->hosts);
+    write_metric(out, "draped_store_workers", "gauge", "Worker processes of all of them.",
+                 counts->workers);
+    write_metric(out, "draped_store_workers_busy", "gauge", "Of these, those that are solving.",
+                 counts->busy);
+    write_metric(out, "draped_queue_depth", "gauge",
+                 "Drapes, studies and tasks that wait for a worker.",
+                 counts->jobs[STORE_QUEUED] + counts->tasks[STORE_QUEUED]);
     /* By our clock; a database on another machine has its own. */
     int64_t age_us = counts->oldest_queued ? clock_utc_us() - counts->oldest_queued : 0;
     write_metric_head(out, "draped_queue_age_seconds", "gauge",
@@ -153,24 +135,9 @@ static void write_jobs(FILE *out, const struct store_counts *counts) {
     fprintf(out, "draped_queue_age_seconds %.3f\n", age_us > 0 ? (double)age_us / 1e6 : 0);
 }
 
-static void write_workers(FILE *out, struct dispatcher *dispatcher, int64_t workers) {
-    struct work_counts counts;
-    dispatcher_stats(dispatcher, &counts);
-    write_gauge(out, "draped_workers", "Worker processes of this daemon.", workers);
-    write_gauge(out, "draped_workers_busy", "Worker processes that are solving.", counts.busy);
-    write_metric_head(out, "draped_drapes_total", "counter",
-                      "Drapes that ended in this process, by how.");
-#define X(name, help)                                                                              \
-    fprintf(out, "draped_drapes_total{outcome=\"" #name "\"} %lld\n", (long long)counts.name);
-    WORK_OUTCOMES(X)
-#undef X
-#define X(name, help) write_counter(out, "draped_worker_" #name "_total", help, counts.name);
-    WORK_EVENTS(X)
-#undef X
-}
-
 enum http_next meta_metrics(struct call *call) {
     struct store_counts counts;
+    struct work_counts work;
     char *text = NULL;
     size_t length;
     FILE *out = open_memstream(&text, &length);
@@ -186,17 +153,43 @@ enum http_next meta_metrics(struct call *call) {
             "Answers by route and status; status 0 when the caller had closed the connection.");
         metrics_each(write_route, out);
         write_histograms(out);
-        write_refusals(out);
-        write_gauge(out, "process_resident_memory_bytes", "Memory of the daemon without workers.",
-                    metrics_resident());
-        write_gauge(out, "process_open_fds", "Descriptors that the daemon has open.",
-                    metrics_descriptors());
+        write_metric_head(out, "draped_rejections_total", "counter",
+                          "Answers that are problems, by reason.");
+        for (enum api_problem_id k = API_OK + 1; k < API_PROBLEM_COUNT; k++)
+            if (metrics_refused(k))
+                fprintf(out, "draped_rejections_total{reason=\"%s\"} %ld\n", api_problem_slug(k),
+                        metrics_refused(k));
+        write_metric_head(out, "draped_store_errors_total", "counter",
+                          "Statements that failed in the database.");
+        for (int busy = 0; busy < 2; busy++)
+            fprintf(out, "draped_store_errors_total{kind=\"%s\"} %ld\n", busy ? "busy" : "down",
+                    metrics_store_failures(busy));
+        write_metric(out, "process_resident_memory_bytes", "gauge",
+                     "Memory of the daemon without workers.", metrics_resident());
+        write_metric(out, "process_open_fds", "gauge", "Descriptors that the daemon has open.",
+                     metrics_descriptors());
         bool up = store_ping(call->services->store) == STORE_OK;
-        write_gauge(out, "draped_store_up", "Whether the store can be read and written.", up);
+        write_metric(out, "draped_store_up", "gauge", "Whether the store can be read and written.",
+                     up);
         if (store_counts(call->services->store, &counts) == STORE_OK)
             write_jobs(out, &counts);
-        if (call->services->dispatcher)
-            write_workers(out, call->services->dispatcher, call->services->config->workers);
+        if (call->services->dispatcher) {
+            dispatcher_stats(call->services->dispatcher, &work);
+            write_metric(out, "draped_workers", "gauge", "Worker processes of this daemon.",
+                         call->services->config->workers);
+            write_metric(out, "draped_workers_busy", "gauge", "Worker processes that are solving.",
+                         work.busy);
+            write_metric_head(out, "draped_drapes_total", "counter",
+                              "Drapes that ended in this process, by how.");
+#define X(name, help)                                                                              \
+    fprintf(out, "draped_drapes_total{outcome=\"" #name "\"} %lld\n", (long long)work.name);
+            WORK_OUTCOMES(X)
+#undef X
+#define X(name, help)                                                                              \
+    write_metric(out, "draped_worker_" #name "_total", "counter", help, work.name);
+            WORK_EVENTS(X)
+#undef X
+        }
         fclose(out);
     }
     reply_text(call->reply, 200, "text/plain; version=0.0.4; charset=utf-8", text);

@@ -237,27 +237,6 @@ enum http_next results_pattern(struct call *call) {
 
 /* ------------------------------------------------------------------ the report */
 
-/* False: the reply says why none is begun. */
-static bool begin_report(struct call *call, const struct store_job *job,
-                         const struct call_choice *choice) {
-    struct document_pool_order order = checking_order(call, CHECKER_REPORT);
-    char record[STORE_DIGEST_SIZE + DOCUMENTS_TIME_SIZE] = "";
-    char *bytes = call_stored_request(call, job->id, &order.length[CHECKER_BODY]);
-    if (bytes && maps_take_columns(call, &order, NULL)) {
-        size_t end = (size_t)snprintf(record, STORE_DIGEST_SIZE, "%s", job->digest) + 1;
-        documents_time(record + end, job->finished);
-        order.document[CHECKER_BODY] = bytes;
-        order.body_file = -1;
-        order.document[CHECKER_SECOND] = record;
-        order.length[CHECKER_SECOND] = sizeof record;
-        order.id = job->id;
-        order.format = choice->format->name;
-        maps_begin(call, &order, NULL);
-    }
-    free(bytes);
-    return call->request->state != NULL;
-}
-
 enum http_next results_report(struct call *call) {
     struct call_choice choice;
     struct store_job job = {0};
@@ -267,7 +246,24 @@ enum http_next results_report(struct call *call) {
         results_ready(call, &job)) {
         make_etag(&job, &choice, compress_choose(request_header(call->request, "Accept-Encoding")),
                   etag);
-        if (call->request->state || (!is_held(call, etag) && begin_report(call, &job, &choice)))
+        if (!call->request->state && !is_held(call, etag)) { /* the first call begins it */
+            struct document_pool_order order = checking_order(call, CHECKER_REPORT);
+            char record[STORE_DIGEST_SIZE + DOCUMENTS_TIME_SIZE] = "";
+            char *bytes = call_stored_request(call, job.id, &order.length[CHECKER_BODY]);
+            if (bytes && maps_take_columns(call, &order, NULL)) {
+                size_t end = (size_t)snprintf(record, STORE_DIGEST_SIZE, "%s", job.digest) + 1;
+                documents_time(record + end, job.finished);
+                order.document[CHECKER_BODY] = bytes;
+                order.body_file = -1;
+                order.document[CHECKER_SECOND] = record;
+                order.length[CHECKER_SECOND] = sizeof record;
+                order.id = job.id;
+                order.format = choice.format->name;
+                maps_begin(call, &order, NULL);
+            }
+            free(bytes);
+        }
+        if (call->request->state)
             next = maps_answer(call, choice.format, etag);
         if (next == HTTP_DONE)
             tell_caches(call, etag);
