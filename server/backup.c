@@ -52,7 +52,7 @@ static int report_failure(const char *why) {
 }
 
 static int misuse(const char *why) {
-    fprintf(stderr, "draped: %s; see draped %s --help\n", why, "backup");
+    fprintf(stderr, "draped: %s; see draped backup --help\n", why);
     return USAGE;
 }
 
@@ -191,36 +191,32 @@ int backup_command(int argc, char **argv) {
 
 /* ------------------------------------------------------------------ restore */
 
-/* The file itself, or the newest copy of the folder. */
-static bool choose_copy(const char *place, char path[PATH_MAX]) {
-    struct stat status;
-    struct dirent **entries = NULL;
-    if (stat(place, &status) != 0) {
-        fprintf(stderr, "draped: %s: %s\n", place, strerror(errno));
-        return false;
-    }
-    if (!S_ISDIR(status.st_mode))
-        return snprintf(path, PATH_MAX, "%s", place) < PATH_MAX;
-    int count = scandir(place, &entries, is_copy, alphasort);
-    bool found = count > 0 && join_path(path, place, entries[count - 1]->d_name);
-    while (count > 0)
-        free(entries[--count]);
-    free(entries);
-    if (!found)
-        fprintf(stderr, "draped: %s: there is no back-up in this folder\n", place);
-    return found;
-}
-
 int restore_command(int argc, char **argv) {
     struct command command = {0};
     char path[PATH_MAX], kept[BACKUP_KEPT_SIZE], why[STORE_WHY_SIZE];
     struct backup_contents contents;
+    struct stat status;
+    struct dirent **entries = NULL;
     bool done = false;
     int code = parse_command(argc, argv, &command, &done);
     if (code != 0 || done)
         return code;
     set_up();
-    if (!choose_copy(command.place, path))
+    /* the file itself, or the newest copy of the folder */
+    if (stat(command.place, &status) != 0) {
+        fprintf(stderr, "draped: %s: %s\n", command.place, strerror(errno));
+        return FAILED;
+    }
+    bool folder = S_ISDIR(status.st_mode);
+    int count = folder ? scandir(command.place, &entries, is_copy, alphasort) : 0;
+    bool found = folder ? count > 0 && join_path(path, command.place, entries[count - 1]->d_name)
+                        : snprintf(path, PATH_MAX, "%s", command.place) < PATH_MAX;
+    while (count > 0)
+        free(entries[--count]);
+    free(entries);
+    if (folder && !found)
+        fprintf(stderr, "draped: %s: there is no back-up in this folder\n", command.place);
+    if (!found)
         return FAILED;
     if (!backup_restore(command.url, path, &contents, kept, why))
         return report_failure(why);

@@ -14,20 +14,6 @@
 #include <string.h>
 #include <unistd.h>
 
-/* False when it is no such number. */
-static bool take_address(struct config *config, int family, const char *host, uint16_t port) {
-    struct sockaddr_in v4 = {.sin_family = AF_INET, .sin_port = port};
-    struct sockaddr_in6 v6 = {.sin6_family = AF_INET6, .sin6_port = port};
-    bool six = family == AF_INET6;
-    if (inet_pton(family, host, six ? (void *)&v6.sin6_addr : (void *)&v4.sin_addr) != 1)
-        return false;
-    config->loopback =
-        six ? IN6_IS_ADDR_LOOPBACK(&v6.sin6_addr) : ntohl(v4.sin_addr.s_addr) >> 24 == 127;
-    config->address_length = six ? sizeof v6 : sizeof v4;
-    memcpy(&config->address, six ? (void *)&v6 : (void *)&v4, config->address_length);
-    return true;
-}
-
 /* Numbers only: a name would have to be looked up, and may have several addresses. */
 static bool parse_listen(struct config *config) {
     char host[INET6_ADDRSTRLEN + 2];
@@ -36,6 +22,8 @@ static bool parse_listen(struct config *config) {
     const char *digits = colon ? colon + 1 : "";
     char *end = NULL;
     unsigned long port = strtoul(digits, &end, 10);
+    struct sockaddr_in v4 = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
+    struct sockaddr_in6 v6 = {.sin6_family = AF_INET6, .sin6_port = htons((uint16_t)port)};
     if (length < sizeof host && digits[0] >= '0' && digits[0] <= '9' && !*end &&
         port <= UINT16_MAX) {
         memcpy(host, config->listen, length);
@@ -51,12 +39,17 @@ static bool parse_listen(struct config *config) {
             snprintf(config->listen_name, sizeof config->listen_name, "%s%s", host, colon);
             config->listen = config->listen_name;
         }
-        bool bracketed = length > 2 && host[0] == '[' && host[length - 1] == ']';
-        if (bracketed)
+        bool six = length > 2 && host[0] == '[' && host[length - 1] == ']';
+        if (six)
             host[length - 1] = '\0';
-        if (take_address(config, bracketed ? AF_INET6 : AF_INET, host + bracketed,
-                         htons((uint16_t)port)))
+        void *bytes = six ? (void *)&v6.sin6_addr : (void *)&v4.sin_addr;
+        if (inet_pton(six ? AF_INET6 : AF_INET, host + six, bytes) == 1) {
+            config->loopback =
+                six ? IN6_IS_ADDR_LOOPBACK(&v6.sin6_addr) : ntohl(v4.sin_addr.s_addr) >> 24 == 127;
+            config->address_length = six ? sizeof v6 : sizeof v4;
+            memcpy(&config->address, six ? (void *)&v6 : (void *)&v4, config->address_length);
             return true;
+        }
     }
     return config_report(
         "--listen: '%s' is not ADDR:PORT, such as 127.0.0.1:8080, [::1]:8080 or *:8080",
@@ -96,27 +89,7 @@ static bool check_store(const struct config *config) {
                          "postgresql://USER@HOST/DATABASE");
 }
 
-/* Sets what follows from other flags where nothing is given: an owner's share of each limit, and
- * the retention of records, which by default outlive their results to answer 410. */
-static void derive_defaults(struct config *config) {
-    const struct {
-        int64_t *share, of, divisor;
-    } shares[] = {{&config->owner_queue, config->queue_limit, 2},
-                  {&config->owner_connections, config->max_connections, 2},
-                  {&config->owner_streams, config->max_connections, 4},
-                  {&config->owner_bodies, config->max_bodies, 2}};
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    if (config->workers == FLAGS_UNSET)
-        config->workers = cores < 1 ? 1 : cores > 1024 ? 1024 : cores;
-    for (size_t k = 0; k < sizeof shares / sizeof *shares; k++)
-        if (*shares[k].share == FLAGS_UNSET)
-            *shares[k].share = (shares[k].of + shares[k].divisor - 1) / shares[k].divisor;
-    if (config->retention_jobs == FLAGS_UNSET)
-        config->retention_jobs = 4 * config->retention;
-}
-
 static bool check_config(struct config *config) {
-    derive_defaults(config);
     if (config->retention_jobs < config->retention)
         return config_report("--retention-jobs: %lld hours are less than --retention, %lld",
                              (long long)config->retention_jobs, (long long)config->retention);
@@ -219,6 +192,22 @@ enum config_verdict config_parse(int argc, char **argv, struct config *config) {
                 return CONFIG_BAD;
         }
     }
+    /* What follows from other flags where nothing is given: an owner's share of each limit, and the
+     * retention of records, which by default outlive their results to answer 410. */
+    const struct {
+        int64_t *share, of, divisor;
+    } shares[] = {{&config->owner_queue, config->queue_limit, 2},
+                  {&config->owner_connections, config->max_connections, 2},
+                  {&config->owner_streams, config->max_connections, 4},
+                  {&config->owner_bodies, config->max_bodies, 2}};
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    if (config->workers == FLAGS_UNSET)
+        config->workers = cores < 1 ? 1 : cores > 1024 ? 1024 : cores;
+    for (size_t k = 0; k < sizeof shares / sizeof *shares; k++)
+        if (*shares[k].share == FLAGS_UNSET)
+            *shares[k].share = (shares[k].of + shares[k].divisor - 1) / shares[k].divisor;
+    if (config->retention_jobs == FLAGS_UNSET)
+        config->retention_jobs = 4 * config->retention;
     if (!check_config(config))
         return CONFIG_BAD;
     if (probe)

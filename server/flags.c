@@ -197,26 +197,8 @@ static bool parse_number(const struct flag *flag, struct origin from, const char
     return true;
 }
 
-static bool parse_choice(const struct flag *flag, struct origin from, const char *text,
-                         int64_t *value) {
-    size_t length = strlen(text);
-    int64_t position = 0;
-    for (const char *word = flag->metavar; word; position++) {
-        const char *bar = strchr(word, '|');
-        size_t width = bar ? (size_t)(bar - word) : strlen(word);
-        if (width == length && !strncmp(word, text, width)) {
-            *value = position;
-            return true;
-        }
-        word = bar ? bar + 1 : NULL;
-    }
-    return config_report("%s%s: '%s' is not one of %s", from.prefix, from.name, text,
-                         flag->metavar);
-}
-
-static bool set_integer(struct config *config, const struct flag *flag, int64_t value) {
+static void set_integer(struct config *config, const struct flag *flag, int64_t value) {
     memcpy((char *)config + flag->offset, &value, sizeof value);
-    return true;
 }
 
 static bool set_value(struct config *config, const struct flag *flag, struct origin from,
@@ -233,10 +215,22 @@ static bool set_value(struct config *config, const struct flag *flag, struct ori
         memcpy((char *)config + flag->offset, &on, sizeof on);
         return true;
     case KIND_CHOICE:
-        return parse_choice(flag, from, text, &value) && set_integer(config, flag, value);
+        for (const char *word = flag->metavar; word; value++) {
+            size_t width = strcspn(word, "|");
+            if (width == strlen(text) && !strncmp(word, text, width)) {
+                set_integer(config, flag, value);
+                return true;
+            }
+            word = word[width] ? word + width + 1 : NULL;
+        }
+        return config_report("%s%s: '%s' is not one of %s", from.prefix, from.name, text,
+                             flag->metavar);
     case KIND_COUNT:
     case KIND_BYTES:
-        return parse_number(flag, from, text, &value) && set_integer(config, flag, value);
+        if (!parse_number(flag, from, text, &value))
+            return false;
+        set_integer(config, flag, value);
+        return true;
     }
     return false;
 }
@@ -266,7 +260,7 @@ bool flags_set_defaults(struct config *config, bool store_alone) {
         else if (flag->fallback)
             good = set_value(config, flag, (struct origin){"--", flag->name}, flag->fallback);
         else
-            good = set_integer(config, flag, FLAGS_UNSET);
+            set_integer(config, flag, FLAGS_UNSET);
     }
     return good;
 }

@@ -15,6 +15,13 @@ void id_make(char id[ID_SIZE]) {
     sodium_bin2hex(id, ID_SIZE, bytes, sizeof bytes);
 }
 
+uint32_t id_hash(const char *name) {
+    uint32_t hash = 2166136261u; /* FNV-1a */
+    for (; *name; name++)
+        hash = (hash ^ (unsigned char)*name) * 16777619u;
+    return hash;
+}
+
 bool id_valid(const char *text) {
     return strlen(text) == ID_SIZE - 1 && strspn(text, "0123456789abcdef") == ID_SIZE - 1;
 }

@@ -7,6 +7,7 @@
 #define SERVER_ID_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 /* Characters of an id with its final zero. */
 enum { ID_SIZE = 33 };
@@ -20,5 +21,9 @@ void id_make(char id[ID_SIZE]);
 
 /* Whether `text` could be an id: a path segment that is none need not be looked up. */
 bool id_valid(const char *text);
+
+/* A number of an id or an owner, for tables. Who chooses owners to collide has that many addresses
+ * anyway. */
+uint32_t id_hash(const char *name);
 
 #endif

@@ -20,12 +20,8 @@ struct job_events {
     struct watch_list lists[WATCH_LISTS];
 };
 
-/* FNV-1a. */
 static struct watch_list *watch_list_of(struct job_events *events, const char *subject) {
-    uint32_t hash = 2166136261U;
-    for (const char *c = subject; *c; c++)
-        hash = (hash ^ (unsigned char)*c) * 16777619U;
-    return &events->lists[hash % WATCH_LISTS];
+    return &events->lists[id_hash(subject) % WATCH_LISTS];
 }
 
 struct job_events *job_events_new(void) {

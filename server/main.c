@@ -75,18 +75,21 @@ static void end_at_once(int number) {
     _exit(0); /* the store need not be closed: what runs is taken up again at the next start */
 }
 
-/* Waits for a signal. Meanwhile it notifies the service manager that the daemon is alive whenever
- * the daemon answers a request through its own front door: twice as often as it must, so that one
- * late answer does not count. The request does not reach the store: a restart does not mend a
- * database that is away. */
-static int keep_alive(struct service *service, const sigset_t *signals) {
+/* Returns at the first signal that stops; from then on a second one ends the process at once, even
+ * where a shell has started us with signals ignored. Until then it notifies the service manager
+ * that the daemon is alive whenever the daemon answers a request through its own front door: twice
+ * as often as it must, so that one late answer does not count. The request does not reach the
+ * store: a restart does not mend a database that is away. */
+static void wait_for_signal(struct service *service) {
     int64_t half_ms = systemd_watchdog_ms(), every_ms = half_ms > 1 ? half_ms / 2 : half_ms;
     const struct timespec step = {every_ms / 1000, every_ms % 1000 * 1000000};
-    for (;;) {
-        int number = sigtimedwait(signals, NULL, every_ms ? &step : NULL);
+    sigset_t signals = waited_signals();
+    int number = 0;
+    while (number != SIGTERM && number != SIGINT) {
+        char why[TOKENS_WHY_SIZE];
+        number = sigtimedwait(&signals, NULL, every_ms ? &step : NULL);
         if (number == SIGHUP) {
             /* A file that cannot be used changes nothing: the tokens of before stay valid. */
-            char why[TOKENS_WHY_SIZE];
             systemd_reloading();
             if (service->tokens && tokens_reload(service->tokens, why))
                 log_info(log_event("tokens_read"),
@@ -94,25 +97,15 @@ static int keep_alive(struct service *service, const sigset_t *signals) {
             else if (service->tokens)
                 log_error(log_event("tokens_kept"), log_text("why", why));
             systemd_ready();
-            continue;
+        } else if (number < 0 && errno == EAGAIN) {
+            const char *silent = healthcheck_ask(service->config, http_port(service->http));
+            if (silent)
+                log_error(log_event("no_answer"), log_text("path", "/healthz"),
+                          log_text("why", silent));
+            else
+                systemd_alive();
         }
-        if (number > 0)
-            return number;
-        if (errno != EAGAIN)
-            continue;
-        const char *why = healthcheck_ask(service->config, http_port(service->http));
-        if (why)
-            log_error(log_event("no_answer"), log_text("path", "/healthz"), log_text("why", why));
-        else
-            systemd_alive();
     }
-}
-
-/* Returns at the first signal; from then on a second one ends the process at once, even where a
- * shell has started us with signals ignored. */
-static void wait_for_signal(struct service *service) {
-    sigset_t signals = waited_signals();
-    int number = keep_alive(service, &signals);
     log_info(log_event("stopping"), log_text("signal", number == SIGTERM ? "SIGTERM" : "SIGINT"));
     signal(SIGALRM, end_at_once);
     alarm(STOP_SECONDS);
@@ -231,21 +224,6 @@ static bool start_front(struct service *service) {
     return http_start(&settings, &service->http);
 }
 
-/* Requests that wait for a running drape still get it: the front goes after the dispatcher, which
- * it may look at until then. */
-static void stop_service(struct service *service) {
-    if (service->http)
-        http_drain(service->http);
-    dispatcher_stop(service->dispatcher, service->config->drain_timeout * 1000);
-    http_stop(service->http);
-    document_pool_stop(service->document_pool);
-    fork_server_close();
-    tokens_free(service->tokens);
-    dispatcher_free(service->dispatcher);
-    store_close(service->store);
-    job_events_free(service->events);
-}
-
 static int serve(const struct config *config) {
     struct service service = {.config = config};
     log_init((enum log_level)config->log_level);
@@ -278,7 +256,18 @@ static int serve(const struct config *config) {
         wait_for_signal(&service);
         systemd_stopping();
     }
-    stop_service(&service);
+    /* Requests that wait for a running drape still get it: the front goes after the dispatcher,
+     * which it may look at until then. */
+    if (service.http)
+        http_drain(service.http);
+    dispatcher_stop(service.dispatcher, config->drain_timeout * 1000);
+    http_stop(service.http);
+    document_pool_stop(service.document_pool);
+    fork_server_close();
+    tokens_free(service.tokens);
+    dispatcher_free(service.dispatcher);
+    store_close(service.store);
+    job_events_free(service.events);
     if (good)
         log_info(log_event("stopped"));
     return good ? 0 : EXIT_FAILED;

@@ -105,7 +105,7 @@ static bool idle_longer(const struct admission_client *client,
 
 /* What was found for the owner; two with the same number are walked for more often. */
 static struct findings *findings_of(struct admissions *admissions, const char *owner) {
-    struct findings *findings = &admissions->findings[request_hash_owner(owner) % OWNERS];
+    struct findings *findings = &admissions->findings[id_hash(owner) % OWNERS];
     if (strcmp(findings->owner, owner) != 0) {
         memset(findings, 0, sizeof *findings);
         snprintf(findings->owner, sizeof findings->owner, "%s", owner);

@@ -40,7 +40,7 @@ void quotas_free(struct quotas *quotas) {
 
 /* Where the owner's entry is or would be. With the lock. */
 static struct share **find_share(struct quotas *quotas, const char *owner) {
-    struct share **at = &quotas->buckets[request_hash_owner(owner) % BUCKETS];
+    struct share **at = &quotas->buckets[id_hash(owner) % BUCKETS];
     while (*at && strcmp((*at)->owner, owner) != 0)
         at = &(*at)->next;
     return at;

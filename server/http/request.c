@@ -257,13 +257,6 @@ bool request_complete_body(struct request *request) {
     return request->body != NULL;
 }
 
-uint32_t request_hash_owner(const char *owner) {
-    uint32_t hash = 2166136261u; /* FNV-1a */
-    for (; *owner; owner++)
-        hash = (hash ^ (unsigned char)*owner) * 16777619u;
-    return hash;
-}
-
 bool request_parse_int(const char *text, int64_t low, int64_t high, int64_t *value) {
     if (*text < '0' || *text > '9')
         return false; /* strtoll would take signs and blanks */

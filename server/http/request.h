@@ -112,9 +112,6 @@ bool request_append_body(struct request *request, const char *bytes, size_t leng
  * False without memory. */
 bool request_complete_body(struct request *request);
 
-/* A number of an owner, for tables. Who chooses names to collide has that many addresses anyway. */
-uint32_t request_hash_owner(const char *owner);
-
 /* Reads a decimal integer of [low, high] that fills the text. */
 bool request_parse_int(const char *text, int64_t low, int64_t high, int64_t *value);
 
