@@ -317,7 +317,7 @@ static bool map_elements(struct mapping *m) {
          (!kept.names || !map_stack_begin(stack, m->at.target, &kept, m->at.rows, m->at.arena))))
         return ply_samples_no_memory(&m->at);
     for (size_t element = 0; element < m->at.count; element++) {
-        if (rows && !map_stack_next(stack, element, m->at.problem))
+        if (rows && map_stack_next(stack, element, m->at.problem) != API_OK)
             return false;
         put_element(m, element, &plies);
         if (!ply_samples_go_on(&m->at, element, 1))

@@ -128,23 +128,23 @@ static void press_cloth(struct mapping *mapping, const struct facets_point *poin
 }
 
 /* The drape as the one ply at an element, unless that lies beyond the cloth. */
-static bool lay_ply(const struct mapping *mapping, const struct facets_point *point,
-                    const double *values, size_t row, struct api_problem *problem) {
+static enum api_problem_id lay_ply(const struct mapping *mapping, const struct facets_point *point,
+                                   const double *values, size_t row, struct api_problem *problem) {
     struct map_ply ply = {.shear_deg = mapping->shear < 0 ? 0 : values[mapping->shear],
                           .thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness],
                           .fiber_volume_fraction =
                               mapping->fraction < 0 ? 0 : values[mapping->fraction]};
-    if (!map_stack_next(mapping->stack, row, problem))
-        return false;
+    if (map_stack_next(mapping->stack, row, problem) != API_OK)
+        return problem->id;
     map_net_yarns(&mapping->net, point, values, &ply.warp, &ply.weft);
     if (!map_net_is_beyond(&mapping->net, point))
         map_stack_lay(mapping->stack, 0, &ply);
-    return true;
+    return API_OK;
 }
 
 /* ---- all of them ---- */
 
-static bool map_points(struct mapping *mapping, struct api_problem *problem) {
+static enum api_problem_id map_points(struct mapping *mapping, struct api_problem *problem) {
     const struct map_net *net = &mapping->net;
     size_t count = mapping->target->element_count;
     double values[API_COLUMNS_MAX];
@@ -152,39 +152,38 @@ static bool map_points(struct mapping *mapping, struct api_problem *problem) {
     struct facets_point point;
     for (size_t row = 0; row < count; row++) {
         if (row % ASK_EVERY == 0 && mapping->monitor &&
-            !mapping->monitor->progress(mapping->monitor->context, (double)row / (double)count)) {
-            api_problem_set(problem, API_CANCELLED, "the map was cancelled");
-            return false;
-        }
+            !mapping->monitor->progress(mapping->monitor->context, (double)row / (double)count))
+            return api_problem_set(problem, API_CANCELLED, "the map was cancelled");
         facets_nearest(&walk, map_target_point(mapping->target, row), &point);
         map_net_interpolate(net, &point, values);
         if (mapping->target->cloth)
             press_cloth(mapping, &point, values, row);
         put_row(mapping, &point, values, row);
-        if (mapping->stack && !lay_ply(mapping, &point, values, row, problem))
-            return false;
+        if (mapping->stack && lay_ply(mapping, &point, values, row, problem) != API_OK)
+            return problem->id;
         mapping->distance[row] = point.distance;
         mapping->extrapolated[row] = map_net_is_beyond(net, &point);
         double thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness];
         mapping->far += point.distance > net->spacing && point.distance > thickness;
         mapping->farthest = point.distance > mapping->farthest ? point.distance : mapping->farthest;
     }
-    return true;
+    return API_OK;
 }
 
 /* The channel along the rim, where the target asks for one. */
-static bool mark_channel_elements(const struct mapping *mapping, const struct api_reader *reader,
-                                  struct arena *arena, struct api_map *map,
-                                  struct api_problem *problem) {
+static enum api_problem_id mark_channel_elements(const struct mapping *mapping,
+                                                 const struct api_reader *reader,
+                                                 struct arena *arena, struct api_map *map,
+                                                 struct api_problem *problem) {
     size_t marked = 1;
     if (mapping->target->has_role[MAP_CHANNEL] &&
         map_channel_mark(mapping->target, reader, &mapping->net.columns, arena, &marked, problem) !=
             API_OK)
-        return false;
+        return problem->id;
     if (marked == 0)
         map_warn(map, "edge_channel: no element has its middle that close to the rim of the cloth; "
                       "check that the width is in the drape's length unit");
-    return true;
+    return API_OK;
 }
 
 /* Where most lies elsewhere, that it has no ply is no news. */
@@ -224,15 +223,12 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
     static const char *const names[] = {"ply_1"};
     struct mapping *mapping = arena_alloc(arena, 1, sizeof *mapping);
     memset(map, 0, sizeof *map);
-    if (!mapping) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
-        return problem->id;
-    }
-    if (cavity_given(target) && !(target->cloth && target->cloth->fabric.thickness > 0)) {
-        api_problem_set(problem, API_INVALID_REQUEST,
-                        "cavity heights need the fabric.thickness of the drape request");
-        return problem->id;
-    }
+    if (!mapping)
+        return api_problem_set(problem, API_OUT_OF_MEMORY,
+                               "the map needs more memory than allowed");
+    if (cavity_given(target) && !(target->cloth && target->cloth->fabric.thickness > 0))
+        return api_problem_set(problem, API_INVALID_REQUEST,
+                               "cavity heights need the fabric.thickness of the drape request");
     map->fields = map_target_fields(target, map->columns);
     mapping->target = target;
     mapping->monitor = monitor;
@@ -250,14 +246,13 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
         mapping->stack = &map->stack;
         room = map_stack_begin(&map->stack, target, &plies, target->element_count, arena);
     }
-    if (!room || !cavity_begin(&mapping->cavity, mapping->target, arena)) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
-        return problem->id;
-    }
+    if (!room || !cavity_begin(&mapping->cavity, mapping->target, arena))
+        return api_problem_set(problem, API_OUT_OF_MEMORY,
+                               "the map needs more memory than allowed");
     struct arena_mark mark = arena_mark(arena);
     if (map_net_load(reader, monitor, arena, &mapping->net, problem) == API_OK &&
-        map_points(mapping, problem) &&
-        mark_channel_elements(mapping, reader, arena, map, problem)) {
+        map_points(mapping, problem) == API_OK &&
+        mark_channel_elements(mapping, reader, arena, map, problem) == API_OK) {
         if (mapping->stack) {
             map->fields.plies = &map->stack.plies;
             map->fields.column_count +=

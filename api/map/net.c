@@ -10,13 +10,11 @@
 enum { BLOCK = 2048 }; /* rows that are read at a time */
 
 static enum api_problem_id damaged_result(struct api_problem *problem) {
-    api_problem_set(problem, API_INTERNAL, "the stored result is damaged or cannot be read");
-    return problem->id;
+    return api_problem_set(problem, API_INTERNAL, "the stored result is damaged or cannot be read");
 }
 
 static enum api_problem_id no_map_memory(struct api_problem *problem) {
-    api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
-    return problem->id;
+    return api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
 }
 
 /* ---- groups ---- */
@@ -84,9 +82,9 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
     net->whole = api_columns_rows(columns, API_TABLE_CELLS);
     net->cut = api_columns_rows(columns, API_TABLE_CUT);
     if (net->whole == 0)
-        api_problem_set(problem, API_INVALID_REQUEST,
-                        "the net has no cells, so there is nothing to map");
-    return problem->id;
+        return api_problem_set(problem, API_INVALID_REQUEST,
+                               "the net has no cells, so there is nothing to map");
+    return API_OK;
 }
 
 void map_net_keep(struct map_net *net, const enum column_id *ids, size_t count) {
@@ -292,10 +290,8 @@ static enum api_problem_id load_rows(const struct api_reader *reader,
             block->row = block->first + (cut ? net->whole : 0);
             if (!fill_block(reader, net, false, block) || !fill_block(reader, net, true, block))
                 return damaged_result(problem);
-            if (monitor && !monitor->progress(monitor->context, 0)) {
-                api_problem_set(problem, API_CANCELLED, "the map was cancelled");
-                return problem->id;
-            }
+            if (monitor && !monitor->progress(monitor->context, 0))
+                return api_problem_set(problem, API_CANCELLED, "the map was cancelled");
         }
     }
     return API_OK;
@@ -304,13 +300,10 @@ static enum api_problem_id load_rows(const struct api_reader *reader,
 enum api_problem_id map_net_load(const struct api_reader *reader,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct map_net *net, struct api_problem *problem) {
-    enum api_problem_id result = load_rows(reader, monitor, arena, net, problem);
-    if (result == API_OK)
-        result = load_cloth(reader, arena, net, problem);
-    if (result == API_OK)
-        result = stored_rim_make(reader, &net->columns, arena, &net->edge, problem);
-    if (result != API_OK)
-        return result;
+    if (load_rows(reader, monitor, arena, net, problem) != API_OK ||
+        load_cloth(reader, arena, net, problem) != API_OK ||
+        stored_rim_make(reader, &net->columns, arena, &net->edge, problem) != API_OK)
+        return problem->id;
     net->clear = arena_take(arena, net->whole, sizeof *net->clear);
     if (!net->clear)
         return no_map_memory(problem);

@@ -12,7 +12,8 @@ bool map_stack_begin(struct map_stack *stack, const struct map_target *target,
     return stack->rows && stack->first;
 }
 
-bool map_stack_next(struct map_stack *stack, size_t element, struct api_problem *problem) {
+enum api_problem_id map_stack_next(struct map_stack *stack, size_t element,
+                                   struct api_problem *problem) {
     const struct map_target *target = stack->target;
     enum element_fault fault = element_frame_make(target->vertices, target->elements[element],
                                                   stack->plies.reference, &stack->frame);
@@ -21,13 +22,12 @@ bool map_stack_next(struct map_stack *stack, size_t element, struct api_problem 
     stack->flat += fault == ELEMENT_FLAT;
     stack->first[element] = stack->plies.row_count;
     if (fault != ELEMENT_PERPENDICULAR)
-        return true;
-    api_problem_set(
+        return API_OK;
+    return api_problem_set(
         problem, API_INVALID_REQUEST,
         "reference is normal to element %d, so no angle can be measured from it there: choose "
         "another direction, or none to measure from the first edge of each element",
         target->ids ? target->ids[element] : (int)element);
-    return false;
 }
 
 void map_stack_lay(struct map_stack *stack, int ply, const struct map_ply *laid) {

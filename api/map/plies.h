@@ -42,9 +42,10 @@ struct map_ply {
 bool map_stack_begin(struct map_stack *stack, const struct map_target *target,
                      const struct map_plies *plies, size_t room, struct arena *arena);
 
-/* Goes on to the next element, from 0 on. False with the problem set (API_INVALID_REQUEST) when the
- * caller's direction is normal to it. */
-bool map_stack_next(struct map_stack *stack, size_t element, struct api_problem *problem);
+/* Goes on to the next element, from 0 on. API_INVALID_REQUEST when the caller's direction is normal
+ * to it. */
+enum api_problem_id map_stack_next(struct map_stack *stack, size_t element,
+                                   struct api_problem *problem) STATUS_MUST_USE;
 
 /* Lays a ply on that element, in the order of plies; on one without a direction does nothing. */
 void map_stack_lay(struct map_stack *stack, int ply, const struct map_ply *laid);
