@@ -303,8 +303,7 @@ enum api_problem_id api_study_finish(const struct api_study *study,
                                      struct api_problem *problem) {
     struct arena_mark mark = arena_mark(arena);
     struct verdict v = {.study = study};
-    v.rows = study_rows(study, numbers, arena, &v.count, problem);
-    if (v.rows) {
+    if (study_rows(study, numbers, arena, &v.rows, &v.count, problem) == API_OK) {
         v.violation = arena_take(arena, v.count, sizeof *v.violation);
         v.pareto = arena_alloc(arena, v.count, sizeof *v.pareto);
         bool room = v.violation && v.pareto;
@@ -356,7 +355,7 @@ enum api_problem_id api_study_variant_request(const struct api_study *study,
     struct arena_mark mark = arena_mark(arena);
     const char *text = api_normalise(&request, NULL, arena);
     if (!text)
-        (void)api_problem_no_memory(problem, "the study");
+        api_problem_no_memory(problem, "the study");
     else if (!sink->write(sink->context, text, strlen(text)))
         api_problem_set(problem, API_CANCELLED, "the request is no longer wanted");
     arena_rewind(arena, mark);

@@ -15,40 +15,30 @@
 
 /* ---- a drape as a stored result in memory ---- */
 
-/* Both lie in the arena. */
-struct stored {
-    struct drape_result result;
-    struct api_memory memory;
-};
-
 static bool append_to_text(void *context, const void *bytes, size_t length) {
     struct api_text *text = context;
     api_text_bytes(text, bytes, length);
     return !text->failed;
 }
 
-/* Drapes with the settings and keeps all of the result; false, with the problem set or not. */
-static bool drape_and_store(const struct api_study *study, const struct drape_settings *settings,
-                            const struct drape_monitor *monitor, struct arena *arena,
-                            struct stored *stored, struct api_problem *problem) {
-    struct drape_result *result = &stored->result;
-    struct api_fields fields;
+/* Keeps all fields of a drape. */
+static enum api_problem_id store_drape(const struct api_study *study,
+                                       const struct drape_settings *settings,
+                                       const struct api_fields *fields, struct arena *arena,
+                                       struct api_memory *memory, struct api_problem *problem) {
     size_t room = API_HEADER_MAX;
-    *stored = (struct stored){0};
-    if (drape_solve(&study->part.geometry, settings, monitor, arena, result) != STATUS_OK ||
-        api_fields_list(&fields, &study->request.drape, result, arena) != STATUS_OK)
-        return false;
-    for (size_t k = 0; k < fields.count; k++)
-        room += fields.source[k].rows * sizeof(double);
+    for (size_t k = 0; k < fields->count; k++)
+        room += fields->source[k].rows * sizeof(double);
     char *bytes = arena_take(arena, room, 1);
     struct api_text text = api_text_over(bytes, bytes ? room : 0);
     const struct api_sink sink = {.write = append_to_text, .context = &text};
     struct api_columns header = {.grid = {.spacing = {settings->spacing[0], settings->spacing[1]}},
                                  .unit = study->request.drape.length_unit};
-    if (api_columns_write(&header, fields.source, fields.count, &sink, arena, problem) != API_OK)
-        return false;
-    stored->memory = (struct api_memory){text.bytes, text.length};
-    return true;
+    *memory = (struct api_memory){0};
+    if (api_columns_write(&header, fields->source, fields->count, &sink, arena, problem) != API_OK)
+        return problem->id;
+    *memory = (struct api_memory){text.bytes, text.length};
+    return API_OK;
 }
 
 /* ---- the nominal drape ---- */
@@ -89,18 +79,21 @@ enum api_problem_id sample_prepare(struct api_study *study, const struct api_lim
                                    struct api_problem *problem) {
     const struct drape_settings *settings = &study->request.drape.settings;
     struct sample_nominal *nominal = arena_alloc(study->arena, 1, sizeof *nominal);
-    struct stored *stored = nominal ? arena_alloc(study->arena, 1, sizeof *stored) : NULL;
+    struct drape_result *result = arena_alloc(study->arena, 1, sizeof *result);
+    struct api_fields fields;
+    struct api_memory memory;
     struct api_columns columns;
-    if (!stored)
+    if (!nominal || !result)
         return api_problem_no_memory(problem, "the study");
-    if (!drape_and_store(study, settings, NULL, study->arena, stored, problem) ||
-        stored->result.cells.count == 0)
+    if (drape_solve(&study->part.geometry, settings, NULL, study->arena, result) != STATUS_OK ||
+        api_fields_list(&fields, &study->request.drape, result, study->arena) != STATUS_OK ||
+        result->cells.count == 0)
         return api_problem_set_at(
             problem, API_INVALID_REQUEST, "/drape",
             "must be a drape that succeeds and has cells, because samples are drawn about it");
-    const struct api_reader reader = api_reader_of(&stored->memory);
-    const struct drape_result *result = &stored->result;
-    if (api_columns_open(&reader, &columns, problem) != API_OK)
+    const struct api_reader reader = api_reader_of(&memory);
+    if (store_drape(study, settings, &fields, study->arena, &memory, problem) != API_OK ||
+        api_columns_open(&reader, &columns, problem) != API_OK)
         return problem->id;
     if (!find_cells(&reader, &columns, &result->nodes, study->arena, nominal))
         return api_problem_no_memory(problem, "the study");
@@ -117,11 +110,12 @@ enum api_problem_id sample_prepare(struct api_study *study, const struct api_lim
     double each = (double)(study->field_numbers + 2 * STUDY_ROW_NUMBERS) * sizeof(double);
     double most = (double)limits->max_memory / each;
     if ((double)study->request.sample > most)
-        api_problem_set_at(problem, API_TOO_LARGE, "/sample",
-                           "must be at most %.0f with the %zu cells and %zu fields of this drape "
-                           "in %zu bytes of memory: draw fewer samples, or use a wider spacing",
-                           floor(most), nominal->count, nominal->field_count, limits->max_memory);
-    return problem->id;
+        return api_problem_set_at(
+            problem, API_TOO_LARGE, "/sample",
+            "must be at most %.0f with the %zu cells and %zu fields of this drape "
+            "in %zu bytes of memory: draw fewer samples, or use a wider spacing",
+            floor(most), nominal->count, nominal->field_count, limits->max_memory);
+    return API_OK;
 }
 
 /* ---- drawing ---- */
@@ -174,7 +168,8 @@ enum api_problem_id sample_plan(const struct api_study *study, size_t count, str
     return count ? API_OK : task_make_range(&range, arena, plan, problem);
 }
 
-bool sample_send_fields(struct task_run *run, const struct study_row *row) {
+enum api_problem_id sample_send_fields(const struct task_run *run, const struct study_row *row,
+                                       struct api_problem *problem) {
     const struct api_study *study = run->study;
     const struct sample_nominal *n = study->nominal;
     const struct map_target target = {.vertices = n->middles,
@@ -183,26 +178,29 @@ bool sample_send_fields(struct task_run *run, const struct study_row *row) {
                                       .cloth = &study->request.drape};
     struct arena *arena = run->arena;
     double *values = arena_alloc(arena, study->field_numbers, sizeof *values);
-    struct stored *stored = arena_alloc(arena, 1, sizeof *stored);
+    struct drape_result *result = arena_alloc(arena, 1, sizeof *result);
     struct api_map *map = arena_alloc(arena, 1, sizeof *map);
-    if (!values || !stored || !map)
-        return api_problem_no_memory(run->problem, "the study") == API_OK;
+    if (!values || !result || !map)
+        return api_problem_no_memory(problem, "the study");
     if (row->failure == FAILURE_NONE) {
         struct drape_settings settings = study_variant_settings(study, &row->variant);
-        bool ok = drape_and_store(study, &settings, run->monitor, arena, stored, run->problem);
-        const struct api_reader reader = api_reader_of(&stored->memory);
-        if (!ok ||
-            api_map_make(&reader, &target, run->monitor, arena, map, run->problem) != API_OK) {
-            api_problem_set(run->problem, API_CANCELLED, "the study was cancelled");
-            return false;
-        }
+        struct api_fields fields;
+        struct api_memory memory;
+        const struct api_reader reader = api_reader_of(&memory);
+        if (drape_solve(&study->part.geometry, &settings, run->monitor, arena, result) !=
+                STATUS_OK ||
+            api_fields_list(&fields, &study->request.drape, result, arena) != STATUS_OK)
+            return api_problem_set(problem, API_CANCELLED, "the study was cancelled");
+        if (store_drape(study, &settings, &fields, arena, &memory, problem) != API_OK ||
+            api_map_make(&reader, &target, run->monitor, arena, map, problem) != API_OK)
+            return problem->id;
         for (size_t f = 0; f < n->field_count; f++)
             for (size_t c = 0; c < map->fields.column_count; c++)
                 if (strcmp(map->columns[c].name, n->names[f]) == 0)
                     map->columns[c].fill(map->columns[c].context, 0, n->count,
                                          values + f * n->count);
     }
-    return task_send(run, values, study->field_numbers);
+    return task_send(run, values, study->field_numbers, problem);
 }
 
 /* ---- bands ---- */

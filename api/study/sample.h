@@ -38,8 +38,9 @@ enum api_problem_id sample_plan(const struct api_study *study, size_t count, str
 struct study_variant sample_variant(const struct api_study *study, size_t k);
 
 /* Sends the fields of a sample, whose row was sent, at the nominal places, field by field; zeros
- * where it fails. False with the problem set when the task has to stop. */
-bool sample_send_fields(struct task_run *run, const struct study_row *row) STATUS_MUST_USE;
+ * where it fails. API_OUT_OF_MEMORY, API_CANCELLED, and problems as of a map. */
+enum api_problem_id sample_send_fields(const struct task_run *run, const struct study_row *row,
+                                       struct api_problem *problem) STATUS_MUST_USE;
 
 /* The columns of the table `bands` from the numbers of all tasks, in `arena`: i, j, x, y, z, and of
  * each field NAME_mean, NAME_p05 and NAME_p95. How many, or SIZE_MAX without memory. */

@@ -191,19 +191,19 @@ enum api_problem_id api_study_run_task(const struct api_study *study,
                                              [STUDY_TASK_SAMPLE] = sample_variant};
     struct variant_watch watch = {monitor, 0};
     const struct drape_monitor drapes = {watch_variant, &watch};
-    struct task_run run = {study, task, monitor ? &drapes : NULL, arena, sink, problem};
+    const struct task_run run = {study, task, monitor ? &drapes : NULL, arena, sink};
     if (!task_is_sound(task))
         return api_problem_set(problem, API_INTERNAL, "this is not a task of a study");
-    bool good = true;
-    for (size_t k = 0; good && k < (size_t)task->variants; k++) {
+    for (size_t k = 0; problem->id == API_OK && k < (size_t)task->variants; k++) {
         struct arena_mark mark = arena_mark(arena);
         const struct study_variant variant =
             task->kind == STUDY_TASK_LIST ? task_variant(study, task, k)
                                           : numbered[task->kind](study, (size_t)task->first + k);
         struct study_row row;
         watch.variant = k;
-        good = task_drape(&run, k, &variant, &row) &&
-               (task->kind != STUDY_TASK_SAMPLE || sample_send_fields(&run, &row));
+        if (task_drape(&run, k, &variant, &row, problem) == API_OK &&
+            task->kind == STUDY_TASK_SAMPLE)
+            (void)!sample_send_fields(&run, &row, problem);
         arena_rewind(arena, mark);
     }
     return problem->id;
@@ -214,11 +214,11 @@ enum api_problem_id api_study_run_task(const struct api_study *study,
 enum api_problem_id api_study_plan(const struct api_study *study,
                                    const struct api_study_numbers *numbers, struct arena *arena,
                                    struct api_study_plan *plan, struct api_problem *problem) {
+    const struct study_row *rows;
     size_t count;
     double least = HUGE_VAL;
     *plan = (struct api_study_plan){0};
-    const struct study_row *rows = study_rows(study, numbers, arena, &count, problem);
-    if (!rows)
+    if (study_rows(study, numbers, arena, &rows, &count, problem) != API_OK)
         return problem->id;
     plan->done = count;
     /* The least of each objective, of the variants that miss the limits by the least. */

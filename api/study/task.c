@@ -100,7 +100,8 @@ void api_study_task_crashed(struct api_study_task *task, size_t k) {
         task->crashed[task->crash_count++] = (int32_t)k;
 }
 
-bool task_send(struct task_run *run, const double *numbers, size_t count) {
+enum api_problem_id task_send(const struct task_run *run, const double *numbers, size_t count,
+                              struct api_problem *problem) {
     enum { BLOCK = 512 };
     uint64_t bits[BLOCK];
     for (size_t first = 0; first < count; first += BLOCK) {
@@ -108,16 +109,15 @@ bool task_send(struct task_run *run, const double *numbers, size_t count) {
         memcpy(bits, numbers + first, own * sizeof *bits);
         for (size_t k = 0; k < own; k++)
             bits[k] = htole64(bits[k]);
-        if (!run->sink->write(run->sink->context, bits, own * sizeof *bits)) {
-            api_problem_set(run->problem, API_CANCELLED, "the study was cancelled");
-            return false;
-        }
+        if (!run->sink->write(run->sink->context, bits, own * sizeof *bits))
+            return api_problem_set(problem, API_CANCELLED, "the study was cancelled");
     }
-    return true;
+    return API_OK;
 }
 
-bool task_drape(struct task_run *run, size_t k, const struct study_variant *variant,
-                struct study_row *row) {
+enum api_problem_id task_drape(const struct task_run *run, size_t k,
+                               const struct study_variant *variant, struct study_row *row,
+                               struct api_problem *problem) {
     const struct drape_monitor *monitor = run->monitor;
     struct study_variant tried = *variant;
     double numbers[STUDY_ROW_NUMBERS];
@@ -130,12 +130,11 @@ bool task_drape(struct task_run *run, size_t k, const struct study_variant *vari
     if (known)
         tried.failure = FAILURE_CRASHED;
     if ((monitor && !monitor->progress(monitor->context, 0)) ||
-        study_variant_drape(run->study, &tried, monitor, run->arena, row) != STATUS_OK) {
-        api_problem_set(run->problem, API_CANCELLED, "the study was cancelled");
-        return false;
-    }
+        study_variant_drape(run->study, &tried, monitor, run->arena, row) != STATUS_OK)
+        return api_problem_set(problem, API_CANCELLED, "the study was cancelled");
     row->round = task->round;
     study_row_store(row, numbers);
-    return task_send(run, numbers, STUDY_ROW_NUMBERS) &&
-           task_send(run, row->most, run->study->divisions);
+    if (task_send(run, numbers, STUDY_ROW_NUMBERS, problem) != API_OK)
+        return problem->id;
+    return task_send(run, row->most, run->study->divisions, problem);
 }

@@ -59,15 +59,15 @@ struct task_run {
     const struct drape_monitor *monitor; /* of the drapes; NULL: nobody watches */
     struct arena *arena;
     const struct api_sink *sink;
-    struct api_problem *problem;
 };
 
-/* Drapes variant k of the task, unless it is known to crash, and sends its row. False with the
- * problem set when the task has to stop. */
-bool task_drape(struct task_run *run, size_t k, const struct study_variant *variant,
-                struct study_row *row) STATUS_MUST_USE;
+/* Drapes variant k of the task, unless it is known to crash, and sends its row. API_CANCELLED. */
+enum api_problem_id task_drape(const struct task_run *run, size_t k,
+                               const struct study_variant *variant, struct study_row *row,
+                               struct api_problem *problem) STATUS_MUST_USE;
 
-/* Sends numbers of the task; false with the problem set when the sink refuses. */
-bool task_send(struct task_run *run, const double *numbers, size_t count) STATUS_MUST_USE;
+/* Sends numbers of the task; API_CANCELLED when the sink refuses. */
+enum api_problem_id task_send(const struct task_run *run, const double *numbers, size_t count,
+                              struct api_problem *problem) STATUS_MUST_USE;
 
 #endif

@@ -41,26 +41,25 @@ bool study_row_load(const double n[STUDY_ROW_NUMBERS], struct study_row *row) {
     return true;
 }
 
-struct study_row *study_rows(const struct api_study *study, const struct api_study_numbers *numbers,
-                             struct arena *arena, size_t *count, struct api_problem *problem) {
+enum api_problem_id study_rows(const struct api_study *study,
+                               const struct api_study_numbers *numbers, struct arena *arena,
+                               const struct study_row **rows, size_t *count,
+                               struct api_problem *problem) {
     size_t divisions = study->divisions;
     size_t stride = STUDY_ROW_NUMBERS + divisions + study->field_numbers;
     *count = numbers->count / stride;
-    struct study_row *rows = arena_take(arena, *count, sizeof *rows);
-    if (!rows) {
-        api_problem_no_memory(problem, "the study");
-        return NULL;
-    }
+    struct study_row *made = arena_take(arena, *count, sizeof *made);
+    *rows = made;
+    if (!made)
+        return api_problem_no_memory(problem, "the study");
     bool good = *count * stride == numbers->count;
     for (size_t k = 0; good && k < *count; k++) {
         const double *own = numbers->values + k * stride;
-        good = study_row_load(own, &rows[k]);
-        memcpy(rows[k].most, own + STUDY_ROW_NUMBERS, divisions * sizeof *own);
+        good = study_row_load(own, &made[k]);
+        memcpy(made[k].most, own + STUDY_ROW_NUMBERS, divisions * sizeof *own);
     }
-    if (good)
-        return rows;
-    api_problem_set(problem, API_INTERNAL, "these are not numbers of a study");
-    return NULL;
+    return good ? API_OK
+                : api_problem_set(problem, API_INTERNAL, "these are not numbers of a study");
 }
 
 /* ---- k1 by shear ---- */

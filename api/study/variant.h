@@ -28,9 +28,11 @@ void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBE
 /* False for numbers that no row has. `most` is not among them. */
 bool study_row_load(const double numbers[STUDY_ROW_NUMBERS], struct study_row *row);
 
-/* All rows of a study's numbers, in `arena`; NULL with the problem set. */
-struct study_row *study_rows(const struct api_study *study, const struct api_study_numbers *numbers,
-                             struct arena *arena, size_t *count, struct api_problem *problem);
+/* All rows of a study's numbers, in `arena`. API_OUT_OF_MEMORY, API_INTERNAL for other numbers. */
+enum api_problem_id study_rows(const struct api_study *study,
+                               const struct api_study_numbers *numbers, struct arena *arena,
+                               const struct study_row **rows, size_t *count,
+                               struct api_problem *problem) STATUS_MUST_USE;
 
 /* The start of a drape that was done. */
 static inline struct part_point study_start_of(const struct drape_result *result) {
