@@ -14,7 +14,6 @@ struct flattening {
     const struct laminate *laminate;
     struct arena *arena;
     struct flat_plies *shapes;
-    struct api_problem *problem;
 };
 
 /* The loops of a boundary turned so that they enclose what is on their left, holes the other way
@@ -52,29 +51,32 @@ static bool oriented_loops(const struct region *region, struct polygons *loops) 
 }
 
 /* What of the cut lies within the ply's boundary. */
-static bool clip_to_boundary(struct flattening *p, size_t k, const struct api_reader *reader,
-                             struct map_net *cloth, struct polygons *cut) {
+static enum api_problem_id clip_to_boundary(struct flattening *p, size_t k,
+                                            const struct api_reader *reader, struct map_net *cloth,
+                                            struct polygons *cut, struct api_problem *problem) {
     static const enum column_id kept[] = {COLUMN_CELLS_warp, COLUMN_CELLS_weft};
     struct polygons loops = {0}, both = {0};
     struct region region;
     map_net_keep(cloth, kept, sizeof kept / sizeof *kept);
-    if (map_net_load(reader, NULL, p->arena, cloth, p->problem) != API_OK ||
+    if (map_net_load(reader, NULL, p->arena, cloth, problem) != API_OK ||
         region_make(p->laminate, k, cloth->facets, cloth->columns.grid.spacing, p->arena, &region,
-                    p->problem) != API_OK)
-        return false;
+                    problem) != API_OK)
+        return problem->id;
     bool good = oriented_loops(&region, &loops) && clip_make(&loops, cut, &both);
     if (good) {
         polygons_free(cut);
         *cut = both;
     } else {
         polygons_free(&both);
-        api_problem_no_memory(p->problem, "the patterns");
+        api_problem_no_memory(problem, "the patterns");
     }
     polygons_free(&loops);
-    return good;
+    return problem->id;
 }
 
-static bool make_flat_ply(struct flattening *p, size_t k, const struct api_reader *reader) {
+static enum api_problem_id make_flat_ply(struct flattening *p, size_t k,
+                                         const struct api_reader *reader,
+                                         struct api_problem *problem) {
     struct arena_mark mark = arena_mark(p->arena);
     struct map_net *cloth = arena_alloc(p->arena, 1, sizeof *cloth);
     struct flat_ply *shape = &p->shapes->shapes[p->shapes->count++];
@@ -82,13 +84,13 @@ static bool make_flat_ply(struct flattening *p, size_t k, const struct api_reade
     struct flat_pattern cut = {0};
     *shape = (struct flat_ply){.ply = k};
     if (!cloth)
-        return api_problem_no_memory(p->problem, "the patterns") == API_OK;
+        return api_problem_no_memory(problem, "the patterns");
     bool good =
-        map_net_open(reader, cloth, p->problem) == API_OK &&
-        outline_make(&outline, reader, &cloth->columns, p->problem) == API_OK &&
-        flat_pattern_make(&cut, reader, &cloth->columns, &outline, tolerance, p->problem) == API_OK;
+        map_net_open(reader, cloth, problem) == API_OK &&
+        outline_make(&outline, reader, &cloth->columns, problem) == API_OK &&
+        flat_pattern_make(&cut, reader, &cloth->columns, &outline, tolerance, problem) == API_OK;
     if (good && p->laminate->plies[k].boundary.count)
-        good = clip_to_boundary(p, k, reader, cloth, &cut.polygons);
+        good = clip_to_boundary(p, k, reader, cloth, &cut.polygons, problem) == API_OK;
     const double *spacing = cloth->columns.grid.spacing;
     for (size_t n = 0; good && n < cut.polygons.count; n++) {
         cut.polygons.points[n].x *= spacing[0];
@@ -108,22 +110,25 @@ static bool make_flat_ply(struct flattening *p, size_t k, const struct api_reade
     flat_pattern_free(&cut);
     outline_free(&outline);
     arena_rewind(p->arena, mark);
-    return good;
+    return problem->id;
 }
 
-bool flat_plies_make(const struct laminate *laminate, const struct api_reader *const *nets, int ply,
-                     struct arena *arena, struct flat_plies *shapes, struct api_problem *problem) {
-    struct flattening p = {laminate, arena, shapes, problem};
+enum api_problem_id flat_plies_make(const struct laminate *laminate,
+                                    const struct api_reader *const *nets, int ply,
+                                    struct arena *arena, struct flat_plies *shapes,
+                                    struct api_problem *problem) {
+    struct flattening p = {laminate, arena, shapes};
     *shapes =
         (struct flat_plies){.shapes = arena_alloc(arena, laminate->count, sizeof *shapes->shapes)};
     if (!shapes->shapes)
-        return api_problem_no_memory(problem, "the patterns") == API_OK;
+        return api_problem_no_memory(problem, "the patterns");
     for (size_t k = 0; k < laminate->count; k++) {
         const struct api_reader *net = nets[laminate->plies[k].net];
-        if (net && (ply == LAMINATE_ALL || k == (size_t)ply) && !make_flat_ply(&p, k, net))
-            return false;
+        if (net && (ply == LAMINATE_ALL || k == (size_t)ply) &&
+            make_flat_ply(&p, k, net, problem) != API_OK)
+            return problem->id;
     }
-    return true;
+    return API_OK;
 }
 
 void flat_plies_free(struct flat_plies *shapes) {

@@ -22,11 +22,12 @@ struct flat_plies {
     size_t count;
 };
 
-/* Of one ply (from 0) or of all; plies whose net is NULL have none. False with the problem set:
- * API_INVALID_REQUEST (a boundary that cannot be followed), API_INTERNAL, API_OUT_OF_MEMORY. To be
- * freed in any case. */
-bool flat_plies_make(const struct laminate *laminate, const struct api_reader *const *nets, int ply,
-                     struct arena *arena, struct flat_plies *shapes, struct api_problem *problem);
+/* Of one ply (from 0) or of all; plies whose net is NULL have none. API_INVALID_REQUEST (a
+ * boundary that cannot be followed), API_INTERNAL, API_OUT_OF_MEMORY. To be freed in any case. */
+enum api_problem_id flat_plies_make(const struct laminate *laminate,
+                                    const struct api_reader *const *nets, int ply,
+                                    struct arena *arena, struct flat_plies *shapes,
+                                    struct api_problem *problem) STATUS_MUST_USE;
 void flat_plies_free(struct flat_plies *shapes);
 
 #endif

@@ -23,7 +23,6 @@ struct placed {
 struct patterns {
     const struct laminate *laminate;
     struct arena *arena;
-    struct api_problem *problem;
     struct flat_plies shapes;
     struct placed *placed;
     size_t placed_count;
@@ -42,32 +41,31 @@ static int compare_heights(const void *a, const void *b) {
 
 /* Lays the layers of the plies out on the roll. The warp runs along the roll: x along it, y across.
  * A shelf takes what fits across, the longest first; the next begins behind the longest of it. */
-static bool lay_out_plies(struct patterns *p, const struct api_reader *const *nets, int ply,
-                          const struct laminate_roll *roll) {
+static enum api_problem_id lay_out_plies(struct patterns *p, const struct api_reader *const *nets,
+                                         int ply, const struct laminate_roll *roll,
+                                         struct api_problem *problem) {
     const struct flat_plies *shapes = &p->shapes;
     double across = 0, along = 0, longest = 0, widest = 0;
     size_t layers = 0;
-    if (!flat_plies_make(p->laminate, nets, ply, p->arena, &p->shapes, p->problem))
-        return false;
+    if (flat_plies_make(p->laminate, nets, ply, p->arena, &p->shapes, problem) != API_OK)
+        return problem->id;
     for (size_t k = 0; k < shapes->count; k++) {
         layers += (size_t)laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]);
         widest = fmax(widest, shapes->shapes[k].high[1] - shapes->shapes[k].low[1]);
     }
     p->placed = arena_alloc(p->arena, layers, sizeof *p->placed);
     if (!p->placed)
-        return api_problem_no_memory(p->problem, "the patterns") == API_OK;
+        return api_problem_no_memory(problem, "the patterns");
     for (size_t k = 0; k < shapes->count; k++)
         for (int n = 0; n < laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]); n++)
             p->placed[p->placed_count++] = (struct placed){.shape = &shapes->shapes[k], .layer = n};
     p->width = roll->width > 0 ? roll->width : widest;
     if (p->placed_count == 0)
-        api_problem_set(p->problem, API_INVALID_REQUEST, "there is no ply to draw");
-    else if (widest > p->width)
-        api_problem_set(p->problem, API_INVALID_REQUEST,
-                        "width: a roll of %g %s is narrower than the widest ply, %.6g", p->width,
-                        p->laminate->length_unit->name, widest);
-    if (p->placed_count == 0 || widest > p->width)
-        return false;
+        return api_problem_set(problem, API_INVALID_REQUEST, "there is no ply to draw");
+    if (widest > p->width)
+        return api_problem_set(problem, API_INVALID_REQUEST,
+                               "width: a roll of %g %s is narrower than the widest ply, %.6g",
+                               p->width, p->laminate->length_unit->name, widest);
     qsort(p->placed, p->placed_count, sizeof *p->placed, compare_heights);
     for (size_t k = 0; k < p->placed_count; k++) {
         struct placed *own = &p->placed[k];
@@ -84,7 +82,7 @@ static bool lay_out_plies(struct patterns *p, const struct api_reader *const *ne
         p->area += own->shape->area;
     }
     p->length = along + longest;
-    return true;
+    return API_OK;
 }
 
 /* ---- documents ---- */
@@ -203,8 +201,8 @@ enum api_problem_id laminate_patterns(const struct laminate *laminate,
                                       const char *format, const struct laminate_roll *roll,
                                       const struct api_sink *sink, struct arena *arena,
                                       struct api_problem *problem) {
-    struct patterns p = {.laminate = laminate, .arena = arena, .problem = problem};
-    if (lay_out_plies(&p, nets, ply, roll)) {
+    struct patterns p = {.laminate = laminate, .arena = arena};
+    if (lay_out_plies(&p, nets, ply, roll, problem) == API_OK) {
         struct api_text text = api_text_growing(arena);
         if (strcmp(format, "html") == 0)
             ply_book_write(laminate, nets, &p.shapes, p.width, p.length, &text);
