@@ -163,13 +163,18 @@ void *arena_alloc(struct arena *arena, size_t count, size_t size) {
     return memory ? memset(memory, 0, count * size) : NULL;
 }
 
+void *arena_copy(struct arena *arena, const void *from, size_t used, size_t count, size_t size) {
+    void *to = arena_take(arena, count, size);
+    if (to && used)
+        memcpy(to, from, used * size);
+    return to;
+}
+
 void *arena_enlarge(struct arena *arena, const void *from, size_t count, size_t size,
                     size_t *room) {
     enum { LEAST = 256 };
     size_t wanted = count > LEAST / 2 ? 2 * count : LEAST;
-    char *to = arena_take(arena, wanted, size);
-    if (to && count)
-        memcpy(to, from, count * size);
+    void *to = arena_copy(arena, from, count, wanted, size);
     *room = to ? wanted : *room;
     return to;
 }

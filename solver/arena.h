@@ -35,12 +35,16 @@ void *arena_alloc(struct arena *arena, size_t count, size_t size);
 /* The same without the zeros, for arrays that are filled at once. */
 void *arena_take(struct arena *arena, size_t count, size_t size);
 
-struct arena_mark arena_mark(const struct arena *arena);
+/* `count` elements of which the first `used` are a copy of those of `from`, the others without
+ * zeros. NULL as above. */
+void *arena_copy(struct arena *arena, const void *from, size_t used, size_t count, size_t size);
 
 /* A copy of a full array of `count` elements with room for twice as many, at least 256, without
  * zeros; `room` gets how many. The old one stays where it is until the arena is rewound. NULL as
  * above. */
 void *arena_enlarge(struct arena *arena, const void *from, size_t count, size_t size, size_t *room);
+
+struct arena_mark arena_mark(const struct arena *arena);
 
 /* Returns all that was taken since `mark`. */
 void arena_rewind(struct arena *arena, struct arena_mark mark);

@@ -3,7 +3,6 @@
 
 #include "topology.h"
 #include "tree.h"
-#include <string.h>
 
 /* Beyond it products of four lengths overflow. */
 static const double coordinate_max = 1e60;
@@ -45,24 +44,18 @@ static enum status copy_source(const struct mesh_source *source, struct arena *a
     size_t n = source->triangle_count, m = source->vertex_count;
     mesh->triangle_count = n;
     mesh->vertex_count = m;
-    mesh->vertices = arena_alloc(arena, m, sizeof *mesh->vertices);
-    mesh->corners = arena_alloc(arena, n, sizeof *mesh->corners);
+    mesh->vertices = arena_copy(arena, source->vertices, m, m, sizeof *mesh->vertices);
+    mesh->corners = arena_copy(arena, source->triangles, n, n, sizeof *mesh->corners);
     mesh->twins = arena_alloc(arena, n, 3 * sizeof *mesh->twins);
     mesh->normals = arena_alloc(arena, n, sizeof *mesh->normals);
     mesh->component = arena_alloc(arena, n, sizeof *mesh->component);
     if (source->parameters)
-        mesh->parameters = arena_alloc(arena, m, sizeof *mesh->parameters);
+        mesh->parameters = arena_copy(arena, source->parameters, m, m, sizeof *mesh->parameters);
     if (source->faces)
-        mesh->faces = arena_alloc(arena, n, sizeof *mesh->faces);
+        mesh->faces = arena_copy(arena, source->faces, n, n, sizeof *mesh->faces);
     if (!mesh->vertices || !mesh->corners || !mesh->twins || !mesh->normals || !mesh->component ||
         (source->parameters && !mesh->parameters) || (source->faces && !mesh->faces))
         return STATUS_OUT_OF_MEMORY;
-    memcpy(mesh->vertices, source->vertices, m * sizeof *mesh->vertices);
-    memcpy(mesh->corners, source->triangles, n * sizeof *mesh->corners);
-    if (source->parameters)
-        memcpy(mesh->parameters, source->parameters, m * sizeof *mesh->parameters);
-    if (source->faces)
-        memcpy(mesh->faces, source->faces, n * sizeof *mesh->faces);
     struct vec3 low = mesh_corner_point(mesh, 0, 0), high = low;
     for (size_t t = 0; t < n; t++) /* vertices that no triangle has do not count */
         for (int k = 0; k < 3; k++) {

@@ -242,16 +242,6 @@ static enum status choose_regions(const struct patch *p, const struct triangulat
     return STATUS_OK;
 }
 
-/* Room for `count` things of `size` bytes, with the `used` first ones of `array`; NULL without
- * memory. */
-static void *copy_with_room(struct arena *arena, const void *array, size_t used, size_t count,
-                            size_t size) {
-    void *larger = arena_take(arena, count, size);
-    if (larger && used > 0)
-        memcpy(larger, array, used * size);
-    return larger;
-}
-
 /* Adds the points of a face and those chosen triangles that have a height, as far as numbers tell.
  */
 static enum status add_triangles(struct sheet *s, const struct patch *p,
@@ -259,16 +249,15 @@ static enum status add_triangles(struct sheet *s, const struct patch *p,
     size_t base = s->vertex_count, count = s->triangle_count;
     if (base + p->count > s->vertex_room) {
         s->vertex_room = 2 * (base + p->count);
-        s->vertices =
-            copy_with_room(s->arena, s->vertices, base, s->vertex_room, sizeof *s->vertices);
+        s->vertices = arena_copy(s->arena, s->vertices, base, s->vertex_room, sizeof *s->vertices);
         s->parameters =
-            copy_with_room(s->arena, s->parameters, base, s->vertex_room, sizeof *s->parameters);
+            arena_copy(s->arena, s->parameters, base, s->vertex_room, sizeof *s->parameters);
     }
     if (count + t->count > s->triangle_room) {
         s->triangle_room = 2 * (count + t->count);
         s->triangles =
-            copy_with_room(s->arena, s->triangles, count, s->triangle_room, sizeof *s->triangles);
-        s->faces = copy_with_room(s->arena, s->faces, count, s->triangle_room, sizeof *s->faces);
+            arena_copy(s->arena, s->triangles, count, s->triangle_room, sizeof *s->triangles);
+        s->faces = arena_copy(s->arena, s->faces, count, s->triangle_room, sizeof *s->faces);
     }
     if (!s->vertices || !s->parameters || !s->triangles || !s->faces)
         return STATUS_OUT_OF_MEMORY;

@@ -30,8 +30,10 @@ struct tube {
     int32_t *vertex; /* of half-edge h: the number of the vertex where it begins */
     size_t vertex_count;
     int32_t *first, *around; /* of vertex v: the half-edges that begin there, around[first[v]] .. */
-    int32_t *border;  /* of half-edge h: the number of the border it is part of, or NOWHERE */
-    int32_t ends[2];  /* the borders that are ends */
+    int32_t *border; /* of half-edge h: the number of the border it is part of, or NOWHERE */
+    int32_t ends[2]; /* the borders that are ends */
+    int32_t *fence;  /* the vertices of the shortest way along edges from one to the other */
+    size_t fence_count;
     uint8_t *right;   /* of half-edge h: it begins on the fence, its triangle lies right of it */
     double *distance; /* of vertex v in layer l: LAYERS v + l */
     uint8_t *settled;
@@ -154,18 +156,13 @@ static bool find_ends(struct tube *o) {
 
 /* ---- the fence: the shortest way along edges from one end to the other ---- */
 
-struct fence {
-    int32_t *vertices;
-    size_t count;
-};
-
-static bool find_fence(struct tube *o, struct fence *fence) {
+static bool find_fence(struct tube *o) {
     struct heap heap = {.arena = o->arena};
     double *distance = arena_alloc(o->arena, o->vertex_count, sizeof *distance);
     int32_t *from = arena_alloc(o->arena, o->vertex_count, sizeof *from);
     int32_t halves = (int32_t)(3 * o->mesh->triangle_count), end = NOWHERE;
-    fence->vertices = arena_alloc(o->arena, o->vertex_count, sizeof *fence->vertices);
-    if (!distance || !from || !fence->vertices)
+    o->fence = arena_alloc(o->arena, o->vertex_count, sizeof *o->fence);
+    if (!distance || !from || !o->fence)
         return false;
     for (size_t v = 0; v < o->vertex_count; v++) {
         distance[v] = HUGE_VAL;
@@ -193,17 +190,16 @@ static bool find_fence(struct tube *o, struct fence *fence) {
         }
     }
     for (int32_t v = end; v != NOWHERE; v = from[v])
-        fence->vertices[fence->count++] = v;
+        o->fence[o->fence_count++] = v;
     return true;
 }
 
 /* Marks the triangles to the right of the fence round its vertex n: from the edge to the next
  * vertex on clockwise, and from that to the last one on the other way round, as far as there are
  * some. */
-static void mark_right(struct tube *o, const struct fence *fence, size_t n) {
-    int32_t v = fence->vertices[n];
-    int32_t next = n + 1 < fence->count ? fence->vertices[n + 1] : NOWHERE;
-    int32_t last = n > 0 ? fence->vertices[n - 1] : NOWHERE;
+static void mark_right(struct tube *o, size_t n) {
+    int32_t v = o->fence[n], last = n > 0 ? o->fence[n - 1] : NOWHERE;
+    int32_t next = n + 1 < o->fence_count ? o->fence[n + 1] : NOWHERE;
     for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
         int32_t h = o->around[k];
         if (o->vertex[mesh_previous_half(h)] == next)
@@ -357,7 +353,6 @@ enum status mesh_find_tube_cuts(const struct mesh *mesh, const struct mesh_point
                                 struct arena *arena, struct mesh_tube_cuts *cuts) {
     size_t halves = 3 * mesh->triangle_count;
     struct tube o = {.mesh = mesh, .arena = arena, .component = mesh->component[start->triangle]};
-    struct fence fence = {.count = 0};
     *cuts = (struct mesh_tube_cuts){.count = 0};
     o.border = arena_alloc(arena, halves, sizeof *o.border);
     o.right = arena_alloc(arena, halves, sizeof *o.right);
@@ -368,10 +363,10 @@ enum status mesh_find_tube_cuts(const struct mesh *mesh, const struct mesh_point
     o.distance = arena_alloc(arena, LAYERS * o.vertex_count, sizeof *o.distance);
     o.settled = arena_alloc(arena, LAYERS * o.vertex_count, sizeof *o.settled);
     o.nearest = arena_alloc(arena, o.vertex_count, sizeof *o.nearest);
-    if (!o.distance || !o.settled || !o.nearest || !find_fence(&o, &fence))
+    if (!o.distance || !o.settled || !o.nearest || !find_fence(&o))
         return STATUS_OUT_OF_MEMORY;
-    for (size_t n = 0; n < fence.count; n++)
-        mark_right(&o, &fence, n);
+    for (size_t n = 0; n < o.fence_count; n++)
+        mark_right(&o, n);
     if (!find_distances(&o, start) || !find_cut_lines(&o, cuts))
         return STATUS_OUT_OF_MEMORY;
     return STATUS_OK;

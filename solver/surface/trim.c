@@ -576,13 +576,6 @@ static bool flatten_all(struct trim *trim, struct collector *c) {
     return true;
 }
 
-static void *copy_of(const void *array, size_t count, size_t size, struct arena *arena) {
-    void *copy = arena_take(arena, count, size);
-    if (copy && count)
-        memcpy(copy, array, count * size);
-    return copy;
-}
-
 enum status trim_make(const struct surface *surface, const struct trim_loop *loops, size_t count,
                       struct arena *arena, struct trim **trim) {
     struct trim *made = arena_alloc(arena, 1, sizeof *made);
@@ -606,8 +599,9 @@ enum status trim_make(const struct surface *surface, const struct trim_loop *loo
     struct arena_mark begin = arena_mark(c->arena);
     if (flatten_all(made, c)) {
         made->edge_count = c->count;
-        made->edges = copy_of(c->edges, c->count, sizeof *c->edges, arena);
-        made->points = copy_of(c->points, c->point_count, sizeof *c->points, arena);
+        made->edges = arena_copy(arena, c->edges, c->count, c->count, sizeof *c->edges);
+        made->points =
+            arena_copy(arena, c->points, c->point_count, c->point_count, sizeof *c->points);
         first_point[count] = c->point_count;
     }
     arena_rewind(c->arena, begin);
