@@ -155,11 +155,7 @@ enum store_answer reads_counts(const struct reader *reader, int64_t now,
     if (answer != STORE_OK)
         return answer;
     query = reader->query(reader->of, reader->dialect->hosts);
-    if (now)
-        query_bind(&query, of_int(now));
-    else
-        query_bind(&query, of_no_int());
-    query_bind(&query, of_int(STORE_SEEN_US));
+    query_bind(&query, now ? of_int(now) : of_no_int(), of_int(STORE_SEEN_US));
     if (query_row(&query)) {
         counts->hosts = query_int(&query, 0);
         counts->workers = query_int(&query, 1);

@@ -188,7 +188,7 @@ enum store_answer store_begin_round(struct store *store, const struct store_clai
                                     const struct store_round *round) {
     enum store_answer answer = store->ops->begin_round(store, claim, round);
     if (answer == STORE_OK) {
-        job_events_notify(store->events, claim->id, JOB_PROGRESSED);
+        tell_progress_here(store, claim->id);
         store_tell(store, job_events_queue);
     }
     return answer;
@@ -199,7 +199,7 @@ enum store_answer store_end_task(struct store *store, const struct store_claim *
                                  const void *numbers, size_t length, int64_t spent) {
     enum store_answer answer = store->ops->end_task(store, claim, numbers, length, spent);
     if (answer == STORE_OK)
-        job_events_notify(store->events, claim->parent, JOB_PROGRESSED);
+        tell_progress_here(store, claim->parent);
     return answer;
 }
 

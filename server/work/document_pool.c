@@ -268,33 +268,6 @@ static enum check_outcome follow_check(struct check *check) {
     }
 }
 
-/* The end of a check: gives back the process, keeps of the files what was written, and notifies the
- * caller, or frees the check if that has gone. A process of the slow queue keeps its low priority,
- * so it is not used again. */
-static void finish_check(struct check *check, enum check_outcome outcome, bool notify) {
-    struct document_pool *pool = check->pool;
-    char subject[ID_SIZE];
-    if (outcome != CHECK_ANSWER || check->process->slow)
-        process_end(check->process, outcome == CHECK_CRASHED);
-    check_explain(check, outcome);
-    check_close(check, CHECKER_DOCUMENTS);
-    memcpy(subject, check->subject, sizeof subject);
-    pthread_mutex_lock(&pool->lock);
-    if (check->queue == QUEUE_FAST && check->answer.processor_us > DOCUMENT_POOL_QUICK_MS * 1000)
-        queue_note_long(pool, check->owner, clock_ms());
-    queue_leave(pool, check);
-    pool->stats.done++;
-    pool->stats.crashes += outcome == CHECK_CRASHED;
-    pool->stats.timeouts += outcome == CHECK_TIMEOUT;
-    check->state = CHECK_DONE;
-    bool dropped = check->dropped;
-    pthread_mutex_unlock(&pool->lock);
-    if (dropped)
-        check_free(check);
-    else if (notify)
-        job_events_notify(pool->events, subject, JOB_CHANGED);
-}
-
 /* Stops the process; the check waits in that queue for so many bytes, unless nobody wants it any
  * more. */
 static void begin_anew(struct check *check, enum check_queue queue, int64_t reserve) {
@@ -320,11 +293,38 @@ static void begin_anew(struct check *check, enum check_queue queue, int64_t rese
         check_free(check);
 }
 
-/* What an order takes is estimated by its length (`reserve_of`). The rare one that takes more, such
- * as a surface of very many spans with trims, is tried once more with all that there is. */
-static bool is_cramped(const struct check *check, enum check_outcome outcome) {
-    return outcome == CHECK_ANSWER && check->answer.problem.id == API_OUT_OF_MEMORY &&
-           check->reserve < check_most(check->pool);
+/* The end of a check: gives back the process, keeps of the files what was written, and notifies the
+ * caller, or frees the check if that has gone. A process of the slow queue keeps its low priority,
+ * so it is not used again. What an order takes is estimated by its length (`reserve_of`). The
+ * rare one that takes more, such as a surface of very many spans with trims, is tried once more
+ * with all that there is. */
+static void finish_check(struct check *check, enum check_outcome outcome, bool notify) {
+    struct document_pool *pool = check->pool;
+    char subject[ID_SIZE];
+    if (outcome == CHECK_ANSWER && check->answer.problem.id == API_OUT_OF_MEMORY &&
+        check->reserve < check_most(pool)) {
+        begin_anew(check, QUEUE_SLOW, check_most(pool));
+        return;
+    }
+    if (outcome != CHECK_ANSWER || check->process->slow)
+        process_end(check->process, outcome == CHECK_CRASHED);
+    check_explain(check, outcome);
+    check_close(check, CHECKER_DOCUMENTS);
+    memcpy(subject, check->subject, sizeof subject);
+    pthread_mutex_lock(&pool->lock);
+    if (check->queue == QUEUE_FAST && check->answer.processor_us > DOCUMENT_POOL_QUICK_MS * 1000)
+        queue_note_long(pool, check->owner, clock_ms());
+    queue_leave(pool, check);
+    pool->stats.done++;
+    pool->stats.crashes += outcome == CHECK_CRASHED;
+    pool->stats.timeouts += outcome == CHECK_TIMEOUT;
+    check->state = CHECK_DONE;
+    bool dropped = check->dropped;
+    pthread_mutex_unlock(&pool->lock);
+    if (dropped)
+        check_free(check);
+    else if (notify)
+        job_events_notify(pool->events, subject, JOB_CHANGED);
 }
 
 /* Works on a check, whose order has been `sent` or else is sent now, to a new process if the one it
@@ -345,9 +345,7 @@ static void run_check(struct check *check, bool sent) {
     enum check_outcome outcome = sent ? follow_check(check) : CHECK_NOT_BEGUN;
     bool killed = outcome == CHECK_CRASHED && !check->crashed && !check_imports(check);
     check->crashed = outcome == CHECK_CRASHED;
-    if (is_cramped(check, outcome))
-        begin_anew(check, QUEUE_SLOW, check_most(check->pool));
-    else if (outcome == CHECK_AGAIN || killed) /* perhaps by somebody else: it may try once more */
+    if (outcome == CHECK_AGAIN || killed) /* perhaps by somebody else: it may try once more */
         begin_anew(check, outcome == CHECK_AGAIN ? QUEUE_SLOW : check->queue, check->reserve);
     else
         finish_check(check, outcome, true);
@@ -471,10 +469,7 @@ static void run_at_once(struct check *check) {
         sent = check_send(check);
     }
     if (sent && check_receive(check, DOCUMENT_POOL_AT_ONCE_MS) == CHECK_ANSWER) {
-        if (is_cramped(check, CHECK_ANSWER))
-            begin_anew(check, QUEUE_SLOW, check_most(pool));
-        else
-            finish_check(check, CHECK_ANSWER, false);
+        finish_check(check, CHECK_ANSWER, false);
         return;
     }
     pthread_mutex_lock(&pool->lock);

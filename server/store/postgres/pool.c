@@ -72,24 +72,19 @@ void pool_hide_password(const struct pool *pool, char *text) {
 
 /* ------------------------------------------------------------------ the URL */
 
-static bool plain(const char *value, const char *forbidden) {
-    return !value || !strpbrk(value, forbidden);
-}
-
 /* A password with an unescaped @ or / shifts what follows, and parts of it would be
  * taken for a host or a database and reported as such; likewise by libpq's own messages. */
 static bool read_url(struct pool *pool, char why[STORE_WHY_SIZE]) {
     PQconninfoOption *options = PQconninfoParse(pool->url, NULL);
     bool good = options != NULL;
     for (PQconninfoOption *option = options; option && option->keyword; option++) {
-        if (!strcmp(option->keyword, "password") && option->val && option->val[0])
-            pool->password = strdup(option->val);
-        else if (!strcmp(option->keyword, "port"))
-            good = good && (!option->val || option->val[strspn(option->val, "0123456789,")] == 0);
-        else if (!strcmp(option->keyword, "dbname"))
-            good = good && plain(option->val, "@");
-        else if (!strcmp(option->keyword, "host"))
-            good = good && (plain(option->val, "@") || option->val[0] == '/');
+        const char *name = option->keyword, *value = option->val ? option->val : "";
+        if (!strcmp(name, "password") && value[0])
+            pool->password = strdup(value);
+        else if (!strcmp(name, "port"))
+            good = good && value[strspn(value, "0123456789,")] == 0;
+        else if (!strcmp(name, "dbname") || (!strcmp(name, "host") && value[0] != '/'))
+            good = good && !strchr(value, '@');
     }
     PQconninfoFree(options);
     if (!good)

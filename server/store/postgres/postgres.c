@@ -25,12 +25,9 @@ struct query postgres_query(struct store *store, const char *sql) {
 }
 
 struct query postgres_query_now(struct store *store, const char *sql) {
-    const struct postgres_store *postgres = postgres_of(store);
-    struct query query = pg_query(postgres->pool, sql);
-    if (postgres->base.options.clock)
-        query_bind(&query, of_int(postgres->base.options.clock()));
-    else
-        query_bind(&query, of_no_int());
+    int64_t (*clock)(void) = store->options.clock;
+    struct query query = postgres_query(store, sql);
+    query_bind(&query, clock ? of_int(clock()) : of_no_int());
     return query;
 }
 

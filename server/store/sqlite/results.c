@@ -7,10 +7,9 @@ enum { PACE_CHUNKS = 64 }; /* of a result, 4 MiB, that go to the disk together *
 
 /* ------------------------------------------------------------------ writing */
 
-static enum store_answer insert_chunks(struct db *db, const struct store_segment *segment,
-                                       int64_t number) {
+static enum store_answer insert_chunks(struct db *db, const struct store_segment *segment) {
     enum store_answer answer = STORE_OK;
-    int64_t row = number * STORE_CHUNKS_MAX + segment->index;
+    int64_t row = segment->number * STORE_CHUNKS_MAX + segment->index;
     for (size_t at = 0; at < segment->length && answer == STORE_OK; at += STORE_CHUNK_BYTES) {
         size_t left = segment->length - at;
         struct query query = db_query(db, "INSERT INTO chunks (id, bytes) VALUES (?, ?)");
@@ -23,8 +22,7 @@ static enum store_answer insert_chunks(struct db *db, const struct store_segment
 }
 
 /* A result of the claim's job, which must still be running under it. */
-static enum store_answer insert_result(struct db *db, const struct store_segment *segment,
-                                       int state, int64_t *number) {
+static enum store_answer insert_result(struct db *db, struct store_segment *segment, int state) {
     struct query query =
         db_query(db, "INSERT INTO results (owner, digest, state, job, token, length, summary)"
                      " SELECT owner, digest, ?, sequence, token, ?, ? FROM jobs"
@@ -32,7 +30,7 @@ static enum store_answer insert_result(struct db *db, const struct store_segment
     query_bind(&query, of_int(state), of_int(segment->total), of_text(segment->summary),
                of_int(segment->claim->sequence), of_int(segment->claim->token));
     enum store_answer answer = db_change(&query, STORE_CONFLICT);
-    *number = db_last_row(db);
+    segment->number = db_last_row(db);
     return answer;
 }
 
@@ -43,7 +41,7 @@ static enum store_answer append_operation(struct sqlite_store *store, struct db 
     struct store_segment *segment = context;
     enum store_answer answer;
     if (segment->index == 0) {
-        answer = insert_result(db, segment, RESULT_BUILDING, &segment->number);
+        answer = insert_result(db, segment, RESULT_BUILDING);
     } else {
         struct query query = db_query(
             db, "SELECT 1 FROM results r JOIN jobs j ON j.sequence = r.job AND j.token = r.token"
@@ -51,7 +49,7 @@ static enum store_answer append_operation(struct sqlite_store *store, struct db 
         query_bind(&query, of_int(segment->number));
         answer = query_find(&query, STORE_CONFLICT);
     }
-    return answer == STORE_OK ? insert_chunks(db, segment, segment->number) : answer;
+    return answer == STORE_OK ? insert_chunks(db, segment) : answer;
 }
 
 /* Small results are not worth a wait of their own. */
@@ -91,11 +89,11 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
                        of_int(segment->number));
             answer = db_change(&query, STORE_CONFLICT);
         } else {
-            answer = insert_result(db, segment, RESULT_COMPLETE, &segment->number);
+            answer = insert_result(db, segment, RESULT_COMPLETE);
         }
         number = segment->number;
         if (answer == STORE_OK)
-            answer = insert_chunks(db, segment, number);
+            answer = insert_chunks(db, segment);
     }
     if (answer != STORE_OK)
         return answer;
