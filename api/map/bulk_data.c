@@ -186,46 +186,39 @@ bool bulk_id(const struct bulk_card *card, int index, const char *what, int32_t 
                       card->line, what, card->name, text, ID_MAX);
 }
 
-/* Nastran's reals as the number reader has them: 1.5+3 and 1.5D+3 for 1.5e+3. False when it is none
- * that could be one. */
-static bool normalise_real(const char *text, char out[BULK_FIELD_SIZE + 2]) {
-    size_t length = 0;
-    bool exponent = false;
-    text += *text == '+';
-    for (const char *c = text; *c; c++) {
-        bool sign = (*c == '+' || *c == '-') && c > text;
-        bool letter = strchr("eEdD", *c) != NULL;
-        if (letter || (sign && !exponent)) {
-            if (exponent)
-                return false;
-            exponent = true;
-            out[length++] = 'e';
-            c += letter && (c[1] == '+' || c[1] == '-');
-            if (*c == '-')
-                out[length++] = '-';
-        } else {
-            out[length++] = *c;
-        }
-    }
-    out[length] = '\0';
-    return true;
-}
-
 bool bulk_real(const struct bulk_card *card, int index, const char *what, double *value,
                struct api_problem *problem) {
+    const char *field = card->field[index];
     char text[BULK_FIELD_SIZE + 2];
+    size_t length = 0;
+    bool exponent = false, good = true;
     if (index >= card->given)
         return MAP_REFUSE(problem, "line %zu: %s ends before its %s", card->line, card->name, what);
     *value = 0;
-    if (!card->field[index][0])
+    if (!*field)
         return true;
-    bool good = normalise_real(card->field[index], text);
-    size_t length = good ? strlen(text) : 0;
+    /* As the number reader has them: 1.5+3 and 1.5D+3 for 1.5e+3. */
+    const char *begin = field + (*field == '+');
+    for (const char *c = begin; good && *c; c++) {
+        bool sign = (*c == '+' || *c == '-') && c > begin;
+        bool letter = strchr("eEdD", *c) != NULL;
+        good = !(letter && exponent);
+        if (letter || (sign && !exponent)) {
+            exponent = true;
+            text[length++] = 'e';
+            c += letter && (c[1] == '+' || c[1] == '-');
+            if (*c == '-')
+                text[length++] = '-';
+        } else {
+            text[length++] = *c;
+        }
+    }
+    text[length] = '\0';
     if (good && api_number_read(text, length, value) == length &&
         fabs(*value) <= MAP_COORDINATE_MAX)
         return true;
     return MAP_REFUSE(problem, "line %zu: %s of %s is '%s', not a number within +-1e12", card->line,
-                      what, card->name, card->field[index]);
+                      what, card->name, field);
 }
 
 bool bulk_point(const struct bulk_card *card, int first, struct vec3 *point,

@@ -44,33 +44,6 @@ static double *read_rim_column(const struct api_reader *reader, const struct api
     return values;
 }
 
-/* The points, which of them follow each other, and boxes round the lines between them. */
-static bool read_rim_lines(const struct api_reader *reader, const struct api_columns *columns,
-                           struct arena *arena, struct rim *rim, struct api_problem *problem) {
-    size_t first = 0;
-    rim->count = api_columns_rows(columns, API_TABLE_RIM);
-    rim->loop = read_rim_column(reader, columns, "loop", arena, problem);
-    rim->x = read_rim_column(reader, columns, "x", arena, problem);
-    rim->y = read_rim_column(reader, columns, "y", arena, problem);
-    rim->z = read_rim_column(reader, columns, "z", arena, problem);
-    if (problem->id != API_OK)
-        return false;
-    struct box *box = arena_take(arena, rim->count + 1, sizeof *box);
-    rim->next = arena_take(arena, rim->count + 1, sizeof *rim->next);
-    bool good = box && rim->next;
-    for (size_t k = 0; good && k < rim->count; k++) {
-        bool last = k + 1 == rim->count || rim->loop[k + 1] > rim->loop[k];
-        rim->next[k] = last ? first : k + 1;
-        first = last ? k + 1 : first;
-        box[k] = box_round(rim_point(rim, k), rim_point(rim, rim->next[k]), 0);
-    }
-    if (!good || boxes_make(box, rim->count, arena, &rim->boxes) != STATUS_OK)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
-    return problem->id == API_OK;
-}
-
-/* ---- searching it ---- */
-
 /* Goes on until a line is near enough. */
 static bool is_line_far(void *context, int32_t number) {
     struct search *search = context;
@@ -85,9 +58,27 @@ enum api_problem_id map_channel_mark(const struct map_target *target,
                                      const struct api_reader *reader,
                                      const struct api_columns *columns, struct arena *arena,
                                      size_t *marked, struct api_problem *problem) {
-    struct rim rim = {0};
-    if (!read_rim_lines(reader, columns, arena, &rim, problem))
+    struct rim rim = {.count = api_columns_rows(columns, API_TABLE_RIM)};
+    size_t first = 0;
+    rim.loop = read_rim_column(reader, columns, "loop", arena, problem);
+    rim.x = read_rim_column(reader, columns, "x", arena, problem);
+    rim.y = read_rim_column(reader, columns, "y", arena, problem);
+    rim.z = read_rim_column(reader, columns, "z", arena, problem);
+    if (problem->id != API_OK)
         return problem->id;
+    /* Which points follow each other, and boxes round the lines between them. */
+    struct box *box = arena_take(arena, rim.count + 1, sizeof *box);
+    rim.next = arena_take(arena, rim.count + 1, sizeof *rim.next);
+    bool good = box && rim.next;
+    for (size_t k = 0; good && k < rim.count; k++) {
+        bool last = k + 1 == rim.count || rim.loop[k + 1] > rim.loop[k];
+        rim.next[k] = last ? first : k + 1;
+        first = last ? k + 1 : first;
+        box[k] = box_round(rim_point(&rim, k), rim_point(&rim, rim.next[k]), 0);
+    }
+    if (!good || boxes_make(box, rim.count, arena, &rim.boxes) != STATUS_OK)
+        return api_problem_set(problem, API_OUT_OF_MEMORY,
+                               "the map needs more memory than allowed");
     *marked = 0;
     for (size_t k = 0; k < target->element_count; k++) {
         struct vec3 middle = map_target_point(target, k);

@@ -163,46 +163,42 @@ static bool read_json_mesh(struct scan *scan, const char *name, struct mesh_text
     return true;
 }
 
-static bool read_document_member(struct scan *scan, const char *key, struct document *document) {
-    char path[SCAN_KEY_SIZE + 1];
-    snprintf(path, sizeof path, "/%s", key);
-    bool is_points = strcmp(key, "points") == 0, mesh = strcmp(key, "mesh") == 0;
-    if ((is_points || mesh) && (document->points.values || document->has_mesh))
-        return scan_invalid(
-            scan, path, -1, -1,
-            "must not be given: the document must have only one of \"points\" and \"mesh\"");
-    document->has_mesh = document->has_mesh || mesh;
-    if (is_points)
-        return read_number_array(scan, path, &points, &document->points);
-    if (mesh)
-        return read_json_mesh(scan, key, &document->mesh);
-    if (strcmp(key, "punch") == 0) {
-        bool twice = document->has_punch;
-        document->has_punch = true;
-        return twice ? scan_malformed(scan, "the key is given twice")
-                     : read_json_mesh(scan, key, &document->punch);
-    }
-    if (strcmp(key, "cavity_heights") == 0)
-        return read_number_array(scan, path, &heights, &document->heights);
-    if (strcmp(key, "inlet_elements") == 0)
-        return read_number_array(scan, path, &inlets, &document->inlet);
-    return scan_invalid(scan, path, -1, -1, "is not known here");
-}
-
 static bool read_document(struct scan *scan, struct document *document) {
-    char key[SCAN_KEY_SIZE];
+    char key[SCAN_KEY_SIZE], path[SCAN_KEY_SIZE + 1];
     bool more = true;
     if (!scan_open(scan, '{', "", -1, "must be an object"))
         return false;
     if (scan_take(scan, '}'))
         more = false;
-    while (more)
-        if (!scan_key(scan, key) || !read_document_member(scan, key, document) ||
-            !scan_next(scan, '}', &more))
+    while (more) {
+        if (!scan_key(scan, key))
             return false;
-    return scan_peek(scan) == '\0' && scan->at == scan->end
-               ? true
-               : scan_malformed(scan, "there is text after the end of the document");
+        snprintf(path, sizeof path, "/%s", key);
+        bool is_points = strcmp(key, "points") == 0, mesh = strcmp(key, "mesh") == 0;
+        bool punch = strcmp(key, "punch") == 0, good;
+        if ((is_points || mesh) && (document->points.values || document->has_mesh))
+            return scan_invalid(
+                scan, path, -1, -1,
+                "must not be given: the document must have only one of \"points\" and \"mesh\"");
+        if (punch && document->has_punch)
+            return scan_malformed(scan, "the key is given twice");
+        document->has_mesh = document->has_mesh || mesh;
+        document->has_punch = document->has_punch || punch;
+        if (mesh || punch)
+            good = read_json_mesh(scan, key, mesh ? &document->mesh : &document->punch);
+        else if (is_points)
+            good = read_number_array(scan, path, &points, &document->points);
+        else if (strcmp(key, "cavity_heights") == 0)
+            good = read_number_array(scan, path, &heights, &document->heights);
+        else if (strcmp(key, "inlet_elements") == 0)
+            good = read_number_array(scan, path, &inlets, &document->inlet);
+        else
+            good = scan_invalid(scan, path, -1, -1, "is not known here");
+        if (!good || !scan_next(scan, '}', &more))
+            return false;
+    }
+    return (scan_peek(scan) == '\0' && scan->at == scan->end) ||
+           scan_malformed(scan, "there is text after the end of the document");
 }
 
 /* ---- sense ---- */
@@ -267,47 +263,40 @@ static bool take_ids(struct scan *scan, const struct array *given, const char *p
            scan_invalid(scan, path, repeated, -1, "is given twice: %d", values[repeated]);
 }
 
-static bool take_mesh(struct scan *scan, const struct document *document,
-                      struct map_target *target) {
+/* The points or the mesh, and what is said of the cavity. */
+static bool take_document(struct scan *scan, const struct document *document,
+                          struct map_target *target) {
+    const struct array *given = &document->heights;
     const struct mesh_text *mesh = &document->mesh;
-    target->vertices = mesh->vertices.values;
-    target->vertex_count = mesh->vertices.count;
-    if (!take_elements(scan, "mesh", mesh, &target->elements, &target->element_count) ||
-        !take_ids(scan, &mesh->ids, "/mesh/ids", target->element_count, &target->ids) ||
-        !take_ids(scan, &mesh->vertex_ids, "/mesh/vertex_ids", mesh->vertices.count,
-                  &target->vertex_ids))
-        return false;
     const int32_t *inlet = document->inlet.values;
-    if (!inlet)
-        return true;
-    target->has_role[MAP_INLET] = true;
-    target->roles = arena_alloc(scan->arena, target->element_count, 1);
-    if (!target->roles)
-        return scan_no_memory(scan);
-    for (size_t k = 0; k < document->inlet.count; k++) {
+    if (document->has_mesh) {
+        target->vertices = mesh->vertices.values;
+        target->vertex_count = mesh->vertices.count;
+        if (!take_elements(scan, "mesh", mesh, &target->elements, &target->element_count) ||
+            !take_ids(scan, &mesh->ids, "/mesh/ids", target->element_count, &target->ids) ||
+            !take_ids(scan, &mesh->vertex_ids, "/mesh/vertex_ids", mesh->vertices.count,
+                      &target->vertex_ids))
+            return false;
+    } else {
+        if (!document->points.values)
+            return scan_invalid(scan, "", -1, -1, "must have either \"points\" or \"mesh\"");
+        if (inlet)
+            return scan_invalid(scan, "/inlet_elements", -1, -1, "needs a mesh");
+        target->vertices = document->points.values;
+        target->vertex_count = target->element_count = document->points.count;
+    }
+    if (inlet) {
+        target->has_role[MAP_INLET] = true;
+        target->roles = arena_alloc(scan->arena, target->element_count, 1);
+        if (!target->roles)
+            return scan_no_memory(scan);
+    }
+    for (size_t k = 0; inlet && k < document->inlet.count; k++) {
         if ((size_t)inlet[k] >= target->element_count)
             return scan_invalid(scan, "/inlet_elements", (long)k, -1,
                                 "must be the index of an element, less than %zu",
                                 target->element_count);
         target->roles[inlet[k]] = MAP_INLET;
-    }
-    return true;
-}
-
-/* The points or the mesh, and what is said of the cavity. */
-static bool take_document(struct scan *scan, const struct document *document,
-                          struct map_target *target) {
-    const struct array *given = &document->heights;
-    if (document->has_mesh) {
-        if (!take_mesh(scan, document, target))
-            return false;
-    } else {
-        if (!document->points.values)
-            return scan_invalid(scan, "", -1, -1, "must have either \"points\" or \"mesh\"");
-        if (document->inlet.values)
-            return scan_invalid(scan, "/inlet_elements", -1, -1, "needs a mesh");
-        target->vertices = document->points.values;
-        target->vertex_count = target->element_count = document->points.count;
     }
     if (given->values && document->has_punch)
         return scan_invalid(scan, "/punch", -1, -1, "must not be given beside \"cavity_heights\"");

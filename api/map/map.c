@@ -64,47 +64,38 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
 
 /* ---- one point ---- */
 
-/* The tensor of a row's components by k1, k2, k3 and the direction of k1, and in global axes. */
-static void put_tensor_row(const struct mapping *mapping, const double *k, struct vec3 warp,
-                           struct vec3 weft, size_t row, size_t column) {
-    double *const *out = mapping->column + column;
-    struct permeability principal = permeability_principal(k[0], k[1], k[2], k[3]);
-    struct vec3 d = permeability_direction(&principal, warp, weft);
-    const double values[FIELDSET_TENSOR_COLUMNS] = {
-        principal.k1, principal.k2, principal.k3, d.x,    d.y,    d.z,
-        warp.x,       warp.y,       warp.z,       weft.x, weft.y, weft.z};
-    double tensor[TENSOR_PARTS];
-    fieldset_tensor(values, tensor);
-    for (int i = 0; i < MAP_TENSOR_COLUMNS; i++)
-        out[i][row] = values[i];
-    for (int i = 0; i < TENSOR_PARTS; i++)
-        mapping->tensor[i][row] = tensor[i];
-}
-
-static void put_direction(const struct mapping *mapping, struct vec3 v, size_t row, size_t column) {
-    mapping->column[column][row] = v.x;
-    mapping->column[column + 1][row] = v.y;
-    mapping->column[column + 2][row] = v.z;
-}
-
 static void put_row(const struct mapping *mapping, const struct facets_point *point,
                     const double *values, size_t row) {
     const struct map_net *net = &mapping->net;
     struct vec3 warp, weft;
     size_t column = 0;
     map_net_yarns(net, point, values, &warp, &weft);
-    for (size_t k = 0; k < net->group_count; k++) {
+    for (size_t k = 0; k < net->group_count; column += net->group[k++].columns) {
         const struct map_group *group = &net->group[k];
         const double *own = values + group->offset;
-        if (group->kind == MAP_TENSOR)
-            put_tensor_row(mapping, own, warp, weft, row, column);
-        else if (group->kind != MAP_VECTOR)
+        if (group->kind == MAP_TENSOR) { /* k1, k2, k3 and the direction of k1; in global axes */
+            struct permeability principal = permeability_principal(own[0], own[1], own[2], own[3]);
+            struct vec3 d = permeability_direction(&principal, warp, weft);
+            const double parts[FIELDSET_TENSOR_COLUMNS] = {
+                principal.k1, principal.k2, principal.k3, d.x,    d.y,    d.z,
+                warp.x,       warp.y,       warp.z,       weft.x, weft.y, weft.z};
+            double tensor[TENSOR_PARTS];
+            fieldset_tensor(parts, tensor);
+            for (int i = 0; i < MAP_TENSOR_COLUMNS; i++)
+                mapping->column[column + (size_t)i][row] = parts[i];
+            for (int i = 0; i < TENSOR_PARTS; i++)
+                mapping->tensor[i][row] = tensor[i];
+        } else if (group->kind != MAP_VECTOR) {
             mapping->column[column][row] = own[0];
-        else if (group->offset == net->warp || group->offset == net->weft)
-            put_direction(mapping, group->offset == net->warp ? warp : weft, row, column);
-        else
-            put_direction(mapping, vec3_unit(vec3_make(own[0], own[1], own[2])), row, column);
-        column += group->columns;
+        } else {
+            struct vec3 v = group->offset == net->warp ? warp
+                            : group->offset == net->weft
+                                ? weft
+                                : vec3_unit(vec3_make(own[0], own[1], own[2]));
+            mapping->column[column][row] = v.x;
+            mapping->column[column + 1][row] = v.y;
+            mapping->column[column + 2][row] = v.z;
+        }
     }
 }
 
@@ -127,21 +118,6 @@ static void press_cloth(struct mapping *mapping, const struct facets_point *poin
     mapping->cavity.loose += on && !own && height > press_thickness(cloth, shear);
 }
 
-/* The drape as the one ply at an element, unless that lies beyond the cloth. */
-static enum api_problem_id lay_ply(const struct mapping *mapping, const struct facets_point *point,
-                                   const double *values, size_t row, struct api_problem *problem) {
-    struct map_ply ply = {.shear_deg = mapping->shear < 0 ? 0 : values[mapping->shear],
-                          .thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness],
-                          .fiber_volume_fraction =
-                              mapping->fraction < 0 ? 0 : values[mapping->fraction]};
-    if (map_stack_next(mapping->stack, row, problem) != API_OK)
-        return problem->id;
-    map_net_yarns(&mapping->net, point, values, &ply.warp, &ply.weft);
-    if (!map_net_is_beyond(&mapping->net, point))
-        map_stack_lay(mapping->stack, 0, &ply);
-    return API_OK;
-}
-
 /* ---- all of them ---- */
 
 static enum api_problem_id map_points(struct mapping *mapping, struct api_problem *problem) {
@@ -159,40 +135,49 @@ static enum api_problem_id map_points(struct mapping *mapping, struct api_proble
         if (mapping->target->cloth)
             press_cloth(mapping, &point, values, row);
         put_row(mapping, &point, values, row);
-        if (mapping->stack && lay_ply(mapping, &point, values, row, problem) != API_OK)
-            return problem->id;
-        mapping->distance[row] = point.distance;
-        mapping->extrapolated[row] = map_net_is_beyond(net, &point);
         double thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness];
+        bool beyond = map_net_is_beyond(net, &point);
+        /* The drape is the one ply at an element, unless that lies beyond the cloth. */
+        if (mapping->stack && map_stack_next(mapping->stack, row, problem) != API_OK)
+            return problem->id;
+        if (mapping->stack && !beyond) {
+            struct map_ply ply = {.shear_deg = mapping->shear < 0 ? 0 : values[mapping->shear],
+                                  .thickness = thickness,
+                                  .fiber_volume_fraction =
+                                      mapping->fraction < 0 ? 0 : values[mapping->fraction]};
+            map_net_yarns(net, &point, values, &ply.warp, &ply.weft);
+            map_stack_lay(mapping->stack, 0, &ply);
+        }
+        mapping->distance[row] = point.distance;
+        mapping->extrapolated[row] = beyond;
         mapping->far += point.distance > net->spacing && point.distance > thickness;
         mapping->farthest = point.distance > mapping->farthest ? point.distance : mapping->farthest;
     }
     return API_OK;
 }
 
-/* The channel along the rim, where the target asks for one. */
-static enum api_problem_id mark_channel_elements(const struct mapping *mapping,
-                                                 const struct api_reader *reader,
-                                                 struct arena *arena, struct api_map *map,
-                                                 struct api_problem *problem) {
-    size_t marked = 1;
-    if (mapping->target->has_role[MAP_CHANNEL] &&
-        map_channel_mark(mapping->target, reader, &mapping->net.columns, arena, &marked, problem) !=
-            API_OK)
+/* What follows the points: the channel along the rim, where the target asks for one, the columns of
+ * the stack and all warnings. */
+static enum api_problem_id finish_map(struct mapping *mapping, const struct api_reader *reader,
+                                      struct arena *arena, struct api_map *map,
+                                      struct api_problem *problem) {
+    const struct map_target *target = mapping->target;
+    size_t count = target->element_count, bare = 0, marked = 1;
+    if (target->has_role[MAP_CHANNEL] &&
+        map_channel_mark(target, reader, &mapping->net.columns, arena, &marked, problem) != API_OK)
         return problem->id;
     if (marked == 0)
         map_warn(map, "edge_channel: no element has its middle that close to the rim of the cloth; "
                       "check that the width is in the drape's length unit");
-    return API_OK;
-}
-
-/* Where most lies elsewhere, that it has no ply is no news. */
-static void warn_of_points(const struct mapping *mapping, struct api_map *map) {
-    size_t count = mapping->target->element_count;
-    size_t bare = mapping->stack ? map_stack_bare(mapping->stack) : 0;
-    if (mapping->target->warning)
-        map_warn_text(map, mapping->target->warning);
-    if (mapping->far > count / 2)
+    if (mapping->stack) {
+        map->fields.plies = &map->stack.plies;
+        map->fields.column_count +=
+            map_stack_end(mapping->stack, map->columns + map->fields.column_count);
+        bare = map_stack_bare(mapping->stack);
+    }
+    if (target->warning)
+        map_warn_text(map, target->warning);
+    if (mapping->far > count / 2) /* where most lies elsewhere, that it has no ply is no news */
         map_warn(map,
                  "%zu of %zu points are further from the cloth than its spacing and thickness, up "
                  "to %.3g %s: check their length unit and their position",
@@ -202,6 +187,9 @@ static void warn_of_points(const struct mapping *mapping, struct api_map *map) {
                  "%zu of %zu elements have no ply: the middle of %zu lies beyond the cloth, and "
                  "%zu have no area",
                  bare, count, bare - mapping->stack->flat, mapping->stack->flat);
+    if (cavity_given(target))
+        cavity_warn(&mapping->cavity, map, "drape");
+    return API_OK;
 }
 
 struct map_fields map_target_fields(const struct map_target *target,
@@ -251,17 +239,8 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
                                "the map needs more memory than allowed");
     struct arena_mark mark = arena_mark(arena);
     if (map_net_load(reader, monitor, arena, &mapping->net, problem) == API_OK &&
-        map_points(mapping, problem) == API_OK &&
-        mark_channel_elements(mapping, reader, arena, map, problem) == API_OK) {
-        if (mapping->stack) {
-            map->fields.plies = &map->stack.plies;
-            map->fields.column_count +=
-                map_stack_end(mapping->stack, map->columns + map->fields.column_count);
-        }
-        warn_of_points(mapping, map);
-        if (cavity_given(target))
-            cavity_warn(&mapping->cavity, map, "drape");
-    }
+        map_points(mapping, problem) == API_OK)
+        (void)!finish_map(mapping, reader, arena, map, problem);
     arena_rewind(arena, mark);
     return problem->id;
 }

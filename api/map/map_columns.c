@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static bool copy_values(const void *context, size_t first, size_t count, double *values) {
+bool map_columns_copy(const void *context, size_t first, size_t count, double *values) {
     memcpy(values, (const double *)context + first, count * sizeof *values);
     return true;
 }
@@ -30,7 +30,7 @@ static void add_column(struct api_map *map, const char *name, bool integer,
 }
 
 double *map_columns_add(struct api_map *map, const char *name, bool integer, double *values) {
-    add_column(map, name, integer, copy_values, values);
+    add_column(map, name, integer, map_columns_copy, values);
     return values;
 }
 

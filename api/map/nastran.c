@@ -212,27 +212,6 @@ static void name_passed(const struct passed *passed, char *text, size_t size) {
         snprintf(text + length, size - length, ", %zu others", passed->others);
 }
 
-static bool warn_of_passed(const struct file *file, struct arena *arena,
-                           struct map_target *target) {
-    char names[64 + PASSED_NAMES * (BULK_NAME_SIZE + 24)];
-    struct api_text text = api_text_growing(arena);
-    if (file->passed.names == 0 && file->curved == 0)
-        return true;
-    if (file->passed.names > 0) {
-        name_passed(&file->passed, names, sizeof names);
-        api_text_raw(&text, "ignored: ");
-        api_text_raw(&text, names);
-        api_text_raw(&text, " (only GRIDs and shell elements are read)");
-    }
-    if (file->curved > 0)
-        api_text_format(&text,
-                        "%s%zu elements are read by their corners, without the nodes in the middle "
-                        "of their edges",
-                        file->passed.names > 0 ? "; " : "", file->curved);
-    target->warning = api_text_finish(&text);
-    return target->warning != NULL;
-}
-
 /* The second pass; elements get numbers of grids, and grids basic coordinates. */
 static bool read_bulk_mesh(struct file *file, const char *bytes, size_t length,
                            struct arena *arena) {
@@ -265,18 +244,17 @@ static bool read_bulk_mesh(struct file *file, const char *bytes, size_t length,
 enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct arena *arena,
                                        struct map_target *target, struct api_problem *problem) {
     struct file file = {.problem = problem, .counting = true};
-    char names[API_DETAIL_MAX] = "no cards";
+    char names[64 + PASSED_NAMES * (BULK_NAME_SIZE + 24)] = "no cards";
     *target = (struct map_target){0};
     if (!read_cards(&file, bytes, length))
         return problem->id;
     if (file.elements.count == 0) {
         if (file.passed.names > 0)
-            name_passed(&file.passed, names, sizeof names - 100);
-        api_problem_set(
+            name_passed(&file.passed, names, API_DETAIL_MAX - 100);
+        return api_problem_set(
             problem, API_INVALID_REQUEST,
             "the file has no shell elements (CTRIA3, CQUAD4, ...); beside %zu GRIDs it has %s",
             file.grids.count, names);
-        return problem->id;
     }
     if (!read_bulk_mesh(&file, bytes, length, arena))
         return problem->id;
@@ -287,7 +265,22 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
                                   .ids = file.elements.id,
                                   .vertex_ids = file.grids.id,
                                   .pids = file.elements.pid};
-    if (!warn_of_passed(&file, arena, target))
+    if (file.passed.names == 0 && file.curved == 0)
+        return API_OK;
+    struct api_text text = api_text_growing(arena);
+    if (file.passed.names > 0) {
+        name_passed(&file.passed, names, sizeof names);
+        api_text_raw(&text, "ignored: ");
+        api_text_raw(&text, names);
+        api_text_raw(&text, " (only GRIDs and shell elements are read)");
+    }
+    if (file.curved > 0)
+        api_text_format(&text,
+                        "%s%zu elements are read by their corners, without the nodes in the middle "
+                        "of their edges",
+                        file.passed.names > 0 ? "; " : "", file.curved);
+    target->warning = api_text_finish(&text);
+    if (!target->warning)
         (void)map_target_no_memory(problem);
     return problem->id;
 }

@@ -28,28 +28,12 @@ static bool are_columns(const struct api_column *column, size_t left, const char
     return true;
 }
 
-static size_t add_group(struct map_net *net, const struct api_column *column, size_t left) {
-    const struct column_spec *spec = column_spec_find(column->table, column->name);
-    static const enum column_id ids[] = {COLUMN_CELLS_k1, COLUMN_CELLS_k2, COLUMN_CELLS_k3,
-                                         COLUMN_CELLS_k1_direction};
-    const char *tensor[MAP_TENSOR_COLUMNS];
-    size_t parts = column_part_names(ids, sizeof ids / sizeof *ids, tensor), values = 1;
-    struct map_group group = {column, spec, MAP_SMOOTH, 1, net->width};
-    if (column->integer) {
-        group.kind = MAP_CELL;
-    } else if (are_columns(column, left, tensor, parts)) {
-        group.kind = MAP_TENSOR;
-        group.columns = MAP_TENSOR_COLUMNS;
-        values = MAP_TENSOR_VALUES;
-    } else if (spec && spec->kind == COLUMN_VECTOR &&
-               are_columns(column, left, spec->part, (size_t)spec->parts)) {
-        group.kind = MAP_VECTOR;
-        group.columns = values = 3;
-    }
-    net->group[net->group_count++] = group;
-    net->column_count += group.columns;
-    net->width += values;
-    return group.columns;
+/* Behind those that are there. */
+static void add_group(struct map_net *net, struct map_group *group) {
+    group->offset = net->width;
+    net->width += group->kind == MAP_TENSOR ? MAP_TENSOR_VALUES : group->columns;
+    net->column_count += group->columns;
+    net->group[net->group_count++] = *group;
 }
 
 static bool find_vector(const struct map_net *net, enum column_id id, size_t *offset) {
@@ -63,17 +47,36 @@ static bool find_vector(const struct map_net *net, enum column_id id, size_t *of
 
 enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net *net,
                                  struct api_problem *problem) {
+    static const enum column_id ids[] = {COLUMN_CELLS_k1, COLUMN_CELLS_k2, COLUMN_CELLS_k3,
+                                         COLUMN_CELLS_k1_direction};
+    const char *tensor[MAP_TENSOR_COLUMNS];
+    size_t parts = column_part_names(ids, sizeof ids / sizeof *ids, tensor), end = 0;
     struct api_columns *columns = &net->columns;
-    size_t end = 0;
     memset(net, 0, sizeof *net);
     if (api_columns_open(reader, columns, problem) != API_OK)
         return problem->id;
     while (end < columns->count && columns->column[end].table != API_TABLE_FRONT)
         end++;
-    for (size_t k = 0; k < end;)
-        k += columns->column[k].table == API_TABLE_CELLS
-                 ? add_group(net, &columns->column[k], end - k)
-                 : 1;
+    for (size_t k = 0, taken; k < end; k += taken) {
+        const struct api_column *column = &columns->column[k];
+        const struct column_spec *spec = column_spec_find(column->table, column->name);
+        struct map_group group = {column, spec, MAP_SMOOTH, 1, 0};
+        taken = 1;
+        if (column->table != API_TABLE_CELLS)
+            continue;
+        if (column->integer) {
+            group.kind = MAP_CELL;
+        } else if (are_columns(column, end - k, tensor, parts)) {
+            group.kind = MAP_TENSOR;
+            group.columns = MAP_TENSOR_COLUMNS;
+        } else if (spec && spec->kind == COLUMN_VECTOR &&
+                   are_columns(column, end - k, spec->part, (size_t)spec->parts)) {
+            group.kind = MAP_VECTOR;
+            group.columns = 3;
+        }
+        taken = group.columns;
+        add_group(net, &group);
+    }
     const double *spacing = columns->grid.spacing;
     net->spacing = spacing[0] > spacing[1] ? spacing[0] : spacing[1];
     if (!find_vector(net, COLUMN_CELLS_warp, &net->warp) ||
@@ -88,23 +91,16 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
 }
 
 void map_net_keep(struct map_net *net, const enum column_id *ids, size_t count) {
-    size_t kept = 0;
-    net->column_count = net->width = 0;
-    for (size_t k = 0; k < net->group_count; k++) {
+    size_t all = net->group_count;
+    net->group_count = net->column_count = net->width = 0;
+    for (size_t k = 0; k < all; k++) {
         struct map_group group = net->group[k];
         bool wanted = false;
         for (size_t n = 0; n < count; n++)
             wanted = wanted || group.spec == &column_specs[ids[n]];
-        if (!wanted)
-            continue;
-        group.offset = net->width;
-        net->width += group.kind == MAP_VECTOR   ? 3
-                      : group.kind == MAP_TENSOR ? MAP_TENSOR_VALUES
-                                                 : 1;
-        net->column_count += group.columns;
-        net->group[kept++] = group;
+        if (wanted)
+            add_group(net, &group);
     }
-    net->group_count = kept;
     (void)find_vector(net, COLUMN_CELLS_warp, &net->warp);
     (void)find_vector(net, COLUMN_CELLS_weft, &net->weft);
 }
@@ -160,19 +156,6 @@ static int32_t node_at(const struct gathering *g, int32_t i, int32_t j) {
                                                                           : FACETS_NONE;
 }
 
-/* Numbers the corners that are no nodes after these, each once. */
-static size_t number_corners(struct gathering *g) {
-    size_t count = g->nodes;
-    if (g->count)
-        qsort(g->beyond, g->count, sizeof *g->beyond, compare_corners);
-    for (size_t k = 0; k < g->count; k++) {
-        if (k == 0 || compare_corners(&g->beyond[k - 1], &g->beyond[k]) != 0)
-            memcpy(g->points[count++], g->beyond[k].r, sizeof *g->points);
-        *g->beyond[k].index = (int32_t)(count - 1);
-    }
-    return count;
-}
-
 static bool read_cloth(const struct api_reader *reader, const struct map_net *net,
                        struct gathering *g) {
     static const char *const places[] = {"i", "j"}, *const points[] = {"x", "y", "z"};
@@ -221,8 +204,17 @@ static enum api_problem_id load_cloth(const struct api_reader *reader, struct ar
                 g.beyond[g.count++] = (struct corner){i, j, corner, g.cut[k] + 2 + 3 * c};
         }
     }
+    /* The corners that are no nodes are numbered after these, each once. */
+    size_t points = nodes;
+    if (g.count)
+        qsort(g.beyond, g.count, sizeof *g.beyond, compare_corners);
+    for (size_t k = 0; k < g.count; k++) {
+        if (k == 0 || compare_corners(&g.beyond[k - 1], &g.beyond[k]) != 0)
+            memcpy(g.points[points++], g.beyond[k].r, sizeof *g.points);
+        *g.beyond[k].index = (int32_t)(points - 1);
+    }
     _Static_assert(sizeof(struct vec3) == 3 * sizeof(double), "a point is its coordinates");
-    const struct facets_source source = {.node_count = number_corners(&g),
+    const struct facets_source source = {.node_count = points,
                                          .nodes = (const struct vec3 *)(const void *)g.points,
                                          .corners = (const int32_t(*)[4])g.corners,
                                          .places = (const int32_t(*)[2])g.places,
@@ -273,15 +265,14 @@ static bool fill_block(const struct api_reader *reader, const struct map_net *ne
     return true;
 }
 
-/* The rows of the whole cells, then of those that are cut. */
-static enum api_problem_id load_rows(const struct api_reader *reader,
-                                     const struct drape_monitor *monitor, struct arena *arena,
-                                     struct map_net *net, struct api_problem *problem) {
+enum api_problem_id map_net_load(const struct api_reader *reader,
+                                 const struct drape_monitor *monitor, struct arena *arena,
+                                 struct map_net *net, struct api_problem *problem) {
     struct block *block = arena_take(arena, 1, sizeof *block);
     net->rows = arena_take(arena, net->whole + net->cut, net->width * sizeof *net->rows);
     if (!block || !net->rows)
         return no_map_memory(problem);
-    for (int cut = 0; cut < 2; cut++) {
+    for (int cut = 0; cut < 2; cut++) { /* rows of the whole cells, then of those that are cut */
         size_t cells = cut ? net->cut : net->whole;
         block->table = cut ? API_TABLE_CUT : API_TABLE_CELLS;
         for (block->first = 0; block->first < cells; block->first += BLOCK) {
@@ -294,14 +285,7 @@ static enum api_problem_id load_rows(const struct api_reader *reader,
                 return api_problem_set(problem, API_CANCELLED, "the map was cancelled");
         }
     }
-    return API_OK;
-}
-
-enum api_problem_id map_net_load(const struct api_reader *reader,
-                                 const struct drape_monitor *monitor, struct arena *arena,
-                                 struct map_net *net, struct api_problem *problem) {
-    if (load_rows(reader, monitor, arena, net, problem) != API_OK ||
-        load_cloth(reader, arena, net, problem) != API_OK ||
+    if (load_cloth(reader, arena, net, problem) != API_OK ||
         stored_rim_make(reader, &net->columns, arena, &net->edge, problem) != API_OK)
         return problem->id;
     net->clear = arena_take(arena, net->whole, sizeof *net->clear);
@@ -327,31 +311,24 @@ bool map_net_is_beyond(const struct map_net *net, const struct facets_point *poi
            stored_rim_is_beyond(net->edge, pq[0], pq[1], 2 * point->distance / net->spacing);
 }
 
-/* Adds the mean of the cells around a corner, `weight` times. */
-static void add_corner(const struct map_net *net, const int32_t around[4], double weight,
-                       double *row) {
-    int count = 0;
-    for (int k = 0; k < 4; k++)
-        count += around[k] != FACETS_NONE;
-    for (int k = 0; k < 4; k++) {
-        if (around[k] == FACETS_NONE)
-            continue;
-        const double *own = net->rows + (size_t)around[k] * net->width;
-        for (size_t v = 0; v < net->width; v++)
-            row[v] += weight / count * own[v];
-    }
-}
-
 void map_net_interpolate(const struct map_net *net, const struct facets_point *point, double *row) {
     const struct facets *facets = net->facets;
     const int32_t *corners = facets->source.corners[point->cell];
     const double *cell = net->rows + (size_t)point->cell * net->width;
     for (size_t v = 0; v < net->width; v++)
         row[v] = point->weight[0] * cell[v];
-    for (int k = 0; k < 2; k++)
-        if (point->weight[1 + k] > 0)
-            add_corner(net, facets->around[corners[(point->side + k) & 3]], point->weight[1 + k],
-                       row);
+    for (int k = 0; k < 2; k++) { /* of a corner the mean of the cells around it */
+        const int32_t *around = facets->around[corners[(point->side + k) & 3]];
+        double weight = point->weight[1 + k];
+        int count = 0;
+        for (int c = 0; c < 4; c++)
+            count += around[c] != FACETS_NONE;
+        for (int c = 0; c < 4 && weight > 0; c++) {
+            const double *own = net->rows + (size_t)around[c] * net->width;
+            for (size_t v = 0; v < net->width && around[c] != FACETS_NONE; v++)
+                row[v] += weight / count * own[v];
+        }
+    }
     for (size_t k = 0; k < net->group_count; k++)
         if (net->group[k].kind == MAP_CELL)
             row[net->group[k].offset] = cell[net->group[k].offset];

@@ -78,11 +78,21 @@ static bool move_grid(struct resolution *resolution, size_t index) {
            MAP_REFUSE(resolution->problem, "line %u: a GRID has coordinates beyond 1e12", line);
 }
 
-/* The three points that define the system, in basic coordinates. */
-static bool find_defining_points(struct resolution *resolution, const struct system *system,
-                                 struct vec3 points[3]) {
-    struct grids *grids = resolution->grids;
-    for (int k = 0; k < 3; k++) {
+static bool prepare_system(struct resolution *resolution, struct system *system) {
+    const struct grids *grids = resolution->grids;
+    struct vec3 points[3];
+    if (system->state == SYSTEM_READY)
+        return true;
+    if (system->state == SYSTEM_BUSY)
+        return MAP_REFUSE(resolution->problem, "line %u: %s %d refers to itself", system->line,
+                          system->name, system->id);
+    if (resolution->depth == DEPTH_MAX)
+        return MAP_REFUSE(resolution->problem,
+                          "line %u: %s %d: more than %d systems depend on each other", system->line,
+                          system->name, system->id, DEPTH_MAX);
+    system->state = SYSTEM_BUSY;
+    resolution->depth++;
+    for (int k = 0; k < 3; k++) { /* the points that define it, in basic coordinates */
         points[k] = system->point[k];
         if (!system->by_grids) {
             if (!to_basic(resolution, system->reference, &points[k], system->line, system->name))
@@ -98,24 +108,6 @@ static bool find_defining_points(struct resolution *resolution, const struct sys
             return false;
         points[k] = grids->point[grid];
     }
-    return true;
-}
-
-static bool prepare_system(struct resolution *resolution, struct system *system) {
-    struct vec3 points[3];
-    if (system->state == SYSTEM_READY)
-        return true;
-    if (system->state == SYSTEM_BUSY)
-        return MAP_REFUSE(resolution->problem, "line %u: %s %d refers to itself", system->line,
-                          system->name, system->id);
-    if (resolution->depth == DEPTH_MAX)
-        return MAP_REFUSE(resolution->problem,
-                          "line %u: %s %d: more than %d systems depend on each other", system->line,
-                          system->name, system->id, DEPTH_MAX);
-    system->state = SYSTEM_BUSY;
-    resolution->depth++;
-    if (!find_defining_points(resolution, system, points))
-        return false;
     if (!coordinates_make(system->basis.kind, points, &system->basis))
         return MAP_REFUSE(resolution->problem, "line %u: the three points of %s %d lie on one line",
                           system->line, system->name, system->id);

@@ -123,20 +123,6 @@ static const char *mark_entry(const struct marking *marking, const char *text) {
     return found ? end : NULL;
 }
 
-static bool mark_list(struct marking *marking, const char *list, struct arena *arena) {
-    const struct map_target *target = marking->target;
-    struct arena_mark scratch = arena_mark(arena);
-    if (target->ids)
-        marking->ids = map_ids_sort(target->ids, target->element_count, arena);
-    if (target->ids && !marking->ids)
-        return map_target_no_memory(marking->problem);
-    const char *at = mark_entry(marking, list);
-    while (at && *at)
-        at = mark_entry(marking, at + 1);
-    arena_rewind(arena, scratch);
-    return at != NULL;
-}
-
 /* Inlet, outlet or channel, each once. */
 static bool set_role(struct map_target *target, enum map_role role, const char *value,
                      struct arena *arena, struct api_problem *problem) {
@@ -155,8 +141,18 @@ static bool set_role(struct map_target *target, enum map_role role, const char *
         target->roles = arena_alloc(arena, target->element_count, 1);
     if (!target->roles)
         return map_target_no_memory(problem);
-    if (role != MAP_CHANNEL)
-        return mark_list(&marking, value, arena);
+    if (role != MAP_CHANNEL) {
+        struct arena_mark scratch = arena_mark(arena);
+        if (target->ids)
+            marking.ids = map_ids_sort(target->ids, target->element_count, arena);
+        if (target->ids && !marking.ids)
+            return map_target_no_memory(problem);
+        const char *at = mark_entry(&marking, value);
+        while (at && *at)
+            at = mark_entry(&marking, at + 1);
+        arena_rewind(arena, scratch);
+        return at != NULL;
+    }
     const char *end = read_reals(value, ',', 2, numbers);
     if (!end || *end || !(numbers[0] > 0) || !(numbers[1] > 0))
         return MAP_REFUSE(problem,
@@ -208,22 +204,35 @@ static bool set_heights(struct map_target *target, const char *value, struct are
     return true;
 }
 
-/* The elements of the properties in the list, which has been read once, become the punch; the
- * others stay, in their order. */
-static bool part_elements(struct map_target *target, const char *list, struct arena *arena) {
+/* "pid:7,pid:8": the elements of these properties become the punch; the others stay, in their
+ * order. */
+static bool set_punch(struct map_target *target, const char *value, struct arena *arena,
+                      struct api_problem *problem) {
     size_t count = target->element_count, kept = 0;
+    int32_t pid, own;
+    const char *at = read_property(value, &pid);
+    while (at && *at == ',')
+        at = read_property(at + 1, &pid);
+    if (!at || *at)
+        return MAP_REFUSE(problem,
+                          "punch must list properties of the mesh, separated by commas, such as "
+                          "pid:7,pid:8; in a JSON body give \"punch\" beside \"mesh\"");
+    if (target->heights || target->punch)
+        return MAP_REFUSE(problem,
+                          "punch: give the cavity once, by heights or by a punch, not both");
+    if (!target->pids)
+        return MAP_REFUSE(problem, "punch: the mesh has no properties");
     int32_t(*elements)[4] = arena_take(arena, count, sizeof *elements);
     int32_t(*punch)[4] = arena_take(arena, count, sizeof *punch);
     int32_t *pids = arena_take(arena, count, sizeof *pids);
     int32_t *ids = arena_take(arena, count, sizeof *ids);
     if (!elements || !punch || !pids || !ids)
-        return false;
+        return map_target_no_memory(problem);
     for (size_t k = 0; k < count; k++) {
         bool named = false;
-        int32_t pid;
-        for (const char *at = list; !named && at; at = *at ? at + 1 : NULL) {
-            at = read_property(at, &pid);
-            named = pid == target->pids[k];
+        for (at = value; !named && at; at = *at ? at + 1 : NULL) {
+            at = read_property(at, &own);
+            named = own == target->pids[k];
         }
         if (named) {
             memcpy(punch[target->punch_count++], target->elements[k], sizeof *punch);
@@ -242,27 +251,6 @@ static bool part_elements(struct map_target *target, const char *list, struct ar
     target->punch_vertices = target->vertices;
     target->pids = pids;
     target->ids = ids;
-    return true;
-}
-
-/* "pid:7,pid:8". */
-static bool set_punch(struct map_target *target, const char *value, struct arena *arena,
-                      struct api_problem *problem) {
-    int32_t pid;
-    const char *at = read_property(value, &pid);
-    while (at && *at == ',')
-        at = read_property(at + 1, &pid);
-    if (!at || *at)
-        return MAP_REFUSE(problem,
-                          "punch must list properties of the mesh, separated by commas, such as "
-                          "pid:7,pid:8; in a JSON body give \"punch\" beside \"mesh\"");
-    if (target->heights || target->punch)
-        return MAP_REFUSE(problem,
-                          "punch: give the cavity once, by heights or by a punch, not both");
-    if (!target->pids)
-        return MAP_REFUSE(problem, "punch: the mesh has no properties");
-    if (!part_elements(target, value, arena))
-        return map_target_no_memory(problem);
     if (target->punch_count == 0)
         return MAP_REFUSE(problem, "punch: the mesh has no element of property %d", pid);
     return target->element_count > 0 ||
@@ -271,26 +259,21 @@ static bool set_punch(struct map_target *target, const char *value, struct arena
 
 /* ---- all ---- */
 
-/* "x,y,z" */
-static bool set_reference(struct map_target *target, const char *value,
-                          struct api_problem *problem) {
-    double v[3];
-    const char *end = read_reals(value, ',', 3, v);
-    if (!end || *end)
-        return MAP_REFUSE(
-            problem,
-            "reference must be a direction, three numbers separated by commas, such as 1,0,0");
-    target->reference = vec3_make(v[0], v[1], v[2]);
-    target->has_reference = true;
-    double norm2 = vec3_norm2(target->reference);
-    return (norm2 > 0 && isfinite(norm2)) ||
-           MAP_REFUSE(problem, "reference must not have length zero");
-}
-
 bool map_target_option(struct map_target *target, const char *name, const char *value,
                        struct arena *arena, struct api_problem *problem) {
-    if (strcmp(name, "reference") == 0)
-        return set_reference(target, value, problem);
+    if (strcmp(name, "reference") == 0) { /* "x,y,z" */
+        double v[3];
+        const char *end = read_reals(value, ',', 3, v);
+        if (!end || *end)
+            return MAP_REFUSE(
+                problem,
+                "reference must be a direction, three numbers separated by commas, such as 1,0,0");
+        target->reference = vec3_make(v[0], v[1], v[2]);
+        target->has_reference = true;
+        double norm2 = vec3_norm2(target->reference);
+        return (norm2 > 0 && isfinite(norm2)) ||
+               MAP_REFUSE(problem, "reference must not have length zero");
+    }
     if (strcmp(name, "cavity_height") == 0)
         return set_heights(target, value, arena, problem);
     if (strcmp(name, "punch") == 0)

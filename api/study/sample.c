@@ -4,7 +4,7 @@
 #include "seeded.h"
 
 #include "api/json/text.h"
-#include "api/map/map.h"
+#include "api/map/map_columns.h"
 #include "api/result/cell_corners.h"
 #include "api/result/fields.h"
 #include "solver/angle.h"
@@ -241,11 +241,6 @@ static double weibull_quantile(double *values, size_t count, double share) {
     return low + 1 < count ? values[low] + (at - (double)low) * (next - values[low]) : values[low];
 }
 
-static bool fill_band(const void *context, size_t first, size_t count, double *values) {
-    memcpy(values, (const double *)context + first, count * sizeof *values);
-    return true;
-}
-
 static bool add_band(const struct sample_nominal *n, const char *name, const char *suffix,
                      const double *values, struct arena *arena, struct api_column_source *source) {
     char *own = arena_alloc(arena, API_COLUMN_NAME_SIZE, 1);
@@ -257,7 +252,7 @@ static bool add_band(const struct sample_nominal *n, const char *name, const cha
                                          .integer = suffix[0] == '\0' && name[1] == '\0' &&
                                                     (name[0] == 'i' || name[0] == 'j'),
                                          .rows = n->count,
-                                         .fill = fill_band,
+                                         .fill = map_columns_copy,
                                          .context = values};
     return true;
 }
