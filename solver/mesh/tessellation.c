@@ -281,8 +281,8 @@ static enum status tessellate_surface(struct tessellation *g) {
         status = cut_rows(g);
     if (status != STATUS_OK)
         return status;
-    size_t most =
-        0; /* a point of each row's piece and one more, and one at a pole for each triangle */
+    /* a point of each row's piece and one more, and one at a pole for each triangle */
+    size_t most = 0;
     for (size_t k = 0; k < g->row_count; k++)
         most += 3 * g->rows[k].total + 1;
     g->points = arena_alloc(g->arena, most, sizeof *g->points);

@@ -105,6 +105,8 @@ struct gathering {
     struct node_shear between;
     struct drape_statistics *statistics;
     struct sums *sums;
+    size_t stretches; /* that whole cells are divided into, in their order */
+    struct sums *of_stretches;
 };
 
 /* Adds the angle of an area's warp from the direction wanted, in the plane of warp and weft; 0..90.
@@ -121,27 +123,21 @@ static void add_turned(const struct gathering *g, struct sums *sums, double area
 
 /* ---- whole cells ---- */
 
-/* Those from the k-th to the one before `end`, in the order of the nodes. */
-struct stretch {
-    const struct gathering *g;
-    size_t k, end;
-    struct sums *sums;
-};
-
 /* So many cells are worth a stretch of their own, and stretches at the most: how many there are
  * must not depend on who is there to measure them, or sums would. */
 enum { WORTH = 1 << 16, STRETCHES = 8 };
 
 static void add_stretch(void *data, int number) {
-    const struct stretch *s = &((struct stretch *)data)[number];
-    const struct gathering *g = s->g;
+    const struct gathering *g = data;
     const struct drape_nodes *n = &g->result->nodes;
     const struct drape_cells *c = &g->result->cells;
     const struct rim_cell *next = g->cells->cells, *last = next + g->cells->count;
-    struct sums *sums = s->sums;
+    struct sums *sums = &g->of_stretches[number];
+    size_t first = (size_t)number * c->count / g->stretches;
+    size_t end = (size_t)(number + 1) * c->count / g->stretches;
     /* nodes of the row of cells and the one above: each cell before has a node of its own */
-    size_t below = s->k, above = s->k;
-    for (size_t k = s->k; k < s->end; k++) {
+    size_t below = first, above = first;
+    for (size_t k = first; k < end; k++) {
         int32_t i = c->i[k], j = c->j[k];
         while (next < last && node_comes_before(next->i, next->j, i, j))
             next++;
@@ -175,19 +171,17 @@ static void add_stretch(void *data, int number) {
 
 /* All of them; the divisions of the statistics are noted by one alone. */
 static enum status add_wholes(struct gathering *g) {
-    size_t cells = g->result->cells.count, count = 1 + cells / WORTH;
+    size_t count = 1 + g->result->cells.count / WORTH;
     count = statistics_divides(g->statistics) ? 1 : count < STRETCHES ? count : STRETCHES;
     struct arena_mark mark = arena_mark(g->march->arena);
-    struct stretch stretches[STRETCHES];
     struct sums *sums = count > 1 ? arena_take(g->march->arena, count, sizeof *sums) : g->sums;
     if (!sums)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < count && count > 1; k++)
         begin_sums(&sums[k]);
-    for (size_t k = 0; k < count; k++)
-        stretches[k] = (struct stretch){
-            .g = g, .k = k * cells / count, .end = (k + 1) * cells / count, .sums = &sums[k]};
-    team_run(count > 1 ? g->march->settings->team : NULL, (int)count, add_stretch, stretches);
+    g->stretches = count;
+    g->of_stretches = sums;
+    team_run(count > 1 ? g->march->settings->team : NULL, (int)count, add_stretch, g);
     for (size_t k = 0; k < count && count > 1; k++) {
         const struct sums *more = &sums[k];
         struct spread *to = &g->sums->spread;
