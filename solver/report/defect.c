@@ -102,16 +102,10 @@ static double sideways_turn(struct defect_net *net, int32_t i, int32_t j, int di
     return fabs(vec3_dot(vec3_cross(out, back), point.normal));
 }
 
-/* Of what both ends say, or the one that does. */
-static double mean_turn(double near, double far) {
-    return near >= 0 && far >= 0 ? (near + far) / 2 : fmax(near, far);
-}
-
-bool defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, double *turn) {
-    double near = sideways_turn(net, i, j, di, dj),
-           far = sideways_turn(net, i + di, j + dj, di, dj);
-    *turn = mean_turn(near, far);
-    return *turn >= 0;
+double defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, double end[2]) {
+    end[0] = sideways_turn(net, i, j, di, dj);
+    end[1] = sideways_turn(net, i + di, j + dj, di, dj);
+    return end[0] >= 0 && end[1] >= 0 ? (end[0] + end[1]) / 2 : fmax(end[0], end[1]);
 }
 
 /* By the angles by which the yarn turns sideways at its ends: evenly over the edge, or all at once
@@ -122,9 +116,7 @@ static struct defect by_turn(struct defect_net *net, int32_t i, int32_t j, int d
                              bool rough) {
     struct defect excess = {0, 0};
     double least = d * unknown_turn * unknown_turn / 24;
-    double near = sideways_turn(net, i, j, di, dj),
-           far = sideways_turn(net, i + di, j + dj, di, dj);
-    double turn = mean_turn(near, far);
+    double end[2], turn = defect_turn(net, i, j, di, dj, end);
     const struct net_node *from = net_view_place(&net->net, i, j);
     const struct net_node *to = net_view_place(&net->net, i + di, j + dj);
     /* by how much the edge is longer than d as its ends tell it, which may be wrong by their error,
@@ -144,7 +136,7 @@ static struct defect by_turn(struct defect_net *net, int32_t i, int32_t j, int d
     if (turn < 0)
         return (struct defect){excess.known, excess.unsure + least};
     double sideways = d * turn * turn / 24, sum = excess.known + sideways;
-    double at_once = rough && near >= 0 && far >= 0 ? d * near * far / 2 : 0;
+    double at_once = rough && end[0] >= 0 && end[1] >= 0 ? d * end[0] * end[1] / 2 : 0;
     double unsure = excess.unsure + of_known * fabs(sum) + (of_known + turn) * sideways +
                     of_at_once * at_once + rounding * d;
     if (!known)

@@ -46,8 +46,9 @@ struct defect_tile {
 void defect_of_tile(const struct defect_net *net, const struct net_window *window,
                     struct defect_tile *tile);
 
-/* The angle by which the yarn turns sideways, in the surface, at one end of the edge from (i, j) to
- * (i + di, j + dj), in radians, >= 0; false where there is no telling. */
-bool defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, double *turn);
+/* The angles by which the yarn turns sideways, in the surface, at both ends of the edge from (i, j)
+ * to (i + di, j + dj), in radians, each less than 0 where it is not known: the mean of both, or the
+ * one that is known. */
+double defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, double end[2]);
 
 #endif

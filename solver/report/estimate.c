@@ -153,13 +153,12 @@ static void error_of_step(struct estimate *e, const struct march_step *s, struct
     if (straight) {
         /* the yarn beside it turns sideways, and it does not, for the part of a spacing by which
          * the free edge may lie nearer */
-        double most = -1, turn;
+        double most = -1, end[2];
         for (int side = -1; side <= 1; side += 2) {
             int32_t bi = i - s->di + side * (s->dj != 0), bj = j - s->dj + side * (s->di != 0);
             if (net_view_place(&e->net.net, bi, bj) &&
-                net_view_place(&e->net.net, bi + s->di, bj + s->dj) &&
-                defect_turn(&e->net, bi, bj, s->di, s->dj, &turn))
-                most = fmax(most, turn);
+                net_view_place(&e->net.net, bi + s->di, bj + s->dj))
+                most = fmax(most, defect_turn(&e->net, bi, bj, s->di, s->dj, end));
         }
         step = d * (most < 0 ? straight_unknown : straight_share * most);
     }
