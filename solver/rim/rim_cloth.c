@@ -197,21 +197,19 @@ static bool turns_evenly(const struct rim_cloth *cloth, struct rim_patch *patch)
 
 /* The neighbours of the cell's corners: where the net has none, the degree is lower. */
 static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bool *rough) {
-    bool known[4][4];
+    bool known[4][4], all = true;
     for (int b = 0; b < 4; b++)
         for (int a = 0; a < 4; a++) {
             bool inner = (a == 1 || a == 2) && (b == 1 || b == 2);
             const struct net_node *node =
                 inner ? NULL : net_view_place(&cloth->view, patch->i + a - 1, patch->j + b - 1);
             known[b][a] = inner || node;
+            all = all && known[b][a];
             if (node) {
                 patch->r[b][a] = node->r;
                 *rough = *rough || node->rough;
             }
         }
-    bool all = true;
-    for (int k = 0; k < 16; k++)
-        all = all && known[k / 4][k % 4];
     patch->rough = *rough || (patch->extended && !cloth->march->mesh);
     *rough = *rough && !(all && turns_evenly(cloth, patch));
     for (int k = 0; k < 6; k++) { /* those through the cell first */
