@@ -6,14 +6,13 @@
 #include "fishnet_limits.h"
 #include "solver/numbers.h"
 
-/* A cell, and D on the way to its corner. */
+/* A cell, and D on the way to its corner; where that is, and the surface there, is kept apart: by
+ * the points of the net, without a copy. */
 struct NAME(corner) {
     VECTOR a, b, c;
     NUMBER bd, cd, bd2, cd2, inverse[2]; /* chords, their squares, and one by these */
-    NUMBER uv[2];
-    JET jet;
-    VECTOR wb, wc;      /* D - B, D - C */
-    NUMBER f[2], error; /* F, and the larger relative error of the lengths */
+    VECTOR wb, wc;                       /* D - B, D - C */
+    NUMBER f[2], error;                  /* F, and the larger relative error of the lengths */
     NUMBER iterations;
 };
 
@@ -79,8 +78,8 @@ INLINE VECTOR NAME(model_step)(const JET *jet, const NUMBER s[2], VECTOR *there_
 /* Newton's step, and more of them for the paraboloid that has the derivatives at hand,
  * F + w . e + |e|^2 / 2 = 0: those cost a fraction of an evaluation, and leave the third
  * derivatives' share of the error alone. Which of those `wanted` have a step. */
-INLINE MASK NAME(newton_step)(const struct NAME(corner) * d, MASK wanted, NUMBER step[2]) {
-    const JET *jet = &d->jet;
+INLINE MASK NAME(newton_step)(const struct NAME(corner) * d, const JET *jet, MASK wanted,
+                              NUMBER step[2]) {
     struct NAME(linear) linear = NAME(linear_make)(jet->u, jet->v, d->wb, d->wc);
     NAME(linear_solve)(&linear, -d->f[0], -d->f[1], step);
     NUMBER whole = N(abs)(step[0]) + N(abs)(step[1]);
@@ -108,18 +107,18 @@ INLINE NUMBER NAME(spatial_size2)(const JET *jet, const NUMBER step[2]) {
 }
 
 /* The last step, next to nothing: D moves by it on the paraboloid, and needs no evaluation. */
-INLINE void NAME(settle)(struct NAME(corner) * d) {
-    JET *jet = &d->jet;
+INLINE void NAME(settle)(struct NAME(corner) * d, NUMBER uv[2], JET *jet) {
     NUMBER step[2];
-    struct NAME(linear) linear = NAME(linear_make)(jet->u, jet->v, d->wb, d->wc);
-    MASK moves = (d->error > FISHNET_SETTLED) & N(finite)(linear.inverse);
+    MASK moves = d->error > FISHNET_SETTLED;
     if (!N(any)(moves))
         return;
+    struct NAME(linear) linear = NAME(linear_make)(jet->u, jet->v, d->wb, d->wc);
+    moves &= N(finite)(linear.inverse);
     NAME(linear_solve)(&linear, -d->f[0], -d->f[1], step);
     VECTOR u, v, e = NAME(model_step)(jet, step, &u, &v);
     NUMBER error = d->error;
     for (int k = 0; k < 2; k++)
-        d->uv[k] = N(select)(moves, d->uv[k] + step[k], d->uv[k]);
+        uv[k] = N(select)(moves, uv[k] + step[k], uv[k]);
     jet->r = V(select)(moves, V(add)(jet->r, e), jet->r);
     jet->u = V(select)(moves, u, jet->u);
     jet->v = V(select)(moves, v, jet->v);
@@ -136,9 +135,9 @@ INLINE NUMBER NAME(triangle_turn)(VECTOR p, VECTOR q, VECTOR r, VECTOR normal) {
 
 /* Whether D is the root away from A, and the cell A, C, D, B convex: as seen along the normals or,
  * where it is hardly open, from anywhere. `sign` is 1 when A, C, D, B turn counter-clockwise. */
-INLINE MASK NAME(is_right_root)(const struct NAME(corner) * cell, double sign, VECTOR normal_b,
-                                VECTOR normal_d) {
-    VECTOR a = cell->a, b = cell->b, c = cell->c, d = cell->jet.r;
+INLINE MASK NAME(is_right_root)(const struct NAME(corner) * cell, VECTOR d, double sign,
+                                VECTOR normal_b, VECTOR normal_d) {
+    VECTOR a = cell->a, b = cell->b, c = cell->c;
     NUMBER at_d = sign * NAME(triangle_turn)(c, d, b, normal_d);
     MASK away = (at_d > 0) & (sign * NAME(triangle_turn)(c, d, b, normal_b) > 0);
     MASK open = at_d > FISHNET_OPEN_SINE * cell->bd * cell->cd;

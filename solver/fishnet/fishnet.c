@@ -40,9 +40,8 @@ bool fishnet_right_root(const struct fishnet_cell *cell, const struct surface_po
                                   .b = cell->b->jet.r,
                                   .c = cell->c->jet.r,
                                   .bd = cell->bd,
-                                  .cd = cell->cd,
-                                  .jet.r = d->jet.r};
-    return is_right_root(&corner, cell->orientation, cell->b->normal, d->normal);
+                                  .cd = cell->cd};
+    return is_right_root(&corner, d->jet.r, cell->orientation, cell->b->normal, d->normal);
 }
 
 /* From uv, which is at r, by `step`, no longer than `longest`; near a pole through its chart. The
@@ -96,31 +95,25 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
     point->uv[1] = uv[1];
     for (int round = 0; round < NEWTON_MAX; round++) {
         surface_jet_at(surface, cursor, point->uv[0], point->uv[1], &point->jet);
-        d.jet = point->jet;
-        d.wb = vec3_sub(d.jet.r, b);
-        d.wc = vec3_sub(d.jet.r, c);
+        d.wb = vec3_sub(point->jet.r, b);
+        d.wc = vec3_sub(point->jet.r, c);
         find_error(&d);
         node->residual = d.error;
         node->iterations += 1;
         if (has_converged(d.error, limit, share2, previous)) {
-            d.uv[0] = point->uv[0];
-            d.uv[1] = point->uv[1];
-            settle(&d);
-            point->uv[0] = d.uv[0];
-            point->uv[1] = d.uv[1];
-            point->jet = d.jet;
+            settle(&d, point->uv, &point->jet);
             node->residual = d.error;
             return surface_point_complete(surface, point);
         }
         if (d.error < previous) {
-            if (!newton_step(&d, true, step))
+            if (!newton_step(&d, &point->jet, true, step))
                 return false;
             previous = d.error;
             halvings = 0;
             from[0] = point->uv[0];
             from[1] = point->uv[1];
-            from_r = d.jet.r;
-            double size2 = spatial_size2(&d.jet, step);
+            from_r = point->jet.r;
+            double size2 = spatial_size2(&point->jet, step);
             share2 = size2 / (least * least);
             if (size2 > longest * longest) {
                 scale_step(step, longest / sqrt(size2));

@@ -71,14 +71,16 @@ static double move_yarns(struct yarns *y, double rest) {
     return most;
 }
 
-/* Rounds until the ends meet, as long as points move less from one to the next. */
+/* Rounds until the ends meet, as long as points move less from one to the next; moves `point` to
+ * where they do, and counts them. */
 static bool meet_yarns(struct surface_cursor *cursor, const struct fishnet_cell *cell,
                        const struct fishnet_collocation *wanted, int attempt, struct yarns *y,
-                       struct fishnet_node *node) {
-    struct surface_point d = node->point;
+                       struct surface_point *point, int *rounds) {
+    struct surface_point pulled;
+    const struct surface_point *d = point;
     double least = fmin(wanted->length[0], wanted->length[1]), last = farthest;
-    double enough = wanted->tolerance * least + rounding * d.surface->magnitude;
-    if (!begin_yarns(cell, wanted, splits[attempt].pieces, &d, y))
+    double enough = wanted->tolerance * least + rounding * d->surface->magnitude;
+    if (!begin_yarns(cell, wanted, splits[attempt].pieces, d, y))
         return false;
     for (int round = 1; round <= ROUNDS; round++) {
         double moved = move_yarns(y, round == 1 ? splits[attempt].rest : HUGE_VAL) / least;
@@ -93,18 +95,21 @@ static bool meet_yarns(struct surface_cursor *cursor, const struct fishnet_cell 
         for (int k = 0; k < 2; k++)
             end[k] = vec3_axpy(y->angle[k], y->by[k], y->path[k].to);
         struct vec3 middle = vec3_scale(0.5, vec3_add(end[0], end[1]));
-        struct vec3 left = surface_point_projection(&d, vec3_sub(middle, d.jet.r));
-        if (!(vec3_norm2(left) <= enough / 8 * (enough / 8)) &&
-            !fishnet_pull_to(cursor, &d, middle, enough / 8, PULLS, &d))
-            return false;
+        struct vec3 left = surface_point_projection(d, vec3_sub(middle, d->jet.r));
+        if (!(vec3_norm2(left) <= enough / 8 * (enough / 8))) {
+            if (!fishnet_pull_to(cursor, d, middle, enough / 8, PULLS, &pulled))
+                return false;
+            d = &pulled;
+        }
         double above = 0;
         for (int k = 0; k < 2; k++)
-            above = fmax(above, fabs(vec3_dot(vec3_sub(end[k], d.jet.r), d.normal)));
+            above = fmax(above, fabs(vec3_dot(vec3_sub(end[k], d->jet.r), d->normal)));
         if (above < enough) {
-            node->point = d;
-            node->iterations += round;
-            node->residual = wanted->tolerance;
-            return collocation_is_whole(&y->path[0], &d) && collocation_is_whole(&y->path[1], &d);
+            if (d != point)
+                *point = pulled;
+            *rounds += round;
+            return collocation_is_whole(&y->path[0], point) &&
+                   collocation_is_whole(&y->path[1], point);
         }
     }
     return false;
@@ -114,13 +119,15 @@ bool fishnet_collocation_solve(struct surface_cursor *cursor, const struct fishn
                                const struct fishnet_collocation *wanted,
                                struct fishnet_yarns *yarns, struct fishnet_node *node) {
     struct yarns y;
-    struct fishnet_node found = *node;
-    int attempt = 0;
-    while (attempt < ATTEMPTS && !meet_yarns(cursor, cell, wanted, attempt, &y, &found))
+    struct surface_point found = node->point;
+    int attempt = 0, rounds = 0;
+    while (attempt < ATTEMPTS && !meet_yarns(cursor, cell, wanted, attempt, &y, &found, &rounds))
         attempt++;
     if (attempt == ATTEMPTS)
         return false;
-    *node = found;
+    node->point = found;
+    node->iterations += rounds;
+    node->residual = wanted->tolerance;
     for (int k = 0; yarns && k < 2; k++) {
         yarns->start[k] = y.path[k].leave;
         yarns->end[k] = surface_point_tangent(&node->point, y.path[k].arrive);

@@ -355,11 +355,12 @@ static const double over_crease = 0.9999;
 /* Carries a D that was found on the continuation of a face to where it lies, over a crease of the
  * shell: chords lead back and forth over it just beyond. Whether its edges have to be laid anew. */
 static bool lies_over_crease(struct march *march, struct surface_point *d) {
-    struct surface_point beyond = *d;
     const struct crossing *joint = d->surface->shell ? march_look_over(march, d) : NULL;
     if (!joint || joint->kind != CROSSING_JOINT ||
-        joint->distance <= shell_joint_width(d->surface->shell) ||
-        !crossing_settle(&march->cursor, &beyond) || beyond.surface == d->surface ||
+        joint->distance <= shell_joint_width(d->surface->shell))
+        return false;
+    struct surface_point beyond = *d;
+    if (!crossing_settle(&march->cursor, &beyond) || beyond.surface == d->surface ||
         vec3_dot(beyond.normal, d->normal) > over_crease)
         return false;
     *d = beyond;

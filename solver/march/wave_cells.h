@@ -164,8 +164,17 @@ near_pole(const struct surface *surface, const struct lanes3 *point, const lanes
     return surface_point_near_pole_lanes(surface, *point, *distance2);
 }
 
+/* D: where it is, and the surface there. */
+struct lanes_corner {
+    lanes uv[2];
+    struct lanes_jet jet;
+    struct lanes3 normal;
+    lanes first[3], second[3];
+};
+
 /* Those of the lanes `going` that settle; D is then where their last evaluation was. */
-INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lanes *cell) {
+INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lanes *cell,
+                         struct lanes_corner *d) {
     lanes_mask ordered = cell->bd < cell->cd;
     lanes least = lanes_select(ordered, cell->bd, cell->cd);
     lanes longest = 2 * lanes_select(ordered, cell->cd, cell->bd), least2 = least * least;
@@ -176,9 +185,9 @@ INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lane
     lanes_mask done = none != none;
     cell->iterations = none;
     for (int round = 0; round < WAVE_ROUNDS; round++) {
-        lanes_jet_at(wave->surface, wave->cursor, cell->uv[0], cell->uv[1], &cell->jet);
-        cell->wb = lanes3_sub(cell->jet.r, cell->b);
-        cell->wc = lanes3_sub(cell->jet.r, cell->c);
+        lanes_jet_at(wave->surface, wave->cursor, d->uv[0], d->uv[1], &d->jet);
+        cell->wb = lanes3_sub(d->jet.r, cell->b);
+        cell->wc = lanes3_sub(d->jet.r, cell->c);
         find_error_lanes(cell);
         lanes error = cell->error, step[2];
         cell->iterations += lanes_select(going, lanes_of(1), none);
@@ -187,28 +196,23 @@ INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lane
         going &= ~end & (error < previous);
         if (!lanes_bits(going))
             break;
-        going = newton_step_lanes(cell, going, step);
-        lanes size2 = spatial_size2_lanes(&cell->jet, step);
+        going = newton_step_lanes(cell, &d->jet, going, step);
+        lanes size2 = spatial_size2_lanes(&d->jet, step);
         going &= size2 <= longest * longest;
         if (wave->surface->has_poles) {
             lanes reach = FISHNET_POLE_STEPS * longest, reach2 = reach * reach;
-            going &= ~near_pole(wave->surface, &cell->jet.r, &reach2);
+            going &= ~near_pole(wave->surface, &d->jet.r, &reach2);
         }
         share2 = size2 / least2;
         previous = error;
         limit = enough;
         for (int k = 0; k < 2; k++)
-            cell->uv[k] = lanes_select(going, cell->uv[k] + step[k], cell->uv[k]);
+            d->uv[k] = lanes_select(going, d->uv[k] + step[k], d->uv[k]);
     }
     return done;
 }
 
 /* ---- D ---- */
-
-struct lanes_forms {
-    struct lanes3 normal;
-    lanes first[3], second[3];
-};
 
 INLINE void put_vector(struct wave_places *places, size_t n, struct lanes3 a) {
     lanes_store(a.x, &places->of[n][1]);
@@ -216,33 +220,32 @@ INLINE void put_vector(struct wave_places *places, size_t n, struct lanes3 a) {
     lanes_store(a.z, &places->of[n + 2][1]);
 }
 
-INLINE void put_point(struct wave_places *places, const struct corner_lanes *cell,
-                      const struct lanes_forms *forms) {
-    lanes_store(cell->uv[0], &places->of[AT_U][1]);
-    lanes_store(cell->uv[1], &places->of[AT_U + 1][1]);
-    put_vector(places, MEMBER(jet.r), cell->jet.r);
-    put_vector(places, MEMBER(jet.u), cell->jet.u);
-    put_vector(places, MEMBER(jet.v), cell->jet.v);
-    put_vector(places, MEMBER(jet.uu), cell->jet.uu);
-    put_vector(places, MEMBER(jet.uv), cell->jet.uv);
-    put_vector(places, MEMBER(jet.vv), cell->jet.vv);
-    put_vector(places, AT_NORMAL, forms->normal);
+INLINE void put_point(struct wave_places *places, const struct lanes_corner *d) {
+    lanes_store(d->uv[0], &places->of[AT_U][1]);
+    lanes_store(d->uv[1], &places->of[AT_U + 1][1]);
+    put_vector(places, MEMBER(jet.r), d->jet.r);
+    put_vector(places, MEMBER(jet.u), d->jet.u);
+    put_vector(places, MEMBER(jet.v), d->jet.v);
+    put_vector(places, MEMBER(jet.uu), d->jet.uu);
+    put_vector(places, MEMBER(jet.uv), d->jet.uv);
+    put_vector(places, MEMBER(jet.vv), d->jet.vv);
+    put_vector(places, AT_NORMAL, d->normal);
     for (int n = 0; n < 3; n++) {
-        lanes_store(forms->first[n], &places->of[AT_FIRST + n][1]);
-        lanes_store(forms->second[n], &places->of[AT_SECOND + n][1]);
+        lanes_store(d->first[n], &places->of[AT_FIRST + n][1]);
+        lanes_store(d->second[n], &places->of[AT_SECOND + n][1]);
     }
 }
 
 /* Member by member: copies of the whole take as long as a step of Newton's. */
-INLINE void take_cell(struct wave *wave, struct corner_lanes *cell) {
+INLINE void take_cell(struct wave *wave, struct corner_lanes *cell, struct lanes_corner *d) {
     const struct wave_places *a = wave_at(wave, 2), *b = wave_at(wave, 1);
     cell->a = vector(a, 0, AT_R);
     cell->b = vector(b, 1, AT_R);
     cell->c = vector(b, 0, AT_R);
     cell->bd = lanes_load(wave->chord[0]);
     cell->cd = lanes_load(wave->chord[1]);
-    cell->uv[0] = lanes_load(wave->expected[0]);
-    cell->uv[1] = lanes_load(wave->expected[1]);
+    d->uv[0] = lanes_load(wave->expected[0]);
+    d->uv[1] = lanes_load(wave->expected[1]);
     square_chords_lanes(cell);
 }
 
@@ -259,37 +262,35 @@ INLINE lanes_mask agrees_at_end(const struct wave *wave, int k, const struct wav
            ~whole;
 }
 
-INLINE struct lanes_point point_of(const struct corner_lanes *cell,
-                                   const struct lanes_forms *forms) {
-    return (struct lanes_point){.jet = {cell->jet.r, cell->jet.u, cell->jet.v},
-                                .normal = forms->normal,
-                                .first = {forms->first[0], forms->first[1], forms->first[2]},
-                                .second = {forms->second[0], forms->second[1], forms->second[2]}};
+INLINE struct lanes_point point_of(const struct lanes_corner *d) {
+    return (struct lanes_point){.jet = {d->jet.r, d->jet.u, d->jet.v},
+                                .normal = d->normal,
+                                .first = {d->first[0], d->first[1], d->first[2]},
+                                .second = {d->second[0], d->second[1], d->second[2]}};
 }
 
 /* D of those of the lanes `wanted` that find one from where the cell begins. */
 INLINE lanes_mask find_corner(struct wave *wave, lanes_mask wanted, struct lanes3 normal_b,
-                              struct corner_lanes *cell, struct lanes_forms *forms) {
+                              struct corner_lanes *cell, struct lanes_corner *d) {
     double sign = wave->orientation;
     lanes_mask found = wanted & (cell->bd > 0) & (cell->cd > 0) &
                        (sign * triangle_turn_lanes(cell->a, cell->c, cell->b, normal_b) > 0);
-    found &= newton(wave, wanted, cell);
-    settle_lanes(cell);
-    found &=
-        surface_point_first_form_lanes(wave->surface, &cell->jet, forms->first, &forms->normal);
-    surface_point_second_form_lanes(&cell->jet, forms->normal, forms->second);
-    return found & (lanes3_norm2(forms->normal) > 0) &
-           is_right_root_lanes(cell, sign, normal_b, forms->normal);
+    found &= newton(wave, wanted, cell, d);
+    settle_lanes(cell, d->uv, &d->jet);
+    found &= surface_point_first_form_lanes(wave->surface, &d->jet, d->first, &d->normal);
+    surface_point_second_form_lanes(&d->jet, d->normal, d->second);
+    return found & (lanes3_norm2(d->normal) > 0) &
+           is_right_root_lanes(cell, d->jet.r, sign, normal_b, d->normal);
 }
 
 /* Takes over D of the lanes `choose` from another solution of the cell. */
 INLINE void choose_corner(lanes_mask choose, const struct corner_lanes *from,
-                          const struct lanes_forms *from_forms, struct corner_lanes *cell,
-                          struct lanes_forms *forms) {
-    struct lanes_jet *to = &cell->jet;
-    const struct lanes_jet *jet = &from->jet;
-    cell->uv[0] = lanes_select(choose, from->uv[0], cell->uv[0]);
-    cell->uv[1] = lanes_select(choose, from->uv[1], cell->uv[1]);
+                          const struct lanes_corner *from_d, struct corner_lanes *cell,
+                          struct lanes_corner *d) {
+    struct lanes_jet *to = &d->jet;
+    const struct lanes_jet *jet = &from_d->jet;
+    d->uv[0] = lanes_select(choose, from_d->uv[0], d->uv[0]);
+    d->uv[1] = lanes_select(choose, from_d->uv[1], d->uv[1]);
     cell->error = lanes_select(choose, from->error, cell->error);
     cell->iterations = lanes_select(choose, from->iterations, cell->iterations);
     to->r = lanes3_select(choose, jet->r, to->r);
@@ -298,10 +299,10 @@ INLINE void choose_corner(lanes_mask choose, const struct corner_lanes *from,
     to->uu = lanes3_select(choose, jet->uu, to->uu);
     to->uv = lanes3_select(choose, jet->uv, to->uv);
     to->vv = lanes3_select(choose, jet->vv, to->vv);
-    forms->normal = lanes3_select(choose, from_forms->normal, forms->normal);
+    d->normal = lanes3_select(choose, from_d->normal, d->normal);
     for (int n = 0; n < 3; n++) {
-        forms->first[n] = lanes_select(choose, from_forms->first[n], forms->first[n]);
-        forms->second[n] = lanes_select(choose, from_forms->second[n], forms->second[n]);
+        d->first[n] = lanes_select(choose, from_d->first[n], d->first[n]);
+        d->second[n] = lanes_select(choose, from_d->second[n], d->second[n]);
     }
 }
 
@@ -309,10 +310,10 @@ INLINE void choose_corner(lanes_mask choose, const struct corner_lanes *from,
  * beginnings, of the lanes `uneven`; where one is bent D moves to the end of its chord. Those whose
  * edges are laid thereby. */
 INLINE lanes_mask lay_bent(struct wave *wave, lanes_mask uneven, const struct lanes_point ends[2],
-                           struct corner_lanes *cell, struct lanes_forms *forms) {
+                           struct corner_lanes *cell, struct lanes_corner *corner) {
     struct corner_lanes again = *cell;
-    struct lanes_forms new_forms;
-    const struct lanes_point d = point_of(cell, forms);
+    struct lanes_corner new_corner = {.uv = {corner->uv[0], corner->uv[1]}};
+    const struct lanes_point d = point_of(corner);
     const lanes side[2] = {lanes_of(wave->surface->side), lanes_of(wave->surface->side)};
     lanes_mask laid = uneven, moved = uneven ^ uneven;
     for (int k = 0; k < 2; k++) {
@@ -329,8 +330,8 @@ INLINE lanes_mask lay_bent(struct wave *wave, lanes_mask uneven, const struct la
     if (!lanes_bits(moved))
         return laid;
     square_chords_lanes(&again);
-    lanes_mask found = find_corner(wave, moved, ends[0].normal, &again, &new_forms);
-    choose_corner(found, &again, &new_forms, cell, forms);
+    lanes_mask found = find_corner(wave, moved, ends[0].normal, &again, &new_corner);
+    choose_corner(found, &again, &new_corner, cell, corner);
     return laid & (found | ~moved);
 }
 
@@ -341,38 +342,38 @@ INLINE lanes_mask within(const struct wave *wave, lanes u, lanes v) {
 
 static void solve(struct wave *wave) {
     struct corner_lanes cell;
-    struct lanes_forms forms;
+    struct lanes_corner corner;
     lanes_mask active;
-    take_cell(wave, &cell);
+    take_cell(wave, &cell, &corner);
     memcpy(&active, wave->active, sizeof active);
     /* Lanes without a cell stay where another is: all in one span, if they can be. */
-    cell.uv[0] = lanes_select(active, cell.uv[0], lanes_of(wave->expected[0][wave->lane]));
-    cell.uv[1] = lanes_select(active, cell.uv[1], lanes_of(wave->expected[1][wave->lane]));
+    corner.uv[0] = lanes_select(active, corner.uv[0], lanes_of(wave->expected[0][wave->lane]));
+    corner.uv[1] = lanes_select(active, corner.uv[1], lanes_of(wave->expected[1][wave->lane]));
     if (wave->surface->has_poles) {
         lanes reach2 = lanes_of(wave->pole_reach2);
         active &= ~near_pole(wave->surface, &cell.c, &reach2);
     }
     const struct wave_places *b = wave_at(wave, 1);
     const struct lanes_point ends[2] = {point_at(b, 1), point_at(b, 0)};
-    lanes_mask found = find_corner(wave, active, ends[0].normal, &cell, &forms);
-    const struct lanes_point d = point_of(&cell, &forms);
+    lanes_mask found = find_corner(wave, active, ends[0].normal, &cell, &corner);
+    const struct lanes_point d = point_of(&corner);
     lanes_mask smooth =
         rough_is_arc_lanes(&ends[0], &d, lanes_load(wave->curvature[0]), wave->length[0]) &
         rough_is_arc_lanes(&ends[1], &d, lanes_load(wave->curvature[1]), wave->length[1]);
     lanes_mask uneven = found & ~smooth;
-    lanes_mask inside = within(wave, cell.uv[0], cell.uv[1]) &
+    lanes_mask inside = within(wave, corner.uv[0], corner.uv[1]) &
                         within(wave, lanes_load(wave->expected[0]), lanes_load(wave->expected[1]));
-    lanes_store(cell.uv[0], wave->tried[0]);
-    lanes_store(cell.uv[1], wave->tried[1]);
+    lanes_store(corner.uv[0], wave->tried[0]);
+    lanes_store(corner.uv[1], wave->tried[1]);
     if (wave->arcs && !wave->corrected && lanes_bits(uneven)) {
-        smooth |= lay_bent(wave, uneven, ends, &cell, &forms);
-        inside &= within(wave, cell.uv[0], cell.uv[1]);
+        smooth |= lay_bent(wave, uneven, ends, &cell, &corner);
+        inside &= within(wave, corner.uv[0], corner.uv[1]);
     }
     lanes_store(cell.iterations, wave->iterations);
     lanes_store(cell.error, wave->residual);
-    put_point(wave->into, &cell, &forms);
+    put_point(wave->into, &corner);
     if (wave->corrected) {
-        struct lanes3 bd = lanes3_sub(cell.jet.r, cell.b), cd = lanes3_sub(cell.jet.r, cell.c);
+        struct lanes3 bd = lanes3_sub(corner.jet.r, cell.b), cd = lanes3_sub(corner.jet.r, cell.c);
         found &= agrees_at_end(wave, 0, wave->into, bd) & agrees_at_end(wave, 1, wave->into, cd);
     }
     wave->found = lanes_bits(found);
