@@ -56,7 +56,8 @@ static int misuse(const char *why) {
     return USAGE;
 }
 
-/* 0, or the exit status with a message; `done`: help was asked for. */
+/* Reads it, and sets up the process. 0, or the exit status with a message; `done`: help was asked
+ * for. */
 static int parse_command(int argc, char **argv, struct command *command, bool *done) {
     char *rest[ARGUMENTS];
     *done = false;
@@ -83,16 +84,15 @@ static int parse_command(int argc, char **argv, struct command *command, bool *d
     }
     if (count < 0 || !config_store_url(&command->config, command->url))
         return USAGE;
-    return command->place && command->place[0] ? 0 : misuse("it needs a folder");
-}
-
-/* As the daemon: a full disk is told by errno, and what customers sent is for this account alone.
- */
-static void set_up(void) {
+    if (!command->place || !command->place[0])
+        return misuse("it needs a folder");
+    /* As the daemon: a full disk is told by errno, and what customers sent is for this account
+     * alone. */
     log_init(LOG_LEVEL_ERROR);
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
     umask(077);
+    return 0;
 }
 
 /* ------------------------------------------------------------------ copies in a folder */
@@ -170,7 +170,6 @@ int backup_command(int argc, char **argv) {
     int code = parse_command(argc, argv, &command, &done);
     if (code != 0 || done)
         return code;
-    set_up();
     /* The folder is for this command alone. */
     int folder = mkdir(command.place, 0700) != 0 && errno != EEXIST
                      ? -1
@@ -201,7 +200,6 @@ int restore_command(int argc, char **argv) {
     int code = parse_command(argc, argv, &command, &done);
     if (code != 0 || done)
         return code;
-    set_up();
     /* the file itself, or the newest copy of the folder */
     if (stat(command.place, &status) != 0) {
         fprintf(stderr, "draped: %s: %s\n", command.place, strerror(errno));

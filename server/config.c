@@ -107,7 +107,7 @@ static bool check_config(struct config *config) {
         if (!tokens)
             return config_report("--tokens: %s", why);
     }
-    if (!origin_are_names(config->public_name))
+    if (!origin_are_hosts(config->public_name, false))
         return config_report(
             "--public-name: '%s' is not a list of host names, separated by commas, without ports",
             config->public_name);
@@ -115,7 +115,7 @@ static bool check_config(struct config *config) {
         return config_report(
             "--trusted-proxy: '%s' is not a list of addresses, separated by commas",
             config->trusted_proxy);
-    if (!origin_are_origins(config->cors_origin))
+    if (!origin_are_hosts(config->cors_origin, true))
         return config_report("--cors-origin: '%s' is not a list of origins, separated by commas; "
                              "an origin is such as "
                              "https://example.com, without a path",

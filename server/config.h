@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The configuration: flags of the command line, else environment variables DRAPED_*, else defaults.
- * One table (config.c) drives parsing, --help, --check-config and GET /v1/limits, so that they
+ * One table (flags.c) drives parsing, --help, --check-config and GET /v1/limits, so that they
  * cannot differ.
  */
 #ifndef SERVER_CONFIG_H

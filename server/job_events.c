@@ -57,10 +57,7 @@ void job_events_subscribe(struct job_events *events, struct job_watch *watch, co
 void job_events_unsubscribe(struct job_events *events, struct job_watch *watch) {
     struct watch_list *list = watch_list_of(events, watch->subject);
     pthread_mutex_lock(&list->lock);
-    if (watch->previous)
-        watch->previous->next = watch->next;
-    else
-        list->first = watch->next;
+    *(watch->previous ? &watch->previous->next : &list->first) = watch->next;
     if (watch->next)
         watch->next->previous = watch->previous;
     pthread_mutex_unlock(&list->lock);

@@ -96,13 +96,10 @@ int64_t metrics_descriptors(void) {
     return count;
 }
 
-void metrics_each(void (*visit)(void *context, size_t route, int status, long count),
-                  void *context) {
-    for (size_t route = 0; route < METRICS_ROUTES_MAX; route++) {
-        for (size_t k = 0; k < STATUS_COUNT; k++) {
-            long count = atomic_load_explicit(&answers[route][k], memory_order_relaxed);
-            if (count)
-                visit(context, route, statuses[k], count);
-        }
-    }
+bool metrics_answers(size_t route, size_t number, int *status, long *count) {
+    if (number >= STATUS_COUNT)
+        return false;
+    *status = statuses[number];
+    *count = atomic_load_explicit(&answers[route][number], memory_order_relaxed);
+    return true;
 }

@@ -7,6 +7,7 @@
 #define SERVER_METRICS_H
 
 #include "api/problem.h"
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -34,9 +35,8 @@ void metrics_refuse(enum api_problem_id problem);
 /* One more answer of the database that it is busy or cannot be used. */
 void metrics_store_failed(int busy);
 
-/* Calls `visit` for every route and status that was counted. */
-void metrics_each(void (*visit)(void *context, size_t route, int status, long count),
-                  void *context);
+/* How many answers of the route had the status of that number, from 0; false after the last. */
+bool metrics_answers(size_t route, size_t number, int *status, long *count);
 
 /* Counts up to each bound, in seconds and ascending; the last is infinite. */
 enum { METRICS_BOUNDS = 14 };

@@ -52,7 +52,7 @@ struct admission_client {
     struct admission_client *next, *previous;
 };
 
-/* Counts connections in `shares`, which is borrowed. NULL without memory. */
+/* Counts connections in `quotas`, which is borrowed. NULL without memory. */
 struct admissions *admissions_new(struct quotas *quotas, int64_t owner_most);
 /* Nobody may be in. NULL is allowed. */
 void admissions_free(struct admissions *admissions);

@@ -71,7 +71,7 @@ struct exchange {
     struct client *client;
     struct MHD_Connection *connection;
     int64_t begun_us;
-    int64_t held;     /* bytes of body in `http->shares` */
+    int64_t held;     /* bytes of body in `http->quotas` */
     int64_t received; /* bytes of body, kept or not */
     int64_t sent;     /* bytes of a stream */
     struct {          /* the next piece of a stream, when a thread of `slow_calls` has fetched it */

@@ -62,31 +62,20 @@ static bool is_own_address(const struct config *config, struct host host) {
     return false;
 }
 
-bool origin_are_names(const char *names) {
-    if (!*names || !strcmp(names, "*"))
+bool origin_are_hosts(const char *list, bool origins) {
+    if (!*list || !strcmp(list, "*"))
         return true;
-    for (const char *name = names;; name++) {
-        size_t width = strcspn(name, ",");
-        if (!wire_is_authority(name, width) || memchr(name, ':', width))
+    for (const char *one = list;; one++) {
+        size_t width = strcspn(one, ",");
+        size_t scheme = !origins                       ? 0
+                        : !strncmp(one, "https://", 8) ? 8
+                        : !strncmp(one, "http://", 7)  ? 7
+                                                       : width;
+        if (scheme >= width || !wire_is_authority(one + scheme, width - scheme) ||
+            (!origins && memchr(one, ':', width)))
             return false;
-        name += width;
-        if (!*name)
-            return true;
-    }
-}
-
-bool origin_are_origins(const char *origins) {
-    if (!*origins || !strcmp(origins, "*"))
-        return true;
-    for (const char *origin = origins;; origin++) {
-        size_t width = strcspn(origin, ",");
-        size_t scheme = !strncmp(origin, "https://", 8)  ? 8
-                        : !strncmp(origin, "http://", 7) ? 7
-                                                         : 0;
-        if (!scheme || scheme >= width || !wire_is_authority(origin + scheme, width - scheme))
-            return false;
-        origin += width;
-        if (!*origin)
+        one += width;
+        if (!*one)
             return true;
     }
 }

@@ -14,12 +14,10 @@
 #include "request.h"
 #include "server/config.h"
 
-/* Whether the text is a list of names that --public-name takes, split by commas. */
-bool origin_are_names(const char *names);
-
-/* Whether the text is a list of origins that --cors-origin takes: scheme://HOST or
- * scheme://HOST:PORT as browsers send them, without a path, split by commas; or "*". */
-bool origin_are_origins(const char *origins);
+/* Whether the text is "*" or a list, split by commas, of names as --public-name takes them, or of
+ * origins as --cors-origin does: scheme://HOST or scheme://HOST:PORT as browsers send them, without
+ * a path. */
+bool origin_are_hosts(const char *list, bool origins);
 
 /* Whether the request names this daemon: `localhost`, an address of loopback, the one of --listen
  * (any address where that is 0.0.0.0 or [::]), or a name of --public-name; any port. A request of

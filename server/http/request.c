@@ -40,19 +40,28 @@ static void decode_in_place(struct request *request, char *text, bool plus_is_sp
     *out = '\0';
 }
 
-/* A path, an absolute URI or "*". A path of "/" has no segments; one more than any route has is not
- * found. */
-static void split_target(struct request *request) {
+struct request *request_new(const char *target) {
+    struct request *request = calloc(1, sizeof *request);
+    if (!request)
+        return NULL;
+    request->method = "";
+    request->body_file = -1;
+    request->target = strdup(target);
+    request->decoded = strdup(target);
+    if (!request->target || !request->decoded) {
+        request_free(request);
+        return NULL;
+    }
+    /* A path, an absolute URI or "*". A path of "/" has no segments; one more than any route has is
+     * not found. */
     char *path = request->decoded;
-    if (*path == '*')
-        return;
-    if (*path != '/') {
+    if (*path != '/' && *path != '*') {
         char *authority = strchr(path, '/') + 2;
         path = authority + strcspn(authority, "/");
         request->authority = strndup(authority, (size_t)(path - authority));
-        if (!*path)
-            return;
     }
+    if (*path != '/')
+        return request;
     char *query = strchr(path, '?');
     if (query)
         *query++ = '\0';
@@ -68,7 +77,7 @@ static void split_target(struct request *request) {
             continue;
         if (request->query_count == REQUEST_QUERY_MAX) {
             set_fault(request, "the query has too many parameters");
-            return;
+            break;
         }
         char *value = strchr(pair, '=');
         if (value)
@@ -79,21 +88,6 @@ static void split_target(struct request *request) {
         decode_in_place(request, value, true);
         request->query[request->query_count++] = (struct request_field){pair, value};
     }
-}
-
-struct request *request_new(const char *target) {
-    struct request *request = calloc(1, sizeof *request);
-    if (!request)
-        return NULL;
-    request->method = "";
-    request->body_file = -1;
-    request->target = strdup(target);
-    request->decoded = strdup(target);
-    if (!request->target || !request->decoded) {
-        request_free(request);
-        return NULL;
-    }
-    split_target(request);
     return request;
 }
 

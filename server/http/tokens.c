@@ -35,11 +35,9 @@ struct tokens {
 
 static const char *const roles[] = {"read", "write", "admin"};
 
-static bool explain_tokens(char why[TOKENS_WHY_SIZE], const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-
 /* Always false. */
-static bool explain_tokens(char why[TOKENS_WHY_SIZE], const char *format, ...) {
+__attribute__((format(printf, 2, 3))) static bool explain_tokens(char why[TOKENS_WHY_SIZE],
+                                                                 const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(why, TOKENS_WHY_SIZE, format, arguments);

@@ -54,12 +54,16 @@ void documents_time(char date[DOCUMENTS_TIME_SIZE], int64_t us) {
     put_digits(date + 26, 6, us % 1000000);
 }
 
+static void write_member(struct api_text *text, const char *key, const char *json) {
+    api_text_key(text, key);
+    api_text_raw(text, json);
+}
+
 /* "key": the time, or null for 0. */
 static void write_time(struct api_text *text, const char *key, int64_t us) {
     char date[DOCUMENTS_TIME_SIZE];
     documents_time(date, us);
-    api_text_key(text, key);
-    api_text_raw(text, us ? "\"" : "null");
+    write_member(text, key, us ? "\"" : "null");
     if (us)
         api_text_bytes(text, date, sizeof date - 1);
     api_text_raw(text, us ? "\"" : "");
@@ -70,16 +74,10 @@ const char *documents_collection(enum store_kind kind) {
     return names[kind];
 }
 
-static void write_member(struct api_text *text, const char *key, const char *json) {
-    api_text_key(text, key);
-    api_text_raw(text, json);
-}
-
 /* Nothing of it needs escaping. */
 static void write_link(struct api_text *text, const char *key, const struct store_job *job,
                        const char *tail) {
-    api_text_key(text, key);
-    api_text_raw(text, "\"/v1/");
+    write_member(text, key, "\"/v1/");
     api_text_raw(text, documents_collection(job->kind));
     api_text_raw(text, "/");
     api_text_raw(text, job->id);
@@ -106,8 +104,7 @@ static void write_status(struct api_text *text, const struct store_job *job, con
         json_t *summary = json_loads(job->summary ? job->summary : "{}", 0, NULL);
         int64_t all = json_integer_value(json_object_get(summary, "variants"));
         json_decref(summary);
-        api_text_key(text, "variants");
-        api_text_raw(text, "{");
+        api_text_key_object(text, "variants");
         api_text_key_integer(text, "done", all ? all : job->done);
         api_text_key_integer(text, "total", all ? all : job->total);
         api_text_raw(text, "}");
@@ -126,8 +123,7 @@ static void write_status(struct api_text *text, const struct store_job *job, con
         write_member(text, "plies", plies);
     if (job->error)
         write_member(text, "error", job->error);
-    api_text_key(text, "links");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "links");
     write_link(text, "self", job, "");
     if (job->kind != STORE_LAMINATE)
         write_link(text, "result", job, "/result");
@@ -147,8 +143,7 @@ char *documents_status(const struct store_job *job, const char *plies) {
 static struct document begin_page(const char *collection) {
     struct document document = document_new();
     api_text_raw(&document.text, "{");
-    api_text_key(&document.text, collection);
-    api_text_raw(&document.text, "[");
+    write_member(&document.text, collection, "[");
     return document;
 }
 

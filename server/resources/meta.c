@@ -59,14 +59,6 @@ static void write_metric(FILE *out, const char *name, const char *type, const ch
     fprintf(out, "%s %lld\n", name, (long long)value);
 }
 
-static void write_route(void *context, size_t route, int status, long count) {
-    const char *method, *pattern;
-    if (routes_describe(route, &method, &pattern))
-        fprintf(context,
-                "draped_http_requests_total{method=\"%s\",route=\"%s\",status=\"%d\"} %ld\n",
-                method, pattern, status, count);
-}
-
 /* `labels` ends with a comma, or is empty. */
 static void write_times(FILE *out, const char *name, const char *labels, size_t times) {
     struct metrics_histogram histogram;
@@ -83,19 +75,30 @@ static void write_times(FILE *out, const char *name, const char *labels, size_t 
     fprintf(out, "%s_count%s%.*s%s %ld\n", name, open, bare, labels, close, all);
 }
 
-static void write_histograms(FILE *out) {
+static void write_answers(FILE *out) {
     static const char *const kinds[][2] = {
         {"draped_queue_seconds", "Time of drapes from submission to a worker."},
         {"draped_solve_seconds", "Time on a worker of drapes that gave a result."},
         {"draped_encode_seconds", "Time spent encoding a document that is sent."}};
+    const char *name = "draped_http_request_seconds", *method, *pattern;
+    int status;
+    long count;
+    write_metric_head(
+        out, "draped_http_requests_total", "counter",
+        "Answers by route and status; status 0 when the caller had closed the connection.");
+    for (size_t route = 0; routes_describe(route, &method, &pattern); route++)
+        for (size_t k = 0; metrics_answers(route, k, &status, &count); k++)
+            if (count)
+                fprintf(out,
+                        "draped_http_requests_total{method=\"%s\",route=\"%s\",status=\"%d\"} "
+                        "%ld\n",
+                        method, pattern, status, count);
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
         write_metric_head(out, kinds[k][0], "histogram", kinds[k][1]);
         write_times(out, kinds[k][0], "", k);
     }
-    const char *name = "draped_http_request_seconds";
     write_metric_head(out, name, "histogram",
                       "Time of answers from the first header to the last byte.");
-    const char *method, *pattern;
     for (size_t route = 0; routes_describe(route, &method, &pattern); route++) {
         char labels[128];
         snprintf(labels, sizeof labels, "method=\"%s\",route=\"%s\",", method, pattern);
@@ -148,11 +151,7 @@ enum http_next meta_metrics(struct call *call) {
         fputs("draped_build_info{version=\"" DRAPED_VERSION
               "\",solver_version=\"" DRAPE_SOLVER_VERSION "\"} 1\n",
               out);
-        write_metric_head(
-            out, "draped_http_requests_total", "counter",
-            "Answers by route and status; status 0 when the caller had closed the connection.");
-        metrics_each(write_route, out);
-        write_histograms(out);
+        write_answers(out);
         write_metric_head(out, "draped_rejections_total", "counter",
                           "Answers that are problems, by reason.");
         for (enum api_problem_id k = API_OK + 1; k < API_PROBLEM_COUNT; k++)

@@ -44,11 +44,10 @@ static void reply_file(const struct request *request, const struct viewer_file *
     snprintf(etag, sizeof etag, "\"%s-%s%s\"", VIEWER_DIGEST, file->name, gzip ? "-gzip" : "");
     if (negotiate_etag_matches(request_header(request, "If-None-Match"), etag))
         reply_empty(reply, 304);
-    else if (gzip)
-        reply_literal(reply, 200, file->type, viewer_bytes + file->packed_offset,
-                      file->packed_length);
     else
-        reply_literal(reply, 200, file->type, viewer_bytes + file->offset, file->length);
+        reply_literal(reply, 200, file->type,
+                      viewer_bytes + (gzip ? file->packed_offset : file->offset),
+                      gzip ? file->packed_length : file->length);
     if (gzip && reply->status == 200)
         reply_header(reply, "Content-Encoding", "%s", compress_name(COMPRESS_GZIP));
     reply_header(reply, "ETag", "%s", etag);
