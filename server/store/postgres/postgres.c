@@ -16,10 +16,6 @@ static struct postgres_store *postgres_of(struct store *store) {
     return (struct postgres_store *)store;
 }
 
-struct pool *postgres_pool(struct store *store) {
-    return postgres_of(store)->pool;
-}
-
 struct query postgres_query(struct store *store, const char *sql) {
     return pg_query(postgres_of(store)->pool, sql);
 }

@@ -17,8 +17,6 @@
 #include "server/store/backend.h"
 #include "statement.h"
 
-struct pool *postgres_pool(struct store *store);
-
 /* A statement on the store's database. */
 struct query postgres_query(struct store *store, const char *sql);
 

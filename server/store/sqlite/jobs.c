@@ -42,11 +42,6 @@ static enum store_answer find_key(struct db *db, struct submit *submit) {
     return answer == STORE_OK ? found : answer;
 }
 
-static enum store_answer over_bound(struct submit *submit, enum store_bound bound) {
-    submit->receipt->full = bound;
-    return STORE_FULL;
-}
-
 static int64_t bytes_of(const struct submit *submit) {
     int64_t length = (int64_t)submit->submission->request_length;
     for (size_t k = 0; submit->family && k < submit->family->count; k++)
@@ -74,23 +69,19 @@ static enum store_answer find_room(struct sqlite_store *store, struct db *db, st
     if (answer != STORE_OK)
         return answer;
     if (queues && quota->queued > 0 && usage.queued + queues > quota->queued)
-        return over_bound(submit, STORE_BOUND_OWNER_QUEUED);
-    if (quota->bytes > 0 && usage.bytes + bytes_of(submit) > quota->bytes)
-        return over_bound(submit, STORE_BOUND_OWNER_BYTES);
-    if (queues && waiting + queues > limit)
-        return over_bound(submit, STORE_BOUND_QUEUE);
-    if (queues && !share_fits(usage.queued, waiting, limit, queues))
-        return over_bound(submit, STORE_BOUND_SHARE);
-    return STORE_OK;
+        submit->receipt->full = STORE_BOUND_OWNER_QUEUED;
+    else if (quota->bytes > 0 && usage.bytes + bytes_of(submit) > quota->bytes)
+        submit->receipt->full = STORE_BOUND_OWNER_BYTES;
+    else if (queues && waiting + queues > limit)
+        submit->receipt->full = STORE_BOUND_QUEUE;
+    else if (queues && !share_fits(usage.queued, waiting, limit, queues))
+        submit->receipt->full = STORE_BOUND_SHARE;
+    else
+        return STORE_OK;
+    return STORE_FULL;
 }
 
-static enum store_answer insert_request(struct db *db, const void *bytes, size_t length) {
-    struct query query = db_query(db, "INSERT INTO requests (job, bytes) VALUES (?, ?)");
-    query_bind(&query, of_int(db_last_row(db)), of_bytes(bytes, length));
-    return query_run(&query);
-}
-
-/* `result` 0: it is to be queued; else it has succeeded. */
+/* With its request. `result` 0: it is to be queued; else it has succeeded. */
 static enum store_answer insert_job(struct db *db, const struct submit *submit, int64_t result) {
     const struct store_submission *submission = submit->submission;
     struct query query = db_query(
@@ -107,6 +98,12 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
                of_int(submit->now), of_int(ended), of_int(ended), of_real(result ? 1.0 : 0.0),
                of_int(result), of_int((int64_t)submission->request_length),
                of_text(submission->origin), of_int(submission->kind), of_int(submission->total));
+    enum store_answer answer = query_run(&query);
+    if (answer != STORE_OK)
+        return answer;
+    query = db_query(db, "INSERT INTO requests (job, bytes) VALUES (?, ?)");
+    query_bind(&query, of_int(db_last_row(db)),
+               of_bytes(submission->request, submission->request_length));
     return query_run(&query);
 }
 
@@ -128,14 +125,13 @@ static enum store_answer submit_family(struct sqlite_store *store, struct db *db
     query_bind(&query, of_int((int64_t)submit->family->count),
                of_int((int64_t)submit->family->count), of_int(parent));
     answer = query_run(&query);
-    if (answer == STORE_OK)
-        answer = insert_request(db, submission->request, submission->request_length);
     for (size_t k = 0; k < submit->family->count && answer == STORE_OK; k++) {
         const struct store_member *member = &submit->family->members[k];
         struct store_submission own = *submission;
         struct store_receipt receipt;
         struct submit drape = *submit;
         own.kind = STORE_DRAPE;
+        own.request = member->request;
         own.request_length = member->request_length;
         own.digest = member->digest;
         own.key = NULL;
@@ -144,8 +140,6 @@ static enum store_answer submit_family(struct sqlite_store *store, struct db *db
         drape.receipt = &receipt;
         id_make(receipt.id);
         answer = insert_job(db, &drape, 0);
-        if (answer == STORE_OK)
-            answer = insert_request(db, member->request, member->request_length);
         if (answer != STORE_OK)
             break;
         query = db_query(db, "UPDATE jobs SET parent = ?, position = ? WHERE id = ?");
@@ -186,10 +180,8 @@ static enum store_answer submit_operation(struct sqlite_store *store, struct db 
         answer = find_room(store, db, submit, result ? 0 : 1);
     if (answer == STORE_OK)
         answer = insert_job(db, submit, result);
-    if (answer != STORE_OK)
-        return answer;
     submit->receipt->status = result ? STORE_SUCCEEDED : STORE_QUEUED;
-    return insert_request(db, submission->request, submission->request_length);
+    return answer;
 }
 
 static enum store_answer run_submit(struct store *store, const struct store_submission *submission,
