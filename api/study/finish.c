@@ -7,6 +7,7 @@
 #include "api/request/normalise.h"
 #include "solver/angle.h"
 #include <math.h>
+#include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,17 +44,6 @@ static int compare_points(const void *a, const void *b) {
     return (x->row > y->row) - (x->row < y->row);
 }
 
-/* Whether a is as good as b in all objectives and better in one. */
-static bool dominates(const struct point *a, const struct point *b) {
-    bool better = false;
-    for (int k = 0; k < QUANTITY_COUNT; k++) {
-        if (a->value[k] > b->value[k])
-            return false;
-        better = better || a->value[k] < b->value[k];
-    }
-    return better;
-}
-
 /* In the order of the first objective, then the next, a point is dominated only by one before it,
  * and then by one of the front so far. */
 static bool find_front(struct verdict *v, struct arena *arena) {
@@ -71,9 +61,15 @@ static bool find_front(struct verdict *v, struct arena *arena) {
     }
     qsort(points, count, sizeof *points, compare_points);
     for (size_t k = 0; k < count; k++) {
-        bool beaten = false;
-        for (size_t f = 0; f < front && !beaten; f++)
-            beaten = dominates(&points[f], &points[k]);
+        bool beaten = false; /* as good in all objectives and better in one */
+        for (size_t f = 0; f < front && !beaten; f++) {
+            bool worse = false;
+            for (int id = 0; id < QUANTITY_COUNT && !worse; id++) {
+                worse = points[f].value[id] > points[k].value[id];
+                beaten = beaten || points[f].value[id] < points[k].value[id];
+            }
+            beaten = beaten && !worse;
+        }
         if (beaten)
             continue;
         v->pareto[points[k].row] = 1;
@@ -85,12 +81,17 @@ static bool find_front(struct verdict *v, struct arena *arena) {
 
 /* ---- the summary ---- */
 
-static void add_warning(struct api_warnings *warnings, const char *code, const char *pointer,
-                        const char *detail) {
+__attribute__((format(printf, 4, 5))) static void warn_of_study(struct api_warnings *warnings,
+                                                                const char *code,
+                                                                const char *pointer,
+                                                                const char *detail, ...) {
+    va_list values;
     struct api_warning *warning = &warnings->list[warnings->count++];
     (void)snprintf(warning->code, sizeof warning->code, "%s", code);
     (void)snprintf(warning->pointer, sizeof warning->pointer, "%s", pointer);
-    (void)snprintf(warning->detail, sizeof warning->detail, "%s", detail);
+    va_start(values, detail);
+    (void)vsnprintf(warning->detail, sizeof warning->detail, detail, values);
+    va_end(values);
 }
 
 /* Where no variant keeps all limits: the limit that the fewest keep, of equals that which is missed
@@ -98,7 +99,7 @@ static void add_warning(struct api_warnings *warnings, const char *code, const c
 static void find_hardest(struct verdict *v) {
     struct api_study_summary *s = &v->summary;
     double hardest = -1, low = HUGE_VAL, high = -HUGE_VAL;
-    char detail[sizeof s->warnings.list[0].detail], pointer[40];
+    char pointer[40];
     size_t fewest = SIZE_MAX;
     s->hardest = -1;
     for (int id = 0; id < QUANTITY_COUNT && s->feasible == 0; id++) {
@@ -131,19 +132,17 @@ static void find_hardest(struct verdict *v) {
         high = fmax(high, v->rows[k].quantity[s->hardest]);
     }
     (void)snprintf(pointer, sizeof pointer, "/limits/%s", name);
-    (void)snprintf(detail, sizeof detail,
-                   "no variant keeps all limits; the hardest is that of %s: the variants have %.6g "
-                   "to %.6g, and the limit is %s%.6g",
-                   name, low, high, limit->has_max ? "at most " : "at least ",
-                   limit->has_max ? limit->max : limit->min);
-    add_warning(&s->warnings, "infeasible", pointer, detail);
+    warn_of_study(&s->warnings, "infeasible", pointer,
+                  "no variant keeps all limits; the hardest is that of %s: the variants have %.6g "
+                  "to %.6g, and the limit is %s%.6g",
+                  name, low, high, limit->has_max ? "at most " : "at least ",
+                  limit->has_max ? limit->max : limit->min);
 }
 
 /* A drape that ends soon has little shear and little waste: what is best by them may cover little
  * of the part unless the study asks for that. */
 static void warn_uncovered(struct verdict *v) {
     const struct study_request *r = &v->study->request;
-    char detail[sizeof v->summary.warnings.list[0].detail];
     double least = DRAPE_COMPLETE_COVERAGE;
     int worst = -1;
     for (int id = 0; id < QUANTITY_COUNT; id++) {
@@ -155,17 +154,15 @@ static void warn_uncovered(struct verdict *v) {
     if (worst < 0 || r->objective[QUANTITY_UNCOVERED_AREA] ||
         r->limit[QUANTITY_CLOTH_COVERAGE].has_min || r->limit[QUANTITY_UNCOVERED_AREA].has_max)
         return;
-    (void)snprintf(detail, sizeof detail,
-                   "the best by %s covers %.3g of the part: with the limit \"cloth_coverage\": "
-                   "{\"min\": 0.99} only variants that cover it count",
-                   quantities[worst].name, least);
-    add_warning(&v->summary.warnings, "uncovered", "/limits", detail);
+    warn_of_study(&v->summary.warnings, "uncovered", "/limits",
+                  "the best by %s covers %.3g of the part: with the limit \"cloth_coverage\": "
+                  "{\"min\": 0.99} only variants that cover it count",
+                  quantities[worst].name, least);
 }
 
 static void summarise_rows(struct verdict *v, double solve_ms) {
     const struct study_request *r = &v->study->request;
     struct api_study_summary *s = &v->summary;
-    char detail[sizeof s->warnings.list[0].detail];
     size_t each[FAILURE_COUNT] = {0};
     int most = FAILURE_NONE + 1;
     s->variants = v->count;
@@ -197,19 +194,17 @@ static void summarise_rows(struct verdict *v, double solve_ms) {
     /* How many failed, and what for the most of them. */
     for (int k = most; k < FAILURE_COUNT; k++)
         most = each[k] > each[most] ? k : most;
-    if (s->failed > 0) {
-        (void)snprintf(
-            detail, sizeof detail,
+    if (s->failed > 0)
+        warn_of_study(
+            &s->warnings, "failed", "",
             "%zu of %zu variants could not be draped, %zu of them because of %s; the column "
             "failure has the reason of each",
             s->failed, v->count, each[most], failure_names[most]);
-        add_warning(&s->warnings, "failed", "", detail);
-    }
     /* a hand is not that far off, but a length in another unit is */
     if (r->starts == STUDY_STARTS_DISC && ANGLE_PI * r->radius * r->radius > v->study->part.area)
-        add_warning(&s->warnings, "disc", "/vary/start/radius",
-                    "the disc of the starts is larger than the part; starts beyond the part are "
-                    "moved to its rim");
+        warn_of_study(&s->warnings, "disc", "/vary/start/radius",
+                      "the disc of the starts is larger than the part; starts beyond the part are "
+                      "moved to its rim");
 }
 
 /* ---- columns ---- */
@@ -234,30 +229,30 @@ static const struct {
     {COLUMN_VARIANTS_coarseness, offsetof(struct study_variant, coarseness)}};
 enum { VARIANT_COLUMNS = sizeof variant_columns / sizeof *variant_columns };
 
-static double value_in_column(const struct verdict *v, enum column_id id, size_t k) {
-    const struct study_row *row = &v->rows[k];
-    const int32_t *numbers = v->study->part.shell.numbers;
-    for (int n = 0; n < VARIANT_COLUMNS; n++)
-        if (variant_columns[n].id == id)
-            return *(const double *)((const char *)&row->variant + variant_columns[n].offset);
-    switch (id) {
-    case COLUMN_VARIANTS_face:
-        return numbers ? numbers[row->variant.start.face] : 0;
-    case COLUMN_VARIANTS_feasible:
-        return row->failure == FAILURE_NONE && !(v->violation[k] > 0);
-    case COLUMN_VARIANTS_pareto:
-        return v->pareto[k];
-    case COLUMN_VARIANTS_failure:
-        return row->failure;
-    default:
-        return row->quantity[id - COLUMN_VARIANTS_max_shear_deg];
-    }
-}
-
 static bool fill_variants(const void *context, size_t first, size_t count, double *values) {
     const struct column *column = context;
-    for (size_t k = 0; k < count; k++)
-        values[k] = value_in_column(column->verdict, column->id, first + k);
+    const struct verdict *v = column->verdict;
+    const int32_t *numbers = v->study->part.shell.numbers;
+    int own = 0;
+    while (own < VARIANT_COLUMNS && variant_columns[own].id != column->id)
+        own++;
+    for (size_t n = 0; n < count; n++) {
+        size_t k = first + n;
+        const struct study_row *row = &v->rows[k];
+        if (own < VARIANT_COLUMNS)
+            values[n] =
+                *(const double *)((const char *)&row->variant + variant_columns[own].offset);
+        else if (column->id == COLUMN_VARIANTS_face)
+            values[n] = numbers ? numbers[row->variant.start.face] : 0;
+        else if (column->id == COLUMN_VARIANTS_feasible)
+            values[n] = row->failure == FAILURE_NONE && !(v->violation[k] > 0);
+        else if (column->id == COLUMN_VARIANTS_pareto)
+            values[n] = v->pareto[k];
+        else if (column->id == COLUMN_VARIANTS_failure)
+            values[n] = row->failure;
+        else
+            values[n] = row->quantity[column->id - COLUMN_VARIANTS_max_shear_deg];
+    }
     return true;
 }
 

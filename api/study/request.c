@@ -30,10 +30,6 @@ bool study_judges(const struct study_request *request, enum quantity_id id) {
 
 /* ---- what is varied ---- */
 
-static size_t at_least_one(size_t count) {
-    return count ? count : 1;
-}
-
 static bool is_drawn(const struct study_request *r) {
     return r->starts == STUDY_STARTS_DISC || r->angle.deviation > 0 || r->pre_shear.deviation > 0;
 }
@@ -41,9 +37,9 @@ static bool is_drawn(const struct study_request *r) {
 static double count_variants(const struct study_request *r) {
     double starts = r->starts == STUDY_STARTS_KEPT ? 1 : (double)r->start_count;
     return r->search == STUDY_SEARCH_OPTIMISE ? (double)r->budget
-           : r->sample > 0                    ? (double)r->sample
-                                              : starts * (double)at_least_one(r->angle.count) *
-                                 (double)at_least_one(r->pre_shear.count);
+           : r->sample > 0
+               ? (double)r->sample
+               : starts * fmax((double)r->angle.count, 1) * fmax((double)r->pre_shear.count, 1);
 }
 
 size_t study_variants(const struct study_request *request) {
@@ -88,27 +84,6 @@ static void decode_angles(const struct json_value *json, struct value_range rang
         a->count = (size_t)floor((a->to - a->from) / a->step + last_step) + 1;
 }
 
-/* A start as in a drape request, or a point alone. */
-static bool decode_point(const struct json_value *json, const struct api_request *drape,
-                         struct study_point *point) {
-    struct api_request with = *drape;
-    const struct drape_settings *s = &with.settings;
-    double at[3];
-    if (value_type(json) == VALUE_ARRAY) {
-        bool ok = value_vector(json, decode_coordinates, 3, at);
-        *point = (struct study_point){.kind = DRAPE_START_POINT};
-        point->point = ok ? vec3_make(at[0], at[1], at[2]) : point->point;
-        return ok;
-    }
-    decode_start(json, &with);
-    *point = (struct study_point){.kind = s->start_kind,
-                                  .on_face = with.start_on_face,
-                                  .face = s->start_face,
-                                  .uv = {s->start_uv[0], s->start_uv[1]},
-                                  .point = s->start_point};
-    return json->tree->problem->id == API_OK;
-}
-
 /* {"grid": n}, {"points": [...]} or {"radius": r, "count": n}. */
 static void decode_starts(const struct json_value *json, struct study_request *r) {
     static const char *const keys[] = {"grid", "points", "radius", "count", NULL};
@@ -130,10 +105,25 @@ static void decode_starts(const struct json_value *json, struct study_request *r
             r->starts = STUDY_STARTS_POINTS;
         r->start_count = given;
         r->points = list;
-        for (size_t k = 0; list && k < given; k++) {
+        bool good = list != NULL;
+        for (size_t k = 0; good && k < given; k++) {
             struct json_value point = value_element(&points, k);
-            if (!decode_point(&point, &r->drape, &list[k]))
-                break;
+            struct api_request with = r->drape;
+            const struct drape_settings *s = &with.settings;
+            double at[3] = {0, 0, 0};
+            if (value_type(&point) == VALUE_ARRAY) { /* a point alone */
+                good = value_vector(&point, decode_coordinates, 3, at);
+                list[k] = (struct study_point){.kind = DRAPE_START_POINT,
+                                               .point = vec3_make(at[0], at[1], at[2])};
+                continue;
+            }
+            decode_start(&point, &with); /* a start as in a drape request */
+            list[k] = (struct study_point){.kind = s->start_kind,
+                                           .on_face = with.start_on_face,
+                                           .face = s->start_face,
+                                           .uv = {s->start_uv[0], s->start_uv[1]},
+                                           .point = s->start_point};
+            good = json->tree->problem->id == API_OK;
         }
     } else {
         r->starts = STUDY_STARTS_DISC;
@@ -335,12 +325,11 @@ enum api_problem_id study_decode(const struct api_input *input, const struct api
 static void write_angles(struct api_text *text, const char *key, const struct study_angles *a) {
     if (a->count == 0 && !(a->deviation > 0))
         return;
-    api_text_key(text, key);
     if (a->values) {
-        api_text_numbers(text, a->values, a->count);
+        api_text_key_numbers(text, key, a->values, a->count);
         return;
     }
-    api_text_raw(text, "{");
+    api_text_key_object(text, key);
     if (a->deviation > 0) {
         api_text_key_number(text, "normal", a->deviation);
     } else {
@@ -354,8 +343,7 @@ static void write_angles(struct api_text *text, const char *key, const struct st
 static void write_starts(struct api_text *text, const struct study_request *r) {
     if (r->starts == STUDY_STARTS_KEPT)
         return;
-    api_text_key(text, "start");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "start");
     if (r->starts == STUDY_STARTS_GRID) {
         api_text_key_integer(text, "grid", (int64_t)r->start_count);
     } else if (r->starts == STUDY_STARTS_DISC) {
@@ -371,11 +359,10 @@ static void write_starts(struct api_text *text, const struct study_request *r) {
             api_text_raw(text, k ? ",{" : "{");
             if (p->on_face && !by_point)
                 api_text_key_integer(text, "face", p->face);
-            api_text_key(text, by_point ? "point" : "uv");
             if (by_point)
-                api_text_numbers(text, (const double[]){p->point.x, p->point.y, p->point.z}, 3);
+                api_text_key_numbers(text, "point", &p->point.x, 3);
             else
-                api_text_numbers(text, p->uv, 2);
+                api_text_key_numbers(text, "uv", p->uv, 2);
             api_text_raw(text, "}");
         }
         api_text_raw(text, "]");
@@ -395,14 +382,12 @@ static void write_wishes(struct api_text *text, const struct study_request *r) {
         first = false;
     }
     api_text_raw(text, "]");
-    api_text_key(text, "limits");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "limits");
     for (int k = 0; k < QUANTITY_COUNT; k++) {
         const struct study_limit *limit = &r->limit[k];
         if (!limit->has_min && !limit->has_max)
             continue;
-        api_text_key(text, quantities[k].name);
-        api_text_raw(text, "{");
+        api_text_key_object(text, quantities[k].name);
         if (limit->has_min)
             api_text_key_number(text, "min", limit->min);
         if (limit->has_max)
@@ -410,10 +395,8 @@ static void write_wishes(struct api_text *text, const struct study_request *r) {
         api_text_raw(text, "}");
     }
     api_text_raw(text, "}");
-    if (vec3_norm2(r->wanted) > 0) {
-        api_text_key(text, "wanted_direction");
-        api_text_numbers(text, (const double[]){r->wanted.x, r->wanted.y, r->wanted.z}, 3);
-    }
+    if (vec3_norm2(r->wanted) > 0)
+        api_text_key_numbers(text, "wanted_direction", &r->wanted.x, 3);
 }
 
 /* The study with `drape`, a JSON value, for its drape. */
@@ -422,8 +405,7 @@ static const char *write_study(const struct study_request *r, const char *drape,
     struct api_text text = api_text_growing(arena);
     api_text_raw(&text, "{\"drape\":");
     api_text_raw(&text, drape);
-    api_text_key(&text, "vary");
-    api_text_raw(&text, "{");
+    api_text_key_object(&text, "vary");
     write_starts(&text, r);
     write_angles(&text, "angle_deg", &r->angle);
     write_angles(&text, "pre_shear_deg", &r->pre_shear);

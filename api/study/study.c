@@ -12,34 +12,11 @@
 
 /* ---- opening ---- */
 
-/* A start of the caller's list as a point of the part. */
-static struct study_start find_listed_start(const struct api_study *study,
-                                            const struct study_point *listed) {
-    const struct study_part *part = &study->part;
-    const struct drape_settings *s = &study->request.drape.settings;
-    struct study_start start = {.point = {.r = listed->point}};
-    double distance;
-    if (listed->kind == DRAPE_START_POINT) {
-        study_part_nearest(part, listed->point, &start.point, &distance);
-        if (!(distance <= fmax(s->spacing[0], s->spacing[1])))
-            start.failure = FAILURE_START_OFF_SURFACE;
-        return start;
-    }
-    memcpy(start.point.uv, listed->uv, sizeof listed->uv);
-    if (part->geometry.surface)
-        return start;
-    start.failure = FAILURE_START_OFF_SURFACE;
-    for (size_t k = 0; k < part->shell.count; k++) {
-        if (part->shell.numbers[k] == listed->face) {
-            start.point.face = (int32_t)k;
-            start.failure = FAILURE_NONE;
-        }
-    }
-    return start;
-}
-
+/* Those of a grid, or of the caller's list as points of the part. */
 static enum status find_starts(struct api_study *study) {
     const struct study_request *r = &study->request;
+    const struct study_part *part = &study->part;
+    const double *spacing = r->drape.settings.spacing;
     bool grid = r->starts == STUDY_STARTS_GRID;
     struct part_point *points = NULL;
     enum status status = STATUS_OK;
@@ -50,32 +27,33 @@ static enum status find_starts(struct api_study *study) {
     if (grid) {
         bool optimise = r->search == STUDY_SEARCH_OPTIMISE;
         size_t wanted = optimise ? optimise_shares(study).starts : r->start_count;
-        status = even_points(&study->part.geometry, study->part.component, wanted, study->arena,
-                             &points, &study->start_count);
+        status = even_points(&part->geometry, part->component, wanted, study->arena, &points,
+                             &study->start_count);
     }
     study->starts = arena_alloc(study->arena, study->start_count, sizeof *study->starts);
     if (status != STATUS_OK || !study->starts)
         return STATUS_OUT_OF_MEMORY;
-    for (size_t k = 0; k < study->start_count; k++)
-        study->starts[k] = grid ? (struct study_start){.point = points[k]}
-                                : find_listed_start(study, &r->points[k]);
-    return STATUS_OK;
-}
-
-/* A search for a small largest shear has that of each of so many divisions of the part. */
-static enum status find_divisions(struct api_study *study) {
-    const struct study_part *part = &study->part;
-    struct part_point *points;
-    if (study->request.search != STUDY_SEARCH_OPTIMISE ||
-        !study_judges(&study->request, QUANTITY_MAX_SHEAR))
-        return STATUS_OK;
-    struct vec3 *middle = arena_take(study->arena, DRAPE_DIVISIONS, sizeof *middle);
-    if (!middle || even_points(&part->geometry, part->component, DRAPE_DIVISIONS, study->arena,
-                               &points, &study->divisions) != STATUS_OK)
-        return STATUS_OUT_OF_MEMORY;
-    for (size_t k = 0; k < study->divisions; k++)
-        middle[k] = points[k].r;
-    study->middle = middle;
+    for (size_t k = 0; k < study->start_count; k++) {
+        const struct study_point *listed = grid ? NULL : &r->points[k];
+        struct study_start *start = &study->starts[k];
+        bool found = true;
+        if (!listed) {
+            start->point = points[k];
+        } else if (listed->kind == DRAPE_START_POINT) {
+            double distance;
+            study_part_nearest(part, listed->point, &start->point, &distance);
+            found = distance <= fmax(spacing[0], spacing[1]);
+        } else {
+            start->point.r = listed->point;
+            memcpy(start->point.uv, listed->uv, sizeof listed->uv);
+            found = part->geometry.surface != NULL;
+            for (size_t face = 0; !found && face < part->shell.count; face++) {
+                found = part->shell.numbers[face] == listed->face;
+                start->point.face = found ? (int32_t)face : 0;
+            }
+        }
+        start->failure = found ? FAILURE_NONE : FAILURE_START_OFF_SURFACE;
+    }
     return STATUS_OK;
 }
 
@@ -90,13 +68,23 @@ static enum api_problem_id prepare_study(struct api_study *study, const struct a
         return api_problem_add(problem, "/drape/surface/id", "no surface is stored under this id");
     if (study_part_make(&study->request, limits, study->arena, &study->part, problem) != API_OK)
         return problem->id;
-    if (study_find_k1(study) != STATUS_OK || find_starts(study) != STATUS_OK ||
-        find_divisions(study) != STATUS_OK)
+    if (study_find_k1(study) != STATUS_OK || find_starts(study) != STATUS_OK)
         return api_problem_no_memory(problem, "the study");
+    bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
+    /* A search for a small largest shear has that of each of so many divisions of the part. */
+    if (optimise && study_judges(&study->request, QUANTITY_MAX_SHEAR)) {
+        struct part_point *points;
+        struct vec3 *middle = arena_take(study->arena, DRAPE_DIVISIONS, sizeof *middle);
+        if (!middle || even_points(&part->geometry, part->component, DRAPE_DIVISIONS, study->arena,
+                                   &points, &study->divisions) != STATUS_OK)
+            return api_problem_no_memory(problem, "the study");
+        for (size_t k = 0; k < study->divisions; k++)
+            middle[k] = points[k].r;
+        study->middle = middle;
+    }
     /* What the drapes share, for the spacing that most variants have. Where there can be none, each
      * variant says so. */
     struct drape_settings settings = *own;
-    bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
     double coarseness = optimise ? optimise_shares(study).coarseness : 1;
     for (int k = 0; k < 2; k++)
         settings.spacing[k] *= coarseness;

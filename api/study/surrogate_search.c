@@ -212,22 +212,6 @@ static double cap_of(const struct surrogate_search *search, enum quantity_id id,
     return cap;
 }
 
-/* The largest shear of each division of the chosen rows, `value[i * values]` each. */
-static void take_divisions(const struct surrogate_search *search, const size_t *chosen,
-                           size_t count, size_t values, double cap, double *value) {
-    size_t divisions = search->study->divisions;
-    double most[DRAPE_DIVISIONS] = {0};
-    for (size_t i = 0; i < count; i++) {
-        for (size_t k = 0; k < divisions; k++) {
-            value[i * values + k] = fmin(search->rows[chosen[i]].most[k], cap);
-            most[k] = fmax(most[k], value[i * values + k]);
-        }
-    }
-    for (size_t i = 0; i < count; i++)
-        if (search->rows[chosen[i]].failure != FAILURE_NONE)
-            memcpy(value + i * values, most, divisions * sizeof *value);
-}
-
 static enum status make_model(const struct surrogate_search *search, const struct space *space,
                               const size_t *chosen, size_t count, struct arena *arena,
                               struct model *model) {
@@ -256,9 +240,18 @@ static enum status make_model(const struct surrogate_search *search, const struc
             if (search->rows[chosen[i]].failure != FAILURE_NONE)
                 value[i * values + v] = search->study->request.limit[id].has_min ? least : most;
     }
-    if (values > judged)
-        take_divisions(search, chosen, count, values, cap_of(search, QUANTITY_MAX_SHEAR, scratch),
-                       value + judged);
+    /* The largest shear of each division, and of failures the largest of all. */
+    double cap = values > judged ? cap_of(search, QUANTITY_MAX_SHEAR, scratch) : 0;
+    for (size_t v = judged; v < values; v++) {
+        double most = 0;
+        for (size_t i = 0; i < count; i++) {
+            value[i * values + v] = fmin(search->rows[chosen[i]].most[v - judged], cap);
+            most = fmax(most, value[i * values + v]);
+        }
+        for (size_t i = 0; i < count; i++)
+            if (search->rows[chosen[i]].failure != FAILURE_NONE)
+                value[i * values + v] = most;
+    }
     model->judged = judged;
     for (size_t k = 0; k < count; k++) {
         struct trial trial = trial_of(space, &search->rows[chosen[k]].variant);
@@ -423,31 +416,6 @@ static struct candidate descend_from_best(struct round_search *p, const struct s
     return best;
 }
 
-static void choose_variants(struct round_search *p, size_t *const *orders, const size_t *ordered,
-                            size_t wanted, struct study_variant *variants) {
-    const struct surrogate_search *search = p->search;
-    const struct space *space = &p->space;
-    double from = space->request->angle.from;
-    for (size_t k = 0; k < wanted; k++) {
-        size_t aim = k % search->aim_count, turn = k / search->aim_count;
-        size_t drawn = draw_in_turn(p, &search->aims[aim], orders[aim], ordered[aim], turn);
-        if (drawn == 0)
-            continue;
-        const struct candidate best =
-            descend_from_best(p, &search->aims[aim], drawn, weights[turn % WEIGHTS]);
-        p->made[p->count] = best;
-        struct study_variant *variant = &variants[p->count++];
-        *variant = (struct study_variant){.start = best.trial.start,
-                                          .angle_deg = best.trial.turn +
-                                                       axis_angle(space, &best.trial.start),
-                                          .pre_shear_deg = best.trial.pre_shear_deg,
-                                          .coarseness = search->rows[0].variant.coarseness};
-        if (space->period > 0)
-            variant->angle_deg -=
-                space->period * floor((variant->angle_deg - from) / space->period);
-    }
-}
-
 enum status surrogate_search_next(const struct surrogate_search *search, size_t wanted,
                                   struct arena *arena, struct study_variant *variants,
                                   size_t *found) {
@@ -471,11 +439,30 @@ enum status surrogate_search_next(const struct surrogate_search *search, size_t 
     p->search = search;
     p->seed = (uint32_t)search->rows[search->count - 1].round + 1;
     p->space = make_space(search);
+    const struct space *space = &p->space;
+    const double from = space->request->angle.from;
     p->made = arena_take(arena, wanted, sizeof *p->made);
     size_t count = choose_rows(search, orders, ordered, chosen, taken);
     if (!p->made || make_model(search, &p->space, chosen, count, arena, &p->model) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
-    choose_variants(p, orders, ordered, wanted, variants);
+    for (size_t k = 0; k < wanted; k++) {
+        size_t own = k % search->aim_count, turn = k / search->aim_count;
+        const struct search_aim *aim = &search->aims[own];
+        size_t drawn = draw_in_turn(p, aim, orders[own], ordered[own], turn);
+        if (drawn == 0)
+            continue;
+        const struct candidate best = descend_from_best(p, aim, drawn, weights[turn % WEIGHTS]);
+        p->made[p->count] = best;
+        struct study_variant *variant = &variants[p->count++];
+        *variant = (struct study_variant){.start = best.trial.start,
+                                          .angle_deg = best.trial.turn +
+                                                       axis_angle(space, &best.trial.start),
+                                          .pre_shear_deg = best.trial.pre_shear_deg,
+                                          .coarseness = search->rows[0].variant.coarseness};
+        if (space->period > 0)
+            variant->angle_deg -=
+                space->period * floor((variant->angle_deg - from) / space->period);
+    }
     *found = p->count;
     arena_rewind(arena, mark);
     return STATUS_OK;
