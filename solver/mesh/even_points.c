@@ -29,9 +29,21 @@ static const struct surface *face_surface(const struct drape_part *part, int32_t
     return part->shell ? shell_surface(part->shell, face) : part->surface;
 }
 
-/* The spans of the faces, each cut into cuts x cuts. */
-static enum status cut_faces(const struct drape_part *part, int32_t component, struct arena *arena,
-                             struct patches *patches) {
+/* The triangles of a mesh, or the spans of the faces, each cut into cuts x cuts. */
+static enum status cut_part(const struct drape_part *part, int32_t component, struct arena *arena,
+                            struct patches *patches) {
+    const struct mesh *mesh = part->mesh;
+    if (mesh) {
+        patches->list = arena_alloc(arena, mesh->triangle_count, sizeof *patches->list);
+        for (int32_t t = 0; patches->list && t < (int32_t)mesh->triangle_count; t++) {
+            if (mesh->component[t] != component)
+                continue;
+            double area = 0.5 * mesh_twice_area(mesh, t);
+            patches->list[patches->count++] = (struct patch){.face = t, .area = area};
+            patches->area += area;
+        }
+        return patches->list ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    }
     int32_t count = part->shell ? (int32_t)shell_face_count(part->shell) : 1;
     size_t spans = 0;
     int cuts = 1;
@@ -67,20 +79,6 @@ static enum status cut_faces(const struct drape_part *part, int32_t component, s
                 vec3_norm(vec3_cross(jet.u, jet.v)) * (high[0] - low[0]) * (high[1] - low[1]);
             patches->area += patch->area;
         }
-    }
-    return patches->list ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-}
-
-static enum status take_triangles(const struct mesh *mesh, int32_t component, struct arena *arena,
-                                  struct patches *patches) {
-    patches->list = arena_alloc(arena, mesh->triangle_count, sizeof *patches->list);
-    for (size_t t = 0; patches->list && t < mesh->triangle_count; t++) {
-        if (mesh->component[t] != component)
-            continue;
-        struct patch *patch = &patches->list[patches->count++];
-        patch->face = (int32_t)t;
-        patch->area = 0.5 * mesh_twice_area(mesh, (int32_t)t);
-        patches->area += patch->area;
     }
     return patches->list ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
@@ -291,13 +289,12 @@ enum status even_points(const struct drape_part *part, int32_t component, size_t
                         struct arena *arena, struct part_point **points, size_t *found) {
     struct patches patches = {0};
     struct part_point *candidates;
-    struct moves moves = {.count = count};
+    struct moves moves = {.count = 0};
     struct buckets buckets;
     *found = 0;
     *points = arena_take(arena, count, sizeof **points);
     struct arena_mark mark = arena_mark(arena);
-    enum status status = part->mesh ? take_triangles(part->mesh, component, arena, &patches)
-                                    : cut_faces(part, component, arena, &patches);
+    enum status status = cut_part(part, component, arena, &patches);
     if (status == STATUS_OK && *points && patches.area > 0)
         status = make_candidates(part, &patches, count, arena, &candidates, &moves.candidate_count);
     if (status != STATUS_OK || !*points)
