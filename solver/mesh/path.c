@@ -133,14 +133,6 @@ static bool pass_corner(struct mesh_path *path, int corner) {
     return true;
 }
 
-/* Whether the path passes the goal's target within the next `length`. */
-static bool passes(const struct mesh_path *path, const struct goal *goal, double length) {
-    struct vec3 to = vec3_sub(goal->target->r, path->at.r);
-    double along = fmin(fmax(vec3_dot(to, path->direction), 0), length);
-    return path->at.triangle == goal->target->triangle ||
-           vec3_norm(vec3_axpy(-along, path->direction, to)) <= goal->near;
-}
-
 /* On to the goal, through as many triangles as a path passes that is not going in circles. */
 static enum mesh_path_end follow_path(struct mesh_path *path, struct goal *goal) {
     path->bent = 0;
@@ -156,7 +148,13 @@ static enum mesh_path_end follow_path(struct mesh_path *path, struct goal *goal)
             double rest = fmax(goal->chord2 - vec3_norm2(o), 0), root = sqrt(half * half + rest);
             length = fmin(half > 0 ? rest / (half + root) : root - half, length);
         }
-        goal->passed = goal->target && passes(path, goal, fmin(length, way.length));
+        if (goal->target) {
+            struct vec3 to = vec3_sub(goal->target->r, path->at.r);
+            double next = fmin(length, way.length);
+            double along = fmin(fmax(vec3_dot(to, path->direction), 0), next);
+            goal->passed = path->at.triangle == goal->target->triangle ||
+                           vec3_norm(vec3_axpy(-along, path->direction, to)) <= goal->near;
+        }
         if (goal->passed)
             return MESH_PATH_DONE;
         if (length <= way.length) {
