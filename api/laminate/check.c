@@ -158,18 +158,6 @@ enum api_problem_id laminate_map_record(const char *record, size_t length, const
     return laminate_map(&laminate, nets, target, monitor, arena, map, problem);
 }
 
-/* A length of the roll: a positive number that ends the value. */
-static bool read_roll_length(const char *name, const char *value, double *length,
-                             struct api_problem *problem) {
-    char *end;
-    *length = strtod(value, &end);
-    if (end != value && !*end && *length > 0 && *length <= 1e12)
-        return true;
-    api_problem_set(problem, API_INVALID_REQUEST,
-                    "the query parameter '%s' must be a positive length", name);
-    return false;
-}
-
 enum api_problem_id laminate_pattern_record(const char *record, size_t length, const char *columns,
                                             size_t columns_length, const struct api_limits *limits,
                                             int ply, const char *format, const char *options,
@@ -180,10 +168,15 @@ enum api_problem_id laminate_pattern_record(const char *record, size_t length, c
     struct laminate_roll roll = {.width = 0};
     for (const char *at = options; at < options + options_length;) {
         const char *name = at, *value = name + strlen(name) + 1;
+        char *end;
+        double given = strtod(value, &end);
+        bool width = strcmp(name, "width") == 0, gap = strcmp(name, "gap") == 0;
         at = value + strlen(value) + 1;
-        if ((strcmp(name, "width") == 0 && !read_roll_length(name, value, &roll.width, problem)) ||
-            (strcmp(name, "gap") == 0 && !read_roll_length(name, value, &roll.gap, problem)))
-            return problem->id;
+        if ((width || gap) && !(end != value && !*end && given > 0 && given <= 1e12))
+            return api_problem_set(problem, API_INVALID_REQUEST,
+                                   "the query parameter '%s' must be a positive length", name);
+        roll.width = width ? given : roll.width;
+        roll.gap = gap ? given : roll.gap;
     }
     if (open_record(record, length, columns, columns_length, limits, arena, &laminate, &nets,
                     problem) != API_OK)

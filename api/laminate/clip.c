@@ -107,12 +107,15 @@ static bool add_pieces(struct pieces *pieces, const struct polygons *own,
     return good;
 }
 
-/* From one piece to the unused one that begins nearest to where it ends, until that is where the
- * first began. */
-static bool join_pieces(struct pieces *pieces, struct polygons *both) {
-    bool good = true;
-    for (size_t k = 0; good && k < pieces->count; k++) {
-        struct piece *piece = &pieces->list[k];
+bool clip_make(const struct polygons *a, const struct polygons *b, struct polygons *both) {
+    double low[2], high[2];
+    polygons_bounds(a, low, high);
+    struct pieces pieces = {.reach = same * hypot(high[0] - low[0], high[1] - low[1])};
+    bool good = add_pieces(&pieces, a, b, true) && add_pieces(&pieces, b, a, false);
+    /* From one piece to the unused one that begins nearest to where it ends, until that is where
+     * the first began. */
+    for (size_t k = 0; good && k < pieces.count; k++) {
+        struct piece *piece = &pieces.list[k];
         const double *begin = piece->from;
         if (piece->used)
             continue;
@@ -122,8 +125,8 @@ static bool join_pieces(struct pieces *pieces, struct polygons *both) {
             double distance = HUGE_VAL;
             piece->used = true;
             good = polygons_add(both, piece->from[0], piece->from[1]);
-            for (size_t n = 0; n < pieces->count; n++) {
-                struct piece *other = &pieces->list[n];
+            for (size_t n = 0; n < pieces.count; n++) {
+                struct piece *other = &pieces.list[n];
                 double own = hypot(other->from[0] - end[0], other->from[1] - end[1]);
                 if (!other->used && own < distance) {
                     distance = own;
@@ -131,19 +134,10 @@ static bool join_pieces(struct pieces *pieces, struct polygons *both) {
                 }
             }
             double back = hypot(end[0] - begin[0], end[1] - begin[1]);
-            piece = back <= 100 * pieces->reach || distance >= back ? NULL : next;
+            piece = back <= 100 * pieces.reach || distance >= back ? NULL : next;
         }
         polygons_close(both);
     }
-    return good;
-}
-
-bool clip_make(const struct polygons *a, const struct polygons *b, struct polygons *both) {
-    double low[2], high[2];
-    polygons_bounds(a, low, high);
-    struct pieces pieces = {.reach = same * hypot(high[0] - low[0], high[1] - low[1])};
-    bool good = add_pieces(&pieces, a, b, true) && add_pieces(&pieces, b, a, false) &&
-                join_pieces(&pieces, both);
     free(pieces.list);
     return good;
 }

@@ -14,15 +14,6 @@ int laminate_layers(const struct laminate_ply *ply) {
 
 /* ---- one ply ---- */
 
-static void decode_polygon(const struct json_value *json, struct laminate_loop *loop) {
-    double *rows;
-    if (!value_rows(json, decode_coordinates, 3, 3, &rows, &loop->count))
-        return;
-    loop->points = (const void *)rows;
-    if (loop->count > POLYGON_MAX)
-        value_fault(json, "has %zu points, and %d are allowed", loop->count, POLYGON_MAX);
-}
-
 static void decode_boundary(const struct json_value *json, const struct api_surface *surface,
                             struct laminate_boundary *boundary) {
     static const char *const keys[] = {"polygon", "polygons", "trims", NULL};
@@ -31,23 +22,24 @@ static void decode_boundary(const struct json_value *json, const struct api_surf
     struct json_value trims = value_member(json, keys[2]);
     if (!value_object(json, keys))
         return;
-    if (value_given(&polygon) + value_given(&polygons) + value_given(&trims) != 1) {
+    bool one = value_given(&polygon);
+    if (one + value_given(&polygons) + value_given(&trims) != 1) {
         value_fault(json, "must have either \"polygon\", \"polygons\" or \"trims\"");
-    } else if (value_given(&polygon)) {
-        struct laminate_loop *loop = json_tree_alloc(json->tree, 1, sizeof *loop);
-        boundary->loops = loop;
-        boundary->count = 1;
-        if (loop)
-            decode_polygon(&polygon, loop);
-    } else if (value_given(&polygons)) {
-        size_t count = value_array(&polygons, 1) ? value_length(&polygons) : 0;
+    } else if (!value_given(&trims)) {
+        size_t count = one ? 1 : value_array(&polygons, 1) ? value_length(&polygons) : 0;
         struct laminate_loop *loops =
             count ? json_tree_alloc(json->tree, count, sizeof *loops) : NULL;
         boundary->loops = loops;
         boundary->count = count;
         for (size_t k = 0; loops && k < count; k++) {
-            polygon = value_element(&polygons, k);
-            decode_polygon(&polygon, &loops[k]);
+            struct json_value own = one ? polygon : value_element(&polygons, k);
+            double *rows;
+            if (!value_rows(&own, decode_coordinates, 3, 3, &rows, &loops[k].count))
+                continue;
+            loops[k].points = (const void *)rows;
+            if (loops[k].count > POLYGON_MAX)
+                value_fault(&own, "has %zu points, and %d are allowed", loops[k].count,
+                            POLYGON_MAX);
         }
     } else {
         struct api_surface loops = {.kind = API_SURFACE_NURBS};

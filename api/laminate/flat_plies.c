@@ -10,12 +10,6 @@
 /* As of the pattern of a drape: what points of the rim are left out for, in spacings. */
 static const double tolerance = 5e-4;
 
-struct flattening {
-    const struct laminate *laminate;
-    struct arena *arena;
-    struct flat_plies *shapes;
-};
-
 /* The loops of a boundary turned so that they enclose what is on their left, holes the other way
  * round, in (p, q). */
 static bool oriented_loops(const struct region *region, struct polygons *loops) {
@@ -51,15 +45,16 @@ static bool oriented_loops(const struct region *region, struct polygons *loops) 
 }
 
 /* What of the cut lies within the ply's boundary. */
-static enum api_problem_id clip_to_boundary(struct flattening *p, size_t k,
+static enum api_problem_id clip_to_boundary(const struct laminate *laminate, size_t k,
                                             const struct api_reader *reader, struct map_net *cloth,
-                                            struct polygons *cut, struct api_problem *problem) {
+                                            struct arena *arena, struct polygons *cut,
+                                            struct api_problem *problem) {
     static const enum column_id kept[] = {COLUMN_CELLS_warp, COLUMN_CELLS_weft};
     struct polygons loops = {0}, both = {0};
     struct region region;
     map_net_keep(cloth, kept, sizeof kept / sizeof *kept);
-    if (map_net_load(reader, NULL, p->arena, cloth, problem) != API_OK ||
-        region_make(p->laminate, k, cloth->facets, cloth->columns.grid.spacing, p->arena, &region,
+    if (map_net_load(reader, NULL, arena, cloth, problem) != API_OK ||
+        region_make(laminate, k, cloth->facets, cloth->columns.grid.spacing, arena, &region,
                     problem) != API_OK)
         return problem->id;
     bool good = oriented_loops(&region, &loops) && clip_make(&loops, cut, &both);
@@ -74,61 +69,50 @@ static enum api_problem_id clip_to_boundary(struct flattening *p, size_t k,
     return problem->id;
 }
 
-static enum api_problem_id make_flat_ply(struct flattening *p, size_t k,
-                                         const struct api_reader *reader,
-                                         struct api_problem *problem) {
-    struct arena_mark mark = arena_mark(p->arena);
-    struct map_net *cloth = arena_alloc(p->arena, 1, sizeof *cloth);
-    struct flat_ply *shape = &p->shapes->shapes[p->shapes->count++];
-    struct outline outline = {0};
-    struct flat_pattern cut = {0};
-    *shape = (struct flat_ply){.ply = k};
-    if (!cloth)
-        return api_problem_no_memory(problem, "the patterns");
-    bool good =
-        map_net_open(reader, cloth, problem) == API_OK &&
-        outline_make(&outline, reader, &cloth->columns, problem) == API_OK &&
-        flat_pattern_make(&cut, reader, &cloth->columns, &outline, tolerance, problem) == API_OK;
-    if (good && p->laminate->plies[k].boundary.count)
-        good = clip_to_boundary(p, k, reader, cloth, &cut.polygons, problem) == API_OK;
-    const double *spacing = cloth->columns.grid.spacing;
-    for (size_t n = 0; good && n < cut.polygons.count; n++) {
-        cut.polygons.points[n].x *= spacing[0];
-        cut.polygons.points[n].y *= spacing[1];
-    }
-    shape->cut = cut.polygons;
-    cut.polygons = (struct polygons){0};
-    polygons_bounds(&shape->cut, shape->low, shape->high);
-    double sum = 0;
-    for (size_t n = 0, first = 0; n < shape->cut.count; n++) {
-        const struct polygons_point *a = &shape->cut.points[n];
-        const struct polygons_point *b = &shape->cut.points[a->last ? first : n + 1];
-        sum += (a->x * b->y - b->x * a->y) / 2;
-        first = a->last ? n + 1 : first;
-    }
-    shape->area = fabs(sum);
-    flat_pattern_free(&cut);
-    outline_free(&outline);
-    arena_rewind(p->arena, mark);
-    return problem->id;
-}
-
 enum api_problem_id flat_plies_make(const struct laminate *laminate,
                                     const struct api_reader *const *nets, int ply,
                                     struct arena *arena, struct flat_plies *shapes,
                                     struct api_problem *problem) {
-    struct flattening p = {laminate, arena, shapes};
+    struct map_net *cloth = arena_alloc(arena, 1, sizeof *cloth);
     *shapes =
         (struct flat_plies){.shapes = arena_alloc(arena, laminate->count, sizeof *shapes->shapes)};
-    if (!shapes->shapes)
+    if (!shapes->shapes || !cloth)
         return api_problem_no_memory(problem, "the patterns");
-    for (size_t k = 0; k < laminate->count; k++) {
-        const struct api_reader *net = nets[laminate->plies[k].net];
-        if (net && (ply == LAMINATE_ALL || k == (size_t)ply) &&
-            make_flat_ply(&p, k, net, problem) != API_OK)
-            return problem->id;
+    for (size_t k = 0; k < laminate->count && problem->id == API_OK; k++) {
+        const struct api_reader *reader = nets[laminate->plies[k].net];
+        struct arena_mark mark = arena_mark(arena);
+        struct outline outline = {0};
+        struct flat_pattern flat = {0};
+        if (!reader || (ply != LAMINATE_ALL && k != (size_t)ply))
+            continue;
+        struct flat_ply *shape = &shapes->shapes[shapes->count++];
+        bool good = map_net_open(reader, cloth, problem) == API_OK &&
+                    outline_make(&outline, reader, &cloth->columns, problem) == API_OK &&
+                    flat_pattern_make(&flat, reader, &cloth->columns, &outline, tolerance,
+                                      problem) == API_OK;
+        *shape = (struct flat_ply){.cut = flat.polygons, .ply = k};
+        flat.polygons = (struct polygons){0};
+        struct polygons *cut = &shape->cut;
+        if (good && laminate->plies[k].boundary.count)
+            good = clip_to_boundary(laminate, k, reader, cloth, arena, cut, problem) == API_OK;
+        double sum = 0;
+        for (size_t n = 0; good && n < cut->count; n++) {
+            cut->points[n].x *= cloth->columns.grid.spacing[0];
+            cut->points[n].y *= cloth->columns.grid.spacing[1];
+        }
+        polygons_bounds(cut, shape->low, shape->high);
+        for (size_t n = 0, first = 0; n < cut->count; n++) {
+            const struct polygons_point *a = &cut->points[n];
+            const struct polygons_point *b = &cut->points[a->last ? first : n + 1];
+            sum += (a->x * b->y - b->x * a->y) / 2;
+            first = a->last ? n + 1 : first;
+        }
+        shape->area = fabs(sum);
+        flat_pattern_free(&flat);
+        outline_free(&outline);
+        arena_rewind(arena, mark);
     }
-    return API_OK;
+    return problem->id;
 }
 
 void flat_plies_free(struct flat_plies *shapes) {

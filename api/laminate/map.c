@@ -173,27 +173,22 @@ static void add_ply(struct mapping *m, size_t element, const struct gathered *pl
     }
 }
 
-/* The porosity where the resin carries a part of the pressure, and the fibres the rest. */
-static void put_relieved(struct mapping *m, size_t element, struct gathered *plies) {
-    for (int k = 0; k < MAP_RELIEFS; k++) {
+static void put_element(struct mapping *m, size_t element, struct gathered *plies) {
+    struct stack_sum sum = {.thickness = 0};
+    double by_itself = 0, whole = 0, fibres = 0;
+    /* The porosity where the resin carries a part of the pressure, and the fibres the rest. */
+    for (int k = 0; m->relieved[0] && k < MAP_RELIEFS; k++) {
         struct stack_cavity rest = m->at.laminate->cavity;
-        double whole = 0, fibres = 0;
+        double all = 0, solid = 0;
         rest.pressure -= m->at.map->fields.relief[k];
         gather_plies(m, element, plies);
         (void)stack_press(&rest, plies->count, plies->pressed);
         for (size_t n = 0; n < plies->count; n++) {
-            whole += plies->pressed[n].thickness;
-            fibres += plies->pressed[n].thickness * plies->pressed[n].fraction;
+            all += plies->pressed[n].thickness;
+            solid += plies->pressed[n].thickness * plies->pressed[n].fraction;
         }
-        m->relieved[k][element] = plies->count ? 1 - fibres / whole : 0;
+        m->relieved[k][element] = plies->count ? 1 - solid / all : 0;
     }
-}
-
-static void put_element(struct mapping *m, size_t element, struct gathered *plies) {
-    struct stack_sum sum = {.thickness = 0};
-    double by_itself = 0, whole = 0, fibres = 0;
-    if (m->relieved[0])
-        put_relieved(m, element, plies);
     gather_plies(m, element, plies);
     for (size_t n = 0; n < plies->count; n++)
         by_itself += plies->pressed[n].thickness;
@@ -231,30 +226,30 @@ static void put_element(struct mapping *m, size_t element, struct gathered *plie
 
 /* ---- the whole ---- */
 
-static void warn_of_failed(struct mapping *m) {
+/* Of plies that failed, of points that are far off, and of boundaries. */
+static void warn_of_plies(struct mapping *m) {
     char text[API_MAP_WARNING_SIZE];
     size_t failed = 0, length = 0;
-    for (size_t k = 0; k < m->at.laminate->count; k++) {
-        if (m->at.there[m->at.laminate->plies[k].net])
+    const struct laminate *laminate = m->at.laminate;
+    const struct map_stack *stack = &m->at.map->stack;
+    const char *unit = m->at.map->fields.unit->name;
+    size_t bare = m->at.target->elements ? map_stack_bare(stack) : 0, worst = 0, far = 0;
+    if (m->at.target->warning)
+        map_warn_text(m->at.map, m->at.target->warning);
+    for (size_t k = 0; k < laminate->count; k++) {
+        if (m->at.there[laminate->plies[k].net])
             continue;
         failed++;
         if (length < API_MAP_WARNING_SIZE / 2)
             length += (size_t)snprintf(text + length, API_MAP_WARNING_SIZE - length,
                                        "%s%zu (\"%.40s\")", failed == 1 ? "no drape of ply " : ", ",
-                                       k + 1, m->at.laminate->plies[k].name);
+                                       k + 1, laminate->plies[k].name);
     }
     if (failed && length < API_MAP_WARNING_SIZE)
         (void)snprintf(text + length, API_MAP_WARNING_SIZE - length,
-                       ": %zu of %zu plies are left out", failed, m->at.laminate->count);
+                       ": %zu of %zu plies are left out", failed, laminate->count);
     if (failed)
         map_warn(m->at.map, "%s", text);
-}
-
-static void warn_of_places(struct mapping *m) {
-    const struct laminate *laminate = m->at.laminate;
-    const struct map_stack *stack = &m->at.map->stack;
-    const char *unit = m->at.map->fields.unit->name;
-    size_t bare = m->at.target->elements ? map_stack_bare(stack) : 0, worst = 0, far = 0;
     if (m->far > m->at.count / 2)
         map_warn(m->at.map,
                  "%zu of %zu points are further from the plies than their spacing and thickness, "
@@ -363,10 +358,7 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
     }
     if (!ply_samples_read(&m.at, nets) || !add_stack_columns(&m) || !map_elements(&m))
         return problem->id;
-    if (target->warning)
-        map_warn_text(map, target->warning);
-    warn_of_failed(&m);
-    warn_of_places(&m);
+    warn_of_plies(&m);
     cavity_warn(&m.cavity, map, "laminate");
     return API_OK;
 }

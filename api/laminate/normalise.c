@@ -5,21 +5,17 @@
 static void write_boundary(struct api_text *text, const struct laminate_boundary *boundary) {
     if (boundary->count == 0 && boundary->trim_count == 0)
         return;
-    api_text_key(text, "boundary");
-    api_text_raw(text, "{");
+    api_text_key_object(text, "boundary");
     if (boundary->trim_count) {
         api_normalise_trims(text, boundary->trims, boundary->trim_count);
     } else {
         api_text_key(text, "polygons");
         api_text_raw(text, "[");
         for (size_t k = 0; k < boundary->count; k++) {
-            if (k)
-                api_text_raw(text, ",");
             const struct laminate_loop *loop = &boundary->loops[k];
-            api_text_raw(text, "[");
+            api_text_raw(text, k ? ",[" : "[");
             for (size_t n = 0; n < loop->count; n++) {
-                if (n)
-                    api_text_raw(text, ",");
+                api_text_raw(text, n ? "," : "");
                 api_text_numbers(text, &loop->points[n].x, 3);
             }
             api_text_raw(text, "]");
@@ -39,8 +35,7 @@ const char *laminate_normalise(const struct laminate *laminate, struct arena *ar
         api_text_key_string(&text, "cavity", "flexible");
     } else {
         bool pressed = cavity->kind == STACK_PRESSURE;
-        api_text_key(&text, "cavity");
-        api_text_raw(&text, "{");
+        api_text_key_object(&text, "cavity");
         api_text_key_number(&text, pressed ? "pressure" : "height",
                             pressed ? cavity->pressure : cavity->height);
         api_text_raw(&text, "}");
@@ -50,10 +45,8 @@ const char *laminate_normalise(const struct laminate *laminate, struct arena *ar
     api_text_key(&text, "plies");
     api_text_raw(&text, "[");
     for (size_t k = 0; k < laminate->count; k++) {
-        if (k)
-            api_text_raw(&text, ",");
         const struct laminate_ply *ply = &laminate->plies[k];
-        api_text_raw(&text, "{");
+        api_text_raw(&text, k ? ",{" : "{");
         api_text_key_string(&text, "name", ply->name);
         api_text_key_integer(&text, "repeat", ply->repeat);
         api_normalise_compaction(&text, &ply->law);

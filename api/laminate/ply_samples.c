@@ -51,47 +51,41 @@ static void find_nearest(struct ply_samples *m, size_t net, size_t element,
         *sense = between * vec3_dot(vec3_sub(at->r, frame->foot), frame->normal) < 0 ? -1 : 1;
 }
 
-static void note_sample(struct ply_samples *m, size_t net, size_t element,
-                        const struct map_net *cloth, const struct facets_point *at, size_t shear) {
-    size_t own = net * m->count + element;
-    struct ply_sample *sample = &m->samples[own];
-    struct sample_frame *frame = &m->frames[element];
-    double values[API_COLUMNS_MAX];
-    struct vec3 warp, weft;
-    map_net_interpolate(cloth, at, values);
-    map_net_yarns(cloth, at, values, &warp, &weft);
-    if (!(vec3_norm2(frame->normal) > 0)) { /* the first net to reach the element */
-        frame->first = warp;
-        frame->second = permeability_across(warp, weft);
-        frame->normal = vec3_unit(vec3_cross(frame->first, frame->second));
-        frame->foot = at->r;
-        frame->height = net_height(m, net);
-    }
-    sample->shear_deg = values[shear];
-    double x = vec3_dot(warp, frame->first), y = vec3_dot(warp, frame->second);
-    double size = sqrt(x * x + y * y);
-    sample->warp[0] = size > 0 ? x / size : 1;
-    sample->warp[1] = size > 0 ? y / size : 0;
-    m->mirrored[own] = vec3_dot(vec3_cross(warp, weft), frame->normal) < 0;
-}
-
 static bool sample_net(struct ply_samples *m, size_t net, const struct map_net *cloth, size_t shear,
                        const struct bounded *bounded, size_t bounded_count) {
     struct facets_search search = facets_search_begin(cloth->facets);
     struct facets_point at;
+    struct vec3 warp, weft;
+    double values[API_COLUMNS_MAX], pq[2];
     double nets = (double)m->laminate->net_count, sense = 0;
     for (size_t element = 0; element < m->count; element++) {
         struct vec3 point = map_target_point(m->target, element);
-        double pq[2];
+        size_t own = net * m->count + element;
+        struct ply_sample *sample = &m->samples[own];
+        struct sample_frame *frame = &m->frames[element];
         if (!ply_samples_go_on(m, element,
                                ((double)net + (double)element / (double)m->count) / nets))
             return false;
         find_nearest(m, net, element, cloth, &search, point, &sense, &at);
         m->distance[element] = fmin(m->distance[element], at.distance);
-        m->samples[net * m->count + element].shear_deg = NAN;
+        sample->shear_deg = NAN;
         if (map_net_is_beyond(cloth, &at))
             continue;
-        note_sample(m, net, element, cloth, &at, shear);
+        map_net_interpolate(cloth, &at, values);
+        map_net_yarns(cloth, &at, values, &warp, &weft);
+        if (!(vec3_norm2(frame->normal) > 0)) { /* the first net to reach the element */
+            frame->first = warp;
+            frame->second = permeability_across(warp, weft);
+            frame->normal = vec3_unit(vec3_cross(frame->first, frame->second));
+            frame->foot = at.r;
+            frame->height = net_height(m, net);
+        }
+        double x = vec3_dot(warp, frame->first), y = vec3_dot(warp, frame->second);
+        double size = sqrt(x * x + y * y);
+        sample->shear_deg = values[shear];
+        sample->warp[0] = size > 0 ? x / size : 1;
+        sample->warp[1] = size > 0 ? y / size : 0;
+        m->mirrored[own] = vec3_dot(vec3_cross(warp, weft), frame->normal) < 0;
         if (bounded_count)
             region_coordinates(cloth->facets, &at, pq);
         for (size_t k = 0; k < bounded_count; k++)
