@@ -204,22 +204,6 @@ static bool is_on_other_face(const struct surface_point *corner,
     return corner->surface != point->surface && crossing_within(corner->surface, corner->uv);
 }
 
-/* Whether a point beyond a free edge lies over a face on the other side of a hole, or of a notch
- * when the net is there already, and where on it. */
-static bool lands_on_face(const struct fishnet_cell *cell, const struct surface_point *point,
-                          struct surface_place *begin) {
-    const struct shell *shell = point->surface->shell;
-    struct shell_point over;
-    double distance = landing * fmin(cell->bd, cell->cd);
-    if (!(shell_may_close(shell, point->surface->face) || is_on_other_face(cell->b, point) ||
-          is_on_other_face(cell->c, point)) ||
-        !shell_over(shell, point->jet.r, point->surface->face, distance, &over))
-        return false;
-    *begin =
-        (struct surface_place){shell_surface(shell, over.face), {over.inner[0], over.inner[1]}};
-    return true;
-}
-
 /* A point beyond a joint, from which that leads back, belongs to one of its faces when it is no
  * further off than this share of the shorter edge, and twice the gap. */
 static const double at_joint = 1e-4;
@@ -230,6 +214,8 @@ static const double at_joint = 1e-4;
 static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
                             struct surface_place *begin, struct fishnet_node *node) {
     const struct surface *last = NULL;
+    const struct shell *shell = cell->c->surface->shell;
+    double least = fmin(cell->bd, cell->cd);
     bool landed = false;
     struct crossing *crossing = &node->crossing;
     for (int hop = 0; hop < HOPS_MAX; hop++) {
@@ -237,17 +223,25 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
             return false;
         crossing_find(&node->point, last, crossing);
         node->looked = !last;
-        if (crossing->kind == CROSSING_FREE && !landed &&
-            lands_on_face(cell, &node->point, begin)) {
-            landed = true;
-            continue;
+        /* Beyond a free edge it may lie over a face on the other side of a hole, or of a notch when
+         * the net is there already. */
+        if (crossing->kind == CROSSING_FREE && !landed) {
+            const struct surface_point *point = &node->point;
+            struct shell_point over;
+            if ((shell_may_close(shell, point->surface->face) || is_on_other_face(cell->b, point) ||
+                 is_on_other_face(cell->c, point)) &&
+                shell_over(shell, point->jet.r, point->surface->face, landing * least, &over)) {
+                *begin = (struct surface_place){shell_surface(shell, over.face),
+                                                {over.inner[0], over.inner[1]}};
+                landed = true;
+                continue;
+            }
         }
         if (crossing->kind != CROSSING_JOINT)
             return true;
         if (crossing->beyond == last) {
-            double gap = shell_edges(cell->c->surface->shell).largest_gap;
-            double most = at_joint * fmin(cell->bd, cell->cd) + 2 * gap;
-            return crossing->at_corner || crossing->distance <= most;
+            double gap = shell_edges(shell).largest_gap;
+            return crossing->at_corner || crossing->distance <= at_joint * least + 2 * gap;
         }
         last = node->point.surface;
         if (!crossing_carry(crossing, cursor, &node->point, 0, begin))

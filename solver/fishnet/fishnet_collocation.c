@@ -33,22 +33,6 @@ struct yarns {
     double angle[2];
 };
 
-static bool begin_yarns(const struct fishnet_cell *cell, const struct fishnet_collocation *wanted,
-                        int pieces, const struct surface_point *d, struct yarns *y) {
-    y->normal = d->normal;
-    for (int k = 0; k < 2; k++) {
-        const struct surface_point *from = k ? cell->c : cell->b;
-        struct rough_geodesic about;
-        (void)rough_estimate(from, d, &about);
-        const struct vec3 tangent[2] = {about.leave, about.arrive};
-        if (!collocation_begin(&y->path[k], from, d, tangent, wanted->length[k], pieces,
-                               wanted->lanes))
-            return false;
-        y->size[k] = fishnet_end_moves(from, d, wanted->length[k]);
-    }
-    return true;
-}
-
 /* A round: evaluates the yarns, splits pieces with more than `rest` of the last terms, and moves
  * all by the angles that let the ends meet. How far apart they were, or a point has moved; infinite
  * where the yarns get lost. */
@@ -80,8 +64,17 @@ static bool meet_yarns(struct surface_cursor *cursor, const struct fishnet_cell 
     const struct surface_point *d = point;
     double least = fmin(wanted->length[0], wanted->length[1]), last = farthest;
     double enough = wanted->tolerance * least + rounding * d->surface->magnitude;
-    if (!begin_yarns(cell, wanted, splits[attempt].pieces, d, y))
-        return false;
+    y->normal = d->normal;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_point *from = k ? cell->c : cell->b;
+        struct rough_geodesic about;
+        (void)rough_estimate(from, d, &about);
+        const struct vec3 tangent[2] = {about.leave, about.arrive};
+        if (!collocation_begin(&y->path[k], from, d, tangent, wanted->length[k],
+                               splits[attempt].pieces, wanted->lanes))
+            return false;
+        y->size[k] = fishnet_end_moves(from, d, wanted->length[k]);
+    }
     for (int round = 1; round <= ROUNDS; round++) {
         double moved = move_yarns(y, round == 1 ? splits[attempt].rest : HUGE_VAL) / least;
         double change = fmax(collocation_change(&y->path[0]), collocation_change(&y->path[1]));

@@ -41,21 +41,6 @@ static double left_by(const struct surface_point *d, double size, double length,
     return size * size * (size + k / 3) + size * (1 - vec3_dot(normal, d->normal));
 }
 
-/* Whether the first step will be the last, by the lengths that are estimated from the ends of the
- * edges. */
-static bool is_nearly_there(const struct surface_point *const from[2],
-                            const struct surface_point *d, const double length[2]) {
-    double least = fmin(length[0], length[1]);
-    bool near = true;
-    for (int k = 0; k < 2 && near; k++) {
-        struct rough_geodesic about;
-        near = rough_estimate(from[k], d, &about);
-        double miss = fabs(about.length - length[k]) + about.error * length[k];
-        near = near && left_by(d, miss / least, least, d->normal) < settled;
-    }
-    return near;
-}
-
 bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cell *cell, double bd,
                          double cd, double accuracy, struct fishnet_yarns *yarns,
                          struct fishnet_node *node) {
@@ -64,7 +49,14 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
     double least = fmin(bd, cd);
     struct logarithm l[2];
     struct vec3 step = {0, 0, 0};
-    bool last = false, near = is_nearly_there(from, &node->point, length);
+    bool last = false, near = true;
+    /* Whether the first step will be the last, by lengths estimated from the ends of the edges. */
+    for (int k = 0; k < 2 && near; k++) {
+        struct rough_geodesic about;
+        near = rough_estimate(from[k], &node->point, &about);
+        double miss = fabs(about.length - length[k]) + about.error * length[k];
+        near = near && left_by(&node->point, miss / least, least, node->point.normal) < settled;
+    }
     for (int round = 0; round < ROUNDS && !last; round++) {
         double miss[2], asked = near ? accuracy : fmax(first_accuracy, accuracy);
         struct surface_point *d = &node->point;

@@ -237,14 +237,6 @@ static double straighten(const struct chain *c, double angle[], double move[]) {
     return most;
 }
 
-/* Whether the last moves need not be made, `most` being the largest angle. */
-static bool is_straight_enough(const struct chain *c, double most) {
-    double gauss = fmax(fabs(surface_point_gauss_curvature(c->from[0])),
-                        fabs(surface_point_gauss_curvature(c->to[c->pieces - 1])));
-    return most * (most + gauss * c->whole * c->whole) <= angle_share * sqrt(c->accuracy) &&
-           most * most * most <= c->accuracy;
-}
-
 /* Moves the points within to the left of the path, on a knot line along that. */
 static bool move_points(struct chain *c, const double move[]) {
     const struct surface *surface = c->from[0]->surface;
@@ -323,7 +315,10 @@ bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p
     }
     for (int sweep = 0; c.pieces > 1; sweep++) {
         double most = straighten(&c, angle, move);
-        if (is_straight_enough(&c, most))
+        double gauss = fmax(fabs(surface_point_gauss_curvature(c.from[0])),
+                            fabs(surface_point_gauss_curvature(c.to[c.pieces - 1])));
+        if (most * (most + gauss * c.whole * c.whole) <= angle_share * sqrt(accuracy) &&
+            most * most * most <= accuracy)
             break;
         if (!(most < 1) || sweep == SWEEPS || !move_points(&c, move))
             return false;

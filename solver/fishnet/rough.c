@@ -48,12 +48,6 @@ static struct departure depart_for(const struct surface_point *p, struct vec3 to
     return depart(p, vec3_sub(to, p->jet.r), normal_side(p));
 }
 
-/* Whether the rise of an edge shows a joint on the way. */
-static bool is_over_joint(const struct departure *d) {
-    double arc = d->curvature * d->c2 / 2;
-    return fabs(d->rise - arc) > other_side * fabs(arc) + least_rise * sqrt(d->c2);
-}
-
 /* The square of the angle by which the normal turns for each length along a direction. */
 static double normal_turn2(const struct departure *d) {
     return d->curvature * d->curvature + d->torsion * d->torsion;
@@ -105,7 +99,9 @@ struct vec3 rough_leave(struct surface_cursor *cursor, const struct surface_poin
     struct departure d = depart_for(p, end->r);
     if (sure)
         *sure = is_sure(&d);
-    const struct surface_point *q = is_over_joint(&d) ? rough_end_point(cursor, end, &made) : NULL;
+    double arc = d.curvature * d.c2 / 2;
+    bool over_joint = fabs(d.rise - arc) > other_side * fabs(arc) + least_rise * sqrt(d.c2);
+    const struct surface_point *q = over_joint ? rough_end_point(cursor, end, &made) : NULL;
     if (q)
         return leave_over_joint(p, &d, q, vec3_sub(end->r, p->jet.r));
     struct vec3 beside = vec3_cross(p->normal, d.along);
