@@ -211,21 +211,6 @@ static bool closes_all_round(const struct surface *surface) {
            (v->closed && (u->pole[0] || u->pole[1]));
 }
 
-/* Whether all four yarns left the surface with their first step, although it is larger than a cell.
- */
-static bool is_stuck(struct march *march) {
-    static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    const double *d = march->settings->spacing;
-    if (!(d[0] * d[1] < march_area(march)))
-        return false;
-    for (int k = 0; k < 4; k++) {
-        const struct net_node *next = net_find(march->net, sides[k][0], sides[k][1]);
-        if (!next || next->state != NET_FAILED || next->reason != DRAPE_REASON_BOUNDARY)
-            return false;
-    }
-    return true;
-}
-
 /* A net that is not watched is given up when it has so many times the nodes that its cells would
  * have unsheared. */
 static const double layers_most = 4;
@@ -235,6 +220,7 @@ static const size_t nodes_least = 1000;
  * not: one that does, as round a deep cup, is marched again and watched from its first node on.
  * Round its wall a net that is not watched may go on without an end. */
 static enum status march_net(struct march *march) {
+    static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     const struct march begun = *march;
     bool unexpected = !march->mesh && march->surface->shell && !march->watched, folded = false;
     const double *d = march->settings->spacing;
@@ -259,7 +245,14 @@ static enum status march_net(struct march *march) {
             status = march_quadrants(march);
         if (status == STATUS_OK)
             status = march_growth(march);
-        if (status == STATUS_OK && is_stuck(march))
+        /* All four yarns left the surface with their first step, although it is larger than a cell.
+         */
+        bool stuck = status == STATUS_OK && d[0] * d[1] < march_area(march);
+        for (int k = 0; k < 4 && stuck; k++) {
+            const struct net_node *next = net_find(march->net, sides[k][0], sides[k][1]);
+            stuck = next && next->state == NET_FAILED && next->reason == DRAPE_REASON_BOUNDARY;
+        }
+        if (stuck)
             return STATUS_START_STUCK;
         if (unexpected && status == STATUS_OK)
             status = march_find_overlap(march, &folded);

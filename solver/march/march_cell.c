@@ -183,16 +183,6 @@ void march_note_edges(struct march *march, const struct march_cell *at, const st
 static const double length_accuracy = 3e-8, length_share = ROUGH_OWN_SHARE / 5;
 static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 9e-11};
 
-/* Whether D lies beyond the boundary, where a continuation that bends so unevenly without a crease
- * is not worth following. */
-static bool is_wild(const struct march *march, const struct fishnet_cell *cell,
-                    const struct surface_point *d) {
-    bool outside = !march->surface->shell && is_outside(march->surface, d->uv);
-    bool over_fold = march->surface->has_folds && (vec3_dot(cell->b->normal, d->normal) < creased ||
-                                                   vec3_dot(cell->c->normal, d->normal) < creased);
-    return outside && !over_fold;
-}
-
 /* How far from its face a yarn may lie that stays on its continuation, by its length: the way that
  * keeps to the joint between is longer by 8/3 of this squared. */
 static const double grazing = 3e-3;
@@ -254,7 +244,14 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         march_note_edges(march, at, yarns.start, yarns.end);
         return FISHNET_FOUND;
     }
-    if (found && is_wild(march, cell, &node->point) && expected_outside(march, cell))
+    /* Beyond the boundary a continuation that bends so unevenly without a crease is wild, and not
+     * worth following. */
+    const struct vec3 *normal = &node->point.normal;
+    bool over_fold = found && march->surface->has_folds &&
+                     (vec3_dot(cell->b->normal, *normal) < creased ||
+                      vec3_dot(cell->c->normal, *normal) < creased);
+    if (found && !over_fold && !march->surface->shell &&
+        is_outside(march->surface, node->point.uv) && expected_outside(march, cell))
         return FISHNET_NO_CONVERGENCE;
     if (!march_turn_as_at_a(march, at, back, yarns.start))
         return FISHNET_NO_CONVERGENCE;
@@ -327,28 +324,6 @@ enum rough_kind march_edge_chord(const struct march *march, const struct march_c
     return kind;
 }
 
-/* Looks at the edges of a cell that has its D: whether one is rough. Those that are bent get their
- * chords: `bent` and `uneven` say whether there are any. */
-static bool has_rough(const struct march *march, struct fishnet_cell *cell,
-                      const struct surface_point *d, const struct march_corrections *c, bool *bent,
-                      bool uneven[2]) {
-    const double *spacing = march->settings->spacing;
-    if (rough_is_arc(cell->b, d, cell->curvature[0], spacing[0]) &&
-        rough_is_arc(cell->c, d, cell->curvature[1], spacing[1]))
-        return false;
-    for (int k = 0; k < 2; k++) {
-        double *chord = k ? &cell->cd : &cell->bd, before = *chord;
-        enum rough_kind kind =
-            march_edge_chord(march, c, k, k ? cell->c : cell->b, d, cell->curvature[k], chord);
-        if (kind == ROUGH_EDGE)
-            return true;
-        bool whole = c->has[k] && c->of[k].whole && *chord == before;
-        uneven[k] = kind == ROUGH_UNEVEN || (kind == ROUGH_BENT && march->before.net && !whole);
-        *bent = *bent || *chord != before;
-    }
-    return false;
-}
-
 /* Two sides of a joint with this cosine between their normals, or less, are over a crease. */
 static const double over_crease = 0.9999;
 
@@ -368,14 +343,27 @@ static bool lies_over_crease(struct march *march, struct surface_point *d) {
 }
 
 /* Lays the edges of a cell that are not smooth, D being where chords of smooth ones meet; `laid`:
- * as geodesics. */
+ * as geodesics, where one is rough. Those that are bent get their chords. */
 static enum fishnet_end solve_uneven(struct march *march, const struct march_cell *at,
                                      struct fishnet_cell *cell, const struct march_corrections *c,
                                      enum fishnet_end end, struct fishnet_node *node, bool *laid) {
     bool bent = false, uneven[2] = {false, false};
-    bool rough = end == FISHNET_FOUND ? lies_over_crease(march, &node->point) ||
-                                            has_rough(march, cell, &node->point, c, &bent, uneven)
+    bool rough = end == FISHNET_FOUND ? lies_over_crease(march, &node->point)
                                       : hangs_on_rough(march, cell, end);
+    const struct surface_point *d = &node->point;
+    const double *spacing = march->settings->spacing;
+    bool look = end == FISHNET_FOUND && !rough &&
+                !(rough_is_arc(cell->b, d, cell->curvature[0], spacing[0]) &&
+                  rough_is_arc(cell->c, d, cell->curvature[1], spacing[1]));
+    for (int k = 0; k < 2 && look && !rough; k++) {
+        double *chord = k ? &cell->cd : &cell->bd, before = *chord;
+        enum rough_kind kind =
+            march_edge_chord(march, c, k, k ? cell->c : cell->b, d, cell->curvature[k], chord);
+        bool whole = c->has[k] && c->of[k].whole && *chord == before;
+        rough = kind == ROUGH_EDGE;
+        uneven[k] = kind == ROUGH_UNEVEN || (kind == ROUGH_BENT && march->before.net && !whole);
+        bent = bent || *chord != before;
+    }
     *laid = rough;
     if (rough)
         return solve_rough(march, at, cell, end == FISHNET_FOUND, node);
@@ -384,7 +372,7 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
     if (bent)
         end = fishnet_solve(march->surface, &march->cursor, cell, node);
     for (int k = 0; k < 2 && end == FISHNET_FOUND; k++) {
-        const struct surface_point *from = k ? at->c : at->b, *d = &node->point;
+        const struct surface_point *from = k ? at->c : at->b;
         const struct rough_end at_d = {d->surface, d->uv, d->jet.r, NULL};
         const struct rough_end at_from = {from->surface, from->uv, from->jet.r, NULL};
         if (uneven[k])

@@ -69,27 +69,6 @@ static void add_cut_point(struct cut_pieces *p, const double uv[2]) {
     p->used++;
 }
 
-/* A new piece, which begins where the last one of its line ends: at the seam of a closed direction,
- * both ends of which are one place, as near to uv as whole turns can be. */
-static void begin_piece(struct cut_pieces *p, int32_t face, const double uv[2], bool begins) {
-    const struct shell_slit_piece *last = begins ? NULL : &p->piece[p->count - 1];
-    const struct surface *surface = shell_surface(p->shell, face);
-    double from[2] = {uv[0], uv[1]};
-    if (last) {
-        struct vec3 end = point_on_face(p->shell, last->face, last->uv[last->count - 1]);
-        (void)surface_nearest_from(surface, end, from);
-    }
-    for (int k = 0; k < 2 && last; k++) {
-        const struct surface_axis *axis = &surface->axis[k];
-        double length = surface_axis_upper(axis) - surface_axis_lower(axis);
-        if (axis->closed)
-            from[k] -= length * round((from[k] - uv[k]) / length);
-    }
-    p->piece[p->count++] =
-        (struct shell_slit_piece){.face = face, .uv = p->uv + p->used, .begins = begins};
-    add_cut_point(p, from);
-}
-
 /* Ends the last piece: one of one point, where the line touches a face, is left out, and so is a
  * point next to its end. */
 static void end_piece(struct cut_pieces *p) {
@@ -106,7 +85,8 @@ static void end_piece(struct cut_pieces *p) {
 }
 
 /* A slit goes on from the last piece on the same face, but not over the seam of a closed direction.
- */
+ * A new piece begins where the last one of its line ends: at the seam, both ends of which are one
+ * place, as near to the slit's end as whole turns can be. */
 static void add_slit(struct cut_pieces *p, const struct mesh_slit *slit, bool begins) {
     int32_t face = p->mesh->faces[slit->half[0] / 3];
     double from[2], to[2];
@@ -114,15 +94,32 @@ static void add_slit(struct cut_pieces *p, const struct mesh_slit *slit, bool be
     slit_parameters(p, slit->half[1], slit->share[1], to);
     const struct shell_slit_piece *last = begins ? NULL : &p->piece[p->count - 1];
     bool goes_on = last && !last->ends && last->face == face;
+    const struct surface *surface = shell_surface(p->shell, face);
     for (int k = 0; k < 2 && goes_on; k++) {
-        const struct surface_axis *axis = &shell_surface(p->shell, face)->axis[k];
+        const struct surface_axis *axis = &surface->axis[k];
         double length = surface_axis_upper(axis) - surface_axis_lower(axis);
         goes_on = !(fabs(last->uv[last->count - 1][k] - from[k]) > length / 2);
     }
-    if (last && !goes_on)
+    if (goes_on) {
+        add_cut_point(p, to);
+        return;
+    }
+    double start[2] = {from[0], from[1]};
+    if (last) {
         end_piece(p);
-    if (!goes_on)
-        begin_piece(p, face, from, begins);
+        last = &p->piece[p->count - 1];
+        struct vec3 end = point_on_face(p->shell, last->face, last->uv[last->count - 1]);
+        (void)surface_nearest_from(surface, end, start);
+    }
+    for (int k = 0; k < 2 && last; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        double length = surface_axis_upper(axis) - surface_axis_lower(axis);
+        if (axis->closed)
+            start[k] -= length * round((start[k] - from[k]) / length);
+    }
+    p->piece[p->count++] =
+        (struct shell_slit_piece){.face = face, .uv = p->uv + p->used, .begins = begins};
+    add_cut_point(p, start);
     add_cut_point(p, to);
 }
 

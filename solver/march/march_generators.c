@@ -163,22 +163,6 @@ static struct arm make_arm(struct march *march, int number) {
     return arm;
 }
 
-/* To the next node on a mesh: along the generator of the surface it was made of, if there is one.
- */
-static bool advance_on_mesh(struct march *march, struct arm *arm, double d,
-                            struct surface_point *point, bool *lost) {
-    struct surface_point ahead;
-    if (!march->surface)
-        return march_mesh_lay(march, &arm->yarn, arm->di, arm->dj, point, lost);
-    *lost = false;
-    if (!path_advance_chord(&arm->at.path, &march->cursor, d) ||
-        !path_surface_point(&arm->at.path, &march->cursor, &ahead, NULL) ||
-        !march_mesh_towards(march, &arm->last, ahead.jet.r, d, point, lost))
-        return false;
-    arm->last = *point;
-    return true;
-}
-
 /* To node k in a second march, the edge's chord being the corrected one like those of the yarns
  * beside it, so that they fit to the last order. False where there is none. */
 static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, double d) {
@@ -213,9 +197,15 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     bool lost = false;
     struct stop before = arm->at;
     bool gone = arm->started;
-    if (gone && march->mesh)
-        gone = advance_on_mesh(march, arm, d, &on_mesh, &lost);
-    else if (gone && !(march->before.net && advance_corrected(march, arm, k, d)))
+    if (gone && march->mesh && !march->surface) {
+        gone = march_mesh_lay(march, &arm->yarn, arm->di, arm->dj, &on_mesh, &lost);
+    } else if (gone && march->mesh) { /* along the generator of the surface it was made of */
+        struct surface_point ahead;
+        gone = path_advance_chord(&arm->at.path, &march->cursor, d) &&
+               path_surface_point(&arm->at.path, &march->cursor, &ahead, NULL) &&
+               march_mesh_towards(march, &arm->last, ahead.jet.r, d, &on_mesh, &lost);
+        arm->last = gone ? on_mesh : arm->last;
+    } else if (gone && !(march->before.net && advance_corrected(march, arm, k, d)))
         gone = advance_stop(march, &arm->at, d);
     if (!gone)
         return march_fail(march, i, j,

@@ -116,26 +116,6 @@ static enum status note_step(struct march *march, int32_t i, int32_t j, int di, 
     return STATUS_OK;
 }
 
-/* Lets the yarns that could reach (i, j) straight on wait; one that would begin there
- * needs a yarn to cross. */
-static enum status wait_for_yarns(struct growth *g, int32_t i, int32_t j) {
-    struct net *net = g->march->net;
-    for (int k = 0; k < 4; k++) {
-        int8_t di = sides[k][0], dj = sides[k][1];
-        int32_t fi = i - di, fj = j - dj;
-        bool goes_on = net_place(net, fi - di, fj - dj);
-        bool crosses = net_place(net, fi - dj, fj - di) || net_place(net, fi + dj, fj + di);
-        if (net_state_at(net, fi, fj) != NET_INSIDE || !(goes_on || crosses))
-            continue;
-        if (g->waiting_length == g->waiting_room &&
-            !(g->waiting = arena_enlarge(g->march->arena, g->waiting, g->waiting_length,
-                                         sizeof *g->waiting, &g->waiting_room)))
-            return STATUS_OUT_OF_MEMORY;
-        g->waiting[g->waiting_length++] = (struct free_end){fi, fj, di, dj, !goes_on, 0};
-    }
-    return STATUS_OK;
-}
-
 /* Puts the yarns that wait into the heap, by the distance of the free yarn from its generator
  * first, then of its end from the start. A yarn begins only where no other can go on. Most have
  * been overtaken by cells. */
@@ -161,7 +141,8 @@ static enum status push_waiting(struct growth *g) {
 
 /* Tries the cells of which an unknown place is the fourth corner: one with the three others, of
  * which one next to it is inside, from the side of the start if it can be. Where there is no such
- * cell, yarns wait for it. */
+ * cell, the yarns that could reach it straight on wait; one that would begin there needs a yarn to
+ * cross. */
 static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
     struct march *march = g->march;
     struct net *net = march->net;
@@ -199,24 +180,22 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
         enum status status = note_step(march, i, j, si, sj, MARCH_CELL);
         return status == STATUS_OK ? push_around(g, i, j) : status;
     }
-    return tried ? march_fail(march, i, j, first) : wait_for_yarns(g, i, j);
-}
-
-/* Whether the net is broken beside the yarn's next step: `reason` says how. A yarn does not go
- * round a place where its neighbours came together. */
-static bool broken_beside(struct march *march, const struct free_end *e,
-                          enum drape_reason *reason) {
+    if (tried)
+        return march_fail(march, i, j, first);
     for (int k = 0; k < 4; k++) {
-        int side = k & 1 ? -1 : 1, step = k / 2;
-        const struct net_node *node = net_find(march->net, e->i + step * e->di + side * e->dj,
-                                               e->j + step * e->dj + side * e->di);
-        if (!node || node->state != NET_FAILED)
+        int8_t di = sides[k][0], dj = sides[k][1];
+        int32_t fi = i - di, fj = j - dj;
+        bool goes_on = net_place(net, fi - di, fj - dj);
+        bool crosses = net_place(net, fi - dj, fj - di) || net_place(net, fi + dj, fj + di);
+        if (net_state_at(net, fi, fj) != NET_INSIDE || !(goes_on || crosses))
             continue;
-        *reason = (enum drape_reason)node->reason;
-        if (march_breaks_net(*reason))
-            return true;
+        if (g->waiting_length == g->waiting_room &&
+            !(g->waiting = arena_enlarge(march->arena, g->waiting, g->waiting_length,
+                                         sizeof *g->waiting, &g->waiting_room)))
+            return STATUS_OUT_OF_MEMORY;
+        g->waiting[g->waiting_length++] = (struct free_end){fi, fj, di, dj, !goes_on, 0};
     }
-    return false;
+    return STATUS_OK;
 }
 
 static bool is_flat(struct vec3 across, struct vec3 along) {
@@ -327,8 +306,14 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
     struct surface_point from, to;
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
-    if (broken_beside(march, e, &reason))
-        return march_fail(march, i, j, reason);
+    /* A yarn does not go round a place where its neighbours came together. */
+    for (int k = 0; k < 4; k++) {
+        int side = k & 1 ? -1 : 1, step = k / 2;
+        const struct net_node *node = net_find(march->net, e->i + step * e->di + side * e->dj,
+                                               e->j + step * e->dj + side * e->di);
+        if (node && node->state == NET_FAILED && march_breaks_net((enum drape_reason)node->reason))
+            return march_fail(march, i, j, (enum drape_reason)node->reason);
+    }
     if (!march_point(march, e->i, e->j, &from))
         return e->begins ? STATUS_OK : march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
     struct vec3 direction =
@@ -370,15 +355,6 @@ static enum status push_rim(struct growth *g) {
         }
     }
     return status;
-}
-
-static bool is_edgeless(const struct march *march) {
-    if (!march->mesh && march->surface->shell)
-        return shell_is_closed(march->surface->shell, march->surface->face);
-    if (!march->mesh)
-        return march->surface->axis[0].closed && march->surface->axis[1].closed;
-    int32_t start = march_mesh_point_of(&march->start.point).triangle;
-    return march->mesh->components[march->mesh->component[start]].rim_count == 0;
 }
 
 /* Takes an unknown place out of the queue; false when there is none. */
@@ -426,22 +402,6 @@ static enum status pass_cuts(struct growth *g) {
     return status;
 }
 
-/* Ghosts beyond the cuts that no node has replaced carry the net's differences on. */
-static enum status put_back(struct growth *g) {
-    struct march *march = g->march;
-    enum status status = STATUS_OK;
-    for (size_t k = 0; k < g->aside_length && status == STATUS_OK; k++) {
-        const struct aside *a = &g->aside[k];
-        const struct net_node *now = net_find(march->net, a->i, a->j);
-        if (now->state != NET_UNKNOWN &&
-            !(now->state == NET_FAILED && now->reason == DRAPE_REASON_FOLD))
-            continue;
-        march->counts.ghosts++;
-        status = net_put(march->net, a->i, a->j, &a->node);
-    }
-    return status;
-}
-
 enum status march_growth(struct march *march) {
     struct growth g = {.march = march};
     struct place place;
@@ -468,10 +428,28 @@ enum status march_growth(struct march *march) {
     }
     /* On a surface without an edge nothing ends at a boundary: what could not be reached lies
      * against the net itself. */
-    bool edgeless = status == STATUS_OK && is_edgeless(march);
+    const struct surface *surface = march->surface;
+    bool edgeless = status == STATUS_OK;
+    if (edgeless && march->mesh) {
+        int32_t start = march_mesh_point_of(&march->start.point).triangle;
+        edgeless = march->mesh->components[march->mesh->component[start]].rim_count == 0;
+    } else if (edgeless) {
+        edgeless = surface->shell ? shell_is_closed(surface->shell, surface->face)
+                                  : surface->axis[0].closed && surface->axis[1].closed;
+    }
     if (edgeless)
         status = push_rim(&g);
     while (edgeless && status == STATUS_OK && next_place(&g, &place))
         status = march_fail(march, place.i, place.j, DRAPE_REASON_FOLD);
-    return status == STATUS_OK ? put_back(&g) : status;
+    /* Ghosts beyond the cuts that no node has replaced carry the net's differences on. */
+    for (size_t k = 0; k < g.aside_length && status == STATUS_OK; k++) {
+        const struct aside *a = &g.aside[k];
+        const struct net_node *now = net_find(march->net, a->i, a->j);
+        if (now->state != NET_UNKNOWN &&
+            !(now->state == NET_FAILED && now->reason == DRAPE_REASON_FOLD))
+            continue;
+        march->counts.ghosts++;
+        status = net_put(march->net, a->i, a->j, &a->node);
+    }
+    return status;
 }

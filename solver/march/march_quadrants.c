@@ -101,25 +101,6 @@ void quadrant_take_edge(struct differences *edge, const struct surface_point *be
     }
 }
 
-/* The parameters of D: those below it, and the edge between the rows extrapolated by its
- * differences, as long as their sizes on the surface, but for the angle between its parameter
- * lines, become smaller with their order. */
-static void extrapolate_edge(const struct differences *edge, const struct surface_point *below,
-                             double uv[2]) {
-    double last = HUGE_VAL;
-    uv[0] = below->uv[0];
-    uv[1] = below->uv[1];
-    for (int order = 0; order < edge->count; order++) {
-        const double *of = edge->of[order];
-        double size2 = of[0] * of[0] * below->first[0] + of[1] * of[1] * below->first[2];
-        if (!(size2 < last))
-            break;
-        last = size2;
-        uv[0] += of[0];
-        uv[1] += of[1];
-    }
-}
-
 enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,
                            const struct surface_point *point) {
     enum surface_point_zone zone;
@@ -147,7 +128,21 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
                               vec3_sub(row->at[i - 2].jet.r, below->at[i - 2].jet.r));
     if (i >= 2 && !march->mesh && row->edge.count > 0 && cell.c->surface == cell.b->surface &&
         !surface_point_near_pole(cell.c->surface, cell.c->jet.r, march_pole_reach2(march))) {
-        extrapolate_edge(&row->edge, &below->at[i], uv);
+        /* The parameters below it, and the edge between the rows extrapolated by its differences,
+         * as long as their sizes on the surface, but for the angle between its parameter lines,
+         * become smaller with their order. */
+        double last = HUGE_VAL;
+        uv[0] = cell.c->uv[0];
+        uv[1] = cell.c->uv[1];
+        for (int order = 0; order < row->edge.count; order++) {
+            const double *of = row->edge.of[order], *first = cell.c->first;
+            double size2 = of[0] * of[0] * first[0] + of[1] * of[1] * first[2];
+            if (!(size2 < last))
+                break;
+            last = size2;
+            uv[0] += of[0];
+            uv[1] += of[1];
+        }
         cell.guess_uv = uv;
     }
     if (!march_solve_corner(march, &cell, &node, &reason)) {
@@ -206,21 +201,6 @@ static struct net_node *copy_arm(struct march *march, struct arena *arena, int d
     for (int32_t k = 0; arm && k < *length; k++)
         arm[k] = *net_place(march->net, k * di, k * dj);
     return arm;
-}
-
-/* What a quadrant needs but its rows, before any of them is marched. */
-static enum status make_quadrant(struct march *march, struct arena *arena, int number,
-                                 struct quadrant *q) {
-    int32_t height;
-    *q = (struct quadrant){.local = *march, .si = number % 2 ? -1 : 1, .sj = number / 2 ? -1 : 1};
-    q->march = &q->local;
-    q->local.counts = (struct march_counts){0};
-    q->arm[0] = copy_arm(march, arena, q->si, 0, &q->length);
-    q->arm[1] = copy_arm(march, arena, 0, q->sj, &height);
-    q->size = (size_t)q->length * (size_t)height;
-    q->local.arm[0] = q->arm[0];
-    q->local.arm[1] = q->arm[1];
-    return q->arm[0] && q->arm[1] ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
 /* The larger first, so that threads that share them end at about the same time. */
@@ -315,8 +295,17 @@ enum status march_quadrants(struct march *march) {
     struct arena_mark mark = arena_mark(arena);
     struct quadrant *quadrants = arena_alloc(arena, NET_TABLES, sizeof *quadrants);
     enum status status = quadrants ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-    for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++)
-        status = make_quadrant(march, arena, k, &quadrants[k]);
+    for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++) {
+        struct quadrant *q = &quadrants[k];
+        int32_t height;
+        *q = (struct quadrant){.local = *march, .si = k % 2 ? -1 : 1, .sj = k / 2 ? -1 : 1};
+        q->march = &q->local;
+        q->local.counts = (struct march_counts){0};
+        q->local.arm[0] = q->arm[0] = copy_arm(march, arena, q->si, 0, &q->length);
+        q->local.arm[1] = q->arm[1] = copy_arm(march, arena, 0, q->sj, &height);
+        q->size = (size_t)q->length * (size_t)height;
+        status = q->arm[0] && q->arm[1] ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    }
     if (status == STATUS_OK && together) {
         qsort(quadrants, NET_TABLES, sizeof *quadrants, compare_sizes);
         for (int k = 0; k < NET_TABLES; k++)

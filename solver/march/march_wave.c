@@ -267,48 +267,37 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     return quadrant_place(q, row, j + k, &node.point);
 }
 
-/* Whether an edge of lane k's cell to its D is no arc, or has another chord than it was found by.
- */
-static bool has_uneven_edge(struct quadrant *q, int32_t j, int k) {
-    struct wave *wave = q->wave;
-    struct march *march = q->march;
-    struct surface_point from[2], d;
-    struct march_cell cell = {
-        .i = q->row[k + 1].count * q->si, .j = (j + k) * q->sj, .si = q->si, .sj = q->sj};
-    struct march_corrections corrections = {.has = {false, false}};
-    wave_get(wave_at(wave, 1), k + 1, &from[0]);
-    wave_get(wave_at(wave, 1), k, &from[1]);
-    wave_get(wave_at(wave, 0), k + 1, &d);
-    if (wave->corrected) {
-        net_view_move(&march->before, cell.i, cell.j);
-        march_find_corrections(march, &cell, &corrections);
-    }
-    bool uneven = false;
-    for (int n = 0; n < 2 && !uneven; n++) {
-        double found = wave->chord[n][k], chord = found;
-        corrections.of[n].whole = wave->whole[n][k] != 0;
-        uneven = march_edge_chord(march, &corrections, n, &from[n], &d, wave->curvature[n][k],
-                                  &chord) != ROUGH_NOT ||
-                 chord != found;
-    }
-    return uneven;
-}
-
-/* Puts D of lane k, as the kernel has found it or otherwise. */
+/* Puts D of lane k: as the kernel has found it, unless an edge of its cell is no arc, or has
+ * another chord than it was found by. */
 static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     struct wave *wave = q->wave;
     struct march *march = q->march;
-    struct surface_point point;
+    struct surface_point from[2], d;
     unsigned bit = 1u << k;
-    bool uneven =
-        wave->arcs && !(wave->smooth & bit) && (!wave->corrected || has_uneven_edge(q, j, k));
+    bool looks = wave->arcs && !(wave->smooth & bit), uneven = looks && !wave->corrected;
+    wave_get(wave_at(wave, 0), k + 1, &d);
+    if (looks && wave->corrected) {
+        struct march_cell cell = {
+            .i = q->row[k + 1].count * q->si, .j = (j + k) * q->sj, .si = q->si, .sj = q->sj};
+        struct march_corrections corrections;
+        wave_get(wave_at(wave, 1), k + 1, &from[0]);
+        wave_get(wave_at(wave, 1), k, &from[1]);
+        net_view_move(&march->before, cell.i, cell.j);
+        march_find_corrections(march, &cell, &corrections);
+        for (int n = 0; n < 2 && !uneven; n++) {
+            double found = wave->chord[n][k], chord = found;
+            corrections.of[n].whole = wave->whole[n][k] != 0;
+            uneven = march_edge_chord(march, &corrections, n, &from[n], &d, wave->curvature[n][k],
+                                      &chord) != ROUGH_NOT ||
+                     chord != found;
+        }
+    }
     if (!(wave->found & bit) || uneven)
         return grow_alone(q, j, k);
     q->kept++;
-    wave_get(wave_at(wave, 0), k + 1, &point);
     march_count_solved(march, (size_t)wave->iterations[k], wave->residual[k]);
     march->edges.rough = 0;
-    return quadrant_place(q, &q->row[k + 1], j + k, &point);
+    return quadrant_place(q, &q->row[k + 1], j + k, &d);
 }
 
 /* The same where the kernel has found it, on smooth edges and inside, in short. */

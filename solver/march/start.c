@@ -48,28 +48,11 @@ double start_inside(const struct surface *surface, const struct trim *trim, stru
     return least;
 }
 
-/* Whether a place beside (u, v) is in the trimmed region: it lies on an edge, or at a corner of at
- * least six degrees. */
-static bool touches(const struct trim *trim, const double uv[2], const double lower[2],
-                    const double upper[2]) {
-    enum { SIDES = 64 };
-    for (int k = 0; k < SIDES; k++) {
-        double way[2], beside[2];
-        angle_sincos_deg(360.0 * k / SIDES, &way[1], &way[0]);
-        for (int x = 0; x < 2; x++) {
-            double at = uv[x] + on_trim * (upper[x] - lower[x]) * way[x];
-            beside[x] = fmin(fmax(at, lower[x]), upper[x]);
-        }
-        if (trim_contains(trim, beside))
-            return true;
-    }
-    return false;
-}
-
 /* The inner parameters of the start: by default of the surface point nearest to the centroid or,
  * where that is trimmed away, of a place well inside the trimmed region. */
 static enum status find_uv(const struct surface *surface, const struct trim *trim,
                            const struct drape_settings *settings, double uv[2]) {
+    enum { SIDES = 64 };
     double lower[2], upper[2], outer[2], distance;
     surface_domain(surface, lower, upper);
     if (settings->start_kind == DRAPE_START_CENTROID) {
@@ -99,7 +82,18 @@ static enum status find_uv(const struct surface *surface, const struct trim *tri
     for (int k = 0; k < 2; k++)
         if (!(outer[k] >= lower[k] && outer[k] <= upper[k]))
             return STATUS_START_OFF_SURFACE;
-    bool inside = !trim || trim_contains(trim, outer) || touches(trim, outer, lower, upper);
+    /* With a place beside it in the trimmed region it lies on an edge, or at a corner of at least
+     * six degrees. */
+    bool inside = !trim || trim_contains(trim, outer);
+    for (int k = 0; k < SIDES && !inside; k++) {
+        double way[2], beside[2];
+        angle_sincos_deg(360.0 * k / SIDES, &way[1], &way[0]);
+        for (int x = 0; x < 2; x++) {
+            double at = outer[x] + on_trim * (upper[x] - lower[x]) * way[x];
+            beside[x] = fmin(fmax(at, lower[x]), upper[x]);
+        }
+        inside = trim_contains(trim, beside);
+    }
     return inside ? STATUS_OK : STATUS_START_OFF_SURFACE;
 }
 
@@ -109,22 +103,6 @@ static struct vec3 turned(struct vec3 direction, struct vec3 normal, double degr
     angle_sincos_deg(degrees, &sine, &cosine);
     struct vec3 across = vec3_cross(normal, direction);
     return vec3_axpy(sine, across, vec3_scale(cosine, direction));
-}
-
-/* The direction that the settings give, without regard to generators. */
-static enum status find_direction(const struct surface *surface,
-                                  const struct drape_settings *settings,
-                                  const struct surface_point *point, struct vec3 *warp) {
-    if (settings->direction_kind == DRAPE_DIRECTION_VECTOR) {
-        struct vec3 wanted = vec3_unit(settings->direction_vector);
-        *warp = surface_point_tangent(point, wanted);
-        return vec3_norm(vec3_cross(point->normal, wanted)) > along_normal ? STATUS_OK
-                                                                           : STATUS_INVALID;
-    }
-    bool along_v = surface_point_at_pole(surface, point) && point->first[0] < point->first[2];
-    struct vec3 from = surface_point_tangent(point, along_v ? point->jet.v : point->jet.u);
-    *warp = turned(from, point->normal, settings->direction_deg);
-    return STATUS_OK;
 }
 
 /* The point with the caller's parameters and the derivatives by them. */
@@ -287,8 +265,19 @@ enum status start_find(const struct surface *surface, const struct trim *trim,
     leave_singular_corner(surface, &cursor, uv);
     if (!surface_point_at(surface, &cursor, uv, &start->point))
         return STATUS_DEGENERATE_SURFACE;
-    status = find_direction(surface, settings, &start->point, &start->warp);
-    return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
+    /* The direction that the settings give, without regard to generators. */
+    const struct surface_point *point = &start->point;
+    if (settings->direction_kind == DRAPE_DIRECTION_VECTOR) {
+        struct vec3 wanted = vec3_unit(settings->direction_vector);
+        start->warp = surface_point_tangent(point, wanted);
+        if (!(vec3_norm(vec3_cross(point->normal, wanted)) > along_normal))
+            return STATUS_INVALID;
+    } else {
+        bool along_v = surface_point_at_pole(surface, point) && point->first[0] < point->first[2];
+        struct vec3 from = surface_point_tangent(point, along_v ? point->jet.v : point->jet.u);
+        start->warp = turned(from, point->normal, settings->direction_deg);
+    }
+    return find_generators(surface, settings, start, faulty);
 }
 
 enum status start_move_to_mesh(struct march *march) {
@@ -304,17 +293,6 @@ enum status start_move_to_mesh(struct march *march) {
     start->warp = mesh_tangent(mesh, place.triangle, start->warp);
     start->weft = mesh_tangent(mesh, place.triangle, start->weft);
     return STATUS_OK;
-}
-
-/* Onto the smooth surface: from the point asked for, so that it stays if it lies there; else, or
- * where that is beyond the rim, from the place on the triangles. */
-static void move_to_smooth(const struct march *march, struct mesh_point *place) {
-    struct mesh_point nearest = {place->triangle, march->settings->start_point};
-    mesh_smooth_project(march->smooth, &nearest);
-    bool by_point = march->settings->start_kind == DRAPE_START_POINT;
-    if (by_point && mesh_smooth_follow(march->smooth, &nearest, true, 0) == MESH_NONE)
-        *place = nearest;
-    mesh_smooth_project(march->smooth, place);
 }
 
 enum status start_find_on_mesh(struct march *march, int *faulty) {
@@ -333,8 +311,15 @@ enum status start_find_on_mesh(struct march *march, int *faulty) {
     if (!mesh_nearest(mesh, target, component, &place, &distance) ||
         (by_point && !(distance <= reach)))
         return STATUS_START_OFF_SURFACE;
-    if (march->smooth)
-        move_to_smooth(march, &place);
+    /* Onto the smooth surface: from the point asked for, so that it stays if it lies there; else,
+     * or where that is beyond the rim, from the place on the triangles. */
+    if (march->smooth) {
+        struct mesh_point nearest = {place.triangle, settings->start_point};
+        mesh_smooth_project(march->smooth, &nearest);
+        if (by_point && mesh_smooth_follow(march->smooth, &nearest, true, 0) == MESH_NONE)
+            place = nearest;
+        mesh_smooth_project(march->smooth, &place);
+    }
     start->point = march_mesh_point(march, &place);
     /* Warp by angle is from an axis, by vector of the vector's projection. */
     struct vec3 normal = start->point.normal;
