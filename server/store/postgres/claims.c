@@ -49,8 +49,8 @@ static const char claim_sql[] =
 /* A claimed job whose result is there already. */
 static const char reuse_sql[] =
     "WITH twin AS MATERIALIZED (SELECT r.number FROM draped.jobs j"
-    " JOIN draped.results r ON r.owner = j.owner AND r.digest = j.digest AND r.state "
-    "= " SQL_COMPLETE " WHERE j.sequence = $2 FOR SHARE OF r)"
+    " JOIN draped.results r ON r.owner = j.owner AND r.digest = j.digest"
+    " AND r.state = " SQL_COMPLETE " WHERE j.sequence = $2 FOR SHARE OF r)"
     " UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", progress = 1, started = " POSTGRES_NOW ","
     " finished = " POSTGRES_NOW ", attempts = attempts - 1, result = twin.number,"
     " lease = NULL FROM twin WHERE sequence = $2 AND token = $3 AND status = " SQL_RUNNING
@@ -130,9 +130,8 @@ static enum store_answer requeue(struct store *store, const struct store_claim *
     struct query query = postgres_query(
         store,
         "UPDATE draped.jobs SET status = " SQL_QUEUED ", progress = 0, lease = NULL,"
-        " started = CASE WHEN round > 0 THEN started ELSE 0 END, task = coalesce(nullif($5, ''), "
-        "task),"
-        " excused = excused + $3::integer"
+        " started = CASE WHEN round > 0 THEN started ELSE 0 END,"
+        " task = coalesce(nullif($5, ''), task), excused = excused + $3::integer"
         " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING " RETURNING " POSTGRES_LAZY
         ", CASE WHEN $4 > 0 THEN draped.count_owner(owner, 0, 0, 0, 0, 0,"
         "  pg_sequence_last_value('draped.turns') + $4)::text END");

@@ -9,11 +9,13 @@ enum { COMMIT_TRIES = 3 };
 /* ------------------------------------------------------------------ writing */
 
 /* The segment travels as one value and is cut by the server. $4: index of the first chunk, $5: the
- * bytes; `result` is a row with a `number`. A statement that runs once more finds its chunks. */
-#define STORE_CHUNKS(result)                                                                       \
+ * bytes; `made` is a row with a `number`. A statement that runs once more finds its chunks.
+ * Gives the number. */
+#define STORE_CHUNKS                                                                               \
     " stored AS (INSERT INTO draped.chunks (result, index, bytes)"                                 \
-    " SELECT number, $4 + i, substring($5 FROM i * 65536 + 1 FOR 65536) FROM " result ","          \
-    " generate_series(0, (octet_length($5) + 65535) / 65536 - 1) i ON CONFLICT DO NOTHING)"
+    " SELECT number, $4 + i, substring($5 FROM i * 65536 + 1 FOR 65536) FROM made,"                \
+    " generate_series(0, (octet_length($5) + 65535) / 65536 - 1) i ON CONFLICT DO NOTHING)"        \
+    " SELECT number"
 
 _Static_assert(STORE_CHUNK_BYTES == 65536, "as in STORE_CHUNKS");
 
@@ -21,50 +23,42 @@ _Static_assert(STORE_CHUNK_BYTES == 65536, "as in STORE_CHUNKS");
 
 static const char append_first_sql[] =
     "WITH made AS (INSERT INTO draped.results (owner, digest, state, job, token, length)"
-    " SELECT owner, digest, " SQL_BUILDING
-    ", sequence, token, 0 FROM draped.jobs WHERE $1::bigint IS NOT NULL AND" HELD
-    " RETURNING number)," STORE_CHUNKS("made") " SELECT number, " POSTGRES_LAZY " FROM made";
+    " SELECT owner, digest, " SQL_BUILDING ", sequence, token, 0 FROM draped.jobs"
+    " WHERE $1::bigint IS NOT NULL AND" HELD " RETURNING number)," STORE_CHUNKS ", " POSTGRES_LAZY
+    " FROM made";
 
 /* Between two segments the result may have been given up (its job cancelled, say). */
 static const char append_sql[] =
-    "WITH building AS (SELECT r.number FROM draped.results r"
+    "WITH made AS (SELECT r.number FROM draped.results r"
     " JOIN draped.jobs j ON j.sequence = r.job AND j.token = r.token"
-    " WHERE r.number = $1 AND r.state = " SQL_BUILDING
-    " AND j.sequence = $2 AND j.token = $3 AND j.status = "
-    "1)," STORE_CHUNKS("building") " SELECT number, " POSTGRES_LAZY " FROM building";
+    " WHERE r.number = $1 AND r.state = " SQL_BUILDING " AND j.sequence = $2 AND j.token = $3"
+    " AND j.status = " SQL_RUNNING ")," STORE_CHUNKS ", " POSTGRES_LAZY " FROM made";
 
-#define END_JOB(number)                                                                            \
+/* The job ends with the result that is `chosen`. */
+#define END_JOB                                                                                    \
     "UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", progress = 1, finished = " POSTGRES_NOW    \
-    ","                                                                                            \
-    " result = " number ", lease = NULL"
+    ", result = chosen.number, lease = NULL FROM chosen WHERE" HELD " RETURNING "
 
 /* The job ends, and only if it does, its result is made. */
 static const char commit_new_sql[] =
-    "WITH fresh AS MATERIALIZED (SELECT draped.next_number() AS number),"
-    " ended AS (" END_JOB(
-        "fresh.number") " FROM fresh WHERE" HELD
-                        "  RETURNING sequence, token, owner, digest, fresh.number),"
-                        " made AS (INSERT INTO draped.results"
-                        "  (number, owner, digest, state, job, token, length, summary)"
-                        "  SELECT number, owner, digest, " SQL_COMPLETE
-                        ", sequence, token, $6, $7 FROM ended"
-                        "  RETURNING number)," STORE_CHUNKS("made") " SELECT number FROM made";
+    "WITH chosen AS MATERIALIZED (SELECT draped.next_number() AS number),"
+    " ended AS (" END_JOB "sequence, token, owner, digest, chosen.number),"
+    " made AS (INSERT INTO draped.results"
+    "  (number, owner, digest, state, job, token, length, summary)"
+    "  SELECT number, owner, digest, " SQL_COMPLETE ", sequence, token, $6, $7 FROM ended"
+    "  RETURNING number)," STORE_CHUNKS " FROM made";
 
 static const char commit_begun_sql[] =
-    "WITH begun AS MATERIALIZED (SELECT number FROM draped.results WHERE number = $8"
+    "WITH chosen AS MATERIALIZED (SELECT number FROM draped.results WHERE number = $8"
     "  AND state = " SQL_BUILDING " FOR UPDATE),"
-    " ended AS (" END_JOB(
-        "begun.number") " FROM begun WHERE" HELD " RETURNING begun.number),"
-                        " made AS (UPDATE draped.results r SET state = " SQL_COMPLETE
-                        ", length = $6, summary = $7"
-                        "  FROM ended WHERE r.number = ended.number RETURNING "
-                        "r.number)," STORE_CHUNKS("made") " SELECT number FROM made";
+    " ended AS (" END_JOB "chosen.number),"
+    " made AS (UPDATE draped.results r SET state = " SQL_COMPLETE ", length = $6, summary = $7"
+    "  FROM ended WHERE r.number = ended.number RETURNING r.number)," STORE_CHUNKS " FROM made";
 
 static const char commit_twin_sql[] =
-    "WITH twin AS MATERIALIZED (SELECT r.number FROM draped.jobs j JOIN draped.results r"
+    "WITH chosen AS MATERIALIZED (SELECT r.number FROM draped.jobs j JOIN draped.results r"
     " ON r.owner = j.owner AND r.digest = j.digest AND r.state = " SQL_COMPLETE
-    " WHERE j.sequence = $2 FOR SHARE OF r) " END_JOB("twin.number") " FROM twin WHERE" HELD
-                                                                     " RETURNING 1";
+    " WHERE j.sequence = $2 FOR SHARE OF r) " END_JOB "1";
 
 /* The segment in one piece, malloc'ed. */
 static unsigned char *join_chunks(const struct store_segment *segment) {

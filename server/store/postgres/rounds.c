@@ -14,18 +14,16 @@
  * $10 is what was found so far. */
 static const char begin_sql[] =
     "WITH waits AS (UPDATE draped.jobs SET status = " SQL_WAITING ", round = round + 1,"
-    "  open = $4::integer, done = $8, total = $9, summary = $10, attempts = 0, excused = 0, lease "
-    "= NULL"
-    "  WHERE $1::bigint IS DISTINCT FROM 0 AND" HELD
+    "  open = $4::integer, done = $8, total = $9, summary = $10, attempts = 0, excused = 0,"
+    "  lease = NULL WHERE $1::bigint IS DISTINCT FROM 0 AND" HELD
     "  RETURNING sequence, rank, priority, owner, surface, origin, created, round),"
     " lists AS MATERIALIZED (SELECT string_to_array($6, ',') AS ids,"
     "  ('{' || $7 || '}')::bigint[] AS variants, (octet_length($5) / $4)::integer AS size),"
-    " made AS (INSERT INTO draped.jobs (id, status, rank, priority, owner, digest, surface, "
-    "origin, created,"
-    "   kind, parent, round, position, total, task)"
-    "  SELECT ids[k], " SQL_QUEUED
-    ", rank, priority, owner, '', surface, origin, created, " SQL_TASK ","
-    "   sequence, round, k - 1, variants[k], substring($5 FROM (k - 1) * size + 1 FOR size)"
+    " made AS (INSERT INTO draped.jobs (id, status, rank, priority, owner, digest, surface,"
+    "   origin, created, kind, parent, round, position, total, task)"
+    "  SELECT ids[k], " SQL_QUEUED ", rank, priority, owner, '', surface, origin, created,"
+    "   " SQL_TASK ", sequence, round, k - 1, variants[k],"
+    "   substring($5 FROM (k - 1) * size + 1 FOR size)"
     "  FROM waits, lists, generate_series(1, $4::integer) k)"
     " SELECT 1, " POSTGRES_LAZY " FROM waits";
 

@@ -15,8 +15,8 @@
 /* Each handles some rows that no other process is handling, and gives their number; $2 is the age.
  */
 static const char expire_sql[] =
-    "WITH due AS MATERIALIZED (SELECT sequence, result FROM draped.jobs WHERE status "
-    ">= " SQL_FIRST_ENDED " AND expired = 0 AND finished < " POSTGRES_NOW
+    "WITH due AS MATERIALIZED (SELECT sequence, result FROM draped.jobs"
+    " WHERE status >= " SQL_FIRST_ENDED " AND expired = 0 AND finished < " POSTGRES_NOW
     " - $2 LIMIT 64 FOR UPDATE SKIP LOCKED)," EXPIRE_DUE;
 
 /* $2 is the bound of bytes. The oldest jobs of the owner whose results are largest, until they are
@@ -40,8 +40,7 @@ static const char excess_sql[] =
 
 static const char remove_sql[] =
     "WITH due AS MATERIALIZED (SELECT sequence FROM draped.jobs WHERE status >= " SQL_FIRST_ENDED
-    " AND expired = 1"
-    " AND finished < " POSTGRES_NOW " - $2 LIMIT 64 FOR UPDATE SKIP LOCKED),"
+    " AND expired = 1 AND finished < " POSTGRES_NOW " - $2 LIMIT 64 FOR UPDATE SKIP LOCKED),"
     " done AS (DELETE FROM draped.jobs j USING due WHERE j.sequence = due.sequence RETURNING 1)"
     " SELECT count(*) FROM done";
 
@@ -96,16 +95,14 @@ enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COU
     static const enum store_step columns[] = {STORE_STEP_EXPIRE, STORE_STEP_REMOVE, STORE_STEP_DOOM,
                                               STORE_STEP_CLEAR};
     struct query query = postgres_query_now(
-        store,
-        "SELECT EXISTS (SELECT 1 FROM draped.jobs WHERE status >= " SQL_FIRST_ENDED
-        " AND expired = 0"
-        "  AND finished < " POSTGRES_NOW " - $2),"
-        " EXISTS (SELECT 1 FROM draped.jobs WHERE status >= " SQL_FIRST_ENDED " AND expired = 1"
-        "  AND finished < " POSTGRES_NOW " - $3),"
-        " EXISTS (SELECT 1 FROM draped.results r WHERE r.state <> " SQL_COMPLETE " AND " ABANDONED
-        "),"
-        " EXISTS (SELECT 1 FROM draped.results WHERE state <> " SQL_COMPLETE
-        " AND state = " SQL_DOOMED "), " POSTGRES_NOW);
+        store, "SELECT EXISTS (SELECT 1 FROM draped.jobs WHERE status >= " SQL_FIRST_ENDED
+               " AND expired = 0 AND finished < " POSTGRES_NOW " - $2),"
+               " EXISTS (SELECT 1 FROM draped.jobs WHERE status >= " SQL_FIRST_ENDED
+               " AND expired = 1 AND finished < " POSTGRES_NOW " - $3),"
+               " EXISTS (SELECT 1 FROM draped.results r WHERE r.state <> " SQL_COMPLETE
+               " AND " ABANDONED "),"
+               " EXISTS (SELECT 1 FROM draped.results WHERE state <> " SQL_COMPLETE
+               " AND state = " SQL_DOOMED "), " POSTGRES_NOW);
     query_bind(&query, of_int(store->options.retention_us), of_int(store->options.records_us));
     if (query_row(&query)) {
         for (int k = 0; k < 4; k++)

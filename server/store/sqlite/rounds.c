@@ -57,10 +57,9 @@ enum store_answer sqlite_begin_round(struct store *store, const struct store_cla
 
 static enum store_answer end_operation(struct sqlite_store *store, struct db *db, void *context) {
     const struct step *step = context;
-    struct query query = db_query(
-        db, "INSERT INTO task_numbers (parent, round, position, bytes) SELECT parent, round, "
-            "position, ? FROM jobs"
-            " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
+    struct query query = db_query(db, "INSERT INTO task_numbers (parent, round, position, bytes)"
+                                      " SELECT parent, round, position, ? FROM jobs WHERE sequence "
+                                      "= ? AND token = ? AND status = " SQL_RUNNING);
     query_bind(&query, of_bytes(step->numbers, step->length), of_int(step->claim->sequence),
                of_int(step->claim->token));
     enum store_answer answer = db_change(&query, STORE_CONFLICT);
