@@ -138,34 +138,10 @@ static void print_contents(const char *what, const struct backup_contents *conte
 
 /* ------------------------------------------------------------------ backup */
 
-static int make_copy(const struct command *command, int folder) {
-    char name[64], path[PATH_MAX], part[PATH_MAX], time[BACKUP_TIME_SIZE], why[STORE_WHY_SIZE];
-    struct backup_contents contents;
-    backup_time(time);
-    snprintf(name, sizeof name, NAME_START "%s" NAME_END, time);
-    if (!join_path(path, command->place, name) ||
-        snprintf(part, sizeof part, "%s" PART_END, path) >= PATH_MAX)
-        return report_failure("the name of the folder is too long");
-    remove_all(folder, is_part, 0);
-    bool good = backup_make(command->url, part, &contents, why);
-    if (good && renameat2(AT_FDCWD, part, AT_FDCWD, path, RENAME_NOREPLACE) != 0) {
-        snprintf(why, sizeof why, "the copy cannot be renamed: %s", strerror(errno));
-        good = false;
-    }
-    if (!good) {
-        remove_all(folder, is_part, 0);
-        return report_failure(why);
-    }
-    if (!backup_sync(command->place, why))
-        return report_failure(why);
-    print_contents("backed up to", &contents, path);
-    if (command->keep > 0)
-        remove_all(folder, is_copy, command->keep);
-    return 0;
-}
-
 int backup_command(int argc, char **argv) {
     struct command command = {0};
+    char name[64], path[PATH_MAX], part[PATH_MAX], time[BACKUP_TIME_SIZE], why[STORE_WHY_SIZE];
+    struct backup_contents contents;
     bool done = false;
     int code = parse_command(argc, argv, &command, &done);
     if (code != 0 || done)
@@ -180,12 +156,32 @@ int backup_command(int argc, char **argv) {
     }
     if (flock(folder, LOCK_EX | LOCK_NB) != 0) {
         fprintf(stderr, "draped: %s: another back-up is being made there\n", command.place);
-        code = FAILED;
-    } else {
-        code = make_copy(&command, folder);
+        close(folder);
+        return FAILED;
     }
+    backup_time(time);
+    snprintf(name, sizeof name, NAME_START "%s" NAME_END, time);
+    snprintf(why, sizeof why, "the name of the folder is too long");
+    bool fits = join_path(path, command.place, name) &&
+                snprintf(part, sizeof part, "%s" PART_END, path) < PATH_MAX;
+    if (fits)
+        remove_all(folder, is_part, 0);
+    bool good = fits && backup_make(command.url, part, &contents, why);
+    if (good && renameat2(AT_FDCWD, part, AT_FDCWD, path, RENAME_NOREPLACE) != 0) {
+        snprintf(why, sizeof why, "the copy cannot be renamed: %s", strerror(errno));
+        good = false;
+    }
+    if (fits && !good)
+        remove_all(folder, is_part, 0);
+    good = good && backup_sync(command.place, why);
+    if (good)
+        print_contents("backed up to", &contents, path);
+    if (good && command.keep > 0)
+        remove_all(folder, is_copy, command.keep);
     close(folder);
-    return code == 0 && fflush(stdout) != 0 ? FAILED : code;
+    if (!good)
+        return report_failure(why);
+    return fflush(stdout) != 0 ? FAILED : 0;
 }
 
 /* ------------------------------------------------------------------ restore */

@@ -224,6 +224,18 @@ bool config_store_url(const struct config *config, char url[PATH_MAX]) {
            config_report("the name of the %s is too long", config->store[0] ? "store" : "folder");
 }
 
+struct api_limits config_limits(const struct config *config, int threads) {
+    return (struct api_limits){
+        .max_nodes = (size_t)config->max_nodes,
+        .max_memory = (size_t)config->job_memory,
+        .max_elements = (size_t)config->max_elements,
+        .max_control_points = (size_t)config->max_control_points,
+        .max_depth = (int)config->max_depth,
+        .threads = threads,
+        .max_variants = (size_t)config->max_variants,
+    };
+}
+
 int config_parse_store(int argc, char **argv, struct config *config, char **rest) {
     int count = 0;
     if (!flags_set_defaults(config, true))

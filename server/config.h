@@ -7,6 +7,7 @@
 #ifndef SERVER_CONFIG_H
 #define SERVER_CONFIG_H
 
+#include "api/limits.h"
 #include <limits.h>
 #include <netinet/in.h>
 #include <stdbool.h>
@@ -87,6 +88,9 @@ int config_parse_store(int argc, char **argv, struct config *config, char **rest
 /* The store's URL or path: as configured, else a file in the data folder. False with a message on
  * stderr when it is too long. */
 bool config_store_url(const struct config *config, char url[PATH_MAX]);
+
+/* What one job may cost, on so many threads. */
+struct api_limits config_limits(const struct config *config, int threads);
 
 /* Writes the --help text. */
 void config_help(FILE *out);

@@ -173,13 +173,7 @@ static bool start_dispatcher(struct service *service) {
     }
     settings.job_timeout_ms = config->job_timeout * 1000;
     settings.max_result = config->max_result;
-    settings.limits.max_nodes = (size_t)config->max_nodes;
-    settings.limits.max_variants = (size_t)config->max_variants;
-    settings.limits.max_memory = (size_t)config->job_memory;
-    settings.limits.max_elements = (size_t)config->max_elements;
-    settings.limits.max_control_points = (size_t)config->max_control_points;
-    settings.limits.max_depth = (int)config->max_depth;
-    settings.limits.threads = (int)config->threads_per_job;
+    settings.limits = config_limits(config, (int)config->threads_per_job);
     service->dispatcher = dispatcher_start(service->store, service->events, &settings);
     return service->dispatcher || refuse("workers", "their threads cannot be started");
 }

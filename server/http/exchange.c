@@ -191,6 +191,7 @@ static bool check_request_head(struct exchange *exchange) {
     struct request *request = exchange->request;
     struct reply *reply = &exchange->reply;
     const char *coding = request_header(request, "Content-Encoding");
+    const char *expect = request_header(request, "Expect");
     int64_t length;
     bool has_body = request_has_body(request, &length);
     bool good = suspension_refresh(exchange) && !request->fault[0] &&
@@ -218,7 +219,7 @@ static bool check_request_head(struct exchange *exchange) {
     }
     return reply->status &&
            (request->fault[0] ||
-            (has_body && (large || reserved || request_expects_continue(request))));
+            (has_body && (large || reserved || (expect && !strcasecmp(expect, "100-continue")))));
 }
 
 /* ------------------------------------------------------------------ the body */

@@ -74,29 +74,23 @@ int negotiate_coding(const char *accept_encoding, const char *coding) {
     return others;
 }
 
-/* The value of the preference NAME [ "=" VALUE ] (RFC 7240, 2), blanks and quotes taken off, which
- * changes the text; NULL when it is another one or has no value. */
-static char *preference(char *text, const char *name) {
-    size_t length = strlen(name);
-    if (strncasecmp(text, name, length) != 0)
-        return NULL;
-    text += length + strspn(text + length, " \t");
-    if (*text++ != '=')
-        return NULL;
-    text += strspn(text, " \t");
-    length = strlen(text);
-    if (length < 2 || *text != '"' || text[length - 1] != '"')
-        return text;
-    text[length - 1] = '\0';
-    return text + 1;
-}
-
+/* A preference is NAME [ "=" VALUE ] (RFC 7240, 2), with blanks and quotes. */
 int64_t negotiate_wait(const char *prefer, int64_t high) {
     char item[ITEM_SIZE];
     while (prefer && next_list_item(&prefer, ",;", item)) {
         int64_t seconds;
-        const char *value = preference(item, "wait");
-        if (value && request_parse_int(value, 0, INT64_MAX, &seconds))
+        if (strncasecmp(item, "wait", 4) != 0)
+            continue;
+        char *value = item + 4 + strspn(item + 4, " \t");
+        if (*value++ != '=')
+            continue;
+        value += strspn(value, " \t");
+        size_t length = strlen(value);
+        if (length >= 2 && *value == '"' && value[length - 1] == '"') {
+            value[length - 1] = '\0';
+            value++;
+        }
+        if (request_parse_int(value, 0, INT64_MAX, &seconds))
             return seconds < high ? seconds : high;
     }
     return 0;

@@ -105,12 +105,10 @@ bool owner_are_addresses(const char *list) {
 static bool list_has_address(const char *list, struct address address) {
     const char *item;
     size_t length;
-    while (*list && address.known && next_item(&list, &item, &length)) {
+    while (address.known && next_item(&list, &item, &length)) {
         struct address one = from_text(item, length);
         if (one.known && !memcmp(&one.bytes, &address.bytes, sizeof one.bytes))
             return true;
-        if (!list)
-            break;
     }
     return false;
 }

@@ -198,11 +198,6 @@ bool request_has_body(const struct request *request, int64_t *length) {
     return request_header(request, "Transfer-Encoding") != NULL;
 }
 
-bool request_expects_continue(const struct request *request) {
-    const char *expect = request_header(request, "Expect");
-    return expect && !strcasecmp(expect, "100-continue");
-}
-
 bool request_append_body(struct request *request, const char *bytes, size_t length) {
     size_t needed = request->body_length + length + 1;
     if (needed > request->body_capacity) {

@@ -102,9 +102,6 @@ const char *request_query(const struct request *request, const char *name);
 /* Whether a body is announced; its length if that is known, else -1. */
 bool request_has_body(const struct request *request, int64_t *length);
 
-/* Whether the client waits for `100 Continue` before it sends the body. */
-bool request_expects_continue(const struct request *request);
-
 /* Appends to the body. False without memory. */
 bool request_append_body(struct request *request, const char *bytes, size_t length);
 

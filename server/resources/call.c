@@ -10,19 +10,6 @@
 
 enum { POLL_MAX_MS = 2000 };
 
-struct api_limits call_limits(const struct call *call) {
-    const struct config *config = call->services->config;
-    return (struct api_limits){
-        .max_nodes = (size_t)config->max_nodes,
-        .max_memory = (size_t)config->job_memory,
-        .max_elements = (size_t)config->max_elements,
-        .max_control_points = (size_t)config->max_control_points,
-        .max_depth = (int)config->max_depth,
-        .threads = 1,
-        .max_variants = (size_t)config->max_variants,
-    };
-}
-
 const char *call_owner(const struct call *call) {
     return call->request->sees_all ? NULL : call->request->owner;
 }

@@ -11,7 +11,6 @@
 #define SERVER_RESOURCES_CALL_H
 
 #include "api/format/format.h"
-#include "api/limits.h"
 #include "server/http/http.h"
 #include "server/store/store.h"
 
@@ -45,9 +44,6 @@ enum {
     CALL_PAGE = 50,     /* entries of a list when the caller does not say */
     CALL_PAGE_MAX = 1000
 };
-
-/* What one job may cost, by the configuration. */
-struct api_limits call_limits(const struct call *call);
 
 /* Whose things the caller sees, as the store takes it: NULL for everybody's. */
 const char *call_owner(const struct call *call);

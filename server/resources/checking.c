@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "checking.h"
+#include "server/config.h"
 #include <stdlib.h>
 
 struct document_pool_order checking_order(const struct call *call, enum checker_kind kind) {
@@ -7,7 +8,7 @@ struct document_pool_order checking_order(const struct call *call, enum checker_
     struct document_pool_order order = {
         .kind = kind,
         .owner = request->owner,
-        .limits = call_limits(call),
+        .limits = config_limits(call->services->config, 1),
         .body_file = request->body_file,
     };
     order.document[CHECKER_BODY] = request->body ? request->body : "";

@@ -219,24 +219,23 @@ static enum checking_state accept_body(struct call *call) {
 static void reply_created(struct call *call, const struct store_job *job,
                           const struct call_choice *choice) {
     const struct waiting *waiting = call->request->state;
-    bool open = waiting->unpromised && !(waiting->queued && store_status_ended(job->status));
+    bool ended = store_status_ended(job->status), result = job->kind != STORE_LAMINATE;
+    bool waited = ended && waiting->begun != waiting->deadline;
+    bool open = waiting->unpromised && !(waiting->queued && ended);
     enum store_answer answer = open ? store_flush(call->services->store) : STORE_OK;
     if (answer != STORE_OK) {
         call_store_failed(call, answer);
         return;
     }
-    if (waiting->begun == waiting->deadline || !store_status_ended(job->status)) {
-        reply_status(call, 202, job);
-    } else {
-        if (job->kind == STORE_LAMINATE)
-            reply_status(call, 200, job); /* it has no result of its own */
-        else
-            results_reply(call, job, choice, waiting->early);
+    if (waited && result)
+        results_reply(call, job, choice, waiting->early);
+    else
+        reply_status(call, waited ? 200 : 202, job); /* a laminate has no result of its own */
+    if (waited)
         reply_header(call->reply, "Preference-Applied", "wait");
-        if (call->reply->status == 200 && job->kind != STORE_LAMINATE)
-            reply_header(call->reply, "Content-Location", "/v1/%s/%s/result",
-                         documents_collection(job->kind), job->id);
-    }
+    if (waited && result && call->reply->status == 200)
+        reply_header(call->reply, "Content-Location", "/v1/%s/%s/result",
+                     documents_collection(job->kind), job->id);
     reply_header(call->reply, "Location", "/v1/%s/%s", documents_collection(job->kind), job->id);
 }
 
