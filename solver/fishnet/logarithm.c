@@ -108,38 +108,9 @@ static bool place_ends(const struct surface *surface, struct chain *c, int k) {
            surface_point_beside(surface, c->to[k]->uv, middle, c->to[k]);
 }
 
-/* Ends the last piece at a knot line, and begins the next one there; not where the surface bends
- * the same on both sides: a knot that was inserted is no joint. */
-static bool end_piece_at(struct chain *c, const struct surface_point *p,
-                         const struct surface_point *q, const struct joint *joint,
-                         double next_share) {
-    struct surface_point *to = &c->points[c->used], *from = &c->points[c->used + 1];
-    const struct surface_point *last = c->from[c->pieces - 1];
-    double uv[2], before[2], after[2];
-    for (int n = 0; n < 2; n++) {
-        double way = q->uv[n] - p->uv[n];
-        uv[n] = n == joint->axis ? joint->at : p->uv[n] + joint->share * way;
-        before[n] = (last->uv[n] + uv[n]) / 2;
-        after[n] = (uv[n] + p->uv[n] + next_share * way) / 2;
-    }
-    if (!surface_point_beside(p->surface, uv, before, to) ||
-        !surface_point_beside(p->surface, uv, after, from))
-        return false;
-    double differ = 0, size = 0;
-    for (int n = 0; n < 3; n++) {
-        differ += fabs(to->first[n] - from->first[n]) + fabs(to->second[n] - from->second[n]);
-        size += fabs(to->first[n]) + fabs(to->second[n]);
-    }
-    if (differ < even * size && vec3_dot(to->normal, from->normal) > 1 - even)
-        return true;
-    c->to[c->pieces - 1] = to;
-    c->from[c->pieces] = from;
-    c->axis[c->pieces++] = joint->axis;
-    c->used += 2;
-    return true;
-}
-
-/* Splits the way from p to q at the knot lines that are joints. */
+/* Splits the way from p to q at the knot lines that are joints: the last piece ends there, and the
+ * next one begins; not where the surface bends the same on both sides, at a knot that was inserted.
+ */
 static bool split_at_joints(struct chain *c, const struct surface_point *p,
                             const struct surface_point *q) {
     struct joint joint[JOINTS];
@@ -151,9 +122,31 @@ static bool split_at_joints(struct chain *c, const struct surface_point *p,
     c->from[0] = &c->points[0];
     *c->from[0] = *p;
     c->axis[0] = ALONG;
-    for (int k = 0; k < count; k++)
-        if (!end_piece_at(c, p, q, &joint[k], k + 1 < count ? joint[k + 1].share : 1))
+    for (int k = 0; k < count; k++) {
+        struct surface_point *to = &c->points[c->used], *from = &c->points[c->used + 1];
+        const struct surface_point *last = c->from[c->pieces - 1];
+        double uv[2], before[2], after[2], next_share = k + 1 < count ? joint[k + 1].share : 1;
+        for (int n = 0; n < 2; n++) {
+            double way = q->uv[n] - p->uv[n];
+            uv[n] = n == joint[k].axis ? joint[k].at : p->uv[n] + joint[k].share * way;
+            before[n] = (last->uv[n] + uv[n]) / 2;
+            after[n] = (uv[n] + p->uv[n] + next_share * way) / 2;
+        }
+        if (!surface_point_beside(p->surface, uv, before, to) ||
+            !surface_point_beside(p->surface, uv, after, from))
             return false;
+        double differ = 0, size = 0;
+        for (int n = 0; n < 3; n++) {
+            differ += fabs(to->first[n] - from->first[n]) + fabs(to->second[n] - from->second[n]);
+            size += fabs(to->first[n]) + fabs(to->second[n]);
+        }
+        if (differ < even * size && vec3_dot(to->normal, from->normal) > 1 - even)
+            continue;
+        c->to[c->pieces - 1] = to;
+        c->from[c->pieces] = from;
+        c->axis[c->pieces++] = joint[k].axis;
+        c->used += 2;
+    }
     struct surface_point *end = c->to[c->pieces - 1] = &c->points[1];
     *end = *q;
     if (c->pieces == 1)

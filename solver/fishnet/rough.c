@@ -53,19 +53,6 @@ static double normal_turn2(const struct departure *d) {
     return d->curvature * d->curvature + d->torsion * d->torsion;
 }
 
-static struct vec3 leave_over_joint(const struct surface_point *p, const struct departure *d,
-                                    const struct surface_point *q, struct vec3 chord) {
-    struct vec3 t = d->along;
-    struct departure far = depart(q, chord, normal_side(q));
-    double angle = joint_angle(d, &far, d->rise);
-    double turn2 = fmax(normal_turn2(d), normal_turn2(&far)) * d->c2;
-    if (vec3_norm(vec3_sub(q->normal, p->normal)) > 2 * sqrt(turn2) + least_fold) {
-        t = surface_point_tangent(p, unfolded(far.along, q->normal, p->normal));
-        angle = far.curvature * far.torsion * d->c2 / 6;
-    }
-    return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, t), t));
-}
-
 const struct surface_point *rough_end_point(struct surface_cursor *cursor,
                                             const struct rough_end *end,
                                             struct surface_point *made) {
@@ -102,10 +89,18 @@ struct vec3 rough_leave(struct surface_cursor *cursor, const struct surface_poin
     double arc = d.curvature * d.c2 / 2;
     bool over_joint = fabs(d.rise - arc) > other_side * fabs(arc) + least_rise * sqrt(d.c2);
     const struct surface_point *q = over_joint ? rough_end_point(cursor, end, &made) : NULL;
-    if (q)
-        return leave_over_joint(p, &d, q, vec3_sub(end->r, p->jet.r));
-    struct vec3 beside = vec3_cross(p->normal, d.along);
-    return vec3_unit(vec3_axpy(helix_angle(&d), beside, d.along));
+    double angle = q ? 0 : helix_angle(&d);
+    struct vec3 t = d.along;
+    if (q) {
+        struct departure far = depart(q, vec3_sub(end->r, p->jet.r), normal_side(q));
+        double turn2 = fmax(normal_turn2(&d), normal_turn2(&far)) * d.c2;
+        angle = joint_angle(&d, &far, d.rise);
+        if (vec3_norm(vec3_sub(q->normal, p->normal)) > 2 * sqrt(turn2) + least_fold) {
+            t = surface_point_tangent(p, unfolded(far.along, q->normal, p->normal));
+            angle = far.curvature * far.torsion * d.c2 / 6;
+        }
+    }
+    return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, t), t));
 }
 
 double rough_steep_arcsine(double x) {

@@ -35,27 +35,6 @@ bool march_parameters(const struct march *march, const struct surface_point *poi
     return inside;
 }
 
-/* Whether a place is outside of the trimmed region; what is next to its edge is on it, as at the
- * domain's own. */
-static bool trimmed_away(const struct march *march, const struct surface_point *point) {
-    const struct trim *trim = march->trim;
-    double uv[2];
-    if (!trim)
-        return false;
-    (void)march_parameters(march, point, uv);
-    bool away = !trim_contains(trim, uv);
-    for (int k = 0; k < 4 && away && !march->mesh; k++) {
-        double beside[2];
-        for (int axis = 0; axis < 2; axis++) {
-            const double *outer = march->surface->axis[axis].outer;
-            double by = SURFACE_POINT_BOUNDARY_WIDTH * (outer[1] - outer[0]);
-            beside[axis] = fmin(fmax(uv[axis] + (k >> axis & 1 ? by : -by), outer[0]), outer[1]);
-        }
-        away = !trim_contains(trim, beside);
-    }
-    return away;
-}
-
 bool march_has_left(const struct march *march, const struct surface_point *point) {
     double uv[2];
     struct vec3 r = point->jet.r, low, high;
@@ -113,25 +92,39 @@ const struct crossing *march_look_over(struct march *march, const struct surface
     return &look->crossing;
 }
 
+/* The zone of a point, that of the start or another; only the start may lie on a trim. What is next
+ * to the edge of the trimmed region is on it, as at the domain's own. */
 static enum surface_point_zone zone_of(struct march *march, const struct surface_point *point,
-                                       enum drape_reason *reason) {
+                                       bool start, enum drape_reason *reason) {
     const double *cut_from = march->cut.passed ? point->uv : march->cut.centre;
-    if (march->mesh)
-        return SURFACE_POINT_INSIDE;
-    if (point->surface->shell)
-        return surface_point_zone_on_face(&march->cursor, point, march_look_over(march, point));
-    return surface_point_zone(march->surface, &march->cursor, cut_from, point, reason);
+    const struct trim *trim = march->trim;
+    enum surface_point_zone zone = SURFACE_POINT_INSIDE;
+    double uv[2];
+    if (!march->mesh && point->surface->shell)
+        zone = surface_point_zone_on_face(&march->cursor, point, march_look_over(march, point));
+    else if (!march->mesh)
+        zone = surface_point_zone(march->surface, &march->cursor, cut_from, point, reason);
+    if (zone != SURFACE_POINT_INSIDE || start || !trim)
+        return zone;
+    (void)march_parameters(march, point, uv);
+    bool away = !trim_contains(trim, uv);
+    for (int k = 0; k < 4 && away && !march->mesh; k++) {
+        double beside[2];
+        for (int axis = 0; axis < 2; axis++) {
+            const double *outer = march->surface->axis[axis].outer;
+            double by = SURFACE_POINT_BOUNDARY_WIDTH * (outer[1] - outer[0]);
+            beside[axis] = fmin(fmax(uv[axis] + (k >> axis & 1 ? by : -by), outer[0]), outer[1]);
+        }
+        away = !trim_contains(trim, beside);
+    }
+    *reason = away ? DRAPE_REASON_BOUNDARY : *reason;
+    return away ? SURFACE_POINT_GHOST : SURFACE_POINT_INSIDE;
 }
 
 enum status march_place(struct march *march, int32_t i, int32_t j,
                         const struct surface_point *point, enum surface_point_zone *zone) {
     enum drape_reason reason = DRAPE_REASON_BOUNDARY;
-    *zone = zone_of(march, point, &reason);
-    bool start = i == 0 && j == 0; /* may lie on a trim */
-    if (*zone == SURFACE_POINT_INSIDE && !start && trimmed_away(march, point)) {
-        *zone = SURFACE_POINT_GHOST;
-        reason = DRAPE_REASON_BOUNDARY;
-    }
+    *zone = zone_of(march, point, i == 0 && j == 0, &reason);
     int turn = count_turns(march, i, j, point);
     if (turn != 0) {
         bool beyond = *zone == SURFACE_POINT_BEYOND || turn > 1 || turn < -1;

@@ -203,24 +203,6 @@ static bool is_flat(struct vec3 across, struct vec3 along) {
     return sine2 < flat_sine * flat_sine * vec3_norm2(across) * vec3_norm2(along);
 }
 
-/* Whether the yarn crosses another at its end under an angle at which cells have all but collapsed:
- * it would only wind on beside it. Over a fold chords say little: there it is asked how the other
- * yarn leaves. */
-static bool crosses_flat(struct march *march, const struct free_end *e,
-                         const struct surface_point *from, struct vec3 along) {
-    for (int side = -1; side <= 1; side += 2) {
-        int di = side * e->dj, dj = side * e->di;
-        const struct net_node *node = net_place(march->net, e->i + di, e->j + dj);
-        struct vec3 across;
-        if (!node || !is_flat(vec3_sub(node->r, from->jet.r), along))
-            continue;
-        if (march->mesh || !march_yarn(march, e->i, e->j, di, dj, from, &across) ||
-            is_flat(across, along))
-            return true;
-    }
-    return false;
-}
-
 /* The unit tangents of the yarn at (i, j), which is at `from`, towards its neighbour at (i + di, j
  * + dj), which is at `to`, and at that on from there: by its logarithm where it can be had. */
 static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int dj,
@@ -318,8 +300,18 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
         return e->begins ? STATUS_OK : march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
     struct vec3 direction =
         e->begins ? direction_across(march, e, &from) : yarn_end(march, e, &from);
-    if (!e->begins && crosses_flat(march, e, &from, direction))
-        return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
+    /* One that crosses another at its end under an angle at which cells have all but collapsed
+     * would only wind on beside it. Over a fold chords say little: there it is asked how the other
+     * yarn leaves. */
+    for (int side = -1; side <= 1 && !e->begins; side += 2) {
+        int di = side * e->dj, dj = side * e->di;
+        const struct net_node *node = net_place(march->net, e->i + di, e->j + dj);
+        struct vec3 across;
+        if (node && is_flat(vec3_sub(node->r, from.jet.r), direction) &&
+            (march->mesh || !march_yarn(march, e->i, e->j, di, dj, &from, &across) ||
+             is_flat(across, direction)))
+            return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
+    }
     if (!march_straight_on(march, &from, direction, e->di, e->dj, &to, &reason))
         return e->begins ? STATUS_OK : march_fail(march, i, j, reason);
     enum status status = march_place(march, i, j, &to, &zone);

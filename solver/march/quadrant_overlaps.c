@@ -59,30 +59,6 @@ static struct net_tile *tile_at(struct quadrant *q, int32_t k) {
     return net_find_tile(&q->march->net->table[net_table_of(ti, tj)], ti, tj);
 }
 
-static enum status check_rows(struct quadrant *q, int32_t end, struct arena *arena) {
-    struct overlap *overlap = q->march->overlap;
-    enum status status = STATUS_OK;
-    struct net_tile *tile;
-    int32_t count = 0;
-    for (; status == STATUS_OK && (tile = tile_at(q, count)); count++)
-        status = overlap_add_tile(overlap, tile, true);
-    unsigned *suspects = arena_take(arena, (size_t)count, sizeof *suspects), any = 0;
-    if (!suspects || status != STATUS_OK)
-        return STATUS_OUT_OF_MEMORY;
-    for (int32_t k = 0; k < count; k++)
-        any |= suspects[k] = overlap_suspects(overlap, tile_at(q, k));
-    for (int32_t j = q->checked; any && j < end; j++) {
-        int y = j * q->sj & (NET_TILE - 1);
-        for (int32_t i = 1; i < count * NET_TILE && i < q->length && status == STATUS_OK; i++) {
-            int32_t k = q->si > 0 ? i / NET_TILE : (i - 1) / NET_TILE;
-            int x = i * q->si & (NET_TILE - 1);
-            if (suspects[k] >> overlap_patch_of(x, y) & 1)
-                status = check_node(q, i, j, end);
-        }
-    }
-    return status;
-}
-
 enum status quadrant_check_overlaps(struct quadrant *q, int32_t end) {
     struct quadrant_row *row = &q->row[0];
     enum status status = STATUS_OK;
@@ -97,8 +73,27 @@ enum status quadrant_check_overlaps(struct quadrant *q, int32_t end) {
     for (size_t k = 0; k < q->late_count && status == STATUS_OK; k++)
         status = check_node(q, q->late[k].i, q->late[k].j, end);
     q->late_count = 0;
-    if (status == STATUS_OK)
-        status = check_rows(q, end, q->march->arena);
+    /* Then those of the block whose patches lie near others. */
+    struct overlap *overlap = q->march->overlap;
+    struct net_tile *tile;
+    int32_t count = 0;
+    for (; status == STATUS_OK && (tile = tile_at(q, count)); count++)
+        status = overlap_add_tile(overlap, tile, true);
+    unsigned *suspects = NULL, any = 0;
+    if (status == STATUS_OK &&
+        !(suspects = arena_take(q->march->arena, (size_t)count, sizeof *suspects)))
+        status = STATUS_OUT_OF_MEMORY;
+    for (int32_t k = 0; k < count && status == STATUS_OK; k++)
+        any |= suspects[k] = overlap_suspects(overlap, tile_at(q, k));
+    for (int32_t j = q->checked; any && j < end; j++) {
+        int y = j * q->sj & (NET_TILE - 1);
+        for (int32_t i = 1; i < count * NET_TILE && i < q->length && status == STATUS_OK; i++) {
+            int32_t k = q->si > 0 ? i / NET_TILE : (i - 1) / NET_TILE;
+            int x = i * q->si & (NET_TILE - 1);
+            if (suspects[k] >> overlap_patch_of(x, y) & 1)
+                status = check_node(q, i, j, end);
+        }
+    }
     row->count = row->count < q->length ? row->count : q->length;
     row->last = row->last < q->length ? row->last : q->length - 1;
     for (int k = 0; k < 2; k++)
