@@ -11,19 +11,13 @@ double angle_sinc(double x) {
     return sum;
 }
 
-/* cos(x) for |x| <= pi/4. */
-static double cosine_series(double x) {
-    double square = x * x, sum = 1;
-    for (int k = 10; k > 0; k--)
-        sum = 1 - square / (2 * k * (2 * k - 1)) * sum;
-    return sum;
-}
-
 /* The nearest multiple of 90 degrees is taken off first; the rest is at most 45. */
 void angle_sincos_deg(double degrees, double *sine, double *cosine) {
     double quarter = floor(degrees / 90 + 0.5);
     double x = (degrees - 90 * quarter) * (ANGLE_PI / 180);
-    double s = x * angle_sinc(x), c = cosine_series(x);
+    double s = x * angle_sinc(x), c = 1, square = x * x;
+    for (int k = 10; k > 0; k--)
+        c = 1 - square / (2 * k * (2 * k - 1)) * c;
     int turn = (int)(quarter - 4 * floor(quarter / 4));
     *sine = turn == 0 ? s : turn == 1 ? c : turn == 2 ? -s : -c;
     *cosine = turn == 0 ? c : turn == 1 ? -s : turn == 2 ? -c : s;

@@ -106,18 +106,6 @@ void arena_free(struct arena *arena) {
     free(arena);
 }
 
-/* The first drape of a million nodes in a process spends a sixth of its time on small pages, each
- * later one a twentieth. */
-static void take_large_pages(char *data, size_t size) {
-#ifdef MADV_HUGEPAGE
-    size_t before = -(uintptr_t)data % page_largest;
-    if (size >= block_paged)
-        (void)madvise(data + before, (size - before) / page_largest * page_largest, MADV_HUGEPAGE);
-#else
-    (void)data, (void)size;
-#endif
-}
-
 static bool add_block(struct arena *arena, size_t needed) {
     bool large = needed > arena->next_capacity / 4; /* a block of its own leaves nothing unused */
     size_t capacity = large ? needed : arena->next_capacity;
@@ -131,7 +119,14 @@ static bool add_block(struct arena *arena, size_t needed) {
         atomic_fetch_sub(&arena->root->held, header_size + capacity);
         return false;
     }
-    take_large_pages((char *)block, header_size + capacity);
+#ifdef MADV_HUGEPAGE
+    /* The first drape of a million nodes in a process spends a sixth of its time on small pages,
+     * each later one a twentieth. */
+    size_t size = header_size + capacity, before = -(uintptr_t)block % page_largest;
+    if (size >= block_paged)
+        (void)madvise((char *)block + before, (size - before) / page_largest * page_largest,
+                      MADV_HUGEPAGE);
+#endif
     *block = (struct block){.previous = arena->last, .capacity = capacity};
     arena->last = block;
     arena->taken += capacity;

@@ -115,19 +115,6 @@ enum status drape_prepare(const struct drape_part *whole, int32_t component,
     return make_sides(part.shell, settings, arena, made);
 }
 
-/* Has the march go over triangles: those that are ready, or its own. */
-static enum status tessellate(struct march *march) {
-    const struct surface *surface = march->surface;
-    const struct drape_prepared *ready = march->settings->prepared;
-    int32_t component = surface->shell ? shell_component(surface->shell, surface->face) : 0;
-    enum status status = STATUS_OK;
-    if (ready && ready->facet_size == facet_size(march->settings) && ready->component == component)
-        march->mesh = ready->facets[side_of(surface)];
-    if (!march->mesh)
-        status = make_facets(surface, march->settings, march->arena, &march->mesh);
-    return status == STATUS_OK ? start_move_to_mesh(march) : status;
-}
-
 /* ---- starts ---- */
 
 /* The place of the largest component that is nearest to its centroid, but inside a face. */
@@ -210,18 +197,17 @@ static enum status begin(const struct drape_part *part, const struct shell_point
     status = start_find(march->surface, trim, s, at ? at->inner : NULL, &march->start, faulty);
     if (status == STATUS_OK)
         status = march_open(march);
-    return status == STATUS_OK && march->method->flat ? tessellate(march) : status;
-}
-
-/* Whether a start that nobody asked for lies where no cloth begins, on an edge or in a corner of a
- * part that is larger than a few cells: then one inside is better. */
-static bool begins_nowhere(enum status status, const struct march *march,
-                           const struct drape_result *result) {
-    const struct drape_settings *s = march->settings;
-    if (s->start_kind != DRAPE_START_CENTROID || s->has_extent[0] || s->has_extent[1])
-        return false;
-    return status == STATUS_START_STUCK || (status == STATUS_OK && result->cells.count == 0 &&
-                                            march_area(march) > 8 * s->spacing[0] * s->spacing[1]);
+    if (status != STATUS_OK || !march->method->flat)
+        return status;
+    /* The march goes over triangles: those that are ready, or its own. */
+    const struct drape_prepared *ready = s->prepared;
+    int32_t component =
+        march->surface->shell ? shell_component(march->surface->shell, march->surface->face) : 0;
+    if (ready && ready->facet_size == facet_size(s) && ready->component == component)
+        march->mesh = ready->facets[side_of(march->surface)];
+    if (!march->mesh)
+        status = make_facets(march->surface, s, march->arena, &march->mesh);
+    return status == STATUS_OK ? start_move_to_mesh(march) : status;
 }
 
 enum status drape_solve(const struct drape_part *whole, const struct drape_settings *settings,
@@ -254,8 +240,16 @@ enum status drape_solve(const struct drape_part *whole, const struct drape_setti
             status = march_separate_layers(&march);
         if (status == STATUS_OK)
             status = report_make(&march, result);
-        /* On triangles only nets of shells are tried again. */
-        if (at || (march.mesh && !part.shell) || !begins_nowhere(status, &march, result) ||
+        /* Where a start that nobody asked for lies where no cloth begins, on an edge or in a corner
+         * of a part that is larger than a few cells, one inside is better. On triangles only nets
+         * of shells are tried again. */
+        const double *d = settings->spacing;
+        bool unasked = settings->start_kind == DRAPE_START_CENTROID && !settings->has_extent[0] &&
+                       !settings->has_extent[1];
+        bool nowhere =
+            status == STATUS_START_STUCK || (status == STATUS_OK && result->cells.count == 0 &&
+                                             march_area(&march) > 8 * d[0] * d[1]);
+        if (at || (march.mesh && !part.shell) || !unasked || !nowhere ||
             !find_inside(&part, &inside))
             break;
         at = &inside;

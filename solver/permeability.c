@@ -22,27 +22,23 @@ double permeability_packing_limit(enum permeability_packing packing) {
 
 /* ---- tensors in the tangent plane ---- */
 
-/* The unit vector at half the angle of (c, s) = (cos 2t, sin 2t), on the side of warp. */
-static void halve_angle(double c, double s, double *along, double *across) {
-    if (c >= 0) {
-        *along = sqrt((1 + c) / 2);
-        *across = s / (2 * *along);
-    } else {
-        double sine = sqrt((1 - c) / 2);
-        *along = fabs(s) / (2 * sine);
-        *across = s < 0 ? -sine : sine;
-    }
-}
-
 /* k1,2 = m +- r with m = (xx + yy) / 2, r = |((xx - yy) / 2, xy)|; k2 as det / k1, because the
- * difference would lose it beside a large k1. */
+ * difference would lose it beside a large k1. The axis of k1 is at half the angle of ((xx - yy) /
+ * 2, xy), on the side of warp. */
 static struct permeability principal(double xx, double xy, double yy, double det, double k3) {
     double mean = (xx + yy) / 2, half = (xx - yy) / 2, radius = sqrt(half * half + xy * xy);
     struct permeability k = {.k1 = mean + radius, .k3 = k3, .along = 1};
     double k2 = k.k1 > 0 ? det / k.k1 : 0;
     k.k2 = k2 < k.k1 ? k2 : k.k1;
-    if (radius > 0)
-        halve_angle(half / radius, xy / radius, &k.along, &k.across);
+    double c = half / radius, s = xy / radius;
+    if (radius > 0 && c >= 0) {
+        k.along = sqrt((1 + c) / 2);
+        k.across = s / (2 * k.along);
+    } else if (radius > 0) {
+        double sine = sqrt((1 - c) / 2);
+        k.along = fabs(s) / (2 * sine);
+        k.across = s < 0 ? -sine : sine;
+    }
     return k;
 }
 
@@ -137,34 +133,24 @@ struct permeability permeability_gebart(double radius, enum permeability_packing
 /* ---- a table ---- */
 
 /* The interpolant's slope at an inner point between data of slopes d0, d1 over h0, h1: their
- * weighted harmonic mean, 0 at an extremum. */
-static double inner_slope(double h0, double h1, double d0, double d1) {
-    if (!(d0 * d1 > 0))
-        return 0;
-    double w0 = 2 * h1 + h0, w1 = h1 + 2 * h0;
-    return (w0 + w1) / (w0 / d0 + w1 / d1);
-}
-
-/* At an end, the next interval having h1 and d1: the parabola's slope, unless it has the wrong sign
- * or is so steep that the interpolant would overshoot. */
-static double end_slope(double h0, double h1, double d0, double d1) {
-    double slope = ((2 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
-    if (!(slope * d0 > 0))
-        return 0;
-    if (!(d0 * d1 > 0) && fabs(slope) > 3 * fabs(d0))
-        return 3 * d0;
-    return slope;
-}
-
+ * weighted harmonic mean, 0 at an extremum. At an end, the next interval having h1 and d1: the
+ * parabola's slope, unless it has the wrong sign or is so steep that the interpolant would
+ * overshoot. */
 static double slope_at(const double *x, const double *y, size_t count, size_t k) {
     size_t left = k == 0 ? 0 : k - 1;
     double h0 = x[left + 1] - x[left], d0 = (y[left + 1] - y[left]) / h0;
     if (count == 2)
         return d0;
-    size_t right = k == 0 ? 1 : k == count - 1 ? k - 2 : k;
-    double h1 = x[right + 1] - x[right], d1 = (y[right + 1] - y[right]) / h1;
     bool end = k == 0 || k == count - 1;
-    return end ? end_slope(h0, h1, d0, d1) : inner_slope(h0, h1, d0, d1);
+    size_t right = k == 0 ? 1 : end ? k - 2 : k;
+    double h1 = x[right + 1] - x[right], d1 = (y[right + 1] - y[right]) / h1;
+    double w0 = 2 * h1 + h0, w1 = h1 + 2 * h0;
+    if (!end)
+        return d0 * d1 > 0 ? (w0 + w1) / (w0 / d0 + w1 / d1) : 0;
+    double slope = (w1 * d0 - h0 * d1) / (h0 + h1);
+    if (!(slope * d0 > 0))
+        return 0;
+    return !(d0 * d1 > 0) && fabs(slope) > 3 * fabs(d0) ? 3 * d0 : slope;
 }
 
 double permeability_interpolate(const double *x, const double *y, size_t count, double at) {
@@ -231,13 +217,6 @@ static double k_at(const struct permeability_grid *grid, const double *k,
                                       power_mean(next[0], next[1], place->share), place->row_share);
 }
 
-static double angle_at(const struct permeability_grid *grid, const struct grid_place *place) {
-    const double *row = grid->angle_deg + place->row * grid->columns + place->column;
-    const double *next = grid->angle_deg + place->next_row * grid->columns + place->column;
-    double t = place->share, s = place->row_share;
-    return (1 - s) * ((1 - t) * row[0] + t * row[1]) + s * ((1 - t) * next[0] + t * next[1]);
-}
-
 struct permeability permeability_of_grid(const struct permeability_grid *grid, double vf,
                                          double shear_deg, bool *outside) {
     double shear = fabs(shear_deg);
@@ -250,9 +229,15 @@ struct permeability permeability_of_grid(const struct permeability_grid *grid, d
     place.column = interval(fraction, grid->columns, vf, &place.share);
     if (beyond)
         place.factor = permeability_kozeny_carman_factor(vf, vf < first ? first : last);
+    double degrees = 0;
+    if (grid->angle_deg) {
+        const double *row = grid->angle_deg + place.row * grid->columns + place.column;
+        const double *next = grid->angle_deg + place.next_row * grid->columns + place.column;
+        double t = place.share, s = place.row_share;
+        degrees = (1 - s) * ((1 - t) * row[0] + t * row[1]) + s * ((1 - t) * next[0] + t * next[1]);
+    }
     if (outside)
         *outside = shear < grid->shear_deg[0] || shear > grid->shear_deg[grid->rows - 1] || beyond;
     return from_bisector(k_at(grid, grid->k1, &place), k_at(grid, grid->k2, &place),
-                         k_at(grid, grid->k3, &place), grid->angle_deg ? angle_at(grid, &place) : 0,
-                         shear_deg);
+                         k_at(grid, grid->k3, &place), degrees, shear_deg);
 }

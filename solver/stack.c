@@ -55,11 +55,6 @@ static double find_pressure(size_t count, const struct stack_ply *plies, double 
     return at;
 }
 
-static void press_to(struct stack_ply *ply, double fraction) {
-    ply->thickness *= ply->fraction / fraction;
-    ply->fraction = fraction;
-}
-
 double stack_press(const struct stack_cavity *cavity, size_t count, struct stack_ply *plies) {
     double all = 0, with_law = 0, log_pressure = 0;
     for (size_t k = 0; k < count; k++) {
@@ -77,7 +72,9 @@ double stack_press(const struct stack_cavity *cavity, size_t count, struct stack
     for (size_t k = 0; k < count; k++) {
         struct stack_ply *ply = &plies[k];
         if (ply->a > 0) {
-            press_to(ply, ply->a * raised_to(&power, ply->b));
+            double fraction = ply->a * raised_to(&power, ply->b);
+            ply->thickness *= ply->fraction / fraction;
+            ply->fraction = fraction;
         } else {
             ply->thickness *= share;
             ply->fraction /= share;
