@@ -227,11 +227,6 @@ static bool turn_back(const struct shell *shell, int32_t first, int32_t second) 
 /* What may speak against one of several mates of an edge. */
 typedef bool objection(const struct shell *shell, int32_t edge, int32_t mate);
 
-static bool is_joined(const struct shell *shell, int32_t edge, int32_t mate) {
-    (void)edge;
-    return shell->edges[mate].mate != EDGE_FREE;
-}
-
 static bool is_of_sliver(const struct shell *shell, int32_t edge, int32_t mate) {
     (void)edge;
     return is_sliver(shell, mate);
@@ -302,7 +297,7 @@ static enum status join_edge(struct join *join, int32_t number, struct shell_fau
     bool alone = mates.count == 1 && turn_back(shell, number, mates.found[0]);
     if (edge->bare || mates.count == 0 || alone)
         return STATUS_OK;
-    if (mates.count == 1 && is_joined(shell, number, mates.found[0]))
+    if (mates.count == 1 && shell->edges[mates.found[0]].mate != EDGE_FREE)
         mates.found[mates.count++] = shell->edges[mates.found[0]].mate;
     if (mates.count > 1 && !shell->lenient) {
         int32_t face[3] = {edge_face(shell, (size_t)number),
@@ -341,7 +336,7 @@ static void join_sliver(struct join *join, int32_t number) {
     find_mates(join, &shell->edges[number], &mates);
     bool any = mates.count > 0;
     for (int k = mates.count - 1; k >= 0; k--)
-        if (is_joined(shell, number, mates.found[k]) ||
+        if (shell->edges[mates.found[k]].mate != EDGE_FREE ||
             is_thin_between(shell, number, mates.found[k]) ||
             turn_back(shell, number, mates.found[k]))
             forget_mate(&mates, k);

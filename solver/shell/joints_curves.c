@@ -65,16 +65,6 @@ static void add_domain(struct join *join, int32_t face) {
     }
 }
 
-/* Whether two places are one, as far as curves are meant to meet. */
-static bool same_corner(const struct surface *surface, const double a[2], const double b[2]) {
-    bool same = true;
-    for (int k = 0; k < 2; k++) {
-        const double *outer = surface->axis[k].outer;
-        same = same && fabs(a[k] - b[k]) <= flatness * (outer[1] - outer[0]);
-    }
-    return same;
-}
-
 static void add_trim_loop(struct join *join, int32_t face, const struct trim_loop *loop) {
     const struct surface *surface = &join->shell->faces[face].surface;
     double first[2] = {0, 0}, last[2] = {0, 0};
@@ -87,9 +77,14 @@ static void add_trim_loop(struct join *join, int32_t face, const struct trim_loo
         } else {
             memcpy(begin, first, sizeof begin);
         }
+        bool meets = true; /* as far as curves are meant to */
+        for (int x = 0; x < 2; x++) {
+            const double *outer = surface->axis[x].outer;
+            meets = meets && fabs(last[x] - begin[x]) <= flatness * (outer[1] - outer[0]);
+        }
         if (k == 0)
             memcpy(first, begin, sizeof first);
-        else if (!same_corner(surface, last, begin)) { /* the loop is closed by a straight line */
+        else if (!meets) { /* the loop is closed by a straight line */
             double line[2][2];
             surface_inner(surface, last, line[0]);
             surface_inner(surface, begin, line[1]);
@@ -176,28 +171,24 @@ static void sample_between(struct join *join, const struct face_curve *curve, st
     }
 }
 
-/* Where a curve may have corners: the knots, or points of a polyline, after t; its end after the
- * last. */
-static double next_break(const struct face_curve *curve, double t) {
-    const struct trim_curve *trim = curve->trim;
-    if (!trim)
-        return curve->range[1];
-    if (!trim->knots)
-        return fmin(floor(t) + 1, curve->range[1]);
-    for (size_t k = (size_t)trim->degree; k < trim->count; k++)
-        if (trim->knots[k] > t)
-            return trim->knots[k];
-    return curve->range[1];
-}
-
 void join_sample_curve(struct join *join, int32_t number) {
     struct face_curve *curve = &join->shell->curves[number];
+    const struct trim_curve *trim = curve->trim;
     struct join_point at = join_sample(join->shell, curve, curve->range[0]);
     curve->first = (uint32_t)join->point_count;
     add_join_point(join, &at);
     while (at.t < curve->range[1] && !join->failed) {
-        double from = at.t, to = next_break(curve, from);
-        int pieces = curve->trim && !curve->trim->knots ? 1 : FIRST_PIECES;
+        /* to where it may have a corner next: a knot, or point of a polyline */
+        double from = at.t, to = curve->range[1];
+        int pieces = trim && !trim->knots ? 1 : FIRST_PIECES;
+        if (trim && trim->knots) {
+            size_t k = (size_t)trim->degree;
+            while (k < trim->count && !(trim->knots[k] > from))
+                k++;
+            to = k < trim->count ? trim->knots[k] : to;
+        } else if (trim) {
+            to = fmin(floor(from) + 1, to);
+        }
         for (int k = 1; k <= pieces; k++) {
             double t = k == pieces ? to : from + (to - from) * k / pieces;
             struct join_point next = join_sample(join->shell, curve, t);

@@ -27,55 +27,44 @@ static const double regular_share = 1e-6;
  * R = B / w. Let v be the axis across. Then m = x M, M = R_u x (R + x R_v), and n is that of M,
  * which loses nothing where m vanishes. */
 struct pinch {
-    int p, q; /* degrees along the edge and across */
-    double x, t[2], rate[2];
-    vec4 points[OFFSET_ORDER * OFFSET_ORDER]; /* of w r, the axis across running fastest */
+    double x;
     struct vec3 pole;
+    struct third ratio; /* R and its derivatives */
 };
 
-/* The pole's end of axis k comes first, and x is positive inside: at an upper end it runs back. */
+/* The pole's end of axis k comes first, and x is positive inside: at an upper end it runs back. For
+ * R, a Bernstein polynomial without its first coefficient is t sum_l c_l (q / l) b_(l-1)^(q-1). */
 static void pinch_make(const struct surface *surface, const int span[2], const double uv[2], int k,
                        int end, struct pinch *pinch) {
     const struct surface_axis *across = &surface->axis[k], *along = &surface->axis[1 - k];
     int p = along->degree, q = across->degree, columns = surface->axis[1].degree + 1;
     size_t number = (size_t)span[0] * (size_t)surface->axis[1].span_count + (size_t)span[1];
     const vec4 *points = surface->points + number * surface->points_per_span;
-    pinch->p = p;
-    pinch->q = q;
     pinch->x = end ? surface_axis_upper(across) - uv[k] : uv[k] - surface_axis_lower(across);
-    pinch->rate[0] = along->rates[span[1 - k]];
-    pinch->rate[1] = across->rates[span[k]];
-    pinch->t[0] = (uv[1 - k] - along->breaks[span[1 - k]]) * pinch->rate[0];
-    pinch->t[1] = pinch->x * pinch->rate[1];
-    for (int i = 0; i <= p; i++)
-        for (int j = 0; j <= q; j++) {
-            int at = end ? q - j : j;
-            pinch->points[i * (q + 1) + j] = points[k == 1 ? i * columns + at : at * columns + i];
-        }
+    const double rate[2] = {along->rates[span[1 - k]], across->rates[span[k]]};
+    const double t[2] = {(uv[1 - k] - along->breaks[span[1 - k]]) * rate[0], pinch->x * rate[1]};
     vec4 first = points[end ? (k == 1 ? q : q * columns) : 0];
     pinch->pole = vec3_make(first[0] / first[3], first[1] / first[3], first[2] / first[3]);
-}
-
-/* R and its derivatives: a Bernstein polynomial without its first coefficient is
- * t sum_l c_l (q / l) b_(l-1)^(q-1). */
-static void pinch_ratio(const struct pinch *pinch, struct third *ratio) {
-    int p = pinch->p, q = pinch->q;
-    vec4 b[OFFSET_ORDER * OFFSET_ORDER];
+    /* The points of w r, the axis across running fastest, and those of B. */
+    vec4 own[OFFSET_ORDER * OFFSET_ORDER], b[OFFSET_ORDER * OFFSET_ORDER];
     const vec4 pole = {pinch->pole.x, pinch->pole.y, pinch->pole.z, 0};
-    struct offset_basis along, across, weight;
-    struct jets a[4];
     for (int i = 0; i <= p; i++)
-        for (int l = 1; l <= q; l++) {
-            vec4 point = pinch->points[i * (q + 1) + l];
-            b[i * q + l - 1] = (point - point[3] * pole) * (pinch->rate[1] * q / l);
+        for (int l = 0; l <= q; l++) {
+            int at = end ? q - l : l;
+            vec4 point = points[k == 1 ? i * columns + at : at * columns + i];
+            own[i * (q + 1) + l] = point;
+            if (l > 0)
+                b[i * q + l - 1] = (point - point[3] * pole) * (rate[1] * q / l);
         }
-    offset_bernstein(p, pinch->t[0], pinch->rate[0], &along);
-    offset_bernstein(q - 1, pinch->t[1], pinch->rate[1], &across);
-    offset_bernstein(q, pinch->t[1], pinch->rate[1], &weight);
+    struct offset_basis by_p, by_less, by_q;
+    struct jets a[4];
+    offset_bernstein(p, t[0], rate[0], &by_p);
+    offset_bernstein(q - 1, t[1], rate[1], &by_less);
+    offset_bernstein(q, t[1], rate[1], &by_q);
     for (int lane = 0; lane < 3; lane++)
-        offset_points(p, q - 1, b, lane, &along, &across, &a[lane]);
-    offset_points(p, q, pinch->points, 3, &along, &weight, &a[3]);
-    offset_third(a, ratio);
+        offset_points(p, q - 1, b, lane, &by_p, &by_less, &a[lane]);
+    offset_points(p, q, own, 3, &by_p, &by_q, &a[3]);
+    offset_third(a, &pinch->ratio);
 }
 
 static void swap(struct vec3 *a, struct vec3 *b) {
@@ -91,19 +80,19 @@ static void evaluate_pinched(const struct surface *surface, const int span[2], c
     static const int less[OF_PARTS] = {OF, OF, OF, OF, OF_U, OF_V, OF, OF_UU, OF_UV, OF_VV};
     static const int times[OF_PARTS] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
     struct pinch pinch;
-    struct third ratio, third;
+    struct third third;
     struct surface_jet n;
     double area2;
     pinch_make(surface, span, uv, k, end, &pinch);
-    pinch_ratio(&pinch, &ratio);
+    const struct vec3 *ratio = pinch.ratio.of;
     for (int m = 0; m < OF_PARTS; m++)
-        third.of[m] = vec3_axpy(times[m], ratio.of[less[m]], vec3_scale(pinch.x, ratio.of[m]));
+        third.of[m] = vec3_axpy(times[m], ratio[less[m]], vec3_scale(pinch.x, ratio[m]));
     third.of[OF] = vec3_add(third.of[OF], pinch.pole);
     /* M = a x b for the sides a = R_u and b = r_v, and its derivatives: those that the cross
      * product of first derivatives has, with R_u in the place of r_u. */
     offset_normal_of(
-        &(struct offset_sides){.a = {ratio.of[OF_U], ratio.of[OF_UU], ratio.of[OF_UV],
-                                     ratio.of[OF_UUU], ratio.of[OF_UUV], ratio.of[OF_UVV]},
+        &(struct offset_sides){.a = {ratio[OF_U], ratio[OF_UU], ratio[OF_UV], ratio[OF_UUU],
+                                     ratio[OF_UUV], ratio[OF_UVV]},
                                .b = {third.of[OF_V], third.of[OF_UV], third.of[OF_VV],
                                      third.of[OF_UUV], third.of[OF_UVV], third.of[OF_VVV]}},
         &n, &area2);

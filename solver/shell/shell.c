@@ -11,22 +11,6 @@ static enum status shell_fail(struct shell_fault *fault, enum shell_fault_kind k
     return kind == SHELL_NOTHING_LEFT ? STATUS_DEGENERATE_SURFACE : STATUS_INVALID;
 }
 
-static enum status make_shell_face(const struct shell_patch *patch, struct arena *arena,
-                                   struct face *face) {
-    face->plain = patch->surface;
-    face->surface = *patch->surface;
-    face->side = 1;
-    if (patch->loop_count == 0) {
-        face->area = surface_area(patch->surface, &face->centroid);
-        return STATUS_OK;
-    }
-    enum status status =
-        trim_make(patch->surface, patch->loops, patch->loop_count, arena, &face->trim);
-    if (status == STATUS_OK)
-        face->area = trim_area(face->trim, &face->centroid);
-    return status;
-}
-
 static enum status check_loops(const struct shell *shell, const struct shell_patch *patches,
                                struct arena *arena, struct shell_fault *fault) {
     struct loop_fault loop;
@@ -44,21 +28,6 @@ static enum status check_loops(const struct shell *shell, const struct shell_pat
             return status;
     }
     return STATUS_OK;
-}
-
-static void find_shell_bounds(struct shell *shell) {
-    for (size_t k = 0; k < shell->face_count; k++) {
-        struct vec3 low, high;
-        bounds_tight(&shell->faces[k].surface, &low, &high);
-        shell->faces[k].box = (struct box){low, high};
-        if (k == 0) {
-            shell->lower = low;
-            shell->upper = high;
-        }
-        shell->lower = vec3_min(shell->lower, low);
-        shell->upper = vec3_max(shell->upper, high);
-    }
-    shell->size = vec3_distance(shell->lower, shell->upper);
 }
 
 /* ---- components and sides ---- */
@@ -79,17 +48,6 @@ static void open_joint(struct shell *shell, struct face_edge *edge) {
     edge->mate = EDGE_FREE;
     shell->found.joined--;
     shell->found.free += 2;
-}
-
-/* A face that would have to be turned against itself is not joined there: a band with one side ends
- * at its seam. */
-static void open_moebius_seams(struct shell *shell) {
-    for (size_t e = 0; e < shell->edge_count; e++) {
-        bool turn = false;
-        struct face_edge *edge = &shell->edges[e];
-        if (face_beyond(shell, edge, &turn) == edge_face(shell, e) && turn)
-            open_joint(shell, edge);
-    }
 }
 
 /* The edges of each face: those of face k are list[first[k]] .. list[first[k + 1] - 1]. */
@@ -130,7 +88,14 @@ static enum status find_components(struct shell *shell, struct arena *arena,
                                    struct shell_fault *fault) {
     struct edge_lists lists;
     int32_t *queue = arena_alloc(arena, shell->face_count, sizeof *queue);
-    open_moebius_seams(shell);
+    /* A face that would have to be turned against itself is not joined there: a band with one side
+     * ends at its seam. */
+    for (size_t e = 0; e < shell->edge_count; e++) {
+        bool turn = false;
+        struct face_edge *edge = &shell->edges[e];
+        if (face_beyond(shell, edge, &turn) == edge_face(shell, e) && turn)
+            open_joint(shell, edge);
+    }
     enum status status = list_edges_of_faces(shell, arena, &lists);
     if (status != STATUS_OK || !queue)
         return STATUS_OUT_OF_MEMORY;
@@ -216,18 +181,6 @@ static bool open_end(void *context, int32_t number) {
     return !corner->joint->open[corner->end];
 }
 
-static void find_open_ends(struct shell *shell, const struct chains *chains,
-                           const struct boxes *boxes) {
-    for (size_t e = 0; e < shell->edge_count; e++) {
-        struct corner corner = {chains, &shell->edges[e], 0};
-        for (; corner.joint->mate != EDGE_FREE && corner.end < 2; corner.end++) {
-            struct vec3 r = corner.joint->end[corner.end];
-            struct box box = box_round(r, r, 0);
-            boxes_visit(boxes, &box, open_end, &corner);
-        }
-    }
-}
-
 /* What tells the end of a tube from the edge of a plate and that of a hole: the area that a piece
  * of boundary runs round, as a vector, its length, and the mean normal along it, times that. */
 struct round {
@@ -294,8 +247,14 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
         chains.end = shell->edges[chains.edge[k / 2]].end[k % 2];
         boxes_visit(boxes, &box[k], link_chains, &chains);
     }
-    if (status == STATUS_OK)
-        find_open_ends(shell, &chains, boxes);
+    for (size_t e = 0; e < shell->edge_count && status == STATUS_OK; e++) {
+        struct corner corner = {&chains, &shell->edges[e], 0};
+        for (; corner.joint->mate != EDGE_FREE && corner.end < 2; corner.end++) {
+            struct vec3 r = corner.joint->end[corner.end];
+            struct box at = box_round(r, r, 0);
+            boxes_visit(boxes, &at, open_end, &corner);
+        }
+    }
     for (size_t k = 0; k < count && status == STATUS_OK; k++)
         add_to_round(shell, &shell->edges[chains.edge[k]],
                      &rounds[root_of_chain(&chains, (int32_t)k)]);
@@ -402,13 +361,28 @@ static enum status make_shell(const struct shell_patch *patches, size_t count, d
     made->face_count = count;
     made->lenient = lenient;
     for (size_t k = 0; k < count; k++) {
-        enum status status = make_shell_face(&patches[k], arena, &made->faces[k]);
+        const struct surface *surface = patches[k].surface;
+        struct face *face = &made->faces[k];
+        struct vec3 low, high;
+        enum status status = STATUS_OK;
+        if (patches[k].loop_count > 0)
+            status =
+                trim_make(surface, patches[k].loops, patches[k].loop_count, arena, &face->trim);
         if (status == STATUS_DEGENERATE_SURFACE)
             return shell_fail(fault, SHELL_NOTHING_LEFT, (int32_t)k);
         if (status != STATUS_OK)
             return status;
+        face->plain = surface;
+        face->surface = *surface;
+        face->side = 1;
+        face->area = face->trim ? trim_area(face->trim, &face->centroid)
+                                : surface_area(surface, &face->centroid);
+        bounds_tight(&face->surface, &low, &high);
+        face->box = (struct box){low, high};
+        made->lower = k > 0 ? vec3_min(made->lower, low) : low;
+        made->upper = k > 0 ? vec3_max(made->upper, high) : high;
     }
-    find_shell_bounds(made);
+    made->size = vec3_distance(made->lower, made->upper);
     made->tolerance = tolerance == 0 ? SHELL_TOLERANCE * made->size : tolerance;
     if (!(made->tolerance > 0 && made->tolerance < made->size))
         return shell_fail(fault, SHELL_TOLERANCE_BAD, -1);

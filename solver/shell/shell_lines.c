@@ -103,11 +103,6 @@ static enum status alloc_line(struct shell_line *line, size_t pieces, struct are
     return line->uv && line->r ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
-static void set_line_ends(const struct ends *ends, size_t number, struct shell_line *line) {
-    line->r[0] = ends->at[2 * number];
-    line->r[line->count - 1] = ends->at[2 * number + 1];
-}
-
 /* An edge that is one point. */
 static enum status make_point(const struct ends *ends, size_t number, struct arena *arena,
                               struct shell_line *line) {
@@ -118,71 +113,37 @@ static enum status make_point(const struct ends *ends, size_t number, struct are
         struct curve_place place;
         edge_at_share(shell, edge, (double)k / PIECES_OF_POLE, &place);
         memcpy(line->uv[k], place.uv, sizeof *line->uv);
-        line->r[k] = ends->at[2 * number];
+        line->r[k] = ends->at[2 * number + (k + 1 == line->count)];
     }
-    if (status == STATUS_OK)
-        set_line_ends(ends, number, line);
     return status;
 }
 
+/* The line of an edge; on the other side of a joint, that of whose first is `first`, else NULL, it
+ * has the points of that, with parameters of its own. */
 static enum status make_line(const struct ends *ends, const struct ruler *ruler, double size,
-                             struct arena *arena, struct shell_line *line) {
-    const struct shell *shell = ends->shell;
-    size_t number = (size_t)ruler->segments[0].edge;
-    const struct face_curve *curve = &shell->curves[shell->edges[number].curve];
-    double pieces = fmax(ruler->at[ruler->count] / size * (1 - 1e-9), ruler->turn / turn_most);
-    enum status status = alloc_line(line, (size_t)fmax(ceil(pieces), 1), arena);
-    for (size_t k = 0; status == STATUS_OK && k < line->count; k++) {
-        struct curve_place place;
-        curve_at(shell, curve, ruler_parameter(ruler, (double)k / (double)(line->count - 1)),
-                 &place);
-        memcpy(line->uv[k], place.uv, sizeof *line->uv);
-        line->r[k] = place.r;
-    }
-    if (status == STATUS_OK)
-        set_line_ends(ends, number, line);
-    return status;
-}
-
-/* The other side of a joint: the points of the first, with parameters of its own. */
-static enum status make_mate(const struct ends *ends, const struct ruler *ruler,
                              const struct shell_line *first, struct arena *arena,
                              struct shell_line *line) {
     const struct shell *shell = ends->shell;
-    const struct face_edge *edge = &shell->edges[ruler->segments[0].edge];
-    enum status status = alloc_line(line, first->count - 1, arena);
-    for (size_t k = 0; status == STATUS_OK && k < line->count; k++) {
+    size_t number = (size_t)ruler->segments[0].edge;
+    const struct face_edge *edge = &shell->edges[number];
+    const struct face_curve *curve = &shell->curves[edge->curve];
+    double pieces = fmax(ruler->at[ruler->count] / size * (1 - 1e-9), ruler->turn / turn_most);
+    size_t last = first ? first->count - 1 : (size_t)fmax(ceil(pieces), 1);
+    enum status status = alloc_line(line, last, arena);
+    for (size_t k = 0; status == STATUS_OK && k <= last; k++) {
         struct curve_place place;
-        double share = (double)k / (double)(line->count - 1);
-        line->r[k] = first->r[edge->reversed ? line->count - 1 - k : k];
-        bool end = k == 0 || k + 1 == line->count;
-        double from = ruler_parameter(ruler, share);
-        if (end)
-            curve_at(shell, &shell->curves[edge->curve], from, &place);
+        double from = ruler_parameter(ruler, (double)k / (double)last);
+        if (first)
+            line->r[k] = first->r[edge->reversed ? last - k : k];
+        if (first && k > 0 && k < last)
+            (void)curve_nearest(shell, curve, line->r[k], from, edge->t, &place);
         else
-            (void)curve_nearest(shell, &shell->curves[edge->curve], line->r[k], from, edge->t,
-                                &place);
+            curve_at(shell, curve, from, &place);
         memcpy(line->uv[k], place.uv, sizeof *line->uv);
-    }
-    return status;
-}
-
-/* The lines of one face, in the order of its segments. */
-static enum status add_face_lines(const struct ends *ends, const struct face *face, double size,
-                                  struct arena *arena, struct shell_line *lines) {
-    enum status status = STATUS_OK;
-    for (uint32_t s = 0; s < face->segment_count && status == STATUS_OK;) {
-        struct ruler ruler = {.segments = face->segments + s};
-        int32_t number = face->segments[s].edge;
-        for (; s < face->segment_count && face->segments[s].edge == number; s++)
-            ruler.count++;
-        const struct face_edge *edge = &ends->shell->edges[number];
-        bool second = edge->mate != EDGE_FREE && lines[edge->mate].count > 0;
-        status = measure_ruler(ends->shell, arena, &ruler);
-        if (status != STATUS_OK)
-            return status;
-        status = second ? make_mate(ends, &ruler, &lines[edge->mate], arena, &lines[number])
-                        : make_line(ends, &ruler, size, arena, &lines[number]);
+        if (!first)
+            line->r[k] = k == 0      ? ends->at[2 * number]
+                         : k == last ? ends->at[2 * number + 1]
+                                     : place.r;
     }
     return status;
 }
@@ -192,9 +153,23 @@ enum status shell_lines(const struct shell *shell, int32_t component, double siz
     struct ends ends;
     struct shell_line *made = arena_alloc(arena, shell->edge_count, sizeof *made);
     enum status status = made ? gather_ends(shell, arena, &ends) : STATUS_OUT_OF_MEMORY;
-    for (size_t k = 0; k < shell->face_count && status == STATUS_OK; k++)
-        if (shell->faces[k].component == component && !shell->faces[k].duplicate)
-            status = add_face_lines(&ends, &shell->faces[k], size, arena, made);
+    for (size_t k = 0; k < shell->face_count && status == STATUS_OK; k++) {
+        const struct face *face = &shell->faces[k];
+        if (face->component != component || face->duplicate)
+            continue;
+        /* in the order of the face's segments */
+        for (uint32_t s = 0; s < face->segment_count && status == STATUS_OK;) {
+            struct ruler ruler = {.segments = face->segments + s};
+            int32_t number = face->segments[s].edge, mate = shell->edges[number].mate;
+            for (; s < face->segment_count && face->segments[s].edge == number; s++)
+                ruler.count++;
+            const struct shell_line *first =
+                mate != EDGE_FREE && made[mate].count > 0 ? &made[mate] : NULL;
+            status = measure_ruler(shell, arena, &ruler);
+            if (status == STATUS_OK)
+                status = make_line(&ends, &ruler, size, first, arena, &made[number]);
+        }
+    }
     for (size_t e = 0; e < shell->edge_count && status == STATUS_OK; e++) {
         const struct face_edge *edge = &shell->edges[e];
         const struct face *face = &shell->faces[edge_face(shell, e)];

@@ -50,23 +50,6 @@ static void extend(struct shell_slit *slit, double beyond, bool behind) {
         behind ? (struct ribbon){end, far, {left, left}} : (struct ribbon){far, end, {left, left}};
 }
 
-static void add_slit_piece(struct shell_slit *slit, const struct shell *shell,
-                           const struct shell_slit_piece *piece) {
-    const struct surface *surface = shell_surface(shell, piece->face);
-    struct surface_cursor cursor = {0};
-    struct surface_jet jet, next;
-    surface_jet_at(surface, &cursor, piece->uv[0][0], piece->uv[0][1], &jet);
-    if (slit->count > 0) /* over a hole, or the gap of a joint */
-        add_ribbon(slit, slit->ribbons[slit->count - 1].to, jet.r,
-                   vec3_scale(surface->side, vec3_cross(jet.u, jet.v)));
-    for (size_t k = 1; k < piece->count; k++, jet = next) {
-        surface_jet_at(surface, &cursor, piece->uv[k][0], piece->uv[k][1], &next);
-        struct vec3 normal =
-            vec3_add(vec3_unit(vec3_cross(jet.u, jet.v)), vec3_unit(vec3_cross(next.u, next.v)));
-        add_ribbon(slit, jet.r, next.r, vec3_scale(surface->side, normal));
-    }
-}
-
 enum status shell_slit_make(const struct shell *shell, const struct shell_slit_piece *pieces,
                             size_t count, double beyond, double reach, struct arena *arena,
                             struct shell_slit **made) {
@@ -80,8 +63,22 @@ enum status shell_slit_make(const struct shell *shell, const struct shell_slit_p
         return STATUS_OUT_OF_MEMORY;
     *slit = (struct shell_slit){
         .pieces = pieces, .piece_count = count, .ribbons = ribbons, .reach = 2 * reach};
-    for (size_t k = 0; k < count; k++)
-        add_slit_piece(slit, shell, &pieces[k]);
+    for (size_t p = 0; p < count; p++) {
+        const struct shell_slit_piece *piece = &pieces[p];
+        const struct surface *surface = shell_surface(shell, piece->face);
+        struct surface_cursor cursor = {0};
+        struct surface_jet jet, next;
+        surface_jet_at(surface, &cursor, piece->uv[0][0], piece->uv[0][1], &jet);
+        if (slit->count > 0) /* over a hole, or the gap of a joint */
+            add_ribbon(slit, ribbons[slit->count - 1].to, jet.r,
+                       vec3_scale(surface->side, vec3_cross(jet.u, jet.v)));
+        for (size_t k = 1; k < piece->count; k++, jet = next) {
+            surface_jet_at(surface, &cursor, piece->uv[k][0], piece->uv[k][1], &next);
+            struct vec3 normal = vec3_add(vec3_unit(vec3_cross(jet.u, jet.v)),
+                                          vec3_unit(vec3_cross(next.u, next.v)));
+            add_ribbon(slit, jet.r, next.r, vec3_scale(surface->side, normal));
+        }
+    }
     if (slit->count > 0) {
         extend(slit, beyond, true);
         extend(slit, beyond, false);
