@@ -38,20 +38,6 @@ void net_free(struct net *net) {
     arena_rewind(arena, empty);
 }
 
-static bool grow_table(struct net_table *table) {
-    struct net_table old = *table;
-    table->slot_count *= 2;
-    table->slots = arena_alloc(table->arena, table->slot_count, sizeof *table->slots);
-    if (!table->slots) {
-        *table = old;
-        return false;
-    }
-    for (size_t k = 0; k < old.slot_count; k++)
-        if (old.slots[k])
-            *probe(table, old.slots[k]->ti, old.slots[k]->tj) = old.slots[k];
-    return true;
-}
-
 struct net_tile *net_seek(struct net_table *table, int32_t ti, int32_t tj) {
     struct net_tile *tile = *probe(table, ti, tj);
     if (tile)
@@ -65,8 +51,18 @@ struct net_tile *net_touch(struct net *net, int32_t i, int32_t j) {
     struct net_tile *tile = net_find_tile(table, ti, tj);
     if (tile)
         return tile;
-    if (table->tile_count * 2 >= table->slot_count && !grow_table(table))
-        return NULL;
+    if (table->tile_count * 2 >= table->slot_count) { /* it grows */
+        struct net_table old = *table;
+        table->slot_count *= 2;
+        table->slots = arena_alloc(table->arena, table->slot_count, sizeof *table->slots);
+        if (!table->slots) {
+            *table = old;
+            return NULL;
+        }
+        for (size_t k = 0; k < old.slot_count; k++)
+            if (old.slots[k])
+                *probe(table, old.slots[k]->ti, old.slots[k]->tj) = old.slots[k];
+    }
     tile = arena_alloc(table->arena, 1, sizeof *tile);
     if (!tile)
         return NULL;

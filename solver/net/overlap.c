@@ -69,11 +69,6 @@ static void stretch_box(struct overlap_box *box, struct vec3 r, double by) {
     }
 }
 
-static bool box_contains(const struct overlap_box *box, struct vec3 r) {
-    return r.x >= box->low[0] && r.x <= box->high[0] && r.y >= box->low[1] && r.y <= box->high[1] &&
-           r.z >= box->low[2] && r.z <= box->high[2];
-}
-
 static const struct overlap_shape unknown_shape = {HUGE_VAL, 0};
 static const struct overlap_box nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
                                            {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
@@ -318,21 +313,9 @@ static bool has_all_nodes(const struct overlap *overlap, const struct overlap_pa
     return true;
 }
 
-/* Whether nodes of the patch may lie on another part of the net: not if those near it in space are
- * near in the net, too, which is even there, or lie apart from it. A net that lacks nodes is not
- * taken to be even. */
-static bool is_suspect(struct look *look) {
-    struct overlap *overlap = look->overlap;
-    const struct overlap_patch *patch = look->patch;
-    if (look->away <= EVEN_MOST && is_evenly_bent(overlap, patch, look->away) &&
-        (!look->all || has_all_nodes(overlap, patch, look->away)))
-        return false;
-    struct net_window window = net_window(overlap->net, patch->tile->ti, patch->tile->tj);
-    separation_points(&window, patch_column(patch), patch_row(patch), &look->points);
-    return look_round_patch(look, may_meet);
-}
-
-/* Those patches of a tile that are suspected, as bits; `near`: of those that others are near. */
+/* Those patches of a tile whose nodes may lie on another part of the net, as bits: not those whose
+ * neighbours in space are near in the net, too, which is even there, or lie apart from them. `all`:
+ * a net that lacks nodes is not taken to be even; `near`: of those alone that others are near. */
 static unsigned find_suspects(struct overlap *overlap, const struct net_tile *tile, bool all,
                               bool near) {
     unsigned suspects = 0;
@@ -344,7 +327,13 @@ static unsigned find_suspects(struct overlap *overlap, const struct net_tile *ti
             continue;
         struct look look = {.overlap = overlap, .patch = patch, .all = all, .away = 1};
         (void)look_round_patch(&look, note_away);
-        if ((look.away > 1 || !near) && is_suspect(&look))
+        if ((near && look.away <= 1) ||
+            (look.away <= EVEN_MOST && is_evenly_bent(overlap, patch, look.away) &&
+             (!all || has_all_nodes(overlap, patch, look.away))))
+            continue;
+        struct net_window window = net_window(overlap->net, tile->ti, tile->tj);
+        separation_points(&window, patch_column(patch), patch_row(patch), &look.points);
+        if (look_round_patch(&look, may_meet))
             suspects |= 1u << at;
     }
     return suspects;
@@ -429,9 +418,11 @@ struct visitor {
     bool turned;        /* its own cell is turned over, or not whole: neighbours are asked, too */
 };
 
-/* Whether the point lies well inside the cell from a node on: in the coordinates of its mean yarns
- * about its middle, on the same sheet. */
-static bool lies_within_cell(const struct visitor *v, const struct target *at) {
+/* Whether the point lies well inside the cell (i, j), unless that is one of the visitor's own: in
+ * the coordinates of its mean yarns about its middle, on the same sheet. */
+static bool lies_on_cell(const struct visitor *v, const struct target *at, int32_t i, int32_t j) {
+    if (v->i - i >= 0 && v->i - i <= v->own && v->j - j >= 0 && v->j - j <= v->own)
+        return false;
     const struct net_node *node[4];
     for (int k = 0; k < 4; k++) {
         node[k] = place_beside(v->overlap->net, at, k & 1, k / 2);
@@ -449,13 +440,7 @@ static bool lies_within_cell(const struct visitor *v, const struct target *at) {
         return false;
     double x = vec3_dot(vec3_cross(offset, b), across) / area2;
     double y = vec3_dot(vec3_cross(a, offset), across) / area2;
-    return fabs(x) < 0.5 - well_inside && fabs(y) < 0.5 - well_inside;
-}
-
-/* The same for the cell (i, j), unless it is one of the visitor's own. */
-static bool lies_on_cell(const struct visitor *v, const struct target *at, int32_t i, int32_t j) {
-    bool own = v->i - i >= 0 && v->i - i <= v->own && v->j - j >= 0 && v->j - j <= v->own;
-    if (own || !lies_within_cell(v, at))
+    if (!(fabs(x) < 0.5 - well_inside && fabs(y) < 0.5 - well_inside))
         return false;
     v->cell[0] = i;
     v->cell[1] = j;
@@ -507,7 +492,9 @@ static bool meets_any_patch(const struct visitor *v) {
     for (; site != OVERLAP_NONE; site = patches->sites[site].next) {
         int32_t number = patches->sites[site].patch;
         const struct overlap_patch *patch = &patches->patch[number];
-        if (!box_contains(&patch->box, r))
+        const double *low = patch->box.low, *high = patch->box.high;
+        if (!(r.x >= low[0] && r.x <= high[0] && r.y >= low[1] && r.y <= high[1] && r.z >= low[2] &&
+              r.z <= high[2]))
             continue;
         const struct separation_frame *frame =
             v->framed ? separation_frame_of(v->overlap, number) : NULL;
@@ -559,24 +546,20 @@ static bool cell_faces(struct net *net, int32_t i, int32_t j, struct vec3 normal
     return vec3_dot(vec3_cross(up, across), normal) > 0;
 }
 
-/* Whether the cells from the nodes of a patch on are whole, and turn so little from one to the next
- * that all face one way. */
-static bool cells_face_alike(const struct net_window *window, int x, int y, double d) {
-    const unsigned all = (2u << PATCH) - 1;
-    for (int row = y; row <= y + PATCH; row++)
-        if ((~net_window_row(window, NET_BIT_INSIDE, row) >> (NET_TILE + x) & all) != 0)
-            return false;
-    struct overlap_shape shape = find_shape(window, x, y);
-    double most = d / (2 * PATCH);
-    return shape.bend2 < most * most * shape.sine2;
-}
-
 bool overlap_turns_over(struct net *net, const struct net_tile *tile, const double spacing[2],
                         struct overlap_normals normals) {
+    const unsigned all = (2u << PATCH) - 1;
+    double most = fmin(spacing[0], spacing[1]) / (2 * PATCH);
     struct net_window window = net_window(net, tile->ti, tile->tj);
     for (int at = 0; at < PATCHES * PATCHES; at++) {
         int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
-        bool alike = cells_face_alike(&window, x, y, fmin(spacing[0], spacing[1]));
+        /* Cells that are whole, and turn so little from one to the next, all face one way. */
+        bool alike = true;
+        for (int row = y; row <= y + PATCH; row++)
+            alike =
+                alike && !(~net_window_row(&window, NET_BIT_INSIDE, row) >> (NET_TILE + x) & all);
+        struct overlap_shape shape = alike ? find_shape(&window, x, y) : unknown_shape;
+        alike = shape.bend2 < most * most * shape.sine2;
         for (int k = 0; k < (alike ? 1 : PATCH * PATCH); k++) {
             int column = x + k % PATCH, row = y + k / PATCH;
             const struct net_node *node = &tile->node[row][column];

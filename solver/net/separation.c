@@ -57,19 +57,6 @@ static void stretch_range(struct separation_range *range, double value) {
     range->high = value > range->high ? value : range->high;
 }
 
-/* The means over the nodes. */
-static void find_ways(const struct yarns *yarns, int count, struct vec3 way[SEPARATION_WAYS]) {
-    struct vec3 up = vec3_make(0, 0, 0), down = up;
-    for (int k = 0; k < 2; k++)
-        for (int n = 0; n < count; n++)
-            way[k] = vec3_axpy(1.0 / count, dual(&yarns[n], k), way[k]);
-    for (int n = 0; n < count; n++) {
-        up = vec3_add(up, vec3_add(yarns[n].a, yarns[n].b));
-        down = vec3_add(down, vec3_sub(yarns[n].a, yarns[n].b));
-    }
-    way[2] = vec3_norm2(up) > vec3_norm2(down) ? up : down;
-}
-
 void separation_frame(const struct net_window *window, int x, int y,
                       struct separation_frame *frame) {
     const struct net_tile *tile = window->tile[1][1];
@@ -87,7 +74,15 @@ void separation_frame(const struct net_window *window, int x, int y,
     }
     if (!frame->known)
         return;
-    find_ways(yarns, count, frame->way);
+    /* the means over the nodes */
+    struct vec3 up = vec3_make(0, 0, 0), down = up;
+    for (int n = 0; n < count; n++) {
+        for (int k = 0; k < 2; k++)
+            frame->way[k] = vec3_axpy(1.0 / count, dual(&yarns[n], k), frame->way[k]);
+        up = vec3_add(up, vec3_add(yarns[n].a, yarns[n].b));
+        down = vec3_add(down, vec3_sub(yarns[n].a, yarns[n].b));
+    }
+    frame->way[2] = vec3_norm2(up) > vec3_norm2(down) ? up : down;
     for (int k = 0; k < SEPARATION_WAYS; k++) {
         frame->cells[k] = nothing;
         for (int n = 0; n < count; n++) { /* by the cells round each node */
