@@ -397,25 +397,20 @@ static bool nudge(struct path *g, double length) {
     return true;
 }
 
-/* The length of the path with the chord d from here, to fourth order: with the curvature k of the
- * path in space, d (1 + (k d)^2 / 24). */
-static double length_of_chord(const struct path *g, double d) {
-    struct path_footing at = path_footing_of(g);
-    const vec4 slope = at.state[1];
-    struct vec3 bend = vec3_make(0, 0, 0);
-    if (g->kind == PATH_GEODESIC)
-        bend = vec3_axpy(slope[3], at.jet.v,
-                         vec3_axpy(slope[2], at.jet.u, jet_bend(&at.jet, g->velocity)));
-    return d * (1 + fmin(vec3_norm2(bend) * d * d / 24, 0.1));
-}
-
 bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double d) {
     struct surface_point from, to;
     struct vec3 tangent;
     struct path ahead = *path;
     if (!path_surface_point(path, cursor, &from, NULL))
         return false;
-    double length = length_of_chord(path, d), correction = HUGE_VAL;
+    /* The length with the chord d, to fourth order: with the curvature k of the path in space,
+     * d (1 + (k d)^2 / 24). */
+    struct path_footing at = path_footing_of(path);
+    struct vec3 bend = vec3_make(0, 0, 0);
+    if (path->kind == PATH_GEODESIC)
+        bend = vec3_axpy(at.state[1][3], at.jet.v,
+                         vec3_axpy(at.state[1][2], at.jet.u, jet_bend(&at.jet, path->velocity)));
+    double length = d * (1 + fmin(vec3_norm2(bend) * d * d / 24, 0.1)), correction = HUGE_VAL;
     double enough = chord_tolerance * d + chord_rounding * path->surface->magnitude;
     const struct shell *shell = path->surface->shell;
     double jump = shell ? 2 * shell_edges(shell).largest_gap : 0;

@@ -70,37 +70,32 @@ static struct sums line_sums(struct contour *c, double u, double v) {
 
 /* ---- curves ---- */
 
-/* A knot span of a curve, or a segment of a polyline, whose parameter is t in from..to. */
-struct span {
-    const struct trim_curve *curve;
-    size_t at;
-    double from, to;
-};
-
 static int surface_span(const struct contour *c, int direction, double x) {
     const struct surface_axis *axis = &c->surface->axis[direction];
     double inside = fmin(fmax(x, c->low[direction]), c->high[direction]);
     return surface_axis_span(axis, 0, surface_axis_inner(axis, inside));
 }
 
-/* Adds the integral of F dv along a span: halves it once, and further towards where it crosses a
- * knot of the surface. */
-static void integrate_span(struct contour *c, const struct span *span, struct sums *sums) {
+/* Adds the integral of F dv along a knot span of a curve, or a segment of a polyline, whose
+ * parameter is in from..to: halves it once, and further towards where it crosses a knot of the
+ * surface. */
+static void integrate_span(struct contour *c, const struct trim_curve *curve, size_t at,
+                           double from, double to, struct sums *sums) {
     struct piece {
         double from, to;
         int depth;
-    } stack[HALVINGS + 2] = {{span->from, span->to, 0}};
+    } stack[HALVINGS + 2] = {{from, to, 0}};
     int top = 0;
     while (top >= 0 && c->work < work_most) {
         struct piece piece = stack[top--];
         double a[2], b[2], middle = (piece.from + piece.to) / 2;
-        trim_curve_in_span(span->curve, span->at, piece.from, a, NULL);
-        trim_curve_in_span(span->curve, span->at, piece.to, b, NULL);
+        trim_curve_in_span(curve, at, piece.from, a, NULL);
+        trim_curve_in_span(curve, at, piece.to, b, NULL);
         look_at(c, a);
         look_at(c, b);
         bool whole = surface_span(c, 0, a[0]) == surface_span(c, 0, b[0]) &&
                      surface_span(c, 1, a[1]) == surface_span(c, 1, b[1]);
-        if (piece.depth < (whole ? span->curve->degree > 1 : HALVINGS)) {
+        if (piece.depth < (whole ? curve->degree > 1 : HALVINGS)) {
             stack[++top] = (struct piece){middle, piece.to, piece.depth + 1};
             stack[++top] = (struct piece){piece.from, middle, piece.depth + 1};
             continue;
@@ -108,7 +103,7 @@ static void integrate_span(struct contour *c, const struct span *span, struct su
         for (int k = 0; k < c->rule.count; k++) {
             double uv[2], slope[2], length = piece.to - piece.from;
             double t = (piece.from + piece.to + length * c->rule.node[k]) / 2;
-            trim_curve_in_span(span->curve, span->at, t, uv, slope);
+            trim_curve_in_span(curve, at, t, uv, slope);
             look_at(c, uv);
             if (slope[1] == 0)
                 continue;
@@ -122,12 +117,12 @@ static void integrate_span(struct contour *c, const struct span *span, struct su
 static void integrate_curve(struct contour *c, const struct trim_curve *curve, struct sums *sums) {
     if (!curve->knots) {
         for (size_t k = 0; k + 1 < curve->count; k++)
-            integrate_span(c, &(struct span){curve, k, 0, 1}, sums);
+            integrate_span(c, curve, k, 0, 1, sums);
         return;
     }
     for (size_t k = (size_t)curve->degree; k < curve->count; k++)
         if (curve->knots[k + 1] > curve->knots[k])
-            integrate_span(c, &(struct span){curve, k, curve->knots[k], curve->knots[k + 1]}, sums);
+            integrate_span(c, curve, k, curve->knots[k], curve->knots[k + 1], sums);
 }
 
 /* The inside of a loop, whichever way it runs. Curves that do not meet are joined straight. */
