@@ -25,24 +25,21 @@ static const double as_good = 1e-4;
 
 /* ---- what there is to search ---- */
 
-/* Warp and weft may change places where nothing tells them apart, and either may be reversed where
- * nothing has a side. */
-static double angle_period(const struct study_request *r) {
+struct optimise_shares optimise_shares(const struct api_study *study) {
+    const struct study_request *r = &study->request;
     const struct drape_settings *s = &r->drape.settings;
+    struct optimise_shares shares = {.coarseness = 1, .each = 1};
+    double nodes = study_nodes(study, 1), first = explored * (double)r->budget;
+    double range = r->angle.to - r->angle.from;
+    /* Warp and weft may change places where nothing tells them apart, and either may be reversed
+     * where nothing has a side. */
     bool sided = s->has_extent[0] || s->has_extent[1] ||
                  s->generator[0].kind != DRAPE_GENERATOR_GEODESIC ||
                  s->generator[1].kind != DRAPE_GENERATOR_GEODESIC;
     bool skew = s->pre_shear_deg != 0 || r->pre_shear.count > 0;
     bool alike = s->spacing[0] == s->spacing[1] && !skew && !(vec3_norm2(r->wanted) > 0) &&
                  r->drape.permeability.model != API_PERMEABILITY_KOZENY_CARMAN;
-    return sided ? 360 : alike ? 90 : 180;
-}
-
-struct optimise_shares optimise_shares(const struct api_study *study) {
-    const struct study_request *r = &study->request;
-    struct optimise_shares shares = {.coarseness = 1, .each = 1};
-    double nodes = study_nodes(study, 1), first = explored * (double)r->budget;
-    double period = angle_period(r), range = r->angle.to - r->angle.from;
+    double period = sided ? 360 : alike ? 90 : 180;
     if (nodes > nodes_fine)
         shares.coarseness = sqrt(nodes / nodes_coarse);
     if (r->angle.count > 0) {

@@ -4,35 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The component with the drape's own start, which is the largest where it has none; and its area.
- */
-static void find_component(const struct drape_settings *settings, struct study_part *part) {
-    const struct drape_part *g = &part->geometry;
-    struct part_point start = {.face = settings->start_face};
-    struct vec3 centroid;
-    double distance;
-    if (g->surface) {
-        part->area = g->trim ? trim_area(g->trim, &centroid) : surface_area(g->surface, NULL);
-        return;
-    }
-    size_t count = g->mesh ? g->mesh->component_count : shell_component_count(g->shell);
-    part->component = SHELL_ANY;
-    if (settings->start_kind == DRAPE_START_POINT)
-        study_part_nearest(part, settings->start_point, &start, &distance);
-    if (settings->start_kind != DRAPE_START_CENTROID)
-        part->component =
-            g->mesh ? g->mesh->component[start.face] : shell_component(g->shell, start.face);
-    for (size_t k = 0; k < count; k++) {
-        double own = g->mesh ? g->mesh->components[k].area : shell_area(g->shell, (int32_t)k, NULL);
-        if (settings->start_kind == DRAPE_START_CENTROID && (k == 0 || own > part->area)) {
-            part->component = (int32_t)k;
-            part->area = own;
-        } else if (part->component == (int32_t)k) {
-            part->area = own;
-        }
-    }
-}
-
 enum api_problem_id study_part_make(struct study_request *request, const struct api_limits *limits,
                                     struct arena *arena, struct study_part *part,
                                     struct api_problem *problem) {
@@ -48,7 +19,31 @@ enum api_problem_id study_part_make(struct study_request *request, const struct 
     }
     *part = (struct study_part){.geometry = made.part, .shell = made.shell};
     settings->start_face = made.shell.start_face;
-    find_component(settings, part);
+    const struct drape_part *g = &part->geometry;
+    if (g->surface) {
+        struct vec3 centroid;
+        part->area = g->trim ? trim_area(g->trim, &centroid) : surface_area(g->surface, NULL);
+        return API_OK;
+    }
+    /* The component with the drape's own start, which is the largest where it has none. */
+    bool largest = settings->start_kind == DRAPE_START_CENTROID;
+    size_t count = g->mesh ? g->mesh->component_count : shell_component_count(g->shell);
+    struct part_point start = {.face = settings->start_face};
+    double distance;
+    part->component = SHELL_ANY;
+    if (settings->start_kind == DRAPE_START_POINT)
+        study_part_nearest(part, settings->start_point, &start, &distance);
+    if (!largest)
+        part->component =
+            g->mesh ? g->mesh->component[start.face] : shell_component(g->shell, start.face);
+    for (size_t k = 0; k < count; k++) {
+        double area =
+            g->mesh ? g->mesh->components[k].area : shell_area(g->shell, (int32_t)k, NULL);
+        if (largest ? k == 0 || area > part->area : part->component == (int32_t)k) {
+            part->component = (int32_t)k;
+            part->area = area;
+        }
+    }
     return API_OK;
 }
 

@@ -370,35 +370,6 @@ static void write_starts(struct api_text *text, const struct study_request *r) {
     api_text_raw(text, "}");
 }
 
-static void write_wishes(struct api_text *text, const struct study_request *r) {
-    bool first = true;
-    api_text_key(text, "objectives");
-    api_text_raw(text, "[");
-    for (int k = 0; k < QUANTITY_COUNT; k++) {
-        if (!r->objective[k])
-            continue;
-        api_text_raw(text, first ? "" : ",");
-        api_text_string(text, quantities[k].name);
-        first = false;
-    }
-    api_text_raw(text, "]");
-    api_text_key_object(text, "limits");
-    for (int k = 0; k < QUANTITY_COUNT; k++) {
-        const struct study_limit *limit = &r->limit[k];
-        if (!limit->has_min && !limit->has_max)
-            continue;
-        api_text_key_object(text, quantities[k].name);
-        if (limit->has_min)
-            api_text_key_number(text, "min", limit->min);
-        if (limit->has_max)
-            api_text_key_number(text, "max", limit->max);
-        api_text_raw(text, "}");
-    }
-    api_text_raw(text, "}");
-    if (vec3_norm2(r->wanted) > 0)
-        api_text_key_numbers(text, "wanted_direction", &r->wanted.x, 3);
-}
-
 /* The study with `drape`, a JSON value, for its drape. */
 static const char *write_study(const struct study_request *r, const char *drape,
                                struct arena *arena) {
@@ -410,7 +381,32 @@ static const char *write_study(const struct study_request *r, const char *drape,
     write_angles(&text, "angle_deg", &r->angle);
     write_angles(&text, "pre_shear_deg", &r->pre_shear);
     api_text_raw(&text, "}");
-    write_wishes(&text, r);
+    bool first = true;
+    api_text_key(&text, "objectives");
+    api_text_raw(&text, "[");
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        if (!r->objective[k])
+            continue;
+        api_text_raw(&text, first ? "" : ",");
+        api_text_string(&text, quantities[k].name);
+        first = false;
+    }
+    api_text_raw(&text, "]");
+    api_text_key_object(&text, "limits");
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        const struct study_limit *limit = &r->limit[k];
+        if (!limit->has_min && !limit->has_max)
+            continue;
+        api_text_key_object(&text, quantities[k].name);
+        if (limit->has_min)
+            api_text_key_number(&text, "min", limit->min);
+        if (limit->has_max)
+            api_text_key_number(&text, "max", limit->max);
+        api_text_raw(&text, "}");
+    }
+    api_text_raw(&text, "}");
+    if (vec3_norm2(r->wanted) > 0)
+        api_text_key_numbers(&text, "wanted_direction", &r->wanted.x, 3);
     if (r->sample > 0) {
         api_text_key_integer(&text, "sample", (int64_t)r->sample);
         api_text_key_integer(&text, "seed", r->seed);

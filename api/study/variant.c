@@ -135,32 +135,6 @@ static double fraction_range(const struct api_request *request,
     return fmin(fmax(range, 0), quantities[QUANTITY_FRACTION_RANGE].most);
 }
 
-static void judge_drape(const struct api_study *study, const struct drape_settings *settings,
-                        const struct drape_result *result, struct study_row *row) {
-    const struct api_request *request = &study->request.drape;
-    const struct drape_summary *s = &result->summary;
-    const struct drape_statistics *statistics = settings->statistics;
-    const double *low = statistics->lower, *high = statistics->upper;
-    double width = (high[0] - low[0]) * settings->spacing[0], *q = row->quantity;
-    memcpy(row->most, statistics->most, sizeof row->most);
-    q[QUANTITY_MAX_SHEAR] = s->max_shear_deg;
-    q[QUANTITY_P95_SHEAR] = s->p95_shear_deg;
-    q[QUANTITY_MEAN_SHEAR] = s->mean_shear_deg;
-    q[QUANTITY_CLOTH_COVERAGE] = s->cloth_coverage;
-    q[QUANTITY_UNCOVERED_AREA] = fmax(s->part_area * (1 - s->cloth_coverage), 0);
-    /* a rectangle round the flat pattern, along the yarns, less the pattern */
-    q[QUANTITY_WASTE_AREA] =
-        fmax(width * (high[1] - low[1]) * settings->spacing[1] - s->flat_area, 0);
-    if (study_judges(&study->request, QUANTITY_LOCKED_AREA))
-        q[QUANTITY_LOCKED_AREA] = area_beyond(statistics, request->fabric.locking_angle_deg);
-    if (study_judges(&study->request, QUANTITY_ANGLE_DEVIATION))
-        q[QUANTITY_ANGLE_DEVIATION] = statistics->wanted_deg;
-    if (study_judges(&study->request, QUANTITY_FRACTION_RANGE))
-        q[QUANTITY_FRACTION_RANGE] = fraction_range(request, statistics, s->max_shear_deg);
-    if (study->k1)
-        q[QUANTITY_K1_RATIO] = k1_quantile(study->k1, statistics);
-}
-
 /* ---- one drape ---- */
 
 static const enum failure failures[] = {
@@ -231,8 +205,29 @@ enum status study_variant_drape(const struct api_study *study, const struct stud
         row->variant.start = study_start_of(&result);
     if (status == STATUS_OK)
         study_note_direction(study, &settings, &result, &row->variant);
-    if (row->failure == FAILURE_NONE)
-        judge_drape(study, &settings, &result, row);
+    if (row->failure == FAILURE_NONE) {
+        const struct api_request *drape = &study->request.drape;
+        const struct drape_summary *s = &result.summary;
+        const double *low = statistics.lower, *high = statistics.upper;
+        double width = (high[0] - low[0]) * settings.spacing[0], *q = row->quantity;
+        memcpy(row->most, statistics.most, sizeof row->most);
+        q[QUANTITY_MAX_SHEAR] = s->max_shear_deg;
+        q[QUANTITY_P95_SHEAR] = s->p95_shear_deg;
+        q[QUANTITY_MEAN_SHEAR] = s->mean_shear_deg;
+        q[QUANTITY_CLOTH_COVERAGE] = s->cloth_coverage;
+        q[QUANTITY_UNCOVERED_AREA] = fmax(s->part_area * (1 - s->cloth_coverage), 0);
+        /* a rectangle round the flat pattern, along the yarns, less the pattern */
+        q[QUANTITY_WASTE_AREA] =
+            fmax(width * (high[1] - low[1]) * settings.spacing[1] - s->flat_area, 0);
+        if (study_judges(&study->request, QUANTITY_LOCKED_AREA))
+            q[QUANTITY_LOCKED_AREA] = area_beyond(&statistics, drape->fabric.locking_angle_deg);
+        if (study_judges(&study->request, QUANTITY_ANGLE_DEVIATION))
+            q[QUANTITY_ANGLE_DEVIATION] = statistics.wanted_deg;
+        if (study_judges(&study->request, QUANTITY_FRACTION_RANGE))
+            q[QUANTITY_FRACTION_RANGE] = fraction_range(drape, &statistics, s->max_shear_deg);
+        if (study->k1)
+            q[QUANTITY_K1_RATIO] = k1_quantile(study->k1, &statistics);
+    }
     arena_rewind(arena, mark);
     return status == STATUS_CANCELLED ? status : STATUS_OK;
 }
