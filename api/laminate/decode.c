@@ -96,29 +96,6 @@ static void decode_laminate_ply(const struct json_value *json, const struct api_
 
 /* ---- the stack ---- */
 
-static void decode_stack_cavity(const struct json_value *json, struct stack_cavity *cavity) {
-    static const char *const keys[] = {"pressure", "height", NULL};
-    static const char *const names[] = {"flexible"};
-    struct json_value pressure = value_member(json, "pressure");
-    struct json_value height = value_member(json, "height");
-    int index;
-    if (value_type(json) == VALUE_STRING) {
-        value_choice(json, names, 1, &index);
-        return;
-    }
-    if (!value_object(json, keys))
-        return;
-    if (value_given(&pressure) == value_given(&height)) {
-        value_fault(json, "must be \"flexible\", or have either \"pressure\" or \"height\"");
-    } else if (value_given(&pressure)) {
-        cavity->kind = STACK_PRESSURE;
-        value_number(&pressure, pressures, &cavity->pressure);
-    } else {
-        cavity->kind = STACK_HEIGHT;
-        value_number(&height, decode_lengths, &cavity->height);
-    }
-}
-
 static void decode_plies(const struct json_value *list, const struct api_request *common,
                          struct laminate *laminate) {
     if (!value_array(list, 1))
@@ -165,7 +142,8 @@ enum api_problem_id laminate_decode(const struct api_input *input, const struct 
                                     struct api_problem *problem) {
     static const char *const keys[] = {"surface", "length_unit", "plies", "cavity",
                                        "offset",  "side",        NULL};
-    static const char *const offsets[] = {"none", "nominal"};
+    static const char *const offsets[] = {"none", "nominal"}, *const cavities[] = {"flexible"};
+    static const char *const cavity_keys[] = {"pressure", "height", NULL};
     struct json_tree tree;
     struct api_request common;
     int index = 0;
@@ -181,8 +159,23 @@ enum api_problem_id laminate_decode(const struct api_input *input, const struct 
         laminate->surface = common.surface;
         laminate->length_unit = common.length_unit;
         laminate->unit_of_surface = common.unit_of_surface;
-        if (value_given(&cavity))
-            decode_stack_cavity(&cavity, &laminate->cavity);
+        struct stack_cavity *own = &laminate->cavity;
+        struct json_value pressure = value_member(&cavity, "pressure");
+        struct json_value height = value_member(&cavity, "height");
+        if (value_type(&cavity) == VALUE_STRING) {
+            value_choice(&cavity, cavities, 1, &index);
+        } else if (value_given(&cavity) && value_object(&cavity, cavity_keys)) {
+            bool pressed = value_given(&pressure);
+            if (pressed == value_given(&height))
+                value_fault(&cavity,
+                            "must be \"flexible\", or have either \"pressure\" or \"height\"");
+            else
+                own->kind = pressed ? STACK_PRESSURE : STACK_HEIGHT;
+            if (own->kind == STACK_PRESSURE)
+                value_number(&pressure, pressures, &own->pressure);
+            else if (own->kind == STACK_HEIGHT)
+                value_number(&height, decode_lengths, &own->height);
+        }
         if (value_given(&offset) && value_choice(&offset, offsets, 2, &index))
             laminate->nominal = index == 1;
         if (laminate->nominal && laminate->surface.kind == API_SURFACE_MESH)

@@ -70,23 +70,6 @@ static bool add_stack_columns(struct mapping *m) {
 
 /* ---- one element ---- */
 
-/* Of plies that say nothing of a property, nothing can be said of the stack. */
-static void find_properties(struct mapping *m) {
-    const struct laminate *laminate = m->at.laminate;
-    m->thickness = m->fraction = m->permeability = true;
-    for (size_t k = 0; k < laminate->count; k++) {
-        const struct api_request *drape = &laminate->plies[k].drape;
-        m->thickness = m->thickness && drape->fabric.thickness > 0;
-        m->fraction = m->fraction && drape->fabric.fiber_volume_fraction > 0;
-        m->permeability = m->permeability && drape->permeability.model != API_PERMEABILITY_NONE;
-        m->table = m->table || drape->permeability.model == API_PERMEABILITY_TABLE;
-        m->locking = m->locking || drape->fabric.locking_angle_deg >= 0;
-        m->law = m->law || laminate->plies[k].law.a > 0;
-    }
-    m->permeability = m->permeability && m->thickness;
-    m->law = m->law && (laminate->cavity.kind != STACK_FLEXIBLE || cavity_given(m->at.target));
-}
-
 /* The plies at a element. */
 struct gathered {
     size_t count;
@@ -341,7 +324,19 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
     const struct stack_cavity *cavity = &laminate->cavity;
     memset(map, 0, sizeof *map);
     map->fields = map_target_fields(target, map->columns);
-    find_properties(&m);
+    /* Of plies that say nothing of a property, nothing can be said of the stack. */
+    m.thickness = m.fraction = m.permeability = true;
+    for (size_t k = 0; k < laminate->count; k++) {
+        const struct api_request *drape = &laminate->plies[k].drape;
+        m.thickness = m.thickness && drape->fabric.thickness > 0;
+        m.fraction = m.fraction && drape->fabric.fiber_volume_fraction > 0;
+        m.permeability = m.permeability && drape->permeability.model != API_PERMEABILITY_NONE;
+        m.table = m.table || drape->permeability.model == API_PERMEABILITY_TABLE;
+        m.locking = m.locking || drape->fabric.locking_angle_deg >= 0;
+        m.law = m.law || laminate->plies[k].law.a > 0;
+    }
+    m.permeability = m.permeability && m.thickness;
+    m.law = m.law && (cavity->kind != STACK_FLEXIBLE || cavity_given(target));
     if (cavity_given(target) && !m.thickness)
         return api_problem_set(problem, API_INVALID_REQUEST,
                                "heights of the cavity need the fabric.thickness of every ply");

@@ -159,13 +159,12 @@ static void svg_text(struct api_text *text, double x, double y, double size, con
 static void write_svg(const struct patterns *p, struct api_text *text) {
     double mm = p->laminate->length_unit->metres * 1000, letter = p->width * mm / 50;
     double width = p->length * mm, height = p->width * mm + 3 * letter;
-    char title[TEXT_MAX], size[TEXT_MAX];
-    (void)snprintf(size, sizeof size,
-                   "width=\"%.9gmm\" height=\"%.9gmm\" viewBox=\"0 0 %.9g %.9g\"", width, height,
-                   width, height);
-    api_text_raw(text, "<svg xmlns=\"http://www.w3.org/2000/svg\" ");
-    api_text_raw(text, size);
-    api_text_raw(text, ">\n<g fill=\"none\" stroke=\"black\" fill-rule=\"evenodd\" "
+    char title[TEXT_MAX];
+    api_text_format(text,
+                    "<svg xmlns=\"http://www.w3.org/2000/svg\" "
+                    "width=\"%.9gmm\" height=\"%.9gmm\" viewBox=\"0 0 %.9g %.9g\">\n",
+                    width, height, width, height);
+    api_text_raw(text, "<g fill=\"none\" stroke=\"black\" fill-rule=\"evenodd\" "
                        "vector-effect=\"non-scaling-stroke\" class=\"cut\">\n");
     for (size_t k = 0; k < p->placed_count; k++) {
         const struct placed *own = &p->placed[k];

@@ -87,7 +87,7 @@ static bool sample_net(struct ply_samples *m, size_t net, const struct map_net *
         sample->warp[1] = size > 0 ? y / size : 0;
         m->mirrored[own] = vec3_dot(vec3_cross(warp, weft), frame->normal) < 0;
         if (bounded_count)
-            region_coordinates(cloth->facets, &at, pq);
+            map_net_coordinates(cloth->facets, &at, pq);
         for (size_t k = 0; k < bounded_count; k++)
             bounded[k].inside[element] = region_contains(&bounded[k].region, pq);
     }

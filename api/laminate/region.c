@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "region.h"
 
+#include "api/map/net.h"
+
 #include <string.h>
 
 enum { STRIPS_MAX = 4096 };
@@ -8,15 +10,6 @@ enum { STRIPS_MAX = 4096 };
 /* Steps along a loop, in spacings; and how far apart the places of neighbouring points may be: so
  * often their distance and that to the cloth, and so many spacings more. */
 static const double step = 0.5, stretch = 4, slack = 2;
-
-void region_coordinates(const struct facets *facets, const struct facets_point *point,
-                        double pq[2]) {
-    static const double corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-    const int32_t *cell = facets->source.places[point->cell];
-    for (int k = 0; k < 2; k++)
-        pq[k] = cell[k] + point->weight[0] * 0.5 + point->weight[1] * corner[point->side & 3][k] +
-                point->weight[2] * corner[(point->side + 1) & 3][k];
-}
 
 /* ---- following loops ---- */
 
@@ -54,7 +47,7 @@ static bool trace_loop(struct loop_trace *trace, const struct laminate_loop *loo
             double share = (double)n / (double)pieces, *pq = trace->points[trace->count];
             *at = vec3_axpy(share, vec3_sub(b, a), a);
             facets_nearest(&trace->cloth, *at, &trace->point);
-            region_coordinates(trace->cloth.facets, &trace->point, pq);
+            map_net_coordinates(trace->cloth.facets, &trace->point, pq);
             double reach = length + away + trace->point.distance;
             away = trace->point.distance;
             trace->away = trace->point.outside ? trace->away : fmax(trace->away, away);

@@ -23,10 +23,6 @@ struct region {
     const uint32_t *next;        /* of each point: where its edge ends */
 };
 
-/* (p, q) of a point of the cloth. */
-void region_coordinates(const struct facets *facets, const struct facets_point *point,
-                        double pq[2]);
-
 /* The boundary of ply k (from 0), which has one, on its cloth with these spacings. Problems:
  * API_OUT_OF_MEMORY; API_INVALID_REQUEST where neighbouring points of a loop go to places that are
  * not neighbours on the cloth: it ends between them, or the loop is too far away. */

@@ -35,23 +35,6 @@ struct array {
     size_t count; /* rows, or numbers */
 };
 
-/* How many elements the array that has just been opened may have: the brackets right inside it, or
- * its numbers. */
-static size_t count_elements(const struct scan *scan, const struct kind *kind) {
-    size_t rows = 0, depth = 1;
-    if (kind->width == 1) {
-        for (const char *c = scan->at; c < scan->end && *c != ']'; c++)
-            rows += *c == ',';
-        return rows + 1;
-    }
-    for (const char *c = scan->at; c < scan->end && depth > 0; c++) {
-        rows += *c == '[' && depth == 1;
-        depth += *c == '[';
-        depth -= *c == ']';
-    }
-    return rows;
-}
-
 /* One element: a number, or a row of them. */
 static bool read_element(struct scan *scan, const char *path, const struct kind *kind, long row,
                          double values[4]) {
@@ -87,7 +70,12 @@ static bool read_number_array(struct scan *scan, const char *path, const struct 
         return false;
     if (kind->width > 1 && scan_peek(scan) == ']')
         return scan_invalid(scan, path, -1, -1, "must not be empty");
-    size_t room = count_elements(scan, kind);
+    size_t room = 1, depth = 1; /* an element more than there are commas between them */
+    for (const char *c = scan->at; c < scan->end && depth > 0; c++) {
+        room += *c == ',' && depth == 1;
+        depth += *c == '[';
+        depth -= *c == ']';
+    }
     if (room > INT32_MAX)
         return scan_invalid(scan, path, -1, -1, "has too many elements");
     array->values = arena_take(scan->arena, room * (size_t)stride, sizes[kind->whole]);

@@ -297,15 +297,20 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
 
 /* ---- points ---- */
 
-bool map_net_is_beyond(const struct map_net *net, const struct facets_point *point) {
+void map_net_coordinates(const struct facets *facets, const struct facets_point *point,
+                         double pq[2]) {
     static const int8_t corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-    const int32_t *at = net->facets->source.places[point->cell];
-    const int8_t *a = corner[point->side], *b = corner[(point->side + 1) & 3];
+    const int32_t *at = facets->source.places[point->cell];
+    const int8_t *a = corner[point->side & 3], *b = corner[(point->side + 1) & 3];
+    for (int k = 0; k < 2; k++)
+        pq[k] = at[k] + point->weight[0] / 2 + point->weight[1] * a[k] + point->weight[2] * b[k];
+}
+
+bool map_net_is_beyond(const struct map_net *net, const struct facets_point *point) {
     double pq[2];
     if (!point->outside && (size_t)point->cell < net->whole && net->clear[point->cell])
         return false;
-    for (int k = 0; k < 2; k++)
-        pq[k] = at[k] + point->weight[0] / 2 + point->weight[1] * a[k] + point->weight[2] * b[k];
+    map_net_coordinates(net->facets, point, pq);
     /* On facets, which lie off the surface, a point is right to about their distance. */
     return point->outside ||
            stored_rim_is_beyond(net->edge, pq[0], pq[1], 2 * point->distance / net->spacing);

@@ -69,6 +69,10 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct map_net *net, struct api_problem *problem) STATUS_MUST_USE;
 
+/* (p, q) of a point of the cloth. */
+void map_net_coordinates(const struct facets *facets, const struct facets_point *point,
+                         double pq[2]);
+
 /* Whether a point lies beyond the cloth: off the cells, or beyond the rim in one that it cuts. */
 bool map_net_is_beyond(const struct map_net *net, const struct facets_point *point);
 

@@ -50,25 +50,13 @@ static bool fill_ply_column(const void *context, size_t first, size_t count, dou
     const int32_t *ids = stack->target->ids;
     for (size_t k = 0; k < count; k++) {
         const struct map_ply_row *row = &stack->plies.rows[first + k];
-        switch ((enum column_id)column->of) {
-        case COLUMN_PLIES_element:
-            values[k] = ids ? ids[row->element] : row->element;
-            break;
-        case COLUMN_PLIES_ply:
-            values[k] = row->ply + 1;
-            break;
-        case COLUMN_PLIES_angle_deg:
-            values[k] = row->angle_deg;
-            break;
-        case COLUMN_PLIES_shear_deg:
-            values[k] = row->shear_deg;
-            break;
-        case COLUMN_PLIES_thickness:
-            values[k] = row->thickness;
-            break;
-        default:
-            values[k] = row->fiber_volume_fraction;
-        }
+        const double own[MAP_PLY_COLUMNS] = {ids ? ids[row->element] : row->element,
+                                             row->ply + 1,
+                                             row->angle_deg,
+                                             row->shear_deg,
+                                             row->thickness,
+                                             row->fiber_volume_fraction};
+        values[k] = own[column->of - COLUMN_PLIES_element];
     }
     return true;
 }
