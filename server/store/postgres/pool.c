@@ -70,30 +70,6 @@ void pool_hide_password(const struct pool *pool, char *text) {
         memset(found, '*', length);
 }
 
-/* ------------------------------------------------------------------ the URL */
-
-/* A password with an unescaped @ or / shifts what follows, and parts of it would be
- * taken for a host or a database and reported as such; likewise by libpq's own messages. */
-static bool read_url(struct pool *pool, char why[STORE_WHY_SIZE]) {
-    PQconninfoOption *options = PQconninfoParse(pool->url, NULL);
-    bool good = options != NULL;
-    for (PQconninfoOption *option = options; option && option->keyword; option++) {
-        const char *name = option->keyword, *value = option->val ? option->val : "";
-        if (!strcmp(name, "password") && value[0])
-            pool->password = strdup(value);
-        else if (!strcmp(name, "port"))
-            good = good && value[strspn(value, "0123456789,")] == 0;
-        else if (!strcmp(name, "dbname") || (!strcmp(name, "host") && value[0] != '/'))
-            good = good && !strchr(value, '@');
-    }
-    PQconninfoFree(options);
-    if (!good)
-        pool_say(why,
-                 "the URL of the store cannot be read: it is postgresql://USER:PASSWORD@HOST:PORT/"
-                 "DATABASE, with %%40 for an @, %%2F for a / and %%25 for a %% in the password");
-    return good;
-}
-
 /* ------------------------------------------------------------------ connections */
 
 static void connection_free(struct pool_connection *connection) {
@@ -271,8 +247,9 @@ PGresult *pool_receive(PGconn *libpq, int64_t until_ms) {
 struct pool *pool_open(const char *url, int64_t patience_ms, char why[STORE_WHY_SIZE]) {
     pthread_condattr_t monotonic;
     struct pool *pool = calloc(1, sizeof *pool);
-    if (!pool) {
+    if (!pool || !(pool->url = strdup(url))) {
         pool_say(why, "no memory for the database");
+        free(pool);
         return NULL;
     }
     pthread_condattr_init(&monotonic);
@@ -281,10 +258,26 @@ struct pool *pool_open(const char *url, int64_t patience_ms, char why[STORE_WHY_
     pthread_cond_init(&pool->back, &monotonic);
     pthread_condattr_destroy(&monotonic);
     pool->patience_ms = patience_ms;
-    pool->url = strdup(url);
+    /* A password with an unescaped @ or / shifts what follows, and parts of it would be taken for a
+     * host or a database and reported as such; likewise by libpq's own messages. */
+    PQconninfoOption *options = PQconninfoParse(url, NULL);
+    bool good = options != NULL;
+    for (PQconninfoOption *option = options; option && option->keyword; option++) {
+        const char *name = option->keyword, *value = option->val ? option->val : "";
+        if (!strcmp(name, "password") && value[0])
+            pool->password = strdup(value);
+        else if (!strcmp(name, "port"))
+            good = good && value[strspn(value, "0123456789,")] == 0;
+        else if (!strcmp(name, "dbname") || (!strcmp(name, "host") && value[0] != '/'))
+            good = good && !strchr(value, '@');
+    }
+    PQconninfoFree(options);
+    if (!good)
+        pool_say(why,
+                 "the URL of the store cannot be read: it is postgresql://USER:PASSWORD@HOST:PORT/"
+                 "DATABASE, with %%40 for an @, %%2F for a / and %%25 for a %% in the password");
     /* The first connection says why there is none. */
-    struct pool_connection *first =
-        pool->url && read_url(pool, why) ? connection_new(pool, why) : NULL;
+    struct pool_connection *first = good ? connection_new(pool, why) : NULL;
     if (!first) {
         pool_close(pool);
         return NULL;
