@@ -5,15 +5,11 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-static int in_memory(void) {
-    return memfd_create("draped", MFD_CLOEXEC | MFD_ALLOW_SEALING);
-}
-
 int spool_new(size_t length, const char *folder) {
     int file = -1;
     if (length > SPOOL_MEMORY_MAX && *folder)
         file = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-    return file >= 0 ? file : in_memory();
+    return file >= 0 ? file : memfd_create("draped", MFD_CLOEXEC | MFD_ALLOW_SEALING);
 }
 
 bool spool_write(int file, const void *bytes, size_t length) {
@@ -35,7 +31,7 @@ bool spool_seal(int file) {
 }
 
 int spool_of_bytes(const void *bytes, size_t length) {
-    int file = in_memory();
+    int file = spool_new(0, "");
     if (file >= 0 && spool_write(file, bytes, length) && spool_seal(file))
         return file;
     if (file >= 0)

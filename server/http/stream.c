@@ -142,8 +142,8 @@ void stream_send(const struct request *request, struct reply *reply, const char 
         return;
     } else if (stream->whole && stream->head_length > HEAD_BYTES) {
         /* In pieces all the same: the client has to fetch each in time. */
-        const struct reply_stream pieces = {stream_next, free_stream, stream, HEAD_BYTES};
-        reply_stream(reply, 200, type, pieces, stream->head_length);
+        bytes.block = HEAD_BYTES;
+        reply_stream(reply, 200, type, bytes, stream->head_length);
     } else if (stream->whole) {
         reply_bytes(reply, 200, type, stream->head, stream->head_length);
         stream->head = NULL;

@@ -95,9 +95,12 @@ static bool begin_check(struct call *call) {
     return waiting->check != NULL;
 }
 
-/* Where a body names a stored surface. */
-static const char *surface_pointer(const struct call *call) {
-    return call->kind == STORE_STUDY ? "/drape/surface/id" : "/surface/id";
+/* 422 for a body that names a stored surface which is not there, or not any more. */
+static void refuse_surface(struct call *call, const char *surface) {
+    const char *pointer = call->kind == STORE_STUDY ? "/drape/surface/id" : "/surface/id";
+    struct api_problem problem = {0};
+    api_problem_add(&problem, pointer, "there is no stored surface '%s'", surface);
+    reply_problem(call->reply, &problem);
 }
 
 /* 429 for the bound that the submission would have been over. */
@@ -129,7 +132,6 @@ static bool submit_checked(struct call *call, const struct api_check *check) {
     const struct config *config = call->services->config;
     struct waiting *waiting = request->state;
     struct reply *reply = call->reply;
-    struct api_problem problem = {0};
     struct store_receipt receipt;
     const char *key = request_header(request, "Idempotency-Key");
     const size_t filled = check->filled_length;
@@ -164,9 +166,7 @@ static bool submit_checked(struct call *call, const struct api_check *check) {
     } else if (answer == STORE_FULL) {
         refuse_full(call, receipt.full);
     } else if (answer == STORE_EMPTY) { /* deleted since it was read */
-        api_problem_add(&problem, surface_pointer(call), "there is no stored surface '%s'",
-                        check->surface);
-        reply_problem(reply, &problem);
+        refuse_surface(call, check->surface);
     } else {
         call_store_failed(call, answer);
     }
@@ -177,7 +177,6 @@ static bool submit_checked(struct call *call, const struct api_check *check) {
  * names beside itself: the caller's materials, or a stored surface. */
 static enum checking_state accept_body(struct call *call) {
     struct waiting *waiting = call->request->state;
-    struct api_problem problem = {0};
     for (;;) {
         enum checking_state state = checking_look(call, waiting->check);
         if (state != CHECKING_PASSED)
@@ -202,13 +201,10 @@ static enum checking_state accept_body(struct call *call) {
             store_item_get(call->services->store, STORE_SURFACES, call_owner(call), check->surface,
                            &waiting->surface);
         if (answer == STORE_EMPTY)
-            api_problem_add(&problem, surface_pointer(call), "there is no stored surface '%s'",
-                            check->surface);
+            refuse_surface(call, check->surface);
         else if (answer != STORE_OK)
-            api_problem_set(&problem, API_UNAVAILABLE, "the store is %s",
-                            store_answer_name(answer));
-        if (problem.id != API_OK)
-            reply_problem(call->reply, &problem);
+            reply_refuse(call->reply, API_UNAVAILABLE, "the store is %s",
+                         store_answer_name(answer));
         if (answer != STORE_OK || !begin_check(call))
             return CHECKING_REFUSED;
     }

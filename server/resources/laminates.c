@@ -88,15 +88,8 @@ static void stack_clear(struct stack *stack) {
  */
 static enum store_answer stack_get(struct store *store, const char *id, char *record, size_t length,
                                    struct stack *stack) {
-    *stack = (struct stack){.length = length};
-    enum store_answer answer = record ? store_members(store, id, &stack->members) : STORE_EMPTY;
-    stack->record = answer == STORE_OK ? calloc(length + 1, 1) : NULL;
-    if (stack->record)
-        memcpy(stack->record, record, length);
-    else if (answer == STORE_OK)
-        answer = STORE_BUSY;
-    free(record);
-    return answer;
+    *stack = (struct stack){.record = record, .length = length};
+    return record ? store_members(store, id, &stack->members) : STORE_EMPTY;
 }
 
 static const struct store_job *member_of(const struct stack *stack, size_t part) {
