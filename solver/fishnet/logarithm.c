@@ -190,31 +190,28 @@ static struct vec3 knot_line(const struct surface_point *at, int axis) {
     return vec3_unit(axis == 0 ? at->jet.v : at->jet.u);
 }
 
-/* The sine of the angle to the left by which piece k goes on from the one before; measured against
- * the knot line that they meet on, on both sides of it. False where they turn back. */
-static bool piece_angle(const struct chain *c, int k, double *sine) {
-    const struct surface_point *before = c->to[k - 1], *after = c->from[k];
-    struct vec3 back = vec3_scale(-1, c->piece[k - 1].arrive), onward = c->piece[k].leave;
-    if (c->axis[k] == ALONG) {
-        *sine = vec3_dot(vec3_cross(onward, back), after->normal);
-        return vec3_dot(onward, back) < 0;
-    }
-    struct vec3 line[2] = {knot_line(before, c->axis[k]), knot_line(after, c->axis[k])};
-    double c0 = -vec3_dot(line[0], back), c1 = vec3_dot(line[1], onward);
-    double s0 = -vec3_dot(vec3_cross(line[0], back), before->normal);
-    double s1 = vec3_dot(vec3_cross(line[1], onward), after->normal);
-    *sine = s1 * c0 - c1 * s0;
-    return c0 * c1 + s0 * s1 > 0 && fabs(s0) > least_crossing;
-}
-
-/* The angles a_k at the points within, and the moves x_k that take them away. The largest angle;
- * infinite where there is no straight line. */
+/* The angles a_k at the points within, to the left, by their sines, and the moves x_k that take
+ * them away. On a knot line they are measured against that, on both sides of it. The largest angle;
+ * infinite where there is no straight line, as pieces turn back. */
 static double straighten(const struct chain *c, double angle[], double move[]) {
     double most = 0, upper[PIECES], inverse[PIECES];
     for (int k = 0; k < c->pieces; k++)
         inverse[k] = 1 / c->piece[k].length;
     for (int k = 1; k < c->pieces; k++) {
-        if (!piece_angle(c, k, &angle[k]))
+        const struct surface_point *before = c->to[k - 1], *after = c->from[k];
+        struct vec3 back = vec3_scale(-1, c->piece[k - 1].arrive), onward = c->piece[k].leave;
+        bool goes_on = vec3_dot(onward, back) < 0;
+        if (c->axis[k] == ALONG) {
+            angle[k] = vec3_dot(vec3_cross(onward, back), after->normal);
+        } else {
+            struct vec3 line[2] = {knot_line(before, c->axis[k]), knot_line(after, c->axis[k])};
+            double c0 = -vec3_dot(line[0], back), c1 = vec3_dot(line[1], onward);
+            double s0 = -vec3_dot(vec3_cross(line[0], back), before->normal);
+            double s1 = vec3_dot(vec3_cross(line[1], onward), after->normal);
+            angle[k] = s1 * c0 - c1 * s0;
+            goes_on = c0 * c1 + s0 * s1 > 0 && fabs(s0) > least_crossing;
+        }
+        if (!goes_on)
             return HUGE_VAL;
         most = fmax(most, fabs(angle[k]));
         double own = inverse[k - 1] + inverse[k], right = angle[k];

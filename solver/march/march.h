@@ -192,25 +192,6 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
                         const struct surface_point *point,
                         enum surface_point_zone *zone) STATUS_MUST_USE;
 
-/* The same for a point that is known to be inside, of a face, at column x and row y of a tile. */
-static inline enum status march_place_inside(struct march *march, struct net_tile *tile, int x,
-                                             int y, const struct vec3 *r, double u, double v,
-                                             int32_t face) {
-    /* Member by member: a copy would have to wait for the stores that made it. */
-    struct net_node *node = &tile->node[y][x];
-    node->r = *r;
-    node->uv[0] = u;
-    node->uv[1] = v;
-    node->state = NET_INSIDE;
-    node->turn = 0;
-    node->reason = node->grown = 0;
-    node->rough = 0;
-    node->face = (uint16_t)face;
-    node->yarns = 0;
-    net_set_bits(tile, x, y, node);
-    return ++march->counts.inside > march->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
-}
-
 /* What lies between a point and its face of a shell; until the next call. */
 const struct crossing *march_look_over(struct march *march, const struct surface_point *point);
 
@@ -337,21 +318,18 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
 bool march_mesh_straight_on(struct march *march, const struct surface_point *from,
                             struct vec3 direction, int di, int dj, struct surface_point *point);
 
-/* Sets off along a generator on a mesh of the caller's to the side of `direction`, and on along it
- * to the next place, as the method measures spacings; `lost`: it failed otherwise than at the edge.
- */
+/* Sets off from a point along a generator (NULL: straight on) on a mesh of the caller's to the side
+ * of `direction`, and on along it to the next place, the neighbour on the side (di, dj), as the
+ * method measures spacings, which notes for march_place whether that edge is rough; `lost`: it
+ * failed otherwise than at the edge. */
 struct march_mesh_yarn {
     struct mesh_path flat;          /* on flat triangles */
     struct mesh_smooth_path smooth; /* on the smooth surface */
 };
 
-bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
-                    struct vec3 direction, struct march_mesh_yarn *yarn);
-bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn, double d,
-                        struct surface_point *point, bool *lost);
-
-/* The same to the neighbour on the side (di, dj), and notes for march_place whether that edge is
- * rough. */
+bool march_mesh_arm(const struct march *march, const struct surface_point *from,
+                    const struct drape_generator *generator, struct vec3 direction,
+                    struct march_mesh_yarn *yarn);
 bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
                     struct surface_point *point, bool *lost);
 

@@ -148,7 +148,7 @@ static struct arm make_arm(struct march *march, int number) {
     if (march->mesh && march->surface)
         direction = vec3_scale(sign, start->smooth_direction[k]);
     if (!march->surface)
-        arm.started = march_mesh_arm(march, generator, direction, &arm.yarn);
+        arm.started = march_mesh_arm(march, &start->point, generator, direction, &arm.yarn);
     else if (is_curve && !curve->ends[side])
         arm.started = path_curve(&arm.at.path, march->surface, &curve->from, generator->curve,
                                  generator->curve_count, curve->next[side], sense);

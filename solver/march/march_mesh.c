@@ -122,20 +122,21 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
     return true;
 }
 
-bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
-                    struct vec3 direction, struct march_mesh_yarn *yarn) {
-    struct mesh_point from = march_mesh_point_of(&march->start.point);
-    bool section = generator->kind == DRAPE_GENERATOR_PLANE;
+bool march_mesh_arm(const struct march *march, const struct surface_point *from,
+                    const struct drape_generator *generator, struct vec3 direction,
+                    struct march_mesh_yarn *yarn) {
+    struct mesh_point place = march_mesh_point_of(from);
+    bool section = generator && generator->kind == DRAPE_GENERATOR_PLANE;
     struct vec3 plane = section ? vec3_unit(generator->plane_normal) : vec3_make(0, 0, 0);
     if (march->smooth)
-        return mesh_smooth_path(&yarn->smooth, march->smooth, &from, direction, plane);
+        return mesh_smooth_path(&yarn->smooth, march->smooth, &place, direction, plane);
     if (section)
-        return mesh_path_section(&yarn->flat, march->mesh, &from, plane, direction);
-    return mesh_path_straight(&yarn->flat, march->mesh, &from, direction);
+        return mesh_path_section(&yarn->flat, march->mesh, &place, plane, direction);
+    return mesh_path_straight(&yarn->flat, march->mesh, &place, direction);
 }
 
-bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn, double d,
-                        struct surface_point *point, bool *lost) {
+static bool advance_yarn(const struct march *march, struct march_mesh_yarn *yarn, double d,
+                         struct surface_point *point, bool *lost) {
     enum mesh_path_end end = !march->smooth ? mesh_path_chord(&yarn->flat, d)
                              : march->method->yarn == DRAPE_YARN_CHORD
                                  ? mesh_smooth_chord(&yarn->smooth, d)
@@ -151,7 +152,7 @@ bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, i
     double d = march->settings->spacing[dj != 0];
     struct mesh_smooth_path from = yarn->smooth;
     march->edges.rough = 0;
-    if (!march_mesh_advance(march, yarn, d, point, lost))
+    if (!advance_yarn(march, yarn, d, point, lost))
         return false;
     if (march->method->yarn == DRAPE_YARN_CHORD)
         return true;
@@ -167,7 +168,7 @@ bool march_mesh_towards(struct march *march, const struct surface_point *from, s
     struct march_mesh_yarn yarn;
     struct mesh_point place = march_mesh_point_of(from);
     if (mesh_path_towards(&yarn.flat, march->mesh, &place, target) &&
-        march_mesh_advance(march, &yarn, chord, point, lost))
+        advance_yarn(march, &yarn, chord, point, lost))
         return true;
     /* Along a curved edge of the surface the way lies beside the mesh by the height of a patch:
      * there the nearest place is as good. */
@@ -185,9 +186,6 @@ bool march_mesh_straight_on(struct march *march, const struct surface_point *fro
                             struct vec3 direction, int di, int dj, struct surface_point *point) {
     struct march_mesh_yarn yarn;
     bool lost;
-    struct mesh_point place = march_mesh_point_of(from);
-    bool started = march->smooth ? mesh_smooth_path(&yarn.smooth, march->smooth, &place, direction,
-                                                    vec3_make(0, 0, 0))
-                                 : mesh_path_straight(&yarn.flat, march->mesh, &place, direction);
-    return started && march_mesh_lay(march, &yarn, di, dj, point, &lost);
+    return march_mesh_arm(march, from, NULL, direction, &yarn) &&
+           march_mesh_lay(march, &yarn, di, dj, point, &lost);
 }

@@ -312,12 +312,23 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
         tile = q->tile[k] = net_touch(march->net, i, at);
     if (!tile)
         return STATUS_OUT_OF_MEMORY;
-    const struct vec3 r = {d[2][k + 1], d[3][k + 1], d[4][k + 1]};
     row->last = row->count++;
     q->kept++;
     march_count_solved(march, (size_t)wave->iterations[k], wave->residual[k]);
-    return march_place_inside(march, tile, i & (NET_TILE - 1), at & (NET_TILE - 1), &r, d[0][k + 1],
-                              d[1][k + 1], wave->surface->face);
+    /* Member by member: a copy would have to wait for the stores that made it. */
+    int x = i & (NET_TILE - 1), y = at & (NET_TILE - 1);
+    struct net_node *node = &tile->node[y][x];
+    node->r = vec3_make(d[2][k + 1], d[3][k + 1], d[4][k + 1]);
+    node->uv[0] = d[0][k + 1];
+    node->uv[1] = d[1][k + 1];
+    node->state = NET_INSIDE;
+    node->turn = 0;
+    node->reason = node->grown = 0;
+    node->rough = 0;
+    node->face = (uint16_t)wave->surface->face;
+    node->yarns = 0;
+    net_set_bits(tile, x, y, node);
+    return ++march->counts.inside > march->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
 
 /* What the net before says of lane k's cell, where that is not even all round. */

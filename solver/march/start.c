@@ -115,24 +115,10 @@ static struct surface_point in_outer_parameters(const struct surface *surface,
     return outer;
 }
 
-/* The share of the segment p q at which it is nearest to `at`, 0..1, by the metric of the point,
- * and how far that is in space. */
-static double nearest_share(const struct surface_point *point, const double p[2], const double q[2],
-                            double *distance) {
-    const struct surface_jet *jet = &point->jet;
-    struct vec3 along = vec3_axpy(q[1] - p[1], jet->v, vec3_scale(q[0] - p[0], jet->u));
-    struct vec3 to =
-        vec3_axpy(point->uv[1] - p[1], jet->v, vec3_scale(point->uv[0] - p[0], jet->u));
-    double length2 = vec3_norm2(along);
-    double share = length2 > 0 ? fmin(fmax(vec3_dot(to, along) / length2, 0), 1) : 0;
-    *distance = vec3_norm(vec3_axpy(-share, along, to));
-    return share;
-}
-
-/* From the point to (u, v), to first order. */
-static struct vec3 offset_to(const struct surface_point *point, const double uv[2]) {
-    return vec3_axpy(uv[1] - point->uv[1], point->jet.v,
-                     vec3_scale(uv[0] - point->uv[0], point->jet.u));
+/* From one place to another in parameters, in space to first order. */
+static struct vec3 way_between(const struct surface_jet *jet, const double from[2],
+                               const double to[2]) {
+    return vec3_axpy(to[1] - from[1], jet->v, vec3_scale(to[0] - from[0], jet->u));
 }
 
 /* Where the polyline passes the start, and its direction there. */
@@ -144,8 +130,13 @@ static enum status find_on_curve(const struct surface *surface,
     double least = HUGE_VAL, share = 0;
     size_t before = 0;
     for (size_t k = 0; k + 1 < generator->curve_count; k++) {
-        double distance;
-        double at = nearest_share(&outer, generator->curve[k], generator->curve[k + 1], &distance);
+        /* The place of the segment p q that is nearest to the start, by the metric there. */
+        const double *p = generator->curve[k], *q = generator->curve[k + 1];
+        struct vec3 along = way_between(&outer.jet, p, q),
+                    to = way_between(&outer.jet, p, outer.uv);
+        double length2 = vec3_norm2(along);
+        double at = length2 > 0 ? fmin(fmax(vec3_dot(to, along) / length2, 0), 1) : 0;
+        double distance = vec3_norm(vec3_axpy(-at, along, to));
         if (distance < least) {
             least = distance;
             share = at;
@@ -170,9 +161,10 @@ static enum status find_on_curve(const struct surface *surface,
     double reach = passing * spacing;
     size_t ahead = before + 1, behind = before + 1; /* behind: one more than the index */
     while (ahead < generator->curve_count &&
-           !(vec3_norm(offset_to(&outer, generator->curve[ahead])) > reach))
+           !(vec3_norm(way_between(&outer.jet, outer.uv, generator->curve[ahead])) > reach))
         ahead++;
-    while (behind > 0 && !(vec3_norm(offset_to(&outer, generator->curve[behind - 1])) > reach))
+    while (behind > 0 &&
+           !(vec3_norm(way_between(&outer.jet, outer.uv, generator->curve[behind - 1])) > reach))
         behind--;
     curve->ends[0] = ahead == generator->curve_count;
     curve->ends[1] = behind == 0;
@@ -181,7 +173,7 @@ static enum status find_on_curve(const struct surface *surface,
     size_t to = curve->ends[0] ? curve->next[1] : curve->next[0];
     if (curve->ends[0] && curve->ends[1])
         return STATUS_GENERATOR_OFF_START;
-    struct vec3 offset = offset_to(&outer, generator->curve[to]);
+    struct vec3 offset = way_between(&outer.jet, outer.uv, generator->curve[to]);
     *direction = surface_point_tangent(start, curve->ends[0] ? vec3_scale(-1, offset) : offset);
     return vec3_norm2(*direction) > 0 ? STATUS_OK : STATUS_GENERATOR_OFF_START;
 }
