@@ -59,26 +59,6 @@ static enum status make_facets(const struct surface *surface, const struct drape
     return status;
 }
 
-/* Those of a component of a shell, for starts on faces that have their side as its first has, and
- * for the others. */
-static enum status make_sides(const struct shell *shell, const struct drape_settings *settings,
-                              struct arena *arena, struct drape_prepared *prepared) {
-    struct shell *oriented = NULL;
-    for (int32_t k = 0; k < (int32_t)shell_face_count(shell); k++) {
-        bool others = oriented != NULL;
-        if (shell_component(shell, k) != prepared->component ||
-            (others && shell_surface(oriented, k)->side > 0))
-            continue;
-        enum status status = shell_orient(shell, k, arena, &oriented);
-        const struct surface *face = status == STATUS_OK ? shell_surface(oriented, k) : NULL;
-        if (face)
-            status = make_facets(face, settings, arena, &prepared->facets[side_of(face)]);
-        if (status != STATUS_OK || others)
-            return status;
-    }
-    return STATUS_OK;
-}
-
 /* A shell of one face is draped as that face's surface. */
 static struct drape_part without_joints(const struct drape_part *part) {
     if (!part->shell || shell_face_count(part->shell) > 1)
@@ -112,7 +92,22 @@ enum status drape_prepare(const struct drape_part *whole, int32_t component,
     if (part.surface)
         return make_facets(part.surface, settings, arena, &made->facets[0]);
     made->component = component;
-    return make_sides(part.shell, settings, arena, made);
+    /* Those of a component of a shell, for starts on faces that have their side as its first has,
+     * and for the others. */
+    struct shell *oriented = NULL;
+    for (int32_t k = 0; k < (int32_t)shell_face_count(part.shell); k++) {
+        bool others = oriented != NULL;
+        if (shell_component(part.shell, k) != component ||
+            (others && shell_surface(oriented, k)->side > 0))
+            continue;
+        enum status status = shell_orient(part.shell, k, arena, &oriented);
+        const struct surface *face = status == STATUS_OK ? shell_surface(oriented, k) : NULL;
+        if (face)
+            status = make_facets(face, settings, arena, &made->facets[side_of(face)]);
+        if (status != STATUS_OK || others)
+            return status;
+    }
+    return STATUS_OK;
 }
 
 /* ---- starts ---- */
