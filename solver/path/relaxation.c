@@ -124,55 +124,46 @@ struct affine {
     double x[3][2], v[3][2];
 };
 
-/* Row k of the system, A_k dY_(k-1) + B_k dY_k = -F_k with A_k = -(1 + h/2 J_(k-1)) and
- * B_k = 1 - h/2 J_k, solved for dY_k. As the upper half of J is (0, 1), the 4 x 4 block B_k comes
- * down to the 2 x 2 matrix S = 1 - h/2 J_pq - h^2/4 J_uv. */
-static void eliminate_row(const struct slope *before, const struct slope *at, double half,
-                          const double minus_f[STATE], const struct affine *from,
-                          struct affine *to) {
-    double s[2][2];
-    for (int r = 0; r < 2; r++)
-        for (int c = 0; c < 2; c++)
-            s[r][c] = (r == c) - half * (at->by_pq[r][c] + half * at->by_uv[r][c]);
-    double inverse = 1 / (s[0][0] * s[1][1] - s[0][1] * s[1][0]);
-    for (int c = 0; c < 3; c++) {
-        const double *x = from->x[c], *v = from->v[c];
-        double rx[2], rv[2];
-        for (int n = 0; n < 2; n++) {
-            rx[n] = x[n] + half * v[n] + (c == 0 ? minus_f[n] : 0);
-            rv[n] = v[n] + (c == 0 ? minus_f[2 + n] : 0) +
-                    half * (before->by_uv[n][0] * x[0] + before->by_uv[n][1] * x[1] +
-                            before->by_pq[n][0] * v[0] + before->by_pq[n][1] * v[1]);
-        }
-        for (int n = 0; n < 2; n++)
-            rv[n] += half * (at->by_uv[n][0] * rx[0] + at->by_uv[n][1] * rx[1]);
-        to->v[c][0] = (s[1][1] * rv[0] - s[0][1] * rv[1]) * inverse;
-        to->v[c][1] = (s[0][0] * rv[1] - s[1][0] * rv[0]) * inverse;
-        for (int n = 0; n < 2; n++)
-            to->x[c][n] = rx[n] + half * to->v[c][n];
-    }
-}
-
-/* The whole system from A to B, which carries errors on by no more than geodesics part from each
- * other on the way: little over one spacing. -F_k is that of equation 42 with its signs put right.
- */
+/* The system from A to B, which carries errors on by no more than geodesics part from each other on
+ * the way: little over one spacing. Row k of it is A_k dY_(k-1) + B_k dY_k = -F_k with
+ * A_k = -(1 + h/2 J_(k-1)), B_k = 1 - h/2 J_k and the -F_k of equation 42 with its signs put right,
+ * solved for dY_k. As the upper half of J is (0, 1), the 4 x 4 block B_k comes down to the 2 x 2
+ * matrix S = 1 - h/2 J_pq - h^2/4 J_uv. */
 static void eliminate_all(const struct problem *problem, int points, struct affine *affine) {
-    struct slope from, to;
+    struct slope before, at;
     affine[0] = (struct affine){.v = {{0, 0}, {1, 0}, {0, 1}}};
     for (int k = 1; k < points; k++) {
         const struct step *step = &problem->step[k];
-        const double *before = problem->y[k - 1], *y = problem->y[k];
-        double half = (problem->s[k] - problem->s[k - 1]) / 2, minus_f[STATE];
+        const double *last = problem->y[k - 1], *y = problem->y[k];
+        double half = (problem->s[k] - problem->s[k - 1]) / 2, minus_f[STATE], s[2][2];
         if (k == 1 || memcmp(step, step - 1, sizeof *step) != 0)
-            find_slope(problem, k - 1, step, &from);
+            find_slope(problem, k - 1, step, &before);
         else
-            from = to;
-        find_slope(problem, k, step, &to);
+            before = at;
+        find_slope(problem, k, step, &at);
         for (int n = 0; n < 2; n++) {
-            minus_f[n] = before[n] - y[n] + half * (before[2 + n] + y[2 + n]);
-            minus_f[2 + n] = before[2 + n] - y[2 + n] + half * (from.w[n] + to.w[n]);
+            minus_f[n] = last[n] - y[n] + half * (last[2 + n] + y[2 + n]);
+            minus_f[2 + n] = last[2 + n] - y[2 + n] + half * (before.w[n] + at.w[n]);
+            for (int c = 0; c < 2; c++)
+                s[n][c] = (n == c) - half * (at.by_pq[n][c] + half * at.by_uv[n][c]);
         }
-        eliminate_row(&from, &to, half, minus_f, &affine[k - 1], &affine[k]);
+        double inverse = 1 / (s[0][0] * s[1][1] - s[0][1] * s[1][0]);
+        for (int c = 0; c < 3; c++) {
+            const double *x = affine[k - 1].x[c], *v = affine[k - 1].v[c];
+            double rx[2], rv[2], *to = affine[k].v[c];
+            for (int n = 0; n < 2; n++) {
+                rx[n] = x[n] + half * v[n] + (c == 0 ? minus_f[n] : 0);
+                rv[n] = v[n] + (c == 0 ? minus_f[2 + n] : 0) +
+                        half * (before.by_uv[n][0] * x[0] + before.by_uv[n][1] * x[1] +
+                                before.by_pq[n][0] * v[0] + before.by_pq[n][1] * v[1]);
+            }
+            for (int n = 0; n < 2; n++)
+                rv[n] += half * (at.by_uv[n][0] * rx[0] + at.by_uv[n][1] * rx[1]);
+            to[0] = (s[1][1] * rv[0] - s[0][1] * rv[1]) * inverse;
+            to[1] = (s[0][0] * rv[1] - s[1][0] * rv[0]) * inverse;
+            for (int n = 0; n < 2; n++)
+                affine[k].x[c][n] = rx[n] + half * to[n];
+        }
     }
 }
 

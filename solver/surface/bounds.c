@@ -31,10 +31,6 @@ double bounds_least_corner(const struct bounds_cell *cell, int *corner) {
     return least;
 }
 
-static double above_level(bounds_pair pair, double level) {
-    return pair[0] - level * pair[1];
-}
-
 /* The least (sign 1) or the greatest (sign -1, and negative) second derivative of N - level W in
  * `direction` over [0, 1]: n (n - 1) times a second difference. */
 static double extreme_second(const struct bounds_cell *cell, double level, int direction,
@@ -48,7 +44,7 @@ static double extreme_second(const struct bounds_cell *cell, double level, int d
         for (int l = 0; l <= (direction == 1 ? m - 2 : m); l++) {
             const bounds_pair *at = cell->pairs + k * (m + 1) + l;
             bounds_pair difference = at[0] - 2 * at[step] + at[2 * step];
-            double value = sign * above_level(difference, level);
+            double value = sign * (difference[0] - level * difference[1]);
             least = value < least ? value : least;
         }
     return along * (along - 1) * least;
@@ -78,7 +74,7 @@ bool bounds_convex(const struct bounds_cell *cell, double level) {
         for (int l = 0; l < m; l++) {
             const bounds_pair *at = cell->pairs + k * (m + 1) + l;
             bounds_pair difference = at[m + 2] - at[m + 1] - at[1] + at[0];
-            twist = fmax(twist, fabs(above_level(difference, level)));
+            twist = fmax(twist, fabs(difference[0] - level * difference[1]));
         }
     double b = n * m * twist;
     return a * c >= b * b;

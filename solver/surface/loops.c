@@ -107,23 +107,7 @@ static size_t cross_loop(const struct view *view, struct crossing *to) {
     return count;
 }
 
-/* Whether the loop goes round every point of the lines once in the sense `sign`, or not at all. */
-static bool winds_once(const struct view *view, const struct crossing *crossings, size_t count,
-                       int sign, double uv[2]) {
-    int winding = 0;
-    double least = narrow * (view->high[0] - view->low[0]);
-    for (size_t k = 0; k + 1 < count; k++) {
-        const struct crossing *at = &crossings[k], *next = at + 1;
-        winding = k > 0 && at->line != at[-1].line ? at->turn : winding + at->turn;
-        if (at->line == next->line && next->x - at->x > least && winding != 0 && winding != sign) {
-            uv[view->along] = (at->x + next->x) / 2;
-            uv[1 - view->along] = height(view, at->line);
-            return false;
-        }
-    }
-    return true;
-}
-
+/* Whether the loop goes round every point of the lines once in one sense, or not at all. */
 static enum status is_simple(const struct trim *trim, size_t loop, struct arena *arena,
                              struct loop_fault *fault, bool *simple) {
     struct view view;
@@ -154,7 +138,18 @@ static enum status is_simple(const struct trim *trim, size_t loop, struct arena 
             area += (coordinate(&view, k, 0) - view.low[0]) * coordinate(&view, k + 1, 1) -
                     (coordinate(&view, k + 1, 0) - view.low[0]) * coordinate(&view, k, 1);
         /* With its inside on the left it goes down first. */
-        *simple = winds_once(&view, crossings, count, area > 0 ? -1 : 1, fault->uv);
+        int winding = 0, sign = area > 0 ? -1 : 1;
+        double least = narrow * (view.high[0] - view.low[0]);
+        for (size_t k = 0; k + 1 < count && *simple; k++) {
+            const struct crossing *at = &crossings[k], *next = at + 1;
+            winding = k > 0 && at->line != at[-1].line ? at->turn : winding + at->turn;
+            *simple = at->line != next->line || !(next->x - at->x > least) || winding == 0 ||
+                      winding == sign;
+            if (!*simple) {
+                fault->uv[along] = (at->x + next->x) / 2;
+                fault->uv[1 - along] = height(&view, at->line);
+            }
+        }
         arena_rewind(arena, mark);
     }
     return STATUS_OK;

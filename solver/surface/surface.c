@@ -261,24 +261,11 @@ static double root(double x, int p) {
     return y;
 }
 
-/* The points of a span of direction k, from a to b, times those of the factor's denominator,
- * 1 / (1 + (c - 1) x / L), to the p-th: its Bezier points are products of its values at a and b. */
-static void weigh_span(const struct surface *surface, int k, const double at[2], vec4 *points) {
-    int p = surface->axis[0].degree, q = surface->axis[1].degree, degree = k == 0 ? p : q;
-    double factor[ORDER_MAX];
-    for (int i = 0; i <= degree; i++) {
-        factor[i] = 1;
-        for (int m = 0; m < degree; m++)
-            factor[i] *= at[m < i];
-    }
-    for (int i = 0; i <= p; i++)
-        for (int j = 0; j <= q; j++)
-            points[i * (q + 1) + j] *= factor[k == 0 ? i : j];
-}
-
-/* Gives direction k the parameter in which the corners' weights balance. Affine changes of weight
- * from end to end, as degree and knots may have it, are left alone on closed directions, which
- * must stay closed. */
+/* Gives direction k the parameter in which the corners' weights balance: the points of a span from
+ * a to b are multiplied by those of the factor's denominator, 1 / (1 + (c - 1) x / L), to the power
+ * of the degree, whose Bezier points are products of its values at a and b. Affine changes of
+ * weight from end to end, as degree and knots may have it, are left alone on closed directions,
+ * which must stay closed. */
 static void balance(struct surface *surface, int k) {
     struct surface_axis *axis = &surface->axis[k];
     double low = corner_weight(surface, 0, 0) *
@@ -290,15 +277,22 @@ static void balance(struct surface *surface, int k) {
     if (!(fabs(c - 1) > balanced) || !(c > 1 / most_factor && c < most_factor))
         return;
     double length = axis->outer[1] - axis->outer[0], first = axis->breaks[0];
-    double inverse[2];
+    double inverse[2], factor[ORDER_MAX];
+    int columns = surface->axis[1].degree + 1, size = (int)surface->points_per_span;
     int spans = axis->span_count, others = surface->axis[1 - k].span_count;
     for (int s = 0; s < spans; s++) {
         for (int end = 0; end < 2; end++)
             inverse[end] = length / (length + (c - 1) * (axis->breaks[s + end] - first));
+        for (int i = 0; i <= axis->degree; i++) {
+            factor[i] = 1;
+            for (int m = 0; m < axis->degree; m++)
+                factor[i] *= inverse[m < i];
+        }
         for (int o = 0; o < others; o++) {
             int at = k == 0 ? s * others + o : o * spans + s;
-            weigh_span(surface, k, inverse,
-                       surface->points + (size_t)at * surface->points_per_span);
+            vec4 *points = surface->points + (size_t)at * surface->points_per_span;
+            for (int n = 0; n < size; n++)
+                points[n] *= factor[k == 0 ? n / columns : n % columns];
         }
     }
     for (int s = 0; s <= spans; s++) {

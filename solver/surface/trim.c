@@ -210,25 +210,6 @@ static bool flatten_span(struct collector *c, const struct trim_curve *curve, si
     return true;
 }
 
-static bool flatten_loop(struct collector *c, const struct trim_loop *loop) {
-    double first[2] = {0, 0};
-    bool good = true;
-    c->begun = false;
-    for (size_t k = 0; good && k < loop->count; k++) {
-        const struct trim_curve *curve = &loop->curves[k];
-        if (k == 0 && curve->knots)
-            trim_curve_end(curve, 0, first);
-        else if (k == 0)
-            memcpy(first, curve->points[0], sizeof first);
-        for (size_t n = 0; !curve->knots && good && n < curve->count; n++)
-            good = add_flat_edge(c, curve->points[n]);
-        for (size_t l = (size_t)curve->degree;
-             curve->knots && good && !c->crowded && l < curve->count; l++)
-            good = !(curve->knots[l + 1] > curve->knots[l]) || flatten_span(c, curve, l);
-    }
-    return good && (!c->begun || add_flat_edge(c, first));
-}
-
 static size_t strip_at(const struct trim *trim, double v) {
     double strip = (v - trim->low[1]) / trim->strip_height;
     return strip < 0                            ? 0
@@ -564,9 +545,25 @@ static bool flatten_all(struct trim *trim, struct collector *c) {
         c->count = c->point_count = 0;
         c->crowded = false;
         for (size_t k = 0; !c->crowded && k < trim->loop_count; k++) {
+            const struct trim_loop *loop = &trim->loops[k];
+            double first[2] = {0, 0};
+            bool good = true;
             c->loop = (uint32_t)k;
+            c->begun = false;
             trim->first_point[k] = c->point_count;
-            if (!flatten_loop(c, &trim->loops[k]))
+            if (loop->count > 0 && loop->curves[0].knots)
+                trim_curve_end(&loop->curves[0], 0, first);
+            else if (loop->count > 0)
+                memcpy(first, loop->curves[0].points[0], sizeof first);
+            for (size_t m = 0; good && m < loop->count; m++) {
+                const struct trim_curve *curve = &loop->curves[m];
+                for (size_t n = 0; !curve->knots && good && n < curve->count; n++)
+                    good = add_flat_edge(c, curve->points[n]);
+                for (size_t l = (size_t)curve->degree;
+                     curve->knots && good && !c->crowded && l < curve->count; l++)
+                    good = !(curve->knots[l + 1] > curve->knots[l]) || flatten_span(c, curve, l);
+            }
+            if (!good || (c->begun && !add_flat_edge(c, first)))
                 return false;
         }
         trim->steps += c->count + points;

@@ -12,37 +12,9 @@ static int compare_crossings_across(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Whether nothing of the region lies on the line at x across direction k: between where it crosses
- * the loops' edges, and the ends of the domain, it is in the region or outside of it. `across` has
- * room for each edge and two more. */
-static bool is_bare_line(const struct trim *trim, const struct surface_axis *other, int k, double x,
-                         double *across) {
-    size_t count = 0;
-    across[count++] = other->outer[0];
-    for (size_t loop = 0; loop < trim_loop_count(trim); loop++) {
-        const double(*points)[2];
-        size_t edges = trim_loop_points(trim, loop, &points);
-        for (size_t n = 1; n < edges; n++) {
-            const double *a = points[n - 1], *b = points[n];
-            if ((a[k] < x) != (b[k] < x))
-                across[count++] = a[1 - k] + (x - a[k]) / (b[k] - a[k]) * (b[1 - k] - a[1 - k]);
-        }
-    }
-    across[count++] = other->outer[1];
-    qsort(across, count, sizeof *across, compare_crossings_across);
-    for (size_t n = 1; n < count; n++) {
-        double at[2];
-        at[k] = x;
-        at[1 - k] = (across[n - 1] + across[n]) / 2;
-        if (across[n] > across[n - 1] && trim_contains(trim, at))
-            return false;
-    }
-    return true;
-}
-
 enum status trim_bare_line(const struct trim *trim, const struct surface *surface, int k,
                            struct arena *scratch, bool *found, double *at) {
-    const struct surface_axis *axis = &surface->axis[k];
+    const struct surface_axis *axis = &surface->axis[k], *other = &surface->axis[1 - k];
     double length = axis->outer[1] - axis->outer[0];
     size_t room = 2;
     bool bare[LINES];
@@ -53,9 +25,31 @@ enum status trim_bare_line(const struct trim *trim, const struct surface *surfac
     double *across = arena_alloc(scratch, room, sizeof *across);
     if (!across)
         return STATUS_OUT_OF_MEMORY;
+    /* A line across direction k is bare if nothing of the region lies on it: between where it
+     * crosses the loops' edges, and the ends of the domain, it is in the region or outside of it.
+     */
     for (int n = 0; n < LINES; n++) {
         double x = axis->outer[0] + (n + 0.5) / LINES * length;
-        bare[n] = is_bare_line(trim, &surface->axis[1 - k], k, x, across);
+        size_t count = 0;
+        across[count++] = other->outer[0];
+        for (size_t loop = 0; loop < trim_loop_count(trim); loop++) {
+            const double(*points)[2];
+            size_t edges = trim_loop_points(trim, loop, &points);
+            for (size_t m = 1; m < edges; m++) {
+                const double *a = points[m - 1], *b = points[m];
+                if ((a[k] < x) != (b[k] < x))
+                    across[count++] = a[1 - k] + (x - a[k]) / (b[k] - a[k]) * (b[1 - k] - a[1 - k]);
+            }
+        }
+        across[count++] = other->outer[1];
+        qsort(across, count, sizeof *across, compare_crossings_across);
+        bare[n] = true;
+        for (size_t m = 1; m < count && bare[n]; m++) {
+            double uv[2];
+            uv[k] = x;
+            uv[1 - k] = (across[m - 1] + across[m]) / 2;
+            bare[n] = !(across[m] > across[m - 1] && trim_contains(trim, uv));
+        }
     }
     int run = 0, widest = 0, last = 0;
     for (int n = 0; n < 2 * LINES; n++) { /* twice round: a run may pass the seam */
