@@ -13,23 +13,6 @@ enum { LINE_SIZE = LAMINATE_NAME_MAX + 64 };
 
 /* ---- checking ---- */
 
-/* The id of the laminate: of what was understood, its surface by id, and the solver's version. */
-static bool digest_laminate(const struct laminate *laminate, struct arena *arena,
-                            char id[API_ID_SIZE]) {
-    struct laminate named = *laminate;
-    struct api_text text = api_text_growing(arena);
-    named.unit_of_surface = false;
-    if (!api_digest_surface(&laminate->surface, arena, named.surface.id))
-        return false;
-    const char *document = laminate_normalise(&named, arena);
-    api_text_raw(&text, document ? document : "");
-    api_text_raw(&text, DRAPE_SOLVER_VERSION);
-    const char *all = api_text_finish(&text);
-    if (document && all)
-        api_digest_bytes(all, strlen(all), id);
-    return document && all;
-}
-
 static bool sink_text(const struct api_sink *sink, const char *text) {
     return sink->write(sink->context, text, strlen(text));
 }
@@ -74,16 +57,24 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
     /* The record: the net and the name of each ply, and the laminate as it was understood. */
     struct api_text text = api_text_growing(arena);
     const char *document = laminate_normalise(&laminate, arena);
-    for (size_t k = 0; k < laminate.count; k++) {
-        (void)snprintf(line, sizeof line, "%zu %s\n", laminate.plies[k].net,
-                       laminate.plies[k].name);
-        api_text_raw(&text, line);
-    }
+    for (size_t k = 0; k < laminate.count; k++)
+        api_text_format(&text, "%zu %s\n", laminate.plies[k].net, laminate.plies[k].name);
     api_text_raw(&text, "\n");
     api_text_raw(&text, document ? document : "");
     const char *record = document ? api_text_finish(&text) : NULL;
-    if (!record || !digest_laminate(&laminate, arena, check->digest))
+    /* The id: of what was understood, its surface by id, and the solver's version. */
+    struct laminate named = laminate;
+    named.unit_of_surface = false;
+    if (!record || !api_digest_surface(&laminate.surface, arena, named.surface.id))
         return api_problem_no_memory(problem, "the laminate");
+    text = api_text_growing(arena);
+    document = laminate_normalise(&named, arena);
+    api_text_raw(&text, document ? document : "");
+    api_text_raw(&text, DRAPE_SOLVER_VERSION);
+    const char *all = api_text_finish(&text);
+    if (!document || !all)
+        return api_problem_no_memory(problem, "the laminate");
+    api_digest_bytes(all, strlen(all), check->digest);
     (void)snprintf(line, sizeof line, "%zu %zu\n", laminate.net_count, strlen(record));
     bool good = sink_text(sink, line) && put_requests(&laminate, true, arena, sink) &&
                 sink_text(sink, "\n") && put_requests(&laminate, false, arena, sink) &&
