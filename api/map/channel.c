@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "channel.h"
 
+#include "net.h"
 #include "solver/surface/boxes.h"
 
 /* The rim as it was stored: loops of points, each closed by the line to its first point. */
@@ -38,9 +39,9 @@ static double *read_rim_column(const struct api_reader *reader, const struct api
     const struct api_column *column = api_columns_find(columns, API_TABLE_RIM, name);
     double *values = column ? arena_take(arena, column->rows + 1, sizeof *values) : NULL;
     if (column && !values)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
+        map_net_no_memory(problem);
     else if (!column || !api_columns_read(reader, column, 0, column->rows, values))
-        api_problem_set(problem, API_INTERNAL, "the stored result is damaged or cannot be read");
+        map_net_damaged(problem);
     return values;
 }
 
@@ -77,8 +78,7 @@ enum api_problem_id map_channel_mark(const struct map_target *target,
         box[k] = box_round(rim_point(&rim, k), rim_point(&rim, rim.next[k]), 0);
     }
     if (!good || boxes_make(box, rim.count, arena, &rim.boxes) != STATUS_OK)
-        return api_problem_set(problem, API_OUT_OF_MEMORY,
-                               "the map needs more memory than allowed");
+        return map_net_no_memory(problem);
     *marked = 0;
     for (size_t k = 0; k < target->element_count; k++) {
         struct vec3 middle = map_target_point(target, k);

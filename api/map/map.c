@@ -212,8 +212,7 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
     struct mapping *mapping = arena_alloc(arena, 1, sizeof *mapping);
     memset(map, 0, sizeof *map);
     if (!mapping)
-        return api_problem_set(problem, API_OUT_OF_MEMORY,
-                               "the map needs more memory than allowed");
+        return map_net_no_memory(problem);
     if (cavity_given(target) && !(target->cloth && target->cloth->fabric.thickness > 0))
         return api_problem_set(problem, API_INVALID_REQUEST,
                                "cavity heights need the fabric.thickness of the drape request");
@@ -235,8 +234,7 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
         room = map_stack_begin(&map->stack, target, &plies, target->element_count, arena);
     }
     if (!room || !cavity_begin(&mapping->cavity, mapping->target, arena))
-        return api_problem_set(problem, API_OUT_OF_MEMORY,
-                               "the map needs more memory than allowed");
+        return map_net_no_memory(problem);
     struct arena_mark mark = arena_mark(arena);
     if (map_net_load(reader, monitor, arena, &mapping->net, problem) == API_OK &&
         map_points(mapping, problem) == API_OK)

@@ -9,11 +9,11 @@
 
 enum { BLOCK = 2048 }; /* rows that are read at a time */
 
-static enum api_problem_id damaged_result(struct api_problem *problem) {
+enum api_problem_id map_net_damaged(struct api_problem *problem) {
     return api_problem_set(problem, API_INTERNAL, "the stored result is damaged or cannot be read");
 }
 
-static enum api_problem_id no_map_memory(struct api_problem *problem) {
+enum api_problem_id map_net_no_memory(struct api_problem *problem) {
     return api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
 }
 
@@ -81,7 +81,7 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
     net->spacing = spacing[0] > spacing[1] ? spacing[0] : spacing[1];
     if (!find_vector(net, COLUMN_CELLS_warp, &net->warp) ||
         !find_vector(net, COLUMN_CELLS_weft, &net->weft))
-        return damaged_result(problem);
+        return map_net_damaged(problem);
     net->whole = api_columns_rows(columns, API_TABLE_CELLS);
     net->cut = api_columns_rows(columns, API_TABLE_CUT);
     if (net->whole == 0)
@@ -187,11 +187,11 @@ static enum api_problem_id load_cloth(const struct api_reader *reader, struct ar
     g.cut = arena_take(arena, net->cut, sizeof *g.cut);
     g.beyond = arena_take(arena, 4 * net->cut, sizeof *g.beyond);
     if (!g.points || !g.corners || !g.places || !g.node || !g.cut || !g.beyond || !quads)
-        return no_map_memory(problem);
+        return map_net_no_memory(problem);
     if (nodes + 4 * net->cut > INT32_MAX || !read_cloth(reader, net, &g) ||
         !cell_corners_begin(quads, reader, columns) ||
         !cell_corners_next(quads, net->whole, g.corners, g.places))
-        return damaged_result(problem);
+        return map_net_damaged(problem);
     for (size_t k = 0; k < net->cut; k++) {
         size_t cell = net->whole + k;
         for (int side = 0; side < 2; side++)
@@ -219,7 +219,8 @@ static enum api_problem_id load_cloth(const struct api_reader *reader, struct ar
                                          .corners = (const int32_t(*)[4])g.corners,
                                          .places = (const int32_t(*)[2])g.places,
                                          .cell_count = cells};
-    return facets_make(&source, arena, &net->facets) == STATUS_OK ? API_OK : no_map_memory(problem);
+    return facets_make(&source, arena, &net->facets) == STATUS_OK ? API_OK
+                                                                  : map_net_no_memory(problem);
 }
 
 /* ---- the rows ---- */
@@ -271,7 +272,7 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
     struct block *block = arena_take(arena, 1, sizeof *block);
     net->rows = arena_take(arena, net->whole + net->cut, net->width * sizeof *net->rows);
     if (!block || !net->rows)
-        return no_map_memory(problem);
+        return map_net_no_memory(problem);
     for (int cut = 0; cut < 2; cut++) { /* rows of the whole cells, then of those that are cut */
         size_t cells = cut ? net->cut : net->whole;
         block->table = cut ? API_TABLE_CUT : API_TABLE_CELLS;
@@ -280,7 +281,7 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
             block->count = left < BLOCK ? left : BLOCK;
             block->row = block->first + (cut ? net->whole : 0);
             if (!fill_block(reader, net, false, block) || !fill_block(reader, net, true, block))
-                return damaged_result(problem);
+                return map_net_damaged(problem);
             if (monitor && !monitor->progress(monitor->context, 0))
                 return api_problem_set(problem, API_CANCELLED, "the map was cancelled");
         }
@@ -290,7 +291,7 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
         return problem->id;
     net->clear = arena_take(arena, net->whole, sizeof *net->clear);
     if (!net->clear)
-        return no_map_memory(problem);
+        return map_net_no_memory(problem);
     stored_rim_find_clear(net->edge, net->facets->source.places, net->whole, net->clear);
     return API_OK;
 }

@@ -60,6 +60,10 @@ struct map_net {
 enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net *net,
                                  struct api_problem *problem) STATUS_MUST_USE;
 
+/* API_INTERNAL, that the result cannot be read; API_OUT_OF_MEMORY. */
+enum api_problem_id map_net_damaged(struct api_problem *problem);
+enum api_problem_id map_net_no_memory(struct api_problem *problem);
+
 /* Before it is loaded: leaves out all groups but these, which have to have warp and weft. */
 void map_net_keep(struct map_net *net, const enum column_id *ids, size_t count);
 
