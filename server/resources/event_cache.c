@@ -23,10 +23,7 @@ static struct look looks[LOOKS];
 enum store_answer event_cache_look(struct store *store, const char *id, int64_t since,
                                    struct store_job *job, char **document) {
     struct store_job whole;
-    unsigned number = 0;
-    for (int k = 0; k < 4 && id[k]; k++) /* ids are random digits */
-        number = number * 31 + (unsigned char)id[k];
-    struct look *look = &looks[number % LOOKS];
+    struct look *look = &looks[id_hash(id) % LOOKS];
     pthread_mutex_lock(&lock);
     bool found = look->store == store && look->begun >= since && !strcmp(look->id, id);
     if (found) {

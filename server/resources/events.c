@@ -45,13 +45,6 @@ static void name_state(const struct store_job *job, char name[EVENTS_ID_SIZE]) {
              (int)(job->progress * 1000));
 }
 
-/* Whether that is what the client saw last, before its connection broke. */
-static bool seen(const char *known, const struct store_job *job) {
-    char state[EVENTS_ID_SIZE];
-    name_state(job, state);
-    return !strcmp(state, known);
-}
-
 /* Looks for something to send. False when there is nothing now. A stream outlives its token no
  * longer than to the next look after SIGHUP. */
 static bool look_for_news(struct events *events) {
@@ -66,13 +59,14 @@ static bool look_for_news(struct events *events) {
     }
     enum store_answer answer =
         event_cache_look(events->store, events->id, events->request->woken_us, &job, &document);
-    if (answer == STORE_OK)
+    if (answer == STORE_OK) {
+        name_state(&job, state);
         news = events->attempts < 0
-                   ? !seen(events->known, &job)
+                   ? strcmp(state, events->known) != 0
                    : job.status != events->status || job.progress > events->progress ||
                          job.attempts != events->attempts;
+    }
     if (news) {
-        name_state(&job, state);
         events->ended = store_status_ended(job.status);
         events->status = job.status;
         events->progress = job.progress;
@@ -121,9 +115,11 @@ enum http_next events_stream(struct call *call) {
     struct store_job job = {0};
     if (!http_take_stream(request, reply) || !call_find_job(call, &job))
         return HTTP_DONE;
-    const char *known = request_header(request, "Last-Event-ID");
+    const char *known = request_header(request, "Last-Event-ID"); /* what the client saw last */
+    char state[EVENTS_ID_SIZE];
+    name_state(&job, state);
     struct events *events = calloc(1, sizeof *events);
-    if (known && store_status_ended(job.status) && seen(known, &job)) {
+    if (known && store_status_ended(job.status) && !strcmp(known, state)) {
         free(events);
         reply_empty(reply, 204); /* so that the client does not come back again */
     } else if (events) {
