@@ -103,21 +103,6 @@ static enum status alloc_line(struct shell_line *line, size_t pieces, struct are
     return line->uv && line->r ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
-/* An edge that is one point. */
-static enum status make_point(const struct ends *ends, size_t number, struct arena *arena,
-                              struct shell_line *line) {
-    const struct shell *shell = ends->shell;
-    const struct face_edge *edge = &shell->edges[number];
-    enum status status = alloc_line(line, PIECES_OF_POLE, arena);
-    for (size_t k = 0; status == STATUS_OK && k < line->count; k++) {
-        struct curve_place place;
-        edge_at_share(shell, edge, (double)k / PIECES_OF_POLE, &place);
-        memcpy(line->uv[k], place.uv, sizeof *line->uv);
-        line->r[k] = ends->at[2 * number + (k + 1 == line->count)];
-    }
-    return status;
-}
-
 /* The line of an edge; on the other side of a joint, that of whose first is `first`, else NULL, it
  * has the points of that, with parameters of its own. */
 static enum status make_line(const struct ends *ends, const struct ruler *ruler, double size,
@@ -174,9 +159,16 @@ enum status shell_lines(const struct shell *shell, int32_t component, double siz
         const struct face_edge *edge = &shell->edges[e];
         const struct face *face = &shell->faces[edge_face(shell, e)];
         made[e].face = face->surface.face;
-        if (edge->bare && face->component == component && !face->duplicate &&
-            edge_is_point(shell, edge, same_end * shell->tolerance))
-            status = make_point(&ends, e, arena, &made[e]);
+        if (!edge->bare || face->component != component || face->duplicate ||
+            !edge_is_point(shell, edge, same_end * shell->tolerance))
+            continue;
+        status = alloc_line(&made[e], PIECES_OF_POLE, arena);
+        for (size_t k = 0; status == STATUS_OK && k <= PIECES_OF_POLE; k++) {
+            struct curve_place place;
+            edge_at_share(shell, edge, (double)k / PIECES_OF_POLE, &place);
+            memcpy(made[e].uv[k], place.uv, sizeof *made[e].uv);
+            made[e].r[k] = ends.at[2 * e + (k == PIECES_OF_POLE)];
+        }
     }
     *lines = made;
     return status;
