@@ -165,20 +165,6 @@ struct piece {
     double t[2], from[2], to[2];
 };
 
-static bool is_nearly_straight(const struct collector *c, const struct trim_curve *curve, size_t l,
-                               const struct piece *piece) {
-    for (int quarter = 1; quarter <= 3; quarter++) {
-        double share = quarter / 4.0, at[2];
-        trim_curve_in_span(curve, l, piece->t[0] + share * (piece->t[1] - piece->t[0]), at, NULL);
-        for (int k = 0; k < 2; k++) {
-            double chord = piece->from[k] + share * (piece->to[k] - piece->from[k]);
-            if (fabs(at[k] - chord) > c->tolerance[k])
-                return false;
-        }
-    }
-    return true;
-}
-
 /* Halves the span until its pieces are flat; a stack of the halves yet to come. */
 static bool flatten_span(struct collector *c, const struct trim_curve *curve, size_t l) {
     struct piece stack[HALVINGS + 1];
@@ -191,7 +177,16 @@ static bool flatten_span(struct collector *c, const struct trim_curve *curve, si
         return false;
     while (depth >= 0) {
         struct piece *top = &stack[depth];
-        if (depth == c->halvings || is_nearly_straight(c, curve, l, top)) {
+        bool flat = true; /* near its chord at its quarters */
+        for (int quarter = 1; quarter <= 3 && flat && depth < c->halvings; quarter++) {
+            double share = quarter / 4.0, at[2];
+            trim_curve_in_span(curve, l, top->t[0] + share * (top->t[1] - top->t[0]), at, NULL);
+            for (int k = 0; k < 2; k++) {
+                double chord = top->from[k] + share * (top->to[k] - top->from[k]);
+                flat = flat && !(fabs(at[k] - chord) > c->tolerance[k]);
+            }
+        }
+        if (flat) {
             if (!add_flat_edge(c, top->to))
                 return false;
             c->crowded = c->crowded || (c->count > c->most && c->halvings > 0);
