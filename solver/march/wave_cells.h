@@ -164,13 +164,14 @@ near_pole(const struct surface *surface, const struct lanes3 *point, const lanes
     return surface_point_near_pole_lanes(surface, *point, *distance2);
 }
 
-/* D: where it is, and the surface there. */
+/* D: where it is, and the surface there; its numbers as those of a point of the wave. */
 struct lanes_corner {
     lanes uv[2];
     struct lanes_jet jet;
     struct lanes3 normal;
     lanes first[3], second[3];
 };
+_Static_assert(sizeof(struct lanes_corner) == WAVE_NUMBERS * sizeof(lanes), "all of its numbers");
 
 /* Those of the lanes `going` that settle; D is then where their last evaluation was. */
 INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lanes *cell,
@@ -214,26 +215,10 @@ INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lane
 
 /* ---- D ---- */
 
-INLINE void put_vector(struct wave_places *places, size_t n, struct lanes3 a) {
-    lanes_store(a.x, &places->of[n][1]);
-    lanes_store(a.y, &places->of[n + 1][1]);
-    lanes_store(a.z, &places->of[n + 2][1]);
-}
-
 INLINE void put_point(struct wave_places *places, const struct lanes_corner *d) {
-    lanes_store(d->uv[0], &places->of[AT_U][1]);
-    lanes_store(d->uv[1], &places->of[AT_U + 1][1]);
-    put_vector(places, MEMBER(jet.r), d->jet.r);
-    put_vector(places, MEMBER(jet.u), d->jet.u);
-    put_vector(places, MEMBER(jet.v), d->jet.v);
-    put_vector(places, MEMBER(jet.uu), d->jet.uu);
-    put_vector(places, MEMBER(jet.uv), d->jet.uv);
-    put_vector(places, MEMBER(jet.vv), d->jet.vv);
-    put_vector(places, AT_NORMAL, d->normal);
-    for (int n = 0; n < 3; n++) {
-        lanes_store(d->first[n], &places->of[AT_FIRST + n][1]);
-        lanes_store(d->second[n], &places->of[AT_SECOND + n][1]);
-    }
+    const lanes *from = (const lanes *)d;
+    _Pragma("GCC unroll 29") for (int n = 0; n < WAVE_NUMBERS; n++)
+        lanes_store(from[n], &places->of[n][1]);
 }
 
 /* Member by member: copies of the whole take as long as a step of Newton's. */
@@ -287,23 +272,12 @@ INLINE lanes_mask find_corner(struct wave *wave, lanes_mask wanted, struct lanes
 INLINE void choose_corner(lanes_mask choose, const struct corner_lanes *from,
                           const struct lanes_corner *from_d, struct corner_lanes *cell,
                           struct lanes_corner *d) {
-    struct lanes_jet *to = &d->jet;
-    const struct lanes_jet *jet = &from_d->jet;
-    d->uv[0] = lanes_select(choose, from_d->uv[0], d->uv[0]);
-    d->uv[1] = lanes_select(choose, from_d->uv[1], d->uv[1]);
+    const lanes *chosen = (const lanes *)from_d;
+    lanes *to = (lanes *)d;
     cell->error = lanes_select(choose, from->error, cell->error);
     cell->iterations = lanes_select(choose, from->iterations, cell->iterations);
-    to->r = lanes3_select(choose, jet->r, to->r);
-    to->u = lanes3_select(choose, jet->u, to->u);
-    to->v = lanes3_select(choose, jet->v, to->v);
-    to->uu = lanes3_select(choose, jet->uu, to->uu);
-    to->uv = lanes3_select(choose, jet->uv, to->uv);
-    to->vv = lanes3_select(choose, jet->vv, to->vv);
-    d->normal = lanes3_select(choose, from_d->normal, d->normal);
-    for (int n = 0; n < 3; n++) {
-        d->first[n] = lanes_select(choose, from_d->first[n], d->first[n]);
-        d->second[n] = lanes_select(choose, from_d->second[n], d->second[n]);
-    }
+    for (int n = 0; n < WAVE_NUMBERS; n++)
+        to[n] = lanes_select(choose, chosen[n], to[n]);
 }
 
 /* As solve_uneven where nothing is rough: looks at the edges to D, of which `ends` are the
