@@ -27,33 +27,29 @@ static const struct stencil stencils[STENCILS] = {
     {-1, 0, {-1, 1}},
 };
 
-/* The yarn's direction at (x, y) by a stencil, not a unit vector; false where the yarn does not
- * have all its places. */
-static bool difference(const struct net_window *window, int x, int y, int dx, int dy,
-                       const struct stencil *stencil, struct vec3 *sum) {
-    *sum = vec3_make(0, 0, 0);
-    for (int k = stencil->from; k <= stencil->to; k++) {
-        const struct net_node *node = net_window_place(window, x + k * dx, y + k * dy);
-        if (!node)
-            return false;
-        *sum = vec3_axpy(stencil->weight[k - stencil->from], node->r, *sum);
-    }
-    return true;
-}
-
-/* By the first stencil that fits; zero when none does. That of most nodes is there in short. */
+/* The yarn's direction at (x, y), not a unit vector, by the first stencil all places of which the
+ * yarn has; zero when there is none. That of most nodes is there in short. */
 static struct vec3 tangent(const struct net_window *window, int x, int y, int dx, int dy,
                            enum shear_order order) {
-    struct vec3 sum;
     if (order == SHEAR_SECOND) {
         const struct net_node *ahead = net_window_place(window, x + dx, y + dy);
         const struct net_node *back = net_window_place(window, x - dx, y - dy);
         if (ahead && back)
             return vec3_sub(ahead->r, back->r);
     }
-    for (int s = order == SHEAR_FOURTH ? 0 : FIRST_OF_SECOND_ORDER; s < STENCILS; s++)
-        if (difference(window, x, y, dx, dy, &stencils[s], &sum))
+    for (int s = order == SHEAR_FOURTH ? 0 : FIRST_OF_SECOND_ORDER; s < STENCILS; s++) {
+        const struct stencil *stencil = &stencils[s];
+        struct vec3 sum = vec3_make(0, 0, 0);
+        bool whole = true;
+        for (int k = stencil->from; k <= stencil->to && whole; k++) {
+            const struct net_node *node = net_window_place(window, x + k * dx, y + k * dy);
+            whole = node != NULL;
+            if (whole)
+                sum = vec3_axpy(stencil->weight[k - stencil->from], node->r, sum);
+        }
+        if (whole)
             return sum;
+    }
     return vec3_make(0, 0, 0);
 }
 
