@@ -38,12 +38,6 @@ static enum status gather_strip(const struct nurbs *nurbs, int direction, int l,
     return STATUS_OK;
 }
 
-static bool measure_contains(const struct surface_measure *measure, struct vec3 p) {
-    const struct vec3 *low = &measure->lower, *high = &measure->upper;
-    return low->x <= p.x && low->y <= p.y && low->z <= p.z && p.x <= high->x && p.y <= high->y &&
-           p.z <= high->z;
-}
-
 /* A strip without area is part of many a good surface. */
 static enum status measure_strip(const struct nurbs *strip, int direction, bool first,
                                  struct arena *arena, struct surface_measure *measure) {
@@ -59,7 +53,9 @@ static enum status measure_strip(const struct nurbs *strip, int direction, bool 
     if (status == STATUS_OK)
         measure->area += surface_area(surface, NULL);
     surface_bounds(surface, &lower, &upper);
-    if (!first && measure_contains(measure, lower) && measure_contains(measure, upper))
+    const struct vec3 *low = &measure->lower, *high = &measure->upper;
+    if (!first && low->x <= lower.x && low->y <= lower.y && low->z <= lower.z &&
+        upper.x <= high->x && upper.y <= high->y && upper.z <= high->z)
         return STATUS_OK;
     bounds_tight(surface, &lower, &upper);
     if (first) {
