@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The area of a surface, int |r_u x r_v| du dv, and its first moment, span by span by Gauss and
- * Legendre's rule. Where weights of very different size crowd most of a span into a corner of its
- * parameters, or the patch turns inside out along a line, no rule of a few points knows it: a piece
- * of a span in which the integrand does not die out in Legendre's polynomials is halved.
+ * The area of a surface, int |r_u x r_v| du dv, and its first and second moment, span by span by
+ * Gauss and Legendre's rule. Where weights of very different size crowd most of a span into a
+ * corner of its parameters, or the patch turns inside out along a line, no rule of a few points
+ * knows it: a piece of a span in which the integrand does not die out in Legendre's polynomials is
+ * halved.
  */
 #include "quadrature.h"
 #include "spans.h"
@@ -17,6 +18,7 @@ static const double unresolved = 1e-6;
 struct sums {
     double area;
     struct vec3 moment;
+    double square; /* of the distance from the middle of the surface's box */
 };
 
 struct piece {
@@ -25,19 +27,6 @@ struct piece {
     int along;    /* the direction in which it is resolved worst */
     double wrong; /* about what is wrong of its area */
 };
-
-/* Adds the amounts of P_(n-1) and of P_(n-2) = (2n - 1) / (n - 1) x P_(n-1) in n values. */
-static double tail_of(const struct quadrature *rule, const double *value, int stride) {
-    int n = rule->count;
-    double last = 0, before = 0;
-    for (int k = 0; k < n; k++) {
-        double own = rule->weight[k] * value[k * stride] * rule->last[k];
-        last += own;
-        before += own * rule->node[k];
-    }
-    return fabs(last) * (2 * n - 1) +
-           fabs(before) * (2 * n - 3) * (2 * n - 1) / (n > 1 ? n - 1 : 1);
-}
 
 /* Adds a piece to the sums, which in the order of its points are the same bits whatever its tail.
  */
@@ -69,10 +58,11 @@ static void integrate_piece(const struct surface *surface, const struct quadratu
             density[a * n + b] = own;
             sums->area += element;
             sums->moment = vec3_axpy(element, at->r, sums->moment);
+            sums->square += element * vec3_norm2(vec3_sub(at->r, surface_box_middle(surface)));
         }
     for (int k = 0; k < n; k++) {
-        tail[0] += rule->weight[k] * tail_of(rule, density + k, n);
-        tail[1] += rule->weight[k] * tail_of(rule, density + k * n, 1);
+        tail[0] += rule->weight[k] * quadrature_tail(rule, density + k, n);
+        tail[1] += rule->weight[k] * quadrature_tail(rule, density + k * n, 1);
     }
     double area = sums->area - before, most = (tail[0] + tail[1]) * half[0] * half[1];
     piece->along = tail[1] > tail[0];
@@ -109,7 +99,19 @@ static struct piece whole_span(const struct surface *surface, int k) {
     return piece;
 }
 
-void surface_integrate(const struct surface *surface, double *area, struct vec3 *moment) {
+/* With c the centroid, the mean of |r - c|^2 is that of |r - m|^2 less |c - m|^2. */
+static enum status set_measures(struct surface *surface, const struct sums *sums) {
+    double least = SURFACE_COINCIDENCE * SURFACE_COINCIDENCE * surface->size * surface->size;
+    surface->area = sums->area;
+    if (!(sums->area > least) || !isfinite(sums->area))
+        return STATUS_DEGENERATE_SURFACE;
+    surface->centroid = vec3_scale(1 / sums->area, sums->moment);
+    surface->gyration2 = sums->square / sums->area -
+                         vec3_norm2(vec3_sub(surface->centroid, surface_box_middle(surface)));
+    return STATUS_OK;
+}
+
+enum status surface_integrate(struct surface *surface) {
     int spans = surface->axis[0].span_count * surface->axis[1].span_count, left = PIECES_MOST;
     /* many points per span and direction where spans are few and large */
     int order = spans <= 64 ? 16 : spans <= 1024 ? 8 : spans <= 16384 ? 4 : 2;
@@ -121,10 +123,8 @@ void surface_integrate(const struct surface *surface, double *area, struct vec3 
         integrate_piece(surface, &rule, &piece, &whole);
         worst = fmax(worst, piece.wrong);
     }
-    *area = whole.area;
-    *moment = whole.moment;
     if (!(worst > unresolved * whole.area))
-        return;
+        return set_measures(surface, &whole);
     for (int k = 0; k < spans; k++) {
         struct piece piece = whole_span(surface, k);
         struct sums before = sums;
@@ -134,6 +134,5 @@ void surface_integrate(const struct surface *surface, double *area, struct vec3 
         sums = before;
         refine_piece(surface, &rule, unresolved * whole.area, &left, &piece, &sums);
     }
-    *area = sums.area;
-    *moment = sums.moment;
+    return set_measures(surface, &sums);
 }

@@ -6,7 +6,7 @@
  *     int f du dv over the inside of a loop = integral of F dv along the loop,
  *
  * by Gauss's rule on each piece of a trim curve between knots, and knots of the surface. To about
- * 1e-9 of what is smooth, where the strips of `trim_area` find 1e-4.
+ * 1e-9 of what is smooth, where the lines of `trim_area` find 1e-7.
  */
 #ifndef SOLVER_SURFACE_CONTOUR_H
 #define SOLVER_SURFACE_CONTOUR_H

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "quadrature.h"
 
+#include <math.h>
+
 #include "solver/angle.h"
 
 /* P_n(x) and P_n'(x) by the three-term recurrence. */
@@ -29,4 +31,17 @@ struct quadrature quadrature_make(int count) {
         rule.last[k] = (1 - x * x) * derivative / count;
     }
     return rule;
+}
+
+/* With P_(n-2) = (2n - 1) / (n - 1) x P_(n-1) in the nodes. */
+double quadrature_tail(const struct quadrature *rule, const double *value, int stride) {
+    int n = rule->count;
+    double last = 0, before = 0;
+    for (int k = 0; k < n; k++) {
+        double own = rule->weight[k] * value[k * stride] * rule->last[k];
+        last += own;
+        before += own * rule->node[k];
+    }
+    return fabs(last) * (2 * n - 1) +
+           fabs(before) * (2 * n - 3) * (2 * n - 1) / (n > 1 ? n - 1 : 1);
 }

@@ -19,6 +19,10 @@
 #include "surface.h"
 #include <stdint.h>
 
+/* Borders closer than this share of the surface's size are one line, or one point; less area than
+ * its square by that of the size is none. */
+#define SURFACE_COINCIDENCE 1e-9
+
 /* Homogeneous coordinates (w x, w y, w z, w). */
 typedef double vec4 __attribute__((vector_size(32)));
 
@@ -62,6 +66,7 @@ struct surface {
     double magnitude; /* the largest absolute coordinate of that box: what rounding scales with */
     double area;
     struct vec3 centroid;
+    double gyration2;
     double least_tangent2[2]; /* tangents whose square is less have vanished */
     bool has_poles;
     bool has_folds;            /* a knot line over which not even r_u or r_v need be continuous */
@@ -148,8 +153,13 @@ double surface_nearest_from(const struct surface *surface, struct vec3 point, do
 void surface_set_bounds(struct surface *surface, struct vec3 lower, struct vec3 upper);
 enum status surface_finish(struct surface *surface) STATUS_MUST_USE;
 
-/* int |r_u x r_v| du dv over all spans, and the same of r |r_u x r_v|; to some 1e-6 of the area. */
-void surface_integrate(const struct surface *surface, double *area, struct vec3 *moment);
+/* Sets area, centroid and radius of gyration, to some 1e-6. STATUS_DEGENERATE_SURFACE when there is
+ * no area. */
+enum status surface_integrate(struct surface *surface) STATUS_MUST_USE;
+
+static inline struct vec3 surface_box_middle(const struct surface *surface) {
+    return vec3_scale(0.5, vec3_add(surface->lower, surface->upper));
+}
 
 /* `surface_evaluate_span` of a surface that is moved; up to this share of a span from what was a
  * pole, in a way that loses no digits there. */

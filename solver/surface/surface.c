@@ -17,9 +17,6 @@ static const double most_factor = 1e9;
 /* Weights that differ by more within one span cancel in the coefficients of powers. */
 static const double weights_for_powers = 100;
 
-/* Borders closer than this share of the surface's size are one line, or one point. */
-static const double coincidence = 1e-9;
-
 /* A span this narrow, as a share of the surface's size and of the domain, is a line. */
 static const double line_width = 1e-10;
 
@@ -304,7 +301,7 @@ static void balance(struct surface *surface, int k) {
 }
 
 static bool is_same_point(const struct surface *surface, vec4 a, vec4 b) {
-    return vec3_distance(space_point(a), space_point(b)) <= coincidence * surface->size;
+    return vec3_distance(space_point(a), space_point(b)) <= SURFACE_COINCIDENCE * surface->size;
 }
 
 /* A border is a pole when all its control points are one; a direction is closed when its two
@@ -325,25 +322,19 @@ static void find_poles(struct surface *surface, int direction) {
             axis->pole[1] = axis->pole[1] && is_same_point(surface, high, first[1]);
             double skew = low[3] * first[1][3] - high[3] * first[0][3];
             axis->closed = axis->closed && is_same_point(surface, low, high) &&
-                           fabs(skew) <= coincidence * fabs(low[3] * first[1][3]);
+                           fabs(skew) <= SURFACE_COINCIDENCE * fabs(low[3] * first[1][3]);
         }
 }
 
 enum status surface_finish(struct surface *surface) {
     const struct surface_axis *a = surface->axis;
-    struct vec3 moment;
     surface->has_poles = a[0].pole[0] || a[0].pole[1] || a[1].pole[0] || a[1].pole[1];
     for (int k = 0; k < 2; k++) {
         double least = vanished_tangent * surface->size /
                        (surface_axis_upper(&a[k]) - surface_axis_lower(&a[k]));
         surface->least_tangent2[k] = least * least;
     }
-    surface_integrate(surface, &surface->area, &moment);
-    double least = coincidence * coincidence * surface->size * surface->size;
-    if (!(surface->area > least) || !isfinite(surface->area))
-        return STATUS_DEGENERATE_SURFACE;
-    surface->centroid = vec3_scale(1 / surface->area, moment);
-    return STATUS_OK;
+    return surface_integrate(surface);
 }
 
 enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct surface **surface) {
@@ -396,6 +387,10 @@ bool surface_closed(const struct surface *surface, int direction) {
 void surface_bounds(const struct surface *surface, struct vec3 *lower, struct vec3 *upper) {
     *lower = surface->lower;
     *upper = surface->upper;
+}
+
+double surface_gyration2(const struct surface *surface) {
+    return surface->gyration2;
 }
 
 double surface_area(const struct surface *surface, struct vec3 *centroid) {

@@ -55,6 +55,10 @@ void surface_bounds(const struct surface *surface, struct vec3 *lower, struct ve
  * its centroid (may be NULL). */
 double surface_area(const struct surface *surface, struct vec3 *centroid);
 
+/* The square of its radius of gyration: the mean of |r - centroid|^2 over the area. Of a flat
+ * rectangle it is a twelfth of the square of the diagonal. */
+double surface_gyration2(const struct surface *surface);
+
 /* The least radius of curvature among samples of the surface's regular points, a few in each span,
  * within the region (NULL: all of it); infinite where it is flat. */
 double surface_least_radius(const struct surface *surface, const struct trim *trim);

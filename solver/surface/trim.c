@@ -7,9 +7,18 @@
 #include <string.h>
 
 enum { ORDER_MAX = NURBS_DEGREE_MAX + 1, HALVINGS = 16, STRIPS_MAX = 4096, LINES = 512 };
+enum { HALVINGS_OF_SPAN = 6 }; /* of the surface, for the lines of the area */
 
 /* Flattened curves deviate from the curve by less than this share of the domain. */
 static const double flatness = 1e-6;
+
+/* Loops have a corner where the tangent of the angle by which they turn is more, by the domain; and
+ * breaks nearer to each other than this share of the region's height are one. */
+static const double corner_tangent = 0.1, same_break = 1e-12;
+
+/* Along a line the integrand is resolved when no larger share of it is in the rule's last
+ * polynomials, or no more than this share of the domain is left. */
+static const double unresolved = 3e-4, shortest_line = 1e-3;
 
 /* What keeps the work in proportion to what the caller wrote, however the loops run: edges that
  * curves may be flattened into, entries in the strips for each edge, and points where all the
@@ -38,6 +47,7 @@ struct trim {
     uint32_t *strip_edges;            /* by strip, and there by loop */
     double area, middle[2];
     struct vec3 centroid;
+    double gyration2;
     size_t steps;
 };
 
@@ -289,6 +299,10 @@ double trim_area(const struct trim *trim, struct vec3 *centroid) {
     return trim->area;
 }
 
+double trim_gyration2(const struct trim *trim) {
+    return trim->gyration2;
+}
+
 void trim_middle(const struct trim *trim, double uv[2]) {
     uv[0] = trim->middle[0];
     uv[1] = trim->middle[1];
@@ -300,6 +314,7 @@ struct gathered {
     const struct quadrature *rule;
     double area;
     struct vec3 moment;
+    double square; /* of the distance from the middle of the surface's box */
 };
 
 /* |r_u x r_v| and r at points of a line of v, in the caller's parameters: as a grid, to the same
@@ -336,26 +351,40 @@ static void evaluate_line(const struct surface *surface, struct surface_cursor *
 }
 
 /* Adds int |r_u x r_v| du, and r times it, from a to b on the line v, times `weight`; between
- * breaks of u, because the surface is smooth only there. */
+ * breaks of u, because the surface is smooth only there, and by halves where the rule does not
+ * resolve it. */
 static void integrate_line(const struct surface *surface, struct gathered *sum, double a, double b,
                            double v, double weight) {
     const struct surface_axis *axis = &surface->axis[0];
     const struct quadrature *rule = sum->rule;
     struct vec3 r[QUADRATURE_MAX];
     double u[QUADRATURE_MAX] = {0}, density[QUADRATURE_MAX] = {0};
-    while (a < b) {
-        int span = surface_axis_span(axis, 0, surface_axis_inner(axis, a));
-        double next = surface_axis_outer(axis, axis->breaks[span + 1]);
-        double end = next > a && next < b ? next : b;
-        for (int k = 0; k < rule->count; k++)
-            u[k] = (a + end + (end - a) * rule->node[k]) / 2;
-        evaluate_line(surface, &sum->cursor, u, v, rule->count, density, r);
+    double least = shortest_line * (axis->outer[1] - axis->outer[0]), end = a;
+    for (double from = a, to; from < b; from = to) {
+        if (from >= end) { /* the next break, of which rounding may have left a little */
+            int span = surface_axis_span(axis, 0, surface_axis_inner(axis, from));
+            do
+                end = surface_axis_outer(axis, axis->breaks[++span]);
+            while (end <= from + least * least && span < axis->span_count);
+            end = end > from && end < b ? end : b;
+        }
+        double mean = 0;
+        for (to = end;; to = from + (to - from) / 2) {
+            for (int k = 0; k < rule->count; k++)
+                u[k] = (from + to + (to - from) * rule->node[k]) / 2;
+            evaluate_line(surface, &sum->cursor, u, v, rule->count, density, r);
+            mean = 0;
+            for (int k = 0; k < rule->count; k++)
+                mean += rule->weight[k] * density[k] / 2;
+            if (quadrature_tail(rule, density, 1) <= unresolved * mean || !(to - from > least))
+                break;
+        }
         for (int k = 0; k < rule->count; k++) {
-            double element = weight * rule->weight[k] * (end - a) / 2 * density[k];
+            double element = weight * rule->weight[k] * (to - from) / 2 * density[k];
             sum->area += element;
             sum->moment = vec3_axpy(element, r[k], sum->moment);
+            sum->square += element * vec3_norm2(vec3_sub(r[k], surface_box_middle(surface)));
         }
-        a = end;
     }
 }
 
@@ -365,27 +394,121 @@ struct line_crossing {
     uint32_t loop;
 };
 
-/* The middle lines of strips of the box round the region and where they meet edges: line k those
- * from first[k] to first[k + 1]. */
+/* Lines of v = const with their weights, and where they meet edges: line k those from first[k] to
+ * first[k + 1]. */
 struct lines {
-    double low, step;
+    double *height, *weight;
     size_t count, *first;
     struct line_crossing *crossings;
 };
 
-static double line_height(const struct lines *lines, size_t k) {
-    return lines->low + ((double)k + 0.5) * lines->step;
+static int compare_doubles(const void *a, const void *b) {
+    const double *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+/* Adds the values of v between which the surface's element of area is resolved along v at some u,
+ * by halving from a to b. */
+static void add_resolved(const struct trim *trim, const struct quadrature *rule, double a, double b,
+                         int depth, double *breaks, size_t *count) {
+    struct surface_cursor cursor = {0};
+    bool resolved = depth == 0;
+    for (int n = 0; n < 3 && !resolved; n++) {
+        double density[QUADRATURE_MAX] = {0}, mean = 0;
+        double u = trim->low[0] + (n + 0.5) / 3 * (trim->high[0] - trim->low[0]);
+        for (int k = 0; k < rule->count; k++) {
+            struct surface_jet jet;
+            surface_evaluate(trim->surface, &cursor, u, (a + b + (b - a) * rule->node[k]) / 2,
+                             &jet);
+            density[k] = vec3_norm(vec3_cross(jet.u, jet.v));
+            mean += rule->weight[k] * density[k] / 2;
+        }
+        if (!(quadrature_tail(rule, density, 1) <= unresolved * mean))
+            break;
+        resolved = n == 2;
+    }
+    double middle = (a + b) / 2;
+    if (resolved)
+        return;
+    add_resolved(trim, rule, a, middle, depth - 1, breaks, count);
+    breaks[(*count)++] = middle;
+    add_resolved(trim, rule, middle, b, depth - 1, breaks, count);
+}
+
+/* The values of v at which what lines cut out of the region is not smooth: corners of loops, and
+ * where they turn back; and knots of the surface. In order, each once. */
+static size_t find_breaks(const struct trim *trim, double *breaks) {
+    const struct surface_axis *axis = trim->surface->axis;
+    double by[2], height = trim->high[1] - trim->low[1];
+    size_t count = 0, kept = 1;
+    for (int k = 0; k < 2; k++)
+        by[k] = 1 / (axis[k].outer[1] - axis[k].outer[0]);
+    breaks[count++] = trim->low[1];
+    breaks[count++] = trim->high[1];
+    struct quadrature rule = quadrature_make(QUADRATURE_MAX / 2);
+    double from = trim->low[1];
+    for (int span = 1; span <= axis[1].span_count && from < trim->high[1]; span++) {
+        double to = surface_axis_outer(&axis[1], axis[1].breaks[span]);
+        if (to <= from)
+            continue;
+        to = fmin(to, trim->high[1]);
+        add_resolved(trim, &rule, from, to, HALVINGS_OF_SPAN, breaks, &count);
+        breaks[count++] = from = to;
+    }
+    for (size_t loop = 0; loop < trim->loop_count; loop++) {
+        const double(*points)[2];
+        size_t last = trim_loop_points(trim, loop, &points);
+        for (size_t k = 1; k < last; k++) { /* the last point is the first */
+            const double *at = points[k], *before = points[k - 1];
+            const double *after = points[k + 1 < last ? k + 1 : 1];
+            double a[2], b[2];
+            for (int x = 0; x < 2; x++) {
+                a[x] = by[x] * (at[x] - before[x]);
+                b[x] = by[x] * (after[x] - at[x]);
+            }
+            double cross = a[0] * b[1] - a[1] * b[0], along = a[0] * b[0] + a[1] * b[1];
+            if (!(a[1] * b[1] > 0) || !(fabs(cross) < corner_tangent * along))
+                breaks[count++] = at[1];
+        }
+    }
+    qsort(breaks, count, sizeof *breaks, compare_doubles);
+    size_t first = 0;
+    while (breaks[first] < trim->low[1])
+        first++;
+    breaks[0] = breaks[first];
+    for (size_t k = first + 1; k < count && breaks[k] <= trim->high[1]; k++)
+        if (breaks[k] > breaks[kept - 1] + same_break * height)
+            breaks[kept++] = breaks[k];
+    return kept;
+}
+
+/* Gauss's rule of `order` between breaks, in x from -1 to 1 with v = m + h (3 x - x^3) / 2: so that
+ * where a loop turns back, and the lines' lengths go with the root of v, they are smooth in x. */
+static void place_lines(const double *breaks, size_t count, int order, struct lines *lines) {
+    struct quadrature rule = quadrature_make(order);
+    lines->count = 0;
+    for (size_t k = 0; k + 1 < count; k++) {
+        double middle = (breaks[k] + breaks[k + 1]) / 2, half = (breaks[k + 1] - breaks[k]) / 2;
+        for (int n = order - 1; n >= 0; n--) {
+            double x = rule.node[n];
+            lines->height[lines->count] = middle + half * x * (3 - x * x) / 2;
+            lines->weight[lines->count++] =
+                order == 1 ? 2 * half : half * rule.weight[n] * 3 * (1 - x * x) / 2;
+        }
+    }
 }
 
 /* The first line at v or above. */
 static size_t first_line_from(const struct lines *lines, double v) {
-    double at = ceil((v - lines->low) / lines->step - 0.5);
-    size_t k = at > 0 ? at < (double)lines->count ? (size_t)at : lines->count : 0;
-    while (k > 0 && line_height(lines, k - 1) >= v)
-        k--;
-    while (k < lines->count && line_height(lines, k) < v)
-        k++;
-    return k;
+    size_t low = 0, high = lines->count;
+    while (low < high) {
+        size_t middle = (low + high) / 2;
+        if (lines->height[middle] < v)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
 }
 
 static int compare_line_crossings(const void *a, const void *b) {
@@ -393,19 +516,34 @@ static int compare_line_crossings(const void *a, const void *b) {
     return (x->u > y->u) - (x->u < y->u);
 }
 
-/* Chooses the lines and finds all points where they meet edges, in order. */
+/* Chooses the lines and finds all points where they meet edges, in order. Where breaks are too many
+ * lines are at even distances. */
 static bool cross_lines(struct trim *trim, struct lines *lines, struct arena *arena) {
-    size_t most = crossings_most + crossings_per_edge * trim->edge_count, total;
-    lines->low = trim->low[1];
-    for (lines->count = LINES;; lines->count /= 2) {
+    size_t most = crossings_most + crossings_per_edge * trim->edge_count, total, points = 0;
+    const double(*loop_points)[2];
+    for (size_t k = 0; k < trim->loop_count; k++)
+        points += trim_loop_points(trim, k, &loop_points);
+    size_t room = points + ((size_t)trim->surface->axis[1].span_count << HALVINGS_OF_SPAN) + 2;
+    double *breaks = arena_alloc(arena, room > LINES ? room : LINES + 1, sizeof *breaks);
+    lines->height = arena_alloc(arena, LINES, sizeof *lines->height);
+    lines->weight = arena_alloc(arena, LINES, sizeof *lines->weight);
+    if (!breaks || !lines->height || !lines->weight)
+        return false;
+    size_t count = find_breaks(trim, breaks), even = LINES;
+    for (int order = QUADRATURE_MAX;; order /= 2) {
+        while (order > 1 && (count - 1) * (size_t)order > LINES)
+            order /= 2;
+        for (size_t k = 0; order < 2 && k <= even; k++)
+            breaks[k] = trim->low[1] + (double)k / (double)even * (trim->high[1] - trim->low[1]);
+        place_lines(breaks, order < 2 ? even + 1 : count, order < 2 ? 1 : order, lines);
         total = 0;
-        lines->step = (trim->high[1] - trim->low[1]) / (double)lines->count;
         for (size_t k = 0; k < trim->edge_count; k++)
             total += first_line_from(lines, trim->edges[k].v[1]) -
                      first_line_from(lines, trim->edges[k].v[0]);
         trim->steps += trim->edge_count;
-        if (total <= most)
+        if (total <= most || even == 1)
             break;
+        even /= order < 2 ? 2 : 1;
     }
     lines->first = arena_alloc(arena, lines->count + 2, sizeof *lines->first);
     lines->crossings = arena_alloc(arena, total, sizeof *lines->crossings);
@@ -427,7 +565,7 @@ static bool cross_lines(struct trim *trim, struct lines *lines, struct arena *ar
              at < first_line_from(lines, edge->v[1]); at++) {
             struct line_crossing *at_edge = &lines->crossings[fill[at]++];
             at_edge->loop = edge->loop;
-            crossing(edge, line_height(lines, at), &at_edge->u);
+            crossing(edge, lines->height[at], &at_edge->u);
         }
     }
     for (size_t at = 0; at < lines->count; at++)
@@ -444,7 +582,7 @@ static bool cross_lines(struct trim *trim, struct lines *lines, struct arena *ar
 static void visit_line(struct trim *trim, const struct lines *lines, size_t at, bool *inside,
                        struct gathered *sum, double *nearest) {
     const struct surface_axis *axis = &trim->surface->axis[0];
-    double lower = axis->outer[0], upper = axis->outer[1], from = lower, v = line_height(lines, at);
+    double lower = axis->outer[0], upper = axis->outer[1], from = lower, v = lines->height[at];
     size_t kept = 0, cut_away = 0;
     for (size_t k = lines->first[at]; k <= lines->first[at + 1]; k++) {
         const struct line_crossing *at_edge =
@@ -452,7 +590,7 @@ static void visit_line(struct trim *trim, const struct lines *lines, size_t at, 
         double to = at_edge ? fmin(fmax(at_edge->u, lower), upper) : upper;
         bool own = from < to && cut_away == 0 && (kept > 0 || trim->kept_count == 0);
         if (own && sum) {
-            integrate_line(trim->surface, sum, from, to, v, lines->step);
+            integrate_line(trim->surface, sum, from, to, v, lines->weight[at]);
         } else if (own) {
             struct surface_cursor cursor = {0};
             struct surface_jet jet;
@@ -475,7 +613,7 @@ static void visit_line(struct trim *trim, const struct lines *lines, size_t at, 
 }
 
 static enum status measure_region(struct trim *trim, struct arena *arena) {
-    struct quadrature rule = quadrature_make(4);
+    struct quadrature rule = quadrature_make(8);
     struct gathered sum = {.rule = &rule};
     struct lines lines;
     double nearest = HUGE_VAL;
@@ -489,6 +627,8 @@ static enum status measure_region(struct trim *trim, struct arena *arena) {
         return STATUS_DEGENERATE_SURFACE;
     trim->area = sum.area;
     trim->centroid = vec3_scale(1 / sum.area, sum.moment);
+    trim->gyration2 = sum.square / sum.area -
+                      vec3_norm2(vec3_sub(trim->centroid, surface_box_middle(trim->surface)));
     for (size_t at = 0; at < lines.count; at++)
         visit_line(trim, &lines, at, inside, NULL, &nearest);
     arena_rewind(arena, mark);

@@ -61,9 +61,13 @@ bool trim_contains(const struct trim *trim, const double uv[2]);
 /* Whether (u, v) is in the box around the region's edges. */
 bool trim_near(const struct trim *trim, const double uv[2]);
 
-/* Area of the region in the square of the surface's unit, and its centroid. To about 1e-4 of it;
- * less exactly where a line v = const crosses more than 512 edges and 4 / 512 of all. */
+/* Area of the region in the square of the surface's unit, and its centroid. To about 1e-7 of it;
+ * less exactly where its loops have more than 256 corners and turns, or a line v = const crosses
+ * more than 512 edges and 4 / 512 of all. */
 double trim_area(const struct trim *trim, struct vec3 *centroid);
+
+/* The square of its radius of gyration, as `surface_gyration2`. */
+double trim_gyration2(const struct trim *trim);
 
 /* A point of the region near its centroid: well inside it, where the centroid itself may not be. */
 void trim_middle(const struct trim *trim, double uv[2]);
