@@ -37,13 +37,9 @@ bool march_parameters(const struct march *march, const struct surface_point *poi
 
 bool march_has_left(const struct march *march, const struct surface_point *point) {
     double uv[2];
-    struct vec3 r = point->jet.r, low, high;
-    if (!march->mesh && march->surface->shell) {
-        shell_bounds(march->surface->shell, &low, &high);
-        return r.x < low.x || r.y < low.y || r.z < low.z || r.x > high.x || r.y > high.y ||
-               r.z > high.z;
-    }
     const struct trim *trim = march->trim;
+    if (!march->mesh && march->surface->shell)
+        trim = shell_trim(point->surface->shell, point->surface->face);
     return !trim || !march_parameters(march, point, uv) || !trim_near(trim, uv);
 }
 
@@ -60,6 +56,21 @@ double march_area(const struct march *march) {
     int32_t start = march_mesh_point_of(&march->start.point).triangle;
     return march->mesh->components[march->mesh->component[start]].area;
 }
+
+double march_size(const struct march *march) {
+    const struct surface *surface = march->surface;
+    if (!surface)
+        return HUGE_VAL;
+    double gyration2 =
+        march->trim ? trim_gyration2(march->trim)
+        : surface->shell
+            ? shell_gyration2(surface->shell, shell_component(surface->shell, surface->face))
+            : surface_gyration2(surface);
+    return sqrt(12 * gyration2);
+}
+
+/* The continuation is trusted up to this share of the part's size from it. */
+static const double reach = 0.3;
 
 /* How often the net has passed the cut to its left on the way to (i, j), less the passages to its
  * right: by a neighbour, those towards the start first. */
@@ -101,9 +112,11 @@ static enum surface_point_zone zone_of(struct march *march, const struct surface
     enum surface_point_zone zone = SURFACE_POINT_INSIDE;
     double uv[2];
     if (!march->mesh && point->surface->shell)
-        zone = surface_point_zone_on_face(&march->cursor, point, march_look_over(march, point));
+        zone = surface_point_zone_on_face(&march->cursor, point, march_look_over(march, point),
+                                          march->reach);
     else if (!march->mesh)
-        zone = surface_point_zone(march->surface, &march->cursor, cut_from, point, reason);
+        zone = surface_point_zone(march->surface, &march->cursor, cut_from, point, march->reach,
+                                  reason);
     if (zone != SURFACE_POINT_INSIDE || start || !trim)
         return zone;
     (void)march_parameters(march, point, uv);
@@ -214,6 +227,7 @@ static const size_t nodes_least = 1000;
  * Round its wall a net that is not watched may go on without an end. */
 static enum status march_net(struct march *march) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    march->reach = reach * march_size(march);
     const struct march begun = *march;
     bool unexpected = !march->mesh && march->surface->shell && !march->watched, folded = false;
     const double *d = march->settings->spacing;

@@ -433,11 +433,15 @@ bool march_solve_corner(struct march *march, const struct march_cell *at, struct
     if (march->method->yarn != DRAPE_YARN_CHORD)
         end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
     if (end == FISHNET_FOUND && march->method->yarn == DRAPE_YARN_GEODESIC && !laid) {
-        const struct surface *face = node->point.surface;
+        const struct fishnet_node chords = *node;
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,
                                      node);
-        /* Beyond a joint of which chords did not know: its yarns leave otherwise than chords do. */
-        if (end == FISHNET_FOUND && node->point.surface != face)
+        /* Over a joint of which chords did not know yarns leave otherwise than chords do, and what
+         * does not converge by them may do so from face to face. */
+        bool lost = end == FISHNET_NO_CONVERGENCE && march->surface->shell;
+        if (lost)
+            *node = chords;
+        if (lost || (end == FISHNET_FOUND && node->point.surface != chords.point.surface))
             end = solve_rough(march, at, &cell, true, node);
     }
     if (end == FISHNET_FOUND)

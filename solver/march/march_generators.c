@@ -118,10 +118,9 @@ static const double turns_after = 0.25;
 
 /* Whether an arm that is outside goes round the part, as below the rim of a dome. */
 static bool goes_round(const struct march *march, const struct arm *arm, double d) {
-    const struct surface *surface = march->surface;
     if (march->mesh || arm->outside == 0)
         return false;
-    double part = surface->shell ? shell_size(surface->shell) : surface->size;
+    double part = march_size(march);
     const struct surface_point *point = &arm->at.point;
     bool beyond = false;
     for (int k = 0; k < 2; k++) {

@@ -39,9 +39,9 @@ static const double at_joint = 1e-9;
 /* Relative accuracy of a chord along a path. */
 static const double chord_tolerance = 1e-13, chord_rounding = 2e-15;
 
-/* The continuation of a narrow face of a shell is followed as far as this share of the shell's
- * size, while its normal has turned by less than this cosine. */
-static const double shell_reach = 0.25, shell_turn = 0.5;
+/* Further beyond an open boundary than the domain is long a path is followed as far as this share
+ * of the part's size, while the normal has turned by less than this cosine. */
+static const double trusted = 0.3, trusted_turn = 0.5;
 
 /* Steps and crossings of one advance; far more than any line needs. */
 static const int rounds_max = 4 * NURBS_SIZE_MAX;
@@ -153,33 +153,26 @@ static bool pass_poles(struct path *g, double *h) {
            leap(g, &here, t, 2 * before);
 }
 
-/* Whether a face of a shell may still be followed, further beyond its boundary than it is wide: the
- * continuation there is no further than ghosts may be, and has turned no more than theirs. */
-static bool is_near_narrow_face(const struct path *g, int k, double beyond, double length) {
-    struct surface_jet here, there;
-    double edge[2];
-    (void)path_clamp(g, edge);
-    path_jet(g, g->uv, &here);
-    path_jet(g, edge, &there);
-    struct vec3 from = vec3_cross(there.u, there.v), to = vec3_cross(here.u, here.v);
-    const struct surface_axis *axis = &g->surface->axis[k];
-    double wide = surface_axis_upper(axis) - surface_axis_lower(axis);
-    return wide * vec3_norm(k == 0 ? there.u : there.v) < length &&
-           beyond * vec3_norm(k == 0 ? here.u : here.v) <
-               shell_reach * shell_size(g->surface->shell) &&
-           vec3_dot(from, to) > shell_turn * sqrt(vec3_norm2(from) * vec3_norm2(to));
-}
-
-/* Whether the path is more than a domain's length beyond an open boundary: the continuation is of
- * no use there, and may be singular; but that of a narrow face of a shell. */
-static bool far_outside(const struct path *g, double length) {
+/* Whether the path is more than a domain's length beyond an open boundary and, but round a pole,
+ * further than is trusted: the continuation is of no use there, and may be singular. */
+static bool far_outside(const struct path *g) {
+    const struct shell *shell = g->surface->shell;
+    double size = shell ? shell_size(shell) : g->surface->size, edge[2];
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &g->surface->axis[k];
         double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
         double beyond = fabs(g->uv[k] - (low + high) / 2) - (high - low) / 2;
-        if (!axis->closed && !(beyond <= high - low) &&
-            !(g->surface->shell && is_near_narrow_face(g, k, beyond, length)))
+        if (axis->closed || beyond <= high - low)
+            continue;
+        if (g->surface->axis[1 - k].pole[0] || g->surface->axis[1 - k].pole[1])
             return true;
+        struct surface_jet here, there;
+        (void)path_clamp(g, edge);
+        path_jet(g, g->uv, &here);
+        path_jet(g, edge, &there);
+        struct vec3 from = vec3_cross(there.u, there.v), to = vec3_cross(here.u, here.v);
+        return !(vec3_distance(here.r, there.r) <= trusted * size &&
+                 vec3_dot(from, to) > trusted_turn * sqrt(vec3_norm2(from) * vec3_norm2(to)));
     }
     return false;
 }
@@ -305,8 +298,7 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
             for (size_t k = sizeof outside_most / sizeof *outside_most; k > 0; k--)
                 if (path->accuracy < outside_most[k - 1].accuracy)
                     most = outside_most[k - 1].steps;
-        if (far_outside(path, effort->whole) ||
-            (effort->steps++ >= most && !path->surface->has_poles))
+        if (far_outside(path) || (effort->steps++ >= most && !path->surface->has_poles))
             return false;
         const struct surface *surface = path->surface;
         const int span[2] = {path->span[0], path->span[1]};
@@ -339,16 +331,15 @@ bool path_advance(struct path *path, double length) {
 }
 
 /* Whether nothing but a step in a span can be next. */
-static bool steps_in_span(const struct path *g, double length) {
-    return g->ahead == 0 && !g->surface->has_poles && !far_outside(g, length);
+static bool steps_in_span(const struct path *g) {
+    return g->ahead == 0 && !g->surface->has_poles && !far_outside(g);
 }
 
 bool path_advance_both(struct path path[2], const double length[2]) {
     struct attempt a[2];
     struct dormand_error error[2];
     struct dormand_task task[2];
-    if (!steps_in_span(&path[0], length[0]) || !steps_in_span(&path[1], length[1]) ||
-        !(length[0] > 0 && length[1] > 0))
+    if (!steps_in_span(&path[0]) || !steps_in_span(&path[1]) || !(length[0] > 0 && length[1] > 0))
         return path_advance(&path[0], length[0]) && path_advance(&path[1], length[1]);
     for (int k = 0; k < 2; k++) {
         a[k] = plan_step(&path[k], length[k]);

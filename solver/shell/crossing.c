@@ -23,6 +23,9 @@ static const double alike = 1e-3;
  */
 static const double end_reach = 4;
 
+/* The second derivative of an edge is taken over this share of it. */
+static const double second_step = 1e-4;
+
 /* Nor do they where a face has turned by more than this, as a cosine: two creases of a strip have
  * met there, and it is inside out beyond. */
 static const double turned = 0.5;
@@ -297,12 +300,10 @@ static bool joint_near(const struct surface_point *point, const struct hit *hit,
     const struct face_edge *edge = &surface->shell->edges[segment->edge];
     double t = segment->t[0] + hit->share * (segment->t[1] - segment->t[0]);
     if (at_open_end(surface->shell, hit)) {
-        struct crossing continued = {.kind = CROSSING_NONE};
+        struct crossing continued = *crossing;
         double on = go_near(surface->shell, edge, point->jet.r, t);
         if ((hit->share > 0 ? on > t : on < t) &&
             joint_at(surface, segment->edge, on, &continued) && continued.continued) {
-            continued.at_corner = crossing->at_corner;
-            continued.distance = crossing->distance;
             *crossing = continued;
             return true;
         }
@@ -355,6 +356,10 @@ void crossing_find(const struct surface_point *point, const struct surface *befo
     crossing->kind = CROSSING_FREE;
     crossing->distance = sqrt(hit->distance2);
     crossing->at_corner = open || (over && !(free.distance2 > joint.distance2 * (1 + as_near)));
+    crossing->nearest = hit->segment ? hit->segment->edge : -1;
+    if (hit->segment)
+        crossing->nearest_t =
+            hit->segment->t[0] + hit->share * (hit->segment->t[1] - hit->segment->t[0]);
     const double near[2] = {point->uv[0] + (hit->segment ? hit->offset[0] : 0),
                             point->uv[1] + (hit->segment ? hit->offset[1] : 0)};
     if (over && joint_near(point, hit, crossing)) {
@@ -369,6 +374,67 @@ void crossing_find(const struct surface_point *point, const struct surface *befo
     }
     crossing->kind = CROSSING_FREE;
     memcpy(crossing->edge, near, sizeof near);
+}
+
+/* Walks along the shell's boundary, from t of a free edge on, to the place nearest to `r`: takes it
+ * where it is nearer than `*least`. */
+static void walk_border(const struct shell *shell, struct vec3 r, int32_t number, double t,
+                        double *least, int32_t *nearest, struct curve_place *border) {
+    for (int hop = 0; hop < HOPS_MAX && number != EDGE_FREE; hop++) {
+        const struct face_edge *edge = &shell->edges[number];
+        struct curve_place place;
+        double distance = curve_nearest(shell, &shell->curves[edge->curve], r, t, edge->t, &place);
+        int end = place.t == edge->t[1];
+        if (distance < *least) {
+            *least = distance;
+            *nearest = number;
+            *border = place;
+        } else if (hop > 0) {
+            break;
+        }
+        if (place.t != edge->t[end])
+            break;
+        number = edge->follow[end].edge;
+        t = number != EDGE_FREE ? shell->edges[number].t[edge->follow[end].end] : 0;
+    }
+}
+
+bool crossing_border(struct surface_cursor *cursor, const struct surface_point *point,
+                     const struct crossing *crossing, struct surface_point *border,
+                     struct vec3 derivative[2]) {
+    const struct shell *shell = point->surface->shell;
+    struct curve_place own, place, beside;
+    struct surface_point here;
+    double least = HUGE_VAL;
+    int32_t number = -1;
+    if (crossing->nearest < 0)
+        return false;
+    const struct face_edge *edge = &shell->edges[crossing->nearest];
+    if (edge->mate == EDGE_FREE)
+        walk_border(shell, point->jet.r, crossing->nearest, crossing->nearest_t, &least, &number,
+                    &place);
+    for (int k = 0; k < 2 && edge->mate != EDGE_FREE; k++) { /* both sides of a joint's end */
+        int end = crossing->nearest_t > (edge->t[0] + edge->t[1]) / 2;
+        const struct face_edge *side = k ? &shell->edges[edge->mate] : edge;
+        struct face_edge_end next = side->follow[k && edge->reversed ? 1 - end : end];
+        if (next.edge != EDGE_FREE)
+            walk_border(shell, point->jet.r, next.edge, shell->edges[next.edge].t[next.end], &least,
+                        &number, &place);
+    }
+    if (number < 0)
+        return false;
+    const struct face_edge *found = &shell->edges[number];
+    const struct face_curve *curve = &shell->curves[found->curve];
+    double step = second_step * (found->t[1] - found->t[0]);
+    curve_at(shell, curve, place.t + (place.t == found->t[1] ? -step : step), &beside);
+    derivative[0] = place.tangent;
+    derivative[1] = vec3_scale(1 / (beside.t - place.t), vec3_sub(beside.tangent, place.tangent));
+    curve_at(shell, &shell->curves[edge->curve], crossing->nearest_t, &own);
+    if (!surface_point_at(&shell->faces[curve->face].surface, cursor, place.uv, border) ||
+        !surface_point_at(point->surface, cursor, own.uv, &here))
+        return false;
+    border->normal = here.normal;
+    return true;
 }
 
 bool crossing_move(const struct surface *surface, double t, struct crossing *crossing) {

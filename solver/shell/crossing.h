@@ -36,6 +36,8 @@ struct crossing {
     struct crossing_frame from, to;
     int32_t number; /* of the edge, and its parameter there */
     double t;
+    int32_t nearest; /* the edge that is nearest to the place, -1: none, and where on it */
+    double nearest_t;
 };
 
 /* Looks from a point of a shell's face over the edge that is nearest to it, or over the line in
@@ -43,6 +45,14 @@ struct crossing {
  * not the joint to the face `before`, which it was carried from; NULL: it was not. */
 void crossing_find(const struct surface_point *point, const struct surface *before,
                    struct crossing *crossing);
+
+/* The place of the shell's boundary that is nearest in space to a point beyond it, which the
+ * crossing was found for: on the nearest edge, or on those that follow it. `border` gets the place,
+ * with the normal that the point's own face has next to there, and `derivative` the first and
+ * second derivative of the edge. False where there is none. */
+bool crossing_border(struct surface_cursor *cursor, const struct surface_point *point,
+                     const struct crossing *crossing, struct surface_point *border,
+                     struct vec3 derivative[2]);
 
 /* The joint to the face `beyond` that is nearest to a point, on either side of it. False where
  * the point's face has none. */

@@ -7,8 +7,8 @@
 /* Joints that a way meets within this share of it are met at one place. */
 static const double as_near = 1e-9;
 
-/* A joint goes on beyond an open end for so many lengths of the domain: further than any path. */
-static const double open_reach = 2;
+/* A joint goes on beyond an open end for so many lengths of the domain: as far as any path. */
+static const double open_reach = HUGE_VAL;
 
 /* A way that misses the end of a segment by this share of the domain goes through it. */
 static const double touch = 1e-9;

@@ -28,6 +28,11 @@ struct face_curve {
     uint32_t first, count;         /* its points while edges are looked for */
 };
 
+struct face_edge_end {
+    int32_t edge;
+    int8_t end; /* 0 or 1 */
+};
+
 struct face_edge {
     int32_t curve;
     double t[2];   /* its part of the curve, t[0] < t[1] */
@@ -38,6 +43,8 @@ struct face_edge {
     bool open[2];  /* joints: that end lies on the boundary of the shell, where the joint goes on in
                       ghosts' land */
     struct vec3 end[2];
+    struct face_edge_end follow[2]; /* the free edge that goes on from that end of a free edge, or
+                                       begins at the open end of a joint; else EDGE_FREE */
 };
 
 /* A piece of an edge from a to b in inner parameters. */
@@ -59,7 +66,7 @@ struct face {
     const struct surface *plain; /* the caller's */
     struct surface surface;      /* the same as a face of this shell */
     struct trim *trim;           /* NULL: all of the domain */
-    double area;
+    double area, gyration2;
     struct vec3 centroid;
     struct box box;
     bool duplicate; /* of another face: it is left out */

@@ -141,10 +141,10 @@ static enum status find_components(struct shell *shell, struct arena *arena,
 
 /* Free edges by number, each with the root of those it hangs together with. */
 struct chains {
-    const struct shell *shell;
+    struct shell *shell;
     int32_t *edge, *root;
     struct vec3 end;
-    int32_t from; /* the chain of the edge whose end is looked at */
+    int32_t number, from; /* the end that is looked at, and its edge's chain */
 };
 
 static int32_t root_of_chain(const struct chains *chains, int32_t k) {
@@ -159,6 +159,9 @@ static bool link_chains(void *context, int32_t number) {
     const struct face_edge *edge = &chains->shell->edges[chains->edge[number / 2]];
     if (vec3_distance(edge->end[number % 2], chains->end) > 3 * chains->shell->tolerance)
         return true;
+    if (number != chains->number)
+        chains->shell->edges[chains->edge[chains->from]].follow[chains->number % 2] =
+            (struct face_edge_end){chains->edge[number / 2], (int8_t)(number % 2)};
     int32_t a = root_of_chain(chains, chains->from), b = root_of_chain(chains, number / 2);
     chains->root[a > b ? a : b] = a > b ? b : a;
     return true;
@@ -178,6 +181,9 @@ static bool open_end(void *context, int32_t number) {
     bool same = shell->curves[edge->curve].face == shell->curves[corner->joint->curve].face;
     double apart = vec3_distance(edge->end[number % 2], corner->joint->end[corner->end]);
     corner->joint->open[corner->end] = same && apart <= 3 * shell->tolerance;
+    if (corner->joint->open[corner->end])
+        corner->joint->follow[corner->end] =
+            (struct face_edge_end){corner->chains->edge[number / 2], (int8_t)(number % 2)};
     return !corner->joint->open[corner->end];
 }
 
@@ -239,11 +245,13 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
                 box_round(edge->end[k], edge->end[k], 3 * shell->tolerance);
         chains.edge[count] = (int32_t)e;
         chains.root[count] = (int32_t)count;
+        shell->edges[e].follow[0].edge = shell->edges[e].follow[1].edge = EDGE_FREE;
         count++;
     }
     enum status status = boxes_make(box, 2 * count, arena, &boxes);
     for (size_t k = 0; k < 2 * count && status == STATUS_OK; k++) {
         chains.from = (int32_t)(k / 2);
+        chains.number = (int32_t)k;
         chains.end = shell->edges[chains.edge[k / 2]].end[k % 2];
         boxes_visit(boxes, &box[k], link_chains, &chains);
     }
@@ -251,6 +259,7 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
         struct corner corner = {&chains, &shell->edges[e], 0};
         for (; corner.joint->mate != EDGE_FREE && corner.end < 2; corner.end++) {
             struct vec3 r = corner.joint->end[corner.end];
+            corner.joint->follow[corner.end].edge = EDGE_FREE;
             struct box at = box_round(r, r, 0);
             boxes_visit(boxes, &at, open_end, &corner);
         }
@@ -377,6 +386,7 @@ static enum status make_shell(const struct shell_patch *patches, size_t count, d
         face->side = 1;
         face->area = face->trim ? trim_area(face->trim, &face->centroid)
                                 : surface_area(surface, &face->centroid);
+        face->gyration2 = face->trim ? trim_gyration2(face->trim) : surface_gyration2(surface);
         bounds_tight(&face->surface, &low, &high);
         face->box = (struct box){low, high};
         made->lower = k > 0 ? vec3_min(made->lower, low) : low;
@@ -475,6 +485,17 @@ double shell_area(const struct shell *shell, int32_t component, struct vec3 *cen
     if (centroid)
         *centroid = vec3_scale(1 / area, moment);
     return area;
+}
+
+double shell_gyration2(const struct shell *shell, int32_t component) {
+    struct vec3 centroid;
+    double area = shell_area(shell, component, &centroid), sum = 0;
+    for (size_t k = 0; k < shell->face_count; k++) {
+        const struct face *face = &shell->faces[k];
+        if (face->component == component && !face->duplicate)
+            sum += face->area * (face->gyration2 + vec3_norm2(vec3_sub(face->centroid, centroid)));
+    }
+    return sum / area;
 }
 
 int32_t shell_largest_component(const struct shell *shell) {

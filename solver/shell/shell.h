@@ -114,6 +114,9 @@ double shell_joint_width(const struct shell *shell);
 /* Area of the faces of a component, and its centroid (may be NULL). */
 double shell_area(const struct shell *shell, int32_t component, struct vec3 *centroid);
 
+/* The square of its radius of gyration, as `surface_gyration2`. */
+double shell_gyration2(const struct shell *shell, int32_t component);
+
 /* The component of the largest area, of equal ones the first. */
 int32_t shell_largest_component(const struct shell *shell);
 

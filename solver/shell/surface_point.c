@@ -4,11 +4,16 @@
 #include "crossing.h"
 #include "shell.h"
 
-/* The continuation is trusted while its metric is within this factor of the boundary's, its normal
- * has turned less than 60 degrees, and it is not further than this share of the surface's size. */
-static const double metric_factor = 4;
+/* The continuation is trusted while its normal has turned less than 60 degrees from the boundary;
+ * a line from a pole points somewhere when it does so by less. */
 static const double normal_cosine = 0.5;
-static const double reach = 0.25;
+
+/* It is trusted as far as this share of the way to where the lines at right angles to the boundary
+ * meet. */
+static const double before_focus = 0.75;
+
+/* How closely the nearest place of a border is found, as a share of the domain. */
+static const double border_accuracy = 1e-6;
 
 /* A step longer than this share of the distance to a pole is taken through the pole's chart. */
 static const double pole_share = 0.3;
@@ -16,7 +21,7 @@ static const double pole_share = 0.3;
 /* A point this near to a pole, as a share of the surface's size, is the pole. */
 static const double at_pole = 1e-13;
 
-enum { POLE_SAMPLES = 64, POLE_REFINEMENTS = 40, POLE_TURNS = 8 };
+enum { POLE_SAMPLES = 64, POLE_REFINEMENTS = 40, POLE_TURNS = 8, BORDER_ROUNDS = 8 };
 
 /* The line from a pole that is looked for is known when it points aside by less than this, as a
  * sine, before the last step of Newton's method: that leaves the square. */
@@ -274,21 +279,64 @@ bool surface_point_move(struct surface_cursor *cursor, const struct surface_poin
            surface_point_at(place.surface, cursor, place.uv, to);
 }
 
-static bool metric_alike(double ratio) {
-    return ratio < metric_factor * metric_factor && ratio * metric_factor * metric_factor > 1;
+/* A place of a part's boundary: the point, and the curvature of the boundary there, as a vector. */
+struct border {
+    struct surface_point point;
+    struct vec3 bend;
+};
+
+/* With r' and r'' the derivatives of the boundary by its parameter. */
+static struct vec3 curve_bend(struct vec3 first, struct vec3 second) {
+    double along = vec3_dot(first, second) / vec3_norm2(first);
+    return vec3_scale(1 / vec3_norm2(first), vec3_axpy(-along, first, second));
 }
 
-/* Compares the continuation with the boundary at the nearest parameters of the domain. */
-static bool healthy(const struct surface *surface, struct surface_cursor *cursor,
-                    const struct surface_point *point, const double edge_uv[2]) {
-    struct surface_point edge;
-    if (!surface_point_at(surface, cursor, edge_uv, &edge))
-        return false;
-    return metric_alike(vec3_norm2(point->jet.u) / vec3_norm2(edge.jet.u)) &&
-           metric_alike(vec3_norm2(point->jet.v) / vec3_norm2(edge.jet.v)) &&
-           vec3_dot(point->normal, edge.normal) > normal_cosine &&
-           vec3_distance(point->jet.r, edge.jet.r) <
-               reach * (surface->shell ? shell_size(surface->shell) : surface->size);
+/* The place of the domain's border next to uv that is nearest to `r` in space: of the side that uv
+ * lies beyond, or of two at a corner the nearer, by Newton's method for the least distance along
+ * it. False where there is no tangent plane. */
+static bool nearest_border(const struct surface *surface, struct surface_cursor *cursor,
+                           struct vec3 r, const double uv[2], struct border *border) {
+    double low[2], high[2], least = HUGE_VAL;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        low[k] = axis->closed ? -HUGE_VAL : surface_axis_lower(axis);
+        high[k] = axis->closed ? HUGE_VAL : surface_axis_upper(axis);
+    }
+    for (int k = 0; k < 2; k++) {
+        double at[2] = {fmin(fmax(uv[0], low[0]), high[0]), fmin(fmax(uv[1], low[1]), high[1])};
+        double step = HUGE_VAL, *along = &at[1 - k];
+        double arrived = border_accuracy * surface_axis_length(&surface->axis[1 - k]);
+        struct surface_point place;
+        bool regular = at[k] != uv[k] && surface_point_at(surface, cursor, at, &place);
+        for (int round = 0; round < BORDER_ROUNDS && regular && fabs(step) > arrived; round++) {
+            struct vec3 first = k ? place.jet.u : place.jet.v;
+            struct vec3 second = k ? place.jet.uu : place.jet.vv, to = vec3_sub(r, place.jet.r);
+            double rate = vec3_norm2(first) - vec3_dot(to, second), from = *along;
+            step = vec3_dot(to, first) / fmax(rate, vec3_norm2(first) / 4);
+            *along = fmin(fmax(from + step, low[1 - k]), high[1 - k]);
+            step = *along - from;
+            regular = surface_point_at(surface, cursor, at, &place);
+        }
+        double distance = regular ? vec3_distance(place.jet.r, r) : HUGE_VAL;
+        if (!(distance < least))
+            continue;
+        least = distance;
+        border->point = place;
+        border->bend =
+            k ? curve_bend(place.jet.u, place.jet.uu) : curve_bend(place.jet.v, place.jet.vv);
+    }
+    return least < HUGE_VAL;
+}
+
+/* Whether the continuation is to be trusted at a point, by the boundary where that is nearest: not
+ * far from it, turned by less than 60 degrees, and not near where the lines at right angles to the
+ * boundary meet. */
+static bool is_trusted(const struct surface_point *point, const struct border *border,
+                       double reach) {
+    struct vec3 offset = vec3_sub(point->jet.r, border->point.jet.r);
+    return vec3_norm(offset) < reach &&
+           vec3_dot(point->normal, border->point.normal) > normal_cosine &&
+           vec3_dot(offset, border->bend) < before_focus;
 }
 
 double surface_point_cut_turn(const struct surface *surface, int k) {
@@ -308,47 +356,49 @@ static enum surface_point_zone zone_round(const struct surface *surface, int k, 
                                                      : SURFACE_POINT_BEYOND;
 }
 
-enum surface_point_zone surface_point_zone_on_face(struct surface_cursor *cursor,
-                                                   const struct surface_point *point,
-                                                   const struct crossing *crossing) {
+bool surface_point_is_beyond(const struct surface_point *point, double slack) {
     const struct surface *surface = point->surface;
-    double edge[2] = {point->uv[0], point->uv[1]};
-    bool outside = false;
-    if (crossing->kind == CROSSING_NONE ||
-        (crossing->kind == CROSSING_JOINT && !crossing->at_corner) ||
-        crossing->distance <= shell_joint_width(surface->shell))
-        return SURFACE_POINT_INSIDE;
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &surface->axis[k];
-        double x = edge[k], low = surface_axis_lower(axis), high = surface_axis_upper(axis);
-        if (!axis->closed)
-            edge[k] = fmin(fmax(x, low), high);
-        outside = outside || edge[k] != x;
-    }
-    return !outside || healthy(surface, cursor, point, edge) ? SURFACE_POINT_GHOST
-                                                             : SURFACE_POINT_BEYOND;
-}
-
-enum surface_point_zone surface_point_zone(const struct surface *surface,
-                                           struct surface_cursor *cursor, const double centre[2],
-                                           const struct surface_point *point,
-                                           enum drape_reason *reason) {
-    double edge[2] = {point->uv[0], point->uv[1]};
-    bool outside = false;
+    bool beyond = false;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
         double x = point->uv[k], low = surface_axis_lower(axis), high = surface_axis_upper(axis);
         if (axis->closed || (x >= low && x <= high))
             continue;
-        edge[k] = x < low ? low : high;
-        double by = fabs(edge[k] - x), speed2 = point->first[2 * k];
-        outside = outside || by > SURFACE_POINT_BOUNDARY_WIDTH * (high - low) ||
-                  by * by * speed2 > SURFACE_POINT_BOUNDARY_WIDTH * SURFACE_POINT_BOUNDARY_WIDTH *
-                                         surface->size * surface->size;
+        double by = x < low ? low - x : x - high, speed2 = point->first[2 * k];
+        beyond = beyond || by > slack * (high - low) ||
+                 by * by * speed2 > slack * slack * surface->size * surface->size;
     }
+    return beyond;
+}
+
+enum surface_point_zone surface_point_zone_on_face(struct surface_cursor *cursor,
+                                                   const struct surface_point *point,
+                                                   const struct crossing *crossing, double reach) {
+    struct border border;
+    struct vec3 tangent[2];
+    if (crossing->kind == CROSSING_NONE ||
+        (crossing->kind == CROSSING_JOINT && !crossing->at_corner) ||
+        crossing->distance <= shell_joint_width(point->surface->shell))
+        return SURFACE_POINT_INSIDE;
+    if (!surface_point_is_beyond(point, 0))
+        return SURFACE_POINT_GHOST;
+    if (!crossing_border(cursor, point, crossing, &border.point, tangent))
+        return SURFACE_POINT_BEYOND;
+    border.bend = curve_bend(tangent[0], tangent[1]);
+    return is_trusted(point, &border, reach) ? SURFACE_POINT_GHOST : SURFACE_POINT_BEYOND;
+}
+
+enum surface_point_zone surface_point_zone(const struct surface *surface,
+                                           struct surface_cursor *cursor, const double centre[2],
+                                           const struct surface_point *point, double reach,
+                                           enum drape_reason *reason) {
+    struct border border;
     *reason = DRAPE_REASON_BOUNDARY;
-    if (outside)
-        return healthy(surface, cursor, point, edge) ? SURFACE_POINT_GHOST : SURFACE_POINT_BEYOND;
+    if (surface_point_is_beyond(point, SURFACE_POINT_BOUNDARY_WIDTH))
+        return nearest_border(surface, cursor, point->jet.r, point->uv, &border) &&
+                       is_trusted(point, &border, reach)
+                   ? SURFACE_POINT_GHOST
+                   : SURFACE_POINT_BEYOND;
     enum surface_point_zone zone_u = zone_round(surface, 0, centre[0], point->uv[0]);
     enum surface_point_zone zone_v = zone_round(surface, 1, centre[1], point->uv[1]);
     *reason = DRAPE_REASON_FOLD;

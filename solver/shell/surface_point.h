@@ -69,12 +69,16 @@ double surface_point_cut_turn(const struct surface *surface, int k);
  * its boundary. */
 #define SURFACE_POINT_BOUNDARY_WIDTH 1e-9
 
-/* The zone of a point of a surface alone and, unless it is inside, why the net ends there. Round
- * a closed direction that no pole closes, the net ends half a period from `centre` on either side,
- * where it would meet itself. */
+/* Whether a point lies beyond the domain of its surface by more than `slack`, as a share of the
+ * domain and of the surface's size. */
+bool surface_point_is_beyond(const struct surface_point *point, double slack);
+
+/* The zone of a point of a surface alone and, unless it is inside, why the net ends there. The
+ * continuation is trusted up to `reach` from the boundary. Round a closed direction that no pole
+ * closes, the net ends half a period from `centre` on either side, where it would meet itself. */
 enum surface_point_zone surface_point_zone(const struct surface *surface,
                                            struct surface_cursor *cursor, const double centre[2],
-                                           const struct surface_point *point,
+                                           const struct surface_point *point, double reach,
                                            enum drape_reason *reason);
 
 /* The same on a face of a shell: inside as far as the face or a joint of it reaches, by what was
@@ -82,7 +86,7 @@ enum surface_point_zone surface_point_zone(const struct surface *surface,
 struct crossing;
 enum surface_point_zone surface_point_zone_on_face(struct surface_cursor *cursor,
                                                    const struct surface_point *point,
-                                                   const struct crossing *crossing);
+                                                   const struct crossing *crossing, double reach);
 
 /* Tangents this nearly parallel (sine of their angle) span no tangent plane. */
 #define SURFACE_POINT_PARALLEL 1e-9
