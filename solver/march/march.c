@@ -57,7 +57,7 @@ double march_area(const struct march *march) {
     return march->mesh->components[march->mesh->component[start]].area;
 }
 
-double march_size(const struct march *march) {
+static double part_size(const struct march *march) {
     const struct surface *surface = march->surface;
     if (!surface)
         return HUGE_VAL;
@@ -113,10 +113,10 @@ static enum surface_point_zone zone_of(struct march *march, const struct surface
     double uv[2];
     if (!march->mesh && point->surface->shell)
         zone = surface_point_zone_on_face(&march->cursor, point, march_look_over(march, point),
-                                          march->reach);
+                                          reach * march->size);
     else if (!march->mesh)
-        zone = surface_point_zone(march->surface, &march->cursor, cut_from, point, march->reach,
-                                  reason);
+        zone = surface_point_zone(march->surface, &march->cursor, cut_from, point,
+                                  reach * march->size, reason);
     if (zone != SURFACE_POINT_INSIDE || start || !trim)
         return zone;
     (void)march_parameters(march, point, uv);
@@ -227,7 +227,7 @@ static const size_t nodes_least = 1000;
  * Round its wall a net that is not watched may go on without an end. */
 static enum status march_net(struct march *march) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    march->reach = reach * march_size(march);
+    march->size = part_size(march);
     const struct march begun = *march;
     bool unexpected = !march->mesh && march->surface->shell && !march->watched, folded = false;
     const double *d = march->settings->spacing;

@@ -118,7 +118,8 @@ struct march {
     /* The net, and of a march that corrects another the net before. */
     struct net *net;
     struct march_counts counts;
-    double reach;     /* how far beyond the part its continuation is trusted */
+    double size;      /* of the part, however it is turned and cut: the root of twelve times its
+                         radius of gyration, which of a flat rectangle is the diagonal */
     size_t max_nodes; /* at most those of the settings */
     int fringe;       /* ghosts beyond the last node inside that difference stencils reach */
     struct net *first;
@@ -179,10 +180,6 @@ static inline const struct surface *march_surface(const struct march *march,
     const struct surface *surface = march->surface;
     return surface && surface->shell ? shell_surface(surface->shell, node->face) : surface;
 }
-
-/* The size of the part, however it is turned and cut: the root of twelve times its radius of
- * gyration, which of a flat rectangle is the diagonal. Infinite of a mesh of the caller's. */
-double march_size(const struct march *march);
 
 /* Area to be covered. */
 double march_area(const struct march *march);

@@ -120,17 +120,9 @@ static const double turns_after = 0.25;
 static bool goes_round(const struct march *march, const struct arm *arm, double d) {
     if (march->mesh || arm->outside == 0)
         return false;
-    double part = march_size(march);
-    const struct surface_point *point = &arm->at.point;
-    bool beyond = false;
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &point->surface->axis[k];
-        double x = point->uv[k];
-        beyond = beyond ||
-                 (!axis->closed && (x < surface_axis_lower(axis) || x > surface_axis_upper(axis)));
-    }
-    bool turned = beyond && vec3_dot(arm->left, arm->at.tangent) < 0;
-    return arm->outside * d > (turned ? turns_after : 1) * part;
+    bool turned =
+        surface_point_is_beyond(&arm->at.point, 0) && vec3_dot(arm->left, arm->at.tangent) < 0;
+    return arm->outside * d > (turned ? turns_after : 1) * march->size;
 }
 
 /* An arm along a polyline goes on where its points end as a geodesic. */
