@@ -65,18 +65,24 @@ static void add_domain(struct join *join, int32_t face) {
     }
 }
 
+static void add_trim_curve(struct join *join, int32_t face, const struct trim_curve *trim) {
+    struct face_curve *curve = add_face_curve(join, face);
+    if (!curve)
+        return;
+    curve->trim = trim;
+    trim_curve_range(trim, curve->range);
+}
+
 static void add_trim_loop(struct join *join, int32_t face, const struct trim_loop *loop) {
     const struct surface *surface = &join->shell->faces[face].surface;
     double first[2] = {0, 0}, last[2] = {0, 0};
     for (size_t k = 0; k <= loop->count; k++) {
-        double range[2], begin[2];
+        double begin[2];
         const struct trim_curve *trim = k < loop->count ? &loop->curves[k] : NULL;
-        if (trim) {
-            trim_curve_range(trim, range);
-            trim_curve_at(trim, range[0], begin, NULL);
-        } else {
+        if (trim)
+            trim_curve_end(trim, 0, begin);
+        else
             memcpy(begin, first, sizeof begin);
-        }
         bool meets = true; /* as far as curves are meant to */
         for (int x = 0; x < 2; x++) {
             const double *outer = surface->axis[x].outer;
@@ -84,18 +90,22 @@ static void add_trim_loop(struct join *join, int32_t face, const struct trim_loo
         }
         if (k == 0)
             memcpy(first, begin, sizeof first);
-        else if (!meets) { /* the loop is closed by a straight line */
-            double line[2][2];
-            surface_inner(surface, last, line[0]);
-            surface_inner(surface, begin, line[1]);
-            add_straight_curve(join, face, line[0], line[1]);
+        else if (!meets) { /* the loop is closed by a line that is straight in (u, v) */
+            struct trim_curve *line = arena_alloc(join->arena, 1, sizeof *line);
+            double(*ends)[2] = arena_alloc(join->arena, 2, sizeof *ends);
+            join->failed = join->failed || !line || !ends;
+            if (join->failed)
+                return;
+            memcpy(ends[0], last, sizeof ends[0]);
+            memcpy(ends[1], begin, sizeof ends[1]);
+            *line =
+                (struct trim_curve){.degree = 1, .points = (const double(*)[2])ends, .count = 2};
+            add_trim_curve(join, face, line);
         }
-        struct face_curve *curve = trim ? add_face_curve(join, face) : NULL;
-        if (!curve)
-            continue;
-        curve->trim = trim;
-        memcpy(curve->range, range, sizeof range);
-        trim_curve_at(trim, range[1], last, NULL);
+        if (!trim)
+            break;
+        add_trim_curve(join, face, trim);
+        trim_curve_end(trim, 1, last);
     }
 }
 

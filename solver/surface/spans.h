@@ -45,6 +45,7 @@ struct surface_axis {
     double *rates;   /* 1 / length of each span */
     double *middles; /* of each span */
     bool *joints;    /* of each of the breaks, whether curvature may jump there */
+    bool *corners;   /* of each of the breaks, whether the tangent across it may */
     double origin;   /* the caller's parameter of inner parameter 0, and of both ends */
     double outer[2];
     double factor; /* c above; 1: none */
@@ -69,7 +70,7 @@ struct surface {
     double gyration2;
     double least_tangent2[2]; /* tangents whose square is less have vanished */
     bool has_poles;
-    bool has_folds;            /* a knot line over which not even r_u or r_v need be continuous */
+    bool has_folds;            /* a knot line over which the tangent plane turns */
     const struct shell *shell; /* that it is a face of, and which; NULL: of none */
     int32_t face;
     double side;   /* 1; -1 where normals are against r_u x r_v */

@@ -17,6 +17,9 @@ static const double most_factor = 1e9;
 /* Weights that differ by more within one span cancel in the coefficients of powers. */
 static const double weights_for_powers = 100;
 
+/* The sine of the least angle by which a fold turns. */
+static const double fold_sine = 1e-8;
+
 /* A span this narrow, as a share of the surface's size and of the domain, is a line. */
 static const double line_width = 1e-10;
 
@@ -85,9 +88,9 @@ static bool is_line(const struct nurbs *nurbs, int direction, const struct extra
     return true;
 }
 
-/* Finds the spans of one direction; `extractions` gets one entry each, and `folds` is set where it
- * has a knot line at which the surface may fold. A fillet whose radius is rounding is a fold: a
- * span that is no wider than a line is left out, and the one before it ends where it does. */
+/* Finds the spans of one direction; `extractions` gets one entry each. A fillet whose radius is
+ * rounding is a fold: a span that is no wider than a line is left out, and the one before it ends
+ * where it does. */
 static enum status split_axis(const struct nurbs *nurbs, int direction, struct arena *arena,
                               struct surface *surface, struct extraction **extractions) {
     const struct nurbs_axis *from = direction == 0 ? &nurbs->u : &nurbs->v;
@@ -99,8 +102,10 @@ static enum status split_axis(const struct nurbs *nurbs, int direction, struct a
     axis->rates = arena_alloc(arena, (size_t)(n - p), sizeof *axis->rates);
     axis->middles = arena_alloc(arena, (size_t)(n - p), sizeof *axis->middles);
     axis->joints = arena_alloc(arena, (size_t)(n - p + 1), sizeof *axis->joints);
+    axis->corners = arena_alloc(arena, (size_t)(n - p + 1), sizeof *axis->corners);
     *extractions = arena_alloc(arena, (size_t)(n - p), sizeof **extractions);
-    if (!axis->breaks || !axis->rates || !axis->middles || !axis->joints || !*extractions)
+    if (!axis->breaks || !axis->rates || !axis->middles || !axis->joints || !axis->corners ||
+        !*extractions)
         return STATUS_OUT_OF_MEMORY;
     axis->factor = 1;
     axis->outer[0] = from->knots[p];
@@ -122,7 +127,7 @@ static enum status split_axis(const struct nurbs *nurbs, int direction, struct a
             continue;
         axis->breaks[count] = (count == 0 ? axis->outer[0] : from->knots[l]) - axis->origin;
         axis->joints[count] = count == 0 || smooth < 2;
-        surface->has_folds = surface->has_folds || (count > 0 && smooth < 1);
+        axis->corners[count] = count > 0 && smooth < 1;
         count++;
     }
     axis->breaks[count] = from->knots[n] - axis->origin;
@@ -337,6 +342,35 @@ enum status surface_finish(struct surface *surface) {
     return surface_integrate(surface);
 }
 
+/* Whether the tangent plane turns somewhere along a knot line over which it need not be continuous:
+ * by the geometry, for knots alone tell nothing. */
+static bool has_fold(const struct surface *surface, int k) {
+    enum { PLACES = 4 };
+    const struct surface_axis *axis = &surface->axis[k], *other = &surface->axis[1 - k];
+    for (int at = 0; at < axis->span_count * other->span_count; at++) {
+        int span = at / other->span_count, along = at % other->span_count;
+        for (int n = 0; n < PLACES && axis->corners[span]; n++) {
+            struct surface_jet jet[2];
+            double x = other->breaks[along] +
+                       (n + 0.5) / PLACES * (other->breaks[along + 1] - other->breaks[along]);
+            double uv[2];
+            uv[k] = axis->breaks[span];
+            uv[1 - k] = x;
+            for (int side = 0; side < 2; side++) {
+                int of[2];
+                of[k] = span - side;
+                of[1 - k] = along;
+                surface_evaluate_span(surface, of[0], of[1], uv[0], uv[1], &jet[side]);
+            }
+            struct vec3 a = vec3_unit(vec3_cross(jet[0].u, jet[0].v));
+            struct vec3 b = vec3_unit(vec3_cross(jet[1].u, jet[1].v));
+            if (!(vec3_distance(a, b) <= fold_sine))
+                return true;
+        }
+    }
+    return false;
+}
+
 enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct surface **surface) {
     struct extraction *extraction[2];
     struct surface *made = arena_alloc(arena, 1, sizeof *made);
@@ -370,7 +404,10 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     find_poles(made, 1);
     *surface = made;
     status = make_powers(arena, made);
-    return status == STATUS_OK ? surface_finish(made) : status;
+    if (status != STATUS_OK)
+        return status;
+    made->has_folds = has_fold(made, 0) || has_fold(made, 1);
+    return surface_finish(made);
 }
 
 void surface_domain(const struct surface *surface, double lower[2], double upper[2]) {
