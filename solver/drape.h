@@ -21,7 +21,7 @@
 #include "status.h"
 
 /* Changes whenever the same request may give other numbers. */
-#define DRAPE_SOLVER_VERSION "0.9.0"
+#define DRAPE_SOLVER_VERSION "0.10.0"
 
 /*
  * Drapes a part. `monitor` may be NULL; scratch and result come from `arena`.

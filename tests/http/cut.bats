@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: MIT
+# Requests whose parts are cut as CAD systems cut them, by the command line: as the whole.
+load helper
+
+# drape NAME: the summary of tests/requests/NAME.json.
+drape() { "$DRAPE" "tests/requests/$1.json" 2>/dev/null | jq -c .summary; }
+
+# holds JSON CONDITION: of a summary.
+holds() { jq -e "$2" <<<"$1" >/dev/null || { echo "$1"; return 1; }; }
+
+# alike A B SHARE: as many nodes, and areas and shear angles the same to that share.
+alike() {
+    jq -e -n --argjson a "$1" --argjson b "$2" --argjson share "$3" '$a.nodes == $b.nodes and
+        ([["coverage", "cloth_area", "flat_area", "p95_shear_deg", "max_shear_deg"][]
+            | ($a[.] / $b[.] - 1) | fabs] | max) <= $share' >/dev/null || { echo "$1" "$2"; return 1; }
+}
+
+@test "cut: a dome whose faces meet in its apex is covered, from there too" {
+    holds "$(drape dome_in_faces)" '.outcome == "complete" and .front_reasons.fold == 0 and .cloth_coverage > 0.999'
+    holds "$(drape dome_from_its_pole)" '.outcome == "complete" and .front_reasons.fold == 0 and .cloth_coverage > 0.999'
+}
+
+@test "cut: faces a gap apart are draped by geodesics to the end" {
+    holds "$(drape faces_apart)" '.outcome == "complete" and .front_reasons.no_convergence == 0'
+}
+
+@test "cut: the area of a trimmed part is that of its cloth" {
+    holds "$(drape trims_of_a_t)" '(.part_area - 5072.538839 | fabs) < 1e-3 and .outcome == "complete"'
+}
+
+@test "cut: the line that closes a trim is a joint as others are" {
+    holds "$(drape closing_line)" '.nodes == 503 and .outcome == "complete"'
+}
+
+@test "cut: a knot that is inserted moves no node" {
+    alike "$(drape knot_inserted)" "$(drape knot_not_inserted)" 1e-9
+}
+
+@test "cut: a part that is turned has the same net" {
+    alike "$(drape revolved)" "$(drape revolved_and_turned)" 1e-9
+}
