@@ -15,8 +15,8 @@ struct quadrature {
 /* `count`: 1..QUADRATURE_MAX. */
 struct quadrature quadrature_make(int count);
 
-/* How much of `count` values, `stride` apart, is in the last Legendre polynomials, P_(count - 1) and
- * P_(count - 2): the square of its share of their mean is about what is wrong of that. */
+/* How much of `count` values, `stride` apart, is in the last Legendre polynomials, P_(count - 1)
+ * and P_(count - 2): the square of its share of their mean is about what is wrong of that. */
 double quadrature_tail(const struct quadrature *rule, const double *value, int stride);
 
 #endif
