@@ -80,25 +80,20 @@ static size_t write_pointer(const struct json_value *json, char *pointer) {
     return length;
 }
 
-void value_fault(const struct json_value *json, const char *detail, ...) {
+bool value_fault(const struct json_value *json, const char *detail, ...) {
     char pointer[API_POINTER_MAX], text[API_DETAIL_MAX];
     write_pointer(json, pointer);
     va_list list;
     va_start(list, detail);
     vsnprintf(text, sizeof text, detail, list);
     va_end(list);
-    api_problem_add(json->tree->problem, pointer, "%s", text);
+    return !api_problem_add(json->tree->problem, pointer, "%s", text);
 }
 
 /* Whether the value has the type; else reports what it must be. */
 static bool check_type(const struct json_value *json, enum value_type type, const char *noun) {
-    if (value_type(json) == type)
-        return true;
-    if (value_given(json))
-        value_fault(json, "must be %s", noun);
-    else
-        value_fault(json, "is required: %s", noun);
-    return false;
+    return value_type(json) == type ||
+           value_fault(json, value_given(json) ? "must be %s" : "is required: %s", noun);
 }
 
 bool value_object(const struct json_value *json, const char *const keys[]) {
@@ -125,10 +120,8 @@ bool value_object(const struct json_value *json, const char *const keys[]) {
 bool value_array(const struct json_value *json, size_t least) {
     if (!check_type(json, VALUE_ARRAY, "an array"))
         return false;
-    if (value_length(json) >= least)
-        return true;
-    value_fault(json, "must have at least %zu element%s", least, least == 1 ? "" : "s");
-    return false;
+    return value_length(json) >= least ||
+           value_fault(json, "must have at least %zu element%s", least, least == 1 ? "" : "s");
 }
 
 bool value_string(const struct json_value *json, const char **value) {
@@ -155,8 +148,7 @@ bool value_choice(const struct json_value *json, const char *const names[], size
             return true;
         }
     }
-    value_fault(json, "must be %s", allowed);
-    return false;
+    return value_fault(json, "must be %s", allowed);
 }
 
 static bool value_in_range(struct value_range range, double value) {
@@ -168,11 +160,9 @@ bool value_number(const struct json_value *json, struct value_range range, doubl
     if (!check_type(json, VALUE_NUMBER, "a number"))
         return false;
     double number = number_at(json);
-    if (!value_in_range(range, number)) {
-        value_fault(json, "must be a number %s %g and %g",
-                    range.open ? "strictly between" : "between", range.low, range.high);
-        return false;
-    }
+    if (!value_in_range(range, number))
+        return value_fault(json, "must be a number %s %g and %g",
+                           range.open ? "strictly between" : "between", range.low, range.high);
     *value = number + 0.0; /* -0 becomes 0: they are the same in every request */
     return true;
 }
@@ -182,10 +172,8 @@ bool value_integer(const struct json_value *json, int low, int high, int *value)
         return false;
     struct value_range range = {low, high, false};
     double number = number_at(json);
-    if (!value_in_range(range, number) || number != floor(number)) {
-        value_fault(json, "must be a whole number between %d and %d", low, high);
-        return false;
-    }
+    if (!value_in_range(range, number) || number != floor(number))
+        return value_fault(json, "must be a whole number between %d and %d", low, high);
     *value = (int)number;
     return true;
 }
@@ -193,23 +181,19 @@ bool value_integer(const struct json_value *json, int low, int high, int *value)
 bool value_boolean(const struct json_value *json, bool *value) {
     enum value_type type = value_type(json);
     double number = type == VALUE_NUMBER ? number_at(json) : 0;
-    if (type != VALUE_BOOLEAN && (type != VALUE_NUMBER || (number != 0 && number != 1))) {
-        value_fault(json, "must be true or false");
-        return false;
-    }
+    if (type != VALUE_BOOLEAN && (type != VALUE_NUMBER || (number != 0 && number != 1)))
+        return value_fault(json, "must be true or false");
     *value = json_is_true(json->value) || number == 1;
     return true;
 }
 
 bool value_vector(const struct json_value *json, struct value_range range, size_t count,
                   double *values) {
-    if (value_type(json) != VALUE_ARRAY || value_length(json) != count) {
-        value_fault(json,
-                    value_given(json) ? "must be an array of %zu numbers"
-                                      : "is required: an array of %zu numbers",
-                    count);
-        return false;
-    }
+    if (value_type(json) != VALUE_ARRAY || value_length(json) != count)
+        return value_fault(json,
+                           value_given(json) ? "must be an array of %zu numbers"
+                                             : "is required: an array of %zu numbers",
+                           count);
     for (size_t i = 0; i < count; i++) {
         struct json_value element = value_element(json, i);
         if (!value_number(&element, range, &values[i]))

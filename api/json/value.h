@@ -97,8 +97,8 @@ static inline bool value_given(const struct json_value *json) {
 /* Elements of an array or members of an object; else 0. */
 size_t value_length(const struct json_value *json);
 
-/* Reports that something is wrong at `json`. */
-void value_fault(const struct json_value *json, const char *detail, ...)
+/* Reports that something is wrong at `json`; false, for functions that answer so. */
+bool value_fault(const struct json_value *json, const char *detail, ...)
     __attribute__((format(printf, 2, 3)));
 
 /* The value is an object; each member whose key is not in the NULL-terminated `keys` is reported,

@@ -13,9 +13,8 @@ static bool check_increasing(const struct json_value *column, const double *valu
     for (size_t i = 1; i < count; i++) {
         if (values[i] - values[i - 1] < least_step) {
             struct json_value value = value_element(column, i);
-            value_fault(&value, "must be greater than the value before it, by at least %g",
-                        least_step);
-            return false;
+            return value_fault(&value, "must be greater than the value before it, by at least %g",
+                               least_step);
         }
     }
     return true;
@@ -36,9 +35,8 @@ static bool read_table_values(const struct json_value *table, const char *key,
         *values = rows;
     if (count == k->rows)
         return true;
-    value_fault(&column, k->fractions ? "must have a row for each value of shear_deg"
-                                      : "must have as many values as shear_deg");
-    return false;
+    return value_fault(&column, k->fractions ? "must have a row for each value of shear_deg"
+                                             : "must have as many values as shear_deg");
 }
 
 /* A denser fabric has to fill more slowly: k / (1 - Vf) falls along every row. */
@@ -52,11 +50,11 @@ static bool check_falling(const struct json_value *table, const char *key,
             if (permeability_falls(value[-1], vf[j - 1], value[0], vf[j]))
                 continue;
             struct json_value row = value_element(&column, i), at = value_element(&row, j);
-            value_fault(&at,
-                        "must fall faster with fiber_volume_fraction, to at most %.3g after %.3g; "
-                        "otherwise a thinner cavity would fill sooner",
-                        value[-1] * exp(-(vf[j] - vf[j - 1]) / (1 - vf[j])), value[-1]);
-            return false;
+            return value_fault(
+                &at,
+                "must fall faster with fiber_volume_fraction, to at most %.3g after %.3g; "
+                "otherwise a thinner cavity would fill sooner",
+                value[-1] * exp(-(vf[j] - vf[j - 1]) / (1 - vf[j])), value[-1]);
         }
     return true;
 }
@@ -94,10 +92,8 @@ bool decode_permeability(const struct json_value *json, struct api_permeability 
     static const char *const gebart_keys[] = {"model", "fiber_radius", "packing", NULL};
     struct json_value model = value_member(json, "model");
     int index;
-    if (value_type(json) != VALUE_OBJECT) {
-        value_fault(json, "must be an object");
-        return false;
-    }
+    if (value_type(json) != VALUE_OBJECT)
+        return value_fault(json, "must be an object");
     if (!value_choice(&model, api_permeability_names, API_PERMEABILITY_COUNT, &index))
         return false;
     permeability->model = (enum api_permeability_model)index;

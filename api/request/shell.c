@@ -28,10 +28,8 @@ bool decode_faces(const struct json_value *list, struct api_surface *surface) {
     if (!value_array(list, 1))
         return false;
     size_t count = value_length(list);
-    if (count > SHELL_FACES_MAX) {
-        value_fault(list, "must have at most %d faces, and has %zu", SHELL_FACES_MAX, count);
-        return false;
-    }
+    if (count > SHELL_FACES_MAX)
+        return value_fault(list, "must have at most %d faces, and has %zu", SHELL_FACES_MAX, count);
     struct api_surface *faces = json_tree_alloc(list->tree, count, sizeof *faces);
     bool ok = faces != NULL;
     for (size_t k = 0; faces && k < count; k++) {
@@ -90,14 +88,10 @@ bool decode_selection(const struct json_value *json, struct api_surface *surface
     struct json_value up_to = value_member(json, "up_to_deg");
     if (!value_object(json, keys))
         return false;
-    if (value_given(&faces) && value_given(&from)) {
-        value_fault(json, "must have either \"faces\" or \"grow_from\"");
-        return false;
-    }
-    if (value_given(&up_to) && !value_given(&from)) {
-        value_fault(&up_to, "needs \"grow_from\"");
-        return false;
-    }
+    if (value_given(&faces) && value_given(&from))
+        return value_fault(json, "must have either \"faces\" or \"grow_from\"");
+    if (value_given(&up_to) && !value_given(&from))
+        return value_fault(&up_to, "needs \"grow_from\"");
     if (value_given(&faces)) {
         size_t count = value_length(&faces);
         if (!value_array(&faces, 1))

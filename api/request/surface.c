@@ -30,9 +30,9 @@ static bool decode_shape(const struct json_value *json, struct api_surface *surf
     ok = value_array(&file.data, 1) && ok;
     if (ok && value_given(&count) && (size_t)surfaces != value_length(&file.data)) {
         bool fewer = (size_t)surfaces > value_length(&file.data);
-        value_fault(fewer ? &count : &file.data, "there are %zu surfaces, and the count is %d",
-                    value_length(&file.data), surfaces);
-        return false;
+        return value_fault(fewer ? &count : &file.data,
+                           "there are %zu surfaces, and the count is %d", value_length(&file.data),
+                           surfaces);
     }
     if (ok && value_length(&file.data) > 1)
         return decode_faces(&file.data, surface);
@@ -70,9 +70,8 @@ static bool decode_mesh(const struct json_value *json, struct api_surface *surfa
         if (whole && different)
             continue;
         struct json_value triangle = value_element(&list, i);
-        value_fault(&triangle,
-                    whole ? "must name three different vertices" : "must be three whole numbers");
-        return false;
+        return value_fault(&triangle, whole ? "must name three different vertices"
+                                            : "must be three whole numbers");
     }
     mesh->triangles = (const int32_t(*)[3])triangles;
     return true;
@@ -95,11 +94,9 @@ bool decode_surface(const struct json_value *json, struct api_surface *surface) 
         surface->kind = API_SURFACE_NAMED;
         if (!value_string(&id, &text))
             return false;
-        if (strlen(text) != API_ID_LENGTH || strspn(text, "0123456789abcdef") != API_ID_LENGTH) {
-            value_fault(&id, "must be the id of a stored surface: %d lower-case hex digits",
-                        API_ID_LENGTH);
-            return false;
-        }
+        if (strlen(text) != API_ID_LENGTH || strspn(text, "0123456789abcdef") != API_ID_LENGTH)
+            return value_fault(&id, "must be the id of a stored surface: %d lower-case hex digits",
+                               API_ID_LENGTH);
         memcpy(surface->id, text, API_ID_SIZE);
         return decode_selection(json, surface);
     }
