@@ -125,24 +125,6 @@ static void decode_generator(const struct json_value *json, struct drape_generat
 
 static const char *const yarn_keys[] = {"warp", "weft", NULL};
 
-static void decode_extent(const struct json_value *json, struct drape_settings *settings) {
-    if (!value_object(json, yarn_keys))
-        return;
-    for (int k = 0; k < 2; k++) {
-        struct json_value yarn = value_member(json, yarn_keys[k]);
-        struct json_value low = value_element(&yarn, 0), high = value_element(&yarn, 1);
-        if (!value_given(&yarn))
-            continue;
-        settings->has_extent[k] = true;
-        if (value_type(&yarn) != VALUE_ARRAY || value_length(&yarn) != 2) {
-            value_fault(&yarn, "must be an array of two whole numbers");
-            continue;
-        }
-        value_integer(&low, -INDEX_MAX, 0, &settings->extent[k][0]);
-        value_integer(&high, 0, INDEX_MAX, &settings->extent[k][1]);
-    }
-}
-
 static void decode_method(const struct json_value *root, struct api_request *request) {
     struct drape_settings *settings = &request->settings;
     struct json_value method = value_member(root, "method"), path = value_member(root, "yarn_path");
@@ -252,8 +234,20 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
                 decode_generator(&generator, &settings->generator[k]);
         }
     decode_method(root, request);
-    if (value_given(&extent))
-        decode_extent(&extent, settings);
+    if (value_given(&extent) && value_object(&extent, yarn_keys))
+        for (int k = 0; k < 2; k++) {
+            struct json_value yarn = value_member(&extent, yarn_keys[k]);
+            struct json_value low = value_element(&yarn, 0), high = value_element(&yarn, 1);
+            if (!value_given(&yarn))
+                continue;
+            settings->has_extent[k] = true;
+            if (value_type(&yarn) != VALUE_ARRAY || value_length(&yarn) != 2) {
+                value_fault(&yarn, "must be an array of two whole numbers");
+                continue;
+            }
+            value_integer(&low, -INDEX_MAX, 0, &settings->extent[k][0]);
+            value_integer(&high, 0, INDEX_MAX, &settings->extent[k][1]);
+        }
     if (value_given(&permeability)) {
         request->permeability = (struct api_permeability){.model = API_PERMEABILITY_NONE};
         decode_permeability(&permeability, &request->permeability);

@@ -168,55 +168,50 @@ bool material_is_name(const char *text, size_t length) {
     return good;
 }
 
-static void decode_document(const struct json_value *json, struct api_material *material,
-                            const char **list) {
-    struct head head;
-    struct json_value name = value_member(json, "name");
-    struct json_value weight = value_member(json, "areal_weight");
-    struct api_request figures = read_figures(json);
-    struct api_text text = api_text_growing(json->tree->arena);
-    if (value_type(json) != VALUE_OBJECT)
-        return;
-    read_head(json, &head);
-    if (!head.name || !material_is_name(head.name, strlen(head.name)))
-        value_fault(&name, "must have 1 to %d letters, digits, '-', '_' and '.', no '.' first",
-                    API_MATERIAL_NAME_SIZE - 1);
-    else if (api_material_named(head.name))
-        value_fault(&name, "is a name of the library: choose another name");
-    /* The fibre that the figures speak of: its areal weight fills that share of the thickness. */
-    const struct api_fabric *fabric = &figures.fabric;
-    double volume = fabric->thickness * fabric->fiber_volume_fraction;
-    double density = volume > 0 ? fabric->areal_weight / volume : 0;
-    if (density > 0 && (density < density_least || density > density_most))
-        value_fault(
-            &weight,
-            "with the thickness and the fibre volume fraction this gives fibres of %.3g kg/m3: "
-            "areal_weight is in kg/m2, fabric.thickness in m",
-            density);
-    if (json->tree->problem->id != API_OK)
-        return;
-    write_material(json, &head, &figures, material);
-    api_text_raw(&text, "{");
-    write_material_head(&text, &head, true);
-    api_text_raw(&text, ",\"own\":true}");
-    *list = api_text_finish(&text);
-    char *copy = json_tree_alloc(json->tree, strlen(head.name) + 1, 1);
-    if (copy)
-        material->name = strcpy(copy, head.name);
-}
-
 enum api_problem_id api_material_decode(const char *bytes, size_t length,
                                         const struct api_limits *limits, struct arena *arena,
-                                        struct api_material *material, const char **head,
+                                        struct api_material *material, const char **list,
                                         struct api_problem *problem) {
     struct json_tree tree;
     if (json_tree_parse(&tree, bytes, length, limits, arena, problem) != API_OK)
         return problem->id;
-    struct json_value root = value_root(&tree);
-    *head = NULL;
-    decode_document(&root, material, head);
+    struct json_value root = value_root(&tree), name = value_member(&root, "name");
+    struct json_value weight = value_member(&root, "areal_weight");
+    struct api_request figures = read_figures(&root);
+    struct api_text text = api_text_growing(arena);
+    struct head head = {0};
+    *list = NULL;
+    if (value_type(&root) == VALUE_OBJECT) {
+        read_head(&root, &head);
+        if (!head.name || !material_is_name(head.name, strlen(head.name)))
+            value_fault(&name, "must have 1 to %d letters, digits, '-', '_' and '.', no '.' first",
+                        API_MATERIAL_NAME_SIZE - 1);
+        else if (api_material_named(head.name))
+            value_fault(&name, "is a name of the library: choose another name");
+        /* The fibre that the figures speak of: its areal weight fills that share of the thickness.
+         */
+        const struct api_fabric *fabric = &figures.fabric;
+        double volume = fabric->thickness * fabric->fiber_volume_fraction;
+        double density = volume > 0 ? fabric->areal_weight / volume : 0;
+        if (density > 0 && (density < density_least || density > density_most))
+            value_fault(
+                &weight,
+                "with the thickness and the fibre volume fraction this gives fibres of %.3g kg/m3: "
+                "areal_weight is in kg/m2, fabric.thickness in m",
+                density);
+    }
+    if (problem->id == API_OK) {
+        write_material(&root, &head, &figures, material);
+        api_text_raw(&text, "{");
+        write_material_head(&text, &head, true);
+        api_text_raw(&text, ",\"own\":true}");
+        *list = api_text_finish(&text);
+        char *copy = json_tree_alloc(&tree, strlen(head.name) + 1, 1);
+        if (copy)
+            material->name = strcpy(copy, head.name);
+    }
     json_tree_free(&tree);
-    if (problem->id == API_OK && !*head)
+    if (problem->id == API_OK && !*list)
         api_problem_no_memory(problem, "the material");
     return problem->id;
 }

@@ -26,27 +26,20 @@ bool api_material_mentioned(const char *request, size_t length) {
     return memmem(request, length, key, strlen(key)) != NULL;
 }
 
-/* Whether the lines have one that is the name. */
-static bool has_line(const struct api_text *lines, struct walk_span name) {
-    size_t length = (size_t)(name.to - name.from);
-    for (size_t at = 0; at < lines->length;) {
-        const char *line = lines->bytes + at;
-        size_t size = (size_t)((const char *)memchr(line, '\n', lines->length - at) - line);
-        if (size == length && memcmp(line, name.from, length) == 0)
-            return true;
-        at += size + 1;
-    }
-    return false;
-}
-
 const char *api_material_wanted(const char *request, size_t length, struct arena *arena) {
     struct walk walk = {.at = request, .end = request + length};
     struct api_text lines = api_text_growing(arena);
     struct walk_span name;
     for (int count = 0; count < WANTED_MAX && next_material(&walk, &name);) {
         size_t size = (size_t)(name.to - name.from);
-        if (!material_is_name(name.from, size) || material_find(name.from, size) ||
-            has_line(&lines, name))
+        bool done = !material_is_name(name.from, size) || material_find(name.from, size);
+        for (size_t at = 0; !done && at < lines.length;) {
+            const char *line = lines.bytes + at;
+            size_t own = (size_t)((const char *)memchr(line, '\n', lines.length - at) - line);
+            done = own == size && memcmp(line, name.from, size) == 0;
+            at += own + 1;
+        }
+        if (done)
             continue;
         api_text_bytes(&lines, name.from, size);
         api_text_raw(&lines, "\n");

@@ -18,24 +18,10 @@ struct nurbs_places {
     struct json_value part[NURBS_WEIGHTS + 1];
 };
 
-static void find_parts(const struct json_value *json, struct nurbs_places *places) {
-    static const char *const keys[] = {
-        [NURBS_DEGREE_U] = "degree_u",    [NURBS_DEGREE_V] = "degree_v",
-        [NURBS_SIZE_U] = "size_u",        [NURBS_SIZE_V] = "size_v",
-        [NURBS_KNOTS_U] = "knotvector_u", [NURBS_KNOTS_V] = "knotvector_v",
-    };
-    decode_control_find(json, &places->control);
-    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
-        places->part[i] = value_member(json, keys[i]);
-    places->part[NURBS_POINTS] = places->control.points;
-    places->part[NURBS_WEIGHTS] = places->control.weights;
-}
-
 static bool fault_part(const struct nurbs_places *places, const struct nurbs_fault *fault) {
     const struct json_value *json = &places->part[fault->member];
     struct json_value element = value_element(json, fault->index);
-    value_fault(fault->has_index ? &element : json, "%s", fault->reason);
-    return false;
+    return value_fault(fault->has_index ? &element : json, "%s", fault->reason);
 }
 
 /* What most often makes the knots of a direction too many or too few, as a question; "" when
@@ -72,25 +58,21 @@ static bool check_axis(const struct nurbs_places *places, const struct nurbs *nu
     char letter = direction == 0 ? 'u' : 'v';
     struct nurbs_fault fault;
     /* Too few control points for the degree are reported as such. */
-    if (axis->knot_count != wanted && axis->size > axis->degree) {
-        value_fault(knots, "the number of knots is %zu; size_%c + degree_%c + 1 is %zu%s",
-                    axis->knot_count, letter, letter, wanted, guess_at_knots(nurbs, direction));
-        return false;
-    }
+    if (axis->knot_count != wanted && axis->size > axis->degree)
+        return value_fault(knots, "the number of knots is %zu; size_%c + degree_%c + 1 is %zu%s",
+                           axis->knot_count, letter, letter, wanted,
+                           guess_at_knots(nurbs, direction));
     if (nurbs_validate(&alone, &fault) != STATUS_OK && fault.member < NURBS_POINTS)
         return fault_part(places, &fault);
     /* What `nurbs_validate` does not ask, but finite derivatives need. */
     double domain = axis->knots[axis->size] - axis->knots[axis->degree];
-    if (domain < decode_lengths.low) {
-        value_fault(knots, "the domain must be at least %g long", decode_lengths.low);
-        return false;
-    }
+    if (domain < decode_lengths.low)
+        return value_fault(knots, "the domain must be at least %g long", decode_lengths.low);
     for (size_t i = 1; i < axis->knot_count; i++) {
         double span = axis->knots[i] - axis->knots[i - 1];
         if (span > 0 && span < SPAN_LEAST * domain) {
             struct json_value knot = value_element(knots, i);
-            value_fault(&knot, "is too close to the knot before it, but not equal");
-            return false;
+            return value_fault(&knot, "is too close to the knot before it, but not equal");
         }
     }
     return true;
@@ -122,9 +104,8 @@ static bool check_column_count(const struct nurbs *nurbs, const struct json_valu
     size_t wanted = (size_t)nurbs->u.size * (size_t)nurbs->v.size;
     if (count == 0 || wanted == 0 || count == wanted)
         return true;
-    value_fault(column, "the number of %s is %zu; size_u * size_v is %zu * %zu = %zu", noun, count,
-                (size_t)nurbs->u.size, (size_t)nurbs->v.size, wanted);
-    return false;
+    return value_fault(column, "the number of %s is %zu; size_u * size_v is %zu * %zu = %zu", noun,
+                       count, (size_t)nurbs->u.size, (size_t)nurbs->v.size, wanted);
 }
 
 bool decode_nurbs(const struct json_value *json, bool of_shell, struct api_surface *surface) {
@@ -135,14 +116,23 @@ bool decode_nurbs(const struct json_value *json, bool of_shell, struct api_surfa
         /* written by geomdl, rw3dm, Sverchok or CurvesWB; they do not matter here */
         "type", "rational", "dimension", "pdimension", "delta", "sample_size", "name", "id", "bbox",
         "reversed", "precision", NULL};
+    static const char *const parts[] = {
+        [NURBS_DEGREE_U] = "degree_u",    [NURBS_DEGREE_V] = "degree_v",
+        [NURBS_SIZE_U] = "size_u",        [NURBS_SIZE_V] = "size_v",
+        [NURBS_KNOTS_U] = "knotvector_u", [NURBS_KNOTS_V] = "knotvector_v",
+    };
     if (!value_object(json, of_shell ? keys : keys + 2))
         return false;
     struct nurbs *nurbs = &surface->nurbs;
     struct nurbs_places places;
     struct nurbs_fault fault;
-    find_parts(json, &places);
-    bool ok = read_axes(&places, nurbs);
+    decode_control_find(json, &places.control);
     const struct json_value *points = &places.control.points, *weights = &places.control.weights;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+        places.part[i] = value_member(json, parts[i]);
+    places.part[NURBS_POINTS] = *points;
+    places.part[NURBS_WEIGHTS] = *weights;
+    bool ok = read_axes(&places, nurbs);
     double *rows;
     if (value_rows(points, decode_coordinates, 3, 4, &rows, &nurbs->point_count))
         nurbs->points = (const void *)rows;

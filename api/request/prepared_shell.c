@@ -247,52 +247,6 @@ enum api_problem_id prepared_shell_make(const struct api_request *request,
 
 /* ---- its description ---- */
 
-struct totals {
-    double area;
-    struct vec3 lower, upper;
-};
-
-static enum status describe_face(const struct api_surface *surface, size_t number,
-                                 struct arena *arena, struct api_text *text,
-                                 struct totals *totals) {
-    const struct api_surface *face = &surface->faces[number];
-    struct contour_measure measure;
-    struct surface *made;
-    struct arena_mark mark = arena_mark(arena);
-    enum status status = surface_make(&face->nurbs, arena, &made);
-    if (status == STATUS_OK)
-        status = contour_measure(made, face->trims, face->trim_count, arena, &measure);
-    arena_rewind(arena, mark);
-    if (status == STATUS_OUT_OF_MEMORY)
-        return status;
-    if (status != STATUS_OK) /* its number stays */
-        measure = (struct contour_measure){0};
-    api_text_raw(text, number ? ",{" : "{");
-    api_text_key_integer(text, "index", (int64_t)number);
-    api_text_key_number(text, "area", measure.area);
-    api_text_box(text, &measure.lower.x, &measure.upper.x);
-    api_text_key_numbers(text, "centre", &measure.centre.x, 3);
-    api_text_key_numbers(text, "normal", &measure.normal.x, 3);
-    api_text_key_string(text, "kind", face->face_kind ? face->face_kind : "nurbs");
-    if (face->face_name)
-        api_text_key_string(text, "name", face->face_name);
-    if (face->face_colour)
-        api_text_key_string(text, "colour", face->face_colour);
-    api_text_raw(text, "}");
-    if (status != STATUS_OK)
-        return STATUS_OK;
-    totals->lower = totals->area > 0 ? vec3_make(fmin(totals->lower.x, measure.lower.x),
-                                                 fmin(totals->lower.y, measure.lower.y),
-                                                 fmin(totals->lower.z, measure.lower.z))
-                                     : measure.lower;
-    totals->upper = totals->area > 0 ? vec3_make(fmax(totals->upper.x, measure.upper.x),
-                                                 fmax(totals->upper.y, measure.upper.y),
-                                                 fmax(totals->upper.z, measure.upper.z))
-                                     : measure.upper;
-    totals->area += measure.area;
-    return STATUS_OK;
-}
-
 /* Faces that cannot be one surface may be stored by an importer, for some of them can be chosen:
  * then the fault is a note, and they are joined where they can be. */
 static enum api_problem_id describe_edges(const struct api_surface *surface, struct api_text *text,
@@ -348,18 +302,47 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
 enum api_problem_id prepared_shell_describe(const struct api_surface *surface,
                                             struct api_text *text, struct arena *arena,
                                             struct api_problem *problem) {
-    struct totals totals = {0};
+    struct vec3 lower = {0}, upper = {0};
+    double area = 0;
     api_text_key(text, "faces");
     api_text_raw(text, "[");
-    for (size_t k = 0; k < surface->face_count; k++)
-        if (describe_face(surface, k, arena, text, &totals) != STATUS_OK)
+    for (size_t k = 0; k < surface->face_count; k++) {
+        const struct api_surface *face = &surface->faces[k];
+        struct contour_measure measure;
+        struct surface *made;
+        struct arena_mark mark = arena_mark(arena);
+        enum status status = surface_make(&face->nurbs, arena, &made);
+        if (status == STATUS_OK)
+            status = contour_measure(made, face->trims, face->trim_count, arena, &measure);
+        arena_rewind(arena, mark);
+        if (status == STATUS_OUT_OF_MEMORY)
             return api_problem_no_memory(problem, "the faces");
+        if (status != STATUS_OK) /* its number stays */
+            measure = (struct contour_measure){0};
+        api_text_raw(text, k ? ",{" : "{");
+        api_text_key_integer(text, "index", (int64_t)k);
+        api_text_key_number(text, "area", measure.area);
+        api_text_box(text, &measure.lower.x, &measure.upper.x);
+        api_text_key_numbers(text, "centre", &measure.centre.x, 3);
+        api_text_key_numbers(text, "normal", &measure.normal.x, 3);
+        api_text_key_string(text, "kind", face->face_kind ? face->face_kind : "nurbs");
+        if (face->face_name)
+            api_text_key_string(text, "name", face->face_name);
+        if (face->face_colour)
+            api_text_key_string(text, "colour", face->face_colour);
+        api_text_raw(text, "}");
+        if (status != STATUS_OK)
+            continue;
+        lower = area > 0 ? vec3_min(lower, measure.lower) : measure.lower;
+        upper = area > 0 ? vec3_max(upper, measure.upper) : measure.upper;
+        area += measure.area;
+    }
     api_text_raw(text, "]");
-    if (!(totals.area > 0))
+    if (!(area > 0))
         return api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/faces", "no face has an area");
     if (describe_edges(surface, text, arena, problem) != API_OK)
         return problem->id;
-    api_text_box(text, &totals.lower.x, &totals.upper.x);
-    api_text_key_number(text, "area", totals.area);
+    api_text_box(text, &lower.x, &upper.x);
+    api_text_key_number(text, "area", area);
     return API_OK;
 }

@@ -149,23 +149,6 @@ static bool tessellate_face(struct primitive *p, const struct api_surface *face,
     return true;
 }
 
-static bool tessellate_mesh(struct primitive *p, const struct api_mesh *mesh, struct arena *arena) {
-    if (!take_primitive_room(p, mesh->vertex_count, mesh->triangle_count, arena))
-        return false;
-    p->normals = NULL; /* flat */
-    p->vertex_count = (uint32_t)mesh->vertex_count;
-    for (size_t k = 0; k < mesh->vertex_count; k++) {
-        const struct vec3 *v = &mesh->vertices[k];
-        p->positions[k][0] = (float)v->x;
-        p->positions[k][1] = (float)v->y;
-        p->positions[k][2] = (float)v->z;
-    }
-    for (size_t k = 0; k < mesh->triangle_count; k++)
-        add_face_triangle(p, (uint32_t)mesh->triangles[k][0], (uint32_t)mesh->triangles[k][1],
-                          (uint32_t)mesh->triangles[k][2]);
-    return true;
-}
-
 /* ---- glTF ---- */
 
 enum { GLTF_FLOAT = 5126, GLTF_UINT = 5125, GLTF_ARRAY = 34962, GLTF_ELEMENTS = 34963 };
@@ -305,7 +288,17 @@ enum api_problem_id api_preview(const struct api_surface *surface, const struct 
         struct primitive *one = &all[kept];
         *one = (struct primitive){.number = k};
         if (surface->kind == API_SURFACE_MESH) {
-            good = tessellate_mesh(one, &surface->mesh, arena);
+            const struct api_mesh *mesh = &surface->mesh;
+            good = take_primitive_room(one, mesh->vertex_count, mesh->triangle_count, arena);
+            one->normals = NULL; /* flat */
+            one->vertex_count = (uint32_t)mesh->vertex_count;
+            for (size_t v = 0; good && v < 3 * mesh->vertex_count; v++)
+                one->positions[v / 3][v % 3] = (float)(&mesh->vertices[0].x)[v];
+            for (size_t t = 0; good && t < mesh->triangle_count; t++) {
+                const int32_t *corner = mesh->triangles[t];
+                add_face_triangle(one, (uint32_t)corner[0], (uint32_t)corner[1],
+                                  (uint32_t)corner[2]);
+            }
         } else {
             one->face = surface->kind == API_SURFACE_SHELL ? &surface->faces[k] : surface;
             good = tessellate_face(one, one->face, count, arena);

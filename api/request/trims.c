@@ -37,21 +37,17 @@ static bool decode_spline(const struct json_value *json, struct trim_curve *curv
     }
     if (!ok)
         return false;
-    if (knot_count != curve->count + (size_t)curve->degree + 1) {
-        value_fault(&knots, "the number of knots must be the number of points + degree + 1");
-        return false;
-    }
+    if (knot_count != curve->count + (size_t)curve->degree + 1)
+        return value_fault(&knots, "the number of knots must be the number of points + degree + 1");
     for (size_t i = 1; i < knot_count; i++) {
         if (curve->knots[i] < curve->knots[i - 1]) {
             struct json_value knot = value_element(&knots, i);
-            value_fault(&knot, "a knot must not be less than the one before it");
-            return false;
+            return value_fault(&knot, "a knot must not be less than the one before it");
         }
     }
     if (curve->knots[curve->count] > curve->knots[curve->degree])
         return true;
-    value_fault(&knots, "the domain between knot[degree] and knot[size] is empty");
-    return false;
+    return value_fault(&knots, "the domain between knot[degree] and knot[size] is empty");
 }
 
 /* What `type` says, else what the keys say. */
@@ -66,27 +62,11 @@ static bool read_type(const struct json_value *json, enum curve_type *type) {
     return ok;
 }
 
-static bool decode_curve(const struct json_value *json, struct trim_curve *curve) {
-    static const char *const freeform_keys[] = {"points", "reversed", "type", "dimension",
-                                                "name",   "id",       NULL};
-    enum curve_type type;
-    if (!read_type(json, &type))
-        return false;
-    if (type == CURVE_SPLINE)
-        return decode_spline(json, curve);
-    if (type == CURVE_CONTAINER) {
-        value_fault(json, "a container must not hold another");
-        return false;
-    }
-    struct json_value points = value_member(json, "points");
-    value_object(json, freeform_keys);
-    curve->degree = 1;
-    return read_trim_points(&points, curve);
-}
-
 /* A loop: a curve alone, or a container of several. */
 static bool decode_trim(const struct json_value *json, struct trim_loop *trim) {
     static const char *const keys[] = {"type", "count", "data", "reversed", "name", "id", NULL};
+    static const char *const freeform_keys[] = {"points", "reversed", "type", "dimension",
+                                                "name",   "id",       NULL};
     struct json_value reversed = value_member(json, "reversed"), data = value_member(json, "data");
     enum curve_type type;
     if (!read_type(json, &type))
@@ -103,7 +83,18 @@ static bool decode_trim(const struct json_value *json, struct trim_loop *trim) {
     trim->curves = curves;
     for (size_t i = 0; curves && i < trim->count; i++) {
         struct json_value curve = several ? value_element(&data, i) : *json;
-        ok = decode_curve(&curve, &curves[i]) && ok;
+        struct json_value points = value_member(&curve, "points");
+        if (!read_type(&curve, &type)) {
+            ok = false;
+        } else if (type == CURVE_SPLINE) {
+            ok = decode_spline(&curve, &curves[i]) && ok;
+        } else if (type == CURVE_CONTAINER) {
+            ok = value_fault(&curve, "a container must not hold another");
+        } else {
+            value_object(&curve, freeform_keys);
+            curves[i].degree = 1;
+            ok = read_trim_points(&points, &curves[i]) && ok;
+        }
     }
     return curves && ok;
 }
