@@ -87,7 +87,7 @@ int api_problem_status(enum api_problem_id id); /* the HTTP status */
 enum api_problem_id api_problem_from_slug(const char *slug);
 
 /* Sets the problem with a printf-style detail. Returns the problem's id: `id`, or that of the
- * problem that was set before. */
+ * problem that was set before; so `return !api_problem_set(...)` answers false. */
 enum api_problem_id api_problem_set(struct api_problem *problem, enum api_problem_id id,
                                     const char *detail, ...) __attribute__((format(printf, 3, 4)));
 

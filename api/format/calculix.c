@@ -21,10 +21,8 @@ static bool make_middles(struct encoder *encoder, struct api_problem *problem) {
     size_t elements = fields->element_count, count = 0;
     state->middle = malloc(elements * sizeof *state->middle);
     state->edge = malloc(elements * EDGES * sizeof *state->edge);
-    if (!state->middle || !state->edge) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the mid-edge nodes");
-        return false;
-    }
+    if (!state->middle || !state->edge)
+        return !api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the mid-edge nodes");
     for (size_t e = 0; e < elements; e++) {
         const int32_t *corners = fields->elements[e];
         int sides = corners[3] < 0 ? 3 : 4;

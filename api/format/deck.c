@@ -42,11 +42,11 @@ static bool check_sides(const struct encoder *encoder, bool *upward, struct api_
     *upward = up >= down;
     if (up == 0 || down == 0 || fields->plies->ply_count == 1)
         return true;
-    api_problem_set(problem, API_INVALID_REQUEST,
-                    "%s has one sequence of plies for all elements, but %zu elements face one side "
-                    "and %zu, such as %d, the other: reverse these",
-                    encoder->format->name, up, down, deck_element_id(fields, one));
-    return false;
+    return !api_problem_set(
+        problem, API_INVALID_REQUEST,
+        "%s has one sequence of plies for all elements, but %zu elements face one side "
+        "and %zu, such as %d, the other: reverse these",
+        encoder->format->name, up, down, deck_element_id(fields, one));
 }
 
 bool deck_begin(struct encoder *encoder, struct api_problem *problem) {
@@ -100,10 +100,9 @@ static void write_comment(struct encoder *encoder, const char *words) {
     const struct deck *deck = encoder->format->own;
     while (*words) {
         size_t length = strcspn(words, "\n"), room = COMMENT - strlen(deck->mark);
-        if (length > room) {
+        if (length > room)
             for (length = room; length > 1 && words[length] != ' ';)
                 length--;
-        }
         api_text_format(&encoder->piece, "%s %.*s\n", deck->mark, (int)length, words);
         words += length;
         words += strspn(words, " \n");
@@ -153,37 +152,11 @@ static void write_deck_head(struct encoder *encoder) {
 
 /* ---- the sections ---- */
 
-static void write_item(struct encoder *encoder, const struct deck_section *section, size_t number) {
-    const struct map_fields *fields = &encoder->fields;
-    const struct stack_groups *groups = &((struct deck_state *)encoder->state)->groups;
-    struct deck_item item = {.number = number, .element = number, .ply = (int)number};
-    if (section->items == DECK_PLY_ELEMENTS) {
-        item.element = number % fields->element_count;
-        item.ply = (int)(number / fields->element_count);
-        item.first = item.element == 0;
-        item.last = item.element + 1 == fields->element_count;
-    } else if (section->items == DECK_GROUPS) {
-        item.element = (size_t)groups->member[groups->start[number]];
-    } else if (section->items == DECK_MEMBERS) {
-        item.element = (size_t)groups->member[number];
-        size_t group = (size_t)groups->group[item.element];
-        item.first = number == groups->start[group];
-        item.last = number + 1 == groups->start[group + 1];
-    }
-    if (section->items != DECK_ONCE && section->items != DECK_VERTICES &&
-        section->items != DECK_PLIES && section->items != DECK_MIDDLES) {
-        item.id = deck_element_id(fields, item.element);
-        item.corners = fields->elements[item.element];
-        item.layers = stack_layers(fields, item.element);
-    }
-    if (section->items != DECK_STACKS || item.layers > 0)
-        section->write(encoder, &item);
-}
-
 void deck_next(struct encoder *encoder) {
     const struct deck *deck = encoder->format->own;
     const struct map_fields *fields = &encoder->fields;
     const struct deck_state *state = encoder->state;
+    const struct stack_groups *groups = &state->groups;
     const size_t counts[] = {
         [DECK_ONCE] = 1,
         [DECK_VERTICES] = fields->vertex_count,
@@ -191,8 +164,8 @@ void deck_next(struct encoder *encoder) {
         [DECK_STACKS] = fields->element_count,
         [DECK_PLIES] = fields->plies->ply_count,
         [DECK_PLY_ELEMENTS] = fields->plies->ply_count * fields->element_count,
-        [DECK_GROUPS] = state->groups.count,
-        [DECK_MEMBERS] = state->groups.start ? state->groups.start[state->groups.count] : 0,
+        [DECK_GROUPS] = groups->count,
+        [DECK_MEMBERS] = groups->start ? groups->start[groups->count] : 0,
         [DECK_MIDDLES] = state->middles,
     };
     if (!encoder->begun)
@@ -204,12 +177,33 @@ void deck_next(struct encoder *encoder) {
         if (encoder->row == counts[section->items]) {
             encoder->row = 0;
             encoder->column++;
-        } else if (section->text) {
-            api_text_raw(&encoder->piece, section->text);
-            encoder->row++;
-        } else {
-            write_item(encoder, section, encoder->row++);
+            continue;
         }
+        size_t number = encoder->row++;
+        struct deck_item item = {.number = number, .element = number, .ply = (int)number};
+        if (section->items == DECK_PLY_ELEMENTS) {
+            item.element = number % fields->element_count;
+            item.ply = (int)(number / fields->element_count);
+            item.first = item.element == 0;
+            item.last = item.element + 1 == fields->element_count;
+        } else if (section->items == DECK_GROUPS) {
+            item.element = (size_t)groups->member[groups->start[number]];
+        } else if (section->items == DECK_MEMBERS) {
+            item.element = (size_t)groups->member[number];
+            size_t group = (size_t)groups->group[item.element];
+            item.first = number == groups->start[group];
+            item.last = number + 1 == groups->start[group + 1];
+        }
+        if (section->items != DECK_ONCE && section->items != DECK_VERTICES &&
+            section->items != DECK_PLIES && section->items != DECK_MIDDLES) {
+            item.id = deck_element_id(fields, item.element);
+            item.corners = fields->elements[item.element];
+            item.layers = stack_layers(fields, item.element);
+        }
+        if (section->text)
+            api_text_raw(&encoder->piece, section->text);
+        else if (section->items != DECK_STACKS || item.layers > 0)
+            section->write(encoder, &item);
     }
     encoder->ended = !deck->sections[encoder->column].items;
 }

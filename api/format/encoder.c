@@ -58,8 +58,7 @@ size_t encoder_value(const struct encoder *encoder, const struct api_column_sour
 }
 
 bool encoder_damaged(struct api_problem *problem) {
-    api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
-    return false;
+    return !api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
 }
 
 /* ---- selection ---- */
@@ -84,11 +83,10 @@ static bool select_columns(struct encoder *encoder, const struct api_column_sour
             if (strlen(name) == length && memcmp(name, field, length) == 0)
                 break;
         }
-        if (i == count) {
-            api_problem_set(problem, API_INVALID_REQUEST, "fields: \"%.*s\" is not in this %s",
-                            length > 60 ? 60 : (int)length, field, map ? "map" : "result");
-            return false;
-        }
+        if (i == count)
+            return !api_problem_set(problem, API_INVALID_REQUEST,
+                                    "fields: \"%.*s\" is not in this %s",
+                                    length > 60 ? 60 : (int)length, field, map ? "map" : "result");
         wanted[i] = true;
         field = next;
     }
@@ -122,36 +120,32 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
         if (encoder->columns.column[k].table != API_TABLE_CUT)
             columns[count++] = encoder_source(encoder, &encoder->columns.column[k]);
     bool study = encoder->columns.document == API_DOCUMENT_STUDY;
-    if (study && !encoder->format->tables) {
-        api_problem_set(problem, API_NOT_ACCEPTABLE, "a study has no %s; drape one of its variants",
-                        encoder->format->name);
-        return false;
-    }
+    if (study && !encoder->format->tables)
+        return !api_problem_set(problem, API_NOT_ACCEPTABLE,
+                                "a study has no %s; drape one of its variants",
+                                encoder->format->name);
     enum api_table first = study ? API_TABLE_VARIANTS : API_TABLE_NODES;
     if (!encoder->options.table_given)
         *table = first;
     if (*table == first || *table == (study ? API_TABLE_BANDS : API_TABLE_CELLS))
         return select_columns(encoder, columns, count, fields, problem);
-    api_problem_set(problem, API_INVALID_REQUEST,
-                    study ? "table: a study has the tables variants and bands; those of one of its "
-                            "drapes come with the parameter sample"
-                          : "table: a drape has the tables nodes and cells");
-    return false;
+    return !api_problem_set(
+        problem, API_INVALID_REQUEST,
+        study ? "table: a study has the tables variants and bands; those of one of its "
+                "drapes come with the parameter sample"
+              : "table: a drape has the tables nodes and cells");
 }
 
 static bool open_map(struct encoder *encoder, const struct map_fields *source, const char *fields,
                      struct api_problem *problem) {
     encoder->fields = *source;
-    if (encoder->options.table != API_TABLE_NODES && !source->plies) {
-        api_problem_set(problem, API_INVALID_REQUEST, "table: a map onto points has one table");
-        return false;
-    }
+    if (encoder->options.table != API_TABLE_NODES && !source->plies)
+        return !api_problem_set(problem, API_INVALID_REQUEST,
+                                "table: a map onto points has one table");
     if (encoder->options.table != API_TABLE_PLIES)
         encoder->options.table = API_TABLE_CELLS;
-    if (source->column_count == 0 || source->column_count > API_COLUMNS_MAX) {
-        api_problem_set(problem, API_INTERNAL, "the fields have no columns, or too many");
-        return false;
-    }
+    if (source->column_count == 0 || source->column_count > API_COLUMNS_MAX)
+        return !api_problem_set(problem, API_INTERNAL, "the fields have no columns, or too many");
     if (!select_columns(encoder, source->columns, source->column_count, fields, problem))
         return false;
     encoder->fields.columns = encoder->selected;

@@ -91,16 +91,6 @@ static bool set_whole_number(int *option, const char *value, int least, int most
     return true;
 }
 
-/* Names are printed: of ASCII what needs no escaping anywhere. */
-static bool set_printed_name(char name[FORMAT_NAME_SIZE], const char *value) {
-    bool plain = strlen(value) < FORMAT_NAME_SIZE;
-    for (const char *at = value; *at; at++)
-        plain = plain && *at >= ' ' && *at <= '~' && !strchr("<>&\"'%", *at);
-    if (plain)
-        strcpy(name, value);
-    return plain;
-}
-
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem) {
     enum { PRECISION, TABLE, VERSION, FRACTION, WITHIN, ALLOWANCE, PART, PLY, FIELDS, OPTIONS };
@@ -144,7 +134,11 @@ bool format_option(struct format_options *options, const char *name, const char 
         break;
     case PART:
     case PLY:
-        good = set_printed_name(option == PART ? options->part : options->ply, value);
+        good = strlen(value) < FORMAT_NAME_SIZE;
+        for (const char *at = value; *at; at++) /* of ASCII what needs no escaping anywhere */
+            good = good && *at >= ' ' && *at <= '~' && !strchr("<>&\"'%", *at);
+        if (good)
+            strcpy(option == PART ? options->part : options->ply, value);
         break;
     case FIELDS:
         options->fields = value;

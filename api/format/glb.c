@@ -217,10 +217,9 @@ static bool begin_glb(struct encoder *encoder, struct api_problem *problem) {
     }
     struct api_text text = api_text_over(encoder->buffer, sizeof encoder->buffer);
     write_description(encoder, &text);
-    if (text.failed) {
-        api_problem_set(problem, API_TOO_LARGE, "the net is too large for glTF's 32-bit lengths");
-        return false;
-    }
+    if (text.failed)
+        return !api_problem_set(problem, API_TOO_LARGE,
+                                "the net is too large for glTF's 32-bit lengths");
     encoder->length = text.length + buffer_length(state);
     return true;
 }

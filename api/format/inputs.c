@@ -17,28 +17,6 @@ static const char *pass_string(const char *at) {
     return *at ? at + 1 : at;
 }
 
-/* Behind the value at `at`; of an array `*count` elements, 0 if it is short and flat. */
-static const char *pass_value(const char *at, size_t *count) {
-    int depth = 0;
-    bool deep = false;
-    *count = *at == '[' && at[1] != ']';
-    for (; *at && (depth > 0 || (*at != ',' && *at != '}')); at++) {
-        if (*at == '"') {
-            at = pass_string(at) - 1;
-        } else if (*at == '[' || *at == '{') {
-            deep = deep || depth > 0;
-            depth++;
-        } else if (*at == ']' || *at == '}') {
-            depth--;
-        } else if (*at == ',') {
-            *count += depth == 1;
-        }
-    }
-    if (!deep && *count <= SHOWN_MAX)
-        *count = 0;
-    return at;
-}
-
 /* Up to the next member of an object: enters and leaves these. */
 static bool go_to_member(struct inputs *inputs) {
     for (; *inputs->at && *inputs->at != '"'; inputs->at++) {
@@ -68,8 +46,27 @@ bool inputs_next(struct inputs *inputs, struct inputs_row *row) {
             continue;
         row->name = inputs->name;
         row->value = inputs->at;
-        inputs->at = pass_value(inputs->at, &row->count);
-        row->length = (size_t)(inputs->at - row->value);
+        /* Behind the value; of an array its elements, 0 if it is short and flat. */
+        int depth = 0;
+        bool deep = false;
+        const char *at = inputs->at;
+        row->count = *at == '[' && at[1] != ']';
+        for (; *at && (depth > 0 || (*at != ',' && *at != '}')); at++) {
+            if (*at == '"') {
+                at = pass_string(at) - 1;
+            } else if (*at == '[' || *at == '{') {
+                deep = deep || depth > 0;
+                depth++;
+            } else if (*at == ']' || *at == '}') {
+                depth--;
+            } else if (*at == ',') {
+                row->count += depth == 1;
+            }
+        }
+        if (!deep && row->count <= SHOWN_MAX)
+            row->count = 0;
+        inputs->at = at;
+        row->length = (size_t)(at - row->value);
         return true;
     }
     return false;

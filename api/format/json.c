@@ -61,24 +61,6 @@ static void write_preamble(struct encoder *encoder) {
     open_table(piece, state->table);
 }
 
-/* True and false, or names in place of the numbers that stand for them. */
-static void write_words(struct encoder *encoder, enum column_kind kind, size_t count) {
-    int names = kind == COLUMN_REASON ? DRAPE_REASON_COUNT : FAILURE_COUNT;
-    for (size_t i = 0; i < count; i++) {
-        double value = encoder->values[i];
-        if (encoder->row + i > 0)
-            api_text_raw(&encoder->piece, ",");
-        if (kind == COLUMN_TRUTH)
-            api_text_raw(&encoder->piece, value > 0 ? "true" : "false");
-        else if (!(value >= 0 && value < names))
-            encoder->failed = true;
-        else
-            api_text_string(&encoder->piece, kind == COLUMN_REASON
-                                                 ? drape_reason_name((enum drape_reason)(int)value)
-                                                 : failure_names[(int)value]);
-    }
-}
-
 /* Straight into the piece, whose room was made for as many values: this loop is where the time of
  * a large result goes. Columns of one value (a fibre volume fraction, say) are common, so a value
  * that repeats the one before is copied. */
@@ -130,11 +112,24 @@ static void next_json(struct encoder *encoder) {
     if (!encoder_fill(encoder, column, encoder->row, count, encoder->values))
         return;
     const struct column_spec *spec = column_spec_find(column->table, column->name);
-    if (spec &&
-        (spec->kind == COLUMN_REASON || spec->kind == COLUMN_FAILURE || spec->kind == COLUMN_TRUTH))
-        write_words(encoder, spec->kind, count);
-    else
+    enum column_kind kind = spec ? spec->kind : COLUMN_SCALAR;
+    int names = kind == COLUMN_REASON ? DRAPE_REASON_COUNT : FAILURE_COUNT;
+    bool words = kind == COLUMN_REASON || kind == COLUMN_FAILURE || kind == COLUMN_TRUTH;
+    if (!words)
         write_json_numbers(encoder, column, count);
+    /* True and false, or names in place of the numbers that stand for them. */
+    for (size_t i = 0; words && i < count; i++) {
+        double value = encoder->values[i];
+        api_text_raw(&encoder->piece, encoder->row + i > 0 ? "," : "");
+        if (kind == COLUMN_TRUTH)
+            api_text_raw(&encoder->piece, value > 0 ? "true" : "false");
+        else if (!(value >= 0 && value < names))
+            encoder->failed = true;
+        else
+            api_text_string(&encoder->piece, kind == COLUMN_REASON
+                                                 ? drape_reason_name((enum drape_reason)(int)value)
+                                                 : failure_names[(int)value]);
+    }
     if (encoder_advance(encoder, column->rows, count))
         api_text_raw(&encoder->piece, "]");
 }

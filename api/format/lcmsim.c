@@ -200,25 +200,11 @@ static void write_part(struct api_text *text, const struct encoder *encoder, con
     const struct map_fields none = {.unit = NULL};
     const struct compaction c =
         compaction_of(version == 2 || part == LCMSIM_CHANNEL_PART ? &none : &encoder->fields, in);
-    const double values[PART_NUMBERS] = {in->thickness,
-                                         porosity,
-                                         0,
-                                         c.factor * in->k1,
-                                         0,
-                                         alpha,
-                                         in->direction.x,
-                                         in->direction.y,
-                                         in->direction.z,
-                                         c.porosity[0],
-                                         c.pressure[0],
-                                         c.porosity[1],
-                                         c.pressure[1],
-                                         c.n,
-                                         c.factor * in->k3,
-                                         0,
-                                         0.5,
-                                         9.5e-10,
-                                         1e-13};
+    const struct vec3 d = in->direction;
+    const double k1 = c.factor * in->k1, k3 = c.factor * in->k3, *e = c.porosity, *p = c.pressure;
+    const double values[PART_NUMBERS] = {in->thickness, porosity, 0,    k1,   0,    alpha, d.x, d.y,
+                                         d.z,           e[0],     p[0], e[1], p[1], c.n,   k3,  0,
+                                         0.5,           9.5e-10,  1e-13};
     api_text_format(text, "%s%d,%s,%d", type, part, type, part);
     for (int k = 0; k < (version == 2 ? PART_NUMBERS_2 : PART_NUMBERS); k++) {
         api_text_raw(text, ",");
@@ -227,34 +213,8 @@ static void write_part(struct api_text *text, const struct encoder *encoder, con
     api_text_raw(text, "\n");
 }
 
-/* ---- elements too dense ---- */
-
 static bool has_dense(const struct state *state) {
     return state->bins.left_out + state->bins.capped > 0;
-}
-
-/* A piece of the list, by the ids of the map's column. */
-static bool write_dense(struct api_text *text, const struct encoder *encoder) {
-    struct state *state = encoder->state;
-    const struct map_fields *fields = &encoder->fields;
-    const struct api_column_source *ids = encoder_find(
-        fields->columns, fields->column_count, API_TABLE_CELLS, column_specs[COLUMN_CELLS_id].name);
-    struct lcmsim_inputs in;
-    if (state->dense == 0)
-        api_text_raw(text, "id,fiber_volume_fraction,treatment\n");
-    for (int k = 0; k < LINES && state->dense < fields->element_count; k++) {
-        size_t element = state->dense++;
-        double id = (double)element;
-        enum lcmsim_state how = lcmsim_read(&state->source, element, &in);
-        if (how == LCMSIM_AS_IT_IS)
-            continue;
-        if (ids)
-            ids->fill(ids->context, element, 1, &id);
-        api_text_format(text, "%lld,", (long long)id);
-        write_julia_float(text, lcmsim_fraction(&state->source, element));
-        api_text_raw(text, how == LCMSIM_CAPPED ? ",capped\n" : ",left out\n");
-    }
-    return state->dense == fields->element_count;
 }
 
 /* ---- the readme ---- */
@@ -336,9 +296,12 @@ static void write_readme(struct api_text *text, const struct encoder *encoder) {
 static bool write_file_text(struct encoder *encoder, struct api_text *text) {
     struct state *state = encoder->state;
     const struct lcmsim_bins *bins = &state->bins;
+    const struct map_fields *fields = &encoder->fields;
+    const struct api_column_source *ids;
+    struct lcmsim_inputs in;
     switch (state->file) {
     case MESH:
-        return write_bulk_data(text, &encoder->fields, state);
+        return write_bulk_data(text, fields, state);
     case PARTS:
         api_text_format(text, "%s%s\n", part_names_2, version_of(encoder) == 2 ? "" : part_names_3);
         if (bins->role_count[MAP_INLET])
@@ -350,8 +313,24 @@ static bool write_file_text(struct encoder *encoder, struct api_text *text) {
         if (bins->role_count[MAP_OUTLET])
             write_part(text, encoder, "outlet", LCMSIM_OUTLET_PART, &bins->role[MAP_OUTLET]);
         return true;
-    case DENSE:
-        return write_dense(text, encoder);
+    case DENSE: /* a piece of the list, by the ids of the map's column */
+        ids = encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS,
+                           column_specs[COLUMN_CELLS_id].name);
+        if (state->dense == 0)
+            api_text_raw(text, "id,fiber_volume_fraction,treatment\n");
+        for (int k = 0; k < LINES && state->dense < fields->element_count; k++) {
+            size_t element = state->dense++;
+            double id = (double)element;
+            enum lcmsim_state how = lcmsim_read(&state->source, element, &in);
+            if (how == LCMSIM_AS_IT_IS)
+                continue;
+            if (ids)
+                ids->fill(ids->context, element, 1, &id);
+            api_text_format(text, "%lld,", (long long)id);
+            write_julia_float(text, lcmsim_fraction(&state->source, element));
+            api_text_raw(text, how == LCMSIM_CAPPED ? ",capped\n" : ",left out\n");
+        }
+        return state->dense == fields->element_count;
     case PARAMETERS:
         api_text_raw(text, parameters);
         return true;
@@ -425,10 +404,8 @@ static bool begin_lcmsim(struct encoder *encoder, struct api_problem *problem) {
         return false;
     state->deflating =
         deflateInit2(&state->deflate, LEVEL, Z_DEFLATED, RAW, 8, Z_DEFAULT_STRATEGY) == Z_OK;
-    if (!state->deflating || !lcmsim_make_bins(bins, &state->source)) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to bin the elements");
-        return false;
-    }
+    if (!state->deflating || !lcmsim_make_bins(bins, &state->source))
+        return !api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to bin the elements");
     struct api_text note = api_text_over(encoder->binning, sizeof encoder->binning - 1);
     api_text_format(&note, "bins=%zu", bins->count);
     for (int k = 0; k < LCMSIM_DIFFERENCES; k++)

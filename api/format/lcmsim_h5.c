@@ -103,14 +103,14 @@ static struct lcmsim_inputs cell_inputs(const struct encoder *encoder, const str
     return in;
 }
 
-enum real { VOLUME, AREA, PERMEABILITY, POROSITY, THICKNESS, ALPHA, AP, CP, REALS };
+static const char *const real_names[] = {"/properties/volume",       "/properties/area",
+                                         "/properties/permeability", "/properties/porosity",
+                                         "/properties/thickness",    "/properties/alpha",
+                                         "/properties/ap",           "/properties/cp"};
+enum { REALS = sizeof real_names / sizeof *real_names };
 
-static const char *const real_names[REALS] = {"/properties/volume",       "/properties/area",
-                                              "/properties/permeability", "/properties/porosity",
-                                              "/properties/thickness",    "/properties/alpha",
-                                              "/properties/ap",           "/properties/cp"};
-
-static double cell_real(const struct encoder *encoder, const struct cell *cell, enum real real) {
+/* The property of that number. */
+static double cell_real(const struct encoder *encoder, const struct cell *cell, int real) {
     struct lcmsim_inputs in = cell_inputs(encoder, cell);
     const struct vec3 *v = encoder->fields.vertices;
     struct vec3 p = v[cell->corner[0]];
@@ -118,14 +118,8 @@ static double cell_real(const struct encoder *encoder, const struct cell *cell, 
     double area =
         0.5 * metres * metres *
         vec3_norm(vec3_cross(vec3_sub(v[cell->corner[1]], p), vec3_sub(v[cell->corner[2]], p)));
-    const double reals[REALS] = {[VOLUME] = area * in.thickness,
-                                 [AREA] = area,
-                                 [PERMEABILITY] = in.k1,
-                                 [POROSITY] = in.porosity,
-                                 [THICKNESS] = in.thickness,
-                                 [ALPHA] = in.k2 / in.k1,
-                                 [AP] = in.porosity,
-                                 [CP] = 0};
+    const double reals[REALS] = {area * in.thickness, area,          in.k1,       in.porosity,
+                                 in.thickness,        in.k2 / in.k1, in.porosity, 0};
     return reals[real];
 }
 
@@ -158,7 +152,7 @@ static void write_groups(const struct encoder *encoder, union values values) {
     hdf5_group(state->file, "/properties");
     for (int real = 0; real < REALS; real++) {
         for (size_t c = 0; c < cells; c++)
-            values.real[c] = cell_real(encoder, &state->cell[c], (enum real)real);
+            values.real[c] = cell_real(encoder, &state->cell[c], real);
         hdf5_reals(state->file, real_names[real], cells, 0, values.real);
     }
     for (size_t c = 0; c < cells; c++) {

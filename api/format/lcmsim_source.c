@@ -91,23 +91,19 @@ bool lcmsim_open(struct lcmsim_source *source, const struct map_fields *fields, 
             encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, names[k]);
         if (source->column[k])
             continue;
-        api_problem_set(problem, API_INVALID_REQUEST,
-                        "lcmsim needs a thickness, a fiber_volume_fraction and a permeability: the "
-                        "drape request has no %s",
-                        names[k]);
-        return false;
+        return !api_problem_set(
+            problem, API_INVALID_REQUEST,
+            "lcmsim needs a thickness, a fiber_volume_fraction and a permeability: the "
+            "drape request has no %s",
+            names[k]);
     }
     source->packing = encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS,
                                    column_specs[COLUMN_CELLS_packing_exceeded].name);
-    if (fields->element_count == 0) {
-        api_problem_set(problem, API_INVALID_REQUEST, "lcmsim needs a mesh with elements");
-        return false;
-    }
-    if (fields->vertex_count > LCMSIM_NUMBER_MAX || fields->element_count > LCMSIM_NUMBER_MAX / 2) {
-        api_problem_set(problem, API_TOO_LARGE,
-                        "the mesh has more vertices or elements than mesh.bdf can hold");
-        return false;
-    }
+    if (fields->element_count == 0)
+        return !api_problem_set(problem, API_INVALID_REQUEST, "lcmsim needs a mesh with elements");
+    if (fields->vertex_count > LCMSIM_NUMBER_MAX || fields->element_count > LCMSIM_NUMBER_MAX / 2)
+        return !api_problem_set(problem, API_TOO_LARGE,
+                                "the mesh has more vertices or elements than mesh.bdf can hold");
     if (cap > 0)
         take_densest(source);
     for (size_t element = 0; element < fields->element_count; element++)

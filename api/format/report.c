@@ -108,11 +108,25 @@ static void write_page_head(struct encoder *encoder) {
 
 /* ---- the part ---- */
 
-/* Below the picture: on its left the colours from 0 to the range, on its right a bar of 1, 2 or 5
- * times a power of ten. */
-static void draw_legend(struct api_text *text, const struct part_picture *picture,
-                        const char *unit) {
+/* What follows the picture's bytes: names of the directions, the start, and the legend below: on
+ * its left the colours from 0 to the range, on its right a bar of 1, 2 or 5 times a power of ten.
+ */
+static void end_picture(struct encoder *encoder) {
+    static const char *const names[] = {"warp", "weft"}, *const colours[] = {"#b45f06", "#0b6aa2"};
     enum { LEFT = 30, LENGTH = 700, THICK = 24, RIGHT = 1470, BAR_MOST = 500 };
+    const struct part_picture *picture = &((struct state *)encoder->state)->picture;
+    struct api_text *text = &encoder->piece;
+    api_text_raw(text, "\"/>\n<g font-size=\"26\" fill=\"#1b2330\">\n");
+    for (int k = 0; k < 2; k++)
+        api_text_format(
+            text,
+            "<text x=\"%.1f\" y=\"%.1f\" fill=\"%s\" stroke=\"#fff\" stroke-width=\"6\" "
+            "paint-order=\"stroke\" font-weight=\"700\">%s</text>\n",
+            picture->end[k][0] + 8, picture->end[k][1] - 8, colours[k], names[k]);
+    api_text_format(text,
+                    "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\" fill=\"#fff\" stroke=\"#1b2330\" "
+                    "stroke-width=\"4\"/>\n",
+                    picture->start[0], picture->start[1]);
     int top = picture->raster.height + 20, y = picture->raster.height + 32;
     for (int k = 0; k < SCALE_STEPS; k++) {
         uint8_t rgb[3];
@@ -134,26 +148,8 @@ static void draw_legend(struct api_text *text, const struct part_picture *pictur
         "<path d=\"M%.1f %dv-12v24v-12H%dv-12v24\" fill=\"none\" stroke=\"#1b2330\" "
         "stroke-width=\"3\"/>\n"
         "<text x=\"%d\" y=\"%d\" text-anchor=\"end\">%g %s at right angles to the view</text>\n",
-        RIGHT - length * picture->scale, y, RIGHT, RIGHT, y + 42, length, unit);
-}
-
-/* What follows the picture's bytes: names of the directions, the start, the legend. */
-static void end_picture(struct encoder *encoder) {
-    static const char *const names[] = {"warp", "weft"}, *const colours[] = {"#b45f06", "#0b6aa2"};
-    const struct part_picture *picture = &((struct state *)encoder->state)->picture;
-    struct api_text *text = &encoder->piece;
-    api_text_raw(text, "\"/>\n<g font-size=\"26\" fill=\"#1b2330\">\n");
-    for (int k = 0; k < 2; k++)
-        api_text_format(
-            text,
-            "<text x=\"%.1f\" y=\"%.1f\" fill=\"%s\" stroke=\"#fff\" stroke-width=\"6\" "
-            "paint-order=\"stroke\" font-weight=\"700\">%s</text>\n",
-            picture->end[k][0] + 8, picture->end[k][1] - 8, colours[k], names[k]);
-    api_text_format(text,
-                    "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\" fill=\"#fff\" stroke=\"#1b2330\" "
-                    "stroke-width=\"4\"/>\n",
-                    picture->start[0], picture->start[1]);
-    draw_legend(text, picture, encoder->columns.unit->name);
+        RIGHT - length * picture->scale, y, RIGHT, RIGHT, y + 42, length,
+        encoder->columns.unit->name);
     api_text_raw(text, "</g>\n</svg>\n<figcaption>");
     html_say(text, "Parallel projection, seen from the side that warp x weft points to. The circle "
                    "is the start, the dark line the edge of the part; the cloth is coloured by its "

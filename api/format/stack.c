@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* ---- one element ---- */
 
@@ -54,57 +55,30 @@ struct grouping {
     double share;  /* a step of logarithms of thicknesses */
 };
 
-/* A layer as whole numbers, equal when it counts as the same. */
-struct layer {
-    int64_t ply, thickness, angle;
-};
+/* A layer as whole numbers, equal when it counts as the same: ply, thickness, angle. */
+enum { LAYER = 3 };
 
-static struct layer layer_of(const struct grouping *grouping, size_t element, size_t k) {
+static void read_layer(const struct grouping *grouping, size_t element, size_t k,
+                       int64_t layer[LAYER]) {
     const struct map_ply_row *row = stack_layer(grouping->fields, element, k);
     const struct map_ply_row *first = stack_layer(grouping->fields, element, 0);
     double turn = element_fold_deg(row->angle_deg - first->angle_deg) + 90;
     int64_t step = llround(turn / 180 * (double)grouping->turns) % grouping->turns;
-    return (struct layer){row->ply, llround(log(row->thickness) / grouping->share),
-                          grouping->angles ? step : 0};
+    layer[0] = row->ply;
+    layer[1] = llround(log(row->thickness) / grouping->share);
+    layer[2] = grouping->angles ? step : 0;
 }
 
 static bool stacks_are_alike(const struct grouping *grouping, size_t a, size_t b) {
     size_t count = stack_layers(grouping->fields, a);
     bool alike = count == stack_layers(grouping->fields, b);
     for (size_t k = 0; alike && k < count; k++) {
-        struct layer p = layer_of(grouping, a, k), q = layer_of(grouping, b, k);
-        alike = p.ply == q.ply && p.thickness == q.thickness && p.angle == q.angle;
+        int64_t p[LAYER], q[LAYER];
+        read_layer(grouping, a, k, p);
+        read_layer(grouping, b, k, q);
+        alike = memcmp(p, q, sizeof p) == 0;
     }
     return alike;
-}
-
-/* Gives every element its group by a table of the groups' first members, open addressing. */
-static void find_groups(struct stack_groups *groups, const struct grouping *grouping,
-                        int32_t *table, size_t size) {
-    for (size_t e = 0; e < grouping->fields->element_count; e++) {
-        size_t layers = stack_layers(grouping->fields, e);
-        uint64_t hash = 0;
-        groups->group[e] = -1;
-        if (layers == 0)
-            continue;
-        for (size_t k = 0; k < layers; k++) {
-            struct layer layer = layer_of(grouping, e, k);
-            const int64_t values[] = {layer.ply, layer.thickness, layer.angle};
-            for (int v = 0; v < 3; v++) {
-                hash = (hash ^ (uint64_t)values[v]) * 0x9E3779B97F4A7C15u;
-                hash ^= hash >> 29;
-            }
-        }
-        size_t slot = hash & (size - 1);
-        while (table[slot] && !stacks_are_alike(grouping, e, (size_t)table[slot] - 1))
-            slot = (slot + 1) & (size - 1);
-        if (!table[slot]) {
-            table[slot] = (int32_t)e + 1;
-            groups->group[e] = (int32_t)groups->count++;
-        } else {
-            groups->group[e] = groups->group[table[slot] - 1];
-        }
-    }
 }
 
 bool stack_groups_make(struct stack_groups *groups, const struct map_fields *fields, bool angles,
@@ -118,8 +92,31 @@ bool stack_groups_make(struct stack_groups *groups, const struct map_fields *fie
     *groups = (struct stack_groups){.group = malloc(elements * sizeof *groups->group),
                                     .member = malloc(elements * sizeof *groups->member)};
     bool good = table && groups->group && groups->member;
-    if (good)
-        find_groups(groups, &grouping, table, size);
+    /* Every element gets its group by a table of the groups' first members, open addressing. */
+    for (size_t e = 0; good && e < elements; e++) {
+        size_t layers = stack_layers(fields, e);
+        uint64_t hash = 0;
+        int64_t layer[LAYER];
+        groups->group[e] = -1;
+        if (layers == 0)
+            continue;
+        for (size_t k = 0; k < layers; k++) {
+            read_layer(&grouping, e, k, layer);
+            for (int v = 0; v < LAYER; v++) {
+                hash = (hash ^ (uint64_t)layer[v]) * 0x9E3779B97F4A7C15u;
+                hash ^= hash >> 29;
+            }
+        }
+        size_t slot = hash & (size - 1);
+        while (table[slot] && !stacks_are_alike(&grouping, e, (size_t)table[slot] - 1))
+            slot = (slot + 1) & (size - 1);
+        if (!table[slot]) {
+            table[slot] = (int32_t)e + 1;
+            groups->group[e] = (int32_t)groups->count++;
+        } else {
+            groups->group[e] = groups->group[table[slot] - 1];
+        }
+    }
     free(table);
     groups->start = good ? calloc(groups->count + 2, sizeof *groups->start) : NULL;
     if (!groups->start)

@@ -117,12 +117,11 @@ static bool begin_vtu(struct encoder *encoder, struct api_problem *problem) {
                                                   : fields->element_count;
         room = vtk_add(file, &array);
     }
-    if (!room) {
-        api_problem_set(problem, API_TOO_LARGE,
-                        "the mesh is too large for vtu, or has too many plies; to leave the plies "
-                        "out, give `fields` without plies.*");
-        return false;
-    }
+    if (!room)
+        return !api_problem_set(
+            problem, API_TOO_LARGE,
+            "the mesh is too large for vtu, or has too many plies; to leave the plies "
+            "out, give `fields` without plies.*");
     vtk_begin(encoder);
     return true;
 }
