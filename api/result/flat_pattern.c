@@ -92,33 +92,6 @@ static bool add_rim(struct polygons *polygons, const struct points *points,
     return true;
 }
 
-/* ---- notches ---- */
-
-/* The crossings of the polygons with the line x = 0 or y = 0: outwards is the way to their right.
- */
-static bool find_notches(struct flat_pattern *pattern) {
-    const struct polygons_point *at = pattern->polygons.points;
-    pattern->notches = calloc(2 * pattern->polygons.count + 1, sizeof *pattern->notches);
-    if (!pattern->notches)
-        return false;
-    for (size_t k = 0, first = 0; k < pattern->polygons.count; k++) {
-        const struct polygons_point *a = &at[k], *b = &at[a->last ? first : k + 1];
-        first = a->last ? k + 1 : first;
-        const double across[2][2] = {{a->y, b->y}, {a->x, b->x}};
-        for (int family = 0; family < 2; family++) {
-            double from = across[family][0], to = across[family][1];
-            if ((from < 0) == (to < 0))
-                continue;
-            double share = from / (from - to);
-            int way = (family == 0) == (to > from) ? 1 : -1;
-            pattern->notches[pattern->notch_count++] =
-                (struct pattern_notch){family ? 0 : a->x + share * (b->x - a->x),
-                                       family ? a->y + share * (b->y - a->y) : 0, family, way};
-        }
-    }
-    return true;
-}
-
 enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct api_reader *reader,
                                       const struct api_columns *columns,
                                       const struct outline *outline, double tolerance,
@@ -146,8 +119,31 @@ enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct
         }
     else
         polygons_simplify(&pattern->polygons, tolerance);
-    if (!good || (problem->id == API_OK && !find_notches(pattern)))
+    if (good && problem->id == API_OK) {
+        pattern->notches = calloc(2 * pattern->polygons.count + 1, sizeof *pattern->notches);
+        good = pattern->notches != NULL;
+    }
+    if (!good)
         api_problem_no_memory(problem, "the pattern");
+    /* The crossings of the polygons with the line x = 0 or y = 0: outwards is the way to their
+     * right. */
+    size_t count = problem->id == API_OK ? pattern->polygons.count : 0;
+    for (size_t k = 0, first = 0; k < count; k++) {
+        const struct polygons_point *at = pattern->polygons.points;
+        const struct polygons_point *a = &at[k], *b = &at[a->last ? first : k + 1];
+        first = a->last ? k + 1 : first;
+        const double across[2][2] = {{a->y, b->y}, {a->x, b->x}};
+        for (int family = 0; family < 2; family++) {
+            double from = across[family][0], to = across[family][1];
+            if ((from < 0) == (to < 0))
+                continue;
+            double share = from / (from - to);
+            int way = (family == 0) == (to > from) ? 1 : -1;
+            pattern->notches[pattern->notch_count++] =
+                (struct pattern_notch){family ? 0 : a->x + share * (b->x - a->x),
+                                       family ? a->y + share * (b->y - a->y) : 0, family, way};
+        }
+    }
     return problem->id;
 }
 

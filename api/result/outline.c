@@ -164,35 +164,6 @@ static int side_turn(const struct side *side, const struct side *next) {
     return a[0] * b[1] - a[1] * b[0];
 }
 
-/* The polygon of a side that lies along i: it begins at a corner. */
-static void trace(struct builder *builder, struct outline *outline, struct side *side) {
-    struct side *const sides = builder->sides, *const end = sides + builder->count;
-    bool corner = true;
-    while (side) {
-        if (corner) {
-            outline->points = room_for(outline->points, outline->count, &outline->capacity,
-                                       sizeof *outline->points, &builder->failed);
-            if (builder->failed)
-                return;
-            outline->points[outline->count++] = (struct outline_point){side->i, side->j, false};
-        }
-        side->used = true;
-        /* The side that begins where this one ends; where two do, the one to the left, which keeps
-         * cells that touch at a corner apart. */
-        const struct side key = {.i = side->to_i, .j = side->to_j};
-        struct side *next = NULL;
-        struct side *found = bsearch(&key, sides, builder->count, sizeof *sides, compare_starts);
-        while (found && found > sides && compare_starts(found - 1, &key) == 0)
-            found--;
-        for (; found && found < end && compare_starts(found, &key) == 0; found++)
-            if (!found->used && (!next || side_turn(side, found) > side_turn(side, next)))
-                next = found;
-        corner = next && side_turn(side, next) != 0;
-        side = next;
-    }
-    outline->points[outline->count - 1].last = true;
-}
-
 enum api_problem_id outline_make(struct outline *outline, const struct api_reader *reader,
                                  const struct api_columns *columns, struct api_problem *problem) {
     struct builder builder = {0};
@@ -201,9 +172,32 @@ enum api_problem_id outline_make(struct outline *outline, const struct api_reade
     else if (builder.count > 0)
         qsort(builder.sides, builder.count, sizeof *builder.sides, compare_starts);
     for (size_t k = 0; problem->id == API_OK && !builder.failed && k < builder.count; k++) {
-        struct side *side = &builder.sides[k];
-        if (!side->used && side->j == side->to_j)
-            trace(&builder, outline, side);
+        struct side *const sides = builder.sides, *const end = sides + builder.count;
+        struct side *side = sides[k].used || sides[k].j != sides[k].to_j ? NULL : &sides[k];
+        bool begun = side != NULL;
+        /* The polygon of a side that lies along i: it begins at a corner. */
+        for (bool corner = true; side && !builder.failed;) {
+            if (corner)
+                outline->points = room_for(outline->points, outline->count, &outline->capacity,
+                                           sizeof *outline->points, &builder.failed);
+            if (corner && !builder.failed)
+                outline->points[outline->count++] = (struct outline_point){side->i, side->j, false};
+            side->used = true;
+            /* The side that begins where this one ends; where two do, the one to the left, which
+             * keeps cells that touch at a corner apart. */
+            const struct side key = {.i = side->to_i, .j = side->to_j};
+            struct side *next = NULL;
+            struct side *found = bsearch(&key, sides, builder.count, sizeof *sides, compare_starts);
+            while (found && found > sides && compare_starts(found - 1, &key) == 0)
+                found--;
+            for (; found && found < end && compare_starts(found, &key) == 0; found++)
+                if (!found->used && (!next || side_turn(side, found) > side_turn(side, next)))
+                    next = found;
+            corner = next && side_turn(side, next) != 0;
+            side = next;
+        }
+        if (begun && !builder.failed)
+            outline->points[outline->count - 1].last = true;
     }
     if (builder.failed)
         api_problem_no_memory(problem, "the outline");

@@ -135,13 +135,6 @@ enum api_problem_id stored_rim_make(const struct api_reader *reader,
     return points->failed ? api_problem_set(problem, API_INTERNAL, damaged) : API_OK;
 }
 
-/* Whether (p, q) lies in the box round a line, so much wider on all sides. */
-static bool is_about(const struct line *line, double p, double q, double near) {
-    const double *a = line->from, *b = line->to;
-    return (p >= a[0] - near || p >= b[0] - near) && (p <= a[0] + near || p <= b[0] + near) &&
-           (q >= a[1] - near || q >= b[1] - near) && (q <= a[1] + near || q <= b[1] + near);
-}
-
 /* The distance of (p, q) from a line. */
 static double distance(const struct line *line, double p, double q) {
     double x = line->to[0] - line->from[0], y = line->to[1] - line->from[1];
@@ -176,24 +169,16 @@ bool stored_rim_is_beyond(const struct stored_rim *rim, double p, double q, doub
     int64_t row = rim_row(rim, q);
     for (size_t k = rim->first[row]; k < rim->first[row + 1]; k++) {
         const struct line *line = &rim->lines[k];
-        if (is_about(line, p, q, near) && distance(line, p, q) <= near)
+        const double *a = line->from, *b = line->to;
+        bool about = /* in the box round the line, so much wider on all sides */
+            (p >= a[0] - near || p >= b[0] - near) && (p <= a[0] + near || p <= b[0] + near) &&
+            (q >= a[1] - near || q >= b[1] - near) && (q <= a[1] + near || q <= b[1] + near);
+        if (about && distance(line, p, q) <= near)
             return false;
         if (passes_height(line, q) && p_at(line, crossing_share(line, q)) > p)
             winding += way_of(line);
     }
     return !rim->loose[row] && winding <= 0;
-}
-
-/* The first of the cells, which come by j, then i, that is not before (i, j). */
-static size_t first_from(const int32_t (*cells)[2], size_t count, double i, int64_t j) {
-    size_t low = 0;
-    while (low < count) {
-        size_t middle = low + (count - low) / 2;
-        bool before = cells[middle][1] < j || (cells[middle][1] == j && cells[middle][0] < i);
-        low = before ? middle + 1 : low;
-        count = before ? count : middle;
-    }
-    return low;
 }
 
 void stored_rim_find_clear(const struct stored_rim *rim, const int32_t (*cells)[2], size_t count,
@@ -204,9 +189,17 @@ void stored_rim_find_clear(const struct stored_rim *rim, const int32_t (*cells)[
         for (size_t k = rim->first[row]; k < rim->first[row + 1]; k++) {
             const double a = rim->lines[k].from[0], b = rim->lines[k].to[0];
             const double low = floor((a < b ? a : b) - near), high = floor((a < b ? b : a) + near);
-            size_t cell = first_from(cells, count, low, rim->low + row);
-            for (; cell < count && cells[cell][1] == rim->low + row && cells[cell][0] <= high;
-                 cell++)
+            /* The first of the cells, which come by j, then i, that is not before (low, j). */
+            const int64_t j = rim->low + row;
+            size_t cell = 0;
+            for (size_t end = count; cell < end;) {
+                size_t middle = cell + (end - cell) / 2;
+                bool before =
+                    cells[middle][1] < j || (cells[middle][1] == j && cells[middle][0] < low);
+                cell = before ? middle + 1 : cell;
+                end = before ? end : middle;
+            }
+            for (; cell < count && cells[cell][1] == j && cells[cell][0] <= high; cell++)
                 clear[cell] = false;
         }
 }

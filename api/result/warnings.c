@@ -124,20 +124,6 @@ static double net_length(const struct nurbs *nurbs, size_t stride_u, size_t stri
     return sum;
 }
 
-static void check_order(const struct warnings_subject *s, struct api_summary *summary) {
-    const struct nurbs *nurbs = &s->request->surface.nurbs;
-    if (s->request->surface.kind != API_SURFACE_NURBS || nurbs->u.size == nurbs->v.size)
-        return;
-    double given = net_length(nurbs, (size_t)nurbs->v.size, 1);
-    double other = net_length(nurbs, 1, (size_t)nurbs->u.size);
-    if (given > longer_net * other)
-        add_warning(
-            &summary->warnings, "points_order", "/surface/control_points",
-            "the control net runs to and fro: with the points in the other order it would be %.2g "
-            "times shorter; v must run fastest, with size_u %d and size_v %d",
-            given / other, nurbs->u.size, nurbs->v.size);
-}
-
 static void check_components(const struct warnings_subject *s, struct api_summary *summary) {
     const struct drape_rim *rim = &s->result->rim;
     /* Loops of the rim that no cloth reaches anywhere. */
@@ -278,5 +264,14 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
             "inside out",
             at.x, at.y, at.z);
     check_size(subject, summary);
-    check_order(subject, summary);
+    const struct nurbs *nurbs = &request->surface.nurbs;
+    bool net = request->surface.kind == API_SURFACE_NURBS && nurbs->u.size != nurbs->v.size;
+    double given = net ? net_length(nurbs, (size_t)nurbs->v.size, 1) : 0;
+    double other = net ? net_length(nurbs, 1, (size_t)nurbs->u.size) : 0;
+    if (given > longer_net * other)
+        add_warning(
+            warnings, "points_order", "/surface/control_points",
+            "the control net runs to and fro: with the points in the other order it would be %.2g "
+            "times shorter; v must run fastest, with size_u %d and size_v %d",
+            given / other, nurbs->u.size, nurbs->v.size);
 }
