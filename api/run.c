@@ -105,30 +105,6 @@ static void summarise(const struct api_request *request, const struct drape_resu
     summary->pore_volume = given ? fmax(whole - fraction * ply, 0) : -1;
 }
 
-static enum api_problem_id write_result(const struct warnings_subject *subject, double solve_ms,
-                                        const struct api_sink *sink, struct arena *arena,
-                                        struct api_problem *problem) {
-    const struct api_request *request = subject->request;
-    const struct drape_result *result = subject->result;
-    struct api_fields fields;
-    struct api_columns header = {
-        .grid = {.warp = {result->warp_range[0], result->warp_range[1]},
-                 .weft = {result->weft_range[0], result->weft_range[1]},
-                 .spacing = {request->settings.spacing[0], request->settings.spacing[1]}},
-        .start = {.face = request->surface.kind == API_SURFACE_SHELL ? result->start_face : -1,
-                  .uv = {result->start_uv[0], result->start_uv[1]},
-                  .point = result->start_point,
-                  .warp = result->start_warp,
-                  .weft = result->start_weft},
-        .unit = request->length_unit,
-    };
-    summarise(request, result, solve_ms, &header.summary);
-    warnings_make(subject, &header.summary);
-    if (api_fields_list(&fields, request, result, arena) != STATUS_OK)
-        return api_problem_no_memory(problem, "the drape");
-    return api_columns_write(&header, fields.source, fields.count, sink, arena, problem);
-}
-
 enum api_problem_id api_run_in(struct arena *arena, const struct api_input *input,
                                const struct api_limits *limits, const struct drape_monitor *monitor,
                                const struct api_sink *sink, struct api_problem *problem) {
@@ -165,7 +141,23 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
                         : part->shell ? shell_component_count(part->shell)
                                       : 1;
     const struct warnings_subject subject = {&request, &result, part, components};
-    return write_result(&subject, solve_ms, sink, arena, problem);
+    struct api_fields fields;
+    struct api_columns header = {
+        .grid = {.warp = {result.warp_range[0], result.warp_range[1]},
+                 .weft = {result.weft_range[0], result.weft_range[1]},
+                 .spacing = {request.settings.spacing[0], request.settings.spacing[1]}},
+        .start = {.face = part->shell ? result.start_face : -1,
+                  .uv = {result.start_uv[0], result.start_uv[1]},
+                  .point = result.start_point,
+                  .warp = result.start_warp,
+                  .weft = result.start_weft},
+        .unit = request.length_unit,
+    };
+    summarise(&request, &result, solve_ms, &header.summary);
+    warnings_make(&subject, &header.summary);
+    if (api_fields_list(&fields, &request, &result, arena) != STATUS_OK)
+        return api_problem_no_memory(problem, "the drape");
+    return api_columns_write(&header, fields.source, fields.count, sink, arena, problem);
 }
 
 enum api_problem_id api_run(const struct api_input *input, const struct api_limits *limits,

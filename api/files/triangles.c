@@ -10,17 +10,15 @@
 static const double weld_share = 1e-7, coordinate_most = 1e12;
 
 static bool no_memory_for_mesh(struct triangles *t) {
-    api_problem_no_memory(t->problem, "the mesh");
-    return false;
+    return !api_problem_no_memory(t->problem, "the mesh");
 }
 
 bool triangles_add_vertex(struct triangles *t, struct vec3 v) {
     if (!(fabs(v.x) <= coordinate_most && fabs(v.y) <= coordinate_most &&
-          fabs(v.z) <= coordinate_most)) {
-        api_problem_set(t->problem, API_UNREADABLE_FILE,
-                        "vertex %zu has no finite coordinates of at most 1e12", t->vertex_count);
-        return false;
-    }
+          fabs(v.z) <= coordinate_most))
+        return !api_problem_set(t->problem, API_UNREADABLE_FILE,
+                                "vertex %zu has no finite coordinates of at most 1e12",
+                                t->vertex_count);
     if (t->vertex_count == t->vertex_room) {
         struct vec3 *vertices = arena_enlarge(t->arena, t->vertices, t->vertex_count,
                                               sizeof *vertices, &t->vertex_room);
@@ -85,9 +83,8 @@ static bool make_weld_grid(struct triangles *t, struct grid *grid) {
     struct vec3 low = t->vertices[0], high = low;
     uint32_t slots = 1024;
     for (size_t k = 0; k < t->vertex_count; k++) {
-        struct vec3 v = t->vertices[k];
-        low = vec3_make(fmin(low.x, v.x), fmin(low.y, v.y), fmin(low.z, v.z));
-        high = vec3_make(fmax(high.x, v.x), fmax(high.y, v.y), fmax(high.z, v.z));
+        low = vec3_min(low, t->vertices[k]);
+        high = vec3_max(high, t->vertices[k]);
     }
     while (slots < t->vertex_count && slots < 1u << 30)
         slots *= 2;
@@ -148,10 +145,8 @@ bool triangles_weld(struct triangles *t) {
     struct grid grid;
     uint32_t kept = 0;
     size_t left = 0;
-    if (t->count == 0) {
-        api_problem_set(t->problem, API_UNREADABLE_FILE, "the file holds no triangle");
-        return false;
-    }
+    if (t->count == 0)
+        return !api_problem_set(t->problem, API_UNREADABLE_FILE, "the file holds no triangle");
     int32_t *number = arena_alloc(t->arena, t->vertex_count, sizeof *number);
     if (!number || !make_weld_grid(t, &grid))
         return no_memory_for_mesh(t);
@@ -219,8 +214,7 @@ static bool take_line_number(const char **at, const char *end, double *number) {
 }
 
 static bool unreadable_line(struct triangles *t, size_t line, const char *what) {
-    api_problem_set(t->problem, API_UNREADABLE_FILE, "line %zu: %s", line, what);
-    return false;
+    return !api_problem_set(t->problem, API_UNREADABLE_FILE, "line %zu: %s", line, what);
 }
 
 /* A line of the file: where its first word is, and the word's length. */
@@ -257,28 +251,6 @@ static bool take_point(struct triangles *t, const struct line *line, struct vec3
            unreadable_line(t, line->number, "a vertex must have three numbers");
 }
 
-static bool read_ascii(struct triangles *t, const char *bytes, size_t length) {
-    struct line line = {.at = bytes};
-    struct vec3 point[3];
-    int have = 0;
-    while (next_file_line(&line, bytes + length)) {
-        if (word_is(&line, "facet")) {
-            have = 0;
-        } else if (word_is(&line, "vertex")) {
-            if (have == 3)
-                return unreadable_line(t, line.number, "a facet has more than three vertices");
-            if (!take_point(t, &line, &point[have++]))
-                return false;
-        } else if (word_is(&line, "endfacet")) {
-            if (have != 3)
-                return unreadable_line(t, line.number, "a facet has less than three vertices");
-            if (!add_corners(t, point))
-                return false;
-        }
-    }
-    return true;
-}
-
 bool triangles_read_stl(struct triangles *t, const char *bytes, size_t length) {
     if (length >= STL_HEAD + 4) {
         uint32_t count;
@@ -298,12 +270,30 @@ bool triangles_read_stl(struct triangles *t, const char *bytes, size_t length) {
         if (binary)
             return true;
     }
-    if (length >= 5 && strncasecmp(bytes, "solid", 5) == 0)
-        return read_ascii(t, bytes, length);
-    api_problem_set(t->problem, API_UNREADABLE_FILE,
-                    "this is not an STL file: it does not begin with \"solid\", and its length is "
-                    "not that of a binary one");
-    return false;
+    if (length < 5 || strncasecmp(bytes, "solid", 5) != 0)
+        return !api_problem_set(
+            t->problem, API_UNREADABLE_FILE,
+            "this is not an STL file: it does not begin with \"solid\", and its length is "
+            "not that of a binary one");
+    struct line line = {.at = bytes};
+    struct vec3 point[3];
+    int have = 0;
+    while (next_file_line(&line, bytes + length)) {
+        if (word_is(&line, "facet")) {
+            have = 0;
+        } else if (word_is(&line, "vertex")) {
+            if (have == 3)
+                return unreadable_line(t, line.number, "a facet has more than three vertices");
+            if (!take_point(t, &line, &point[have++]))
+                return false;
+        } else if (word_is(&line, "endfacet")) {
+            if (have != 3)
+                return unreadable_line(t, line.number, "a facet has less than three vertices");
+            if (!add_corners(t, point))
+                return false;
+        }
+    }
+    return true;
 }
 
 /* ---- OBJ ---- */

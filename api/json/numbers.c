@@ -75,24 +75,6 @@ static int make_mark(char mark[MARK_ROOM], size_t index) {
     return snprintf(mark, MARK_ROOM, "\"\\u0001%s:%zu\"", secret, index);
 }
 
-/* Reads the values of a measured array. False without memory; `*in_range` says whether all are
- * doubles. */
-static bool fill_array(struct arena *arena, const char *begin, const char *end,
-                       struct numbers_array *array, bool *in_range) {
-    struct arena_mark mark = arena_mark(arena);
-    struct scan scan = {.at = begin, .end = end};
-    size_t width = array->width;
-    double *values = arena_take(arena, array->rows * (width ? width : 1), sizeof *values);
-    if (!values)
-        return false;
-    array->values = values;
-    size_t rows = width ? take_rows(&scan, &width, values) : take_flat(&scan, values);
-    *in_range = rows == array->rows;
-    if (!*in_range)
-        arena_rewind(arena, mark);
-    return true;
-}
-
 bool numbers_take_out(const char *bytes, size_t length, struct arena *arena,
                       struct numbers *numbers) {
     struct api_text text = api_text_growing(arena);
@@ -103,14 +85,20 @@ bool numbers_take_out(const char *bytes, size_t length, struct arena *arena,
     for (const char *at = bytes; at < end; at++) {
         const char *behind;
         char mark[MARK_ROOM];
-        bool in_range;
         if (*at == '"' && (at = walk_string_end(at + 1, end)) == end)
             break;
         if (*at != '[' || at < tried || !measure_array(at, end, &array, &behind))
             continue;
-        if (!fill_array(arena, at, end, &array, &in_range))
+        struct arena_mark before = arena_mark(arena);
+        struct scan scan = {.at = at, .end = end};
+        size_t width = array.width;
+        double *values = arena_take(arena, array.rows * (width ? width : 1), sizeof *values);
+        if (!values)
             return false;
-        if (!in_range) {
+        array.values = values;
+        size_t rows = width ? take_rows(&scan, &width, values) : take_flat(&scan, values);
+        if (rows != array.rows) { /* not all are doubles */
+            arena_rewind(arena, before);
             tried = behind;
             continue;
         }

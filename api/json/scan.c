@@ -15,9 +15,8 @@ bool scan_malformed(struct scan *scan, const char *what) {
         column = *c == '\n' ? 1 : column + 1;
         line += *c == '\n';
     }
-    api_problem_set(scan->problem, API_MALFORMED_JSON, "line %zu, column %zu: %s", line, column,
-                    what);
-    return false;
+    return !api_problem_set(scan->problem, API_MALFORMED_JSON, "line %zu, column %zu: %s", line,
+                            column, what);
 }
 
 bool scan_invalid(struct scan *scan, const char *path, long row, int element, const char *what,
@@ -32,13 +31,11 @@ bool scan_invalid(struct scan *scan, const char *path, long row, int element, co
     va_start(arguments, what);
     vsnprintf(detail, sizeof detail, what, arguments);
     va_end(arguments);
-    api_problem_set_at(scan->problem, API_INVALID_REQUEST, pointer, "%s", detail);
-    return false;
+    return !api_problem_set_at(scan->problem, API_INVALID_REQUEST, pointer, "%s", detail);
 }
 
 bool scan_no_memory(struct scan *scan) {
-    api_problem_no_memory(scan->problem, "the mesh");
-    return false;
+    return !api_problem_no_memory(scan->problem, "the mesh");
 }
 
 /* ---- characters ---- */
