@@ -205,23 +205,24 @@ bool request_append_body(struct request *request, const char *bytes, size_t leng
         if (capacity < needed)
             capacity = needed;
         bool moves = request->body_file < 0 && needed > REQUEST_BODY_IN_HEAP; /* into a file */
-        bool in_heap = request->body_file < 0 && !moves;
-        if (moves)
-            request->body_file = spool_new(0, "");
-        int file = request->body_file;
-        if (!in_heap && (file < 0 || ftruncate(file, (off_t)capacity) != 0))
-            return false;
-        char *body = in_heap ? realloc(request->body, capacity)
-                     : moves
-                         ? mmap(NULL, capacity, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0)
+        int file = moves ? spool_new(0, "") : request->body_file;
+        char *body = NULL;
+        if (!moves && file < 0)
+            body = realloc(request->body, capacity);
+        else if (file >= 0 && ftruncate(file, (off_t)capacity) == 0)
+            body = moves ? mmap(NULL, capacity, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0)
                          : mremap(request->body, request->body_capacity, capacity, MREMAP_MAYMOVE);
-        if (!body || body == MAP_FAILED)
+        if (!body || body == MAP_FAILED) {
+            if (moves && file >= 0)
+                close(file); /* what there is stays in the heap */
             return false;
+        }
         if (moves) {
             if (request->body_length)
                 memcpy(body, request->body, request->body_length);
             free(request->body);
         }
+        request->body_file = file;
         request->body = body;
         request->body_capacity = capacity;
     }
