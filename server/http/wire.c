@@ -437,41 +437,35 @@ static bool chunk_byte(struct wire *wire, unsigned char c) {
 
 /* ------------------------------------------------------------------ from byte to byte */
 
-/* How many of the next bytes leave the state as it is: in targets and values of which nothing is
- * kept, and in bodies. */
-static size_t skip_bytes(struct wire *wire, const char *bytes, size_t length) {
-    if (wire->state == BODY || wire->state == CHUNK_DATA) {
-        size_t count = wire->left < length ? (size_t)wire->left : length;
-        wire->left -= count;
-        if (wire->left == 0 && wire->state == BODY)
-            complete_message(wire);
-        else if (wire->left == 0)
-            go(wire, DATA_CR);
-        return count;
-    }
-    bool target = wire->state == TARGET;
-    if (!target && (wire->state != FIELD_VALUE || wire->field != OTHER))
-        return 0;
-    const uint32_t *bits = target ? target_set : value_set;
-    size_t count = 0, most = WIRE_HEAD_BYTES - wire->head;
-    while (count < length && count < most && in_set(bits, (unsigned char)bytes[count]))
-        count++;
-    wire->head += (uint32_t)count;
-    return count;
-}
-
 void wire_init(struct wire *wire) {
     memset(wire, 0, sizeof *wire);
 }
 
+/* Bytes that leave the state as it is are skipped together: in targets and values of which nothing
+ * is kept, and in bodies. */
 size_t wire_check(struct wire *wire, const char *bytes, size_t length, size_t *begun) {
     size_t at = 0, start = 0;
     while (wire->problem == API_OK && at < length) {
+        const bool target = wire->state == TARGET;
+        const size_t before = at;
         if (wire->state == START)
             start = at;
-        size_t skipped = skip_bytes(wire, bytes + at, length - at);
-        at += skipped;
-        if (skipped)
+        if (wire->state == BODY || wire->state == CHUNK_DATA) {
+            size_t count = wire->left < length - at ? (size_t)wire->left : length - at;
+            at += count;
+            wire->left -= count;
+            if (wire->left == 0 && wire->state == BODY)
+                complete_message(wire);
+            else if (wire->left == 0)
+                go(wire, DATA_CR);
+        } else if (target || (wire->state == FIELD_VALUE && wire->field == OTHER)) {
+            const uint32_t *bits = target ? target_set : value_set;
+            size_t most = before + WIRE_HEAD_BYTES - wire->head;
+            while (at < length && at < most && in_set(bits, (unsigned char)bytes[at]))
+                at++;
+            wire->head += (uint32_t)(at - before);
+        }
+        if (at > before)
             continue;
         const bool line = wire->state < FIELD_FIRST, trailers = wire->state >= TRAILER_FIRST;
         const unsigned char c = (unsigned char)bytes[at];
