@@ -58,22 +58,16 @@ static enum frame_state receive_order(struct checker_task *task) {
 
 /* ------------------------------------------------------------------ the process */
 
-/* Bytes of address space, 0 when that cannot be read. */
-static uint64_t address_space(void) {
-    unsigned long long pages = 0;
-    FILE *file = fopen("/proc/self/statm", "re");
-    if (!file)
-        return 0;
-    if (fscanf(file, "%llu", &pages) != 1)
-        pages = 0;
-    fclose(file);
-    return pages * (uint64_t)sysconf(_SC_PAGESIZE);
-}
-
 int checker_serve(const struct checker_abilities *abilities) {
     static struct checker_task task;
-    const struct checker_hello hello = {address_space()};
     enum frame_state state;
+    unsigned long long pages = 0; /* of address space; 0 when that cannot be read */
+    FILE *file = fopen("/proc/self/statm", "re");
+    if (file && fscanf(file, "%llu", &pages) != 1)
+        pages = 0;
+    if (file)
+        fclose(file);
+    const struct checker_hello hello = {pages * (uint64_t)sysconf(_SC_PAGESIZE)};
     if (!hello.address_space || !api_prepare() ||
         !sandbox_begin(WORKER_FD, FRAME_FILES_MAX, KEPT_BYTES) ||
         !frame_send(WORKER_FD, FRAME_HELLO, &hello, sizeof hello))

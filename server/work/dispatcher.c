@@ -247,24 +247,6 @@ static void *sweep_store(void *context) {
 
 /* ------------------------------------------------------------------ start and stop */
 
-/* The thread of the next worker; the last one is the fast worker. */
-static bool start_worker_thread(struct dispatcher *dispatcher) {
-    struct worker_thread *worker = &dispatcher->workers[dispatcher->worker_count];
-    worker->dispatcher = dispatcher;
-    worker->fast = dispatcher->worker_count == dispatcher->shared.settings.workers;
-    worker->child.socket = -1;
-    worker->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    if (worker->wake < 0)
-        return false;
-    if (pthread_create(&worker->thread, NULL, worker->fast ? serve_short_jobs : serve_jobs,
-                       worker) != 0) {
-        close(worker->wake);
-        return false;
-    }
-    dispatcher->worker_count++;
-    return true;
-}
-
 struct dispatcher *dispatcher_start(struct store *store, struct job_events *events,
                                     const struct dispatcher_settings *settings) {
     struct dispatcher *dispatcher = calloc(1, sizeof *dispatcher);
@@ -291,9 +273,21 @@ struct dispatcher *dispatcher_start(struct store *store, struct job_events *even
     job_events_subscribe(events, &dispatcher->watch, job_events_queue, JOB_CHANGED, hint,
                          dispatcher);
     dispatcher->sweeping = pthread_create(&dispatcher->sweeper, NULL, sweep_store, dispatcher) == 0;
-    while (dispatcher->worker_count < worker_count && start_worker_thread(dispatcher))
-        continue;
-    if (dispatcher->sweeping && dispatcher->worker_count == worker_count)
+    bool good = true;
+    while (good && dispatcher->worker_count < worker_count) {
+        struct worker_thread *worker = &workers[dispatcher->worker_count];
+        worker->dispatcher = dispatcher;
+        worker->fast = dispatcher->worker_count == settings->workers; /* the last one */
+        worker->child.socket = -1;
+        worker->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+        good = worker->wake >= 0 &&
+               pthread_create(&worker->thread, NULL, worker->fast ? serve_short_jobs : serve_jobs,
+                              worker) == 0;
+        if (!good && worker->wake >= 0)
+            close(worker->wake);
+        dispatcher->worker_count += good;
+    }
+    if (dispatcher->sweeping && good)
         return dispatcher;
     log_error(log_event("dispatcher_start_failed"), log_int("threads", dispatcher->worker_count));
     dispatcher_stop(dispatcher, 0);

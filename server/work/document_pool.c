@@ -142,22 +142,6 @@ static void queue_leave(struct document_pool *pool, struct check *check) {
     wake_for_waiting(pool);
 }
 
-/* Whether the check, in the slow queue, has had its turn there and another owner waits for one. */
-static bool queue_must_yield(struct document_pool *pool, struct check *check, int64_t now) {
-    int64_t turn = pool->settings.turn_ms << (check->turns < 16 ? check->turns : 16);
-    bool awaited = false; /* by another owner with nothing in the slow queue */
-    if (now < check->begun_ms + turn || now < pool->yielded_ms + DOCUMENT_POOL_YIELD_MS)
-        return false;
-    for (const struct check *other = pool->waiting; other && !awaited; other = other->next)
-        awaited = other->queue == QUEUE_SLOW && strcmp(other->owner, check->owner) != 0 &&
-                  count_checks(pool->running, other->owner, QUEUE_SLOW) == 0;
-    if (!awaited)
-        return false;
-    pool->yielded_ms = now;
-    check->turns++;
-    return true;
-}
-
 /* ------------------------------------------------------------------ a process */
 
 bool document_pool_can_import(void) {
@@ -240,8 +224,19 @@ static enum check_outcome follow_check(struct check *check) {
         int64_t now = clock_ms();
         pthread_mutex_lock(&pool->lock);
         bool unwanted = check->dropped || pool->stopping;
-        bool yields = !unwanted && !fast && now < check->packet.deadline_ms &&
-                      queue_must_yield(pool, check, now);
+        /* in the slow queue it gives way when it has had its turn, and an owner with nothing there
+         * waits for one */
+        bool yields = false;
+        int64_t turn = pool->settings.turn_ms << (check->turns < 16 ? check->turns : 16);
+        if (!unwanted && !fast && now < check->packet.deadline_ms &&
+            now >= check->begun_ms + turn && now >= pool->yielded_ms + DOCUMENT_POOL_YIELD_MS)
+            for (const struct check *other = pool->waiting; other && !yields; other = other->next)
+                yields = other->queue == QUEUE_SLOW && strcmp(other->owner, check->owner) != 0 &&
+                         count_checks(pool->running, other->owner, QUEUE_SLOW) == 0;
+        if (yields) {
+            pool->yielded_ms = now;
+            check->turns++;
+        }
         pthread_mutex_unlock(&pool->lock);
         if (unwanted)
             return CHECK_DROPPED;
@@ -441,25 +436,6 @@ void document_pool_stats(struct document_pool *pool, struct document_pool_stats 
 
 /* ------------------------------------------------------------------ the callers */
 
-/* With the lock: begins the check if a process runs that is free, and no other check would be the
- * next. */
-static bool begin_at_once(struct document_pool *pool, struct check *check) {
-    if (check->columns.write || check_imports(check) || !queue_may_begin(pool, check) ||
-        queue_choose(pool))
-        return false;
-    for (struct checker_process **at = &pool->idle; *at; at = &(*at)->next) {
-        struct checker_process *process = *at;
-        if (!child_running(&process->child) || process->imports)
-            continue;
-        *at = process->next;
-        process->next = pool->idle;
-        pool->idle = process;
-        queue_begin(pool, check);
-        return true;
-    }
-    return false;
-}
-
 /* The order, on the caller's thread; a thread of the pool takes over unless it is answered soon. */
 static void run_at_once(struct check *check) {
     struct document_pool *pool = check->pool;
@@ -499,7 +475,22 @@ struct check *document_pool_begin(struct document_pool *pool,
         if (pool->long_owners[k].until_ms > now &&
             !strcmp(pool->long_owners[k].owner, check->owner))
             check->last = true;
-    bool begun = !full && begin_at_once(pool, check);
+    bool begun = false;
+    if (!full && !check->columns.write && !check_imports(check) && queue_may_begin(pool, check) &&
+        !queue_choose(pool)) {
+        /* no other check would be the next: it begins at once if a process runs that is free */
+        struct checker_process **at = &pool->idle;
+        while (*at && (!child_running(&(*at)->child) || (*at)->imports))
+            at = &(*at)->next;
+        struct checker_process *process = *at;
+        begun = process != NULL;
+        if (begun) {
+            *at = process->next;
+            process->next = pool->idle;
+            pool->idle = process;
+            queue_begin(pool, check);
+        }
+    }
     if (!full && !begun) {
         queue_append(&pool->waiting, check);
         pthread_cond_signal(&pool->changed);

@@ -78,30 +78,6 @@ int64_t check_timeout(const struct check *check) {
     return works[check->packet.kind] ? settings->map_timeout_ms : settings->timeout_ms;
 }
 
-/* Keeps the documents: short ones in memory, long ones as files. False without room for them. */
-static bool keep_documents(struct check *check, const struct document_pool_order *order) {
-    size_t total = 0;
-    for (int k = 0; k < CHECKER_DOCUMENTS; k++)
-        total += order->length[k];
-    bool inlined = total <= CHECKER_INLINE_MAX;
-    char *to = check->inlined = inlined ? malloc(total + 1) : NULL;
-    for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
-        size_t length = order->length[k];
-        if (inlined && to && length) {
-            memcpy(to, order->document[k], length);
-            to += length;
-        } else if (!inlined && length) {
-            bool ready = k == CHECKER_BODY && order->body_file >= 0;
-            check->files[k] =
-                ready ? dup(order->body_file) : spool_of_bytes(order->document[k], length);
-            if (check->files[k] < 0)
-                return false;
-        }
-    }
-    check->inlined_length = inlined ? total : 0;
-    return !inlined || to;
-}
-
 /* Of requests only those that may name materials are written. */
 bool check_files(struct check *check) {
     const char *folder = check->pool->settings.folder;
@@ -249,12 +225,31 @@ struct check *check_new(struct document_pool *pool, const struct document_pool_o
     snprintf(packet->id, sizeof packet->id, "%s", order->id ? order->id : "");
     snprintf(packet->format, sizeof packet->format, "%s", order->format ? order->format : "");
     check->files[CHECKER_DOCUMENTS] = -1;
+    size_t total = 0;
     for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
         check->files[k] = -1;
         packet->length[k] = order->length[k];
+        total += order->length[k];
     }
     packet->length[CHECKER_COLUMNS] = order->columns.length;
-    if (keep_documents(check, order)) {
+    /* keeps the documents: short ones in memory, long ones as files */
+    bool inlined = total <= CHECKER_INLINE_MAX;
+    char *to = check->inlined = inlined ? malloc(total + 1) : NULL;
+    bool good = !inlined || to;
+    check->inlined_length = inlined ? total : 0;
+    for (int k = 0; k < CHECKER_DOCUMENTS && good; k++) {
+        size_t length = order->length[k];
+        if (inlined && length) {
+            memcpy(to, order->document[k], length);
+            to += length;
+        } else if (length) {
+            bool ready = k == CHECKER_BODY && order->body_file >= 0;
+            check->files[k] =
+                ready ? dup(order->body_file) : spool_of_bytes(order->document[k], length);
+            good = check->files[k] >= 0;
+        }
+    }
+    if (good) {
         check->columns = order->columns;
         return check;
     }

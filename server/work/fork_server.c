@@ -16,10 +16,8 @@
 
 enum { ANSWER_SECONDS = 5 }; /* a fork server that takes longer is stopped, or gone */
 
-/* What a copy is to do: the body of a FORK. */
-struct fork_order {
-    char argument[sizeof FORK_SERVER_ARGUMENT];
-};
+/* The argument of what a copy is to be: the body of a FORK. */
+typedef char fork_order[sizeof FORK_SERVER_ARGUMENT];
 
 /* ------------------------------------------------------------------ the daemon's side */
 
@@ -88,10 +86,10 @@ void fork_server_renew(void) {
 }
 
 bool fork_server_fork(const char *argument, int socket, pid_t *pid) {
-    struct fork_order order = {0};
+    fork_order order = {0};
     struct frame_outbox outbox;
-    strncpy(order.argument, argument, sizeof order.argument - 1);
-    frame_outbox_begin(&outbox, FRAME_FORK, &order, sizeof order);
+    strncpy(order, argument, sizeof order - 1);
+    frame_outbox_begin(&outbox, FRAME_FORK, order, sizeof order);
     outbox.files = &socket;
     outbox.file_count = 1;
     pthread_mutex_lock(&fork_server.lock);
@@ -112,16 +110,16 @@ bool fork_server_fork(const char *argument, int socket, pid_t *pid) {
 /* ------------------------------------------------------------------ the process */
 
 int fork_server_serve(char **argv, const struct fork_server_role *roles, size_t count) {
-    struct fork_order order;
+    fork_order order;
     enum frame_state state;
     int files[FRAME_FILES_MAX], file_count;
     if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0)
         return 1;
-    while ((state = frame_expect(WORKER_FD, FRAME_FORK, &order, sizeof order, files,
-                                 &file_count)) == FRAME_READY) {
+    while ((state = frame_expect(WORKER_FD, FRAME_FORK, order, sizeof order, files, &file_count)) ==
+           FRAME_READY) {
         const struct fork_server_role *role = NULL;
         for (size_t k = 0; k < count && !role; k++)
-            if (!strncmp(order.argument, roles[k].argument, sizeof order.argument))
+            if (!strncmp(order, roles[k].argument, sizeof order))
                 role = &roles[k];
         if (!role || file_count != 1)
             return 1;

@@ -166,27 +166,13 @@ static void keep_bytes(struct job_run *run) {
     run->kept_length += length;
 }
 
-/* The next bytes of the result. */
-static void store_bytes(struct job_run *run) {
-    size_t length = run->child->inbox.head.length;
-    run->written += (int64_t)length;
-    if (run->written > run->shared->settings.max_result) {
-        end_run(run, ENDED_TOO_LARGE);
-        return;
-    }
-    enum store_answer answer = store_writer_append(run->writer, run->child->inbox.bytes, length);
-    if (answer == STORE_CONFLICT)
-        end_run(run, ENDED_LOST);
-    else if (answer != STORE_OK)
-        end_run(run, ENDED_RELEASED);
-}
-
 /* Passes on what the worker has sent. */
 static void take_frame(struct job_run *run) {
     const struct frame_inbox *inbox = &run->child->inbox;
     bool task = run->claim->kind == STORE_TASK, study = run->claim->kind == STORE_STUDY;
     bool good = true;
     double fraction;
+    enum store_answer answer = STORE_OK;
     switch (inbox->head.type) {
     case FRAME_PROGRESS:
         good = inbox->head.length == sizeof fraction;
@@ -201,7 +187,17 @@ static void take_frame(struct job_run *run) {
             renew_lease(run, clock_ms());
         break;
     case FRAME_RESULT:
-        (task ? keep_bytes : store_bytes)(run);
+        if (task) {
+            keep_bytes(run);
+            break;
+        }
+        run->written += (int64_t)inbox->head.length;
+        if (run->written > run->shared->settings.max_result)
+            end_run(run, ENDED_TOO_LARGE);
+        else
+            answer = store_writer_append(run->writer, inbox->bytes, inbox->head.length);
+        if (answer != STORE_OK)
+            end_run(run, answer == STORE_CONFLICT ? ENDED_LOST : ENDED_RELEASED);
         break;
     case FRAME_TASKS:
         good = study;

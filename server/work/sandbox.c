@@ -88,35 +88,17 @@ static bool allow_if(scmp_filter_ctx filter, int call, struct scmp_arg_cmp condi
     return seccomp_rule_add_array(filter, SCMP_ACT_ALLOW, call, 1, &condition) == 0;
 }
 
-/* Memory is data or code, and code there is enough. A clone is a thread of this process; clone3
- * hides its flags in memory, where no filter can see them, so it is answered as not implemented and
- * the C library takes clone. Signals are this process's own. */
-static bool filter_calls(void) {
+/* ------------------------------------------------------------------ entering */
+
+/* A crash leaves no core file of gigabytes, with a customer's surface in it. Of the system's calls,
+ * those for memory get data or code, and code there is enough. A clone is a thread of this process;
+ * clone3 hides its flags in memory, where no filter can see them, so it is answered as not
+ * implemented and the C library takes clone. Signals are this process's own. */
+bool sandbox_enter(int socket, int files) {
+    const int first = SANDBOX_SANITIZED ? STDERR_FILENO + 1 : 0;
     const scmp_datum_t thread = CLONE_VM | CLONE_FS | CLONE_FILES | CLONE_SIGHAND | CLONE_THREAD;
     const struct scmp_arg_cmp no_code = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
     const struct scmp_arg_cmp own = SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid());
-    scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
-    bool good = filter && allow(filter, allowed, sizeof allowed / sizeof *allowed);
-    if (good && SANDBOX_SANITIZED)
-        good = allow(filter, allowed_sanitized,
-                     sizeof allowed_sanitized / sizeof *allowed_sanitized) &&
-               seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0;
-    else if (good)
-        good = allow_if(filter, SCMP_SYS(mmap), no_code) &&
-               allow_if(filter, SCMP_SYS(mprotect), no_code) &&
-               allow_if(filter, SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, thread, thread)) &&
-               seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0 &&
-               allow_if(filter, SCMP_SYS(tgkill), own);
-    good = good && seccomp_load(filter) == 0;
-    seccomp_release(filter);
-    return good;
-}
-
-/* ------------------------------------------------------------------ entering */
-
-/* A crash leaves no core file of gigabytes, with a customer's surface in it. */
-bool sandbox_enter(int socket, int files) {
-    const int first = SANDBOX_SANITIZED ? STDERR_FILENO + 1 : 0;
     limit(RLIMIT_CORE, 0);
     if (!SANDBOX_SANITIZED) {
         if (!files)
@@ -125,9 +107,24 @@ bool sandbox_enter(int socket, int files) {
         if (prctl(PR_SET_DUMPABLE, 0) != 0)
             return false;
     }
-    bool closed = (socket <= first || close_range((unsigned)first, (unsigned)socket - 1, 0) == 0) &&
-                  close_range((unsigned)socket + 1, ~0U, 0) == 0;
-    return closed && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && filter_calls();
+    if ((socket > first && close_range((unsigned)first, (unsigned)socket - 1, 0) != 0) ||
+        close_range((unsigned)socket + 1, ~0U, 0) != 0 ||
+        prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0)
+        return false;
+    scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
+    bool good = filter && allow(filter, allowed, sizeof allowed / sizeof *allowed) &&
+                seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0;
+    if (good && SANDBOX_SANITIZED)
+        good =
+            allow(filter, allowed_sanitized, sizeof allowed_sanitized / sizeof *allowed_sanitized);
+    else if (good)
+        good = allow_if(filter, SCMP_SYS(mmap), no_code) &&
+               allow_if(filter, SCMP_SYS(mprotect), no_code) &&
+               allow_if(filter, SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, thread, thread)) &&
+               allow_if(filter, SCMP_SYS(tgkill), own);
+    good = good && seccomp_load(filter) == 0;
+    seccomp_release(filter);
+    return good;
 }
 
 bool sandbox_begin(int socket, int files, size_t kept) {
