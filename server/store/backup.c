@@ -34,9 +34,8 @@ int64_t backup_rows(const struct backup_contents *contents, const char *table) {
 
 bool backup_same(const struct backup_contents *found, const struct backup_contents *expected,
                  char why[STORE_WHY_SIZE]) {
-    if (found->schema != expected->schema || found->count != expected->count) {
+    if (found->schema != expected->schema || found->count != expected->count)
         return backup_fail(why, "the copy does not have the tables of the store");
-    }
     for (size_t k = 0; k < expected->count; k++) {
         const struct backup_table *wanted = &expected->tables[k];
         const struct backup_table *table = find_table(found, wanted->name);

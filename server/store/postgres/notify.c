@@ -88,9 +88,14 @@ static bool pass_on_all(struct notify *notify) {
     return any;
 }
 
-/* Waits for announcements of others or until there is something to announce; false when there is no
- * connection: wait before trying again. */
-static bool wait_for_either(struct notify *notify) {
+/* Waits for announcements of others or until there is something to announce, and announces it;
+ * false when there is no connection: wait before trying again. One text goes every few milliseconds
+ * at the most, however much happens. In a transaction of its own, which writes nothing: the server
+ * lets only one transaction that announces end at a time, and one that waited for its disk
+ * meanwhile would hold up all others. */
+static bool carry_once(struct notify *notify) {
+    char text[TEXT_MAX + 1];
+    uint64_t count = 0;
     if (!notify->connection) {
         notify->connection = pool_connect(notify->pool);
         PGresult *result = PQexec(notify->connection, "LISTEN draped");
@@ -105,26 +110,17 @@ static bool wait_for_either(struct notify *notify) {
     struct pollfd files[2] = {{.fd = PQsocket(notify->connection), .events = POLLIN},
                               {.fd = notify->wake, .events = POLLIN}};
     bool any = pass_on_all(notify); /* some came while we announced */
-    if (poll(files, 2, any ? 0 : LISTEN_MS) <= 0 || !files[0].revents)
-        return true;
-    if (!PQconsumeInput(notify->connection)) {
-        disconnect(notify);
-        return false;
+    if (poll(files, 2, any ? 0 : LISTEN_MS) > 0 && files[0].revents) {
+        if (!PQconsumeInput(notify->connection)) {
+            disconnect(notify);
+            return false;
+        }
+        pass_on_all(notify);
     }
-    pass_on_all(notify);
-    return true;
-}
-
-/* One text every few milliseconds at the most, however much happens. In a transaction of its own,
- * which writes nothing: the server lets only one transaction that announces end at a time, and one
- * that waited for its disk meanwhile would hold up all others. */
-static bool announce_collected(struct notify *notify) {
-    char text[TEXT_MAX + 1];
-    uint64_t count = 0;
     ssize_t got = read(notify->wake, &count, sizeof count);
     (void)got;
     pthread_mutex_lock(&notify->lock);
-    bool any = notify->queue || notify->used > 0;
+    any = notify->queue || notify->used > 0;
     snprintf(text, sizeof text, "%s%.*s", notify->queue ? job_events_queue : "", (int)notify->used,
              notify->text);
     notify->queue = false;
@@ -151,7 +147,7 @@ static void *carry(void *context) {
     struct notify *notify = context;
     int retry_ms = RETRY_FIRST_MS;
     while (!atomic_load(&notify->stopping)) {
-        if (wait_for_either(notify) && announce_collected(notify)) {
+        if (carry_once(notify)) {
             retry_ms = RETRY_FIRST_MS;
             continue;
         }

@@ -43,35 +43,6 @@ static bool among(const char *state, const char *states) {
 
 /* ------------------------------------------------------------------ running */
 
-struct arguments {
-    Oid types[QUERY_PARAMETERS];
-    const char *values[QUERY_PARAMETERS];
-    int lengths[QUERY_PARAMETERS];
-    int formats[QUERY_PARAMETERS];
-    char numbers[QUERY_PARAMETERS][8];
-};
-
-/* Prepares the statement on the connection if it is not yet. NULL: it is; else what failed. */
-static bool prepare_on_server(struct pool_connection *connection, const struct query *query,
-                              const struct arguments *arguments, const char *name, int64_t until_ms,
-                              PGresult **failed) {
-    *failed = NULL;
-    for (size_t k = 0; k < connection->count; k++)
-        if (connection->prepared[k] == query->sql)
-            return true;
-    if (!PQsendPrepare(connection->libpq, name, query->sql, query->bound, arguments->types))
-        return false;
-    PGresult *result = pool_receive(connection->libpq, until_ms);
-    if (PQresultStatus(result) != PGRES_COMMAND_OK) {
-        *failed = result;
-        return false;
-    }
-    PQclear(result);
-    if (connection->count < POOL_STATEMENTS)
-        connection->prepared[connection->count++] = query->sql;
-    return true;
-}
-
 /* NULL: the connection is lost. */
 static PGresult *execute(struct pool *pool, struct pool_connection *connection,
                          const struct query *query) {
@@ -79,12 +50,17 @@ static PGresult *execute(struct pool *pool, struct pool_connection *connection,
                                 [QUERY_REAL] = TYPE_FLOAT8,
                                 [QUERY_TEXT] = TYPE_TEXT,
                                 [QUERY_BYTES] = TYPE_BYTEA};
-    struct arguments a;
+    struct {
+        Oid types[QUERY_PARAMETERS];
+        const char *values[QUERY_PARAMETERS];
+        int lengths[QUERY_PARAMETERS], formats[QUERY_PARAMETERS];
+        char numbers[QUERY_PARAMETERS][8];
+    } a;
+    PGconn *libpq = connection->libpq;
     char name[NAME_SIZE];
     uint64_t hash = UINT64_C(14695981039346656037);
-    PGresult *failed = NULL;
     int64_t until = clock_ms() + pool_patience_ms(pool);
-    bool nameless = pool_nameless(pool);
+    bool nameless = pool_nameless(pool), ready = nameless;
     for (int k = 0; k < query->bound; k++) {
         const struct query_value *value = &query->values[k];
         uint64_t bits = (uint64_t)value->integer;
@@ -103,13 +79,23 @@ static PGresult *execute(struct pool *pool, struct pool_connection *connection,
     for (const char *c = query->sql; *c; c++)
         hash = (hash ^ (unsigned char)*c) * UINT64_C(1099511628211);
     snprintf(name, sizeof name, "draped_%016llx", (unsigned long long)hash);
-    if (!nameless && !prepare_on_server(connection, query, &a, name, until, &failed))
-        return failed;
-    bool sent = nameless ? PQsendQueryParams(connection->libpq, query->sql, query->bound, a.types,
-                                             a.values, a.lengths, a.formats, 1)
-                         : PQsendQueryPrepared(connection->libpq, name, query->bound, a.values,
-                                               a.lengths, a.formats, 1);
-    return sent ? pool_receive(connection->libpq, until) : NULL;
+    for (size_t k = 0; k < connection->count && !ready; k++)
+        ready = connection->prepared[k] == query->sql;
+    if (!ready) {
+        if (!PQsendPrepare(libpq, name, query->sql, query->bound, a.types))
+            return NULL;
+        PGresult *result = pool_receive(libpq, until);
+        if (PQresultStatus(result) != PGRES_COMMAND_OK)
+            return result;
+        PQclear(result);
+        if (connection->count < POOL_STATEMENTS)
+            connection->prepared[connection->count++] = query->sql;
+    }
+    bool sent = nameless ? PQsendQueryParams(libpq, query->sql, query->bound, a.types, a.values,
+                                             a.lengths, a.formats, 1)
+                         : PQsendQueryPrepared(libpq, name, query->bound, a.values, a.lengths,
+                                               a.formats, 1);
+    return sent ? pool_receive(libpq, until) : NULL;
 }
 
 enum verdict {
@@ -198,15 +184,13 @@ static struct query_value pg_column(const struct query *query, int column) {
     for (int k = 0; k < length && k < 8; k++)
         bits = bits << 8 | (unsigned char)bytes[k];
     switch (PQftype(result, column)) {
-    case TYPE_BOOL:
-        value.integer = (int64_t)bits;
-        break;
     case TYPE_INT2:
         value.integer = (int16_t)bits;
         break;
     case TYPE_INT4:
         value.integer = (int32_t)bits;
         break;
+    case TYPE_BOOL:
     case TYPE_INT8:
         value.integer = (int64_t)bits;
         break;

@@ -90,9 +90,8 @@ static bool read_contents(sqlite3 *handle, const char *path, struct backup_conte
     if (!select_number(handle, "PRAGMA application_id", &application))
         return say_error(why, handle, path);
     if (application != SQLITE_APPLICATION ||
-        !select_number(handle, "SELECT max(version) FROM schema_version", &contents->schema)) {
+        !select_number(handle, "SELECT max(version) FROM schema_version", &contents->schema))
         return backup_fail(why, "%s is not a database of draped", path);
-    }
     int code = sqlite3_prepare_v2(handle,
                                   "SELECT name FROM sqlite_schema WHERE type = 'table'"
                                   " AND name <> 'backup' ORDER BY name",
@@ -280,9 +279,8 @@ static bool swap_databases(const char *database, const char *stage, char kept[BA
     if (!link_file(database, kept, why) || !link_file(log, kept_log, why) ||
         !backup_sync(parent, why) || !remove_file(log, why) || !remove_file(shared, why))
         return false;
-    if (rename(stage, database) != 0) {
+    if (rename(stage, database) != 0)
         return backup_fail(why, "%s cannot be renamed: %s", stage, strerror(errno));
-    }
     if (!there)
         kept[0] = '\0';
     return backup_sync(parent, why);

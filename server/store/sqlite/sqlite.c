@@ -77,20 +77,6 @@ const struct process_lock *sqlite_process(const struct sqlite_store *store) {
 
 /* ------------------------------------------------------------------ writing together */
 
-/* One of several operations of a transaction: it alone is undone when it does not succeed. */
-static enum store_answer run_guarded(struct sqlite_store *store, struct pending *one) {
-    struct db *db = store->writer;
-    enum store_answer answer = db_run(db, "SAVEPOINT operation");
-    if (answer != STORE_OK)
-        return answer;
-    answer = one->operation(store, db, one->context);
-    if (answer != STORE_OK && db_in_transaction(db))
-        db_run(db, "ROLLBACK TO operation");
-    if (db_in_transaction(db))
-        db_run(db, "RELEASE operation");
-    return answer;
-}
-
 /* What is written to a file that has gone from its path is lost: refused like a database that
  * cannot be used. */
 static enum store_answer check_presence(struct sqlite_store *store) {
@@ -119,8 +105,16 @@ static void run_batch(struct sqlite_store *store, struct pending *batch) {
     if (answer == STORE_OK) {
         bool wrote = false, open = true;
         for (struct pending *one = batch; one && open; one = one->next) {
-            answer = one->answer =
-                batch->next ? run_guarded(store, one) : one->operation(store, db, one->context);
+            /* of several, one that does not succeed is undone alone */
+            answer = batch->next ? db_run(db, "SAVEPOINT operation") : STORE_OK;
+            if (answer == STORE_OK) {
+                answer = one->operation(store, db, one->context);
+                if (batch->next && answer != STORE_OK && db_in_transaction(db))
+                    db_run(db, "ROLLBACK TO operation");
+                if (batch->next && db_in_transaction(db))
+                    db_run(db, "RELEASE operation");
+            }
+            one->answer = answer;
             wrote = wrote || answer == STORE_OK;
             open = db_in_transaction(db);
         }
