@@ -1,14 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "map_columns.h"
 
+#include "api/result/fields.h"
 #include <stdarg.h>
 #include <stdio.h>
-#include <string.h>
-
-bool map_columns_copy(const void *context, size_t first, size_t count, double *values) {
-    memcpy(values, (const double *)context + first, count * sizeof *values);
-    return true;
-}
 
 /* Numbers of elements as a file has them; without one from 0. */
 static bool fill_ids(const void *context, size_t first, size_t count, double *values) {
@@ -30,7 +25,7 @@ static void add_column(struct api_map *map, const char *name, bool integer,
 }
 
 double *map_columns_add(struct api_map *map, const char *name, bool integer, double *values) {
-    add_column(map, name, integer, map_columns_copy, values);
+    add_column(map, name, integer, api_fields_copy, values);
     return values;
 }
 

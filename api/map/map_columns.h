@@ -12,9 +12,6 @@ double *map_columns_add(struct api_map *map, const char *name, bool integer, dou
 /* The same for a part of a column of the list, with zeros of its own. NULL without memory. */
 double *map_columns_new(struct api_map *map, enum column_id id, int part, struct arena *arena);
 
-/* Fills a column, whose context are its values. */
-bool map_columns_copy(const void *context, size_t first, size_t count, double *values);
-
 /* Adds the numbers of the elements, and their properties if there are some. */
 void map_columns_ids(struct api_map *map, const struct map_target *target);
 

@@ -141,7 +141,7 @@ static const struct {
 
 /* ---- columns ---- */
 
-static bool fill_doubles(const void *context, size_t first, size_t count, double *values) {
+bool api_fields_copy(const void *context, size_t first, size_t count, double *values) {
     memcpy(values, (const double *)context + first, count * sizeof *values);
     return true;
 }
@@ -201,7 +201,7 @@ static void list_column(struct api_fields *fields, enum column_id id, bool cut) 
                 spec->kind == COLUMN_REASON || id == COLUMN_NODES_grown || id == COLUMN_RIM_covered;
             source.fill = spec->kind == COLUMN_INTEGER ? fill_index
                           : bytes                      ? fill_byte
-                                                       : fill_doubles;
+                                                       : api_fields_copy;
         }
         if (source.context)
             fields->source[fields->count++] = source;
@@ -233,7 +233,7 @@ enum status api_fields_list(struct api_fields *fields, const struct api_request 
         fields->source[fields->count++] = (struct api_column_source){.table = API_TABLE_CUT,
                                                                      .name = api_fields_corners[k],
                                                                      .rows = cut->cells.count,
-                                                                     .fill = fill_doubles,
+                                                                     .fill = api_fields_copy,
                                                                      .context = cut->corner[k]};
     return STATUS_OK;
 }

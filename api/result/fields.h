@@ -48,6 +48,9 @@ bool api_fields_derive(enum column_id id, const struct api_request *request, dou
 /* The columns of the table `cut` with the corners of its cells, as in `struct drape_cut`. */
 extern const char *const api_fields_corners[12];
 
+/* Fills a column, whose context are its values. */
+bool api_fields_copy(const void *context, size_t first, size_t count, double *values);
+
 /* How many cells are beyond the locking angle, and beyond the packing limit; -1 where the request
  * does not say. */
 double api_fields_locked(const struct api_request *request, const struct drape_cells *cells);

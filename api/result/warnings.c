@@ -23,9 +23,8 @@ static const double usual_least = 0.05, usual_largest = 10;
 /* The control net is this much longer in the order it was given. */
 static const double longer_net = 1.25;
 
-__attribute__((format(printf, 4, 5))) static void add_warning(struct api_warnings *warnings,
-                                                              const char *code, const char *pointer,
-                                                              const char *detail, ...) {
+void warnings_add(struct api_warnings *warnings, const char *code, const char *pointer,
+                  const char *detail, ...) {
     struct api_warning *warning = &warnings->list[warnings->count];
     va_list values;
     if (warnings->count == API_WARNINGS_MAX)
@@ -44,28 +43,28 @@ static void check_fabric(const struct warnings_subject *s, struct api_summary *s
     double angle = request->fabric.locking_angle_deg, most = summary->max_shear_deg;
     static const char pointer[] = "/fabric/locking_angle_deg";
     if (angle < 0 && most > usual_locking_deg)
-        add_warning(
+        warnings_add(
             &summary->warnings, "locked", pointer,
             "the cloth shears by up to %.1f degrees; most woven fabrics wrinkle at 40 to 60, and "
             "the request has no locking angle",
             most);
     else if (angle >= 0 && summary->locked_cells > 0)
-        add_warning(
+        warnings_add(
             &summary->warnings, "locked", pointer,
             "%.0f of %zu cells shear beyond the locking angle of %g degrees, and %.1f is the most: "
             "the fabric would wrinkle there",
             summary->locked_cells, summary->cells, angle, most);
     else if (angle >= 0 && most > angle)
-        add_warning(&summary->warnings, "locked", pointer,
-                    "at its rim the cloth shears by up to %.1f degrees; the locking angle is %g",
-                    most, angle);
+        warnings_add(&summary->warnings, "locked", pointer,
+                     "at its rim the cloth shears by up to %.1f degrees; the locking angle is %g",
+                     most, angle);
     if (!(summary->packing_exceeded_cells > 0))
         return;
     double fraction = request->fabric.fiber_volume_fraction;
     if (cavity->rigid)
         fraction *= request->fabric.plies * request->fabric.thickness / cavity->height *
                     permeability_areal_ratio(summary->max_shear_deg);
-    add_warning(
+    warnings_add(
         &summary->warnings, "packing_exceeded",
         cavity->rigid ? "/cavity/height" : "/fabric/fiber_volume_fraction",
         "%.0f of %zu cells hold more fibres than can be packed: their fibre volume fraction is up "
@@ -102,10 +101,10 @@ static void check_size(const struct warnings_subject *s, struct api_summary *sum
         if (fits && (!likely || strcmp(api_units[k].name, "mm") == 0))
             likely = &api_units[k];
     }
-    add_warning(&summary->warnings, "size", "/length_unit",
-                likely ? "the part is %.3g %s large; did you mean %s?"
-                       : "the part is %.3g %s large; is that its unit?",
-                size, unit->name, likely ? likely->name : "");
+    warnings_add(&summary->warnings, "size", "/length_unit",
+                 likely ? "the part is %.3g %s large; did you mean %s?"
+                        : "the part is %.3g %s large; is that its unit?",
+                 size, unit->name, likely ? likely->name : "");
 }
 
 /* The length of all edges of the control net when point (i, j) is number i stride_u + j stride_v.
@@ -137,14 +136,14 @@ static void check_components(const struct warnings_subject *s, struct api_summar
         loops += !reached;
     }
     if (s->components > 1)
-        add_warning(
+        warnings_add(
             &summary->warnings, "components", "/surface",
             "the surface has %zu pieces that are not connected; the net is on the one with the "
             "start",
             s->components);
     else if (loops > 0 && summary->cells > 0)
-        add_warning(&summary->warnings, "components", "/surface",
-                    "the net does not reach %zu of the closed edges of the part", loops);
+        warnings_add(&summary->warnings, "components", "/surface",
+                     "the net does not reach %zu of the closed edges of the part", loops);
 }
 
 /* How many places (i, j) the front has for a reason; `at` gets the node that is nearest in the net
@@ -197,9 +196,9 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
         size_t count = front_of(s->result, endings[k].reason, &at);
         if (count == 0)
             continue;
-        add_warning(&summary->warnings, "uncovered", "/start",
-                    "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu points, %s",
-                    100 * summary->cloth_coverage, at.x, at.y, at.z, count, endings[k].words);
+        warnings_add(&summary->warnings, "uncovered", "/start",
+                     "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu points, %s",
+                     100 * summary->cloth_coverage, at.x, at.y, at.z, count, endings[k].words);
         return;
     }
     /* The net ends nowhere within the part, and yet no cloth was found at points of its edge. */
@@ -213,7 +212,7 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
         }
     if (count == 0 || reasons[DRAPE_REASON_BOUNDARY] < s->result->front.count)
         return;
-    add_warning(
+    warnings_add(
         &summary->warnings, "uncovered", "/fabric/spacing",
         "%.3g %% is covered: %zu of %zu points of the part's edge have no cloth, the first at "
         "(%.4g, %.4g, %.4g), and yet the net does not end before it. A fold or corner there is too "
@@ -234,16 +233,17 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
         /* The spacing is rounded down to two digits. */
         double spacing = sqrt(summary->part_area / (1.5 * many_cells));
         double digit = pow(10, floor(log10(spacing)) - 1);
-        add_warning(warnings, "coarse", "/fabric/spacing",
-                    "the net has %zu %s, too few to judge the drape by: a spacing of %.2g %s gives "
-                    "more than %g",
-                    summary->cells, summary->cells == 1 ? "cell" : "cells",
-                    floor(spacing / digit) * digit, unit, many_cells);
+        warnings_add(
+            warnings, "coarse", "/fabric/spacing",
+            "the net has %zu %s, too few to judge the drape by: a spacing of %.2g %s gives "
+            "more than %g",
+            summary->cells, summary->cells == 1 ? "cell" : "cells", floor(spacing / digit) * digit,
+            unit, many_cells);
     }
     check_components(subject, summary);
     check_uncovered(subject, summary);
     if (subject->result->summary.overlaps)
-        add_warning(
+        warnings_add(
             warnings, "overlap", "/start",
             "the flat pattern overlaps itself: the same cloth would cover two regions of the part. "
             "Move the start, or drape the part in pieces");
@@ -251,13 +251,13 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
     /* Whether the surface bends more tightly than a cell, or turns back on itself. */
     double radius = part->surface ? surface_least_radius(part->surface, part->trim) : HUGE_VAL;
     if (radius < fmin(d[0], d[1]))
-        add_warning(
+        warnings_add(
             warnings, "fillet", "/fabric/spacing",
             "the surface bends with a radius of %.3g %s, and the yarns turn round it within one "
             "cell: make the spacing smaller than the radius",
             radius, unit);
     if (part->surface && surface_turns_back(part->surface, part->trim, &at))
-        add_warning(
+        warnings_add(
             warnings, "cusp", "/surface",
             "the surface turns back on itself at (%.6g, %.6g, %.6g), and the cloth ends there: "
             "look for a cusp, a fold by 180 degrees, or control points or weights that turn it "
@@ -269,7 +269,7 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
     double given = net ? net_length(nurbs, (size_t)nurbs->v.size, 1) : 0;
     double other = net ? net_length(nurbs, 1, (size_t)nurbs->u.size) : 0;
     if (given > longer_net * other)
-        add_warning(
+        warnings_add(
             warnings, "points_order", "/surface/control_points",
             "the control net runs to and fro: with the points in the other order it would be %.2g "
             "times shorter; v must run fastest, with size_u %d and size_v %d",

@@ -21,4 +21,8 @@ struct warnings_subject {
 /* Sets summary->warnings from the subject and the other members of `summary`. */
 void warnings_make(const struct warnings_subject *subject, struct api_summary *summary);
 
+/* Adds one, as long as there is room. */
+void warnings_add(struct api_warnings *warnings, const char *code, const char *pointer,
+                  const char *detail, ...) __attribute__((format(printf, 4, 5)));
+
 #endif

@@ -5,9 +5,9 @@
 #include "score.h"
 
 #include "api/request/normalise.h"
+#include "api/result/warnings.h"
 #include "solver/angle.h"
 #include <math.h>
-#include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -81,19 +81,6 @@ static bool find_front(struct verdict *v, struct arena *arena) {
 
 /* ---- the summary ---- */
 
-__attribute__((format(printf, 4, 5))) static void warn_of_study(struct api_warnings *warnings,
-                                                                const char *code,
-                                                                const char *pointer,
-                                                                const char *detail, ...) {
-    va_list values;
-    struct api_warning *warning = &warnings->list[warnings->count++];
-    (void)snprintf(warning->code, sizeof warning->code, "%s", code);
-    (void)snprintf(warning->pointer, sizeof warning->pointer, "%s", pointer);
-    va_start(values, detail);
-    (void)vsnprintf(warning->detail, sizeof warning->detail, detail, values);
-    va_end(values);
-}
-
 /* Where no variant keeps all limits: the limit that the fewest keep, of equals that which is missed
  * by the most at the least, and what the variants have of it. */
 static void find_hardest(struct verdict *v) {
@@ -132,11 +119,11 @@ static void find_hardest(struct verdict *v) {
         high = fmax(high, v->rows[k].quantity[s->hardest]);
     }
     (void)snprintf(pointer, sizeof pointer, "/limits/%s", name);
-    warn_of_study(&s->warnings, "infeasible", pointer,
-                  "no variant keeps all limits; the hardest is that of %s: the variants have %.6g "
-                  "to %.6g, and the limit is %s%.6g",
-                  name, low, high, limit->has_max ? "at most " : "at least ",
-                  limit->has_max ? limit->max : limit->min);
+    warnings_add(&s->warnings, "infeasible", pointer,
+                 "no variant keeps all limits; the hardest is that of %s: the variants have %.6g "
+                 "to %.6g, and the limit is %s%.6g",
+                 name, low, high, limit->has_max ? "at most " : "at least ",
+                 limit->has_max ? limit->max : limit->min);
 }
 
 /* A drape that ends soon has little shear and little waste: what is best by them may cover little
@@ -154,10 +141,10 @@ static void warn_uncovered(struct verdict *v) {
     if (worst < 0 || r->objective[QUANTITY_UNCOVERED_AREA] ||
         r->limit[QUANTITY_CLOTH_COVERAGE].has_min || r->limit[QUANTITY_UNCOVERED_AREA].has_max)
         return;
-    warn_of_study(&v->summary.warnings, "uncovered", "/limits",
-                  "the best by %s covers %.3g of the part: with the limit \"cloth_coverage\": "
-                  "{\"min\": 0.99} only variants that cover it count",
-                  quantities[worst].name, least);
+    warnings_add(&v->summary.warnings, "uncovered", "/limits",
+                 "the best by %s covers %.3g of the part: with the limit \"cloth_coverage\": "
+                 "{\"min\": 0.99} only variants that cover it count",
+                 quantities[worst].name, least);
 }
 
 static void summarise_rows(struct verdict *v, double solve_ms) {
@@ -195,16 +182,16 @@ static void summarise_rows(struct verdict *v, double solve_ms) {
     for (int k = most; k < FAILURE_COUNT; k++)
         most = each[k] > each[most] ? k : most;
     if (s->failed > 0)
-        warn_of_study(
+        warnings_add(
             &s->warnings, "failed", "",
             "%zu of %zu variants could not be draped, %zu of them because of %s; the column "
             "failure has the reason of each",
             s->failed, v->count, each[most], failure_names[most]);
     /* a hand is not that far off, but a length in another unit is */
     if (r->starts == STUDY_STARTS_DISC && ANGLE_PI * r->radius * r->radius > v->study->part.area)
-        warn_of_study(&s->warnings, "disc", "/vary/start/radius",
-                      "the disc of the starts is larger than the part; starts beyond the part are "
-                      "moved to its rim");
+        warnings_add(&s->warnings, "disc", "/vary/start/radius",
+                     "the disc of the starts is larger than the part; starts beyond the part are "
+                     "moved to its rim");
 }
 
 /* ---- columns ---- */

@@ -4,7 +4,7 @@
 #include "seeded.h"
 
 #include "api/json/text.h"
-#include "api/map/map_columns.h"
+#include "api/map/map.h"
 #include "api/result/cell_corners.h"
 #include "api/result/fields.h"
 #include "solver/angle.h"
@@ -252,7 +252,7 @@ static bool add_band(const struct sample_nominal *n, const char *name, const cha
                                          .integer = suffix[0] == '\0' && name[1] == '\0' &&
                                                     (name[0] == 'i' || name[0] == 'j'),
                                          .rows = n->count,
-                                         .fill = map_columns_copy,
+                                         .fill = api_fields_copy,
                                          .context = values};
     return true;
 }
