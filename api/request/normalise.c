@@ -38,17 +38,15 @@ void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, s
     api_text_raw(text, "]");
 }
 
-static void normalise_mark(struct api_text *text, const char *key, const char *value) {
-    if (value)
-        api_text_key_string(text, key, value);
-}
-
 static void normalise_nurbs(struct api_text *text, const struct api_surface *surface) {
     const struct nurbs *nurbs = &surface->nurbs;
     api_text_raw(text, "{");
-    normalise_mark(text, "name", surface->face_name);
-    normalise_mark(text, "kind", surface->face_kind);
-    normalise_mark(text, "colour", surface->face_colour);
+    if (surface->face_name)
+        api_text_key_string(text, "name", surface->face_name);
+    if (surface->face_kind)
+        api_text_key_string(text, "kind", surface->face_kind);
+    if (surface->face_colour)
+        api_text_key_string(text, "colour", surface->face_colour);
     api_text_key_integer(text, "degree_u", nurbs->u.degree);
     api_text_key_integer(text, "degree_v", nurbs->v.degree);
     api_text_key_numbers(text, "knotvector_u", nurbs->u.knots, nurbs->u.knot_count);
