@@ -12,18 +12,13 @@ struct state {
     enum api_table table; /* the one that is open */
 };
 
-static void open_table(struct api_text *piece, enum api_table table) {
-    api_text_format(piece, ",\"%s\":{", api_table_name(table));
-}
-
 /* Closes the open table, and those after it that have no columns and belong to a result, until
  * `table` is open. */
 static void enter_table(struct encoder *encoder, enum api_table table) {
     struct state *state = encoder->state;
     while (state->table < table) {
-        api_text_raw(&encoder->piece, "}");
         state->table = encoder->reader ? state->table + 1 : table;
-        open_table(&encoder->piece, state->table);
+        api_text_format(&encoder->piece, "},\"%s\":{", api_table_name(state->table));
     }
 }
 
@@ -58,7 +53,7 @@ static void write_preamble(struct encoder *encoder) {
             state->table = API_TABLE_NODES;
         }
     }
-    open_table(piece, state->table);
+    api_text_format(piece, ",\"%s\":{", api_table_name(state->table));
 }
 
 /* Straight into the piece, whose room was made for as many values: this loop is where the time of

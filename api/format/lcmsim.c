@@ -116,11 +116,6 @@ static void write_julia_float(struct api_text *text, double value) {
 
 /* ---- mesh.bdf ---- */
 
-static void write_triangle(struct api_text *text, struct state *state, int part, int32_t a,
-                           int32_t b, int32_t c) {
-    api_text_format(text, "CTRIA3  %8u%8d%8d%8d%8d\n", ++state->number, part, a + 1, b + 1, c + 1);
-}
-
 /* A piece of the mesh. Quadrilaterals are split along the first diagonal; both halves are of one
  * part. What cannot be filled is not there. */
 static bool write_bulk_data(struct api_text *text, const struct map_fields *fields,
@@ -140,11 +135,9 @@ static bool write_bulk_data(struct api_text *text, const struct map_fields *fiel
     for (int k = 0; k < LINES / 2 && state->element < fields->element_count; k++) {
         int part = state->bins.part[state->element];
         const int32_t *corner = fields->elements[state->element++];
-        if (part == 0)
-            continue;
-        write_triangle(text, state, part, corner[0], corner[1], corner[2]);
-        if (corner[3] >= 0)
-            write_triangle(text, state, part, corner[0], corner[2], corner[3]);
+        for (int half = 0; part != 0 && half < (corner[3] < 0 ? 1 : 2); half++)
+            api_text_format(text, "CTRIA3  %8u%8d%8d%8d%8d\n", ++state->number, part, corner[0] + 1,
+                            corner[half + 1] + 1, corner[half + 2] + 1);
     }
     if (state->element < fields->element_count)
         return false;

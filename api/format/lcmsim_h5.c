@@ -45,13 +45,6 @@ struct state {
 
 /* ---- cells ---- */
 
-static void add_lcmsim_cell(struct state *state, size_t element, int32_t a, int32_t b, int32_t c) {
-    struct cell *cell = &state->cell[state->cells++];
-    int32_t low = a < b ? a : b, high = a < b ? b : a;
-    int32_t first = low < c ? low : c, last = high > c ? high : c;
-    *cell = (struct cell){{first, a + b + c - first - last, last}, (int32_t)element, false};
-}
-
 /* What cannot be filled is not there: a wall to the flow. So is a side that no other cell has. */
 static bool list_cells(struct state *state, const struct map_fields *fields) {
     struct lcmsim_inputs in;
@@ -60,11 +53,14 @@ static bool list_cells(struct state *state, const struct map_fields *fields) {
         return false;
     for (size_t e = 0; e < fields->element_count; e++) {
         const int32_t *corner = fields->elements[e];
-        if (lcmsim_read(&state->source, e, &in) == LCMSIM_LEFT_OUT)
-            continue;
-        add_lcmsim_cell(state, e, corner[0], corner[1], corner[2]);
-        if (corner[3] >= 0)
-            add_lcmsim_cell(state, e, corner[0], corner[2], corner[3]);
+        bool out = lcmsim_read(&state->source, e, &in) == LCMSIM_LEFT_OUT;
+        for (int half = 0; !out && half < (corner[3] < 0 ? 1 : 2); half++) {
+            int32_t a = corner[0], b = corner[half + 1], c = corner[half + 2];
+            int32_t low = a < b ? a : b, high = a < b ? b : a;
+            int32_t first = low < c ? low : c, last = high > c ? high : c;
+            state->cell[state->cells++] =
+                (struct cell){{first, a + b + c - first - last, last}, (int32_t)e, false};
+        }
     }
     size_t count = 3 * state->cells;
     struct element_edge *sides = malloc(count * sizeof *sides);

@@ -406,7 +406,3 @@ enum api_problem_id part_picture_draw(struct part_picture *picture, const struct
     arena_free(arena);
     return id;
 }
-
-void part_picture_free(struct part_picture *picture) {
-    raster_free(&picture->raster);
-}

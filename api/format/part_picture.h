@@ -23,12 +23,10 @@ struct part_picture {
 };
 
 /* Draws what `picture` (zero-initialised) is to hold. API_OUT_OF_MEMORY, or API_INTERNAL for a
- * damaged result. part_picture_free in any case. */
+ * damaged result. raster_free of its raster in any case. */
 enum api_problem_id part_picture_draw(struct part_picture *picture, const struct api_reader *reader,
                                       const struct api_columns *columns,
                                       struct api_problem *problem) STATUS_MUST_USE;
-
-void part_picture_free(struct part_picture *picture);
 
 /* The colour of a shear of 0..1 of the range, as in a palette. */
 void part_picture_colour(double share, uint8_t rgb[3]);

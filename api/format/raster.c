@@ -33,23 +33,6 @@ static double turn_area(const double a[3], const double b[3], double x, double y
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
 }
 
-/* The columns about the stretch of a row's middle line that a triangle has; those beside it are for
- * rounding. */
-static void row_columns(const double *const corner[3], double y, int size, int range[2]) {
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (int k = 0; k < 3; k++) {
-        const double *a = corner[k], *b = corner[(k + 1) % 3];
-        if (fmin(a[1], b[1]) > y || fmax(a[1], b[1]) < y)
-            continue;
-        bool level = !(fabs(b[1] - a[1]) > 0);
-        double share = level ? 0 : (y - a[1]) / (b[1] - a[1]);
-        double x[2] = {a[0] + share * (b[0] - a[0]), level ? b[0] : a[0] + share * (b[0] - a[0])};
-        low = fmin(low, fmin(x[0], x[1]));
-        high = fmax(high, fmax(x[0], x[1]));
-    }
-    pixel_span(low - 1, high + 1, size, range);
-}
-
 /* Barycentric coordinates by the areas opposite to the corners. */
 void raster_triangle(struct raster *raster, const double a[3], const double b[3], const double c[3],
                      uint8_t colour, int hatch) {
@@ -59,10 +42,24 @@ void raster_triangle(struct raster *raster, const double a[3], const double b[3]
         return;
     pixel_span(fmin(fmin(a[1], b[1]), c[1]), fmax(fmax(a[1], b[1]), c[1]), raster->height, y);
     for (int row = y[0]; row <= y[1]; row++) {
-        row_columns((const double *const[]){a, b, c}, row + 0.5, raster->width, x);
+        /* The columns about the stretch of the row's middle line that the triangle has; those
+         * beside it are for rounding. */
+        const double *const corner[3] = {a, b, c};
+        double middle = row + 0.5, low = HUGE_VAL, high = -HUGE_VAL;
+        for (int k = 0; k < 3; k++) {
+            const double *p = corner[k], *q = corner[(k + 1) % 3];
+            if (fmin(p[1], q[1]) > middle || fmax(p[1], q[1]) < middle)
+                continue;
+            bool level = !(fabs(q[1] - p[1]) > 0);
+            double share = level ? 0 : (middle - p[1]) / (q[1] - p[1]);
+            double from = p[0] + share * (q[0] - p[0]), to = level ? q[0] : from;
+            low = fmin(low, fmin(from, to));
+            high = fmax(high, fmax(from, to));
+        }
+        pixel_span(low - 1, high + 1, raster->width, x);
         for (int column = x[0]; column <= x[1]; column++) {
-            double px = column + 0.5, py = row + 0.5;
-            double wa = turn_area(b, c, px, py) / area, wb = turn_area(c, a, px, py) / area;
+            double wa = turn_area(b, c, column + 0.5, middle) / area;
+            double wb = turn_area(c, a, column + 0.5, middle) / area;
             size_t at = (size_t)row * (size_t)raster->width + (size_t)column;
             float z = (float)(wa * a[2] + wb * b[2] + (1 - wa - wb) * c[2]);
             if (wa < 0 || wb < 0 || wa + wb > 1 || z < raster->depth[at] ||

@@ -337,7 +337,7 @@ static bool begin_html(struct encoder *encoder, struct api_problem *problem) {
 static void end_html(struct encoder *encoder) {
     struct state *state = encoder->state;
     pattern_end(encoder);
-    part_picture_free(&state->picture);
+    raster_free(&state->picture.raster);
     free(state->png);
 }
 

@@ -171,7 +171,7 @@ static void test_portrait_shows_the_area_of_a_plane(void **state) {
     check_below(fabs(picture.start[0] - raster->width / 2.0), 1);
     check_below(picture.start[0], picture.end[0][0]); /* warp to the right, weft upwards */
     check_below(picture.end[1][1], picture.start[1]);
-    part_picture_free(&picture);
+    raster_free(&picture.raster);
     free(columns);
     bytes_free(&container);
 }

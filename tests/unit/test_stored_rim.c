@@ -162,7 +162,7 @@ static void test_portrait_shows_the_cloth_up_to_the_rim(void **state) {
     double pixels = area * picture.scale * picture.scale / sqrt(1 + 0.35 * 0.35 + 0.7 * 0.7);
     check_below(columns->summary.coverage, 0.6);
     check_below(fabs((double)drawn / pixels - 1), 0.01);
-    part_picture_free(&picture);
+    raster_free(&picture.raster);
     free(columns);
     bytes_free(&container);
 }
