@@ -86,8 +86,9 @@ static void summarise(const struct api_request *request, const struct drape_resu
                          s->max_shear_point.y, s->max_shear_point.z},
         .p95_shear_deg = s->p95_shear_deg,
         .mean_shear_deg = s->mean_shear_deg,
-        .locked_cells = api_fields_locked(request, &result->cells),
-        .packing_exceeded_cells = api_fields_packing_exceeded(request, &result->cells),
+        .locked_cells = api_fields_count(COLUMN_CELLS_locked, request, &result->cells),
+        .packing_exceeded_cells =
+            api_fields_count(COLUMN_CELLS_packing_exceeded, request, &result->cells),
         .residual_max = s->residual_max,
         .newton_iterations_mean = s->newton_iterations_mean,
         .error_estimate_max = s->error_estimate_max,

@@ -238,21 +238,12 @@ enum status api_fields_list(struct api_fields *fields, const struct api_request 
     return STATUS_OK;
 }
 
-static double count_flag(enum column_id flag, const struct api_request *request,
-                         const struct drape_cells *cells) {
+double api_fields_count(enum column_id flag, const struct api_request *request,
+                        const struct drape_cells *cells) {
     size_t count = 0;
     if (!is_given(request, flag))
         return -1;
     for (size_t i = 0; i < cells->count; i++)
         count += derived[flag](request, cells->shear_deg[i]) > 0;
     return (double)count;
-}
-
-double api_fields_locked(const struct api_request *request, const struct drape_cells *cells) {
-    return count_flag(COLUMN_CELLS_locked, request, cells);
-}
-
-double api_fields_packing_exceeded(const struct api_request *request,
-                                   const struct drape_cells *cells) {
-    return count_flag(COLUMN_CELLS_packing_exceeded, request, cells);
 }

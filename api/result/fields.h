@@ -51,10 +51,9 @@ extern const char *const api_fields_corners[12];
 /* Fills a column, whose context are its values. */
 bool api_fields_copy(const void *context, size_t first, size_t count, double *values);
 
-/* How many cells are beyond the locking angle, and beyond the packing limit; -1 where the request
- * does not say. */
-double api_fields_locked(const struct api_request *request, const struct drape_cells *cells);
-double api_fields_packing_exceeded(const struct api_request *request,
-                                   const struct drape_cells *cells);
+/* How many cells have a derived flag: are beyond the locking angle, or the packing limit; -1 where
+ * the request does not say. */
+double api_fields_count(enum column_id flag, const struct api_request *request,
+                        const struct drape_cells *cells);
 
 #endif

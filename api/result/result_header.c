@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { SUMMARY_TEXT_MAX = 8192 };
+
 static const char *const form_names[] = {
 #define X(id, name) name,
     API_FORM_LIST(X)
@@ -24,8 +26,11 @@ void result_header_write_grid(struct api_text *text, const struct api_grid *grid
 
 void result_header_write(struct api_text *text, const struct api_columns *header) {
     if (header->document == API_DOCUMENT_STUDY) {
-        api_text_raw(text, "{\"study\":");
-        study_summary_store(text, &header->study);
+        api_text_raw(text, "{\"study\":{\"summary\":");
+        study_summary_write(text, &header->study, -1);
+        api_text_key(text, "best");
+        study_summary_write_best(text, &header->study);
+        api_text_raw(text, "}");
     } else {
         api_text_raw(text, "{\"summary\":");
         summary_write(text, &header->summary, -1);
@@ -170,8 +175,18 @@ bool result_header_take_columns(char *text, struct api_columns *columns) {
 }
 
 char *api_columns_summary_json(const struct api_columns *columns) {
-    return columns->document == API_DOCUMENT_STUDY ? api_study_summary_json(&columns->study, 0)
-                                                   : api_summary_json(&columns->summary, 0);
+    char *buffer = malloc(SUMMARY_TEXT_MAX);
+    if (!buffer)
+        return NULL;
+    struct api_text text = api_text_over(buffer, SUMMARY_TEXT_MAX);
+    if (columns->document == API_DOCUMENT_STUDY)
+        study_summary_write(&text, &columns->study, 0);
+    else
+        summary_write(&text, &columns->summary, 0);
+    if (api_text_finish(&text))
+        return buffer;
+    free(buffer);
+    return NULL;
 }
 
 const struct api_column *api_columns_find(const struct api_columns *columns, enum api_table table,

@@ -5,10 +5,7 @@
 #include "api/json/value.h"
 #include <limits.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
-
-enum { STUDY_SUMMARY_TEXT_MAX = 8192 };
 
 static const struct {
     const char *key;
@@ -51,14 +48,6 @@ void study_summary_write_best(struct api_text *text, const struct api_study_summ
     api_text_raw(text, "}");
 }
 
-void study_summary_store(struct api_text *text, const struct api_study_summary *summary) {
-    api_text_raw(text, "{\"summary\":");
-    study_summary_write(text, summary, -1);
-    api_text_key(text, "best");
-    study_summary_write_best(text, summary);
-    api_text_raw(text, "}");
-}
-
 void study_summary_read(const struct json_value *json, struct api_study_summary *study) {
     static const struct value_range whole = {0, 0x1p53, false}, times = {0, 1e300, false};
     struct json_value summary = value_member(json, "summary"), best = value_member(json, "best");
@@ -89,16 +78,4 @@ void study_summary_read(const struct json_value *json, struct api_study_summary 
     value_number(&solve, times, &study->solve_ms);
     if (value_string(&version, &text))
         strncpy(study->solver_version, text, API_VERSION_SIZE - 1);
-}
-
-char *api_study_summary_json(const struct api_study_summary *summary, double queue_ms) {
-    char *buffer = malloc(STUDY_SUMMARY_TEXT_MAX);
-    if (!buffer)
-        return NULL;
-    struct api_text text = api_text_over(buffer, STUDY_SUMMARY_TEXT_MAX);
-    study_summary_write(&text, summary, queue_ms > 0 ? queue_ms : 0);
-    if (api_text_finish(&text))
-        return buffer;
-    free(buffer);
-    return NULL;
 }

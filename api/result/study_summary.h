@@ -32,12 +32,7 @@ void study_summary_write(struct api_text *text, const struct api_study_summary *
 /* The object `best`: the index of each objective, or null. */
 void study_summary_write_best(struct api_text *text, const struct api_study_summary *summary);
 
-/* Both in one object, as a stored result has them, and back; what is wrong is reported to the
- * place's problem. */
-void study_summary_store(struct api_text *text, const struct api_study_summary *summary);
+/* Reads both from one object; what is wrong is reported to the place's problem. */
 void study_summary_read(const struct json_value *json, struct api_study_summary *summary);
-
-/* The object `summary` as a malloc'ed string that the caller frees; NULL without memory. */
-char *api_study_summary_json(const struct api_study_summary *summary, double queue_ms);
 
 #endif

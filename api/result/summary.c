@@ -5,10 +5,7 @@
 #include "api/json/value.h"
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-
-enum { SUMMARY_TEXT_MAX = 8192 };
 
 #define MEMBER(KIND, name, key, meaning)                                                           \
     {SUMMARY_##KIND, key, meaning, offsetof(struct api_summary, name)},
@@ -108,18 +105,6 @@ void summary_write(struct api_text *text, const struct api_summary *summary, dou
         }
     }
     api_text_raw(text, "}");
-}
-
-char *api_summary_json(const struct api_summary *summary, double queue_ms) {
-    char *buffer = malloc(SUMMARY_TEXT_MAX);
-    if (!buffer)
-        return NULL;
-    struct api_text text = api_text_over(buffer, SUMMARY_TEXT_MAX);
-    summary_write(&text, summary, queue_ms > 0 ? queue_ms : 0);
-    if (api_text_finish(&text))
-        return buffer;
-    free(buffer);
-    return NULL;
 }
 
 /* ---- reading ---- */

@@ -113,11 +113,8 @@ void summary_write_warnings(struct api_text *text, const struct api_warnings *wa
 void summary_read_warnings(const struct json_value *json, struct api_warnings *warnings);
 void summary_write_timing(struct api_text *text, double solve_ms, double queue_ms);
 
-/* The contract's object as a malloc'ed string that the caller frees; NULL without memory. */
-char *api_summary_json(const struct api_summary *summary, double queue_ms);
-
-/* Writes the text that `api_summary_json` made of a result which several jobs may share, with the
- * `queue_ms` of one of them. Members that this version does not know stay. */
+/* Writes the text that `api_columns_summary_json` made of a result which several jobs may share,
+ * with the `queue_ms` of one of them. Members that this version does not know stay. */
 void api_summary_write_stored(struct api_text *text, const char *stored, double queue_ms);
 
 #endif

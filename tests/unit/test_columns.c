@@ -493,13 +493,13 @@ static void test_columns_refuse_to_read_values_that_are_no_numbers(void **state)
 
 static void test_columns_summary_json_is_the_contracts(void **state) {
     (void)state;
-    struct api_summary summary = {.outcome = DRAPE_COMPLETE,
-                                  .nodes = 12,
-                                  .error_estimate_max = 0.5,
-                                  .front_reasons = {[DRAPE_REASON_FOLD] = 2},
-                                  .solve_ms = 7,
-                                  .solver_version = "1"};
-    char *text = api_summary_json(&summary, 3);
+    struct api_columns columns = {.summary = {.outcome = DRAPE_COMPLETE,
+                                              .nodes = 12,
+                                              .error_estimate_max = 0.5,
+                                              .front_reasons = {[DRAPE_REASON_FOLD] = 2},
+                                              .solve_ms = 7,
+                                              .solver_version = "1"}};
+    char *text = api_columns_summary_json(&columns);
     json_t *json = json_loads(text, 0, NULL);
     static const char *const keys[] = {"outcome",
                                        "nodes",
@@ -523,7 +523,7 @@ static void test_columns_summary_json_is_the_contracts(void **state) {
                                  "solve", &solve, "front_reasons", "fold", &folds, "boundary",
                                  &boundaries),
                      0);
-    assert_true(queue == 3 && solve == 7 && folds == 2 && boundaries == 0);
+    assert_true(queue == 0 && solve == 7 && folds == 2 && boundaries == 0);
     json_decref(json);
     free(text);
 }

@@ -106,7 +106,7 @@ static void test_fields_flexible_cavity_follows_mass_conservation(void **state) 
     assert_column(&request, "thickness", flexible_thickness);
     assert_column(&request, "fiber_volume_fraction", half);
     assert_column(&request, "porosity", half);
-    assert_int_equal(api_fields_packing_exceeded(&request, &result.cells), 0);
+    assert_int_equal(api_fields_count(COLUMN_CELLS_packing_exceeded, &request, &result.cells), 0);
 }
 
 static void test_fields_rigid_cavity_follows_mass_conservation(void **state) {
@@ -121,7 +121,7 @@ static void test_fields_rigid_cavity_follows_mass_conservation(void **state) {
     assert_column(&request, "fiber_volume_fraction", rigid_fraction);
     assert_column(&request, "porosity", rigid_porosity);
     /* 0.46875 / cos 60 = 0.9375 and that at 89.9 degrees, against 0.9 */
-    assert_int_equal(api_fields_packing_exceeded(&request, &result.cells), 2);
+    assert_int_equal(api_fields_count(COLUMN_CELLS_packing_exceeded, &request, &result.cells), 2);
 }
 
 static void test_fields_without_their_inputs_are_left_out(void **state) {
@@ -146,10 +146,10 @@ static void test_fields_locked_is_beyond_the_locking_angle(void **state) {
     static const double expected[CELLS] = {0, 1, 1, 0, 0, 1, 1};
     double *locked = derive(&request, "locked");
     assert_memory_equal(locked, expected, sizeof expected);
-    assert_true(api_fields_locked(&request, &result.cells) == 4);
+    assert_true(api_fields_count(COLUMN_CELLS_locked, &request, &result.cells) == 4);
     free(locked);
     request.fabric.locking_angle_deg = -1;
-    assert_true(api_fields_locked(&request, &result.cells) == -1);
+    assert_true(api_fields_count(COLUMN_CELLS_locked, &request, &result.cells) == -1);
 }
 
 static void test_fields_packing_limit_is_that_of_the_model(void **state) {
@@ -161,9 +161,10 @@ static void test_fields_packing_limit_is_that_of_the_model(void **state) {
     request.permeability.model = API_PERMEABILITY_GEBART;
     request.fabric.fiber_volume_fraction = 0.8;
     request.permeability.packing = API_PACKING_QUADRATIC; /* 0.785 */
-    assert_int_equal(api_fields_packing_exceeded(&request, &result.cells), CELLS);
+    assert_int_equal(api_fields_count(COLUMN_CELLS_packing_exceeded, &request, &result.cells),
+                     CELLS);
     request.permeability.packing = API_PACKING_HEXAGONAL; /* 0.907; 0.8 / cos 30 = 0.924 */
-    assert_int_equal(api_fields_packing_exceeded(&request, &result.cells), 3);
+    assert_int_equal(api_fields_count(COLUMN_CELLS_packing_exceeded, &request, &result.cells), 3);
 }
 
 static void test_fields_are_finite_at_ninety_degrees(void **state) {
