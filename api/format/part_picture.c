@@ -6,7 +6,6 @@
 #include "api/result/stored_rim.h"
 #include "colour.h"
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum {
