@@ -196,23 +196,6 @@ static int32_t nearest_of_all(const struct buckets *b, struct vec3 r) {
 /* So few seeds are looked at faster than 27 cubes. */
 enum { FEW = 256 };
 
-/* The nearest seed: of those in the cubes round a point, if one is within one side, else of all. */
-static int32_t nearest_seed(const struct buckets *b, struct vec3 r) {
-    int64_t x = cube(b, r.x), y = cube(b, r.y), z = cube(b, r.z);
-    int32_t nearest = -1;
-    double least = 0;
-    for (int k = 0; k < 27 && b->count > FEW; k++)
-        for (int32_t s = b->first[bucket_at(b, x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1)];
-             s >= 0; s = b->next[s]) {
-            double d2 = vec3_norm2(vec3_sub(b->seeds[s], r));
-            if (nearest < 0 || d2 < least || (!(d2 > least) && s < nearest)) {
-                nearest = s;
-                least = d2;
-            }
-        }
-    return nearest >= 0 && least <= b->side * b->side ? nearest : nearest_of_all(b, r);
-}
-
 /* The work of the moves, by candidate and by seed. */
 struct moves {
     const struct part_point *candidates;
@@ -247,9 +230,26 @@ static void move_once(struct moves *m, struct buckets *b) {
         m->members[s] = 0;
     }
     for (size_t c = 0; c < m->candidate_count; c++) {
-        int32_t s = nearest_seed(b, m->candidates[c].r);
+        /* the nearest seed: of those in the cubes round it, if one is within one side, else of all
+         */
+        struct vec3 r = m->candidates[c].r;
+        int64_t x = cube(b, r.x), y = cube(b, r.y), z = cube(b, r.z);
+        int32_t s = -1;
+        double least = 0;
+        for (int k = 0; k < 27 && b->count > FEW; k++) {
+            size_t at = bucket_at(b, x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1);
+            for (int32_t n = b->first[at]; n >= 0; n = b->next[n]) {
+                double d2 = vec3_norm2(vec3_sub(b->seeds[n], r));
+                if (s < 0 || d2 < least || (!(d2 > least) && n < s)) {
+                    s = n;
+                    least = d2;
+                }
+            }
+        }
+        if (s < 0 || least > b->side * b->side)
+            s = nearest_of_all(b, r);
         m->owner[c] = s;
-        m->sum[s] = vec3_add(m->sum[s], m->candidates[c].r);
+        m->sum[s] = vec3_add(m->sum[s], r);
         m->members[s] += 1;
     }
     for (size_t s = 0; s < m->count; s++)

@@ -57,44 +57,45 @@ static const struct mesh_fit *fit_at(const struct mesh_smooth *smooth, int32_t t
     return &smooth->fits.fit[smooth->fits.of[t][corner]];
 }
 
-/* Adds `weight` times a fit's F and derivatives at r. */
-static void add_fit(struct mesh_jet *jet, const struct mesh_fit *fit, double weight,
-                    struct vec3 r) {
-    struct vec3 offset = vec3_sub(r, fit->origin);
-    double x = vec3_dot(offset, fit->x), y = vec3_dot(offset, fit->y);
-    const double *c = fit->slope, *s = fit->second, *t = fit->third;
-    double p = c[0] * x + c[1] * y + s[0] * x * x + s[1] * x * y + s[2] * y * y + t[0] * x * x * x +
-               t[1] * x * x * y + t[2] * x * y * y + t[3] * y * y * y;
-    double px = c[0] + 2 * s[0] * x + s[1] * y + 3 * t[0] * x * x + 2 * t[1] * x * y + t[2] * y * y;
-    double py = c[1] + s[1] * x + 2 * s[2] * y + t[1] * x * x + 2 * t[2] * x * y + 3 * t[3] * y * y;
-    double pxx = weight * (2 * s[0] + 6 * t[0] * x + 2 * t[1] * y);
-    double pxy = weight * (s[1] + 2 * t[1] * x + 2 * t[2] * y);
-    double pyy = weight * (2 * s[2] + 2 * t[2] * x + 6 * t[3] * y);
-    struct vec3 g = vec3_axpy(-px, fit->x, vec3_axpy(-py, fit->y, fit->normal));
-    struct vec3 u = vec3_axpy(pxy, fit->y, vec3_scale(pxx, fit->x));
-    struct vec3 v = vec3_axpy(pyy, fit->y, vec3_scale(pxy, fit->x));
-    jet->height += weight * (vec3_dot(offset, fit->normal) - p);
-    jet->gradient = vec3_axpy(weight, g, jet->gradient);
-    jet->xx += u.x * fit->x.x + v.x * fit->y.x;
-    jet->xy += u.x * fit->x.y + v.x * fit->y.y;
-    jet->xz += u.x * fit->x.z + v.x * fit->y.z;
-    jet->yy += u.y * fit->x.y + v.y * fit->y.y;
-    jet->yz += u.y * fit->x.z + v.y * fit->y.z;
-    jet->zz += u.z * fit->x.z + v.z * fit->y.z;
-}
-
 void mesh_smooth_jet(const struct mesh_smooth *smooth, const struct mesh_point *at,
                      struct mesh_jet *jet) {
-    double weight[3], sum = 0;
-    mesh_weights(smooth->mesh, at, weight);
+    double weights[3], sum = 0;
+    mesh_weights(smooth->mesh, at, weights);
     for (int k = 0; k < 3; k++) {
-        weight[k] = fmax(weight[k], 0); /* beyond the rim as at it */
-        sum += weight[k];
+        weights[k] = fmax(weights[k], 0); /* beyond the rim as at it */
+        sum += weights[k];
     }
     *jet = (struct mesh_jet){.height = 0};
-    for (int k = 0; k < 3; k++)
-        if (weight[k] > 0)
-            add_fit(jet, fit_at(smooth, at->triangle, k), weight[k] / sum, at->r);
+    for (int k = 0; k < 3; k++) {
+        if (!(weights[k] > 0))
+            continue;
+        /* the weight times the fit's F and derivatives */
+        const struct mesh_fit *fit = fit_at(smooth, at->triangle, k);
+        struct vec3 offset = vec3_sub(at->r, fit->origin);
+        double weight = weights[k] / sum;
+        double x = vec3_dot(offset, fit->x), y = vec3_dot(offset, fit->y);
+        const double *c = fit->slope, *s = fit->second, *t = fit->third;
+        double p = c[0] * x + c[1] * y + s[0] * x * x + s[1] * x * y + s[2] * y * y +
+                   t[0] * x * x * x + t[1] * x * x * y + t[2] * x * y * y + t[3] * y * y * y;
+        double px =
+            c[0] + 2 * s[0] * x + s[1] * y + 3 * t[0] * x * x + 2 * t[1] * x * y + t[2] * y * y;
+        double py =
+            c[1] + s[1] * x + 2 * s[2] * y + t[1] * x * x + 2 * t[2] * x * y + 3 * t[3] * y * y;
+        double pxx = weight * (2 * s[0] + 6 * t[0] * x + 2 * t[1] * y);
+        double pxy = weight * (s[1] + 2 * t[1] * x + 2 * t[2] * y);
+        double pyy = weight * (2 * s[2] + 2 * t[2] * x + 6 * t[3] * y);
+        struct vec3 g = vec3_axpy(-px, fit->x, vec3_axpy(-py, fit->y, fit->normal));
+        struct vec3 u = vec3_axpy(pxy, fit->y, vec3_scale(pxx, fit->x));
+        struct vec3 v = vec3_axpy(pyy, fit->y, vec3_scale(pxy, fit->x));
+        jet->height += weight * (vec3_dot(offset, fit->normal) - p);
+        jet->gradient = vec3_axpy(weight, g, jet->gradient);
+        jet->xx += u.x * fit->x.x + v.x * fit->y.x;
+        jet->xy += u.x * fit->x.y + v.x * fit->y.y;
+        jet->xz += u.x * fit->x.z + v.x * fit->y.z;
+        jet->yy += u.y * fit->x.y + v.y * fit->y.y;
+        jet->yz += u.y * fit->x.z + v.y * fit->y.z;
+        jet->zz += u.z * fit->x.z + v.z * fit->y.z;
+    }
 }
 
 struct vec3 mesh_smooth_normal(const struct mesh_smooth *smooth, const struct mesh_point *at) {

@@ -176,27 +176,6 @@ enum status overlap_add_tile(struct overlap *overlap, const struct net_tile *til
     return status;
 }
 
-/* Whether nodes of a patch and of those at most so many away from it are in each other's cells only
- * if they are neighbours. Nodes that are m places apart along both yarns are so on the tangent
- * plane half way between them, too, in steps of the yarns there, but for 2 (m^2 / 2) second
- * differences by the sine between them, and cells of one of them reach over a place but for 2 m:
- * both together are to be less than m - 1. */
-static bool is_evenly_bent(const struct overlap *overlap, const struct overlap_patch *patch,
-                           int32_t away) {
-    struct overlap_shape worst = {0, 1};
-    for (int32_t q = patch->pj - away; q <= patch->pj + away; q++)
-        for (int32_t p = patch->pi - away; p <= patch->pi + away; p++) {
-            const struct overlap_patch *other = overlap_patches_find(&overlap->patches, p, q);
-            if (!other)
-                continue;
-            worst.bend2 = fmax(worst.bend2, other->shape.bend2);
-            worst.sine2 = fmin(worst.sine2, other->shape.sine2);
-        }
-    double d = fmin(overlap->spacing[0], overlap->spacing[1]), m = PATCH * (away + 1) - 1;
-    double most = (m - 1) / (m * m + 2 * m) * d;
-    return worst.bend2 < most * most * worst.sine2;
-}
-
 /* Patches this far from each other in the net are asked whether the net between them is even. */
 enum { EVEN_MOST = 3 };
 
@@ -296,21 +275,32 @@ static bool may_meet(struct look *look, int32_t other) {
                                        look->all ? least_of_all : NEIGHBOURS + 1);
 }
 
-/* Whether all places of a patch and of those at most so many away have nodes. */
-static bool has_all_nodes(const struct overlap *overlap, const struct overlap_patch *patch,
-                          int32_t away) {
+/* Whether nodes of a patch and of those at most so many away from it are in each other's cells only
+ * if they are neighbours; with `all`, if all places there have nodes. Nodes that are m places apart
+ * along both yarns are so on the tangent plane half way between them, too, in steps of the yarns
+ * there, but for 2 (m^2 / 2) second differences by the sine between them, and cells of one of them
+ * reach over a place but for 2 m: both together are to be less than m - 1. */
+static bool is_evenly_bent(const struct overlap *overlap, const struct overlap_patch *patch,
+                           int32_t away, bool all) {
+    const unsigned row = (1u << PATCH) - 1;
+    struct overlap_shape worst = {0, 1};
     for (int32_t q = patch->pj - away; q <= patch->pj + away; q++)
         for (int32_t p = patch->pi - away; p <= patch->pi + away; p++) {
             const struct overlap_patch *other = overlap_patches_find(&overlap->patches, p, q);
-            if (!other)
+            if (!other && all)
                 return false;
-            for (int y = 0; y < PATCH; y++) {
-                unsigned row = other->tile->bits[NET_BIT_PLACE][patch_row(other) + y];
-                if ((row >> patch_column(other) & ((1u << PATCH) - 1)) != (1u << PATCH) - 1)
+            if (!other)
+                continue;
+            worst.bend2 = fmax(worst.bend2, other->shape.bend2);
+            worst.sine2 = fmin(worst.sine2, other->shape.sine2);
+            const uint16_t *places = &other->tile->bits[NET_BIT_PLACE][patch_row(other)];
+            for (int y = 0; y < PATCH && all; y++)
+                if ((places[y] >> patch_column(other) & row) != row)
                     return false;
-            }
         }
-    return true;
+    double d = fmin(overlap->spacing[0], overlap->spacing[1]), m = PATCH * (away + 1) - 1;
+    double most = (m - 1) / (m * m + 2 * m) * d;
+    return worst.bend2 < most * most * worst.sine2;
 }
 
 /* Those patches of a tile whose nodes may lie on another part of the net, as bits: not those whose
@@ -328,8 +318,7 @@ static unsigned find_suspects(struct overlap *overlap, const struct net_tile *ti
         struct look look = {.overlap = overlap, .patch = patch, .all = all, .away = 1};
         (void)look_round_patch(&look, note_away);
         if ((near && look.away <= 1) ||
-            (look.away <= EVEN_MOST && is_evenly_bent(overlap, patch, look.away) &&
-             (!all || has_all_nodes(overlap, patch, look.away))))
+            (look.away <= EVEN_MOST && is_evenly_bent(overlap, patch, look.away, all)))
             continue;
         struct net_window window = net_window(overlap->net, tile->ti, tile->tj);
         separation_points(&window, patch_column(patch), patch_row(patch), &look.points);
@@ -453,42 +442,15 @@ static bool comes_after(const struct visitor *v, int32_t i, int32_t j) {
     return i * si > 0 && j * sj > 0 && (j * sj > v->j * sj || (j == v->j && i * si > v->i * si));
 }
 
-/* The columns of a patch, as bits, that are no further than NEIGHBOURS from the di-th. */
-static unsigned near_columns(int32_t di) {
-    const unsigned all = (2u << 2 * NEIGHBOURS) - 1;
-    if (di < -NEIGHBOURS || di >= PATCH + NEIGHBOURS)
-        return 0;
-    return di > NEIGHBOURS ? all << (di - NEIGHBOURS) : all >> (NEIGHBOURS - di);
-}
-
-static bool meets_patch(const struct visitor *v, const struct overlap_patch *patch) {
-    double reach2 = v->overlap->reach * v->overlap->reach;
-    int32_t i = patch->pi * PATCH, j = patch->pj * PATCH;
-    unsigned near = v->turned ? 0 : near_columns(v->i - i);
-    struct target at = {patch->tile, i & (NET_TILE - 1), j & (NET_TILE - 1)};
-    for (const struct target first = at; at.y < first.y + PATCH; at.y++, j++) {
-        bool beside = j - v->j <= NEIGHBOURS && v->j - j <= NEIGHBOURS;
-        unsigned bits = inside_row(patch->tile, first.x, at.y) & ~(beside ? near : 0);
-        for (; bits; bits &= bits - 1) {
-            at.x = first.x + __builtin_ctz(bits);
-            if (vec3_norm2(vec3_sub(patch->tile->node[at.y][at.x].r, v->point)) >= reach2)
-                continue;
-            if (v->cell
-                    ? lies_on_cell(v, &at, i + at.x - first.x, j)
-                    : !(v->before && comes_after(v, i + at.x - first.x, j)) &&
-                          (!v->surface_point || within_cells(v->overlap, &at, v->surface_point)))
-                return true;
-        }
-    }
-    return false;
-}
-
+/* Whether the visitor meets one of the nodes or cells near its point. */
 static bool meets_any_patch(const struct visitor *v) {
+    const unsigned all = (2u << 2 * NEIGHBOURS) - 1;
     const struct overlap_patches *patches = &v->overlap->patches;
+    double reach2 = v->overlap->reach * v->overlap->reach;
     struct vec3 r = v->point;
-    int64_t at[3] = {(int64_t)floor(r.x / patches->cube), (int64_t)floor(r.y / patches->cube),
-                     (int64_t)floor(r.z / patches->cube)};
-    int32_t site = overlap_patches_first(patches, at);
+    int64_t cube[3] = {(int64_t)floor(r.x / patches->cube), (int64_t)floor(r.y / patches->cube),
+                       (int64_t)floor(r.z / patches->cube)};
+    int32_t site = overlap_patches_first(patches, cube);
     for (; site != OVERLAP_NONE; site = patches->sites[site].next) {
         int32_t number = patches->sites[site].patch;
         const struct overlap_patch *patch = &patches->patch[number];
@@ -498,8 +460,29 @@ static bool meets_any_patch(const struct visitor *v) {
             continue;
         const struct separation_frame *frame =
             v->framed ? separation_frame_of(v->overlap, number) : NULL;
-        if (!(frame && separation_holds_at(frame, r)) && meets_patch(v, patch))
-            return true;
+        if (frame && separation_holds_at(frame, r))
+            continue;
+        /* the columns, as bits, that are no further than NEIGHBOURS from the visitor's */
+        int32_t i = patch->pi * PATCH, j = patch->pj * PATCH, di = v->i - i;
+        bool far = v->turned || di < -NEIGHBOURS || di >= PATCH + NEIGHBOURS;
+        unsigned near = far               ? 0
+                        : di > NEIGHBOURS ? all << (di - NEIGHBOURS)
+                                          : all >> (NEIGHBOURS - di);
+        struct target at = {patch->tile, i & (NET_TILE - 1), j & (NET_TILE - 1)};
+        for (const struct target first = at; at.y < first.y + PATCH; at.y++, j++) {
+            bool beside = j - v->j <= NEIGHBOURS && v->j - j <= NEIGHBOURS;
+            unsigned bits = inside_row(patch->tile, first.x, at.y) & ~(beside ? near : 0);
+            for (; bits; bits &= bits - 1) {
+                at.x = first.x + __builtin_ctz(bits);
+                if (vec3_norm2(vec3_sub(patch->tile->node[at.y][at.x].r, r)) >= reach2)
+                    continue;
+                if (v->cell ? lies_on_cell(v, &at, i + at.x - first.x, j)
+                            : !(v->before && comes_after(v, i + at.x - first.x, j)) &&
+                                  (!v->surface_point ||
+                                   within_cells(v->overlap, &at, v->surface_point)))
+                    return true;
+            }
+        }
     }
     return false;
 }

@@ -33,18 +33,6 @@ struct yarns {
     double dual2, height; /* 1 / |a x b|^2, and the reach along a x b by its length */
 };
 
-/* False where they do not cross. */
-static bool find_yarns(const struct net_window *window, int x, int y, struct yarns *yarns) {
-    yarns->r = net_window_find(window, x, y)->r;
-    yarns->a = step_at(window, x, y, 1, 0);
-    yarns->b = step_at(window, x, y, 0, 1);
-    yarns->across = vec3_cross(yarns->a, yarns->b);
-    double area2 = vec3_norm2(yarns->across);
-    yarns->dual2 = 1 / area2;
-    yarns->height = sheet * sqrt(vec3_norm2(yarns->a) / area2);
-    return area2 > 0 && yarns->dual2 < HUGE_VAL;
-}
-
 static struct vec3 dual(const struct yarns *yarns, int k) {
     struct vec3 of = k ? vec3_cross(yarns->across, yarns->a) : vec3_cross(yarns->b, yarns->across);
     return vec3_scale(yarns->dual2, of);
@@ -70,7 +58,15 @@ void separation_frame(const struct net_window *window, int x, int y,
             continue;
         number[count][0] = tile->ti * NET_TILE + column;
         number[count][1] = tile->tj * NET_TILE + row;
-        frame->known = find_yarns(window, column, row, &yarns[count++]) && frame->known;
+        struct yarns *own = &yarns[count++];
+        own->r = net_window_find(window, column, row)->r;
+        own->a = step_at(window, column, row, 1, 0);
+        own->b = step_at(window, column, row, 0, 1);
+        own->across = vec3_cross(own->a, own->b);
+        double area2 = vec3_norm2(own->across);
+        own->dual2 = 1 / area2;
+        own->height = sheet * sqrt(vec3_norm2(own->a) / area2);
+        frame->known = frame->known && area2 > 0 && own->dual2 < HUGE_VAL; /* they cross */
     }
     if (!frame->known)
         return;

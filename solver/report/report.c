@@ -14,22 +14,14 @@ static enum status alloc_columns(struct arena *arena, bool faces, struct drape_r
                           &c->weft_y,    &c->weft_z, &c->shear_deg};
     int32_t **indices[] = {&n->i, &n->j, &c->i, &c->j, &f->i, &f->j};
     size_t counts[] = {n->count, c->count, f->count};
-    bool all = true;
-    for (size_t k = 0; k < sizeof columns / sizeof *columns; k++) {
-        *columns[k] = arena_take(arena, k < 6 ? n->count : c->count, sizeof(double));
-        all = all && *columns[k];
-    }
-    for (size_t k = 0; k < sizeof indices / sizeof *indices; k++) {
-        *indices[k] = arena_take(arena, counts[k / 2], sizeof(int32_t));
-        all = all && *indices[k];
-    }
-    if (faces) {
-        n->face = arena_take(arena, n->count, sizeof *n->face);
-        all = all && n->face;
-    }
-    n->grown = arena_take(arena, n->count, sizeof *n->grown);
-    f->reason = arena_take(arena, f->count, sizeof *f->reason);
-    return all && n->grown && f->reason ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    bool all = !faces || (n->face = arena_take(arena, n->count, sizeof *n->face));
+    for (size_t k = 0; k < sizeof columns / sizeof *columns; k++)
+        all = all && (*columns[k] = arena_take(arena, k < 6 ? n->count : c->count, sizeof(double)));
+    for (size_t k = 0; k < sizeof indices / sizeof *indices; k++)
+        all = all && (*indices[k] = arena_take(arena, counts[k / 2], sizeof(int32_t)));
+    all = all && (n->grown = arena_take(arena, n->count, sizeof *n->grown)) &&
+          (f->reason = arena_take(arena, f->count, sizeof *f->reason));
+    return all ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
 static void summarise_net(const struct march *march, struct drape_result *result) {

@@ -21,22 +21,6 @@ struct row_bits {
     uint32_t inside, cells, rim;
 };
 
-/* Whether the four corners of a cell that is not folded turn one way. */
-static bool cell_is_convex(const struct net_window *window, int x, int y) {
-    const struct net_node *node[4] = {
-        net_window_find(window, x, y), net_window_find(window, x + 1, y),
-        net_window_find(window, x + 1, y + 1), net_window_find(window, x, y + 1)};
-    struct vec3 edge[4], normal = vec3_make(0, 0, 0);
-    for (int k = 0; k < 4; k++)
-        edge[k] = vec3_sub(node[(k + 1) & 3]->r, node[k]->r);
-    for (int k = 0; k < 4; k++)
-        normal = vec3_add(normal, vec3_cross(edge[k], edge[(k + 1) & 3]));
-    for (int k = 0; k < 4; k++)
-        if (!(vec3_dot(vec3_cross(edge[k], edge[(k + 1) & 3]), normal) > 0))
-            return false;
-    return true;
-}
-
 static struct yarn_net yarn_net(struct report_strip *strip) {
     return (struct yarn_net){strip->march->net, strip->march->surface, &strip->cursor};
 }
@@ -75,13 +59,26 @@ static bool find_cell_spots(struct report_strip *strip, const struct net_window 
     return true;
 }
 
-/* Whether a cell whose corners do not turn one way in space is cloth all the same: one that is bent
- * over a fold, and open in the surface. */
-static bool is_bent(struct report_strip *strip, const struct net_window *window, int x, int y) {
+/* Whether a cell is cloth: its four corners turn one way in space, or it is bent over a fold, and
+ * open in the surface. */
+static bool cell_is_cloth(struct report_strip *strip, const struct net_window *window, int x,
+                          int y) {
+    const struct net_node *node[4] = {
+        net_window_find(window, x, y), net_window_find(window, x + 1, y),
+        net_window_find(window, x + 1, y + 1), net_window_find(window, x, y + 1)};
+    struct vec3 edge[4], normal = vec3_make(0, 0, 0);
     struct yarn_spot *corner[4];
+    bool convex = true;
     double least = 1;
-    if (!yarn_cell_is_rough(window, x, y) || !find_cell_spots(strip, window, x, y, corner))
-        return false;
+    for (int k = 0; k < 4; k++)
+        edge[k] = vec3_sub(node[(k + 1) & 3]->r, node[k]->r);
+    for (int k = 0; k < 4; k++)
+        normal = vec3_add(normal, vec3_cross(edge[k], edge[(k + 1) & 3]));
+    for (int k = 0; k < 4 && convex; k++)
+        convex = vec3_dot(vec3_cross(edge[k], edge[(k + 1) & 3]), normal) > 0;
+    if (convex || !yarn_cell_is_rough(window, x, y) ||
+        !find_cell_spots(strip, window, x, y, corner))
+        return convex;
     for (int k = 1; k < 4; k++)
         least = fmin(least, vec3_dot(corner[0]->point.normal, corner[k]->point.normal));
     struct yarn_net net = yarn_net(strip);
@@ -105,7 +102,7 @@ static struct row_bits row_bits(struct report_strip *strip, const struct net_win
             net_window_bits(window, NET_BIT_GROWN, k) | net_window_bits(window, NET_BIT_ROUGH, k);
     for (uint32_t left = bits.cells & (odd | odd >> 1); left; left &= left - 1) {
         int bit = __builtin_ctz(left);
-        if (!cell_is_convex(window, bit - 1, y) && !is_bent(strip, window, bit - 1, y))
+        if (!cell_is_cloth(strip, window, bit - 1, y))
             bits.cells &= ~(1u << bit);
     }
     return bits;

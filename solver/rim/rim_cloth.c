@@ -62,48 +62,14 @@ static bool may_reach(struct rim_cloth *cloth, int32_t i, int32_t j) {
     return !ended && march_in_extent(cloth->march, i, j);
 }
 
-static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, int32_t j,
-                                           int layers);
-
-/* Extrapolates to (i, j) along the yarns from the nodes on each side: the mean of what those of the
- * highest order say. False when none can. */
-static bool extend_to(struct rim_cloth *cloth, int32_t i, int32_t j, int layers,
-                      struct net_node *node) {
-    static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    struct vec3 sum[3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
-    int count[3] = {0, 0, 0};
-    for (int k = 0; k < 4; k++) {
-        int di = sides[k][0], dj = sides[k][1];
-        const struct net_node *a = cloth_corner(cloth, i - di, j - dj, layers);
-        const struct net_node *b = a ? cloth_corner(cloth, i - 2 * di, j - 2 * dj, layers) : NULL;
-        const struct net_node *c = b ? cloth_corner(cloth, i - 3 * di, j - 3 * dj, layers) : NULL;
-        double d = cloth->march->settings->spacing[dj != 0];
-        if (!b)
-            continue;
-        int order = a->rough || b->rough || !c || c->rough ? 1 : 2;
-        struct vec3 step = vec3_sub(a->r, b->r);
-        if (order == 2)
-            step = vec3_add(step, vec3_sub(step, vec3_sub(b->r, c->r)));
-        double length = vec3_norm(step);
-        if (!(length > shortest_edge * d && length < longest_edge * d))
-            continue;
-        sum[order] = vec3_add(sum[order], vec3_axpy(d / length, step, a->r));
-        count[order]++;
-    }
-    int best = count[2] ? 2 : 1;
-    if (!count[best])
-        return false;
-    *node = (struct net_node){.state = NET_GHOST, .r = vec3_scale(1.0 / count[best], sum[best])};
-    return true;
-}
-
-/* The corner at (i, j): of the net, or else extrapolated and at most `layers` beyond it; NULL when
- * it cannot be had. An extrapolated one has its layer in `yarns`, a place that has none the layers
- * that were tried: each would else be asked for by all places behind it, again and again. */
+/* The corner at (i, j): of the net, or else extrapolated along the yarns from the nodes on each
+ * side, as the mean of what those of the highest order say, and at most `layers` beyond it; NULL
+ * when it cannot be had. An extrapolated one has its layer in `yarns`, a place that has none the
+ * layers that were tried: each would else be asked for by all places behind it, again and again. */
 static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, int32_t j,
                                            int layers) {
+    static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     const struct net_node *node = net_place(cloth->march->net, i, j);
-    struct net_node made;
     if (node || layers == 0)
         return node;
     node = net_find(cloth->beyond, i, j);
@@ -112,14 +78,34 @@ static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, i
         return node->yarns <= (uint32_t)layers ? node : NULL;
     if (tried >= layers || !may_reach(cloth, i, j))
         return NULL;
-    bool found = false;
-    for (; tried < layers && !found; tried++)
-        found = extend_to(cloth, i, j, tried, &made);
-    if (!found)
-        made = (struct net_node){.state = NET_FAILED};
-    made.yarns = (uint32_t)tried;
+    int count[3] = {0, 0, 0}, best = 0; /* by the order; and that which is taken */
+    struct vec3 sum[3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+    for (; tried < layers && best == 0; tried++) {
+        for (int k = 0; k < 4; k++) {
+            int di = sides[k][0], dj = sides[k][1];
+            const struct net_node *a = cloth_corner(cloth, i - di, j - dj, tried), *b, *c;
+            b = a ? cloth_corner(cloth, i - 2 * di, j - 2 * dj, tried) : NULL;
+            c = b ? cloth_corner(cloth, i - 3 * di, j - 3 * dj, tried) : NULL;
+            double d = cloth->march->settings->spacing[dj != 0];
+            if (!b)
+                continue;
+            int order = a->rough || b->rough || !c || c->rough ? 1 : 2;
+            struct vec3 step = vec3_sub(a->r, b->r);
+            if (order == 2)
+                step = vec3_add(step, vec3_sub(step, vec3_sub(b->r, c->r)));
+            double length = vec3_norm(step);
+            if (!(length > shortest_edge * d && length < longest_edge * d))
+                continue;
+            sum[order] = vec3_add(sum[order], vec3_axpy(d / length, step, a->r));
+            count[order]++;
+        }
+        best = count[2] ? 2 : count[1] ? 1 : 0;
+    }
+    struct net_node made = {.state = best ? NET_GHOST : NET_FAILED, .yarns = (uint32_t)tried};
+    if (best)
+        made.r = vec3_scale(1.0 / count[best], sum[best]);
     cloth->failed = net_put(cloth->beyond, i, j, &made) != STATUS_OK || cloth->failed;
-    return found ? net_place(cloth->beyond, i, j) : NULL;
+    return best ? net_place(cloth->beyond, i, j) : NULL;
 }
 
 /* ---- patches ---- */
@@ -132,29 +118,6 @@ struct line {
     int32_t i, j;
     int di, dj;
 };
-
-/* Replaces r[0] or r[3] of a line, where it is not known, by that of the cubic through the other
- * three and the node behind them; of a lower degree where there are fewer. */
-static void extend_line(struct rim_cloth *cloth, const struct line *line, bool first, bool second) {
-    for (int k = 0; k < 2; k++) {
-        ptrdiff_t end = k ? 3 : 0, step = k ? -1 : 1, behind = k ? -1 : 4;
-        struct vec3 *r = line->r;
-        if (k ? second : first)
-            continue;
-        const struct vec3 *a = &r[(end + step) * line->far], *b = &r[(end + 2 * step) * line->far];
-        const struct vec3 *c = &r[(end + 3 * step) * line->far];
-        struct vec3 extended = vec3_axpy(2, *a, vec3_scale(-1, *b));
-        if (k ? first : second) {
-            const struct net_node *d =
-                net_view_place(&cloth->view, line->i + (int32_t)behind * line->di,
-                               line->j + (int32_t)behind * line->dj);
-            extended = vec3_add(vec3_scale(3, vec3_sub(*a, *b)), *c);
-            if (d && !d->rough)
-                extended = vec3_add(extended, vec3_sub(vec3_axpy(3, vec3_sub(*c, *b), *a), d->r));
-        }
-        r[end * line->far] = extended;
-    }
-}
 
 /* Third differences of nodes by which a cubic may still be told from the surface, in spacings: an
  * arc that turns by a fifth of a radian from node to node has 0.04, and the cubic is off by 2e-4.
@@ -195,7 +158,9 @@ static bool turns_evenly(const struct rim_cloth *cloth, struct rim_patch *patch)
     return true;
 }
 
-/* The neighbours of the cell's corners: where the net has none, the degree is lower. */
+/* The neighbours of the cell's corners. Where the net has none, the cubic through the other three
+ * places of a line and the node behind them goes on to it; of a lower degree where there are fewer.
+ */
 static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bool *rough) {
     bool known[4][4], all = true;
     for (int b = 0; b < 4; b++)
@@ -217,8 +182,24 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
         int n = number[k];
         bool row = k % 2 == 0 || k == 5;
         const struct line line = line_of(patch, row, n);
-        extend_line(cloth, &line, known[row ? n : 0][row ? 0 : n] && !*rough,
-                    known[row ? n : 3][row ? 3 : n] && !*rough);
+        const bool has[2] = {known[row ? n : 0][row ? 0 : n] && !*rough,
+                             known[row ? n : 3][row ? 3 : n] && !*rough};
+        for (int end = 0; end < 2; end++) {
+            ptrdiff_t step = end ? -line.far : line.far;
+            struct vec3 *r = &line.r[end ? 3 * line.far : 0], a = r[step], b = r[2 * step];
+            int32_t behind = end ? -1 : 4;
+            if (has[end])
+                continue;
+            struct vec3 extended = vec3_axpy(2, a, vec3_scale(-1, b)), c = r[3 * step];
+            if (has[1 - end]) {
+                const struct net_node *d = net_view_place(&cloth->view, line.i + behind * line.di,
+                                                          line.j + behind * line.dj);
+                extended = vec3_add(vec3_scale(3, vec3_sub(a, b)), c);
+                if (d && !d->rough)
+                    extended = vec3_add(extended, vec3_sub(vec3_axpy(3, vec3_sub(c, b), a), d->r));
+            }
+            *r = extended;
+        }
     }
 }
 
@@ -516,47 +497,42 @@ static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct s
     return true;
 }
 
-/* Finds the place in the patch, or where it leads out of it: in space where that tells it, else
- * along the surface from corners that the net has. */
-static bool find_in_patch(struct rim_cloth *cloth, struct rim_patch *patch,
-                          const struct rim_edge_point *spot, struct rim_cloth_point *place) {
-    const double *d = cloth->march->settings->spacing;
-    struct vec3 r = spot->r;
-    struct rim_cloth_point own = *place;
-    struct surface_point to = {.uv = {spot->uv[0], spot->uv[1]}, .jet = spot->jet};
-    bool spatial = patch->known && patch->smooth && newton_in_patch(patch, r, &own);
-    bool enough =
-        spatial && (!patch->extended || vec3_distance(own.r, r) < near_extended * fmin(d[0], d[1]));
-    bool reached = !enough && (!patch->smooth || patch->extended);
-    for (int k = 0; k < 4 && reached; k++)
-        reached = may_reach(cloth, patch->i + (k & 1), patch->j + k / 2);
-    if (reached && !cloth->march->mesh &&
-        surface_point_complete(rim_edges_surface(cloth->march, spot->face), &to)) {
-        struct sight sight = {.seen = {false}};
-        double p = place->p, q = place->q;
-        bool seen = see(cloth, patch, &to, &sight, place);
-        /* once more where the place was not the one expected: the weights follow from it */
-        if (seen && !(fabs(place->p - p) < weight_change && fabs(place->q - q) < weight_change))
-            seen = see(cloth, patch, &to, &sight, place);
-        if (seen)
-            return true;
-    }
-    spatial = spatial || (patch->known && !patch->smooth && newton_in_patch(patch, r, &own));
-    *place = own;
-    return spatial;
-}
-
 bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
                     struct rim_cloth_point *place) {
+    const double *d = cloth->march->settings->spacing;
     struct rim_cloth_point last = *place;
     bool found = false; /* a place a little outside a patch that was */
     for (int hop = 0; hop < HOPS; hop++) {
         if (!(fabs(place->p) < 1e9 && fabs(place->q) < 1e9))
             return false;
         (void)rim_cloth_patch(cloth, (int32_t)floor(place->p), (int32_t)floor(place->q));
+        /* in the patch, or where it leads out of it: in space where that tells it, else along the
+         * surface from corners that the net has */
         struct rim_patch *patch = cloth->patch;
-        if (!find_in_patch(cloth, patch, spot, place))
+        struct rim_cloth_point own = *place;
+        struct surface_point to = {.uv = {spot->uv[0], spot->uv[1]}, .jet = spot->jet};
+        bool spatial = patch->known && patch->smooth && newton_in_patch(patch, spot->r, &own);
+        bool enough = spatial && (!patch->extended ||
+                                  vec3_distance(own.r, spot->r) < near_extended * fmin(d[0], d[1]));
+        bool seen = !enough && (!patch->smooth || patch->extended);
+        for (int k = 0; k < 4 && seen; k++)
+            seen = may_reach(cloth, patch->i + (k & 1), patch->j + k / 2);
+        seen = seen && !cloth->march->mesh &&
+               surface_point_complete(rim_edges_surface(cloth->march, spot->face), &to);
+        if (seen) {
+            struct sight sight = {.seen = {false}};
+            double p = place->p, q = place->q;
+            seen = see(cloth, patch, &to, &sight, place);
+            /* once more where the place was not the one expected: the weights follow from it */
+            if (seen && !(fabs(place->p - p) < weight_change && fabs(place->q - q) < weight_change))
+                seen = see(cloth, patch, &to, &sight, place);
+        }
+        spatial = spatial || (!seen && patch->known && !patch->smooth &&
+                              newton_in_patch(patch, spot->r, &own));
+        if (!seen && !spatial)
             break;
+        if (!seen)
+            *place = own;
         bool within = is_within(patch, place, hop < STRICT_HOPS ? strict : lax);
         if (within || is_within(patch, place, at_end)) {
             last = *place;
@@ -565,7 +541,6 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
         if (within)
             break;
     }
-    const double *d = cloth->march->settings->spacing;
     *place = last;
     return found && vec3_distance(place->r, spot->r) <
                         (place->smooth ? near_smooth : near_rough) * fmax(d[0], d[1]);

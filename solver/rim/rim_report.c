@@ -403,10 +403,8 @@ static enum status list_rim(const struct march *march, const struct rim *rim,
     bool shell = march->surface && march->surface->shell;
     out->face = shell ? arena_take(march->arena, rim->count, sizeof *out->face) : NULL;
     bool all = out->loop && out->covered && (out->face || !shell);
-    for (size_t c = 0; c < sizeof columns / sizeof *columns; c++) {
-        *columns[c] = arena_take(march->arena, rim->count, sizeof(double));
-        all = all && *columns[c];
-    }
+    for (size_t c = 0; c < sizeof columns / sizeof *columns; c++)
+        all = all && (*columns[c] = arena_take(march->arena, rim->count, sizeof(double)));
     for (size_t k = 0; all && k < rim->count; k++) {
         const struct rim_point *point = &rim->points[k];
         const struct surface *surface = rim_edges_surface(march, point->face);
