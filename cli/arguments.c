@@ -89,16 +89,6 @@ static void print_formats(const char *title, enum format_use use) {
     }
 }
 
-static int print_help(void) {
-    fputs(help_head, stdout);
-    print_formats("a result:", FORMAT_RESULT);
-    print_formats("its flat cut pattern:", FORMAT_PATTERN);
-    print_formats("a report to print:", FORMAT_REPORT);
-    print_formats("with --map, on a mesh:", FORMAT_MAP);
-    fputs(help_tail, stdout);
-    return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
-}
-
 /* A whole number of at least 1 that fits in `most`. */
 static bool parse_count(const char *text, long most, size_t *count) {
     char *end;
@@ -198,15 +188,19 @@ int arguments_parse(struct arguments *arguments, int argc, char **argv) {
     int option, index = 0;
     while ((option = getopt_long(argc, argv, "ho:", option_table, &index)) != -1) {
         const char *name = option == 'o' ? "output" : option_table[index].name;
-        if (option == 'h')
-            return print_help();
-        if (option == 'm') {
-            /* Each with the line that says what it is. */
-            const struct api_material *material;
-            for (size_t k = 0; (material = api_material_at(k)); k++)
-                printf("%-28s%s\n", material->name, material->about);
-            return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+        if (option == 'h') {
+            fputs(help_head, stdout);
+            print_formats("a result:", FORMAT_RESULT);
+            print_formats("its flat cut pattern:", FORMAT_PATTERN);
+            print_formats("a report to print:", FORMAT_REPORT);
+            print_formats("with --map, on a mesh:", FORMAT_MAP);
+            fputs(help_tail, stdout);
         }
+        const struct api_material *material; /* each with the line that says what it is */
+        for (size_t k = 0; option == 'm' && (material = api_material_at(k)); k++)
+            printf("%-28s%s\n", material->name, material->about);
+        if (option == 'h' || option == 'm')
+            return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
         if (option == 'v')
             return puts("drape " DRAPE_SOLVER_VERSION) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
         if (option == '?')

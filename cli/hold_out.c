@@ -13,39 +13,31 @@ static size_t columns_of(const struct api_permeability *table) {
 }
 
 /* The values without a row or a column (the other one is past the end). */
-static const double *without(const double *values, const struct api_permeability *table, size_t row,
+static const double *without(const double *values, size_t rows, size_t columns, size_t row,
                              size_t column, struct arena *arena) {
-    size_t columns = columns_of(table), count = 0;
-    double *rest = values ? arena_take(arena, table->rows * columns, sizeof *rest) : NULL;
-    for (size_t i = 0; rest && i < table->rows; i++)
+    size_t count = 0;
+    double *rest = values ? arena_take(arena, rows * columns, sizeof *rest) : NULL;
+    for (size_t i = 0; rest && i < rows; i++)
         for (size_t j = 0; j < columns; j++)
             if (i != row && j != column)
                 rest[count++] = values[i * columns + j];
     return rest;
 }
 
-static const double *shorter(const double *axis, size_t count, size_t left_out,
-                             struct arena *arena) {
-    double *rest = arena_take(arena, count, sizeof *rest);
-    for (size_t k = 0, kept = 0; rest && k < count; k++)
-        if (k != left_out)
-            rest[kept++] = axis[k];
-    return rest;
-}
-
 /* The table without a row, or without a column; false without memory. */
 static bool table_without(const struct api_permeability *table, size_t row, size_t column,
                           struct arena *arena, struct api_permeability *rest) {
+    size_t rows = table->rows, columns = columns_of(table);
     *rest = *table;
-    rest->table_k1 = without(table->table_k1, table, row, column, arena);
-    rest->table_k2 = without(table->table_k2, table, row, column, arena);
-    rest->table_k3 = without(table->table_k3, table, row, column, arena);
-    rest->angle_deg = without(table->angle_deg, table, row, column, arena);
-    rest->shear_deg = shorter(table->shear_deg, table->rows, row, arena);
-    rest->rows -= row < table->rows;
+    rest->table_k1 = without(table->table_k1, rows, columns, row, column, arena);
+    rest->table_k2 = without(table->table_k2, rows, columns, row, column, arena);
+    rest->table_k3 = without(table->table_k3, rows, columns, row, column, arena);
+    rest->angle_deg = without(table->angle_deg, rows, columns, row, column, arena);
+    rest->shear_deg = without(table->shear_deg, rows, 1, row, 1, arena);
+    rest->rows -= row < rows;
     if (table->fractions) {
-        rest->table_fractions = shorter(table->table_fractions, table->fractions, column, arena);
-        rest->fractions -= column < table->fractions;
+        rest->table_fractions = without(table->table_fractions, 1, columns, 1, column, arena);
+        rest->fractions -= column < columns;
     }
     return rest->table_k1 && rest->table_k2 && rest->table_k3 && rest->shear_deg &&
            (rest->angle_deg || !table->angle_deg) && (rest->table_fractions || !table->fractions);

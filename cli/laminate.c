@@ -2,7 +2,6 @@
 #include "laminate.h"
 
 #include "api/json/text.h"
-#include "api/laminate/patterns.h"
 #include "api/laminate/run.h"
 #include <errno.h>
 #include <string.h>
@@ -114,12 +113,4 @@ bool laminate_job_report(const struct laminate_job *job, const struct files_outp
     else if (fputs(document, output->stream) < 0)
         api_problem_set(problem, API_INTERNAL, "%s: %s", output->name, strerror(errno));
     return problem->id == API_OK;
-}
-
-bool laminate_job_draw(const struct laminate_job *job, const char *format,
-                       const struct files_output *output, struct api_problem *problem) {
-    const struct laminate_roll roll = {.width = 0};
-    const struct api_sink sink = {.write = files_append, .context = output->stream};
-    return laminate_patterns(&job->laminate, job->nets, LAMINATE_ALL, format, &roll, &sink,
-                             job->arena, problem) == API_OK;
 }

@@ -30,8 +30,4 @@ void laminate_job_close(struct laminate_job *job);
 bool laminate_job_report(const struct laminate_job *job, const struct files_output *output,
                          struct api_problem *problem);
 
-/* Writes the patterns of all plies (svg, dxf) or the ply book (html). */
-bool laminate_job_draw(const struct laminate_job *job, const char *format,
-                       const struct files_output *output, struct api_problem *problem);
-
 #endif

@@ -6,6 +6,7 @@
  */
 #include "api/json/value.h"
 #include "api/laminate/map.h"
+#include "api/laminate/patterns.h"
 #include "api/map/cavity.h"
 #include "api/map/map.h"
 #include "api/request/decode.h"
@@ -52,7 +53,9 @@ static bool solve_into(struct arguments *arguments, const struct api_input *inpu
     bool terminal = isatty(STDERR_FILENO), ok;
     /* The id that the service would know the result by. */
     if (arguments->study) {
-        ok = study_identify(input, limits, arguments->id, problem);
+        struct api_check check;
+        ok = api_check_study(input, limits, &check, problem) == API_OK;
+        memcpy(arguments->id, check.digest, sizeof check.digest);
     } else {
         struct api_request request;
         struct arena *arena = arena_new(limits->max_memory);
@@ -188,13 +191,16 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
         /* On a mesh, or the outcome of each ply, or their patterns. */
         struct laminate_job job;
         const struct format *format = arguments->format;
+        const struct laminate_roll roll = {.width = 0};
+        const struct api_sink sink = {.write = files_append, .context = output->stream};
         ok = laminate_job_run(&job, &input, &arguments->limits, &problem);
         if (ok && arguments->map)
             ok = write_map(arguments, NULL, NULL, &job, output, &problem);
         else if (ok && strcmp(format->name, "json") == 0)
             ok = laminate_job_report(&job, output, &problem);
         else if (ok && format->uses & (FORMAT_PATTERN | FORMAT_REPORT))
-            ok = laminate_job_draw(&job, format->name, output, &problem);
+            ok = laminate_patterns(&job.laminate, job.nets, LAMINATE_ALL, format->name, &roll,
+                                   &sink, job.arena, &problem) == API_OK;
         else if (ok)
             api_problem_set(&problem, API_NOT_ACCEPTABLE,
                             "a laminate has no %s of its own: use --map, or drape one of its plies",

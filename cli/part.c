@@ -31,22 +31,9 @@ static const char *skip_string(const char *at) {
     return *at ? at + 1 : at;
 }
 
-static const char *skip_value(const char *at) {
-    int depth = 0;
-    do {
-        if (*at == '"') {
-            at = skip_string(at);
-            continue;
-        }
-        depth += *at == '{' || *at == '[';
-        depth -= *at == '}' || *at == ']';
-        at++;
-    } while (*at && (depth > 0 || !strchr(",]} \t\r\n", *at)));
-    return at;
-}
-
 /* The next member of an object, from behind its brace or the member before; false at the end. */
 static bool next_member(const char **at, struct range *key, struct range *value) {
+    int depth = 0;
     *at = skip_space(*at);
     if (**at == ',')
         *at = skip_space(*at + 1);
@@ -55,8 +42,13 @@ static bool next_member(const char **at, struct range *key, struct range *value)
     key->from = *at + 1;
     *at = skip_string(*at);
     key->to = *at - 1;
-    value->from = skip_space(skip_space(*at) + 1);
-    *at = value->to = skip_value(value->from);
+    value->to = value->from = skip_space(skip_space(*at) + 1);
+    do {
+        depth += *value->to == '{' || *value->to == '[';
+        depth -= *value->to == '}' || *value->to == ']';
+        value->to = *value->to == '"' ? skip_string(value->to) : value->to + 1;
+    } while (*value->to && (depth > 0 || !strchr(",]} \t\r\n", *value->to)));
+    *at = value->to;
     return true;
 }
 

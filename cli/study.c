@@ -17,15 +17,6 @@ bool study_progress(void *context, double fraction) {
     return true;
 }
 
-bool study_identify(const struct api_input *input, const struct api_limits *limits,
-                    char id[API_ID_SIZE], struct api_problem *problem) {
-    struct api_check check;
-    if (api_check_study(input, limits, &check, problem) != API_OK)
-        return false;
-    memcpy(id, check.digest, API_ID_SIZE);
-    return true;
-}
-
 /* ---- the table ---- */
 
 /* The columns of `variants`, one after the other. */

@@ -9,10 +9,6 @@
 /* A monitor's: draws the bar on standard error. */
 bool study_progress(void *context, double fraction);
 
-/* The id that the service would know the study's result by. */
-bool study_identify(const struct api_input *input, const struct api_limits *limits,
-                    char id[API_ID_SIZE], struct api_problem *problem);
-
 /* Prints warnings on standard error, and the best variants of a study's result on `stream`. */
 void study_print(const struct api_reader *result, FILE *stream, struct api_problem *problem);
 

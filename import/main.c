@@ -226,28 +226,8 @@ static bool import_apart(const struct arguments *arguments, const struct import_
     return false;
 }
 
-/* The notes of the document, a line each, for whoever runs this by hand. */
-static void print_notes(const struct arguments *arguments, const struct files_bytes *text) {
-    static const char key[] = "\"notes\":[\"";
-    const char *at = memmem(text->data, text->length, key, sizeof key - 1);
-    const char *end = text->data + text->length;
-    if (!at)
-        return;
-    at += sizeof key - 1;
-    while (at < end) {
-        fprintf(stderr, "drape-import: %s: ", arguments->input);
-        for (; at < end && *at != '"'; at++) {
-            at += *at == '\\' && at + 1 < end;
-            fputc(*at, stderr);
-        }
-        fputc('\n', stderr);
-        if (end - at < 3 || at[1] != ',')
-            return;
-        at += 3;
-    }
-}
-
 static bool import_named_file(const struct arguments *arguments) {
+    static const char key[] = "\"notes\":[\"";
     struct files_bytes file = {0}, text = {0};
     struct files_output output = {0};
     bool ok = files_read(arguments->input, &file) && files_open(&output, arguments->output);
@@ -265,9 +245,19 @@ static bool import_named_file(const struct arguments *arguments) {
                                        .face_count = arguments->face_count,
                                        .list = arguments->list};
     ok = ok && import_apart(arguments, &order, &text);
-    if (ok) {
+    const char *notes = ok ? memmem(text.data, text.length, key, sizeof key - 1) : NULL;
+    const char *end = ok ? text.data + text.length : NULL;
+    if (ok)
         ok = fwrite(text.data + 1, 1, text.length - 1, output.stream) == text.length - 1;
-        print_notes(arguments, &text);
+    /* The notes of the document, a line each, for whoever runs this by hand. */
+    for (const char *at = notes ? notes + sizeof key - 1 : end; at < end;) {
+        fprintf(stderr, "drape-import: %s: ", arguments->input);
+        for (; at < end && *at != '"'; at++) {
+            at += *at == '\\' && at + 1 < end;
+            fputc(*at, stderr);
+        }
+        fputc('\n', stderr);
+        at = end - at < 3 || at[1] != ',' ? end : at + 3;
     }
     ok = files_close(&output, ok);
     free(file.data);

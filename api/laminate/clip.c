@@ -51,34 +51,27 @@ static int compare_shares(const void *a, const void *b) {
     return (*x > *y) - (*x < *y);
 }
 
-/* The shares of the edge a b at which edges of `other` cross it, sorted, in `cuts` (of room for
- * `other->count` + 2), with 0 and 1; how many. */
-static size_t cut_edge(const double a[2], const double b[2], const struct polygons *other,
-                       double *cuts) {
-    size_t k = 0, first = 0, count = 0;
-    double c[2], d[2], way[2] = {b[0] - a[0], b[1] - a[1]};
-    cuts[count++] = 0;
-    while (next_polygon_edge(other, &k, &first, c, d)) {
-        double e[2] = {d[0] - c[0], d[1] - c[1]}, det = way[0] * e[1] - way[1] * e[0];
-        double t = ((c[0] - a[0]) * e[1] - (c[1] - a[1]) * e[0]) / det;
-        double s = ((c[0] - a[0]) * way[1] - (c[1] - a[1]) * way[0]) / det;
-        if (t > 0 && t < 1 && s >= 0 && s <= 1)
-            cuts[count++] = t;
-    }
-    cuts[count++] = 1;
-    qsort(cuts, count, sizeof *cuts, compare_shares);
-    return count;
-}
-
 /* The pieces of the edges of `own` that lie inside `other`; of edges on each other those of the
  * first set alone, which takes its left side for inside. */
 static bool add_pieces(struct pieces *pieces, const struct polygons *own,
                        const struct polygons *other, bool first_set) {
     size_t k = 0, first = 0;
-    double a[2], b[2], *cuts = malloc((other->count + 2) * sizeof *cuts);
+    double a[2], b[2], c[2], d[2], *cuts = malloc((other->count + 2) * sizeof *cuts);
     bool good = cuts != NULL;
     while (good && next_polygon_edge(own, &k, &first, a, b)) {
-        size_t count = cut_edge(a, b, other, cuts);
+        /* The shares of the edge at which others cross it, sorted, with 0 and 1. */
+        size_t at = 0, begin = 0, count = 0;
+        double way[2] = {b[0] - a[0], b[1] - a[1]};
+        cuts[count++] = 0;
+        while (next_polygon_edge(other, &at, &begin, c, d)) {
+            double e[2] = {d[0] - c[0], d[1] - c[1]}, det = way[0] * e[1] - way[1] * e[0];
+            double t = ((c[0] - a[0]) * e[1] - (c[1] - a[1]) * e[0]) / det;
+            double s = ((c[0] - a[0]) * way[1] - (c[1] - a[1]) * way[0]) / det;
+            if (t > 0 && t < 1 && s >= 0 && s <= 1)
+                cuts[count++] = t;
+        }
+        cuts[count++] = 1;
+        qsort(cuts, count, sizeof *cuts, compare_shares);
         double length = hypot(b[0] - a[0], b[1] - a[1]);
         for (size_t n = 0; good && n + 1 < count && length > 0; n++) {
             double from[2], to[2], nudge = (first_set ? 4 : -4) * pieces->reach / length;

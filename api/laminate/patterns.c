@@ -137,20 +137,14 @@ static void write_dxf(const struct patterns *p, struct api_text *text) {
     dxf_foot(text);
 }
 
-static void svg_attribute(struct api_text *text, const char *name, double value) {
-    api_text_raw(text, " ");
-    api_text_raw(text, name);
-    api_text_raw(text, "=\"");
-    write_svg_number(text, value);
-    api_text_raw(text, "\"");
-}
-
 static void svg_text(struct api_text *text, double x, double y, double size, const char *title) {
-    api_text_raw(text, "<text");
-    svg_attribute(text, "x", x);
-    svg_attribute(text, "y", y);
-    svg_attribute(text, "font-size", size);
-    api_text_raw(text, ">");
+    api_text_raw(text, "<text x=\"");
+    write_svg_number(text, x);
+    api_text_raw(text, "\" y=\"");
+    write_svg_number(text, y);
+    api_text_raw(text, "\" font-size=\"");
+    write_svg_number(text, size);
+    api_text_raw(text, "\">");
     html_say(text, "%s", title);
     api_text_raw(text, "</text>\n");
 }

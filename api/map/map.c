@@ -99,29 +99,12 @@ static void put_row(const struct mapping *mapping, const struct facets_point *po
     }
 }
 
-/* The fields of a row in the cavity that the target says is there, or in the drape's own. */
-static void press_cloth(struct mapping *mapping, const struct facets_point *point, double *values,
-                        size_t row) {
-    const struct api_request *cloth = mapping->target->cloth;
-    const double shear = values[mapping->shear];
-    const bool on = !map_net_is_beyond(&mapping->net, point);
-    struct vec3 warp, weft;
-    map_net_yarns(&mapping->net, point, values, &warp, &weft);
-    double height = cavity_height(&mapping->cavity, row, vec3_unit(vec3_cross(warp, weft)));
-    mapping->cavity.open += on && mapping->cavity.punch && !(height > 0);
-    bool own = !(height > 0);
-    if (own && !cloth->cavity.rigid)
-        return;
-    bool packed =
-        press_row(&mapping->net, cloth, own ? cloth->cavity.height : height, shear, values);
-    mapping->cavity.packed += on && packed;
-    mapping->cavity.loose += on && !own && height > press_thickness(cloth, shear);
-}
-
 /* ---- all of them ---- */
 
 static enum api_problem_id map_points(struct mapping *mapping, struct api_problem *problem) {
     const struct map_net *net = &mapping->net;
+    const struct api_request *cloth = mapping->target->cloth;
+    struct vec3 warp, weft;
     size_t count = mapping->target->element_count;
     double values[API_COLUMNS_MAX];
     struct facets_search walk = facets_search_begin(net->facets);
@@ -132,11 +115,23 @@ static enum api_problem_id map_points(struct mapping *mapping, struct api_proble
             return api_problem_set(problem, API_CANCELLED, "the map was cancelled");
         facets_nearest(&walk, map_target_point(mapping->target, row), &point);
         map_net_interpolate(net, &point, values);
-        if (mapping->target->cloth)
-            press_cloth(mapping, &point, values, row);
+        bool beyond = map_net_is_beyond(net, &point);
+        /* The fields in the cavity that the target says is there, or in the drape's own. */
+        if (cloth) {
+            const double shear = values[mapping->shear];
+            map_net_yarns(net, &point, values, &warp, &weft);
+            double height = cavity_height(&mapping->cavity, row, vec3_unit(vec3_cross(warp, weft)));
+            bool own = !(height > 0);
+            mapping->cavity.open += !beyond && mapping->cavity.punch && own;
+            if (!own || cloth->cavity.rigid) {
+                bool packed =
+                    press_row(net, cloth, own ? cloth->cavity.height : height, shear, values);
+                mapping->cavity.packed += !beyond && packed;
+                mapping->cavity.loose += !beyond && !own && height > press_thickness(cloth, shear);
+            }
+        }
         put_row(mapping, &point, values, row);
         double thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness];
-        bool beyond = map_net_is_beyond(net, &point);
         /* The drape is the one ply at an element, unless that lies beyond the cloth. */
         if (mapping->stack && map_stack_next(mapping->stack, row, problem) != API_OK)
             return problem->id;

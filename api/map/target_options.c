@@ -60,33 +60,25 @@ static bool mark_element(const struct marking *marking, size_t element) {
     return true;
 }
 
-/* "sphere:x:y:z:radius" or "line:x:y:z:x:y:z:distance", a line from its first to its second point:
- * where it ends, NULL if it is neither. */
-static const char *read_region(const char *text, struct vec3 line[2], double *distance) {
-    bool sphere = strncmp(text, "sphere:", 7) == 0;
-    double v[7];
-    size_t count = sphere ? 4 : 7;
-    if (!sphere && strncmp(text, "line:", 5) != 0)
-        return NULL;
-    const char *end = read_reals(strchr(text, ':') + 1, ':', count, v);
-    if (!end || !(v[count - 1] > 0))
-        return NULL;
-    line[0] = vec3_make(v[0], v[1], v[2]);
-    line[1] = sphere ? line[0] : vec3_make(v[3], v[4], v[5]);
-    *distance = v[count - 1];
-    return end;
-}
-
 /* Marks what one entry of the list names: an element, all of a property, or all whose middle lies
  * in a region. Where the entry ends, NULL with the problem set. */
 static const char *mark_entry(const struct marking *marking, const char *text) {
     const struct map_target *target = marking->target;
     struct vec3 line[2];
-    double distance = 0;
+    double distance = 0, v[7] = {0};
     int32_t number;
     bool property = strncmp(text, "pid:", 4) == 0, found = false;
+    bool sphere = strncmp(text, "sphere:", 7) == 0;
     const char *whole = property ? read_property(text, &number) : read_whole(text, &number);
-    const char *end = whole && *whole != ':' ? whole : read_region(text, line, &distance);
+    const char *end = whole && *whole != ':' ? whole : NULL;
+    /* "sphere:x:y:z:radius" or "line:x:y:z:x:y:z:distance", from its first to its second point. */
+    if (sphere || strncmp(text, "line:", 5) == 0) {
+        end = read_reals(strchr(text, ':') + 1, ':', sphere ? 4 : 7, v);
+        distance = end ? v[sphere ? 3 : 6] : 0;
+        line[0] = vec3_make(v[0], v[1], v[2]);
+        line[1] = sphere ? line[0] : vec3_make(v[3], v[4], v[5]);
+        end = distance > 0 ? end : NULL;
+    }
     if (!end || (*end != '\0' && *end != ',')) {
         api_problem_set(marking->problem, API_INVALID_REQUEST,
                         "%s must list elements, properties or regions, separated by commas, such "
