@@ -63,8 +63,7 @@ struct frame_head {
 enum frame_kind {
     FRAME_DRAPE, /* a result: without bytes */
     FRAME_STEP,  /* the next step of a study; the bytes are the numbers of its rounds so far */
-    FRAME_TASK,  /* one of its tasks: the bytes */
-    FRAME_KINDS
+    FRAME_TASK   /* one of its tasks: the bytes */
 };
 
 struct frame_job {

@@ -130,51 +130,46 @@ static bool run_job(const struct worker_engine *engine, struct task *task,
            frame_send(WORKER_FD, FRAME_DONE, summary, strlen(summary));
 }
 
-/* Receives the documents of a job and runs it; false when the dispatcher is gone. */
-static bool handle_job(const struct worker_engine *engine, struct task *task,
-                       const struct frame_job *job) {
-    uint64_t length = job->length + job->request_length + job->surface_length;
-    char *bytes = malloc(length + 1);
-    if (!bytes) {
-        struct api_problem problem = {0};
-        api_problem_set(&problem, API_OUT_OF_MEMORY, "The request does not fit into memory.");
-        while (length > 0) { /* read away, so that the next frame starts where it should */
-            size_t part = length < sizeof task->buffer ? (size_t)length : sizeof task->buffer;
-            if (!frame_receive(WORKER_FD, task->buffer, part))
-                return false;
-            length -= part;
-        }
-        return send_problem(&problem);
-    }
-    struct api_input input = {.request = bytes + job->length,
-                              .request_length = job->request_length,
-                              .surface = bytes + job->length + job->request_length,
-                              .surface_length = job->surface_length};
-    struct worker_order order = {.input = &input,
-                                 .limits = &job->limits,
-                                 .bytes = bytes,
-                                 .length = job->length,
-                                 .spent_ms = job->spent_ms};
-    bool good = frame_receive(WORKER_FD, bytes, length) && run_job(engine, task, job, &order);
-    free(bytes);
-    if (length + task->total > KEPT_BYTES)
-        malloc_trim(0);
-    return good;
-}
-
 /* ------------------------------------------------------------------ the process */
 
 int worker_serve(const struct worker_engine *engine) {
     static struct task task;
     struct frame_job job;
-    enum frame_state state;
+    enum frame_state state = FRAME_CLOSED;
+    bool good = true;
     if (!sandbox_begin(WORKER_FD, 0, KEPT_BYTES))
         return 1;
-    while ((state = frame_expect(WORKER_FD, FRAME_JOB, &job, sizeof job, NULL, NULL)) ==
-           FRAME_READY)
-        if (!handle_job(engine, &task, &job))
-            return 1;
-    return state == FRAME_CLOSED ? 0 : 1;
+    while (good && (state = frame_expect(WORKER_FD, FRAME_JOB, &job, sizeof job, NULL, NULL)) ==
+                       FRAME_READY) {
+        uint64_t length = job.length + job.request_length + job.surface_length;
+        char *bytes = malloc(length + 1);
+        if (!bytes) {
+            struct api_problem problem = {0};
+            api_problem_set(&problem, API_OUT_OF_MEMORY, "The request does not fit into memory.");
+            while (good &&
+                   length > 0) { /* read away, so that the next frame starts where it should */
+                size_t part = length < sizeof task.buffer ? (size_t)length : sizeof task.buffer;
+                good = frame_receive(WORKER_FD, task.buffer, part);
+                length -= part;
+            }
+            good = good && send_problem(&problem);
+            continue;
+        }
+        struct api_input input = {.request = bytes + job.length,
+                                  .request_length = job.request_length,
+                                  .surface = bytes + job.length + job.request_length,
+                                  .surface_length = job.surface_length};
+        struct worker_order order = {.input = &input,
+                                     .limits = &job.limits,
+                                     .bytes = bytes,
+                                     .length = job.length,
+                                     .spent_ms = job.spent_ms};
+        good = frame_receive(WORKER_FD, bytes, length) && run_job(engine, &task, &job, &order);
+        free(bytes);
+        if (length + task.total > KEPT_BYTES)
+            malloc_trim(0);
+    }
+    return good && state == FRAME_CLOSED ? 0 : 1;
 }
 
 int worker_main(void) {
