@@ -10,7 +10,6 @@
 #ifndef SERVER_STORE_CURSOR_H
 #define SERVER_STORE_CURSOR_H
 
-#include "answer.h"
 #include <stdint.h>
 
 enum { CURSOR_SECRET_BYTES = 32, CURSOR_ROUNDS = 6 };

@@ -141,7 +141,7 @@ void store_introduce(struct store *store, const struct store_host *host);
 
 /* A sign of life, to be given every few seconds: writes the row of this process, and tries what a
  * claim does without claiming. The answer is that of `store_health` until the next. */
-enum { STORE_BEAT_SECONDS = 5, STORE_SEEN_SECONDS = 30 }; /* silent for longer: it does not count */
+enum { STORE_SEEN_SECONDS = 30 }; /* silent for longer: it does not count */
 enum store_answer store_beat(struct store *store) STORE_MUST_USE;
 
 /* How the last beat ended; STORE_OK before the first. While it has failed nothing is submitted. */
@@ -496,9 +496,8 @@ enum store_answer store_result_read(struct store *store, const struct store_resu
 
 /* What owners keep until they delete it. */
 enum store_item_kind {
-    STORE_SURFACES,  /* named by what they hold */
-    STORE_MATERIALS, /* named by who posts them */
-    STORE_ITEM_KIND_COUNT
+    STORE_SURFACES, /* named by what they hold */
+    STORE_MATERIALS /* named by who posts them */
 };
 
 /* Both texts are malloc'ed and may be NULL; cleared by `store_item_clear`. */

@@ -9,7 +9,6 @@
 #include "postgres.h"
 #include <errno.h>
 #include <fcntl.h>
-#include <inttypes.h>
 #include <libpq-fe.h>
 #include <signal.h>
 #include <stdio.h>

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
 #include "server/store/sql.h"
-#include <string.h>
 
 /* ------------------------------------------------------------------ claim */
 
@@ -76,8 +75,7 @@ enum store_answer postgres_claim(struct store *store, bool fresh, struct store_c
         reads_claim(&query, claim, &result);
     enum store_answer answer = query_end_found(&query, found, STORE_EMPTY);
     if (answer == STORE_OK && result) { /* which may have gone meanwhile */
-        query = postgres_query_now(store, reuse_sql);
-        query_bind(&query, of_int(claim->sequence), of_int(claim->token));
+        query = postgres_held_query(store, reuse_sql, claim);
         claim->reused = query_find(&query, STORE_CONFLICT) == STORE_OK;
     }
     return answer;
@@ -92,22 +90,13 @@ enum store_answer postgres_try_claim(struct store *store) {
 
 /* ------------------------------------------------------------------ holding */
 
-#define HELD " sequence = $2 AND token = $3 AND status = " SQL_RUNNING
-
-static struct query held_query(struct store *store, const char *sql,
-                               const struct store_claim *claim) {
-    struct query query = postgres_query_now(store, sql);
-    query_bind(&query, of_int(claim->sequence), of_int(claim->token));
-    return query;
-}
-
 enum store_answer postgres_renew(struct store *store, const struct store_claim *claim,
                                  double progress) {
-    struct query query =
-        held_query(store,
-                   "UPDATE draped.jobs SET lease = " POSTGRES_NOW " + $4,"
-                   " progress = greatest(progress, $5) WHERE" HELD " RETURNING " POSTGRES_LAZY,
-                   claim);
+    struct query query = postgres_held_query(
+        store,
+        "UPDATE draped.jobs SET lease = " POSTGRES_NOW " + $4,"
+        " progress = greatest(progress, $5) WHERE" POSTGRES_HELD " RETURNING " POSTGRES_LAZY,
+        claim);
     query_bind(&query, of_int(store->options.lease_us), of_real(progress));
     return query_find(&query, STORE_CONFLICT);
 }
@@ -116,11 +105,11 @@ enum store_answer postgres_renew(struct store *store, const struct store_claim *
 
 enum store_answer postgres_fail(struct store *store, const struct store_claim *claim,
                                 const char *error) {
-    struct query query =
-        held_query(store,
-                   "UPDATE draped.jobs SET status = " SQL_FAILED ", error = $4, lease = NULL,"
-                   " finished = " POSTGRES_NOW " WHERE" HELD " RETURNING 1",
-                   claim);
+    struct query query = postgres_held_query(
+        store,
+        "UPDATE draped.jobs SET status = " SQL_FAILED ", error = $4, lease = NULL,"
+        " finished = " POSTGRES_NOW " WHERE" POSTGRES_HELD " RETURNING 1",
+        claim);
     query_bind(&query, of_text(error));
     return query_find(&query, STORE_CONFLICT);
 }
@@ -180,12 +169,12 @@ enum store_answer postgres_find_ended(struct store *store, struct store_ended *e
 
 enum store_answer postgres_take_over(struct store *store, const struct store_ended *ended,
                                      int64_t *token) {
-    struct query query =
-        held_query(store,
-                   "UPDATE draped.jobs SET token = token + 1, lease = " POSTGRES_NOW " + $4"
-                   " WHERE" HELD " AND (lease < " POSTGRES_NOW " OR lease > " POSTGRES_NOW " + $5)"
-                   " RETURNING token, " POSTGRES_LAZY,
-                   &ended->claim);
+    struct query query = postgres_held_query(
+        store,
+        "UPDATE draped.jobs SET token = token + 1, lease = " POSTGRES_NOW " + $4"
+        " WHERE" POSTGRES_HELD " AND (lease < " POSTGRES_NOW " OR lease > " POSTGRES_NOW " + $5)"
+        " RETURNING token, " POSTGRES_LAZY,
+        &ended->claim);
     query_bind(&query, of_int(store->options.lease_us), of_int(far_ahead(store)));
     return query_number(&query, STORE_CONFLICT, token);
 }

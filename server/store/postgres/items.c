@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
-#include <stdlib.h>
 
 /* A statement for each kind of item, whose tables have the same columns. */
 #define OF_KIND(before, after)                                                                     \

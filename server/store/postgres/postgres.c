@@ -4,7 +4,6 @@
 #include "pool.h"
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 struct postgres_store {
     struct store base;
@@ -24,6 +23,13 @@ struct query postgres_query_now(struct store *store, const char *sql) {
     int64_t (*clock)(void) = store->options.clock;
     struct query query = postgres_query(store, sql);
     query_bind(&query, clock ? of_int(clock()) : of_no_int());
+    return query;
+}
+
+struct query postgres_held_query(struct store *store, const char *sql,
+                                 const struct store_claim *claim) {
+    struct query query = postgres_query_now(store, sql);
+    query_bind(&query, of_int(claim->sequence), of_int(claim->token));
     return query;
 }
 

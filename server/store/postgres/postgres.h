@@ -23,7 +23,12 @@ struct query postgres_query(struct store *store, const char *sql);
 /* The same, with the time by the test's clock as $1, or null. */
 struct query postgres_query_now(struct store *store, const char *sql);
 
-/* In such a statement: the time, in microseconds since 1970 UTC by the database's clock. */
+/* The same for what a claim holds, whose sequence and token are $2 and $3. */
+struct query postgres_held_query(struct store *store, const char *sql,
+                                 const struct store_claim *claim);
+#define POSTGRES_HELD " sequence = $2 AND token = $3 AND status = " SQL_RUNNING
+
+/* In such statements: the time, in microseconds since 1970 UTC by the database's clock. */
 #define POSTGRES_NOW "coalesce($1, (extract(epoch FROM clock_timestamp()) * 1000000)::bigint)"
 
 /* Among the columns of a statement: its commit does not wait for the disk. For what means nothing

@@ -19,13 +19,11 @@ enum { COMMIT_TRIES = 3 };
 
 _Static_assert(STORE_CHUNK_BYTES == 65536, "as in STORE_CHUNKS");
 
-#define HELD " sequence = $2 AND token = $3 AND status = " SQL_RUNNING
-
 static const char append_first_sql[] =
     "WITH made AS (INSERT INTO draped.results (owner, digest, state, job, token, length)"
     " SELECT owner, digest, " SQL_BUILDING ", sequence, token, 0 FROM draped.jobs"
-    " WHERE $1::bigint IS NOT NULL AND" HELD " RETURNING number)," STORE_CHUNKS ", " POSTGRES_LAZY
-    " FROM made";
+    " WHERE $1::bigint IS NOT NULL AND" POSTGRES_HELD " RETURNING number)," STORE_CHUNKS
+    ", " POSTGRES_LAZY " FROM made";
 
 /* Between two segments the result may have been given up (its job cancelled, say). */
 static const char append_sql[] =
@@ -37,7 +35,7 @@ static const char append_sql[] =
 /* The job ends with the result that is `chosen`. */
 #define END_JOB                                                                                    \
     "UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", progress = 1, finished = " POSTGRES_NOW    \
-    ", result = chosen.number, lease = NULL FROM chosen WHERE" HELD " RETURNING "
+    ", result = chosen.number, lease = NULL FROM chosen WHERE" POSTGRES_HELD " RETURNING "
 
 /* The job ends, and only if it does, its result is made. */
 static const char commit_new_sql[] =
@@ -109,8 +107,7 @@ enum store_answer postgres_result_commit(struct store *store, struct store_segme
         answer = query_end_found(&query, found, STORE_CONFLICT);
         if (!taken)
             break;
-        query = postgres_query_now(store, commit_twin_sql);
-        query_bind(&query, of_int(segment->claim->sequence), of_int(segment->claim->token));
+        query = postgres_held_query(store, commit_twin_sql, segment->claim);
         answer = query_find(&query, STORE_CONFLICT);
         if (answer == STORE_OK && segment->number)
             (void)!postgres_result_drop(store, segment->number); /* else the sweep finds it */

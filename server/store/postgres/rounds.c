@@ -4,9 +4,6 @@
 #include "server/store/sql.h"
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-
-#define HELD " sequence = $2 AND token = $3 AND status = " SQL_RUNNING
 
 /* ------------------------------------------------------------------ begin */
 
@@ -15,7 +12,7 @@
 static const char begin_sql[] =
     "WITH waits AS (UPDATE draped.jobs SET status = " SQL_WAITING ", round = round + 1,"
     "  open = $4::integer, done = $8, total = $9, summary = $10, attempts = 0, excused = 0,"
-    "  lease = NULL WHERE $1::bigint IS DISTINCT FROM 0 AND" HELD
+    "  lease = NULL WHERE $1::bigint IS DISTINCT FROM 0 AND" POSTGRES_HELD
     "  RETURNING sequence, rank, priority, owner, surface, origin, created, round),"
     " lists AS MATERIALIZED (SELECT string_to_array($6, ',') AS ids,"
     "  ('{' || $7 || '}')::bigint[] AS variants, (octet_length($5) / $4)::integer AS size),"
@@ -38,8 +35,8 @@ enum store_answer postgres_begin_round(struct store *store, const struct store_c
         ids[k * ID_SIZE + ID_SIZE - 1] = *comma;
         next += snprintf(next, NUMBER_SIZE, "%lld%s", (long long)round->variants[k], comma);
     }
-    struct query query = postgres_query_now(store, begin_sql);
-    query_bind(&query, of_int(claim->sequence), of_int(claim->token), of_int((int64_t)round->count),
+    struct query query = postgres_held_query(store, begin_sql, claim);
+    query_bind(&query, of_int((int64_t)round->count),
                of_bytes(round->tasks, round->count * round->length), of_text(ids),
                of_text(variants), of_int(round->done), of_int(round->total), of_text(round->best));
     enum store_answer answer = ids && variants ? query_find(&query, STORE_CONFLICT) : STORE_DOWN;
@@ -52,14 +49,15 @@ enum store_answer postgres_begin_round(struct store *store, const struct store_c
 
 enum store_answer postgres_end_task(struct store *store, const struct store_claim *claim,
                                     const void *numbers, size_t length, int64_t spent) {
-    struct query query = postgres_query_now(
-        store, "WITH ended AS (UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", finished ="
-               " " POSTGRES_NOW ", spent = $5, lease = NULL, task = NULL WHERE" HELD
-               " RETURNING parent, round, position),"
-               " kept AS (INSERT INTO draped.task_numbers (parent, round, position, bytes)"
-               "  SELECT parent, round, position, $4 FROM ended)"
-               " SELECT 1, " POSTGRES_LAZY " FROM ended");
-    query_bind(&query, of_int(claim->sequence), of_int(claim->token), of_bytes(numbers, length),
-               of_int(spent));
+    struct query query = postgres_held_query(
+        store,
+        "WITH ended AS (UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", finished ="
+        " " POSTGRES_NOW ", spent = $5, lease = NULL, task = NULL WHERE" POSTGRES_HELD
+        " RETURNING parent, round, position),"
+        " kept AS (INSERT INTO draped.task_numbers (parent, round, position, bytes)"
+        "  SELECT parent, round, position, $4 FROM ended)"
+        " SELECT 1, " POSTGRES_LAZY " FROM ended",
+        claim);
+    query_bind(&query, of_bytes(numbers, length), of_int(spent));
     return query_find(&query, STORE_CONFLICT);
 }

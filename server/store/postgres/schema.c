@@ -2,7 +2,6 @@
 #include "postgres.h"
 #include "server/store/sql.h"
 #include <stdio.h>
-#include <string.h>
 
 /*
  * The columns mean what they do in `store/sqlite/schema.c`, where they are explained.

@@ -6,7 +6,6 @@
 #include "server/metrics.h"
 #include <libpq-fe.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum {

@@ -8,7 +8,6 @@
 #define SERVER_STORE_SQLITE_DB_H
 
 #include "server/store/query.h"
-#include <stddef.h>
 #include <stdint.h>
 
 /* A connection; used by one thread at a time. */

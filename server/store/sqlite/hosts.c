@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "sqlite.h"
-#include <stdio.h>
 
 /* A column that is gone fails the statement when it is prepared. */
 static const char usable_sql[] =

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "server/store/sql.h"
 #include "sqlite.h"
-#include <stdlib.h>
-#include <string.h>
 
 /* A statement for each kind of item, whose tables have the same columns. */
 #define OF_KIND(before, after)                                                                     \

@@ -3,7 +3,6 @@
 #include "server/store/sql.h"
 #include "sqlite.h"
 #include <sodium.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { KEY_DIGEST_BYTES = 32 };

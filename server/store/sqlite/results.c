@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "server/store/sql.h"
 #include "sqlite.h"
-#include <string.h>
 
 enum { PACE_CHUNKS = 64 }; /* of a result, 4 MiB, that go to the disk together */
 

@@ -2,8 +2,6 @@
 /* The rounds of a study: its tasks, and the numbers they give. */
 #include "server/store/sql.h"
 #include "sqlite.h"
-#include <stdlib.h>
-#include <string.h>
 
 /* A change under a claim. */
 struct step {

@@ -254,7 +254,8 @@ enum store_answer sqlite_take_log(struct store *base) {
     return answer;
 }
 
-enum store_answer sqlite_flush(struct store *base) {
+/* Has what was written lazily so far written to the disk. */
+static enum store_answer sqlite_flush(struct store *base) {
     struct sqlite_store *store = sqlite_of(base);
     pthread_mutex_lock(&store->keeper_lock);
     enum store_answer answer = db_sync_log(store->keeper);

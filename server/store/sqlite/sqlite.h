@@ -64,9 +64,6 @@ struct reader sqlite_reader(struct db *db);
 /* Takes the write-ahead log into the database. Writers and readers go on meanwhile. */
 enum store_answer sqlite_take_log(struct store *store);
 
-/* Has what was written lazily so far written to the disk. */
-enum store_answer sqlite_flush(struct store *store);
-
 /* To be called by who writes much without waiting for the disk, after each so many bytes: has them
  * written to the disk, and from time to time into the database, on the caller's time. Else those
  * who wait for a small change of theirs would wait for all of it. */
