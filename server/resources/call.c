@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "call.h"
-#include "documents.h"
 #include "server/config.h"
 #include "server/http/negotiate.h"
 #include "server/job_events.h"

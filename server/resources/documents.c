@@ -4,7 +4,6 @@
 #include "api/result/summary.h"
 #include <jansson.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* The longest list: 1000 jobs, each with a problem of 16 errors at the worst. */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* GET /v1/drapes/{id}/events: server-sent events, `progress` at every change, then `end`. */
-#include "documents.h"
 #include "event_cache.h"
 #include "handlers.h"
 #include "server/clock.h"

@@ -8,7 +8,6 @@
 #include "server/metrics.h"
 #include "server/work/dispatcher.h"
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum http_next meta_openapi(struct call *call) {
