@@ -53,21 +53,6 @@ static size_t take_rows(struct scan *scan, size_t *width, double *values) {
     return scan_take(scan, ']') ? rows : 0;
 }
 
-/* The array at `begin`, in its shape, its values not yet read. False when it is none of numbers, or
- * too short. */
-static bool measure_array(const char *begin, const char *end, struct numbers_array *array,
-                          const char **behind) {
-    struct scan scan = {.at = begin, .end = end};
-    array->width = 0;
-    array->rows = take_flat(&scan, NULL);
-    if (!array->rows) {
-        scan.at = begin;
-        array->rows = take_rows(&scan, &array->width, NULL);
-    }
-    *behind = scan.at;
-    return array->rows * (array->width ? array->width : 1) >= NUMBERS_LEAST;
-}
-
 /* ------------------------------------------------------------------ taking out */
 
 /* As it is written in JSON; returns its length. */
@@ -83,19 +68,28 @@ bool numbers_take_out(const char *bytes, size_t length, struct arena *arena,
     const char *const end = bytes + length, *kept = bytes; /* up to there all is written */
     const char *tried = bytes; /* up to there no array of numbers begins */
     for (const char *at = bytes; at < end; at++) {
-        const char *behind;
         char mark[MARK_ROOM];
         if (*at == '"' && (at = walk_string_end(at + 1, end)) == end)
             break;
-        if (*at != '[' || at < tried || !measure_array(at, end, &array, &behind))
+        if (*at != '[' || at < tried)
+            continue;
+        /* The shape of the array, if it is one of numbers and not too short; then its values. */
+        struct scan scan = {.at = at, .end = end};
+        array = (struct numbers_array){.rows = take_flat(&scan, NULL)};
+        if (!array.rows) {
+            scan.at = at;
+            array.rows = take_rows(&scan, &array.width, NULL);
+        }
+        const char *behind = scan.at;
+        size_t width = array.width, wanted = array.rows * (width ? width : 1);
+        if (wanted < NUMBERS_LEAST)
             continue;
         struct arena_mark before = arena_mark(arena);
-        struct scan scan = {.at = at, .end = end};
-        size_t width = array.width;
-        double *values = arena_take(arena, array.rows * (width ? width : 1), sizeof *values);
+        double *values = arena_take(arena, wanted, sizeof *values);
         if (!values)
             return false;
         array.values = values;
+        scan.at = at;
         size_t rows = width ? take_rows(&scan, &width, values) : take_flat(&scan, values);
         if (rows != array.rows) { /* not all are doubles */
             arena_rewind(arena, before);

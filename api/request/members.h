@@ -38,6 +38,13 @@ void decode_ply(const struct json_value *json, struct api_request *request);
 /* In any of the forms of the contract; one named by its id alone becomes API_SURFACE_NAMED. */
 bool decode_surface(const struct json_value *json, struct api_surface *surface);
 
+/* Where control points and weights are: together in an object, or the bare list of points with the
+ * weights beside it. Points to its own members: not to be copied. */
+struct decode_control {
+    struct json_value net, points, weights;
+};
+void decode_control_find(const struct json_value *owner, struct decode_control *control);
+
 /* geomdl's `trims`: {"count", "data": [...]}, or the list alone. */
 bool decode_trims(const struct json_value *json, struct api_surface *surface);
 

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#include "control.h"
 #include "members.h"
 #include "solver/shell/shell.h"
 
@@ -17,6 +16,22 @@ struct nurbs_places {
     struct decode_control control;
     struct json_value part[NURBS_WEIGHTS + 1];
 };
+
+void decode_control_find(const struct json_value *owner, struct decode_control *control) {
+    static const char *const keys[] = {"points", "weights", NULL};
+    control->net = value_member(owner, "control_points");
+    if (value_type(&control->net) != VALUE_OBJECT) {
+        control->points = control->net;
+        control->weights = value_member(owner, "weights");
+        return;
+    }
+    value_object(&control->net, keys);
+    control->points = value_member(&control->net, "points");
+    control->weights = value_member(&control->net, "weights");
+    struct json_value beside = value_member(owner, "weights");
+    if (value_given(&beside))
+        value_fault(&beside, "must be a member of control_points, beside the points");
+}
 
 static bool fault_part(const struct nurbs_places *places, const struct nurbs_fault *fault) {
     const struct json_value *json = &places->part[fault->member];

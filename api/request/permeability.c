@@ -33,9 +33,8 @@ static bool read_table_values(const struct json_value *table, const char *key,
         return false;
     if (k->fractions)
         *values = rows;
-    if (count == k->rows)
-        return true;
-    return value_fault(&column, k->fractions ? "must have a row for each value of shear_deg"
+    return count == k->rows ||
+           value_fault(&column, k->fractions ? "must have a row for each value of shear_deg"
                                              : "must have as many values as shear_deg");
 }
 

@@ -101,10 +101,8 @@ bool decode_selection(const struct json_value *json, struct api_surface *surface
         for (size_t k = 0; list && k < count; k++) {
             struct json_value face = value_element(&faces, k);
             bool good = value_integer(&face, 0, SHELL_FACES_MAX - 1, &list[k]);
-            if (good && k > 0 && ok && list[k] <= list[k - 1]) {
-                value_fault(&face, "must be greater than the number before it");
-                good = false;
-            }
+            if (good && k > 0 && ok && list[k] <= list[k - 1])
+                good = value_fault(&face, "must be greater than the number before it");
             ok = ok && good;
         }
         *selection = (struct api_selection){.kind = API_SELECT_LIST, .faces = list, .count = count};

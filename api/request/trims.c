@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#include "control.h"
 #include "members.h"
 
 enum curve_type { CURVE_SPLINE, CURVE_FREEFORM, CURVE_CONTAINER, CURVE_TYPE_COUNT };
@@ -30,10 +29,9 @@ static bool decode_spline(const struct json_value *json, struct trim_curve *curv
     if (ok && value_given(&control.weights)) {
         size_t count;
         ok = value_numbers(&control.weights, decode_lengths, 2, &curve->weights, &count);
-        if (ok && count != curve->count) {
-            value_fault(&control.weights, "the number of weights must be the number of points");
-            ok = false;
-        }
+        if (ok && count != curve->count)
+            ok =
+                value_fault(&control.weights, "the number of weights must be the number of points");
     }
     if (!ok)
         return false;
@@ -45,9 +43,8 @@ static bool decode_spline(const struct json_value *json, struct trim_curve *curv
             return value_fault(&knot, "a knot must not be less than the one before it");
         }
     }
-    if (curve->knots[curve->count] > curve->knots[curve->degree])
-        return true;
-    return value_fault(&knots, "the domain between knot[degree] and knot[size] is empty");
+    return curve->knots[curve->count] > curve->knots[curve->degree] ||
+           value_fault(&knots, "the domain between knot[degree] and knot[size] is empty");
 }
 
 /* What `type` says, else what the keys say. */
