@@ -267,19 +267,15 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
     if (!(cell->bd > 0) || !(cell->cd > 0) ||
         !(cell->orientation * triangle_turn(a, c, b, cell->b->normal) > 0))
         return FISHNET_COLLAPSED;
-    for (int k = 0; k < PREDICTORS + 2 && surface->shell; k++) {
+    const bool shell = surface->shell;
+    for (int k = 0; k < PREDICTORS + (shell ? 2 : 0); k++) {
         struct surface_place begin;
-        if (predict_on_shell(cursor, cell, k, &begin) &&
-            newton_on_shell(cursor, cell, &begin, node) && fishnet_right_root(cell, &node->point))
+        bool found = shell ? predict_on_shell(cursor, cell, k, &begin) &&
+                                 newton_on_shell(cursor, cell, &begin, node)
+                           : predict(cursor, cell, k, &begin) &&
+                                 find_root(surface, cursor, cell, begin.uv, node);
+        if (found && fishnet_right_root(cell, &node->point))
             return FISHNET_FOUND;
     }
-    for (int k = 0; k < PREDICTORS && !surface->shell; k++) {
-        struct surface_place begin;
-        if (predict(cursor, cell, k, &begin) && find_root(surface, cursor, cell, begin.uv, node) &&
-            fishnet_right_root(cell, &node->point))
-            return FISHNET_FOUND;
-    }
-    if (fishnet_has_collapsed(cell))
-        return FISHNET_COLLAPSED;
-    return FISHNET_NO_CONVERGENCE;
+    return fishnet_has_collapsed(cell) ? FISHNET_COLLAPSED : FISHNET_NO_CONVERGENCE;
 }

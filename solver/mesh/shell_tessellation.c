@@ -335,8 +335,7 @@ static enum status add_face_triangles(struct sheet *sheet, const struct shell *s
 /* The mesh of all triangles, less a few that make an edge of three. */
 static enum status make_shell_mesh(struct sheet *sheet, struct arena *arena, struct mesh **mesh) {
     struct mesh_fault fault = {0};
-    enum status status = STATUS_INVALID;
-    for (int misfits = 0; status == STATUS_INVALID && misfits < MISFITS_MOST; misfits++) {
+    for (int misfits = 0; misfits < MISFITS_MOST; misfits++) {
         const struct mesh_source source = {.vertices = sheet->vertices,
                                            .vertex_count = sheet->vertex_count,
                                            .triangles = (const int32_t(*)[3])sheet->triangles,
@@ -345,7 +344,7 @@ static enum status make_shell_mesh(struct sheet *sheet, struct arena *arena, str
                                            .parameters = (const double(*)[2])sheet->parameters,
                                            .faces = sheet->faces};
         struct arena_mark mark = arena_mark(arena);
-        status = mesh_make(&source, arena, mesh, &fault);
+        enum status status = mesh_make(&source, arena, mesh, &fault);
         if (status != STATUS_INVALID)
             return status;
         arena_rewind(arena, mark);
@@ -355,7 +354,7 @@ static enum status make_shell_mesh(struct sheet *sheet, struct arena *arena, str
         memcpy(sheet->triangles[fault.index], sheet->triangles[last], sizeof *sheet->triangles);
         sheet->faces[fault.index] = sheet->faces[last];
     }
-    return status == STATUS_INVALID ? STATUS_DEGENERATE_SURFACE : status;
+    return STATUS_DEGENERATE_SURFACE;
 }
 
 enum status mesh_from_shell(const struct shell *shell, int32_t face, double size, size_t most,

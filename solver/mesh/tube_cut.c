@@ -200,26 +200,20 @@ static bool find_fence(struct tube *o) {
 static void mark_right(struct tube *o, size_t n) {
     int32_t v = o->fence[n], last = n > 0 ? o->fence[n - 1] : NOWHERE;
     int32_t next = n + 1 < o->fence_count ? o->fence[n + 1] : NOWHERE;
-    for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
-        int32_t h = o->around[k];
-        if (o->vertex[mesh_previous_half(h)] == next)
-            for (int32_t at = h; at != MESH_NONE && !o->right[at];) {
+    for (int way = 0; way < 2; way++)
+        for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
+            int32_t at = o->around[k];
+            int32_t from = o->vertex[way ? mesh_next_half(at) : mesh_previous_half(at)];
+            if (from != (way ? last : next))
+                continue;
+            while (at != MESH_NONE && !o->right[at]) {
+                int32_t to = o->vertex[way ? mesh_previous_half(at) : mesh_next_half(at)];
                 o->right[at] = 1;
-                bool done = o->vertex[mesh_next_half(at)] == last;
-                int32_t twin = done ? MESH_NONE : o->mesh->twins[at];
-                at = twin == MESH_NONE ? MESH_NONE : mesh_next_half(twin);
+                at = to == (way ? next : last) ? MESH_NONE
+                     : way                     ? mesh_ring_next(o->mesh, at)
+                                               : mesh_ring_previous(o->mesh, at);
             }
-    }
-    for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
-        int32_t h = o->around[k];
-        if (o->vertex[mesh_next_half(h)] == last)
-            for (int32_t at = h; at != MESH_NONE;) {
-                o->right[at] = 1;
-                bool done = o->vertex[mesh_previous_half(at)] == next;
-                at = done ? MESH_NONE : o->mesh->twins[mesh_previous_half(at)];
-                at = at != MESH_NONE && o->right[at] ? MESH_NONE : at;
-            }
-    }
+        }
 }
 
 /* ---- distances ---- */

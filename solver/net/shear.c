@@ -209,22 +209,6 @@ INLINE void cell_sums(const struct shear_block *block, int k, double *warp, doub
     }
 }
 
-INLINE void cell_areas(const struct shear_block *block, double *area) {
-    const double *a[3], *b[3], *c[3], *d[3];
-    for (int k = 0; k < 3; k++) {
-        a[k] = row_from(block, k, 0, 0);
-        b[k] = row_from(block, k, 1, 0);
-        c[k] = row_from(block, k, 1, 1);
-        d[k] = row_from(block, k, 0, 1);
-    }
-    for (int x = 0; x < SHEAR_PLACES; x++) {
-        double px = c[0][x] - a[0][x], py = c[1][x] - a[1][x], pz = c[2][x] - a[2][x];
-        double qx = d[0][x] - b[0][x], qy = d[1][x] - b[1][x], qz = d[2][x] - b[2][x];
-        double nx = py * qz - pz * qy, ny = pz * qx - px * qz, nz = px * qy - py * qx;
-        area[x] = sqrt(nx * nx + ny * ny + nz * nz) / 2;
-    }
-}
-
 INLINE double dot_at(double (*a)[SHEAR_PLACES], double (*b)[SHEAR_PLACES], int x) {
     return a[0][x] * b[0][x] + a[1][x] * b[1][x] + a[2][x] * b[2][x];
 }
@@ -254,7 +238,19 @@ uint32_t shear_cells(const struct shear_block *block, struct shear_row *row, dou
             row->weft[k][x] = weft[k][x] + to_weft * warp[k][x];
         }
     }
-    cell_areas(block, area);
+    const double *a[3], *b[3], *c[3], *d[3];
+    for (int k = 0; k < 3; k++) {
+        a[k] = row_from(block, k, 0, 0);
+        b[k] = row_from(block, k, 1, 0);
+        c[k] = row_from(block, k, 1, 1);
+        d[k] = row_from(block, k, 0, 1);
+    }
+    for (int x = 0; x < SHEAR_PLACES; x++) {
+        double px = c[0][x] - a[0][x], py = c[1][x] - a[1][x], pz = c[2][x] - a[2][x];
+        double qx = d[0][x] - b[0][x], qy = d[1][x] - b[1][x], qz = d[2][x] - b[2][x];
+        double nx = py * qz - pz * qy, ny = pz * qx - px * qz, nz = px * qy - py * qx;
+        area[x] = sqrt(nx * nx + ny * ny + nz * nz) / 2;
+    }
     return places(block, -1, 0) & places(block, 2, 0) & places(block, 0, -1) & places(block, 0, 2);
 }
 
@@ -274,9 +270,12 @@ void shear_normalise(struct shear_row *row) {
     normalise(row->weft);
 }
 
-/* With w the angle between the yarns and gamma = 90 deg - w,
- * tan(gamma / 2) = sin gamma / (1 + cos gamma) = g.e / (|g| |e| + |g x e|). */
-INLINE void half_tangents(const struct shear_row *row, double *t) {
+/* With w the angle between the yarns and gamma = 90 deg - w, tan(gamma / 2) = sin gamma / (1 + cos
+ * gamma) = g.e / (|g| |e| + |g x e|). Then as angle_atan_deg, its table looked up in between. */
+WIDE_CLONES
+void shear_angles(const struct shear_row *row, double *shear_deg) {
+    double t[SHEAR_PLACES], near[SHEAR_PLACES];
+    int next[SHEAR_PLACES];
     const double *gx = row->warp[0], *gy = row->warp[1], *gz = row->warp[2];
     const double *ex = row->weft[0], *ey = row->weft[1], *ez = row->weft[2];
     for (int k = 0; k < SHEAR_PLACES; k++) {
@@ -289,14 +288,6 @@ INLINE void half_tangents(const struct shear_row *row, double *t) {
         double ratio = ge / (whole > 0 ? whole : 1);
         t[k] = fabs(ratio) <= 1.01 ? ratio : 0; /* NaN where there is no node */
     }
-}
-
-/* As angle_atan_deg, its table looked up in between. */
-WIDE_CLONES
-void shear_angles(const struct shear_row *row, double *shear_deg) {
-    double t[SHEAR_PLACES], near[SHEAR_PLACES];
-    int next[SHEAR_PLACES];
-    half_tangents(row, t);
     for (int k = 0; k < SHEAR_PLACES; k++)
         next[k] = angle_next_sixteenth(fabs(t[k]));
     for (int k = 0; k < SHEAR_PLACES; k++)

@@ -192,50 +192,41 @@ static void load_positions(const struct net_window *window, const int first[2], 
     }
 }
 
-/* What by_differences has of edges, for a row, added up over the coordinates: M^2, M . D3, M . D4,
- * D3^2, and the edges' squares. */
-struct sums {
-    double m2[NET_TILE], m3[NET_TILE], m4[NET_TILE], third2[NET_TILE], edge2[NET_TILE];
-};
-
-/* One coordinate of the edges from Q to P, which is at `p` and `step` on from Q. */
-INLINE void add_coordinate(const double *p, int step, struct sums *sums, double *edge) {
-    for (int x = 0; x < NET_TILE; x++) {
-        double r0 = p[x - 3 * step], r1 = p[x - 2 * step], q = p[x - step], r3 = p[x];
-        double r4 = p[x + step], r5 = p[x + 2 * step];
-        double b0 = r0 - 2 * r1 + q, b1 = r1 - 2 * q + r3, b2 = q - 2 * r3 + r4;
-        double b3 = r3 - 2 * r4 + r5;
-        double mean = (b1 + b2) / 2, d3 = b2 - b1, d4 = ((b3 - b2) - (b1 - b0)) / 2;
-        sums->m2[x] += mean * mean;
-        sums->m3[x] += mean * d3;
-        sums->m4[x] += mean * d4;
-        sums->third2[x] += d3 * d3;
-        sums->edge2[x] += (r3 - q) * (r3 - q);
-        edge[x] = r3 - q;
-    }
-}
-
 /* As by_differences, of the edges of family k that end in row y. */
 WIDE_CLONES
 static void along_row(const struct patch *patch, int y, int k, int step, double d,
                       struct defect_tile *tile) {
-    struct sums sums = {{0}, {0}, {0}, {0}, {0}};
-    double(*along)[NET_TILE] = tile->along[k][y];
-    for (int c = 0; c < 3; c++)
-        add_coordinate(&patch->r[c][y + MARGIN][MARGIN], step, &sums, along[c]);
+    /* M^2, M . D3, M . D4, D3^2, and the edges' squares, added up over the coordinates */
+    double m2[NET_TILE] = {0}, m3[NET_TILE] = {0}, m4[NET_TILE] = {0};
+    double third2[NET_TILE] = {0}, edge2[NET_TILE] = {0}, (*along)[NET_TILE] = tile->along[k][y];
+    for (int c = 0; c < 3; c++) {
+        const double *p = &patch->r[c][y + MARGIN][MARGIN]; /* P, which is `step` on from Q */
+        for (int x = 0; x < NET_TILE; x++) {
+            double r0 = p[x - 3 * step], r1 = p[x - 2 * step], q = p[x - step], r3 = p[x];
+            double r4 = p[x + step], r5 = p[x + 2 * step];
+            double b0 = r0 - 2 * r1 + q, b1 = r1 - 2 * q + r3, b2 = q - 2 * r3 + r4;
+            double b3 = r3 - 2 * r4 + r5;
+            double mean = (b1 + b2) / 2, d3 = b2 - b1, d4 = ((b3 - b2) - (b1 - b0)) / 2;
+            m2[x] += mean * mean;
+            m3[x] += mean * d3;
+            m4[x] += mean * d4;
+            third2[x] += d3 * d3;
+            edge2[x] += (r3 - q) * (r3 - q);
+            along[c][x] = r3 - q;
+        }
+    }
     for (int x = 0; x < NET_TILE; x++) {
-        double m2 = sums.m2[x], third2 = sums.third2[x], edge2 = sums.edge2[x];
-        double q = m2 / (d * d), across = correction_across(m2, sums.m3[x], third2);
-        double fourth = by_fourth * (sums.m4[x] + across), third = by_third * (third2 - across);
+        double q = m2[x] / (d * d), across = correction_across(m2[x], m3[x], third2[x]);
+        double fourth = by_fourth * (m4[x] + across), third = by_third * (third2[x] - across);
         double share = correction_share(q, across / (d * d));
-        double known = (edge2 - d * d * share - fourth + third) / (2 * d);
+        double known = (edge2[x] - d * d * share - fourth + third) / (2 * d);
         double terms = fabs(fourth) + fabs(third);
         tile->known[k][y][x] = known;
         tile->unsure[k][y][x] =
             of_known * fabs(known) + (of_terms + of_turned * q) * terms / (2 * d) + rounding * d;
     }
     for (int x = 0; x < NET_TILE; x++) {
-        double inverse = 1 / sqrt(sums.edge2[x]);
+        double inverse = 1 / sqrt(edge2[x]);
         for (int c = 0; c < 3; c++)
             along[c][x] *= inverse;
     }

@@ -196,24 +196,6 @@ INLINE struct error_lanes lanes_error(const struct net_node *node) {
     return error;
 }
 
-/* As cell_error, of the node at x of row y of a tile. */
-INLINE struct error_lanes lanes_of_cell(const struct defect_tile *t, int x, int y, double cosine,
-                                        double inverse, const struct error_lanes *b,
-                                        const struct error_lanes *c) {
-    double unsure_b = t->unsure[0][y][x], unsure_c = t->unsure[1][y][x];
-    lanes p = {t->known[0][y][x], unsure_b, unsure_b, 0};
-    lanes q = {t->known[1][y][x], unsure_c, -unsure_c, 0};
-    struct error_lanes error;
-    for (int k = 0; k < 3; k++) {
-        p += t->along[0][y][k][x] * b->of[k];
-        q += t->along[1][y][k][x] * c->of[k];
-    }
-    lanes by_b = (p - cosine * q) * inverse, by_c = (q - cosine * p) * inverse;
-    for (int k = 0; k < 3; k++)
-        error.of[k] = by_b * t->along[0][y][k][x] + by_c * t->along[1][y][k][x];
-    return error;
-}
-
 /* Places `first`, first + si, .. before `end` of row y of a tile, whose edges are even. B of the
  * first is `b`, C are the places of `below`. No error is greater than `most` at x. */
 struct even_run {
@@ -235,11 +217,19 @@ static void estimate_run(const struct even_run *row) {
     }
     struct error_lanes error = lanes_error(row->b);
     for (int x = row->first; x != row->end; x += row->si) {
+        /* as cell_error */
         struct error_lanes at_c = lanes_error(&row->below[x]);
-        error = lanes_of_cell(t, x, row->y, cosine[x], inverse[x], &error, &at_c);
-        lanes size2 = {0};
+        double unsure_b = t->unsure[0][row->y][x], unsure_c = t->unsure[1][row->y][x];
+        lanes p = {t->known[0][row->y][x], unsure_b, unsure_b, 0};
+        lanes q = {t->known[1][row->y][x], unsure_c, -unsure_c, 0}, size2 = {0};
         struct kept kept;
         for (int k = 0; k < 3; k++) {
+            p += b[k][x] * error.of[k];
+            q += c[k][x] * at_c.of[k];
+        }
+        lanes by_b = (p - cosine[x] * q) * inverse[x], by_c = (q - cosine[x] * p) * inverse[x];
+        for (int k = 0; k < 3; k++) {
+            error.of[k] = by_b * b[k][x] + by_c * c[k][x];
             size2 += error.of[k] * error.of[k];
             for (int n = 0; n < ERRORS; n++)
                 kept.of[k][n] = (float)error.of[k][n];

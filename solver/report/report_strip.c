@@ -344,45 +344,43 @@ static void measure_rough(struct report_strip *strip, const struct net_window *w
     }
 }
 
-/* Writes the nodes, cells and ends of row y of a tile. */
-static void add_row(struct report_strip *strip, const struct net_window *window, int y) {
-    struct row_bits bits = row_bits(strip, window, y);
-    bool measured = net_has_rough(strip->march->net);
-    uint32_t rough = 0, usual = 0; /* cells that have a node with a rough edge next to them */
-    struct report_tally first = strip->next;
-    struct drape_front *front = &strip->result->front;
-    struct shear_block block;
-    if (!(bits.inside | bits.rim))
-        return;
-    if (measured) {
-        uint32_t low = net_window_near_rough(window, y, 1);
-        uint32_t high = net_window_near_rough(window, y + 1, 1);
-        rough = (low | low >> 1 | high | high >> 1) << 1;
-    }
-    shear_load(&block, window, y);
-    if (bits.inside)
-        usual = add_nodes(strip, window, y, &block, bits.inside);
-    if (bits.cells)
-        add_cells(strip, window, y, &block, bits.cells, rough);
-    for (uint32_t left = bits.rim; left; left &= left - 1) {
-        int x = __builtin_ctz(left) - 1;
-        enum drape_reason reason;
-        if (!ends_at(window, x, y, &reason))
-            continue;
-        size_t at = strip->next.front++;
-        front->i[at] = window->tile[1][1]->ti * NET_TILE + x;
-        front->j[at] = window->tile[1][1]->tj * NET_TILE + y;
-        front->reason[at] = (uint8_t)reason;
-        strip->reasons[reason]++;
-    }
-    if (measured)
-        measure_rough(strip, window, y, &bits, ~usual << 1, rough, first);
-}
-
 void report_strip_add(struct report_strip *strip) {
+    struct drape_front *front = &strip->result->front;
+    bool measured = net_has_rough(strip->march->net);
     for (int y = 0; y < NET_TILE; y++)
-        for (size_t t = 0; t < strip->count; t++)
-            add_row(strip, &strip->windows[t], y);
+        for (size_t t = 0; t < strip->count; t++) {
+            const struct net_window *window = &strip->windows[t];
+            struct row_bits bits = row_bits(strip, window, y);
+            uint32_t rough = 0,
+                     usual = 0; /* cells that have a node with a rough edge next to them */
+            struct report_tally first = strip->next;
+            struct shear_block block;
+            if (!(bits.inside | bits.rim))
+                continue;
+            if (measured) {
+                uint32_t low = net_window_near_rough(window, y, 1);
+                uint32_t high = net_window_near_rough(window, y + 1, 1);
+                rough = (low | low >> 1 | high | high >> 1) << 1;
+            }
+            shear_load(&block, window, y);
+            if (bits.inside)
+                usual = add_nodes(strip, window, y, &block, bits.inside);
+            if (bits.cells)
+                add_cells(strip, window, y, &block, bits.cells, rough);
+            for (uint32_t left = bits.rim; left; left &= left - 1) {
+                int x = __builtin_ctz(left) - 1;
+                enum drape_reason reason;
+                if (!ends_at(window, x, y, &reason))
+                    continue;
+                size_t at = strip->next.front++;
+                front->i[at] = window->tile[1][1]->ti * NET_TILE + x;
+                front->j[at] = window->tile[1][1]->tj * NET_TILE + y;
+                front->reason[at] = (uint8_t)reason;
+                strip->reasons[reason]++;
+            }
+            if (measured)
+                measure_rough(strip, window, y, &bits, ~usual << 1, rough, first);
+        }
 }
 
 void report_strip_add_estimates(void *strips, int number) {

@@ -436,10 +436,11 @@ static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
 
 enum status rim_make(struct march *march, struct rim *rim) {
     const double *d = march->settings->spacing;
+    struct drape_statistics *statistics = march->settings->statistics;
     struct tracer t = {.march = march, .rim = rim, .spacing = fmin(d[0], d[1])};
     *rim = (struct rim){.covered = true};
-    if (march->settings->statistics)
-        statistics_begin(march->settings->statistics);
+    for (size_t k = 0; statistics && k < statistics->divisions; k++)
+        statistics->most[k] = 0;
     for (int k = 0; k < 2; k++)
         t.half_turn[k] = march->surface ? surface_point_cut_turn(march->surface, k) : HUGE_VAL;
     enum status status = rim_edges_make(march, RIM_TOLERANCE / 3 * t.spacing, &t.edges);

@@ -41,18 +41,6 @@ static void spread_area(struct spread *s, double area, double low, double high, 
     s->moment += area * mean;
 }
 
-/* The shear that a share of the area has less than. */
-static double spread_quantile(const struct spread *s, double share) {
-    double density = 0, sum = 0, wanted = share * s->area;
-    for (int bin = 0; bin < s->end; bin++) {
-        density += s->change[bin];
-        if (sum + density >= wanted && density > 0)
-            return fmin((bin + (wanted - sum) / density) * bin_width, 90);
-        sum += density;
-    }
-    return 0;
-}
-
 /* The largest absolute shear so far, and where. */
 struct most {
     double shear_deg, p, q;
@@ -377,7 +365,17 @@ static enum status measure_cloth(struct march *march, struct rim *rim,
     s->max_shear_point = sums.most.r;
     s->mean_shear_deg =
         spread->area > 0 ? fmin(spread->moment / spread->area, s->max_shear_deg) : 0;
-    s->p95_shear_deg = fmin(spread_quantile(spread, 0.95), s->max_shear_deg);
+    /* the shear that 95 % of the area have less than */
+    double density = 0, sum = 0, wanted = 0.95 * spread->area, quantile = 0;
+    for (int bin = 0; bin < spread->end; bin++) {
+        density += spread->change[bin];
+        if (sum + density >= wanted && density > 0) {
+            quantile = fmin((bin + (wanted - sum) / density) * bin_width, 90);
+            break;
+        }
+        sum += density;
+    }
+    s->p95_shear_deg = fmin(quantile, s->max_shear_deg);
     s->overlaps = cells->overlaps;
     s->part_area = march_area(march);
     s->cloth_area = spread->area * d[0] * d[1];

@@ -11,11 +11,6 @@ static inline bool statistics_divides(const struct drape_statistics *statistics)
     return statistics && statistics->divisions > 0;
 }
 
-static inline void statistics_begin(struct drape_statistics *statistics) {
-    for (size_t k = 0; k < statistics->divisions; k++)
-        statistics->most[k] = 0;
-}
-
 /* Takes in the shear at a point of the cloth, in degrees; of statistics without divisions nothing.
  */
 static inline void statistics_note_shear(struct drape_statistics *statistics, double shear_deg,
