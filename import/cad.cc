@@ -197,12 +197,6 @@ bool is_face_type(int type) {
     return type == BOUNDED || type == TRIMMED || type == FACE;
 }
 
-bool is_face(const Handle(Standard_Transient) & entity) {
-    Handle(IGESData_IGESEntity) iges = Handle(IGESData_IGESEntity)::DownCast(entity);
-    return entity->IsKind(STANDARD_TYPE(StepShape_Face)) ||
-           (!iges.IsNull() && is_face_type(iges->TypeNumber()));
-}
-
 /* "" without. */
 std::string entity_name(const Handle(Standard_Transient) & entity) {
     Handle(StepShape_Face) face = Handle(StepShape_Face)::DownCast(entity);
@@ -264,12 +258,14 @@ void reading::name_entities(const Handle(XSControl_WorkSession) & session) {
         Handle(Standard_Transient) entity = model->Value(i);
         TopoDS_Shape shape = TransferBRep::ShapeResult(process, entity);
         std::string own = entity_name(entity);
-        if (shape.IsNull() && is_face(entity) && lost++ == 0)
+        Handle(StepShape_Face) face = Handle(StepShape_Face)::DownCast(entity);
+        Handle(IGESData_IGESEntity) iges = Handle(IGESData_IGESEntity)::DownCast(entity);
+        bool meant = !face.IsNull() || (!iges.IsNull() && is_face_type(iges->TypeNumber()));
+        if (shape.IsNull() && meant && lost++ == 0)
             lost_first = std::string(model->StringLabel(entity)->ToCString()) +
                          (own.empty() ? "" : " (\"" + own + "\")");
         if (shape.IsNull())
             continue;
-        Handle(StepShape_Face) face = Handle(StepShape_Face)::DownCast(entity);
         bool cut = !face.IsNull() && was_cut(shape, bounding_edges(*face));
         for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next()) {
             if (!own.empty())
@@ -335,14 +331,6 @@ void reading::read_iges(const char *bytes, size_t length) {
 }
 
 /* ---- shapes, parts and instances ---- */
-
-std::string label_name(const TDF_Label &label) {
-    Handle(TDataStd_Name) attribute;
-    if (!label.FindAttribute(TDataStd_Name::GetID(), attribute))
-        return "";
-    TCollection_AsciiString text(attribute->Get(), '?');
-    return own_name(text.ToCString());
-}
 
 /* Its own, else that of the shape it is of; "" without. */
 std::string reading::colour_of(const TopoDS_Shape &face, const TDF_Label &label) {
@@ -426,7 +414,10 @@ void reading::walk(const TDF_Label &label, const TopLoc_Location &place, const s
         here = place * XCAFDoc_ShapeTool::GetLocation(label);
         XCAFDoc_ShapeTool::GetReferredShape(label, referred);
     }
-    std::string own = label_name(referred);
+    Handle(TDataStd_Name) attribute;
+    std::string own;
+    if (referred.FindAttribute(TDataStd_Name::GetID(), attribute))
+        own = own_name(TCollection_AsciiString(attribute->Get(), '?').ToCString());
     if (!XCAFDoc_ShapeTool::IsAssembly(referred)) {
         add_shape(referred, here, own.empty() ? name : own);
         return;

@@ -18,6 +18,10 @@ class json {
         text += bracket;
         first = true;
     }
+    void open(const char *name, char bracket) {
+        key(name);
+        open(bracket);
+    }
     void close(char bracket) {
         text += bracket;
         first = false;
@@ -95,8 +99,7 @@ class json {
 
 /* Of a curve or a surface. */
 template <class geometry> void write_control_points(json &out, const geometry &shape) {
-    out.key("control_points");
-    out.open('{');
+    out.open("control_points", '{');
     out.member("points", shape.points);
     if (!shape.weights.empty())
         out.member("weights", shape.weights);
@@ -107,8 +110,7 @@ void write_trim_loop(json &out, const trim_loop &loop) {
     out.open('{');
     out.member("type", "container");
     out.member("reversed", loop.outer);
-    out.key("data");
-    out.open('[');
+    out.open("data", '[');
     for (const trim_curve &curve : loop.curves) {
         out.open('{');
         out.member("degree", curve.degree);
@@ -128,39 +130,34 @@ void write_marks(json &out, const face &face) {
         out.member("colour", face.colour);
 }
 
-void write_nurbs_face(json &out, const face &face) {
-    static const char *const keys[2][3] = {{"degree_u", "size_u", "knotvector_u"},
-                                           {"degree_v", "size_v", "knotvector_v"}};
-    out.open('{');
-    write_marks(out, face);
-    for (int k = 0; k < 2; k++) {
-        out.member(keys[k][0], face.degree[k]);
-        out.member(keys[k][1], face.size[k]);
-        out.member(keys[k][2], face.knots[k]);
-    }
-    write_control_points(out, face);
-    if (!face.loops.empty()) {
-        out.key("trims");
-        out.open('[');
-        for (const trim_loop &loop : face.loops)
-            write_trim_loop(out, loop);
-        out.close(']');
-    }
-    out.close('}');
-}
-
 } // namespace
 
 std::string document_surface(const part &part) {
+    static const char *const keys[2][3] = {{"degree_u", "size_u", "knotvector_u"},
+                                           {"degree_v", "size_v", "knotvector_v"}};
     json out;
     out.open('{');
     out.member("length_unit", part.unit);
     out.member("tolerance", part.tolerance);
     out.member("notes", part.notes);
-    out.key("faces");
-    out.open('[');
-    for (const face &face : part.faces)
-        write_nurbs_face(out, face);
+    out.open("faces", '[');
+    for (const face &face : part.faces) {
+        out.open('{');
+        write_marks(out, face);
+        for (int k = 0; k < 2; k++) {
+            out.member(keys[k][0], face.degree[k]);
+            out.member(keys[k][1], face.size[k]);
+            out.member(keys[k][2], face.knots[k]);
+        }
+        write_control_points(out, face);
+        if (!face.loops.empty()) {
+            out.open("trims", '[');
+            for (const trim_loop &loop : face.loops)
+                write_trim_loop(out, loop);
+            out.close(']');
+        }
+        out.close('}');
+    }
     out.close(']');
     out.close('}');
     return out.text + "\n";
@@ -182,8 +179,7 @@ std::string document_list(const part &part) {
     out.member("area", area);
     out.member("bounding_box", box);
     out.member("tolerance", part.tolerance);
-    out.key("faces");
-    out.open('[');
+    out.open("faces", '[');
     for (size_t k = 0; k < part.faces.size(); k++) {
         const face &face = part.faces[k];
         out.open('{');
@@ -196,8 +192,7 @@ std::string document_list(const part &part) {
         out.close('}');
     }
     out.close(']');
-    out.key("edges");
-    out.open('{');
+    out.open("edges", '{');
     out.member("shared", part.edges.shared);
     out.member("free", part.edges.free);
     out.member("faulty", part.edges.faulty);

@@ -526,17 +526,6 @@ bool is_on_border(const carried &curve) {
     return false;
 }
 
-/* The gap in space between the end of one curve and the beginning of the next, the largest. */
-double largest_gap(const conversion &c, const std::vector<carried> &chain) {
-    double gap = 0;
-    for (size_t k = 0; k < chain.size(); k++) {
-        uv a = chain[k].place(1), b = chain[(k + 1) % chain.size()].place(0);
-        if (parameter_distance(c, a, b) > 1e-9)
-            gap = std::max(gap, c.nurbs->Value(a[0], a[1]).Distance(c.nurbs->Value(b[0], b[1])));
-    }
-    return gap;
-}
-
 bool lines_cross(const uv &a, const uv &b, const uv &c, const uv &d) {
     auto side = [](const uv &p, const uv &q, const uv &r) {
         return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
@@ -577,15 +566,19 @@ void make_loops(const conversion &c, const TopoDS_Face &shape, double tolerance,
         if (chain.empty())
             continue;
         trim_loop loop = {bool(wire.IsSame(outer)), {}};
+        double gap = 0; /* in space, between the end of a curve and the beginning of the next */
         for (size_t k = 0; k < chain.size(); k++) {
             uv end = chain[k].place(1);
             uv next = chain[(k + 1) % chain.size()].place(0);
             bordered = bordered && is_on_border(chain[k]);
             loop.curves.push_back(make_curve(chain[k]));
-            if (parameter_distance(c, end, next) > CLOSE)
+            double apart = parameter_distance(c, end, next);
+            if (apart > CLOSE)
                 loop.curves.push_back(straight(end, next));
+            if (apart > 1e-9)
+                gap = std::max(
+                    gap, c.nurbs->Value(end[0], end[1]).Distance(c.nurbs->Value(next[0], next[1])));
         }
-        double gap = largest_gap(c, chain);
         if (gap > tolerance)
             faults.push_back({"a trim is open and was closed by a straight line", gap, true});
         if (crosses_itself(chain))

@@ -50,25 +50,6 @@ static bool take_id(const struct bulk_card *card, int field, const char *what, i
     return strcmp(card->field[field], "0") == 0 || bulk_id(card, field, what, id, problem);
 }
 
-/* GRID ID CP X1 X2 X3 CD ..: CD, the system of displacements, means nothing here. */
-static bool take_grid(struct file *file, const struct bulk_card *card) {
-    struct grids *grids = &file->grids;
-    struct vec3 point;
-    int32_t id, system = file->grid_system;
-    if (!bulk_id(card, 0, "the id", &id, file->problem) ||
-        !take_id(card, 1, "the coordinate system", &system, file->problem) ||
-        !bulk_point(card, 2, &point, file->problem))
-        return false;
-    if (!file->counting) {
-        grids->point[grids->count] = point;
-        grids->id[grids->count] = id;
-        grids->system[grids->count] = system;
-        grids->line[grids->count] = (uint32_t)card->line;
-    }
-    grids->count++;
-    return true;
-}
-
 /* CTRIA3 EID PID G1 G2 G3, CQUAD4 EID PID G1 G2 G3 G4; without a PID it is the EID. FreeCAD
  * writes 0. Nodes in the middle of edges, and what follows them, mean nothing here. */
 static bool take_element(struct file *file, const struct bulk_card *card, int corners) {
@@ -115,9 +96,25 @@ static bool take_card(struct file *file, const struct bulk_card *card) {
     } shells[] = {{"CTRIA3", 3, false}, {"CTRIAR", 3, false}, {"CTRIA6", 3, true},
                   {"CQUAD4", 4, false}, {"CQUADR", 4, false}, {"CQUAD8", 4, true},
                   {"CQUAD9", 4, true},  {"CQUAD", 4, true}};
+    struct grids *grids = &file->grids;
     struct system found[2];
-    if (strcmp(card->name, "GRID") == 0)
-        return take_grid(file, card);
+    struct vec3 point;
+    int32_t id, system = file->grid_system;
+    /* GRID ID CP X1 X2 X3 CD ..: CD, the system of displacements, means nothing here. */
+    if (strcmp(card->name, "GRID") == 0) {
+        if (!bulk_id(card, 0, "the id", &id, file->problem) ||
+            !take_id(card, 1, "the coordinate system", &system, file->problem) ||
+            !bulk_point(card, 2, &point, file->problem))
+            return false;
+        if (!file->counting) {
+            grids->point[grids->count] = point;
+            grids->id[grids->count] = id;
+            grids->system[grids->count] = system;
+            grids->line[grids->count] = (uint32_t)card->line;
+        }
+        grids->count++;
+        return true;
+    }
     for (size_t k = 0; k < sizeof shells / sizeof *shells; k++) {
         if (strcmp(card->name, shells[k].name) != 0)
             continue;

@@ -126,32 +126,12 @@ static void find_hardest(struct verdict *v) {
                  limit->has_max ? limit->max : limit->min);
 }
 
-/* A drape that ends soon has little shear and little waste: what is best by them may cover little
- * of the part unless the study asks for that. */
-static void warn_uncovered(struct verdict *v) {
-    const struct study_request *r = &v->study->request;
-    double least = DRAPE_COMPLETE_COVERAGE;
-    int worst = -1;
-    for (int id = 0; id < QUANTITY_COUNT; id++) {
-        int best = v->summary.best[id];
-        double coverage = best < 0 ? 1 : v->rows[best].quantity[QUANTITY_CLOTH_COVERAGE];
-        worst = coverage < least ? id : worst;
-        least = fmin(coverage, least);
-    }
-    if (worst < 0 || r->objective[QUANTITY_UNCOVERED_AREA] ||
-        r->limit[QUANTITY_CLOTH_COVERAGE].has_min || r->limit[QUANTITY_UNCOVERED_AREA].has_max)
-        return;
-    warnings_add(&v->summary.warnings, "uncovered", "/limits",
-                 "the best by %s covers %.3g of the part: with the limit \"cloth_coverage\": "
-                 "{\"min\": 0.99} only variants that cover it count",
-                 quantities[worst].name, least);
-}
-
 static void summarise_rows(struct verdict *v, double solve_ms) {
     const struct study_request *r = &v->study->request;
     struct api_study_summary *s = &v->summary;
     size_t each[FAILURE_COUNT] = {0};
-    int most = FAILURE_NONE + 1;
+    double least = DRAPE_COMPLETE_COVERAGE;
+    int most = FAILURE_NONE + 1, worst = -1;
     s->variants = v->count;
     s->solve_ms = solve_ms;
     strncpy(s->solver_version, DRAPE_SOLVER_VERSION, sizeof s->solver_version - 1);
@@ -175,9 +155,19 @@ static void summarise_rows(struct verdict *v, double solve_ms) {
             if (is_eligible(&v->rows[a]) && (*best < 0 || better))
                 *best = (int)a;
         }
+        double coverage = *best < 0 ? 1 : v->rows[*best].quantity[QUANTITY_CLOTH_COVERAGE];
+        worst = coverage < least ? id : worst;
+        least = fmin(coverage, least);
     }
     find_hardest(v);
-    warn_uncovered(v);
+    /* A drape that ends soon has little shear and little waste: what is best by them may cover
+     * little of the part unless the study asks for that. */
+    if (worst >= 0 && !r->objective[QUANTITY_UNCOVERED_AREA] &&
+        !r->limit[QUANTITY_CLOTH_COVERAGE].has_min && !r->limit[QUANTITY_UNCOVERED_AREA].has_max)
+        warnings_add(&s->warnings, "uncovered", "/limits",
+                     "the best by %s covers %.3g of the part: with the limit \"cloth_coverage\": "
+                     "{\"min\": 0.99} only variants that cover it count",
+                     quantities[worst].name, least);
     /* How many failed, and what for the most of them. */
     for (int k = most; k < FAILURE_COUNT; k++)
         most = each[k] > each[most] ? k : most;

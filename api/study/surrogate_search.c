@@ -177,11 +177,8 @@ static size_t choose_rows(const struct surrogate_search *search, size_t *const *
     size_t others = search->count - count, wanted = MODELLED - count, passed = 0;
     count = 0;
     for (size_t k = 0; k < search->count; k++) {
-        bool take = taken[k];
-        if (!take) {
-            take = passed * wanted / others != (passed + 1) * wanted / others;
-            passed++;
-        }
+        bool take = taken[k] || passed * wanted / others != (passed + 1) * wanted / others;
+        passed += !taken[k];
         if (take)
             chosen[count++] = k;
     }
