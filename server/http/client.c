@@ -12,7 +12,6 @@
 #include <sys/socket.h>
 
 struct client *client_open(struct http *http, int socket, const struct sockaddr *peer) {
-    const char *trusted = http->settings.config->trusted_proxy;
     char owner[REQUEST_CALLER_SIZE];
     struct client *client = calloc(1, sizeof *client);
     if (!client)
@@ -26,8 +25,8 @@ struct client *client_open(struct http *http, int socket, const struct sockaddr 
     peer = (const struct sockaddr *)&client->peer;
     owner_of_address(peer, owner);
     if (!interpose_watch(socket, client) ||
-        !admission_enter(http->admissions, &client->admission, owner, owner_trusts(trusted, peer),
-                         socket)) {
+        !admission_enter(http->admissions, &client->admission, owner,
+                         owner_trusts(http->settings.config->trusted_proxy, peer), socket)) {
         interpose_watch(socket, NULL);
         shutdown(socket, SHUT_RDWR);
         free(client);

@@ -106,9 +106,8 @@ static bool send_reply(struct exchange *exchange) {
 /* Asks the handler. True when it has to wait: the exchange is not this thread's any more. */
 static bool ask_handler(struct exchange *exchange) {
     const struct http_handler *handler = &exchange->http->settings.handler;
-    struct request *request = exchange->request;
     int64_t begun = clock_us();
-    enum http_next next = handler->handle(handler->context, request, &exchange->reply);
+    enum http_next next = handler->handle(handler->context, exchange->request, &exchange->reply);
     slow_calls_note(exchange->http->slow_calls, exchange->kind, clock_us() - begun);
     return next == HTTP_WAIT && suspension_begin(exchange);
 }
@@ -185,7 +184,6 @@ bool http_take_stream(struct request *request, struct reply *reply) {
  * only probes are answered. */
 static bool check_request_head(struct exchange *exchange) {
     const struct http_handler *handler = &exchange->http->settings.handler;
-    const struct config *config = exchange->http->settings.config;
     const struct admission_client *admission = &exchange->client->admission;
     struct quotas *quotas = exchange->http->quotas;
     struct request *request = exchange->request;
@@ -203,7 +201,8 @@ static bool check_request_head(struct exchange *exchange) {
     } else if (good && reserved && admission->how == ADMISSION_OWNER_FULL) {
         refuse_quota(reply, "connections from your address",
                      quotas_of(quotas, admission->owner, QUOTAS_CONNECTIONS) + 1,
-                     "owner-connections", config->owner_connections, "max-connections");
+                     "owner-connections", exchange->http->settings.config->owner_connections,
+                     "max-connections");
     } else if (good && reserved) {
         reply_refuse_for(reply, 1, API_UNAVAILABLE,
                          "all connections are in use (--max-connections): try again");
@@ -266,7 +265,6 @@ bool exchange_step(struct exchange *exchange, const char *method, const char *ve
     struct http *http = exchange->http;
     struct request *request = exchange->request;
     struct deadlines_client *deadline = &exchange->client->deadline;
-    const char *proxies = http->settings.config->trusted_proxy;
     size_t length = *size;
     *size = 0;
     if (exchange->client->refused)
@@ -286,7 +284,7 @@ bool exchange_step(struct exchange *exchange, const char *method, const char *ve
         request->limit = (struct request_limit){http->settings.config->max_body, "max-body"};
         MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, take_header, request);
         request_choose_id(request);
-        owner_of_request(proxies, peer, request, request->owner);
+        owner_of_request(http->settings.config->trusted_proxy, peer, request, request->owner);
         request->local = owner_is_local(peer, request);
         admission_busy(http->admissions, &exchange->client->admission, true);
         if (!deadlines_turn(http->deadlines, deadline, DEADLINES_BODY, 0))

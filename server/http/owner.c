@@ -20,19 +20,17 @@ static struct address from_v4(struct in_addr v4) {
 }
 
 static struct address from_socket(const struct sockaddr *socket) {
-    struct address none = {.known = false};
     if (socket && socket->sa_family == AF_INET)
         return from_v4(((const struct sockaddr_in *)(const void *)socket)->sin_addr);
     if (socket && socket->sa_family == AF_INET6)
         return (struct address){((const struct sockaddr_in6 *)(const void *)socket)->sin6_addr,
                                 true};
-    return none;
+    return (struct address){.known = false};
 }
 
 /* Reads an address as these headers write it: bare, in quotes or brackets, with a port or without.
  */
 static struct address from_text(const char *text, size_t length) {
-    struct address none = {.known = false};
     char bare[INET6_ADDRSTRLEN] = "";
     struct in_addr v4;
     struct in6_addr v6;
@@ -46,13 +44,13 @@ static struct address from_text(const char *text, size_t length) {
         length = (size_t)(colon - text);
     }
     if (length >= sizeof bare)
-        return none;
+        return (struct address){.known = false};
     memcpy(bare, text, length);
     if (inet_pton(AF_INET, bare, &v4) == 1)
         return from_v4(v4);
     if (inet_pton(AF_INET6, bare, &v6) == 1)
         return (struct address){v6, true};
-    return none;
+    return (struct address){.known = false};
 }
 
 static void name_address(struct address address, char name[REQUEST_CALLER_SIZE]) {
@@ -130,7 +128,6 @@ bool owner_is_local(const struct sockaddr *peer, const struct request *request) 
 
 /* The address in an element of Forwarded: the value of its parameter `for`. */
 static struct address forwarded_for(const char *element, size_t length) {
-    struct address none = {.known = false};
     for (size_t at = 0; at < length;) {
         while (at < length && (element[at] == ' ' || element[at] == ';'))
             at++;
@@ -141,7 +138,7 @@ static struct address forwarded_for(const char *element, size_t length) {
             return from_text(element + at + 4, end - at - 4);
         at = end;
     }
-    return none;
+    return (struct address){.known = false};
 }
 
 /* Follows the lines of the header of that name from the first proxy's entry to the last. `*client`

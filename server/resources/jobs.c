@@ -131,7 +131,6 @@ static bool submit_checked(struct call *call, const struct api_check *check) {
     const struct request *request = call->request;
     const struct config *config = call->services->config;
     struct waiting *waiting = request->state;
-    struct reply *reply = call->reply;
     struct store_receipt receipt;
     const char *key = request_header(request, "Idempotency-Key");
     const size_t filled = check->filled_length;
@@ -161,7 +160,7 @@ static bool submit_checked(struct call *call, const struct api_check *check) {
         waiting->queued = receipt.status == STORE_QUEUED;
         memcpy(call->request->drape, receipt.id, sizeof receipt.id);
     } else if (answer == STORE_CONFLICT) {
-        reply_refuse(reply, API_IDEMPOTENCY_MISMATCH,
+        reply_refuse(call->reply, API_IDEMPOTENCY_MISMATCH,
                      "the Idempotency-Key was used with another body before: choose a new key");
     } else if (answer == STORE_FULL) {
         refuse_full(call, receipt.full);

@@ -166,9 +166,8 @@ enum http_next meta_metrics(struct call *call) {
                      "Memory of the daemon without workers.", metrics_resident());
         write_metric(out, "process_open_fds", "gauge", "Descriptors that the daemon has open.",
                      metrics_descriptors());
-        bool up = store_ping(call->services->store) == STORE_OK;
         write_metric(out, "draped_store_up", "gauge", "Whether the store can be read and written.",
-                     up);
+                     store_ping(call->services->store) == STORE_OK);
         if (store_counts(call->services->store, &counts) == STORE_OK)
             write_jobs(out, &counts);
         if (call->services->dispatcher) {

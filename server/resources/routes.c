@@ -266,9 +266,9 @@ static enum http_next handle_request(void *context, struct request *request, str
 /* ------------------------------------------------------------------ counting */
 
 static void count_answer(void *context, const struct request *request, int status, int64_t us) {
-    bool known = request && request->route;
     (void)context;
-    metrics_count(known ? (size_t)(request->route - routes) : ROUTE_COUNT, status, us);
+    metrics_count(request && request->route ? (size_t)(request->route - routes) : ROUTE_COUNT,
+                  status, us);
 }
 
 bool routes_describe(size_t route, const char **method, const char **pattern) {

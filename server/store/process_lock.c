@@ -51,8 +51,7 @@ bool process_lock_gone(const struct process_lock *lock, const char *name) {
 
 /* Removes the files of the dead; without this every kill would leave one for ever. */
 static void clear_away(const struct process_lock *lock) {
-    char folder[PATH_MAX];
-    char file[PATH_MAX];
+    char folder[PATH_MAX], file[PATH_MAX];
     snprintf(folder, sizeof folder, "%s", lock->path);
     snprintf(file, sizeof file, "%s", lock->path);
     DIR *entries = opendir(dirname(folder));

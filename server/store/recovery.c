@@ -24,8 +24,7 @@ enum cause {
  * long as the claim holds, the attempts that are read here do not change. */
 static enum store_answer give_job_back(struct store *store, const struct store_claim *claim,
                                        enum cause cause, const char *detail, bool *failed) {
-    int64_t attempts = 0;
-    int64_t excuses = 0;
+    int64_t attempts = 0, excuses = 0;
     *failed = false;
     if (cause == CAUSE_RELEASED || cause == CAUSE_YIELDED)
         return store->ops->requeue(store, claim, true,

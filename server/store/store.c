@@ -27,13 +27,12 @@ const char *store_status_name(enum store_status status) {
 }
 
 bool store_status_from_name(const char *name, enum store_status *status) {
-    for (int k = 0; k < STORE_STATUS_COUNT; k++) {
-        if (!strcmp(name, status_names[k])) {
-            *status = (enum store_status)k;
-            return true;
-        }
-    }
-    return false;
+    int k = 0;
+    while (k < STORE_STATUS_COUNT && strcmp(name, status_names[k]) != 0)
+        k++;
+    if (k < STORE_STATUS_COUNT)
+        *status = (enum store_status)k;
+    return k < STORE_STATUS_COUNT;
 }
 
 bool store_status_ended(enum store_status status) {
@@ -78,8 +77,8 @@ int64_t store_rank(const struct store_submission *submission, int64_t now) {
 /* Whether something may be submitted: what a key repeats needs no room. */
 static enum store_answer ready_for(struct store *store, const struct store_submission *submission) {
     enum store_answer health = store_health(store);
-    bool refused = store_failed(health) && !(health == STORE_NO_SPACE && submission->key);
-    return refused ? health : STORE_OK;
+    return store_failed(health) && !(health == STORE_NO_SPACE && submission->key) ? health
+                                                                                  : STORE_OK;
 }
 
 enum store_answer store_submit(struct store *store, const struct store_submission *submission,
@@ -300,10 +299,9 @@ enum store_answer store_writer_commit(struct store_writer *writer, const char *s
 void store_writer_free(struct store_writer *writer) {
     if (!writer)
         return;
-    if (writer->number != 0 && !writer->committed) {
-        enum store_answer dropped = writer->store->ops->result_drop(writer->store, writer->number);
-        (void)dropped; /* else the sweep finds it */
-    }
+    if (writer->number != 0 && !writer->committed)
+        /* else the sweep finds it */
+        (void)!writer->store->ops->result_drop(writer->store, writer->number);
     uncommitted_close(writer->uncommitted, 0);
     free(writer);
 }

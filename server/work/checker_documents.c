@@ -180,7 +180,6 @@ static bool make_record(const struct checker_task *task, const struct api_reader
 void checker_task_document(struct checker_task *task, struct api_problem *problem) {
     const struct checker_order *order = &task->order;
     const bool report = order->kind == CHECKER_REPORT, sample = order->kind == CHECKER_SAMPLE;
-    const bool variant = sample || order->kind == CHECKER_SAMPLE_MAP;
     const struct drape_monitor monitor = {in_time, task};
     const struct format *format = format_named(report   ? FORMAT_REPORT
                                                : sample ? FORMAT_RESULT
@@ -198,7 +197,7 @@ void checker_task_document(struct checker_task *task, struct api_problem *proble
         arena_free(arena);
         return;
     }
-    if (variant) {
+    if (sample || order->kind == CHECKER_SAMPLE_MAP) {
         (void)snprintf(id, sizeof id, "%s/variants/%" PRIu64, order->id, order->variant);
         source.id = id;
     }

@@ -72,8 +72,7 @@ bool job_run_out_of_time(struct job_run_shared *shared) {
 
 void job_run_wake(void *wake) {
     uint64_t one = 1;
-    ssize_t written = write(*(const int *)wake, &one, sizeof one);
-    (void)written; /* it only fails when it is awake already */
+    (void)!write(*(const int *)wake, &one, sizeof one); /* it only fails when it is awake already */
 }
 
 /* The job whose request it is, and whose end would end it: of a task its study. */

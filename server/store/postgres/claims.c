@@ -146,8 +146,8 @@ enum store_answer postgres_change_task(struct store *store, const struct store_c
  * nobody's. (A factor, because the `--lease` of other hosts may be longer.) */
 static int64_t far_ahead(const struct store *store) {
     const struct clock_check clocks = store_clocks(store);
-    bool renewed = clock_check_agreed_us(&clocks) > store->options.lease_us;
-    return renewed ? 10 * store->options.lease_us : INT64_MAX / 2;
+    return clock_check_agreed_us(&clocks) > store->options.lease_us ? 10 * store->options.lease_us
+                                                                    : INT64_MAX / 2;
 }
 
 enum store_answer postgres_find_ended(struct store *store, struct store_ended *ended, size_t most,

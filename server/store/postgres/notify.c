@@ -39,8 +39,7 @@ struct notify {
 
 static void wake_thread(struct notify *notify) {
     uint64_t one = 1;
-    ssize_t written = write(notify->wake, &one, sizeof one);
-    (void)written; /* it only fails when it is awake already */
+    (void)!write(notify->wake, &one, sizeof one); /* it only fails when it is awake already */
 }
 
 /* What does not fit is left out: it is found by looking. */
@@ -117,8 +116,7 @@ static bool carry_once(struct notify *notify) {
         }
         pass_on_all(notify);
     }
-    ssize_t got = read(notify->wake, &count, sizeof count);
-    (void)got;
+    (void)!read(notify->wake, &count, sizeof count);
     pthread_mutex_lock(&notify->lock);
     any = notify->queue || notify->used > 0;
     snprintf(text, sizeof text, "%s%.*s", notify->queue ? job_events_queue : "", (int)notify->used,

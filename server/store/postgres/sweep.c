@@ -73,12 +73,11 @@ static const char shrink_sql[] =
     "SELECT draped.forget_owners() WHERE $1::bigint IS DISTINCT FROM $2";
 
 enum store_answer postgres_step(struct store *store, enum store_step step, int64_t *done) {
-    const int64_t retention = store->options.retention_us;
     const struct {
         const char *sql;
         int64_t bound;
     } steps[STORE_STEP_COUNT] = {
-        [STORE_STEP_EXPIRE] = {expire_sql, retention},
+        [STORE_STEP_EXPIRE] = {expire_sql, store->options.retention_us},
         [STORE_STEP_EXPIRE_EXCESS] = {excess_sql, store->options.retention_bytes},
         [STORE_STEP_REMOVE] = {remove_sql, store->options.records_us},
         [STORE_STEP_DOOM] = {doom_sql, 0},

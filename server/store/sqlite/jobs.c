@@ -111,7 +111,6 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
 /* Its drapes are put into the queue as its own submission would be. */
 static enum store_answer submit_family(struct sqlite_store *store, struct db *db,
                                        struct submit *submit) {
-    const struct store_submission *submission = submit->submission;
     enum store_answer answer = find_room(store, db, submit, (int64_t)submit->family->count);
     if (answer == STORE_OK)
         answer = insert_job(db, submit, 0);
@@ -126,7 +125,7 @@ static enum store_answer submit_family(struct sqlite_store *store, struct db *db
     answer = query_run(&query);
     for (size_t k = 0; k < submit->family->count && answer == STORE_OK; k++) {
         const struct store_member *member = &submit->family->members[k];
-        struct store_submission own = *submission;
+        struct store_submission own = *submit->submission;
         struct store_receipt receipt;
         struct submit drape = *submit;
         own.kind = STORE_DRAPE;
