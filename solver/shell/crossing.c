@@ -4,7 +4,7 @@
 #include "faces.h"
 #include <string.h>
 
-enum { HOPS_MAX = 16, END_ROUNDS = 3 };
+enum { HOPS_MAX = 16, END_ROUNDS = 3, BORDER_ROUNDS = 12 };
 
 /* A joint is preferred to a free edge that is no nearer than this. */
 static const double as_near = 1e-9;
@@ -23,8 +23,9 @@ static const double alike = 1e-3;
  */
 static const double end_reach = 4;
 
-/* The second derivative of an edge is taken over this share of it. */
-static const double second_step = 1e-4;
+/* The place of an edge that is nearest to a point is known to this share of the edge, and its
+ * second derivative is taken over that. */
+static const double border_accuracy = 1e-4, second_step = 1e-4;
 
 /* Nor do they where a face has turned by more than this, as a cosine: two creases of a strip have
  * met there, and it is inside out beyond. */
@@ -383,8 +384,17 @@ static void walk_border(const struct shell *shell, struct vec3 r, int32_t number
     for (int hop = 0; hop < HOPS_MAX && number != EDGE_FREE; hop++) {
         const struct face_edge *edge = &shell->edges[number];
         struct curve_place place;
-        double distance = curve_nearest(shell, &shell->curves[edge->curve], r, t, edge->t, &place);
-        int end = place.t == edge->t[1];
+        double step = HUGE_VAL, enough = border_accuracy * (edge->t[1] - edge->t[0]);
+        for (int round = 0; round < BORDER_ROUNDS && fabs(step) > enough; round++) {
+            curve_at(shell, &shell->curves[edge->curve], t, &place);
+            struct vec3 to = vec3_sub(r, place.r);
+            double next = t + vec3_dot(to, place.tangent) / vec3_norm2(place.tangent);
+            next = fmin(fmax(next, edge->t[0]), edge->t[1]);
+            step = next - t;
+            t = next;
+        }
+        double distance = vec3_distance(place.r, r);
+        int end = t == edge->t[1];
         if (distance < *least) {
             *least = distance;
             *nearest = number;
@@ -392,7 +402,7 @@ static void walk_border(const struct shell *shell, struct vec3 r, int32_t number
         } else if (hop > 0) {
             break;
         }
-        if (place.t != edge->t[end])
+        if (t != edge->t[end])
             break;
         number = edge->follow[end].edge;
         t = number != EDGE_FREE ? shell->edges[number].t[edge->follow[end].end] : 0;
@@ -426,12 +436,16 @@ bool crossing_border(struct surface_cursor *cursor, const struct surface_point *
     const struct face_edge *found = &shell->edges[number];
     const struct face_curve *curve = &shell->curves[found->curve];
     double step = second_step * (found->t[1] - found->t[0]);
-    curve_at(shell, curve, place.t + (place.t == found->t[1] ? -step : step), &beside);
+    curve_at(shell, curve, place.t + (place.t > found->t[1] - step ? -step : step), &beside);
     derivative[0] = place.tangent;
     derivative[1] = vec3_scale(1 / (beside.t - place.t), vec3_sub(beside.tangent, place.tangent));
+    *border = (struct surface_point){.uv = {place.uv[0], place.uv[1]}, .jet = place.jet};
+    if (!surface_point_complete(&shell->faces[curve->face].surface, border))
+        return false;
+    if (number == crossing->nearest)
+        return true;
     curve_at(shell, &shell->curves[edge->curve], crossing->nearest_t, &own);
-    if (!surface_point_at(&shell->faces[curve->face].surface, cursor, place.uv, border) ||
-        !surface_point_at(point->surface, cursor, own.uv, &here))
+    if (!surface_point_at(point->surface, cursor, own.uv, &here))
         return false;
     border->normal = here.normal;
     return true;

@@ -13,7 +13,7 @@ static const double normal_cosine = 0.5;
 static const double before_focus = 0.75;
 
 /* How closely the nearest place of a border is found, as a share of the domain. */
-static const double border_accuracy = 1e-6;
+static const double border_accuracy = 1e-4;
 
 /* A step longer than this share of the distance to a pole is taken through the pole's chart. */
 static const double pole_share = 0.3;
@@ -307,18 +307,21 @@ static bool nearest_border(const struct surface *surface, struct surface_cursor 
         double step = HUGE_VAL, *along = &at[1 - k];
         double arrived = border_accuracy * surface_axis_length(&surface->axis[1 - k]);
         struct surface_point place;
-        bool regular = at[k] != uv[k] && surface_point_at(surface, cursor, at, &place);
-        for (int round = 0; round < BORDER_ROUNDS && regular && fabs(step) > arrived; round++) {
+        if (at[k] == uv[k])
+            continue;
+        for (int round = 0; round < BORDER_ROUNDS && fabs(step) > arrived; round++) {
+            place.uv[0] = at[0];
+            place.uv[1] = at[1];
+            surface_jet_at(surface, cursor, at[0], at[1], &place.jet);
             struct vec3 first = k ? place.jet.u : place.jet.v;
             struct vec3 second = k ? place.jet.uu : place.jet.vv, to = vec3_sub(r, place.jet.r);
             double rate = vec3_norm2(first) - vec3_dot(to, second), from = *along;
             step = vec3_dot(to, first) / fmax(rate, vec3_norm2(first) / 4);
             *along = fmin(fmax(from + step, low[1 - k]), high[1 - k]);
             step = *along - from;
-            regular = surface_point_at(surface, cursor, at, &place);
         }
-        double distance = regular ? vec3_distance(place.jet.r, r) : HUGE_VAL;
-        if (!(distance < least))
+        double distance = vec3_distance(place.jet.r, r);
+        if (!(distance < least) || !surface_point_complete(surface, &place))
             continue;
         least = distance;
         border->point = place;
