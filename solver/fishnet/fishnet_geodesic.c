@@ -85,11 +85,6 @@ static bool end_ray(struct surface_cursor *cursor, const struct path *path, stru
 
 /* ---- the cell ---- */
 
-/* How accurate rays are from now on. */
-static void set_accuracy(struct ray ray[2], double accuracy) {
-    ray[0].accuracy = ray[1].accuracy = accuracy;
-}
-
 /* A cell whose rays have made this many steps beyond an open boundary, where the continuation may
  * be anything, is given up. Where fillets of a tenth of the spacing go on there, they make a few
  * hundred. */
@@ -189,7 +184,7 @@ static double doubt_of(const struct meeting *m) {
 /* Both rays once more, as accurate as is asked for in the end. */
 static bool shoot_finely(struct surface_cursor *cursor, struct approach *to, struct meeting *m,
                          int *outside) {
-    set_accuracy(m->ray, to->finest);
+    m->ray[0].accuracy = m->ray[1].accuracy = to->finest;
     bool followed = shoot_both(cursor, m, outside);
     to->gap = vec3_norm(m->gap) / to->least;
     return followed;
@@ -257,7 +252,7 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
     struct approach to = {
         .coarsest = rays[0], .finest = rays[1], .least = fmin(m->ray[0].length, m->ray[1].length)};
     to.enough = accuracy + rounding * surface->magnitude / to.least;
-    set_accuracy(m->ray, rays[0]);
+    m->ray[0].accuracy = m->ray[1].accuracy = rays[0];
     if (!shoot_both(cursor, m, &node->outside))
         return FISHNET_NO_CONVERGENCE;
     to.gap = vec3_norm(m->gap) / to.least;
@@ -286,9 +281,10 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
             return right ? FISHNET_FOUND : FISHNET_COLLAPSED;
         }
         struct meeting next = *m;
-        set_accuracy(next.ray, fmax(rays[1], fmin(to.coarsest, next_share * to.gap)));
-        turn_ray(&next.ray[0], to.angle[0]);
-        turn_ray(&next.ray[1], to.angle[1]);
+        for (int k = 0; k < 2; k++) {
+            next.ray[k].accuracy = fmax(rays[1], fmin(to.coarsest, next_share * to.gap));
+            turn_ray(&next.ray[k], to.angle[k]);
+        }
         bool followed = shoot_both(cursor, &next, &node->outside);
         double closer = followed ? vec3_norm(next.gap) / to.least : HUGE_VAL;
         bool right = closer < to.gap && (chords ? fishnet_right_root(cell, &next.ray[0].end)

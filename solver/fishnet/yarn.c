@@ -8,12 +8,9 @@
 /* The direction of a rough edge, as it was laid; false of another. */
 static bool laid_edge(const struct yarn_net *yarns, const struct yarn_place *here,
                       const struct yarn_place *there, int family, int side, struct vec3 *leave) {
-    const struct yarn_place *laid = NULL;
-    if (here->node->rough & NET_EDGE_BIT(family, side))
-        laid = here;
-    else if (there->node->rough & NET_EDGE_BIT(family, 1 - side))
-        laid = there;
-    if (!laid)
+    bool own = here->node->rough & NET_EDGE_BIT(family, side);
+    const struct yarn_place *laid = own ? here : there;
+    if (!own && !(there->node->rough & NET_EDGE_BIT(family, 1 - side)))
         return false;
     const struct net_edge *edge =
         &net_yarns(yarns->net, laid->i, laid->j, laid->node)->edge[family];

@@ -361,7 +361,6 @@ enum status mesh_find_tube_cuts(const struct mesh *mesh, const struct mesh_point
         return STATUS_OUT_OF_MEMORY;
     for (size_t n = 0; n < o.fence_count; n++)
         mark_right(&o, n);
-    if (!find_distances(&o, start) || !find_cut_lines(&o, cuts))
-        return STATUS_OUT_OF_MEMORY;
-    return STATUS_OK;
+    bool found = find_distances(&o, start) && find_cut_lines(&o, cuts);
+    return found ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }

@@ -54,11 +54,8 @@ static struct vec3 tangent(const struct net_window *window, int x, int y, int dx
 }
 
 static void set_directions(struct shear_row *row, int x, struct vec3 warp, struct vec3 weft) {
-    const double a[3] = {warp.x, warp.y, warp.z}, b[3] = {weft.x, weft.y, weft.z};
-    for (int k = 0; k < 3; k++) {
-        row->warp[k][x] = a[k];
-        row->weft[k][x] = b[k];
-    }
+    vec3_to_columns(warp, row->warp[0], row->warp[1], row->warp[2], (size_t)x);
+    vec3_to_columns(weft, row->weft[0], row->weft[1], row->weft[2], (size_t)x);
 }
 
 void shear_node(struct shear_row *row, const struct net_window *window, int x, int y,

@@ -39,19 +39,7 @@ void rim_builder_end_loop(struct rim_builder *b, bool closed) {
         e->loops[e->loop_count++] = (struct rim_loop){first, e->vertex_count - first - 1};
 }
 
-/* r_u and r_v at a place. */
-struct tangents {
-    struct vec3 u, v;
-};
-
-static struct tangents tangents_at(const struct rim_builder *b, const struct surface *surface,
-                                   const double uv[2]) {
-    struct surface_jet jet;
-    surface_jet_at(surface, &b->march->cursor, uv[0], uv[1], &jet);
-    return (struct tangents){jet.u, jet.v};
-}
-
-static double chord_deviation(const struct tangents *at_m, const double a[2], const double c[2],
+static double chord_deviation(const struct surface_jet *at_m, const double a[2], const double c[2],
                               const double m[2], double *share) {
     double chord[2] = {c[0] - a[0], c[1] - a[1]}, off[2] = {m[0] - a[0], m[1] - a[1]};
     struct vec3 along = vec3_axpy(chord[1], at_m->v, vec3_scale(chord[0], at_m->u));
@@ -64,21 +52,24 @@ static double chord_deviation(const struct tangents *at_m, const double a[2], co
 double rim_builder_deviation(const struct rim_builder *b, const struct surface *surface,
                              const double a[2], const double c[2], const double m[2],
                              double *share) {
-    struct tangents at_m = tangents_at(b, surface, m);
+    struct surface_jet at_m;
+    surface_jet_at(surface, &b->march->cursor, m[0], m[1], &at_m);
     return chord_deviation(&at_m, a, c, m, share);
 }
 
-bool rim_builder_keep_points(struct rim_builder *b, const struct surface *surface,
-                             const double (*uv)[2], size_t count, uint8_t *kept) {
+uint8_t *rim_builder_keep_points(struct rim_builder *b, const struct surface *surface,
+                                 const double (*uv)[2], size_t count) {
     /* Douglas and Peucker: of the stretch between two that are kept the one farthest off, as long
      * as it is too far. */
     size_t(*stack)[2] = arena_alloc(b->march->arena, count + 4, sizeof *stack);
-    struct tangents *tangents = arena_take(b->march->arena, count, sizeof *tangents);
+    struct surface_jet *jets = arena_take(b->march->arena, count, sizeof *jets);
+    uint8_t *kept = arena_alloc(b->march->arena, count, sizeof *kept);
     size_t depth = 0;
-    if (!stack || !tangents)
-        return false;
+    b->failed = b->failed || !stack || !jets || !kept;
+    if (b->failed)
+        return NULL;
     for (size_t k = 0; k < count; k++)
-        tangents[k] = tangents_at(b, surface, uv[k]);
+        surface_jet_at(surface, &b->march->cursor, uv[k][0], uv[k][1], &jets[k]);
     for (size_t quarter = 0; quarter < 4; quarter++) {
         size_t first = quarter * (count - 1) / 4, last = (quarter + 1) * (count - 1) / 4;
         kept[first] = kept[last] = 1;
@@ -89,7 +80,7 @@ bool rim_builder_keep_points(struct rim_builder *b, const struct surface *surfac
         size_t first = stack[--depth][0], last = stack[depth][1], at = first;
         double most = b->tolerance;
         for (size_t k = first + 1; k < last; k++) {
-            double share, off = chord_deviation(&tangents[k], uv[first], uv[last], uv[k], &share);
+            double share, off = chord_deviation(&jets[k], uv[first], uv[last], uv[k], &share);
             at = off > most ? k : at;
             most = fmax(most, off);
         }
@@ -101,5 +92,5 @@ bool rim_builder_keep_points(struct rim_builder *b, const struct surface *surfac
         stack[depth][0] = at;
         stack[depth++][1] = last;
     }
-    return true;
+    return kept;
 }

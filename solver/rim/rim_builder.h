@@ -36,9 +36,10 @@ double rim_builder_deviation(const struct rim_builder *b, const struct surface *
                              const double a[2], const double c[2], const double m[2],
                              double *share);
 
-/* Marks the points that a polyline needs to stay within the tolerance; false without memory. */
-bool rim_builder_keep_points(struct rim_builder *b, const struct surface *surface,
-                             const double (*uv)[2], size_t count, uint8_t *kept);
+/* Which of its points a polyline needs to stay within the tolerance; NULL without memory, then or
+ * before. */
+uint8_t *rim_builder_keep_points(struct rim_builder *b, const struct surface *surface,
+                                 const double (*uv)[2], size_t count);
 
 /* Whether all of a side of the domain is one point. */
 static inline bool rim_builder_is_pole(const struct rim_builder *b, int k, int end) {

@@ -122,7 +122,6 @@ static bool turns_back(const struct free_edges *found, size_t edge, size_t other
 /* Edge after edge, each that whose beginning is nearest to the end of the last, until it is the
  * loop's own. */
 void rim_builder_add_shell(struct rim_builder *b) {
-    struct march *march = b->march;
     struct free_edges found = {.count = 0};
     b->failed = !find_free_edges(b, &found);
     for (size_t first = 0; first < found.count && !b->failed; first++) {
@@ -133,10 +132,9 @@ void rim_builder_add_shell(struct rim_builder *b) {
             /* its vertices, of which a polyline within the tolerance needs no more */
             const struct shell_edge *edge = &found.edges[at];
             const double(*uv)[2] = (const double(*)[2])edge->uv;
-            uint8_t *kept = arena_alloc(march->arena, edge->count, sizeof *kept);
-            b->failed = !kept || !rim_builder_keep_points(b, rim_edges_surface(march, edge->face),
-                                                          uv, edge->count, kept);
-            for (size_t k = 0; k < edge->count && !b->failed; k++)
+            const uint8_t *kept = rim_builder_keep_points(
+                b, rim_edges_surface(b->march, edge->face), uv, edge->count);
+            for (size_t k = 0; kept && k < edge->count && !b->failed; k++)
                 if (kept[k])
                     rim_builder_add_vertex(
                         b, &(struct rim_vertex){.face = edge->face,

@@ -183,14 +183,12 @@ static void follow_polyline(struct chains *c, bool trim, const double (*uv)[2], 
 static void end_stretch(struct chains *c, struct polyline *stretch) {
     size_t used = 0;
     double(*uv)[2] = stretch->uv;
-    uint8_t *kept = arena_alloc(c->builder->march->arena, stretch->count + 1, sizeof *kept);
-    c->builder->failed = c->builder->failed || !kept ||
-                         !rim_builder_keep_points(c->builder, c->builder->march->surface,
-                                                  (const double(*)[2])uv, stretch->count, kept);
-    for (size_t k = 0; !c->builder->failed && k < stretch->count; k++)
+    const uint8_t *kept = rim_builder_keep_points(c->builder, c->builder->march->surface,
+                                                  (const double(*)[2])uv, stretch->count);
+    for (size_t k = 0; kept && k < stretch->count; k++)
         if (kept[k])
             memcpy(uv[used++], uv[k], sizeof *uv);
-    if (!c->builder->failed)
+    if (kept)
         follow_polyline(c, true, (const double(*)[2])uv, used);
     stretch->count = 0;
 }
