@@ -82,7 +82,6 @@ enum mesh_corner_end mesh_smooth_corner(const struct mesh_smooth *smooth,
                                         const struct mesh_cell *cell, struct mesh_corner *corner) {
     struct mesh_point d = {cell->c.triangle, cell->guess};
     enum newton_end end = NEWTON_FAILED;
-    int steps = 0;
     corner->steps = 0;
     if (!(cell->bd > 0) || !(cell->cd > 0) ||
         !mesh_cell_is_upright(cell, mesh_smooth_normal(smooth, &cell->a),
@@ -90,10 +89,8 @@ enum mesh_corner_end mesh_smooth_corner(const struct mesh_smooth *smooth,
                               mesh_smooth_normal(smooth, &cell->c)))
         return MESH_CORNER_COLLAPSED;
     if (mesh_smooth_follow(smooth, &d, true, 0) == MESH_NONE)
-        end = search_sides(smooth, cell, &d, &steps);
-    if (end == NEWTON_FOUND) {
-        corner->steps = steps;
-    } else {
+        end = search_sides(smooth, cell, &d, &corner->steps);
+    if (end != NEWTON_FOUND) {
         struct mesh_cell flat = *cell;
         flat.a = foot_on_triangle(smooth->mesh, &cell->a);
         flat.b = foot_on_triangle(smooth->mesh, &cell->b);

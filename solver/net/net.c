@@ -30,12 +30,11 @@ enum status net_make(struct net *net, struct arena *arena, bool divided) {
 }
 
 void net_free(struct net *net) {
-    static const struct arena_mark empty = {NULL, 0};
     struct arena *arena = net->arena;
     for (int k = 0; k < NET_TABLES; k++)
         if (net->table[k].arena != arena)
-            arena_rewind(net->table[k].arena, empty);
-    arena_rewind(arena, empty);
+            arena_rewind(net->table[k].arena, (struct arena_mark){0});
+    arena_rewind(arena, (struct arena_mark){0});
 }
 
 struct net_tile *net_seek(struct net_table *table, int32_t ti, int32_t tj) {

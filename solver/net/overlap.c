@@ -110,13 +110,6 @@ static unsigned inside_row(const struct net_tile *tile, int x, int y) {
     return (unsigned)tile->bits[NET_BIT_INSIDE][y] >> x & ((1u << PATCH) - 1);
 }
 
-/* The places of a patch and those round it: where they are, and bits of which are there. */
-enum { ROUND = PATCH + 2 };
-struct surroundings {
-    struct vec3 r[ROUND][ROUND]; /* [j][i] */
-    unsigned has[ROUND];
-};
-
 static void keep_most(double *most, double value) {
     *most = value > *most ? value : *most;
 }
@@ -124,30 +117,32 @@ static void keep_most(double *most, double value) {
 /* The shape of the patch whose first place is at (x, y) of a window. Edges go on to the places
  * round it: a and b along warp and weft. */
 static struct overlap_shape find_shape(const struct net_window *w, int x, int y) {
+    enum { ROUND = PATCH + 2 };
     struct overlap_shape shape = {0, 1};
-    struct surroundings s;
+    struct vec3 r[ROUND][ROUND]; /* [j][i]: the places of the patch and those round it */
+    unsigned has[ROUND];         /* bits of which are there */
     for (int j = 0; j < ROUND; j++) {
         int row = y + j - 1;
-        s.has[j] = (unsigned)(net_window_row(w, NET_BIT_PLACE, row) >> (NET_TILE + x - 1)) &
-                   ((1u << ROUND) - 1);
-        for (unsigned bits = s.has[j]; bits; bits &= bits - 1) {
+        has[j] = (unsigned)(net_window_row(w, NET_BIT_PLACE, row) >> (NET_TILE + x - 1)) &
+                 ((1u << ROUND) - 1);
+        for (unsigned bits = has[j]; bits; bits &= bits - 1) {
             int i = __builtin_ctz(bits);
-            s.r[j][i] = net_window_find(w, x + i - 1, row)->r;
+            r[j][i] = net_window_find(w, x + i - 1, row)->r;
         }
     }
     for (int j = 1; j <= PATCH; j++) {
-        const unsigned below = s.has[j - 1], own = s.has[j], above = s.has[j + 1];
+        const unsigned below = has[j - 1], own = has[j], above = has[j + 1];
         const unsigned has_a = own & own >> 1, has_b = own & above;
-        const struct vec3 *row = s.r[j];
+        const struct vec3 *row = r[j];
         for (int i = 1; i <= PATCH; i++) {
-            struct vec3 a = vec3_sub(row[i + 1], row[i]), b = vec3_sub(s.r[j + 1][i], row[i]);
+            struct vec3 a = vec3_sub(row[i + 1], row[i]), b = vec3_sub(r[j + 1][i], row[i]);
             if ((has_a & has_a << 1) >> i & 1)
                 keep_most(&shape.bend2, vec3_norm2(vec3_sub(a, vec3_sub(row[i], row[i - 1]))));
             if ((has_b & below) >> i & 1)
-                keep_most(&shape.bend2, vec3_norm2(vec3_sub(b, vec3_sub(row[i], s.r[j - 1][i]))));
+                keep_most(&shape.bend2, vec3_norm2(vec3_sub(b, vec3_sub(row[i], r[j - 1][i]))));
             if (!((has_a & has_b) >> i & 1))
                 continue;
-            struct vec3 across = vec3_sub(s.r[j + 1][i + 1], s.r[j + 1][i]);
+            struct vec3 across = vec3_sub(r[j + 1][i + 1], r[j + 1][i]);
             if ((above & above >> 1) >> i & 1)
                 keep_most(&shape.bend2, vec3_norm2(vec3_sub(across, a)));
             double sine2 = vec3_norm2(vec3_cross(a, b)) / (vec3_norm2(a) * vec3_norm2(b));
