@@ -3,6 +3,7 @@
 
 #include "edges.h"
 #include "face.h"
+#include "import.h"
 #include "kind.h"
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepBndLib.hxx>
@@ -657,13 +658,6 @@ size_t iges_faces(const char *bytes, size_t length) {
 
 } // namespace
 
-void cad_prepare() {
-    Message::DefaultMessenger()->ChangePrinters().Clear();
-    STEPCAFControl_Reader step;
-    IGESCAFControl_Reader iges;
-    Handle(ShapeFix_Shape) fix = new ShapeFix_Shape;
-}
-
 part cad_read(cad_format format, const char *bytes, size_t length, const selection &wanted) {
     bool step = format == cad_format::step;
     if (length >= 3 && std::memcmp(bytes, "\xef\xbb\xbf", 3) == 0) { /* the mark of UTF-8 */
@@ -689,3 +683,10 @@ part cad_read(cad_format format, const char *bytes, size_t length, const selecti
 }
 
 } // namespace drape
+
+void import_prepare() {
+    Message::DefaultMessenger()->ChangePrinters().Clear();
+    STEPCAFControl_Reader step;
+    IGESCAFControl_Reader iges;
+    Handle(ShapeFix_Shape) fix = new ShapeFix_Shape;
+}

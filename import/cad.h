@@ -26,9 +26,6 @@ enum class cad_format { step, iges };
  * Throws `unreadable`. Reads no other file. */
 part cad_read(cad_format format, const char *bytes, size_t length, const selection &wanted);
 
-/* Makes Open CASCADE look now for what it would look for in files later. */
-void cad_prepare();
-
 } // namespace drape
 
 #endif

@@ -14,10 +14,6 @@ static bool say_why(import_answer *answer, const char *why) {
     return false;
 }
 
-void import_prepare() {
-    cad_prepare();
-}
-
 bool import_cad(const import_order *order, import_answer *answer) {
     *answer = {};
     try {

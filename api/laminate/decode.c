@@ -108,6 +108,7 @@ static void decode_plies(const struct json_value *list, const struct api_request
         laminate->count = 0;
         return;
     }
+    double below = 0; /* the heights h_k of the header */
     laminate->plies = json_tree_alloc(list->tree, laminate->count, sizeof *laminate->plies);
     for (size_t k = 0; laminate->plies && k < laminate->count; k++) {
         struct json_value ply = value_element(list, k);
@@ -127,13 +128,10 @@ static void decode_plies(const struct json_value *list, const struct api_request
             value_fault(&thickness, "is required by the compaction");
         if (own->law.a > 0 && !(own->drape.fabric.fiber_volume_fraction > 0))
             value_fault(&fraction, "is required by the compaction");
-    }
-    double below = 0; /* the heights h_k of the header */
-    for (size_t k = 0; laminate->nominal && laminate->plies && k < laminate->count; k++) {
-        struct laminate_ply *ply = &laminate->plies[k];
-        double own = laminate_layers(ply) * ply->drape.fabric.thickness;
-        ply->drape.offset = laminate->side * (below + own / 2);
-        below += own;
+        double high = laminate_layers(own) * own->drape.fabric.thickness;
+        if (laminate->nominal)
+            own->drape.offset = laminate->side * (below + high / 2);
+        below += high;
     }
 }
 

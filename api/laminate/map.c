@@ -220,6 +220,8 @@ static void warn_of_plies(struct mapping *m) {
     if (m->at.target->warning)
         map_warn_text(m->at.map, m->at.target->warning);
     for (size_t k = 0; k < laminate->count; k++) {
+        far += m->at.away[k] > boundary_away * m->at.spacing;
+        worst = m->at.away[k] > m->at.away[worst] ? k : worst;
         if (m->at.there[laminate->plies[k].net])
             continue;
         failed++;
@@ -245,10 +247,6 @@ static void warn_of_plies(struct mapping *m) {
                  bare, m->at.count, bare - stack->flat, stack->flat);
     /* A boundary is projected on the cloth: where it lies far from it, as a polygon of few points
      * does on what is curved, its element there is a matter of chance. */
-    for (size_t k = 0; k < laminate->count; k++) {
-        far += m->at.away[k] > boundary_away * m->at.spacing;
-        worst = m->at.away[k] > m->at.away[worst] ? k : worst;
-    }
     if (far)
         map_warn(m->at.map,
                  "the boundary of ply %zu (\"%.40s\") lies up to %.3g %s off its cloth, and %zu of "

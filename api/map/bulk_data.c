@@ -186,8 +186,8 @@ bool bulk_id(const struct bulk_card *card, int index, const char *what, int32_t 
                       card->line, what, card->name, text, ID_MAX);
 }
 
-bool bulk_real(const struct bulk_card *card, int index, const char *what, double *value,
-               struct api_problem *problem) {
+static bool bulk_real(const struct bulk_card *card, int index, const char *what, double *value,
+                      struct api_problem *problem) {
     const char *field = card->field[index];
     char text[BULK_FIELD_SIZE + 2];
     size_t length = 0;

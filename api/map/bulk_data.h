@@ -51,12 +51,8 @@ bool bulk_next(struct bulk_reader *reader, struct bulk_card *card) STATUS_MUST_U
 bool bulk_id(const struct bulk_card *card, int field, const char *what, int32_t *id,
              struct api_problem *problem) STATUS_MUST_USE;
 
-/* A field as a Nastran real within +-MAP_COORDINATE_MAX, 0 when it is blank; `what` names it in the
- * problem. A card that ends before it is not whole. */
-bool bulk_real(const struct bulk_card *card, int field, const char *what, double *value,
-               struct api_problem *problem) STATUS_MUST_USE;
-
-/* Three fields from `first` on as the coordinates x, y and z, as above. */
+/* Three fields from `first` on as the coordinates x, y and z: Nastran reals within
+ * +-MAP_COORDINATE_MAX, 0 when blank. A card that ends before them is not whole. */
 bool bulk_point(const struct bulk_card *card, int first, struct vec3 *point,
                 struct api_problem *problem) STATUS_MUST_USE;
 

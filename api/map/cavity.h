@@ -9,6 +9,7 @@
 #include "api/input.h"
 #include "api/limits.h"
 #include "map.h"
+#include "net.h"
 
 /* What a target says of the cavity; and of how many points a warning speaks, which who maps counts.
  */
@@ -41,5 +42,14 @@ void cavity_warn(const struct cavity *cavity, struct api_map *map, const char *w
 bool cavity_take_cloth(struct map_target *target, const struct api_reader *reader,
                        const struct api_input *input, const struct api_limits *limits,
                        struct arena *arena, struct api_problem *problem);
+
+/* How thick cloth of this shear is by itself: n t0 / cos gamma. */
+double press_thickness(const struct api_request *cloth, double shear_deg);
+
+/* Writes what a cavity of this height (> 0) makes of cloth of this shear into the row of a point,
+ * in which all else stays (`api/result/fields.h`). Returns whether it has more fibres than can be
+ * packed. */
+bool press_row(const struct map_net *net, const struct api_request *cloth, double height,
+               double shear_deg, double *row);
 
 #endif

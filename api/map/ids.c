@@ -38,10 +38,9 @@ int32_t map_ids_find(const struct map_id *ids, size_t count, int32_t id) {
     size_t low = 0, high = count;
     while (low < high) {
         size_t middle = low + (high - low) / 2;
-        if (ids[middle].id < id)
-            low = middle + 1;
-        else
-            high = middle;
+        bool before = ids[middle].id < id;
+        low = before ? middle + 1 : low;
+        high = before ? high : middle;
     }
     return low < count && ids[low].id == id ? ids[low].index : -1;
 }

@@ -6,7 +6,6 @@
 #include "channel.h"
 #include "map_columns.h"
 #include "net.h"
-#include "press.h"
 #include "solver/permeability.h"
 #include <string.h>
 

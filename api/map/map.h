@@ -11,7 +11,7 @@
  * k2 and their direction follow from the interpolated tensor.
  * - What is counted or flagged (i, j, locked, ...) is that of the cell in which the point lies.
  * - In a rigid cavity, the drape's own or one that the target has, thickness, fibres and
- *   permeability follow from the interpolated shear and the height (`press.h`).
+ *   permeability follow from the interpolated shear and the height (`cavity.h`).
  *
  * Between the middle of a cell at the rim and the rim itself there are fewer neighbours, and the
  * fields level off. Beyond the rim they are those of the rim.

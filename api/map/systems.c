@@ -7,6 +7,9 @@
 
 enum { DEPTH_MAX = 64 }; /* systems that hang on each other in a row */
 
+/* Three points lie on a line where the sine of their angle is less. */
+static const double degree = 3.14159265358979323846 / 180, least_sine = 1e-9;
+
 /* ---- cards ---- */
 
 /* CORD1R CIDA G1A G2A G3A CIDB G1B G2B G3B; CORD2R CID RID A1 A2 A3 B1 B2 B3, C1 C2 C3. */
@@ -22,7 +25,7 @@ int systems_read(const struct bulk_card *card, struct system found[2],
     for (int s = 0; s < count; s++) {
         struct system *system = &found[s];
         *system = (struct system){.line = (uint32_t)card->line, .by_grids = by_grids};
-        system->basis.kind = (enum coordinates_kind)(letter - letters);
+        system->kind = (enum system_kind)(letter - letters);
         strcpy(system->name, name);
         bool good = bulk_id(card, 4 * s, "the id", &system->id, problem);
         if (!by_grids)
@@ -59,9 +62,17 @@ static bool to_basic(struct resolution *resolution, int32_t id, struct vec3 *poi
             resolution->problem,
             "line %u: %s is in the coordinate system %d, which the file does not define", line,
             what, id);
+    const struct system *system = &systems->system[index];
     if (!prepare_system(resolution, &systems->system[index]))
         return false;
-    *point = coordinates_basic(&systems->system[index].basis, *point);
+    struct vec3 p = *point;
+    double theta = p.y * degree, phi = p.z * degree;
+    if (system->kind == SYSTEM_CYLINDRICAL)
+        p = vec3_make(p.x * cos(theta), p.x * sin(theta), p.z);
+    else if (system->kind == SYSTEM_SPHERICAL)
+        p = vec3_make(p.x * sin(theta) * cos(phi), p.x * sin(theta) * sin(phi), p.x * cos(theta));
+    struct vec3 at = vec3_axpy(p.x, system->x, system->origin);
+    *point = vec3_axpy(p.z, system->z, vec3_axpy(p.y, system->y, at));
     return true;
 }
 
@@ -108,9 +119,16 @@ static bool prepare_system(struct resolution *resolution, struct system *system)
             return false;
         points[k] = grids->point[grid];
     }
-    if (!coordinates_make(system->basis.kind, points, &system->basis))
+    /* z = AB / |AB|, y = z x AC / |z x AC|, x = y x z. */
+    struct vec3 b = vec3_sub(points[1], points[0]), c = vec3_sub(points[2], points[0]);
+    struct vec3 normal = vec3_cross(b, c);
+    if (!(vec3_norm(normal) > least_sine * vec3_norm(b) * vec3_norm(c)))
         return MAP_REFUSE(resolution->problem, "line %u: the three points of %s %d lie on one line",
                           system->line, system->name, system->id);
+    system->origin = points[0];
+    system->z = vec3_unit(b);
+    system->y = vec3_unit(normal);
+    system->x = vec3_cross(system->y, system->z);
     resolution->depth--;
     system->state = SYSTEM_READY;
     return true;

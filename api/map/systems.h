@@ -1,16 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The coordinate systems that a Nastran file defines, and what they refer to: other systems
- * (CORD2x), or its grids (CORD1x), which may lie in other systems themselves. They are worked out
- * as they are needed; those that nothing needs may be wrong.
+ * The coordinate systems that a Nastran file defines: rectangular (R), cylindrical (C: r, theta, z)
+ * and spherical (S: r, theta from the z axis, phi about it), angles in degrees, each by three
+ * points: A, its origin; B, on its z axis; C, in its half plane of zero azimuth. They refer to
+ * other systems (CORD2x), or to grids (CORD1x), which may lie in other systems themselves. They are
+ * worked out as they are needed; those that nothing needs may be wrong.
  */
 #ifndef API_MAP_SYSTEMS_H
 #define API_MAP_SYSTEMS_H
 
 #include "bulk_data.h"
-#include "coordinates.h"
 #include "ids.h"
+#include "solver/vec.h"
 
+enum system_kind { SYSTEM_RECTANGULAR, SYSTEM_CYLINDRICAL, SYSTEM_SPHERICAL };
 enum system_state { SYSTEM_UNUSED, SYSTEM_BUSY, SYSTEM_READY };
 
 /* As the card has it. */
@@ -22,8 +25,9 @@ struct system {
     int32_t grid[3];      /* ids, of CORD1x */
     int32_t reference;    /* of CORD2x: the system of its points, 0 for the basic one */
     struct vec3 point[3]; /* of CORD2x */
+    enum system_kind kind;
     enum system_state state;
-    struct coordinates basis; /* once it is ready */
+    struct vec3 origin, x, y, z; /* once it is ready, in basic coordinates; orthonormal axes */
 };
 
 struct grids {

@@ -34,7 +34,8 @@ enum { WEIGHTS = sizeof weights / sizeof *weights };
  * pre-shears that long. */
 static const double circle = 0.25, shears = 0.5;
 
-double search_aim_value(const struct search_aim *aim, const double quantity[QUANTITY_COUNT]) {
+static double search_aim_value(const struct search_aim *aim,
+                               const double quantity[QUANTITY_COUNT]) {
     double most = -HUGE_VAL;
     for (int k = 0; k < QUANTITY_COUNT; k++)
         if (aim->factor[k] > 0)

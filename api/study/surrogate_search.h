@@ -24,8 +24,6 @@ struct search_aim {
     double factor[QUANTITY_COUNT], shift[QUANTITY_COUNT];
 };
 
-double search_aim_value(const struct search_aim *aim, const double quantity[QUANTITY_COUNT]);
-
 /* A search as far as it is. */
 struct surrogate_search {
     const struct api_study *study;

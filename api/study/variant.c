@@ -23,24 +23,6 @@ static bool is_whole_below(double x, double most) {
     return x >= 0 && x < most && x == floor(x);
 }
 
-bool study_row_load(const double n[STUDY_ROW_NUMBERS], struct study_row *row) {
-    for (int k = 0; k < STUDY_ROW_NUMBERS; k++)
-        if (!isfinite(n[k]))
-            return false;
-    if (!is_whole_below(n[0], 100) || !is_whole_below(n[1], INT32_MAX) ||
-        !is_whole_below(n[10], FAILURE_COUNT))
-        return false;
-    *row = (struct study_row){
-        .variant = {.start = {(int32_t)n[1], {n[2], n[3]}, vec3_make(n[4], n[5], n[6])},
-                    .angle_deg = n[7],
-                    .pre_shear_deg = n[8],
-                    .coarseness = n[9]},
-        .round = (int)n[0],
-        .failure = (enum failure)n[10]};
-    memcpy(row->quantity, n + STUDY_ROW_NUMBERS - QUANTITY_COUNT, sizeof row->quantity);
-    return true;
-}
-
 enum api_problem_id study_rows(const struct api_study *study,
                                const struct api_study_numbers *numbers, struct arena *arena,
                                const struct study_row **rows, size_t *count,
@@ -53,10 +35,23 @@ enum api_problem_id study_rows(const struct api_study *study,
     if (!made)
         return api_problem_no_memory(problem, "the study");
     bool good = *count * stride == numbers->count;
-    for (size_t k = 0; good && k < *count; k++) {
-        const double *own = numbers->values + k * stride;
-        good = study_row_load(own, &made[k]);
-        memcpy(made[k].most, own + STUDY_ROW_NUMBERS, divisions * sizeof *own);
+    for (size_t k = 0; good && k < *count; k++) { /* numbers that no row has are refused */
+        const double *n = numbers->values + k * stride;
+        for (int i = 0; i < STUDY_ROW_NUMBERS; i++)
+            good = good && isfinite(n[i]);
+        good = good && is_whole_below(n[0], 100) && is_whole_below(n[1], INT32_MAX) &&
+               is_whole_below(n[10], FAILURE_COUNT);
+        if (!good)
+            break;
+        made[k] = (struct study_row){
+            .variant = {.start = {(int32_t)n[1], {n[2], n[3]}, vec3_make(n[4], n[5], n[6])},
+                        .angle_deg = n[7],
+                        .pre_shear_deg = n[8],
+                        .coarseness = n[9]},
+            .round = (int)n[0],
+            .failure = (enum failure)n[10]};
+        memcpy(made[k].quantity, n + STUDY_ROW_NUMBERS - QUANTITY_COUNT, sizeof made[k].quantity);
+        memcpy(made[k].most, n + STUDY_ROW_NUMBERS, divisions * sizeof *n);
     }
     return good ? API_OK
                 : api_problem_set(problem, API_INTERNAL, "these are not numbers of a study");

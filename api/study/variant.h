@@ -24,9 +24,8 @@ struct study_row {
 };
 
 enum { STUDY_ROW_NUMBERS = 11 + QUANTITY_COUNT };
+/* The numbers of a row; `most` is not among them. */
 void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBERS]);
-/* False for numbers that no row has. `most` is not among them. */
-bool study_row_load(const double numbers[STUDY_ROW_NUMBERS], struct study_row *row);
 
 /* All rows of a study's numbers, in `arena`. API_OUT_OF_MEMORY, API_INTERNAL for other numbers. */
 enum api_problem_id study_rows(const struct api_study *study,
