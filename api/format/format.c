@@ -9,29 +9,14 @@
 #include <strings.h>
 
 /* The registry; of each use the default first. */
-#define FORMATS(X)                                                                                 \
-    X(json)                                                                                        \
-    X(csv)                                                                                         \
-    X(vtp)                                                                                         \
-    X(glb)                                                                                         \
-    X(npz)                                                                                         \
-    X(vtu)                                                                                         \
-    X(lcmsim)                                                                                      \
-    X(lcmsim_h5)                                                                                   \
-    X(nastran)                                                                                     \
-    X(optistruct)                                                                                  \
-    X(radioss)                                                                                     \
-    X(lsdyna)                                                                                      \
-    X(abaqus)                                                                                      \
-    X(calculix)                                                                                    \
-    X(svg)                                                                                         \
-    X(dxf)                                                                                         \
-    X(html)
-
-#define DECLARE(name) extern const struct format format_##name;
-#define LIST(name) &format_##name,
-FORMATS(DECLARE)
-static const struct format *const formats[] = {FORMATS(LIST)};
+extern const struct format format_json, format_csv, format_vtp, format_glb, format_npz, format_vtu,
+    format_lcmsim, format_lcmsim_h5, format_nastran, format_optistruct, format_radioss,
+    format_lsdyna, format_abaqus, format_calculix, format_svg, format_dxf, format_html;
+static const struct format *const formats[] = {
+    &format_json,    &format_csv,    &format_vtp,       &format_glb,      &format_npz,
+    &format_vtu,     &format_lcmsim, &format_lcmsim_h5, &format_nastran,  &format_optistruct,
+    &format_radioss, &format_lsdyna, &format_abaqus,    &format_calculix, &format_svg,
+    &format_dxf,     &format_html};
 
 enum { COUNT = sizeof formats / sizeof *formats };
 

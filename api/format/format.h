@@ -3,7 +3,7 @@
  * The formats in which documents are sent, and a document while it is being sent: an encoder gives
  * its bytes as they are asked for, in bounded memory, as an HTTP server sends them. Results, maps
  * and patterns share both. A format is one file that defines a `struct format` (`encoder.h` is for
- * its author) and one line of the registry in `format.c`.
+ * its author) and one name in the registry of `format.c`.
  */
 #ifndef API_FORMAT_FORMAT_H
 #define API_FORMAT_FORMAT_H

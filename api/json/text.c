@@ -105,11 +105,10 @@ void api_text_string(struct api_text *text, const char *string) {
 }
 
 void api_text_number(struct api_text *text, double value) {
-    if (!isfinite(value)) {
+    if (!isfinite(value))
         api_text_raw(text, "null");
-    } else if (reserve(text, API_NUMBER_SIZE)) {
+    else if (reserve(text, API_NUMBER_SIZE))
         text->length += api_number_shortest(text->bytes + text->length, value);
-    }
 }
 
 void api_text_integer(struct api_text *text, int64_t value) {

@@ -110,16 +110,14 @@ static void decode_generator(const struct json_value *json, struct drape_generat
         value_choice(json, names, 1, &index);
         return;
     }
-    switch (read_alternative(json, "uv", "plane")) {
-    case 0:
+    int which = read_alternative(json, "uv", "plane");
+    if (which == 0) {
         generator->kind = DRAPE_GENERATOR_CURVE;
         if (value_rows(&curve, decode_coordinates, 2, 2, &rows, &generator->curve_count))
             generator->curve = (const double(*)[2])rows;
-        break;
-    case 1:
+    } else if (which == 1) {
         generator->kind = DRAPE_GENERATOR_PLANE;
         read_vec3(&plane, true, &generator->plane_normal);
-        break;
     }
 }
 

@@ -46,12 +46,11 @@ static void add_vertex(struct maker *m, struct vertex *vertex) {
     double length = vec3_norm(normal);
     normal = length > 0 ? vec3_scale(1 / length, normal) : vec3_make(0, 0, 1);
     const double r[3] = {jet.r.x, jet.r.y, jet.r.z}, n[3] = {normal.x, normal.y, normal.z};
-    vertex->index = p->vertex_count;
+    vertex->index = p->vertex_count++;
     for (int k = 0; k < 3; k++) {
-        p->positions[p->vertex_count][k] = (float)r[k];
-        p->normals[p->vertex_count][k] = (float)n[k];
+        p->positions[vertex->index][k] = (float)r[k];
+        p->normals[vertex->index][k] = (float)n[k];
     }
-    p->vertex_count++;
 }
 
 static void add_face_triangle(struct primitive *p, uint32_t a, uint32_t b, uint32_t c) {
@@ -293,7 +292,7 @@ enum api_problem_id api_preview(const struct api_surface *surface, const struct 
             one->normals = NULL; /* flat */
             one->vertex_count = (uint32_t)mesh->vertex_count;
             for (size_t v = 0; good && v < 3 * mesh->vertex_count; v++)
-                one->positions[v / 3][v % 3] = (float)(&mesh->vertices[0].x)[v];
+                one->positions[v / 3][v % 3] = (float)((const double *)mesh->vertices)[v];
             for (size_t t = 0; good && t < mesh->triangle_count; t++) {
                 const int32_t *corner = mesh->triangles[t];
                 add_face_triangle(one, (uint32_t)corner[0], (uint32_t)corner[1],

@@ -17,6 +17,8 @@ struct row {
     size_t count, capacity;
 };
 
+static const struct row none = {0};
+
 /* A side of the outline, from one lattice point to another. */
 struct side {
     int32_t i, j, to_i, to_j;
@@ -80,7 +82,6 @@ static void close_line(struct builder *builder, int32_t j, const struct row *bel
 
 /* The row is complete: its sides, and those on the line under it. */
 static void finish_row(struct builder *builder) {
-    static const struct row none = {0};
     struct row *row = &builder->row, *below = &builder->below;
     if (row->count == 0)
         return;
@@ -102,7 +103,6 @@ static bool read_cells(struct builder *builder, struct outline *outline,
                        const struct api_reader *reader, const struct api_columns *columns) {
     const struct api_column *column[2] = {api_columns_find(columns, API_TABLE_CELLS, "i"),
                                           api_columns_find(columns, API_TABLE_CELLS, "j")};
-    static const struct row none = {0};
     struct row *row = &builder->row;
     double block[2][BLOCK];
     int32_t before[2] = {0, 0};

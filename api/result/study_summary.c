@@ -39,12 +39,10 @@ void study_summary_write(struct api_text *text, const struct api_study_summary *
 
 void study_summary_write_best(struct api_text *text, const struct api_study_summary *summary) {
     api_text_raw(text, "{");
-    for (int k = 0; k < QUANTITY_COUNT; k++) {
-        if (!summary->objective[k])
-            continue;
-        api_text_key_number(text, quantities[k].name,
-                            summary->best[k] >= 0 ? summary->best[k] : (double)NAN);
-    }
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        if (summary->objective[k])
+            api_text_key_number(text, quantities[k].name,
+                                summary->best[k] >= 0 ? summary->best[k] : (double)NAN);
     api_text_raw(text, "}");
 }
 
