@@ -33,25 +33,6 @@ struct circle {
     double inside2, outside2; /* squares of how far D may be outside a triangle */
 };
 
-/* middle = P + x (Q - P) / L, with P that of B and C which has the shorter chord p, and so is not
- * lost beside the other: x = (L^2 + p^2 - q^2) / (2 L). */
-static struct circle make_circle(const struct mesh *mesh, const struct mesh_cell *cell) {
-    struct circle circle = {.mesh = mesh, .cell = cell};
-    bool from_b = cell->bd <= cell->cd;
-    double shorter = from_b ? cell->bd : cell->cd, longer = from_b ? cell->cd : cell->bd;
-    struct vec3 base = vec3_sub(cell->c.r, cell->b.r);
-    double length = vec3_norm(base);
-    double x = ((length - longer) * (length + longer) + shorter * shorter) / (2 * length);
-    circle.axis = vec3_unit(base);
-    circle.middle = vec3_axpy(from_b ? x : -x, circle.axis, from_b ? cell->b.r : cell->c.r);
-    circle.radius2 = (shorter - x) * (shorter + x);
-    double inside = between * longer + rounding * mesh->magnitude;
-    double outside = beyond * longer + rounding * mesh->magnitude;
-    circle.inside2 = inside * inside;
-    circle.outside2 = outside * outside;
-    return circle;
-}
-
 /* Where the circle passes the plane of triangle t on the side of BC away from A; false when it does
  * not reach it, and then its foot there. With m the part of the normal n across the axis and h = n
  * . (v - middle): D = middle + h m / |m|^2 +- tau axis x m / |m|, and n . ((D - C) x (B - C)) has
@@ -218,7 +199,22 @@ static void try_triangle(void *context, int32_t t) {
 
 enum mesh_corner_end mesh_corner_solve(const struct mesh *mesh, const struct mesh_cell *cell,
                                        struct mesh_corner *corner) {
-    struct circle circle = make_circle(mesh, cell);
+    /* middle = P + x (Q - P) / L, with P that of B and C which has the shorter chord p, and so is
+     * not lost beside the other: x = (L^2 + p^2 - q^2) / (2 L) */
+    bool from_b = cell->bd <= cell->cd;
+    double shorter = from_b ? cell->bd : cell->cd, longer = from_b ? cell->cd : cell->bd;
+    struct vec3 base = vec3_sub(cell->c.r, cell->b.r);
+    double length = vec3_norm(base);
+    double x = ((length - longer) * (length + longer) + shorter * shorter) / (2 * length);
+    double inside = between * longer + rounding * mesh->magnitude;
+    double outside = beyond * longer + rounding * mesh->magnitude;
+    struct circle circle = {.mesh = mesh,
+                            .cell = cell,
+                            .axis = vec3_unit(base),
+                            .radius2 = (shorter - x) * (shorter + x),
+                            .inside2 = inside * inside,
+                            .outside2 = outside * outside};
+    circle.middle = vec3_axpy(from_b ? x : -x, circle.axis, from_b ? cell->b.r : cell->c.r);
     enum mesh_corner_end ends[2];
     corner->steps = 0;
     if (!(circle.radius2 > 0) ||

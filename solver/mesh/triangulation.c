@@ -158,9 +158,8 @@ static void split_triangle(struct builder *b, int32_t s, int32_t point) {
     memcpy(corner, t->corners[s], sizeof corner);
     memcpy(beyond, t->beyond[s], sizeof beyond);
     t->count += 2;
-    for (int k = 0; k < 3; k++)
-        set_triangle(b, part[k], (const int32_t[]){corner[k], corner[next_corner(k)], point});
     for (int k = 0; k < 3; k++) {
+        set_triangle(b, part[k], (const int32_t[]){corner[k], corner[next_corner(k)], point});
         t->beyond[part[k]][1] = part[next_corner(k)];
         t->beyond[part[k]][2] = part[last_corner(k)];
         link_beyond(t, part[k], 0, beyond[k], s, false);

@@ -163,8 +163,7 @@ struct defect defect_of(struct defect_net *net, int32_t i, int32_t j, int di, in
     for (int k = 0; k < BENDS; k++) {
         bends.has[k] = whole[k] && whole[k + 1];
         if (bends.has[k])
-            bends.of[k] = vec3_add(vec3_sub(node[k]->r, node[k + 1]->r),
-                                   vec3_sub(node[k + 2]->r, node[k + 1]->r));
+            bends.of[k] = correction_bend(node[k]->r, node[k + 1]->r, node[k + 2]->r);
     }
     bool rough = from->rough & out || to->rough & in;
     if (rough || !by_differences(&bends, vec3_sub(to->r, from->r), net->spacing[family], &defect))
