@@ -221,12 +221,11 @@ enum mesh_corner_end mesh_corner_solve(const struct mesh *mesh, const struct mes
         !mesh_cell_is_upright(cell, mesh->normals[cell->a.triangle],
                               mesh->normals[cell->b.triangle], mesh->normals[cell->c.triangle]))
         return MESH_CORNER_COLLAPSED;
-    ends[0] = head_from(&circle, &cell->c, corner);
-    if (ends[0] == MESH_CORNER_FOUND)
-        return ends[0];
-    ends[1] = head_from(&circle, &cell->b, corner);
-    if (ends[1] == MESH_CORNER_FOUND)
-        return ends[1];
+    for (int k = 0; k < 2; k++) {
+        ends[k] = head_from(&circle, k ? &cell->b : &cell->c, corner);
+        if (ends[k] == MESH_CORNER_FOUND)
+            return ends[k];
+    }
     /* neither way found it: looks everywhere */
     struct search search = {
         .circle = &circle, .corner = corner, .best = {MESH_NONE, {0, 0, 0}}, .distance2 = HUGE_VAL};

@@ -232,10 +232,8 @@ static void join_pole(struct tessellation *g, const struct row *row, const struc
 
 /* The triangles between two rows, span by span. */
 static void join_two_rows(struct tessellation *g, const struct row *p, const struct row *q) {
-    if (p->pole && !q->pole)
-        join_pole(g, q, p, true);
-    else if (q->pole && !p->pole)
-        join_pole(g, p, q, false);
+    if (p->pole != q->pole)
+        join_pole(g, p->pole ? q : p, p->pole ? p : q, p->pole);
     if (p->pole || q->pole)
         return;
     const double(*parameters)[2] = (const double(*)[2])g->parameters;
