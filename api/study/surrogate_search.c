@@ -156,7 +156,7 @@ struct model {
     size_t judged;                       /* how many; behind come the divisions' largest shears */
 };
 
-static int compare_doubles(const void *a, const void *b) {
+static int compare_quantities(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
@@ -198,7 +198,7 @@ static double cap_of(const struct surrogate_search *search, enum quantity_id id,
             scratch[count++] = search->rows[k].quantity[id];
     if (limit->has_min || count == 0)
         return HUGE_VAL;
-    qsort(scratch, count, sizeof *scratch, compare_doubles);
+    qsort(scratch, count, sizeof *scratch, compare_quantities);
     double cap = scratch[(size_t)(capped * (double)count)];
     if (limit->has_max)
         cap = fmax(cap, limit->max + 0.1 * (scratch[count - 1] - limit->max));
