@@ -27,12 +27,12 @@ struct join {
     struct join_point *points;
     size_t point_count, point_room;
     size_t curve_room;
-    struct join_cut *cuts; /* of curves, in no order until they are sorted */
-    size_t cut_count, cut_room;
-    int32_t *last_cut;           /* of each curve, or -1 */
-    struct boxes *boxes;         /* round the steps from point to point */
-    int32_t *curve_of, *edge_of; /* of points; of the steps that follow them */
-    bool failed;                 /* no memory */
+    struct join_cut *cuts;                    /* of curves, in no order until they are sorted */
+    size_t cut_count, cut_room, corner_count; /* the first are at corners of their own curves */
+    int32_t *last_cut;                        /* of each curve, or -1 */
+    struct boxes *boxes;                      /* round the steps from point to point */
+    int32_t *curve_of, *edge_of;              /* of points; of the steps that follow them */
+    bool failed;                              /* no memory */
 };
 
 struct join_cut {

@@ -67,7 +67,8 @@ struct vertex {
     bool once; /* it cuts no curve that is cut there */
 };
 
-/* Cuts the curve of a step where it passes the vertex, unless that is at its own end. */
+/* Cuts the curve of a step where it passes the vertex, unless that is at its own end or corner: cut
+ * beside a corner, an edge would begin on the other side of it. */
 static bool cut_at_vertex(void *context, int32_t step) {
     const struct vertex *vertex = context;
     struct join *join = vertex->join;
@@ -82,8 +83,9 @@ static bool cut_at_vertex(void *context, int32_t step) {
     if (!(join_nearest(join, (uint32_t)step, vertex->r, curve->range, &place) <= tolerance))
         return true;
     bool cut = false; /* it is cut there already */
-    for (int32_t k = join->last_cut[number]; k >= 0 && vertex->once; k = join->cuts[k].before)
-        cut = cut || vec3_distance(join->cuts[k].r, place.r) <= tolerance;
+    for (int32_t k = join->last_cut[number]; k >= 0; k = join->cuts[k].before)
+        cut = cut || ((vertex->once || (size_t)k < join->corner_count) &&
+                      vec3_distance(join->cuts[k].r, place.r) <= tolerance);
     if (!cut)
         add_join_cut(join, number, place.t, place.r);
     return !join->failed;
@@ -125,12 +127,16 @@ void join_cut_curves(struct join *join) {
         const struct face_curve *curve = &shell->curves[c];
         const struct join_point *points = join->points + curve->first;
         for (uint32_t k = 1; k + 1 < curve->count; k++)
-            if (is_corner(join, curve->first + k)) {
+            if (is_corner(join, curve->first + k))
                 add_join_cut(join, (int32_t)c, points[k].t, points[k].r);
-                cut_at(join, points[k].r, false);
-            }
-        cut_at(join, points[0].r, false);
-        cut_at(join, points[curve->count - 1].r, false);
+    }
+    join->corner_count = join->cut_count;
+    for (size_t k = 0; k < join->corner_count && !join->failed; k++)
+        cut_at(join, join->cuts[k].r, false);
+    for (size_t c = 0; c < shell->curve_count && !join->failed; c++) {
+        const struct face_curve *curve = &shell->curves[c];
+        cut_at(join, join->points[curve->first].r, false);
+        cut_at(join, join->points[curve->first + curve->count - 1].r, false);
     }
     /* Slivers may be between a curve and the one that is cut. */
     size_t count = join->cut_count;

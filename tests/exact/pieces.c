@@ -338,3 +338,23 @@ void pieces_disturb(struct pieces *pieces, double gap, uint64_t *seed) {
             swap_coordinates(&pieces->outline[last][loop]);
     }
 }
+
+void pieces_stretch(struct pieces *pieces, double share, uint64_t *seed) {
+    for (int n = 0; n < pieces->count; n++) {
+        struct outline *outline = &pieces->outline[n][0];
+        double by = 1 + random_between(seed, -share, share), lower[2], upper[2], middle[2] = {0, 0};
+        int points = 0;
+        shape_domain(&pieces->shape[n], lower, upper);
+        for (int c = 0; c < outline->count; c++)
+            for (size_t i = 0; i < outline->curve[c].count; i++, points++)
+                for (int k = 0; k < 2; k++)
+                    middle[k] += outline->point[c][i][k];
+        for (int c = 0; c < outline->count; c++)
+            for (size_t i = 0; i < outline->curve[c].count; i++)
+                for (int k = 0; k < 2; k++) {
+                    double at = middle[k] / points, *p = &outline->point[c][i][k];
+                    bool on_border = *p == lower[k] || *p == upper[k];
+                    *p = on_border ? *p : fmin(fmax(at + by * (*p - at), lower[k]), upper[k]);
+                }
+    }
+}

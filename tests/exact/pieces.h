@@ -41,6 +41,10 @@ void pieces_cut_grid(struct pieces *pieces, const struct shape *whole, int nu, i
 /* Moves each face by up to `gap` along each axis, and half of the time has one of them twice. */
 void pieces_disturb(struct pieces *pieces, double gap, uint64_t *seed);
 
+/* Makes each trimmed region larger about its middle by up to `share` of itself, or smaller, within
+ * its domain: faces overlap, or leave gaps. */
+void pieces_stretch(struct pieces *pieces, double share, uint64_t *seed);
+
 /* The faces as parts of a shell, in `arena`, with views of `pieces`. */
 struct shell_patch *pieces_parts(struct pieces *pieces, struct arena *arena);
 

@@ -28,6 +28,10 @@ alike() {
     holds "$(drape trims_of_a_t)" '(.part_area - 5072.538839 | fabs) < 1e-3 and .outcome == "complete"'
 }
 
+@test "cut: trims that overlap by less than the tolerance are joined at their corners" {
+    holds "$(drape trims_overlapping)" '.outcome == "complete" and .cloth_coverage == 1 and .max_shear_deg < 1'
+}
+
 @test "cut: the line that closes a trim is a joint as others are" {
     holds "$(drape closing_line)" '.nodes == 503 and .outcome == "complete"'
 }
