@@ -35,13 +35,33 @@ void fishnet_chords(struct surface_cursor *cursor, enum drape_yarn yarn, enum dr
     cell->bd = fishnet_arc_chord(length[0], cell->curvature[0]);
 }
 
+/* Normals over a sharp fold, as a cosine. */
+static const double folded = 0.5;
+
+/* The normal by which A, C, B turn: B's, or that of C or A where the cell lies over a fold and B,
+ * on it, has that of the other side. */
+static struct vec3 turning_normal(const struct fishnet_cell *cell) {
+    const struct surface_point *corner[3] = {cell->b, cell->c, cell->a};
+    for (int k = 0; k < 3; k++) {
+        struct vec3 normal = corner[k]->normal;
+        if ((k == 0 || vec3_dot(normal, cell->b->normal) < folded) &&
+            cell->orientation *
+                    triangle_turn(cell->a->jet.r, cell->c->jet.r, cell->b->jet.r, normal) >
+                0)
+            return normal;
+    }
+    return vec3_make(0, 0, 0);
+}
+
 bool fishnet_right_root(const struct fishnet_cell *cell, const struct surface_point *d) {
     const struct corner corner = {.a = cell->a->jet.r,
                                   .b = cell->b->jet.r,
                                   .c = cell->c->jet.r,
                                   .bd = cell->bd,
                                   .cd = cell->cd};
-    return is_right_root(&corner, d->jet.r, cell->orientation, cell->b->normal, d->normal);
+    struct vec3 normal = turning_normal(cell);
+    bool other = vec3_dot(cell->b->normal, d->normal) < folded && vec3_dot(normal, d->normal) < 0;
+    return is_right_root(&corner, d->jet.r, cell->orientation, normal, other ? normal : d->normal);
 }
 
 /* From uv, which is at r, by `step`, no longer than `longest`; near a pole through its chart. The
@@ -253,8 +273,11 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
 bool fishnet_has_collapsed(const struct fishnet_cell *cell) {
     struct vec3 ab = vec3_sub(cell->b->jet.r, cell->a->jet.r);
     struct vec3 ac = vec3_sub(cell->c->jet.r, cell->a->jet.r);
-    double sine = cell->orientation * vec3_dot(vec3_cross(ac, ab), cell->a->normal) /
-                  (vec3_norm(ab) * vec3_norm(ac));
+    struct vec3 normal = turning_normal(cell);
+    if (!(vec3_norm2(normal) > 0) || !(vec3_dot(normal, cell->a->normal) < folded))
+        normal = cell->a->normal;
+    double sine =
+        cell->orientation * vec3_dot(vec3_cross(ac, ab), normal) / (vec3_norm(ab) * vec3_norm(ac));
     double apart = vec3_distance(cell->b->jet.r, cell->c->jet.r);
     return sine < collapsed_sine || apart > (1 - collapsed_sine / 10) * (cell->bd + cell->cd);
 }
@@ -263,9 +286,7 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
                                const struct fishnet_cell *cell, struct fishnet_node *node) {
     node->iterations = 0;
     node->looked = false;
-    struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
-    if (!(cell->bd > 0) || !(cell->cd > 0) ||
-        !(cell->orientation * triangle_turn(a, c, b, cell->b->normal) > 0))
+    if (!(cell->bd > 0) || !(cell->cd > 0) || !(vec3_norm2(turning_normal(cell)) > 0))
         return FISHNET_COLLAPSED;
     const bool shell = surface->shell;
     for (int k = 0; k < PREDICTORS + (shell ? 2 : 0); k++) {

@@ -388,9 +388,19 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
  * the edges that are not smooth are laid anew, and geodesics in place of arcs where they are asked
  * for. A D that is expected beyond the boundary, and not to be found on the continuation, is a
  * matter of the boundary. */
-bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
-                        enum drape_reason *reason) {
+bool march_solve_corner(struct march *march, const struct march_cell *from,
+                        struct fishnet_node *node, enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
+    struct march_cell over = *from, *at = &over;
+    struct surface_point corner[3];
+    for (int k = 0; k < 3 && !march->mesh; k++) {
+        /* Newton's last step may carry a node over a fold, by rounding, with the frame of the side
+         * that it comes from: it is to have that of the span in which its parameters lie. */
+        const struct surface_point **point = k == 0 ? &over.a : k == 1 ? &over.b : &over.c;
+        if ((*point)->surface->has_folds &&
+            surface_point_at((*point)->surface, &march->cursor, (*point)->uv, &corner[k]))
+            *point = &corner[k];
+    }
     const bool corrects = march->before.net;
     struct vec3 edge = vec3_sub(at->b->jet.r, at->a->jet.r);
     struct fishnet_cell cell = {.a = at->a,

@@ -36,6 +36,12 @@ alike() {
     holds "$(drape closing_line)" '.nodes == 503 and .outcome == "complete"'
 }
 
+@test "cut: a net with nodes on a sharp fold goes on over it" {
+    for fold in fold_of_120 fold_of_140; do
+        holds "$(drape $fold)" '.nodes == 14641 and .coverage == 1 and .max_shear_deg < 1e-9'
+    done
+}
+
 @test "cut: a knot that is inserted moves no node" {
     alike "$(drape knot_inserted)" "$(drape knot_not_inserted)" 1e-9
 }
