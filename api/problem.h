@@ -8,10 +8,10 @@
  * - One that can fail for a reason of the caller's has `struct api_problem *problem` as its last
  *   argument, says there what is wrong, and returns its id: API_OK when all is well. Written in one
  *   line: `return api_problem_set(problem, API_CONFLICT, "...")`.
- * - A step of reading or writing a document, as the decoder of a member, the reader of a line of a
- *   mesh or a hook of a format, reports to the problem of the whole, a decoder with a pointer to
- * the value (`json/value.h`), and returns whether all was well. Decoders go on after an error, so
- * that one answer lists all of them.
+ * - A step of reading or writing a document (the decoder of a member, the reader of a mesh's line,
+ *   a hook of a format) reports to the problem of the whole, a decoder with a pointer to the value
+ *   (`json/value.h`), and returns whether all was well. Decoders go on after an error, so that one
+ *   answer lists all of them.
  * - One without a problem can fail in one way, which its header names (memory, nothing found): it
  *   returns NULL or false.
  */
