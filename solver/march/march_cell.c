@@ -398,7 +398,8 @@ bool march_solve_corner(struct march *march, const struct march_cell *from,
          * that it comes from: it is to have that of the span in which its parameters lie. */
         const struct surface_point **point = k == 0 ? &over.a : k == 1 ? &over.b : &over.c;
         if ((*point)->surface->has_folds &&
-            surface_point_at((*point)->surface, &march->cursor, (*point)->uv, &corner[k]))
+            surface_point_at((*point)->surface, &march->cursor, (*point)->uv, &corner[k]) &&
+            vec3_dot(corner[k].normal, (*point)->normal) < creased)
             *point = &corner[k];
     }
     const bool corrects = march->before.net;

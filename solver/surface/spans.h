@@ -70,7 +70,7 @@ struct surface {
     double gyration2;
     double least_tangent2[2]; /* tangents whose square is less have vanished */
     bool has_poles;
-    bool has_folds;            /* a knot line over which the tangent plane turns */
+    bool has_folds;            /* a knot line over which the tangent plane may turn */
     const struct shell *shell; /* that it is a face of, and which; NULL: of none */
     int32_t face;
     double side;   /* 1; -1 where normals are against r_u x r_v */

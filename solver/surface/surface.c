@@ -17,9 +17,6 @@ static const double most_factor = 1e9;
 /* Weights that differ by more within one span cancel in the coefficients of powers. */
 static const double weights_for_powers = 100;
 
-/* The sine of the least angle by which a fold turns. */
-static const double fold_sine = 1e-8;
-
 /* A span this narrow, as a share of the surface's size and of the domain, is a line. */
 static const double line_width = 1e-10;
 
@@ -342,29 +339,27 @@ enum status surface_finish(struct surface *surface) {
     return surface_integrate(surface);
 }
 
-/* Whether the tangent plane turns somewhere along a knot line over which it need not be continuous:
- * by the geometry, for knots alone tell nothing. */
+/* Whether the surface may fold along a knot line, on the continuation too: over one that allows it
+ * the polynomials are not the same on both sides, as they are at a knot that was inserted. */
 static bool has_fold(const struct surface *surface, int k) {
-    enum { PLACES = 4 };
+    static const double places[] = {0.125, 0.625};
     const struct surface_axis *axis = &surface->axis[k], *other = &surface->axis[1 - k];
     for (int at = 0; at < axis->span_count * other->span_count; at++) {
         int span = at / other->span_count, along = at % other->span_count;
-        for (int n = 0; n < PLACES && axis->corners[span]; n++) {
+        for (int n = 0; n < 4 && axis->corners[span]; n++) {
             struct surface_jet jet[2];
-            double x = other->breaks[along] +
-                       (n + 0.5) / PLACES * (other->breaks[along + 1] - other->breaks[along]);
             double uv[2];
-            uv[k] = axis->breaks[span];
-            uv[1 - k] = x;
+            uv[k] =
+                axis->breaks[span] + places[n / 2] * (axis->breaks[span + 1] - axis->breaks[span]);
+            uv[1 - k] = other->breaks[along] +
+                        places[n % 2] * (other->breaks[along + 1] - other->breaks[along]);
             for (int side = 0; side < 2; side++) {
                 int of[2];
                 of[k] = span - side;
                 of[1 - k] = along;
                 surface_evaluate_span(surface, of[0], of[1], uv[0], uv[1], &jet[side]);
             }
-            struct vec3 a = vec3_unit(vec3_cross(jet[0].u, jet[0].v));
-            struct vec3 b = vec3_unit(vec3_cross(jet[1].u, jet[1].v));
-            if (!(vec3_distance(a, b) <= fold_sine))
+            if (!(vec3_distance(jet[0].r, jet[1].r) <= SURFACE_COINCIDENCE * surface->size))
                 return true;
         }
     }
