@@ -384,6 +384,21 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
     return end;
 }
 
+/* Newton's last step may carry a node over a fold, by rounding, with the frame of the side that it
+ * comes from: corners of the cell get that of the span in which their parameters lie, in `corner`.
+ */
+static void take_frames(struct march *march, struct march_cell *at,
+                        struct surface_point corner[3]) {
+    const struct surface_point **point[3] = {&at->a, &at->b, &at->c};
+    for (int k = 0; k < 3; k++) {
+        const struct surface_point *p = *point[k];
+        if (p->surface->has_folds &&
+            surface_point_at(p->surface, &march->cursor, p->uv, &corner[k]) &&
+            vec3_dot(corner[k].normal, p->normal) < creased)
+            *point[k] = &corner[k];
+    }
+}
+
 /* By chords first, corrected by the edges BD and CD in the net before where they can be had; then
  * the edges that are not smooth are laid anew, and geodesics in place of arcs where they are asked
  * for. A D that is expected beyond the boundary, and not to be found on the continuation, is a
@@ -391,17 +406,10 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
 bool march_solve_corner(struct march *march, const struct march_cell *from,
                         struct fishnet_node *node, enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
-    struct march_cell over = *from, *at = &over;
     struct surface_point corner[3];
-    for (int k = 0; k < 3 && !march->mesh; k++) {
-        /* Newton's last step may carry a node over a fold, by rounding, with the frame of the side
-         * that it comes from: it is to have that of the span in which its parameters lie. */
-        const struct surface_point **point = k == 0 ? &over.a : k == 1 ? &over.b : &over.c;
-        if ((*point)->surface->has_folds &&
-            surface_point_at((*point)->surface, &march->cursor, (*point)->uv, &corner[k]) &&
-            vec3_dot(corner[k].normal, (*point)->normal) < creased)
-            *point = &corner[k];
-    }
+    struct march_cell own = *from, *at = &own;
+    if (!march->mesh)
+        take_frames(march, at, corner);
     const bool corrects = march->before.net;
     struct vec3 edge = vec3_sub(at->b->jet.r, at->a->jet.r);
     struct fishnet_cell cell = {.a = at->a,

@@ -5,8 +5,8 @@
  * pole, the continuation beyond the boundary) is settled here, so that the march can think in
  * space.
  */
-#ifndef SOLVER_SHELL_STATION_H
-#define SOLVER_SHELL_STATION_H
+#ifndef SOLVER_SHELL_SURFACE_POINT_H
+#define SOLVER_SHELL_SURFACE_POINT_H
 
 #include "solver/reason.h"
 #include "solver/surface/spans.h"
