@@ -119,11 +119,12 @@ freecad: all ## after a change of the import: parts that FreeCAD makes and write
 	@deploy/setup.sh freecad
 	@BUILD=$(B) /usr/bin/python3 tests/import/freecad.py
 
-BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell store)
-bench: $(BENCHES) $(B)/draped ## after a change in solver/ or the store: ratios within one run
+BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell parts store)
+bench: $(BENCHES) all $(B)/tests/import/make_parts ## after a change in solver/ or the store: ratios within one run
 	$<
 	$(B)/tests/bench/bench_surfaces
 	$(B)/tests/bench/bench_shell
+	tests/bench/bench_parts.sh $(B)
 	tests/bench/bench_formats.sh $(B)
 	tests/bench/bench_map.sh $(B)
 	tests/bench/bench_study.sh $(B)
@@ -131,6 +132,8 @@ bench: $(BENCHES) $(B)/draped ## after a change in solver/ or the store: ratios 
 	@deploy/setup.sh test
 	tests/bench/bench_store.sh $(B)
 $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
+	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
+$(B)/tests/bench/bench_parts: $(B)/tests/bench/bench_parts.o $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
 $(B)/tests/bench/bench_surfaces: $(call objects,$(addprefix tests/,bench/bench_surfaces.c \
         bench/surfaces.c exact/shapes.c exact/spline.c)) $(B)/libdrape.a

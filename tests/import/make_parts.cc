@@ -20,11 +20,13 @@
 #include <BRepPrimAPI_MakeCone.hxx>
 #include <BRepPrimAPI_MakeCylinder.hxx>
 #include <BRepPrimAPI_MakePrism.hxx>
+#include <BRepPrimAPI_MakeRevol.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
 #include <BRepPrimAPI_MakeTorus.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
 #include <Bnd_Box.hxx>
+#include <GC_MakeArcOfCircle.hxx>
 #include <GProp_GProps.hxx>
 #include <GeomAPI_PointsToBSpline.hxx>
 #include <Geom_BSplineCurve.hxx>
@@ -61,6 +63,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 static std::string folder;
 
@@ -305,6 +308,44 @@ static TopoDS_Shape make_cover() {
     return round_within(foot, round_within(shoulder, whole.Shape(), 12), 8);
 }
 
+/* A line through points of the xz-plane, its corners rounded by `radius`. */
+static TopoDS_Wire rounded_line(const std::vector<gp_Pnt> &points, double radius) {
+    BRepBuilderAPI_MakeWire wire;
+    gp_Pnt from = points.front();
+    for (size_t k = 1; k + 1 < points.size(); k++) {
+        gp_Dir in(gp_Vec(points[k - 1], points[k])), out(gp_Vec(points[k], points[k + 1]));
+        double cut = radius * std::tan(in.Angle(out) / 2);
+        gp_Pnt begin = points[k].Translated(gp_Vec(in) * -cut);
+        gp_Pnt end = points[k].Translated(gp_Vec(out) * cut);
+        wire.Add(BRepBuilderAPI_MakeEdge(from, begin));
+        wire.Add(BRepBuilderAPI_MakeEdge(GC_MakeArcOfCircle(begin, gp_Vec(in), end).Value()));
+        from = end;
+    }
+    wire.Add(BRepBuilderAPI_MakeEdge(from, points.back()));
+    return wire;
+}
+
+/* The profile of a hat, pulled along: planes and fillets in turn. */
+static TopoDS_Shape make_hat() {
+    const std::vector<gp_Pnt> profile = {gp_Pnt(-80, 0, 0), gp_Pnt(-45, 0, 0), gp_Pnt(-30, 0, 40),
+                                         gp_Pnt(30, 0, 40), gp_Pnt(45, 0, 0),  gp_Pnt(80, 0, 0)};
+    return BRepPrimAPI_MakePrism(rounded_line(profile, 6), gp_Vec(0, 250, 0)).Shape();
+}
+
+/* A hemisphere, its flange and the fillet between them. */
+static TopoDS_Shape make_bowl() {
+    constexpr double RADIUS = 50, FILLET = 10, REACH = 90;
+    double turn = std::asin(FILLET / (RADIUS + FILLET)); /* of where the fillet begins */
+    double foot = (RADIUS + FILLET) * std::cos(turn);    /* where it ends */
+    gp_Pnt side(RADIUS * std::cos(turn), 0, RADIUS * std::sin(turn)), end(foot, 0, 0);
+    gp_Vec down(std::sin(turn), 0, -std::cos(turn));
+    BRepBuilderAPI_MakeWire wire(
+        BRepBuilderAPI_MakeEdge(GC_MakeArcOfCircle(gp_Pnt(0, 0, RADIUS), gp::DX(), side).Value()));
+    wire.Add(BRepBuilderAPI_MakeEdge(GC_MakeArcOfCircle(side, down, end).Value()));
+    wire.Add(BRepBuilderAPI_MakeEdge(end, gp_Pnt(REACH, 0, 0)));
+    return BRepPrimAPI_MakeRevol(wire.Wire(), gp::OZ()).Shape();
+}
+
 /* Sections of a wing as one smooth curve each; the loft is cut along the span and the nose. */
 static TopoDS_Shape make_wing() {
     BRepOffsetAPI_ThruSections loft(false, false, 1e-6);
@@ -491,6 +532,8 @@ int main(int argc, char **argv) {
     write_step("high", make_high());
     write_step("pillar", make_pillar());
     write_step("wing", make_wing());
+    write_step("hat", make_hat());
+    write_step("bowl", make_bowl());
     write_step("cover", make_cover());
     write_step("cuts", make_cuts());
     write_iges("cuts_iges", make_cuts(), "MM");

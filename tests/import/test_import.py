@@ -343,7 +343,7 @@ def main():
         scales = {"rounded_inch": INCH, "rounded_iges": INCH, "sphere": 1000}
         for name in ("box", "rounded", "rounded_inch", "rounded_iges", "sphere", "torus", "dome",
                      "wing", "neck", "turned", "pillar", "cover", "cuts", "loose", "assembly",
-                     "high"):
+                     "high", "hat", "bowl"):
             tap.run(f"import: areas of {name}", test_areas, parts, name, scales.get(name, 1))
         for name, unit in (("box", "mm"), ("rounded_inch", "in"), ("rounded_iges", "in"), ("sphere", "m")):
             tap.run(f"import: unit of {name}", test_unit, parts, name, unit)
