@@ -56,18 +56,19 @@ static void write_set_member(struct encoder *encoder, const struct deck_item *it
 }
 
 static void write_group_section(struct encoder *encoder, const struct deck_item *item) {
+    const struct stack_groups *groups = &((struct deck_state *)encoder->state)->groups;
     api_text_format(&encoder->piece, "*SHELL SECTION, COMPOSITE, ELSET=STACK_%zu\n",
                     item->number + 1);
-    for (size_t k = 0; k < item->layers; k++) {
-        const struct map_ply_row *row = stack_layer(&encoder->fields, item->element, k);
-        deck_real(encoder, row->thickness, WIDTH);
-        api_text_format(&encoder->piece, ", 3, MATERIAL_%d, PLY_%d\n", row->ply + 1, row->ply + 1);
+    for (size_t k = groups->first[item->number]; k < groups->first[item->number + 1]; k++) {
+        int ply = groups->layer[k].ply + 1;
+        deck_real(encoder, groups->layer[k].thickness, WIDTH);
+        api_text_format(&encoder->piece, ", 3, MATERIAL_%d, PLY_%d\n", ply, ply);
     }
 }
 
 static const struct deck deck = {
     .mark = "**",
-    .about = "The mesh with a composite *SHELL SECTION for each group of equal thicknesses. Layers "
+    .about = "The mesh with a composite *SHELL SECTION for each group of like thicknesses. Layers "
              "from the bottom: thickness, 3 points, MATERIAL_k, the orientation PLY_k, whose "
              "1-direction is the warp of ply k on each element. The shear between warp and weft is "
              "not here.",
@@ -86,5 +87,5 @@ const struct format format_abaqus = {
     .name = "abaqus",
     .media_type = "text/x-abaqus",
     .about = "Abaqus: the mesh, *DISTRIBUTION of each ply's directions, composite *SHELL SECTION",
-    .exact = "15 digits; `within` makes coarser groups of thicknesses",
+    .exact = "15 digits; thicknesses are rounded within `within` percent (2)",
     DECK_FORMAT(deck)};

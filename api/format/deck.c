@@ -79,7 +79,7 @@ bool deck_begin(struct encoder *encoder, struct api_problem *problem) {
                         name);
     else if (deck->grouping &&
              !stack_groups_make(&state->groups, fields, deck->grouping == DECK_BY_STACK,
-                                encoder->options.within))
+                                format_within(&encoder->options)))
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to group the elements");
     else if (deck->begin)
         (void)deck->begin(encoder, problem);
@@ -114,16 +114,16 @@ static void write_deck_head(struct encoder *encoder) {
     const struct map_fields *fields = &encoder->fields;
     const struct deck *deck = encoder->format->own;
     const struct deck_state *state = encoder->state;
-    double within = encoder->options.within;
     char words[400];
     size_t bare = 0;
     for (size_t e = 0; e < fields->element_count; e++)
         bare += stack_layers(fields, e) == 0;
     snprintf(words, sizeof words,
-             "Drape %s on %zu elements, %zu %s. Lengths in %s, angles in degrees; ply k has "
+             "%s%s on %zu elements, %zu %s. Lengths in %s, angles in degrees; ply k has "
              "material k, which you must define.",
-             encoder->id, fields->element_count, fields->plies->ply_count,
-             fields->plies->ply_count == 1 ? "ply" : "plies", fields->unit->name);
+             encoder->id[0] ? "Drape " : "Laminate", encoder->id, fields->element_count,
+             fields->plies->ply_count, fields->plies->ply_count == 1 ? "ply" : "plies",
+             fields->unit->name);
     write_comment(encoder, words);
     write_comment(encoder, deck->about);
     for (size_t k = 0; k < fields->plies->ply_count; k++) {
@@ -138,15 +138,22 @@ static void write_deck_head(struct encoder *encoder) {
         snprintf(words, sizeof words, "Warning: %s", fields->warnings[k]);
         write_comment(encoder, words);
     }
-    if (deck->grouping == DECK_BY_STACK)
-        api_text_format(&encoder->piece,
-                        "%s %zu groups; within a group angles differ by at most %g degrees and "
-                        "thicknesses by %g %%\n",
-                        deck->mark, state->groups.count, within, within);
-    if (deck->grouping == DECK_BY_THICKNESS)
-        api_text_format(&encoder->piece,
-                        "%s %zu groups; within a group thicknesses differ by at most %g %%\n",
-                        deck->mark, state->groups.count, within);
+    if (deck->grouping) {
+        snprintf(
+            words, sizeof words,
+            "Rounded: %zu elements share %zu stacks (within=%g; 0 rounds nothing). Thicknesses "
+            "are off by at most %.2g percent.",
+            fields->element_count - bare, state->groups.count, format_within(&encoder->options),
+            state->groups.thickness_percent);
+        write_comment(encoder, words);
+    }
+    if (deck->grouping == DECK_BY_STACK) {
+        snprintf(words, sizeof words,
+                 "Angles from the bottom ply are off by at most %.2g degrees; the bottom ply's own "
+                 "are not rounded.",
+                 state->groups.angle_deg);
+        write_comment(encoder, words);
+    }
     api_text_raw(&encoder->piece, deck->text ? deck->text : "");
 }
 

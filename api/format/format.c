@@ -113,6 +113,7 @@ bool format_option(struct format_options *options, const char *name, const char 
         break;
     case WITHIN:
         good = set_number(&options->within, value, 0, 10);
+        options->within_given = true;
         break;
     case ALLOWANCE:
         good = set_number(&options->allowance, value, 0, 1e12);
@@ -134,4 +135,8 @@ bool format_option(struct format_options *options, const char *name, const char 
     if (!good)
         api_problem_set(problem, API_INVALID_REQUEST, "%s %s", name, known[option].wanted);
     return good;
+}
+
+double format_within(const struct format_options *options) {
+    return options->within_given ? options->within : FORMAT_WITHIN;
 }

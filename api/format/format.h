@@ -53,8 +53,10 @@ const struct format *format_at(enum format_use use, size_t index);
 const struct format *format_named(enum format_use use, const char *name);
 const struct format *format_for_media_type(enum format_use use, const char *media_type);
 
-/* How the caller wants the document. Zero-initialised: the defaults. */
-enum { FORMAT_NAME_SIZE = 64 };
+/* How the caller wants the document. Zero-initialised: the defaults. By default stacks are grouped
+ * within FORMAT_WITHIN degrees and percent: less than cloth lies off its place on a tool, and some
+ * hundred groups for thousands of elements. */
+enum { FORMAT_NAME_SIZE = 64, FORMAT_WITHIN = 2 };
 
 struct format_options {
     int precision;        /* significant digits, 1..17; 0: the shortest that reads back the same */
@@ -63,8 +65,9 @@ struct format_options {
     enum api_table table; /* for formats that hold one table: nodes or cells, of a study variants or
                              bands; of a map cells (what nodes means as well) or plies */
     bool table_given;     /* not: the first of these */
-    double within; /* of formats that group stacks: how far those of a group differ at most, in
-                      degrees and in percent of thickness; 0: not at all */
+    double within; /* of formats that group stacks: how far an element's may be from the group's,
+                      in degrees and in percent of thickness; 0: not at all */
+    bool within_given; /* not: FORMAT_WITHIN */
     /* of lcmsim */
     int lcmsim_version;           /* 2 or 3; 0: 3 */
     double fiber_volume_fraction; /* what denser elements are taken to have; 0: they are left out */
@@ -80,6 +83,9 @@ struct format_options {
  * name. */
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem);
+
+/* How far stacks are grouped. */
+double format_within(const struct format_options *options);
 
 enum { MAP_WARNINGS_MAX = 8, MAP_RELIEFS = 2 };
 

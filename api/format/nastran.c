@@ -29,13 +29,13 @@ static void write_theta_shell(struct encoder *encoder, const struct deck_item *i
 
 /* GPLYID, MID, T, THETA on one line of large fields, SOUT on the next. */
 static void write_pcompg(struct encoder *encoder, const struct deck_item *item) {
-    double bottom = stack_layer(&encoder->fields, item->element, 0)->angle_deg;
+    const struct stack_groups *groups = &((struct deck_state *)encoder->state)->groups;
     api_text_format(&encoder->piece, "PCOMPG* %16zu\n*\n", item->number + 1);
-    for (size_t k = 0; k < item->layers; k++) {
-        const struct map_ply_row *row = stack_layer(&encoder->fields, item->element, k);
-        api_text_format(&encoder->piece, "*       %16d%16d", row->ply + 1, row->ply + 1);
-        deck_real(encoder, row->thickness, WIDTH);
-        deck_real(encoder, element_fold_deg(row->angle_deg - bottom), WIDTH);
+    for (size_t k = groups->first[item->number]; k < groups->first[item->number + 1]; k++) {
+        const struct stack_layer *layer = &groups->layer[k];
+        api_text_format(&encoder->piece, "*       %16d%16d", layer->ply + 1, layer->ply + 1);
+        deck_real(encoder, layer->thickness, WIDTH);
+        deck_real(encoder, layer->angle_deg, WIDTH);
         api_text_format(&encoder->piece, "\n*       %-16s\n", "YES");
     }
 }
@@ -44,7 +44,7 @@ static const struct deck deck = {
     .mark = "$",
     .about =
         "The mesh with THETA of the bottom ply, from side G1-G2, and a PCOMPG for each group of "
-        "equal stacks, in place of the mesh's own GRID and shell elements. Plies are of the "
+        "like stacks, in place of the mesh's own GRID and shell elements. Plies are of the "
         "warp; the shear between warp and weft is not here.",
     .id_max = INT32_MAX,
     .grouping = DECK_BY_STACK,
@@ -56,6 +56,6 @@ static const struct deck deck = {
 const struct format format_nastran = {
     .name = "nastran",
     .media_type = "text/x-nastran",
-    .about = "Nastran bulk data: the mesh with THETA, and PCOMPG by groups of equal stacks",
-    .exact = "12 digits; `within` makes coarser groups",
+    .about = "Nastran bulk data: the mesh with THETA, and PCOMPG by groups of like stacks",
+    .exact = "12 digits; stacks are rounded within `within` (2: degrees, percent)",
     DECK_FORMAT(deck)};

@@ -48,94 +48,166 @@ double stack_least_thickness(const struct map_fields *fields, int ply) {
 
 /* ---- groups of like stacks ---- */
 
+/* The stacks of a run have the same plies. They are points with two coordinates a layer, thickness
+ * and angle, and a group is a box of them: begun with all, and halved at its widest coordinate
+ * until every one is at most `within` from the middle. */
 struct grouping {
     const struct map_fields *fields;
     bool angles;
-    int64_t turns; /* steps of angles in half a turn, after which a fibre is the same */
-    double share;  /* a step of logarithms of thicknesses */
+    double within; /* degrees and percent, above 0 */
+    struct stack_groups *groups;
+    int32_t *scratch;
+    bool *begins; /* a group, at this member */
 };
 
-/* A layer as whole numbers, equal when it counts as the same: ply, thickness, angle. */
-enum { LAYER = 3 };
-
-static void read_layer(const struct grouping *grouping, size_t element, size_t k,
-                       int64_t layer[LAYER]) {
-    const struct map_ply_row *row = stack_layer(grouping->fields, element, k);
-    const struct map_ply_row *first = stack_layer(grouping->fields, element, 0);
-    double turn = element_fold_deg(row->angle_deg - first->angle_deg) + 90;
-    int64_t step = llround(turn / 180 * (double)grouping->turns) % grouping->turns;
-    layer[0] = row->ply;
-    layer[1] = llround(log(row->thickness) / grouping->share);
-    layer[2] = grouping->angles ? step : 0;
+/* Angles run from the bottom ply, and have no sign. */
+static double angle_from_bottom(const struct map_fields *fields, size_t element, size_t k) {
+    return element_fold_deg(stack_layer(fields, element, k)->angle_deg -
+                            stack_layer(fields, element, 0)->angle_deg);
 }
 
-static bool stacks_are_alike(const struct grouping *grouping, size_t a, size_t b) {
-    size_t count = stack_layers(grouping->fields, a);
-    bool alike = count == stack_layers(grouping->fields, b);
-    for (size_t k = 0; alike && k < count; k++) {
-        int64_t p[LAYER], q[LAYER];
-        read_layer(grouping, a, k, p);
-        read_layer(grouping, b, k, q);
-        alike = memcmp(p, q, sizeof p) == 0;
+/* Coordinate c of a stack: of layer c / 2 the thickness, or the angle, near that of `base`. */
+static double stack_coordinate(const struct grouping *grouping, size_t element, size_t c,
+                               size_t base) {
+    const struct map_fields *fields = grouping->fields;
+    if (c % 2 == 0)
+        return stack_layer(fields, element, c / 2)->thickness;
+    double near = angle_from_bottom(fields, base, c / 2);
+    return near + element_fold_deg(angle_from_bottom(fields, element, c / 2) - near);
+}
+
+/* Half of the box from..to along coordinate c: degrees, or percent of the middle. */
+static double measure_extent(const struct grouping *grouping, size_t from, size_t to, size_t c,
+                             double *middle) {
+    const int32_t *member = grouping->groups->member;
+    size_t base = (size_t)member[from];
+    double low = INFINITY, high = -INFINITY;
+    for (size_t m = from; m < to; m++) {
+        double value = stack_coordinate(grouping, (size_t)member[m], c, base);
+        low = fmin(low, value);
+        high = fmax(high, value);
     }
-    return alike;
+    *middle = low + (high - low) / 2;
+    return (high - low) / 2 * (c % 2 == 0 ? 100 / *middle : 1);
+}
+
+/* Halves the stacks from..to of one run, the members of a half in their order. */
+static void halve_until_alike(struct grouping *grouping, size_t from, size_t to) {
+    struct stack_groups *groups = grouping->groups;
+    while (true) {
+        size_t count = 2 * stack_layers(grouping->fields, (size_t)groups->member[from]), widest = 0;
+        size_t base = (size_t)groups->member[from], split = from, rest = 0;
+        double extent = 0, angle = 0, thickness = 0, middle = 0, at;
+        for (size_t c = 0; c < count; c += grouping->angles ? 1 : 2) {
+            double half = measure_extent(grouping, from, to, c, &at);
+            if (half > extent) {
+                extent = half;
+                widest = c;
+                middle = at;
+            }
+            *(c % 2 ? &angle : &thickness) = fmax(c % 2 ? angle : thickness, half);
+        }
+        if (extent <= grouping->within) {
+            grouping->begins[from] = true;
+            groups->angle_deg = fmax(groups->angle_deg, angle);
+            groups->thickness_percent = fmax(groups->thickness_percent, thickness);
+            return;
+        }
+        for (size_t m = from; m < to; m++) {
+            size_t e = (size_t)groups->member[m];
+            if (stack_coordinate(grouping, e, widest, base) <= middle)
+                groups->member[split++] = (int32_t)e;
+            else
+                grouping->scratch[rest++] = (int32_t)e;
+        }
+        memcpy(groups->member + split, grouping->scratch, rest * sizeof *grouping->scratch);
+        /* The smaller half by a call, so that calls nest no deeper than the logarithm of `to`. */
+        bool less = split - from < to - split;
+        halve_until_alike(grouping, less ? from : split, less ? split : to);
+        *(less ? &from : &to) = split;
+    }
+}
+
+/* By the plies from bottom to top, then by the element. */
+static int compare_sequences(const void *x, const void *y, void *context) {
+    const struct map_fields *fields = *(const struct map_fields *const *)context;
+    int32_t a = *(const int32_t *)x, b = *(const int32_t *)y;
+    size_t p = stack_layers(fields, (size_t)a), q = stack_layers(fields, (size_t)b);
+    int order = (p > q) - (p < q);
+    for (size_t k = 0; order == 0 && k < p; k++)
+        order = stack_layer(fields, (size_t)a, k)->ply - stack_layer(fields, (size_t)b, k)->ply;
+    return order;
+}
+
+/* The middles of the boxes, as stacks of their own. */
+static bool take_middles(const struct grouping *grouping) {
+    struct stack_groups *groups = grouping->groups;
+    const struct map_fields *fields = grouping->fields;
+    size_t layers = 0;
+    for (size_t g = 0; g < groups->count; g++)
+        layers += stack_layers(fields, (size_t)groups->member[groups->start[g]]);
+    groups->layer = malloc((layers + 1) * sizeof *groups->layer);
+    groups->first = malloc((groups->count + 1) * sizeof *groups->first);
+    if (!groups->layer || !groups->first)
+        return false;
+    layers = 0;
+    for (size_t g = 0; g < groups->count; g++) {
+        size_t from = groups->start[g], to = groups->start[g + 1];
+        size_t element = (size_t)groups->member[from], count = stack_layers(fields, element);
+        groups->first[g] = layers;
+        for (size_t k = 0; k < count; k++, layers++) {
+            struct stack_layer *layer = &groups->layer[layers];
+            layer->ply = stack_layer(fields, element, k)->ply;
+            measure_extent(grouping, from, to, 2 * k, &layer->thickness);
+            measure_extent(grouping, from, to, 2 * k + 1, &layer->angle_deg);
+            layer->angle_deg = element_fold_deg(layer->angle_deg);
+        }
+    }
+    groups->first[groups->count] = layers;
+    return true;
 }
 
 bool stack_groups_make(struct stack_groups *groups, const struct map_fields *fields, bool angles,
                        double within) {
-    double step = within > 0 ? within : 1e-6;
-    const struct grouping grouping = {fields, angles, (int64_t)ceil(180 / step), step / 100};
-    size_t elements = fields->element_count, size = 16;
-    while (size < 2 * elements)
-        size *= 2;
-    int32_t *table = calloc(size, sizeof *table);
-    *groups = (struct stack_groups){.group = malloc(elements * sizeof *groups->group),
-                                    .member = malloc(elements * sizeof *groups->member)};
-    bool good = table && groups->group && groups->member;
-    /* Every element gets its group by a table of the groups' first members, open addressing. */
-    for (size_t e = 0; good && e < elements; e++) {
-        size_t layers = stack_layers(fields, e);
-        uint64_t hash = 0;
-        int64_t layer[LAYER];
-        groups->group[e] = -1;
-        if (layers == 0)
-            continue;
-        for (size_t k = 0; k < layers; k++) {
-            read_layer(&grouping, e, k, layer);
-            for (int v = 0; v < LAYER; v++) {
-                hash = (hash ^ (uint64_t)layer[v]) * 0x9E3779B97F4A7C15u;
-                hash ^= hash >> 29;
-            }
-        }
-        size_t slot = hash & (size - 1);
-        while (table[slot] && !stacks_are_alike(&grouping, e, (size_t)table[slot] - 1))
-            slot = (slot + 1) & (size - 1);
-        if (!table[slot]) {
-            table[slot] = (int32_t)e + 1;
-            groups->group[e] = (int32_t)groups->count++;
-        } else {
-            groups->group[e] = groups->group[table[slot] - 1];
-        }
+    size_t elements = fields->element_count, count = 0;
+    *groups = (struct stack_groups){.group = malloc((elements + 1) * sizeof *groups->group),
+                                    .member = malloc((elements + 1) * sizeof *groups->member),
+                                    .start = malloc((elements + 1) * sizeof *groups->start)};
+    struct grouping grouping = {.fields = fields,
+                                .angles = angles,
+                                .within = fmax(within, 1e-7),
+                                .groups = groups,
+                                .scratch = groups->group, /* has its values last */
+                                .begins = calloc(elements + 1, sizeof *grouping.begins)};
+    bool good = groups->group && groups->member && groups->start && grouping.begins;
+    for (size_t e = 0; good && e < elements; e++)
+        if (stack_layers(fields, e) > 0)
+            groups->member[count++] = (int32_t)e;
+    if (good)
+        qsort_r(groups->member, count, sizeof *groups->member, compare_sequences, &fields);
+    for (size_t from = 0, to; good && from < count; from = to) {
+        for (to = from + 1; to < count && compare_sequences(&groups->member[from],
+                                                            &groups->member[to], &fields) == 0;)
+            to++;
+        halve_until_alike(&grouping, from, to);
     }
-    free(table);
-    groups->start = good ? calloc(groups->count + 2, sizeof *groups->start) : NULL;
-    if (!groups->start)
-        return false;
-    /* Members by group, in their order: a counting sort. */
-    size_t *place = groups->start + 1; /* of the next member, until it has moved on to its end */
-    for (size_t e = 0; e < elements; e++)
-        if (groups->group[e] >= 0)
-            place[groups->group[e] + 1]++;
-    for (size_t g = 1; g <= groups->count; g++)
-        place[g] += place[g - 1];
-    for (size_t e = 0; e < elements; e++)
-        if (groups->group[e] >= 0)
-            groups->member[place[groups->group[e]]++] = (int32_t)e;
-    return true;
+    for (size_t e = 0; good && e < elements; e++)
+        groups->group[e] = -1;
+    for (size_t m = 0; good && m < count; m++) {
+        if (grouping.begins[m])
+            groups->start[groups->count++] = m;
+        groups->group[groups->member[m]] = (int32_t)groups->count - 1;
+    }
+    if (good)
+        groups->start[groups->count] = count;
+    free(grouping.begins);
+    return good && take_middles(&grouping);
 }
 
 void stack_groups_free(struct stack_groups *groups) {
     free(groups->group);
     free(groups->member);
     free(groups->start);
+    free(groups->layer);
+    free(groups->first);
 }

@@ -204,7 +204,10 @@ END
     [ "$(header Content-Type)" = text/x-radioss ]
     map_bulk '?format=nastran&within=0.5'
     expect 200
-    grep -qE '^\$ [12] groups; within a group angles differ by at most 0.5 degrees' "$body"
+    grep -qE '^\$ Rounded: 2 elements share [12] stacks \(within=0.5;' "$body"
+    map_bulk '?format=nastran'
+    expect 200
+    grep -qE '^\$ Rounded: 2 elements share [12] stacks \(within=2;' "$body"
     for wrong in within=-1 within=11 within=a; do
         map_bulk "?format=nastran&$wrong"
         expect_problem 422 invalid-request

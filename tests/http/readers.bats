@@ -102,9 +102,9 @@ stack() {
     write_map json "$folder/map.json"
 }
 
-# write_map FORMAT FILE [FLAG...]
+# write_map FORMAT FILE [FLAG...], without rounding unless FLAG says otherwise
 write_map() {
-    "$DRAPE" "$folder/request.json" --map "$folder/mesh.json" --format "$1" -o "$2" "${@:3}" \
+    "$DRAPE" "$folder/request.json" --map "$folder/mesh.json" --format "$1" -o "$2" --within 0 "${@:3}" \
         2>"$BATS_TEST_TMPDIR/warnings"
 }
 
@@ -142,6 +142,26 @@ write_map() {
     done
     write_map vtu "$folder/map.vtu"
     $READ vtu-plies "$folder/map.vtu" "$folder/map.json"
+}
+
+# Without `within` a deck is for people and solvers to read: few stacks for many elements, and what
+# that costs is in its head.
+@test "readers: decks round to few stacks by default, and tell by how much" {
+    stack m 1
+    jq -c '{surface, length_unit, plies: [0, 45, -45, 90 | . as $a | {direction: {angle_deg: $a},
+        fabric: {spacing: 0.1, thickness: 0.0005}}]}' "$EXAMPLES/saddle.json" >"$folder/request.json"
+    $PYTHON tests/readers/mixed_mesh.py 1 38 >"$folder/mesh.json"
+    write_map json "$folder/map.json"
+    for format in nastran abaqus; do
+        "$DRAPE" "$folder/request.json" --map "$folder/mesh.json" --format $format -o "$folder/deck"
+        read -r elements stacks < <(sed -nE 's/.*Rounded: ([0-9]+) elements share ([0-9]+) stacks.*/\1 \2/p' \
+            "$folder/deck")
+        echo "$format: $elements elements, $stacks stacks"
+        [ "$elements" -gt 1000 ] && [ $((3 * stacks)) -lt "$elements" ]
+        $PYTHON tests/readers/cards.py $format "$folder/mesh.json" "$folder/map.json" "$folder/deck" - 0 \
+            "$(tr -d '\n' <"$folder/deck" | grep -oE '(percent. *.. *Angles|off by at most)[^0-9]*[0-9.]+' |
+                grep -oE '[0-9.]+$' | sort -g | tail -1)"
+    done
 }
 
 @test "readers: vtu has the plies by ply" {

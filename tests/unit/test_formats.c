@@ -434,8 +434,18 @@ static void test_stacks_are_grouped_within_what_is_asked(void **state) {
         assert_true(stack_groups_make(&groups, &fields, cases[k].angles, cases[k].within));
         assert_int_equal(groups.count, cases[k].count);
         for (size_t g = 0; g < groups.count; g++)
-            for (size_t m = groups.start[g]; m < groups.start[g + 1]; m++, seen++)
+            for (size_t m = groups.start[g]; m < groups.start[g + 1]; m++, seen++) {
+                const struct map_ply_row *row = &rows[2 * groups.member[m]];
+                const struct stack_layer *layer = &groups.layer[groups.first[g]];
                 assert_int_equal(groups.group[groups.member[m]], g);
+                double turn = row[1].angle_deg - row[0].angle_deg - layer[1].angle_deg;
+                check_below(fabs(row[0].thickness / layer[0].thickness - 1),
+                            groups.thickness_percent / 100 + 1e-12);
+                check_below(fabs(element_fold_deg(turn)),
+                            cases[k].angles ? groups.angle_deg + 1e-9 : 91);
+            }
+        check_below(groups.thickness_percent, fmax(cases[k].within, 1e-7) + 1e-9);
+        check_below(groups.angle_deg, cases[k].angles ? fmax(cases[k].within, 1e-7) + 1e-9 : 1);
         assert_int_equal(seen, COUNT);
         stack_groups_free(&groups);
     }
