@@ -312,6 +312,39 @@ END
     done
 }
 
+@test "client: uploads files, and drapes requests whose surface is one" {
+    cp "$EXAMPLES/dome.step" "$BATS_TEST_TMPDIR/part.step"
+    printf 'v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3 4\n' >"$BATS_TEST_TMPDIR/a.obj"
+    $PYTHON - "$URL" "$BATS_TEST_TMPDIR" <<-'END'
+	import json, os, sys
+	sys.path.insert(0, "api/clients/python")
+	import draped
+	client, folder = draped.Client(sys.argv[1]), sys.argv[2]
+	part = client.upload(os.path.join(folder, "part.step"))
+	assert part["length_unit"] == "mm" and len(part["faces"]) == 9, part
+	assert client.surface(part["id"])["faces"][6]["kind"] == "sphere"
+	request = {"surface": {"id": part["id"], "grow_from": 6}, "fabric": {"spacing": 4}}
+	file = {**request, "surface": {"file": "part.step", "grow_from": 6}}
+	one, other = client.submit(request), client.submit(file, folder)
+	assert client.wait(one)["summary"]["nodes"] == client.wait(other)["summary"]["nodes"] > 3000
+	study = client.study({"drape": {"surface": {"file": os.path.join(folder, "a.obj"), "unit": "in"},
+	                                "fabric": {"spacing": 0.2}}, "vary": {"angle_deg": [0, 45]}, "objectives": ["max_shear_deg"]})
+	assert client.variant(study["id"], 0)["length_unit"] == "in"
+	stored = client.upload({"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]]})
+	client.delete_surface(stored["id"])
+	for path, kind in (("a.inp", ValueError), ("b.step", OSError)):
+	    try:
+	        client.upload(os.path.join(folder, path))
+	        sys.exit("no error")
+	    except kind:
+	        pass
+	json.dump(file, open(os.path.join(folder, "request.json"), "w"))
+	END
+    $PYTHON $CLIENTS/python/draped.py "$BATS_TEST_TMPDIR/request.json" -o "$BATS_TEST_TMPDIR/net.csv" \
+        --url "$URL"
+    [ "$(wc -l <"$BATS_TEST_TMPDIR/net.csv")" -gt 3000 ]
+}
+
 @test "client: does a study, and drapes the best of its variants" {
     cat >"$BATS_TEST_TMPDIR/study.py" <<'END'
 import json, sys

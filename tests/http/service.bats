@@ -176,6 +176,18 @@ openapi() {
     done <"$BATS_TEST_TMPDIR/parameters"
 }
 
+# As everybody makes them: without flags that change what is required.
+@test "http: types made of the description need no more keys than the daemon does" {
+    manifests=$PWD/tests/manifests
+    openapi
+    cp "$body" "$BATS_TEST_TMPDIR/openapi.json"
+    cp "$manifests/requests.ts" "$BATS_TEST_TMPDIR"
+    cd "$BATS_TEST_TMPDIR"
+    node "$manifests/node_modules/.bin/openapi-typescript" openapi.json -o draped.d.ts
+    node "$manifests/node_modules/.bin/tsc" --noEmit --strict --exactOptionalPropertyTypes \
+        requests.ts draped.d.ts
+}
+
 @test "http: the description names every kind of problem" {
     openapi
     # Without tokens nobody is unauthorized.

@@ -13,6 +13,10 @@
     fields = client.map(drape, "mould.bdf")        # the fields on your own mesh
     client.save_map(drape, "mould.bdf", "case.zip", format="lcmsim")
 
+    part = client.upload("PART.step")              # {"id", "faces": [...], "length_unit", "notes", ...}
+    client.submit({"surface": {"id": part["id"], "grow_from": 3}, "fabric": {"spacing": 4}})
+    client.submit({"surface": {"file": "PART.stl", "unit": "mm"}, ...})  # both in one
+
     study = client.study({"drape": ..., "vary": {"start": {"grid": 50}}, "objectives": ["max_shear_deg"]})
     request = client.variant(study["id"], study["best"]["max_shear_deg"])  # to be submitted
 
@@ -47,6 +51,8 @@ __all__ = ["Client", "DrapedError"]
 Json = dict[str, Any]
 Mesh = Union[str, os.PathLike, Mapping[str, Any]]
 
+SURFACE_FORMATS = {"step": "step", "stp": "step", "iges": "iges", "igs": "iges", "stl": "stl",
+                   "obj": "obj", "bdf": "nastran", "nas": "nastran"}  # by the name's ending
 RESULT_FORMATS = ("json", "csv", "vtp", "glb", "npz")
 PATTERN_FORMATS = ("svg", "dxf")
 REPORT_FORMATS = ("html",)
@@ -165,14 +171,58 @@ class Client:
             if os.path.exists(unfinished):
                 os.remove(unfinished)
 
+    # ---- surfaces ----
+
+    def upload(self, surface: Union[str, os.PathLike, Mapping[str, Any]], unit: Optional[str] = None,
+               format: Optional[str] = None) -> Json:
+        """Stores a surface: a STEP, IGES, STL, OBJ or Nastran file, the format by its name's ending
+        unless given, or a dict. What the service knows of it: `id`, and of a file `faces`, `edges`,
+        `length_unit` and `notes`. `unit` (m, mm, cm, um, in, ft) is for files that state none."""
+        if isinstance(surface, Mapping):
+            body = json.dumps(surface, allow_nan=False).encode()
+            return self._json("POST", "/v1/surfaces", body, {"Content-Type": "application/json"})
+        ending = os.path.splitext(os.fspath(surface))[1].lstrip(".").lower()
+        name = format or SURFACE_FORMATS.get(ending)
+        if name is None and ending != "json":
+            known = ", ".join(SURFACE_FORMATS)
+            raise ValueError(f"{os.fspath(surface)}: {ending!r} is no format of surfaces; there are {known}")
+        with open(surface, "rb") as file:
+            if name is None:
+                return self.upload(json.load(file))
+            return self._json("POST", "/v1/surfaces", file.read(),
+                              {"Content-Type": "application/octet-stream"}, format=name, unit=unit)
+
+    def surface(self, surface: str) -> Json:
+        """The definition of a stored surface."""
+        return self._json("GET", f"/v1/surfaces/{surface}")
+
+    def delete_surface(self, surface: str) -> None:
+        """Removes it; not while a drape needs it."""
+        self._open("DELETE", f"/v1/surfaces/{surface}").close()
+
+    def _stored(self, request: Mapping[str, Any], folder: Union[str, os.PathLike]) -> Json:
+        """The request with the id of its surface, which is uploaded, in place of its file."""
+        if "drape" in request:
+            return {**request, "drape": self._stored(request["drape"], folder)}
+        surface = request.get("surface")
+        if not isinstance(surface, Mapping) or "file" not in surface:
+            return dict(request)
+        unit = surface.get("unit", request.get("length_unit"))
+        stored = self.upload(os.path.join(folder, surface["file"]), unit)
+        chosen = {key: value for key, value in surface.items() if key not in ("file", "unit")}
+        return {**request, "surface": {"id": stored["id"], **chosen}}
+
     # ---- drapes ----
 
-    def submit(self, request: Mapping[str, Any]) -> str:
+    def submit(self, request: Mapping[str, Any], folder: Union[str, os.PathLike] = "") -> str:
         """Queues a drape request (a dict as in the service's openapi.yaml); its id. A request that
-        is repeated because the connection broke is not done twice."""
-        return self._submit("drapes", request)
+        is repeated because the connection broke is not done twice. Its surface may be a file,
+        {"file": "PART.step", "unit": "mm", "grow_from": 3}, relative to `folder`, which is uploaded."""
+        return self._submit("drapes", request, folder)
 
-    def _submit(self, collection: str, request: Mapping[str, Any]) -> str:
+    def _submit(self, collection: str, request: Mapping[str, Any],
+                folder: Union[str, os.PathLike] = "") -> str:
+        request = self._stored(request, folder)
         headers = {"Content-Type": "application/json", "Idempotency-Key": str(uuid.uuid4())}
         body = json.dumps(request, allow_nan=False).encode()
         return self._json("POST", f"/v1/{collection}", body, headers)["id"]
@@ -372,7 +422,7 @@ class Client:
         {"points": [[x, y, z], ...]} or {"mesh": {"vertices", "triangles"}}. The answer's `cells` has
         one value a column for each element or point, arrays where NumPy is installed; `warnings`
         tells of a mesh that lies elsewhere. `options`: `fields`, `precision`, `reference` (the
-        direction that angles of plies run from, (x, y, z)), `within`, and for lcmsim `inlet`
+        direction that angles of plies run from, (x, y, z)), `within` (of decks), and for lcmsim `inlet`
         and `outlet`, lists of the file's ids (of a dict's mesh of indices), "pid:3" and
         "sphere:x:y:z:radius", `edge_channel`, (width, permeability in m^2), `lcmsim_version` and
         `at_most_fiber_volume_fraction`; `cavity_height`, a number or "pid:3:0.002,pid:4:0.003", and
@@ -401,7 +451,8 @@ class Client:
 def main() -> int:
     """Drapes a request from a file and saves the result."""
     parser = argparse.ArgumentParser(description="Drape a request and save the result.")
-    parser.add_argument("request", help="a drape request, JSON; - for the standard input")
+    parser.add_argument("request", help="a drape request, JSON; - for the standard input. Its "
+                        "surface may be a file, by its path from there")
     parser.add_argument("-o", "--output", required=True,
                         help="json, csv, vtp, glb, npz, svg, dxf or html, by its ending")
     parser.add_argument("--url", default=os.environ.get("DRAPED_URL", "http://127.0.0.1:8080"))
@@ -410,7 +461,7 @@ def main() -> int:
     client = Client(arguments.url, arguments.token)
     try:
         with open(0 if arguments.request == "-" else arguments.request, encoding="utf-8") as file:
-            drape = client.submit(json.load(file))
+            drape = client.submit(json.load(file), os.path.dirname(arguments.request))
         status = client.wait(drape)
         client.save(drape, arguments.output)
     except (DrapedError, OSError, ValueError) as error:
