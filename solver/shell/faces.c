@@ -42,9 +42,15 @@ void curve_at(const struct shell *shell, const struct face_curve *curve, double 
 /* Steps shorter than this share of the range do not bring the place nearer. */
 static const double arrived = 1e-14;
 
+/* How the curve bends towards the point is left out of the first step, and of the next while it
+ * changes them by less than this share. */
+static const double bent = 0.1;
+
+/* Newton's method for g(t) = (q - r) . r' / |r'|^2 = 0: where r is near to q or straight, g' = -1;
+ * where that does not hold, it is taken from the last two places. */
 double curve_nearest(const struct shell *shell, const struct face_curve *curve, struct vec3 point,
                      double from, const double range[2], struct curve_place *place) {
-    double t = fmin(fmax(from, range[0]), range[1]), distance;
+    double t = fmin(fmax(from, range[0]), range[1]), distance, before[2] = {NAN, NAN}; /* t, g */
     curve_at(shell, curve, t, place);
     distance = vec3_distance(place->r, point);
     for (int round = 0; round < NEWTON_MAX; round++) {
@@ -53,6 +59,11 @@ double curve_nearest(const struct shell *shell, const struct face_curve *curve, 
         double step = vec3_dot(vec3_sub(point, place->r), place->tangent) / speed2;
         if (fabs(step) <= arrived * (range[1] - range[0]))
             break;
+        double slope = (step - before[1]) / (t - before[0]);
+        before[0] = t;
+        before[1] = step;
+        if (slope < 0 && fabs(slope + 1) > bent)
+            step /= -slope;
         for (int h = 0; h < HALVINGS_MAX && isfinite(step) && !(closer < distance); h++) {
             double to = fmin(fmax(last + step, range[0]), range[1]);
             if (to == last)

@@ -47,10 +47,12 @@ struct face_edge {
                                        begins at the open end of a joint; else EDGE_FREE */
 };
 
-/* A piece of an edge from a to b in inner parameters. */
+/* A piece of an edge from a to b in inner parameters; in space from `r` to where the next one of
+ * the edge begins. */
 struct face_segment {
     double a[2], b[2];
     double t[2];
+    struct vec3 r;
     int32_t edge;
 };
 

@@ -400,6 +400,7 @@ static uint32_t make_segments(const struct join *join, int32_t number, struct fa
             to[count] = (struct face_segment){.a = {from.uv[0], from.uv[1]},
                                               .b = {end.uv[0], end.uv[1]},
                                               .t = {from.t, end.t},
+                                              .r = from.r,
                                               .edge = number};
         count++;
         from = end;

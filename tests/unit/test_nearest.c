@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
+#include "solver/shell/shell.h"
 #include "solver/surface/surface.h"
+#include "solver/surface/trim.h"
 
 #include "patch.h"
 #include "support.h"
@@ -311,6 +313,101 @@ static void test_nearest_of_no_place_ends(void **state) {
     arena_free(arena);
 }
 
+/* ---- trimmed faces ---- */
+
+enum { LOOP_POINTS = 12, LOOP_KNOTS = LOOP_POINTS + 4, LOOP_SAMPLES = 20000, FACES = 20 };
+
+/* A closed cubic that keeps what lies within, round the middle of the domain 0..1; cut at its
+ * knots. */
+struct curved_loop {
+    double points[LOOP_POINTS][2], knots[LOOP_KNOTS];
+    struct trim_curve curve;
+    struct trim_loop loop;
+};
+
+static void curved_loop_make(struct curved_loop *made, struct random *random) {
+    for (int k = 0; k < LOOP_POINTS; k++) {
+        double angle = 6.283185307179586 * (k % (LOOP_POINTS - 1)) / (LOOP_POINTS - 1);
+        double radius = random_between(random, 0.1, 0.45);
+        made->points[k][0] = 0.5 + radius * cos(angle);
+        made->points[k][1] = 0.5 + radius * sin(angle);
+    }
+    for (int x = 0; x < 2; x++)
+        made->points[LOOP_POINTS - 1][x] = made->points[0][x];
+    for (int k = 0; k < LOOP_KNOTS; k++)
+        made->knots[k] = fmin(fmax(k - 3, 0), LOOP_POINTS - 3);
+    made->curve = (struct trim_curve){.degree = 3,
+                                      .points = (const double(*)[2])made->points,
+                                      .count = LOOP_POINTS,
+                                      .knots = made->knots};
+    made->loop = (struct trim_loop){.reversed = true, .curves = &made->curve, .count = 1};
+}
+
+/* How far the loop is from a point: no less than in truth, and by next to nothing more. */
+static double distance_of_loop(const struct surface *surface, const struct curved_loop *loop,
+                               struct vec3 point) {
+    struct question q = question_make(surface, point);
+    double least = DBL_MAX, nearest = 0, step = (LOOP_POINTS - 3.0) / LOOP_SAMPLES, uv[2];
+    for (int k = -LOOP_SAMPLES; k < LOOP_SAMPLES; k++) {
+        double t =
+            k < 0 ? (k + LOOP_SAMPLES) * step : nearest + (2.0 * k / LOOP_SAMPLES - 1) * step;
+        trim_curve_at(&loop->curve, t, uv, NULL);
+        double distance = distance_at(&q, uv[0], uv[1]);
+        if (distance < least && k < 0)
+            nearest = t;
+        least = fmin(least, distance);
+    }
+    return least;
+}
+
+/* A face's nearest place is where its surface comes nearest or, where that is cut away, on its
+ * boundary: of points beside it and of those that are far from it all. */
+static void test_nearest_of_trimmed_faces(void **state) {
+    (void)state;
+    struct random random = random_begin("nearest_of_trimmed_faces");
+    struct arena *arena = arena_new((size_t)1 << 26);
+    int cut_away = 0;
+    for (int f = 0; f < FACES; f++) {
+        static struct patch patch;
+        struct curved_loop loop;
+        struct surface *surface;
+        struct shell *shell;
+        double lower[2], upper[2];
+        struct arena_mark mark = arena_mark(arena);
+        patch_make(&patch, &(struct patch_kind){3, 3, true, f % 2 == 0}, &random);
+        assert_int_equal(surface_make(&patch.nurbs, arena, &surface), STATUS_OK);
+        curved_loop_make(&loop, &random);
+        surface_domain(surface, lower, upper);
+        for (int k = 0; k < LOOP_POINTS; k++)
+            for (int x = 0; x < 2; x++)
+                loop.points[k][x] = lower[x] + loop.points[k][x] * (upper[x] - lower[x]);
+        const struct shell_patch face = {surface, &loop.loop, 1};
+        assert_int_equal(shell_make(&face, 1, 0, arena, &shell, NULL), STATUS_OK);
+        for (int k = 0; k < POINTS; k++) {
+            struct vec3 low, high;
+            struct shell_point place;
+            struct surface_jet jet;
+            struct surface_cursor cursor = {0};
+            double out = k % 2 ? 0.1 : 2, uv[2], whole, distance;
+            shell_bounds(shell, &low, &high);
+            struct vec3 p = {random_between(&random, low.x, high.x),
+                             random_between(&random, low.y, high.y),
+                             high.z + out * (high.z - low.z)};
+            shell_nearest(shell, p, SHELL_ANY, &place, &distance);
+            surface_evaluate(surface, &cursor, place.uv[0], place.uv[1], &jet);
+            check_at_most(fabs(vec3_distance(jet.r, p) - distance), 1e-12 * shell_size(shell));
+            surface_nearest(surface, p, uv, &whole);
+            bool inside = trim_contains(shell_trim(shell, 0), uv);
+            double wanted = inside ? whole : distance_of_loop(surface, &loop, p);
+            check_at_most(fabs(distance - wanted), 1e-8 * shell_size(shell));
+            cut_away += !inside;
+        }
+        arena_rewind(arena, mark);
+    }
+    check_at_least(cut_away, FACES * POINTS / 4);
+    arena_free(arena);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nearest_point_of_the_surface_is_itself),
@@ -321,6 +418,7 @@ int main(void) {
         cmocka_unit_test(test_nearest_beside_a_pole),
         cmocka_unit_test(test_nearest_of_the_centre_of_a_sphere),
         cmocka_unit_test(test_nearest_of_no_place_ends),
+        cmocka_unit_test(test_nearest_of_trimmed_faces),
     };
     return cmocka_run_group_tests_name("nearest", tests, NULL, NULL);
 }
