@@ -7,6 +7,9 @@
 /* Rounding, and the corners that straight lines cut, leave the shares of cells this exact. */
 static const double twice = 1e-2;
 
+/* A cell that the rim does not pass lies within it once or not at all, but for rounding. */
+static const double within = 0.5;
+
 /* What the rim adds to a cell while it passes it once. */
 struct passage {
     int32_t i, j;
@@ -123,6 +126,8 @@ enum status rim_cells_make(struct march *march, const struct rim *rim, struct ri
         bool beyond = cell.share > 1 + twice || cell.share < -twice;
         cells->overlaps = cells->overlaps || (rim->covered && beyond);
         cell.share = fmin(fmax(cell.share, 0), 1);
+        bool closed = k < c.count && c.all[k].j == cell.j && !cell.loose && -rise > within;
+        cell.inner = closed ? c.all[k].i - cell.i - 1 : 0;
         cells->cells[cells->count++] = cell;
     }
     return STATUS_OK;

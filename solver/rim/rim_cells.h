@@ -12,9 +12,11 @@
 /* A cell that the rim passes. */
 struct rim_cell {
     int32_t i, j;
-    double share; /* of the unsheared cell that lies within the rim, 0..1 */
-    double p, q;  /* the middle of the rim in it */
-    bool loose;   /* where the cloth does not reach the rim, its share means nothing */
+    double share;  /* of the unsheared cell that lies within the rim, 0..1 */
+    double p, q;   /* the middle of the rim in it */
+    bool loose;    /* where the cloth does not reach the rim, its share means nothing */
+    int32_t inner; /* so many that follow it in its row lie within the rim, which does not pass
+                      them; 0 where that is not sure */
 };
 
 struct rim_cells {

@@ -228,6 +228,54 @@ static double cloth_shear_at(const struct rim_cloth_point *place) {
 /* The share of a cell that is rounding. */
 static const double least_share = 1e-9;
 
+/* Whether of a cell within the rim that is not whole the boundary alone leaves corners out, by less
+ * than the rim is right to; p and q of `cell` become those of one of them. */
+static bool is_left_out(struct rim *rim, struct rim_cell *cell) {
+    bool out = false;
+    for (int k = 0; k < 4; k++) {
+        int32_t i = cell->i + (k & 1), j = cell->j + k / 2;
+        const struct net_node *node = net_find(rim->cloth.march->net, i, j);
+        if (!node || node->state == NET_UNKNOWN ||
+            (node->state == NET_FAILED && node->reason != DRAPE_REASON_BOUNDARY))
+            return false;
+        if (node->state == NET_INSIDE)
+            continue;
+        out = true;
+        cell->p = i;
+        cell->q = j;
+    }
+    return out && rim_cloth_patch(&rim->cloth, cell->i, cell->j)->known;
+}
+
+/* Puts the cells that are left out though they lie within the rim among those that it cuts: all of
+ * each is cloth. */
+static enum status add_left_out(struct rim *rim, const struct drape_cells *c,
+                                struct rim_cells *cells) {
+    struct arena *arena = rim->cloth.march->arena;
+    struct rim_cell *all = NULL;
+    size_t count = 0, room = 0, at = 0;
+    for (size_t k = 0; k < cells->count; k++)
+        for (int32_t n = 0; n <= cells->cells[k].inner; n++) {
+            struct rim_cell own = cells->cells[k];
+            own.i += n;
+            while (at < c->count && node_comes_before(c->i[at], c->j[at], own.i, own.j))
+                at++;
+            bool whole = at < c->count && c->i[at] == own.i && c->j[at] == own.j;
+            if (n > 0)
+                own.share = 1;
+            if (n > 0 && (whole || !is_left_out(rim, &own)))
+                continue;
+            if (count == room)
+                all = arena_enlarge(arena, all, count, sizeof *all, &room);
+            if (!all)
+                return STATUS_OUT_OF_MEMORY;
+            all[count++] = own;
+        }
+    cells->cells = all;
+    cells->count = count;
+    return STATUS_OK;
+}
+
 /* The cells that are not whole, each by the share that the rim leaves of it: its shear goes from
  * that at the rim to that as far on the other side of its middle. */
 static void add_cut_cells(struct gathering *g) {
@@ -453,9 +501,12 @@ enum status rim_report(struct march *march, struct rim_found *found, struct drap
     struct drape_cells *c = &cut->cells;
     double **columns[] = {&c->shear_deg, &c->warp_x, &c->warp_y, &c->warp_z,
                           &c->weft_x,    &c->weft_y, &c->weft_z};
+    enum status status = found->status;
+    if (status == STATUS_OK)
+        status = add_left_out(&found->rim, &result->cells, &found->cells);
+    if (status != STATUS_OK)
+        return status;
     size_t room = found->cells.count;
-    if (found->status != STATUS_OK)
-        return found->status;
     *cut = (struct drape_cut){.cells = {.i = arena_take(arena, room, sizeof *c->i),
                                         .j = arena_take(arena, room, sizeof *c->j)}};
     bool all = c->i && c->j;
@@ -463,8 +514,7 @@ enum status rim_report(struct march *march, struct rim_found *found, struct drap
         all = all && (*columns[k] = arena_take(arena, room, sizeof(double)));
     for (int k = 0; k < 12; k++)
         all = all && (cut->corner[k] = arena_take(arena, room, sizeof(double)));
-    enum status status =
-        all ? measure_cloth(march, &found->rim, &found->cells, result) : STATUS_OUT_OF_MEMORY;
+    status = all ? measure_cloth(march, &found->rim, &found->cells, result) : STATUS_OUT_OF_MEMORY;
     if (status != STATUS_OK)
         return status;
     return found->rim.cloth.failed ? STATUS_OUT_OF_MEMORY

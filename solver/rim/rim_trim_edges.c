@@ -83,13 +83,16 @@ static enum cover cover_at(const struct chains *c, bool trim, const double from[
 
 /* ---- chains of those that count ---- */
 
+/* Within the window: a trim may leave it by as much as it is asked beside it. */
 static void add_to_line(struct chains *c, const double uv[2]) {
     struct polyline *line = &c->line;
+    const struct rim_window *w = &c->window;
     if (line->count == line->room)
         line->uv = arena_enlarge(c->builder->march->arena, line->uv, line->count, sizeof *line->uv,
                                  &line->room);
-    if (line->uv)
-        memcpy(line->uv[line->count++], uv, sizeof *line->uv);
+    for (int k = 0; k < 2 && line->uv; k++)
+        line->uv[line->count][k] = w->endless[k] ? uv[k] : fmin(fmax(uv[k], w->low[k]), w->high[k]);
+    line->count += line->uv != NULL;
     c->builder->failed = c->builder->failed || !line->uv;
 }
 
@@ -179,17 +182,9 @@ static void follow_polyline(struct chains *c, bool trim, const double (*uv)[2], 
 
 /* ---- their polylines ---- */
 
-/* The polyline gathered so far keeps what it needs, and is followed. */
+/* The polyline gathered so far is followed. */
 static void end_stretch(struct chains *c, struct polyline *stretch) {
-    size_t used = 0;
-    double(*uv)[2] = stretch->uv;
-    const uint8_t *kept = rim_builder_keep_points(c->builder, c->builder->march->surface,
-                                                  (const double(*)[2])uv, stretch->count);
-    for (size_t k = 0; kept && k < stretch->count; k++)
-        if (kept[k])
-            memcpy(uv[used++], uv[k], sizeof *uv);
-    if (kept)
-        follow_polyline(c, true, (const double(*)[2])uv, used);
+    follow_polyline(c, true, (const double(*)[2])stretch->uv, stretch->count);
     stretch->count = 0;
 }
 
@@ -228,21 +223,40 @@ static void add_straight(struct chains *c, struct polyline *stretch, const doubl
     }
 }
 
+/* In how many parts a straight piece of a trim is as straight in inner parameters, as far as it is
+ * asked what lies beside it: a parabola that leaves its chord by h has n that leave theirs by
+ * h/n^2.
+ */
+static int parts_of(const struct chains *c, const double a[2], const double b[2]) {
+    const struct surface *surface = c->builder->march->surface;
+    const double middle[2] = {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2};
+    double at[3][2], bend = 0;
+    surface_inner(surface, a, at[0]);
+    surface_inner(surface, middle, at[1]);
+    surface_inner(surface, b, at[2]);
+    for (int k = 0; k < 2; k++)
+        bend = fmax(bend, fabs(at[1][k] - (at[0][k] + at[2][k]) / 2) /
+                              surface_axis_length(&surface->axis[k]));
+    double parts = ceil(sqrt(4 * bend / beside));
+    return parts < 1 ? 1 : parts > SUBDIVISIONS ? SUBDIVISIONS : (int)parts;
+}
+
 /* Follows a loop in stretches between the cuts of the window; where its straight lines are bent in
  * inner parameters, in parts. */
 static void follow_trim_loop(struct chains *c, size_t loop) {
     const struct surface *surface = c->builder->march->surface;
     const double(*outer)[2];
     size_t count = trim_loop_points(c->builder->march->trim, loop, &outer);
-    int parts = surface->axis[0].factor != 1 || surface->axis[1].factor != 1 ? SUBDIVISIONS : 1;
-    struct polyline stretch = {.room = 1 + BETWEEN_CUTS * count * (size_t)parts};
+    bool bent = surface->axis[0].factor != 1 || surface->axis[1].factor != 1;
+    struct polyline stretch = {.room = 1 + BETWEEN_CUTS * count * (bent ? SUBDIVISIONS : 1)};
     double from[2], to[2], at[2];
     stretch.uv = arena_alloc(c->builder->march->arena, stretch.room, sizeof *stretch.uv);
     c->builder->failed = c->builder->failed || !stretch.uv;
     if (count < 3 || c->builder->failed)
         return;
     surface_inner(surface, outer[0], from);
-    for (size_t k = 1; k < count; k++)
+    for (size_t k = 1; k < count; k++) {
+        int parts = bent ? parts_of(c, outer[k - 1], outer[k]) : 1;
         for (int part = 1; part <= parts && !c->builder->failed; part++) {
             for (int m = 0; m < 2; m++)
                 at[m] = outer[k - 1][m] + (double)part / parts * (outer[k][m] - outer[k - 1][m]);
@@ -250,6 +264,7 @@ static void follow_trim_loop(struct chains *c, size_t loop) {
             add_straight(c, &stretch, from, to);
             memcpy(from, to, sizeof from);
         }
+    }
     end_stretch(c, &stretch);
 }
 
@@ -268,6 +283,17 @@ static double gap_between(const struct chains *c, const double p[2], const doubl
     return most;
 }
 
+/* Adds of a chain the points that it needs. Which of its pieces count was asked of all of them:
+ * what lies beside a piece that leaves some out is not what lies beside the edge. */
+static void add_kept_points(struct chains *c, const struct chain *chain) {
+    const double(*uv)[2] = (const double(*)[2])c->line.uv + chain->first;
+    const uint8_t *kept =
+        rim_builder_keep_points(c->builder, c->builder->march->surface, uv, chain->count);
+    for (size_t k = 0; kept && k < chain->count; k++)
+        if (kept[k])
+            rim_builder_add_point(c->builder, uv[k][0], uv[k][1]);
+}
+
 /* Joins chain after chain, until the nearest beginning is the loop's own. */
 static void join_rim_chains(struct chains *c) {
     for (size_t k = 0; k < c->count && !c->builder->failed; k++) {
@@ -279,10 +305,7 @@ static void join_rim_chains(struct chains *c) {
             const double *end = c->line.uv[chain->first + chain->count - 1];
             double gap = HUGE_VAL, own_gap = gap_between(c, end, begin);
             chain->used = true;
-            for (size_t n = 0; n < chain->count; n++) {
-                const double *uv = c->line.uv[chain->first + n];
-                rim_builder_add_point(c->builder, uv[0], uv[1]);
-            }
+            add_kept_points(c, chain);
             next = NULL;
             if (chain->closed)
                 break;

@@ -395,8 +395,10 @@ static void check_rim(const struct shape *shape, const struct drape_settings *se
     assert_true(
         (summary->outcome == DRAPE_COMPLETE) ==
         (summary->cloth_coverage >= DRAPE_COMPLETE_COVERAGE && run->result.cells.count > 0));
+    /* where the cloth meets itself some lies between the two, and the sum is as exact as a cell */
+    bool apart = summary->front_reasons[DRAPE_REASON_FOLD] == 0;
     if (covered && summary->outcome == DRAPE_COMPLETE)
-        check_below(fabs(flat - summary->flat_area), 5e-3 * flat);
+        check_below(fabs(flat - summary->flat_area), (apart ? 1e-6 : 5e-3) * flat);
 }
 
 void check_result(const struct shape *shape, const struct drape_settings *settings,

@@ -49,3 +49,12 @@ alike() {
 @test "cut: a part that is turned has the same net" {
     alike "$(drape revolved)" "$(drape revolved_and_turned)" 1e-9
 }
+
+@test "cut: a cell of which a corner lies on the edge, but for rounding, is cloth" {
+    holds "$(drape corner_on_the_rim)" '.cloth_coverage == 1 and (.cloth_area / .part_area - 1 | fabs) < 1e-4'
+}
+
+@test "cut: an edge of many pieces is followed all along" {
+    holds "$(drape trims_of_degree_5)" '.cloth_coverage == 1 and .warnings == [] and
+        (.cloth_area / .part_area - 1 | fabs) < 1e-4 and (.flat_area / .part_area - 1 | fabs) < 1e-4'
+}
