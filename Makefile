@@ -55,7 +55,7 @@ HDF5_LIBS := -l:libhdf5_serial.a -l:libsz.a -l:libaec.a
 API_LIBS := $(HDF5_LIBS) -ljansson -lsodium -lz -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 
-.PHONY: all help demo check test lint format install install-import deb sbom clean
+.PHONY: all help demo check test lint format install install-import deb sbom release clean
 all: $(B)/draped $(B)/drape $(B)/drape-import ## build/draped, build/drape and build/drape-import
 
 # Installs what the build needs, once; `make test` asks for more. One step after the other, since dpkg
@@ -167,7 +167,7 @@ format: tests/browser/node_modules ## clang-format 14, prettier
 
 PREFIX ?= /usr/local
 UNITS ?= $(PREFIX)/lib/systemd/system
-VERSION := $(shell sed -n 's/^\#define DRAPED_VERSION "\(.*\)"/\1/p' server/config.h)
+VERSION := $(shell deploy/version.py)
 OPERATORS := $(addprefix deploy/,nginx.conf Caddyfile prometheus grafana systemd kubernetes container \
              compose.yaml)
 PAGES := fields formats handover laminates mathematics operations runbook scaling settings studies \
@@ -204,6 +204,12 @@ $(B)/draped.cdx.json: deploy/sbom.py $(B)/draped $(B)/drape
 deb: all sbom $(B)/draped.1 $(B)/drape.1 $(B)/drape-import.1 ## the Debian packages, in build/deb
 	@deploy/setup.sh package
 	@deploy/deb.sh $(B) $(VERSION)
+
+# docs/operations.md, Releases
+release: ## dates the changelog's entry, commits, tags
+	@deploy/version.py --release
+	git commit -m 'release: $(VERSION)' CHANGELOG.md
+	git tag -a -m 'draped $(VERSION)' v$(VERSION)
 
 clean: ## removes the build
 	rm -rf $(B)

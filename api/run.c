@@ -93,7 +93,7 @@ static void summarise(const struct api_request *request, const struct drape_resu
         .newton_iterations_mean = s->newton_iterations_mean,
         .error_estimate_max = s->error_estimate_max,
         .solve_ms = solve_ms,
-        .solver_version = DRAPE_SOLVER_VERSION,
+        .solver_version = DRAPE_VERSION,
     };
     memcpy(summary->front_reasons, s->front_reasons, sizeof summary->front_reasons);
     /* The fibres keep their volume; the ply has that of its unsheared area, or fills the cavity. */

@@ -70,7 +70,7 @@ static const char help_tail[] =
     "                     library; may be given several times\n"
     "  --materials        list the fabrics of the library\n"
     "  -h, --help         this text\n"
-    "  --version          the solver's version\n"
+    "  --version          the version\n"
     "\n"
     "Exit status: 0 on success; 1 when the drape failed, with the reason on standard\n"
     "error; 2 when the command line is wrong.\n";
@@ -203,7 +203,7 @@ int arguments_parse(struct arguments *arguments, int argc, char **argv) {
         if (option == 'h' || option == 'm')
             return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
         if (option == 'v')
-            return puts("drape " DRAPE_SOLVER_VERSION) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
+            return puts("drape " DRAPE_VERSION) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
         if (option == '?')
             return EXIT_USAGE;
         if (!take_argument(arguments, name, optarg)) {

@@ -168,7 +168,7 @@ static bool write_requested(const struct arguments *arguments, const struct api_
     source.record.inputs = inputs;
     source.record.digest = arguments->id;
     source.record.finished = finished;
-    source.record.program = "drape " DRAPE_SOLVER_VERSION;
+    source.record.program = "drape " DRAPE_VERSION;
     bool ok = inputs && encode_to(output, arguments, source, problem);
     arena_free(arena);
     return ok;

@@ -15,6 +15,7 @@ for lock in tests/*/package-lock.json; do # for the bill of materials
     install -D -m 644 "$lock" "$tree/$lock"
 done
 mv "$tree/deploy/debian" "$tree/debian"
+deploy/version.py --debian >"$tree/debian/changelog"
 (cd "$tree" && OBJECTS=$build dpkg-buildpackage --build=binary --no-pre-clean -us -uc) \
     >"$out/log" 2>&1 || { cat "$out/log" >&2; exit 1; }
 ls "$out"/draped_"$2"_*.deb "$out"/draped-import_"$2"_*.deb

@@ -47,7 +47,7 @@ static const char help[] =
     "  -o, --output FILE  where to write; default: standard output. The file appears\n"
     "                     when it is complete, or not at all\n"
     "  -h, --help         this text\n"
-    "  --version          the solver's version\n"
+    "  --version          the version\n"
     "\n"
     "Exit status: 0; 1 when the file cannot be imported, with the reason on standard\n"
     "error; 2 when the command line is wrong.\n";
@@ -128,7 +128,7 @@ static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
         if (option == 'h')
             return fputs(help, stdout) < 0 || fflush(stdout) != 0;
         if (option == 'v')
-            return puts("drape-import " DRAPE_SOLVER_VERSION) < 0;
+            return puts("drape-import " DRAPE_VERSION) < 0;
         if (option == '?')
             return EXIT_USAGE;
         if (option == 'l') {

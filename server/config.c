@@ -170,7 +170,7 @@ enum config_verdict config_parse(int argc, char **argv, struct config *config) {
         return CONFIG_DONE;
     }
     if (asks_for(argc, argv, "--version")) {
-        puts("draped " DRAPED_VERSION);
+        puts("draped " DRAPE_VERSION);
         return CONFIG_DONE;
     }
     if (!flags_set_defaults(config, false))

@@ -8,14 +8,13 @@
 #define SERVER_CONFIG_H
 
 #include "api/limits.h"
+#include "solver/version.h"
 #include <limits.h>
 #include <netinet/in.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <sys/socket.h>
-
-#define DRAPED_VERSION "0.1.0"
 
 enum config_role { CONFIG_ROLE_ALL, CONFIG_ROLE_API, CONFIG_ROLE_WORKER };
 

@@ -243,7 +243,7 @@ static int serve(const struct config *config) {
         int host = (int)(strrchr(config->listen, ':') - config->listen);
         printf("draped listening on http://%.*s:%u\n", host, config->listen, port);
         fflush(stdout);
-        log_info(log_event("ready"), log_text("version", DRAPED_VERSION),
+        log_info(log_event("ready"), log_text("version", DRAPE_VERSION),
                  log_text("listen", config->listen), log_int("port", port),
                  log_int("workers", config->role == CONFIG_ROLE_API ? 0 : config->workers));
         systemd_ready();

@@ -19,9 +19,7 @@
 #include "result.h"
 #include "settings.h"
 #include "status.h"
-
-/* Changes whenever the same request may give other numbers. */
-#define DRAPE_SOLVER_VERSION "0.10.0"
+#include "version.h"
 
 /*
  * Drapes a part. `monitor` may be NULL; scratch and result come from `arena`.

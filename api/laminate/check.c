@@ -70,7 +70,7 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
     text = api_text_growing(arena);
     document = laminate_normalise(&named, arena);
     api_text_raw(&text, document ? document : "");
-    api_text_raw(&text, DRAPE_SOLVER_VERSION);
+    api_text_raw(&text, DRAPE_VERSION);
     const char *all = api_text_finish(&text);
     if (!document || !all)
         return api_problem_no_memory(problem, "the laminate");

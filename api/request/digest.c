@@ -46,8 +46,7 @@ bool api_digest_request(const struct api_request *request, struct arena *arena,
         crypto_generichash_state state;
         crypto_generichash_init(&state, NULL, 0, sizeof hash);
         crypto_generichash_update(&state, (const void *)text, strlen(text) + 1);
-        crypto_generichash_update(&state, (const void *)DRAPE_SOLVER_VERSION,
-                                  strlen(DRAPE_SOLVER_VERSION));
+        crypto_generichash_update(&state, (const void *)DRAPE_VERSION, strlen(DRAPE_VERSION));
         crypto_generichash_final(&state, hash, sizeof hash);
         sodium_bin2hex(id, API_ID_SIZE, hash, sizeof hash);
     }

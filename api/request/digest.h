@@ -25,7 +25,7 @@ bool api_digest_surface(const struct api_surface *surface, struct arena *arena,
                         char id[API_ID_SIZE]) STATUS_MUST_USE;
 
 /* The id of what a request asks for: its surface's id (inline or stored, the same), everything else
- * in it, and DRAPE_SOLVER_VERSION. Requests with equal ids have equal results. */
+ * in it, and DRAPE_VERSION. Requests with equal ids have equal results. */
 bool api_digest_request(const struct api_request *request, struct arena *arena,
                         char id[API_ID_SIZE]) STATUS_MUST_USE;
 

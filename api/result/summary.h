@@ -40,7 +40,7 @@
     X(REASONS, front_reasons, "front_reasons", "rows of the table front, counted by reason")                    \
     X(WARNINGS, warnings, "warnings", "warnings about the drape: `code`, `detail`, `pointer`")\
     X(TIMING, solve_ms, "timing_ms", "`solve`: time of the solver; `queue`: this job's wait")      \
-    X(VERSION, solver_version, "solver_version", "version of the solver")
+    X(VERSION, solver_version, "solver_version", "version that solved it")
 /* clang-format on */
 
 enum { API_VERSION_SIZE = 32, SUMMARY_PLACE_SIZE = 5 };

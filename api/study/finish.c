@@ -134,7 +134,7 @@ static void summarise_rows(struct verdict *v, double solve_ms) {
     int most = FAILURE_NONE + 1, worst = -1;
     s->variants = v->count;
     s->solve_ms = solve_ms;
-    strncpy(s->solver_version, DRAPE_SOLVER_VERSION, sizeof s->solver_version - 1);
+    strncpy(s->solver_version, DRAPE_VERSION, sizeof s->solver_version - 1);
     for (size_t k = 0; k < v->count; k++) {
         each[v->rows[k].failure]++;
         s->coarse += v->rows[k].variant.coarseness > 1;

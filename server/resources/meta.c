@@ -39,8 +39,8 @@ enum http_next meta_ready(struct call *call) {
 }
 
 enum http_next meta_version(struct call *call) {
-    static const char version[] = "{\"name\":\"draped\",\"version\":\"" DRAPED_VERSION
-                                  "\",\"solver_version\":\"" DRAPE_SOLVER_VERSION "\"}";
+    static const char version[] = "{\"name\":\"draped\",\"version\":\"" DRAPE_VERSION
+                                  "\",\"solver_version\":\"" DRAPE_VERSION "\"}";
 
     reply_literal(call->reply, 200, "application/json", version, sizeof version - 1);
     return HTTP_DONE;
@@ -147,8 +147,8 @@ enum http_next meta_metrics(struct call *call) {
     if (out) {
         write_metric_head(out, "draped_build_info", "gauge",
                           "The version that runs, in the labels; the value is 1.");
-        fputs("draped_build_info{version=\"" DRAPED_VERSION
-              "\",solver_version=\"" DRAPE_SOLVER_VERSION "\"} 1\n",
+        fputs("draped_build_info{version=\"" DRAPE_VERSION "\",solver_version=\"" DRAPE_VERSION
+              "\"} 1\n",
               out);
         write_answers(out);
         write_metric_head(out, "draped_rejections_total", "counter",

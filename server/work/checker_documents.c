@@ -172,7 +172,7 @@ static bool make_record(const struct checker_task *task, const struct api_reader
     source->record.inputs = api_text_finish(&inputs);
     source->record.digest = digest;
     source->record.finished = digest + strlen(digest) + 1;
-    source->record.program = "draped " DRAPED_VERSION;
+    source->record.program = "draped " DRAPE_VERSION;
     return true;
 }
 

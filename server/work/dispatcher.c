@@ -221,7 +221,7 @@ static void *sweep_store(void *context) {
         if (clock_ms() >= beat_at_ms) {
             struct store_host host = {.workers = settings->workers,
                                       .busy = atomic_load(&dispatcher->shared.counters.busy),
-                                      .version = DRAPED_VERSION};
+                                      .version = DRAPE_VERSION};
             gethostname(host.host, sizeof host.host - 1);
             snprintf(host.role, sizeof host.role, "%s", settings->role);
             store_introduce(store, &host);

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # What the documents refer to is there: links, headings, paths and tests by their names, and documents
 # that comments name; the table of settings is what the daemon prints, and the files of deploy/ are
-# those of its settings and routes. Usage: docs.sh BUILD
+# those of its settings and routes, the version is one. Usage: docs.sh BUILD
 set -u
 bad=0
 for page in $(grep -rhoE --include='*.[ch]' --include='*.cc' --exclude-dir=node_modules \
@@ -18,4 +18,5 @@ if ! deploy/render.py "${1:-build}/draped" --check; then
     echo 'files of deploy/ are not what follows from settings and routes: make golden writes them'
     bad=1
 fi
+deploy/version.py --check || bad=1
 exit $bad

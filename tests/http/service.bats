@@ -53,7 +53,14 @@ teardown_file() { end_file; }
         jq -e 'type == "object"' "$body" >/dev/null
     done
     call GET /version
-    jq -e '.name == "draped" and (.version | length) > 0 and (.solver_version | length) > 0' "$body"
+    version=$(deploy/version.py)
+    jq -e --arg version "$version" '. == {name: "draped", $version, solver_version: $version}' "$body"
+    call GET /v1/openapi.json
+    [ "$(field .info.version)" = "$version" ]
+    for program in "$DRAPED" "$DRAPE" "${DRAPE%/*}/drape-import"; do
+        [ "$("$program" --version)" = "${program##*/} $version" ]
+    done
+    [ "$(cd api/clients/python && python3 -c 'import draped; print(draped.__version__)')" = "$version" ]
     call GET /v1/limits
     jq -e '.max_nodes == 123456 and .max_body > 0 and .queue_limit > 0' "$body"
 }

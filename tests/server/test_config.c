@@ -268,7 +268,7 @@ static void test_config_answers_questions_on_stdout(void **state) {
     struct config config;
     (void)state;
     assert_int_equal(parse_one(&config, "--version"), CONFIG_DONE);
-    assert_string_equal(out.text, "draped " DRAPED_VERSION "\n");
+    assert_string_equal(out.text, "draped " DRAPE_VERSION "\n");
     assert_int_equal(parse(&config, "--workers", "bad", "--help", NULL), CONFIG_DONE);
     for (size_t k = 0; k < NUMBERS; k++) {
         assert_non_null(strstr(out.text, numbers[k].flag));

@@ -199,7 +199,7 @@ static void test_command_says_what_it_is(void **state) {
     struct outcome help = run("--help", ""), version = run("--version", "");
     assert_true(help.status == 0 && version.status == 0);
     assert_non_null(strstr(help.out.data, "--precision"));
-    assert_non_null(strstr(version.out.data, DRAPE_SOLVER_VERSION));
+    assert_non_null(strstr(version.out.data, DRAPE_VERSION));
     outcome_free(&help);
     outcome_free(&version);
 }

@@ -157,7 +157,7 @@ static void test_digest_of_a_request_has_the_solvers_version(void **state) {
     assert_true(api_digest_surface(&request.surface, arena, request.surface.id));
     const char *text = api_normalise(&request, NULL, arena);
     bytes_add(&all, text, strlen(text) + 1);
-    bytes_add(&all, DRAPE_SOLVER_VERSION, strlen(DRAPE_SOLVER_VERSION));
+    bytes_add(&all, DRAPE_VERSION, strlen(DRAPE_VERSION));
     api_digest_bytes(all.data, all.length, id);
     assert_string_equal(digest(request_text("saddle")), id);
     bytes_free(&all);

@@ -90,7 +90,7 @@ static void test_report_says_it_all_and_can_do_nothing(void **state) {
                                        "d&lt;1&gt;",
                                        "draped &amp; co",
                                        "2026-01-02T03:04:05Z",
-                                       DRAPE_SOLVER_VERSION,
+                                       DRAPE_VERSION,
                                        "<p>None.</p>",
                                        ">2000 mm</text>",
                                        "Area of the part</th><td>4 m²"};

@@ -34,7 +34,7 @@ static void test_run_gives_a_container(void **state) {
     struct api_reader reader = reader_over(&container);
     assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
     assert_int_equal(columns.length, container.length);
-    assert_string_equal(columns.summary.solver_version, DRAPE_SOLVER_VERSION);
+    assert_string_equal(columns.summary.solver_version, DRAPE_VERSION);
     assert_int_equal(columns.summary.nodes, api_columns_rows(&columns, API_TABLE_NODES));
     assert_true(columns.grid.spacing[0] == 0.5 && columns.grid.warp[0] < 0);
     check_above(columns.summary.coverage, 0.5);

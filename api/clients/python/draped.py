@@ -47,6 +47,7 @@ except ImportError:
     numpy = None  # type: ignore[assignment]
 
 __all__ = ["Client", "DrapedError"]
+__version__ = "0.10.0"  # of the daemon that it was made with
 
 Json = dict[str, Any]
 Mesh = Union[str, os.PathLike, Mapping[str, Any]]
