@@ -123,7 +123,11 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
         if (has_converged(d.error, limit, share2, previous)) {
             settle(&d, point->uv, &point->jet);
             node->residual = d.error;
-            return surface_point_complete(surface, point);
+            struct surface_point own;
+            bool regular = surface_point_complete(surface, point);
+            if (regular && surface_point_in_frame(cursor, point, &own))
+                *point = own;
+            return regular;
         }
         if (d.error < previous) {
             if (!newton_step(&d, &point->jet, true, step))

@@ -3,6 +3,7 @@
 
 #include "fishnet_geodesic.h"
 #include "solver/surface/spans.h"
+#include "unfolding.h"
 
 enum { PIECES = 16, JOINTS = 8, SWEEPS = 6, PULLS = 6, ALONG = -1 };
 
@@ -110,6 +111,7 @@ static bool place_ends(const struct surface *surface, struct chain *c, int k) {
 
 /* Splits the way from p to q at the knot lines that are joints: the last piece ends there, and the
  * next one begins; not where the surface bends the same on both sides, at a knot that was inserted.
+ * An end that lies on a fold has two frames: here that of the side on which the way runs.
  */
 static bool split_at_joints(struct chain *c, const struct surface_point *p,
                             const struct surface_point *q) {
@@ -149,11 +151,9 @@ static bool split_at_joints(struct chain *c, const struct surface_point *p,
     }
     struct surface_point *end = c->to[c->pieces - 1] = &c->points[1];
     *end = *q;
-    if (c->pieces == 1)
+    if (c->pieces == 1 && !p->surface->has_folds)
         return true;
-    return place_ends(p->surface, c, 0) && place_ends(p->surface, c, c->pieces - 1) &&
-           vec3_norm(vec3_cross(c->from[0]->normal, p->normal)) < creased &&
-           vec3_norm(vec3_cross(end->normal, q->normal)) < creased;
+    return place_ends(p->surface, c, 0) && place_ends(p->surface, c, c->pieces - 1);
 }
 
 /* ---- points within spans ---- */
@@ -324,8 +324,10 @@ bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p
     logarithm->length = c.piece[0].length;
     for (int k = 1; k < c.pieces; k++)
         logarithm->length += c.piece[k].length - angle[k] * move[k] / 2;
-    logarithm->leave = vec3_unit(vec3_axpy(first, vec3_cross(c.from[0]->normal, leave), leave));
-    logarithm->arrive = vec3_unit(vec3_axpy(end, vec3_cross(c.to[last]->normal, arrive), arrive));
+    leave = vec3_unit(vec3_axpy(first, vec3_cross(c.from[0]->normal, leave), leave));
+    arrive = vec3_unit(vec3_axpy(end, vec3_cross(c.to[last]->normal, arrive), arrive));
+    logarithm->leave = unfolding_turned(leave, c.from[0]->normal, p->normal);
+    logarithm->arrive = unfolding_turned(arrive, c.to[last]->normal, q->normal);
     return isfinite(logarithm->length);
 }
 

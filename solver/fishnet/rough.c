@@ -4,6 +4,7 @@
 #include "rough_formulas.h"
 #define LANES 2 /* the two ends of an edge */
 #include "rough_lanes.h"
+#include "unfolding.h"
 
 /* At a pole, where there is no curvature, arcs rise alike at both ends, but for this. */
 static const double pole_misfit = 2.5e-2;
@@ -16,15 +17,6 @@ static const double least_fold = 1e-3;
  * the edge, lies on the other side of a joint there. */
 static const double other_side = 0.2;
 static const double least_rise = 5e-4;
-
-/* A direction in the tangent plane at `from` in that at `to`, unfolded about the line in which they
- * meet: turned as the one normal into the other. */
-static struct vec3 unfolded(struct vec3 direction, struct vec3 from, struct vec3 to) {
-    struct vec3 axis = vec3_cross(from, to);
-    double cosine = vec3_dot(from, to), along = vec3_dot(axis, direction) / (1 + cosine);
-    struct vec3 turned = vec3_add(vec3_scale(cosine, direction), vec3_cross(axis, direction));
-    return cosine > -0.9 ? vec3_axpy(along, axis, turned) : direction;
-}
 
 /* `helix_angle` over a joint between p and q, both bends constant: where the edge rises by a share
  * of what it does with the far one more than with the near one, sqrt(share) of it lies beyond the
@@ -96,7 +88,7 @@ struct vec3 rough_leave(struct surface_cursor *cursor, const struct surface_poin
         double turn2 = fmax(normal_turn2(&d), normal_turn2(&far)) * d.c2;
         angle = joint_angle(&d, &far, d.rise);
         if (vec3_norm(vec3_sub(q->normal, p->normal)) > 2 * sqrt(turn2) + least_fold) {
-            t = surface_point_tangent(p, unfolded(far.along, q->normal, p->normal));
+            t = surface_point_tangent(p, unfolding_turned(far.along, q->normal, p->normal));
             angle = far.curvature * far.torsion * d.c2 / 6;
         }
     }
@@ -173,4 +165,14 @@ enum rough_kind rough_edge(const struct surface_point *p, const struct surface_p
         return ROUGH_EDGE;
     *chord = kind.chord;
     return kind.even ? ROUGH_BENT : ROUGH_UNEVEN;
+}
+
+bool rough_is_rough(const struct surface_point *p, const struct surface_point *q, double d) {
+    double chord = d, curvature = surface_point_normal_curvature(p, vec3_sub(q->jet.r, p->jet.r));
+    return !rough_is_arc(p, q, curvature, d) &&
+           rough_edge(p, q, curvature, d, &chord) == ROUGH_EDGE;
+}
+
+bool rough_is_fold(const struct surface_point *p, const struct surface_point *q, double d) {
+    return vec3_dot(p->normal, q->normal) < ROUGH_FOLD_COSINE && rough_is_rough(p, q, d);
 }

@@ -30,6 +30,11 @@ enum rough_kind {
 enum rough_kind rough_edge(const struct surface_point *p, const struct surface_point *q,
                            double curvature, double d, double *chord);
 
+/* Whether an edge d long from p to q is rough, and whether moreover the surface turns by more than
+ * 26 degrees over it: a fold, which no straight chord of the length d crosses as a yarn does. */
+bool rough_is_rough(const struct surface_point *p, const struct surface_point *q, double d);
+bool rough_is_fold(const struct surface_point *p, const struct surface_point *q, double d);
+
 /* The angle, in radians, with the sine x, |x| <= 1, by its tangent. */
 double rough_steep_arcsine(double x);
 

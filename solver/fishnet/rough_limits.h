@@ -41,6 +41,9 @@
 /* An edge that turns by more to either side of its middle is no arc. */
 #define ROUGH_TURN_MOST 0.75
 
+/* The surface turns by more than this cosine over a cell that lies across a fold. */
+#define ROUGH_FOLD_COSINE 0.9
+
 /* A chord that is wrong by more than this share of the spacing leads to a D that says nothing of
  * the edge. */
 #define ROUGH_FAR_OFF 0.05

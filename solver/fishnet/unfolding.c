@@ -61,6 +61,20 @@ struct vec3 unfolding_back(const struct unfolding *unfolding, struct vec3 v) {
     return sum;
 }
 
+/* Planes that meet at more than 179 degrees, or not at all, as a cosine and the square of a sine.
+ */
+static const double folded_back = -0.9998, no_fold2 = 1e-12;
+
+/* Rodrigues' formula, with the axis from x to = sin a. */
+struct vec3 unfolding_turned(struct vec3 direction, struct vec3 from, struct vec3 to) {
+    struct vec3 axis = vec3_cross(from, to);
+    double cosine = vec3_dot(from, to);
+    if (!(cosine > folded_back) || (cosine > 0 && vec3_norm2(axis) < no_fold2))
+        return direction;
+    struct vec3 turned = vec3_add(vec3_scale(cosine, direction), vec3_cross(axis, direction));
+    return vec3_axpy(vec3_dot(axis, direction) / (1 + cosine), axis, turned);
+}
+
 struct unfolding_side unfolding_path(const struct path *path, struct vec3 r) {
     return (struct unfolding_side){.surface = path->surface,
                                    .span = {path->span[0], path->span[1]},

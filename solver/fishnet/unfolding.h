@@ -37,6 +37,11 @@ struct unfolding unfolding_between(const struct unfolding_side *from,
 /* A vector at the far side as it is on the near one. */
 struct vec3 unfolding_back(const struct unfolding *unfolding, struct vec3 v);
 
+/* A direction in the tangent plane with the normal `from` as it is in that with `to`, on the other
+ * side of a fold: turned about the line in which the planes meet, as the one normal into the other.
+ * As it is where the surface lies on itself, and that line is not known. */
+struct vec3 unfolding_turned(struct vec3 direction, struct vec3 from, struct vec3 to);
+
 /* The way from one point to a near one, in the tangent plane of the first. */
 struct vec3 unfolding_gap(const struct unfolding_side *from, const struct unfolding_side *to,
                           const struct unfolding *unfolding);

@@ -123,9 +123,6 @@ static bool expected_outside(struct march *march, const struct fishnet_cell *cel
            (crossing.kind == CROSSING_JOINT && crossing.at_corner);
 }
 
-/* The surface turns by more than this cosine over a cell that lies across a crease. */
-static const double creased = 0.9;
-
 const struct net_node *march_node_at(const struct march *march, int32_t i, int32_t j) {
     if (march->arm[0] && j == 0)
         return &march->arm[0][abs(i)];
@@ -248,8 +245,8 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
      * worth following. */
     const struct vec3 *normal = &node->point.normal;
     bool over_fold = found && march->surface->has_folds &&
-                     (vec3_dot(cell->b->normal, *normal) < creased ||
-                      vec3_dot(cell->c->normal, *normal) < creased);
+                     (vec3_dot(cell->b->normal, *normal) < ROUGH_FOLD_COSINE ||
+                      vec3_dot(cell->c->normal, *normal) < ROUGH_FOLD_COSINE);
     if (found && !over_fold && !march->surface->shell &&
         is_outside(march->surface, node->point.uv) && expected_outside(march, cell))
         return FISHNET_NO_CONVERGENCE;
@@ -277,13 +274,6 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     return end;
 }
 
-/* How the edge from p to q is laid, its chord aside. */
-static bool is_rough_edge(const struct surface_point *p, const struct surface_point *q, double d) {
-    double chord = d, curvature = surface_point_normal_curvature(p, vec3_sub(q->jet.r, p->jet.r));
-    return !rough_is_arc(p, q, curvature, d) &&
-           rough_edge(p, q, curvature, d, &chord) == ROUGH_EDGE;
-}
-
 /* An arc of the curvature at one end that turns by more than this is no yarn's. */
 static const double bent_most = 0.5;
 
@@ -294,7 +284,8 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
                            enum fishnet_end end) {
     const double *d = march->settings->spacing;
     const struct surface_point *a = cell->a, *b = cell->b, *c = cell->c;
-    if (vec3_dot(a->normal, b->normal) < creased || vec3_dot(a->normal, c->normal) < creased)
+    if (vec3_dot(a->normal, b->normal) < ROUGH_FOLD_COSINE ||
+        vec3_dot(a->normal, c->normal) < ROUGH_FOLD_COSINE)
         return true;
     if (end == FISHNET_NO_CONVERGENCE) {
         bool inside = !is_outside(march->surface, b->uv) || !is_outside(march->surface, c->uv);
@@ -305,7 +296,7 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
     }
     if (fabs(cell->curvature[0]) * d[0] > bent_most || fabs(cell->curvature[1]) * d[1] > bent_most)
         return true;
-    return is_rough_edge(a, b, d[1]) || is_rough_edge(a, c, d[0]);
+    return rough_is_rough(a, b, d[1]) || rough_is_rough(a, c, d[0]);
 }
 
 enum rough_kind march_edge_chord(const struct march *march, const struct march_corrections *c,
@@ -340,6 +331,20 @@ static bool lies_over_crease(struct march *march, struct surface_point *d) {
         return false;
     *d = beyond;
     return true;
+}
+
+/* For the method basic: straight chords, but over a fold, where no chord as long as the
+ * spacing is a yarn's and nets of them end. */
+static enum fishnet_end solve_folded(struct march *march, const struct march_cell *at,
+                                     const struct fishnet_cell *cell, enum fishnet_end end,
+                                     struct fishnet_node *node) {
+    const double *d = march->settings->spacing;
+    bool found = end == FISHNET_FOUND;
+    bool folded = found ? lies_over_crease(march, &node->point) ||
+                              rough_is_fold(cell->b, &node->point, d[0]) ||
+                              rough_is_fold(cell->c, &node->point, d[1])
+                        : hangs_on_rough(march, cell, end);
+    return folded ? solve_rough(march, at, cell, found, node) : end;
 }
 
 /* Lays the edges of a cell that are not smooth, D being where chords of smooth ones meet; `laid`:
@@ -384,21 +389,6 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
     return end;
 }
 
-/* Newton's last step may carry a node over a fold, by rounding, with the frame of the side that it
- * comes from: corners of the cell get that of the span in which their parameters lie, in `corner`.
- */
-static void take_frames(struct march *march, struct march_cell *at,
-                        struct surface_point corner[3]) {
-    const struct surface_point **point[3] = {&at->a, &at->b, &at->c};
-    for (int k = 0; k < 3; k++) {
-        const struct surface_point *p = *point[k];
-        if (p->surface->has_folds &&
-            surface_point_at(p->surface, &march->cursor, p->uv, &corner[k]) &&
-            vec3_dot(corner[k].normal, p->normal) < creased)
-            *point[k] = &corner[k];
-    }
-}
-
 /* By chords first, corrected by the edges BD and CD in the net before where they can be had; then
  * the edges that are not smooth are laid anew, and geodesics in place of arcs where they are asked
  * for. A D that is expected beyond the boundary, and not to be found on the continuation, is a
@@ -408,8 +398,10 @@ bool march_solve_corner(struct march *march, const struct march_cell *from,
     const struct drape_settings *s = march->settings;
     struct surface_point corner[3];
     struct march_cell own = *from, *at = &own;
-    if (!march->mesh)
-        take_frames(march, at, corner);
+    const struct surface_point **point[3] = {&own.a, &own.b, &own.c};
+    for (int k = 0; k < 3 && !march->mesh; k++)
+        if (surface_point_in_frame(&march->cursor, *point[k], &corner[k]))
+            *point[k] = &corner[k];
     const bool corrects = march->before.net;
     struct vec3 edge = vec3_sub(at->b->jet.r, at->a->jet.r);
     struct fishnet_cell cell = {.a = at->a,
@@ -449,8 +441,9 @@ bool march_solve_corner(struct march *march, const struct march_cell *from,
     if (end == FISHNET_FOUND && node->looked)
         march->look = (struct march_look){
             node->point.surface, {node->point.uv[0], node->point.uv[1]}, node->crossing};
-    if (march->method->yarn != DRAPE_YARN_CHORD)
-        end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
+    end = march->method->yarn == DRAPE_YARN_CHORD
+              ? solve_folded(march, at, &cell, end, node)
+              : solve_uneven(march, at, &cell, &corrections, end, node, &laid);
     if (end == FISHNET_FOUND && march->method->yarn == DRAPE_YARN_GEODESIC && !laid) {
         const struct fishnet_node chords = *node;
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,

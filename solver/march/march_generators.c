@@ -20,14 +20,21 @@ static bool find_stop_point(struct march *march, struct stop *stop) {
     return stop->known;
 }
 
-/* To the next node, a spacing along the path. */
+/* To the next node, a spacing along the path: in a straight line by the method basic, unless that
+ * leads over a fold. */
 static bool advance_stop(struct march *march, struct stop *stop, double d) {
     enum drape_yarn yarn = march->method->yarn;
     if (yarn != DRAPE_YARN_GEODESIC)
         path_follow_net(&stop->path, d, march->before.net ? 4 : 2);
-    bool gone = yarn == DRAPE_YARN_CHORD ? path_advance_chord(&stop->path, &march->cursor, d)
-                                         : path_advance(&stop->path, d);
-    return gone && find_stop_point(march, stop);
+    const struct stop from = *stop;
+    if (yarn == DRAPE_YARN_CHORD) {
+        bool gone = path_advance_chord(&stop->path, &march->cursor, d);
+        if (gone && find_stop_point(march, stop) &&
+            !(from.known && rough_is_fold(&from.point, &stop->point, d)))
+            return true;
+        *stop = from;
+    }
+    return path_advance(&stop->path, d) && find_stop_point(march, stop);
 }
 
 /* Notes for march_place whether the edge to the neighbour on the side (di, dj), along which a path
@@ -37,11 +44,14 @@ static void note_path_edge(struct march *march, const struct stop *from, const s
     const struct surface_point *start = &from->point, *end = &to->point;
     double d = march->settings->spacing[dj != 0], chord = d, curvature;
     march->edges.rough = 0;
-    if (march->method->yarn == DRAPE_YARN_CHORD || !from->known)
+    if (!from->known)
         return;
     curvature = surface_point_normal_curvature(start, from->tangent);
-    if (rough_is_arc(start, end, curvature, d) ||
-        rough_edge(start, end, curvature, d, &chord) < ROUGH_UNEVEN)
+    bool even = march->method->yarn == DRAPE_YARN_CHORD
+                    ? !rough_is_fold(start, end, d)
+                    : rough_is_arc(start, end, curvature, d) ||
+                          rough_edge(start, end, curvature, d, &chord) < ROUGH_UNEVEN;
+    if (even)
         return;
     march_note_edge(march, di ? 0 : 1, di + dj,
                     fishnet_path_tangent(&from->path, start, from->tangent),
@@ -91,7 +101,7 @@ bool march_straight_on(struct march *march, const struct surface_point *from, st
     if (!path_geodesic(&start.path, from->surface, from, direction))
         return false;
     (void)find_stop_point(march, &start);
-    end.path = start.path;
+    end = start;
     if (!advance_stop(march, &end, d)) {
         *reason = why_path_ended(march, &end.path, d);
         return false;

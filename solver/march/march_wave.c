@@ -274,7 +274,7 @@ static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     struct march *march = q->march;
     struct surface_point from[2], d;
     unsigned bit = 1u << k;
-    bool looks = wave->arcs && !(wave->smooth & bit), uneven = looks && !wave->corrected;
+    bool looks = !(wave->smooth & bit), uneven = looks && !wave->corrected;
     wave_get(wave_at(wave, 0), k + 1, &d);
     if (looks && wave->corrected) {
         struct march_cell cell = {
@@ -424,7 +424,7 @@ static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *f
         wave->found &= together;
         if (wave->surface->shell)
             drop_outside_faces(wave);
-        unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : together);
+        unsigned usual = wave->found & wave->inside & wave->smooth;
         usual = q->march->cut.slit ? 0 : usual;
         front->steady = front->steady && usual == together;
         for (unsigned bits = together; bits && status == STATUS_OK; bits &= bits - 1) {

@@ -76,7 +76,8 @@ struct wave {
     _Alignas(64) double bend[2][3][WAVE_LANES]; /* D2 at D */
     _Alignas(64) double tried[2][WAVE_LANES];   /* parameters of D before bent edges moved it */
     unsigned found;                             /* bits: lanes that have a D; */
-    unsigned smooth; /* whose edges to D are arcs, or bent and of the chords of bent ones */
+    unsigned smooth; /* whose edges to D are arcs, or bent and of the chords of bent ones; or
+                        straight chords that lie over no fold */
     unsigned inside; /* whose D was expected, tried and found between the bounds above */
 };
 

@@ -314,6 +314,16 @@ INLINE lanes_mask within(const struct wave *wave, lanes u, lanes v) {
            (v <= wave->upper[1]);
 }
 
+/* The lanes whose edges to D are arcs; where they are straight chords, not over a fold. */
+INLINE lanes_mask are_smooth(const struct wave *wave, const struct lanes_point ends[2],
+                             const struct lanes_point *d) {
+    if (wave->arcs)
+        return rough_is_arc_lanes(&ends[0], d, lanes_load(wave->curvature[0]), wave->length[0]) &
+               rough_is_arc_lanes(&ends[1], d, lanes_load(wave->curvature[1]), wave->length[1]);
+    return (lanes3_dot(ends[0].normal, d->normal) > ROUGH_FOLD_COSINE) &
+           (lanes3_dot(ends[1].normal, d->normal) > ROUGH_FOLD_COSINE);
+}
+
 static void solve(struct wave *wave) {
     struct corner_lanes cell;
     struct lanes_corner corner;
@@ -331,9 +341,7 @@ static void solve(struct wave *wave) {
     const struct lanes_point ends[2] = {point_at(b, 1), point_at(b, 0)};
     lanes_mask found = find_corner(wave, active, ends[0].normal, &cell, &corner);
     const struct lanes_point d = point_of(&corner);
-    lanes_mask smooth =
-        rough_is_arc_lanes(&ends[0], &d, lanes_load(wave->curvature[0]), wave->length[0]) &
-        rough_is_arc_lanes(&ends[1], &d, lanes_load(wave->curvature[1]), wave->length[1]);
+    lanes_mask smooth = are_smooth(wave, ends, &d);
     lanes_mask uneven = found & ~smooth;
     lanes_mask inside = within(wave, corner.uv[0], corner.uv[1]) &
                         within(wave, lanes_load(wave->expected[0]), lanes_load(wave->expected[1]));

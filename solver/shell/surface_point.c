@@ -72,6 +72,15 @@ bool surface_point_at(const struct surface *surface, struct surface_cursor *curs
     return surface_point_complete(surface, point);
 }
 
+/* Two sides of a fold have less than this cosine between their normals. */
+static const double over_fold = 0.9999;
+
+bool surface_point_in_frame(struct surface_cursor *cursor, const struct surface_point *point,
+                            struct surface_point *own) {
+    return point->surface->has_folds && surface_point_at(point->surface, cursor, point->uv, own) &&
+           vec3_dot(own->normal, point->normal) < over_fold;
+}
+
 /* A pole: the end of an axis where the domain's edge is one point. */
 struct pole {
     int axis, end;

@@ -38,6 +38,12 @@ struct surface_place {
 bool surface_point_at(const struct surface *surface, struct surface_cursor *cursor,
                       const double uv[2], struct surface_point *point);
 
+/* A point on a fold has two frames, and Newton's last step, of rounding, may carry it over with
+ * that of the side it comes from. Whether it is so, and `own` then the point with the frame of the
+ * span in which its parameters lie, as `surface_point_at` has it. */
+bool surface_point_in_frame(struct surface_cursor *cursor, const struct surface_point *point,
+                            struct surface_point *own);
+
 /* Completes a point whose uv and jet are set. False as above. */
 bool surface_point_complete(const struct surface *surface, struct surface_point *point);
 

@@ -9,6 +9,8 @@ const struct profile_method profile_methods[PROFILE_METHODS] = {
     {"gib4", DRAPE_GIB4, 1e-4},
 };
 
+const struct profile_method profile_basic = {"basic", DRAPE_BASIC, 1e-4};
+
 /* Nodes nearer than this to the rim may be missing: rounding. */
 static const double RIM = 1e-6;
 

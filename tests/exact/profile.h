@@ -53,7 +53,8 @@ struct profile_method {
     double position; /* largest error of a node, in spacings */
 };
 extern const struct profile_method profile_methods[PROFILE_METHODS];
-static const double PROFILE_SHEAR_DEG = 0.01; /* of nodes and cells, at most */
+extern const struct profile_method profile_basic; /* over creases: flat between them */
+static const double PROFILE_SHEAR_DEG = 0.01;     /* of nodes and cells, at most */
 
 /* Of a drape by profile_drape: the largest distance of a node from the square grid, in spacings,
  * the grid's places on the sheet that have no node, and the largest shear angles: of nodes, of

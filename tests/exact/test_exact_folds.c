@@ -4,6 +4,7 @@
 #include "awkward.h"
 #include "profile.h"
 #include "tests/check.h"
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,11 +54,15 @@ static void test_exact_folds_crease(void **state) {
         struct profile_part roof[] = {{0, 0, 12}, {0, fold, 12}};
         printf("  fold of %d degrees\n", fold);
         profile_make(&sheet, roof, 2, 20);
-        for (int m = 0; m < PROFILE_METHODS; m++) {
+        for (int m = 0; m <= PROFILE_METHODS; m++) {
+            const struct profile_method *method =
+                m < PROFILE_METHODS ? &profile_methods[m] : &profile_basic;
             for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
-                for (int beside = 0; beside < 2; beside++) {
+                for (int beside = 0; beside < 3; beside++) {
                     double start[2] = {12 - 0.37 * beside, 10};
-                    check_sheet(&sheet, &profile_methods[m], 1, start, angles[a]);
+                    if (beside == 2) /* and the generator's sixth node on the crease */
+                        start[0] = 12 - 6 * cos(angles[a] * M_PI / 180);
+                    check_sheet(&sheet, method, 1, start, angles[a]);
                 }
             }
         }

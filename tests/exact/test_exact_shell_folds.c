@@ -86,6 +86,13 @@ static void check_all(struct profile_sheet *sheet, double d, double s, double t)
             check_sheet(sheet, &profile_methods[m], d, start, angles[a], &seed);
 }
 
+static void check_basic(struct profile_sheet *sheet, double d, double s, double t) {
+    const double start[2] = {s, t};
+    uint64_t seed = SEED;
+    for (int angle_deg = 0; angle_deg < 90; angle_deg += 15)
+        check_sheet(sheet, &profile_basic, d, start, angle_deg, &seed);
+}
+
 static void test_exact_shell_folds_hat(void **state) {
     static const struct profile_part hat[] = {
         {0, 0, 20}, {3, 80, 25}, {3, -80, 40}, {3, -80, 25}, {3, 80, 20}};
@@ -109,6 +116,8 @@ static void test_exact_shell_folds_crease(void **state) {
         profile_make(&sheet, roof, 2, 20);
         check_all(&sheet, 1, 12, 10);
         check_all(&sheet, 1, 11.63, 10);
+        check_basic(&sheet, 1, 12, 10);
+        check_basic(&sheet, 1, 11.63, 10);
     }
 }
 

@@ -6,7 +6,7 @@ eval sized(420)
 set output out
 set multiplot layout 1, 2 margins 0.09, 0.97, 0.17, 0.9 spacing 0.13
 set title 'Flat cloth at 45° on a hat, d = '.spacing.' mm' font ',13'
-set yrange [-1:10]
+set yrange [-0.1:0.8]
 set xlabel 'across the profile, x (mm)'
 set ylabel 'shear angle (degrees)' offset 1
 set key top right
