@@ -62,6 +62,11 @@ static enum api_problem_id set_solve_problem(struct api_problem *problem, enum s
         if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
             return api_problem_set_at(problem, API_INVALID_REQUEST, "/direction/vector",
                                       "must not be at right angles to the surface at the start");
+        if (settings->zero.kind == DRAPE_ZERO_ROSETTE)
+            return api_problem_set_at(problem, API_INVALID_REQUEST, "/rosette/x",
+                                      "must not be at right angles to the surface at the start: "
+                                      "turn the rosette, move the start, or give the direction as "
+                                      "a vector");
         break;
     case STATUS_NO_CONVERGENCE:
         break;
@@ -154,6 +159,12 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
                   .weft = result.start_weft},
         .unit = request.length_unit,
     };
+    const struct drape_zero *zero = &request.settings.zero;
+    if (zero->kind == DRAPE_ZERO_ROSETTE) {
+        header.start.zero = result.start_zero;
+        header.start.rosette = (struct api_rosette){
+            request.rosette_origin, zero->x, vec3_norm2(zero->z) > 0 ? zero->z : result.start_up};
+    }
     summarise(&request, &result, solve_ms, &header.summary);
     warnings_make(&subject, &header.summary);
     if (api_fields_list(&fields, &request, &result, arena) != STATUS_OK)

@@ -102,6 +102,9 @@ struct drape_result {
     int32_t start_face;                   /* on a shell: its face; else 0 */
     int faulty_generator; /* after STATUS_GENERATOR_..: 0 for warp, 1 for weft; else undefined */
     struct vec3 start_point, start_warp, start_weft;
+    struct vec3 start_zero; /* unit: what the angle of the warp is counted from there; zero where a
+                               rosette has no direction in the tangent plane */
+    struct vec3 start_up;   /* the unit normal about which it is counted */
     struct drape_nodes nodes;
     struct drape_cells cells;
     struct drape_front front;

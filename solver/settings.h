@@ -10,6 +10,7 @@
 
 #include "method.h"
 #include "vec.h"
+#include "zero.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -22,7 +23,7 @@ enum drape_start_kind {
 };
 
 enum drape_direction_kind {
-    DRAPE_DIRECTION_ANGLE, /* the u-tangent turned about r_u x r_v */
+    DRAPE_DIRECTION_ANGLE, /* the direction of zero degrees, turned about r_u x r_v */
     DRAPE_DIRECTION_VECTOR /* projected on the tangent plane at the start */
 };
 
@@ -66,6 +67,7 @@ struct drape_settings {
     enum drape_direction_kind direction_kind;
     double direction_deg;
     struct vec3 direction_vector;
+    struct drape_zero zero;
     double pre_shear_deg; /* weft starts at 90 deg less this from warp; -80..80 */
     struct drape_generator generator[2];
     bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */

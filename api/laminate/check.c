@@ -45,7 +45,7 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
     if (check->needs_surface || laminate_resolve(&laminate, limits, arena, problem) != API_OK)
         return problem->id;
     for (size_t n = 0; n < laminate.net_count; n++) { /* whether the solver could take each drape */
-        struct api_request drape = laminate.plies[laminate.net_ply[n]].drape;
+        struct api_request drape = laminate_drape(&laminate, laminate.net_ply[n]);
         struct api_problem own = {.id = API_OK};
         struct arena_mark mark = arena_mark(arena);
         if (api_check_decoded(&drape, limits, arena, &own) != API_OK)

@@ -12,6 +12,14 @@ int laminate_layers(const struct laminate_ply *ply) {
     return ply->repeat * ply->drape.fabric.plies;
 }
 
+struct api_request laminate_drape(const struct laminate *laminate, size_t k) {
+    struct api_request drape = laminate->plies[k].drape;
+    const struct drape_zero *zero = &drape.settings.zero;
+    if (zero->kind == DRAPE_ZERO_ROSETTE && vec3_norm2(zero->z) == 0 && laminate->side < 0)
+        drape.settings.direction_deg = 0 - drape.settings.direction_deg;
+    return drape;
+}
+
 /* ---- one ply ---- */
 
 static void decode_boundary(const struct json_value *json, const struct api_surface *surface,
@@ -138,8 +146,8 @@ static void decode_plies(const struct json_value *list, const struct api_request
 enum api_problem_id laminate_decode(const struct api_input *input, const struct api_limits *limits,
                                     struct arena *arena, struct laminate *laminate,
                                     struct api_problem *problem) {
-    static const char *const keys[] = {"surface", "length_unit", "plies", "cavity",
-                                       "offset",  "side",        NULL};
+    static const char *const keys[] = {"surface", "length_unit", "plies",   "cavity",
+                                       "offset",  "side",        "rosette", NULL};
     static const char *const offsets[] = {"none", "nominal"}, *const cavities[] = {"flexible"};
     static const char *const cavity_keys[] = {"pressure", "height", NULL};
     struct json_tree tree;

@@ -61,6 +61,10 @@ struct laminate {
 /* Layers of a ply. */
 int laminate_layers(const struct laminate_ply *ply);
 
+/* The drape of ply k (from 0) as a request by itself, whose angle turns about Su x Sv. That of a
+ * ply under a rosette without z turns about the normal on the side that the plies lie on. */
+struct api_request laminate_drape(const struct laminate *laminate, size_t k);
+
 /*
  * Decodes `input->request`; a surface given by id as `api_decode` does. Returns API_OK,
  * API_MALFORMED_JSON, API_TOO_LARGE, API_INVALID_REQUEST (pointers such as /plies/2/fabric) or

@@ -19,6 +19,7 @@ const char *laminate_normalise(const struct laminate *laminate, struct arena *ar
     }
     api_text_key_string(&text, "offset", laminate->nominal ? "nominal" : "none");
     api_text_key_integer(&text, "side", laminate->side);
+    api_normalise_rosette(&text, &laminate->plies[0].drape);
     api_text_key(&text, "plies");
     api_text_raw(&text, "[");
     for (size_t k = 0; k < laminate->count; k++) {

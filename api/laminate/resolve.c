@@ -13,7 +13,8 @@ void laminate_fault_of_ply(const struct laminate *laminate, size_t k, const stru
                            struct api_problem *problem) {
     for (size_t n = 0; n < own->count; n++) {
         const struct api_problem_error *error = &own->error[n];
-        bool common = strncmp(error->pointer, "/surface", 8) == 0;
+        bool common = strncmp(error->pointer, "/surface", 8) == 0 ||
+                      strncmp(error->pointer, "/rosette", 8) == 0;
         bool moved = strcmp(error->pointer, "/offset") == 0;
         char pointer[API_POINTER_MAX];
         (void)snprintf(pointer, sizeof pointer, "/plies/%zu%.100s", k, moved ? "" : error->pointer);
@@ -212,7 +213,7 @@ enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api
         return api_problem_no_memory(problem, "the laminate");
     for (size_t k = 0; k < laminate->count; k++) {
         struct laminate_ply *ply = &laminate->plies[k];
-        struct api_request named = ply->drape;
+        struct api_request named = laminate_drape(laminate, k);
         char digest[API_ID_SIZE];
         memcpy(named.surface.id, id, sizeof id);
         if (!api_digest_request(&named, arena, digest))

@@ -6,7 +6,8 @@
 #include <string.h>
 
 const char *laminate_request(const struct laminate *laminate, size_t n, struct arena *arena) {
-    return api_normalise(&laminate->plies[laminate->net_ply[n]].drape, NULL, arena);
+    const struct api_request drape = laminate_drape(laminate, laminate->net_ply[n]);
+    return api_normalise(&drape, NULL, arena);
 }
 
 enum api_problem_id laminate_run(const struct laminate *laminate, size_t n,

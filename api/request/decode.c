@@ -8,6 +8,7 @@
 #include <string.h>
 
 static const struct value_range angles = {-1e6, 1e6, false}; /* of the warp, deg */
+static const double parallel = 1e-6; /* sine of the angle between axes that span no plane */
 enum { INDEX_MAX = 100000000 /* of an extent */ };
 
 /* Exactly one of two keys of an object is given: which (0 or 1), or -1 after reporting. */
@@ -202,6 +203,28 @@ static void decode_ground(const struct json_value *root, const struct api_input 
     request->unit_of_surface = request->surface.kind == API_SURFACE_NAMED && !value_given(&unit);
 }
 
+/* What angles are counted from: a rosette or, on several faces, an axis that has nothing to do with
+ * their parameters. */
+static void decode_zero(const struct json_value *root, struct api_request *request) {
+    static const char *const keys[] = {"origin", "x", "z", NULL};
+    struct json_value rosette = value_member(root, "rosette");
+    struct json_value origin = value_member(&rosette, keys[0]);
+    struct json_value x = value_member(&rosette, keys[1]), z = value_member(&rosette, keys[2]);
+    struct drape_zero *zero = &request->settings.zero;
+    zero->kind = request->surface.kind == API_SURFACE_SHELL ? DRAPE_ZERO_AXES : DRAPE_ZERO_TANGENT;
+    if (!value_given(&rosette) || !value_object(&rosette, keys))
+        return;
+    zero->kind = DRAPE_ZERO_ROSETTE;
+    read_vec3(&origin, false, &request->rosette_origin);
+    read_vec3(&x, true, &zero->x);
+    if (!value_given(&z))
+        return;
+    read_vec3(&z, true, &zero->z);
+    double sine = vec3_norm(vec3_cross(vec3_unit(zero->x), vec3_unit(zero->z)));
+    if (vec3_norm2(zero->x) > 0 && vec3_norm2(zero->z) > 0 && !(sine > parallel))
+        value_fault(&z, "must not be parallel to x");
+}
+
 /* What concerns the cloth alone; needs the surface's kind and domain. */
 static void decode_cloth(const struct json_value *root, struct api_request *request) {
     struct json_value fabric = value_member(root, "fabric"), start = value_member(root, "start");
@@ -279,9 +302,9 @@ static struct api_request default_request(const struct api_limits *limits) {
 
 void decode_drape(const struct json_value *json, const struct api_input *input,
                   const struct api_limits *limits, struct api_request *request) {
-    static const char *const keys[] = {"surface",   "length_unit",  "offset", "fabric",    "start",
-                                       "direction", "generators",   "method", "yarn_path", "extent",
-                                       "cavity",    "permeability", NULL};
+    static const char *const keys[] = {
+        "surface", "length_unit", "offset", "fabric", "start",        "direction", "generators",
+        "method",  "yarn_path",   "extent", "cavity", "permeability", "rosette",   NULL};
     static const char *const cavity_keys[] = {"height", NULL}, *const cavity_names[] = {"flexible"};
     int index;
     struct json_value cavity = value_member(json, "cavity"), offset = value_member(json, "offset");
@@ -289,6 +312,7 @@ void decode_drape(const struct json_value *json, const struct api_input *input,
     if (!value_object(json, keys))
         return;
     decode_ground(json, input, limits, request);
+    decode_zero(json, request);
     if (value_given(&offset) && value_number(&offset, decode_coordinates, &request->offset) &&
         request->surface.kind == API_SURFACE_MESH && request->offset != 0)
         value_fault(&offset, "must be left out on a triangle mesh, whose curvature is not known");
@@ -308,6 +332,7 @@ void decode_common(const struct json_value *json, const struct api_input *input,
                    const struct api_limits *limits, struct api_request *request) {
     *request = default_request(limits);
     decode_ground(json, input, limits, request);
+    decode_zero(json, request);
 }
 
 void decode_ply(const struct json_value *json, struct api_request *request) {

@@ -28,9 +28,9 @@ bool decode_unit_name(const struct json_value *json, const struct api_unit **uni
 /* A start on the request's surface, into its settings. */
 void decode_start(const struct json_value *json, struct api_request *request);
 
-/* What the plies of a laminate have in common: `surface` and `length_unit` of an object, and the
- * defaults of all else; then, of a copy of that, what the object of one ply says of its cloth. Keys
- * are not checked. */
+/* What the plies of a laminate have in common: `surface`, `length_unit` and `rosette` of an object,
+ * and the defaults of all else; then, of a copy of that, what the object of one ply says of its
+ * cloth. Keys are not checked. */
 void decode_common(const struct json_value *json, const struct api_input *input,
                    const struct api_limits *limits, struct api_request *request);
 void decode_ply(const struct json_value *json, struct api_request *request);

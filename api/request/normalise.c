@@ -186,6 +186,18 @@ void api_normalise_ground(struct api_text *text, const struct api_surface *surfa
         api_text_key_string(text, "length_unit", unit->name);
 }
 
+void api_normalise_rosette(struct api_text *text, const struct api_request *request) {
+    const struct drape_zero *zero = &request->settings.zero;
+    if (zero->kind != DRAPE_ZERO_ROSETTE)
+        return;
+    api_text_key_object(text, "rosette");
+    api_text_key_numbers(text, "origin", &request->rosette_origin.x, 3);
+    api_text_key_numbers(text, "x", &zero->x.x, 3);
+    if (vec3_norm2(zero->z) > 0)
+        api_text_key_numbers(text, "z", &zero->z.x, 3);
+    api_text_raw(text, "}");
+}
+
 void api_normalise_cloth(struct api_text *text, const struct api_request *request,
                          const struct api_start *chosen) {
     const struct drape_settings *settings = &request->settings;
@@ -249,6 +261,7 @@ const char *api_normalise(const struct api_request *request, const struct api_st
     api_normalise_ground(&text, &request->surface, unit);
     if (request->offset != 0)
         api_text_key_number(&text, "offset", request->offset);
+    api_normalise_rosette(&text, request);
     api_normalise_cloth(&text, request, chosen);
     if (request->cavity.rigid) {
         api_text_key_object(&text, "cavity");

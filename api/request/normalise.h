@@ -11,13 +11,21 @@
 #include "request.h"
 #include "solver/arena.h"
 
+/* A rosette as a system of axes, of any lengths; x zero: there is none. Where the request gives no
+ * z it is the normal that angles turn about at the start. */
+struct api_rosette {
+    struct vec3 origin, x, z;
+};
+
 /* What a solve chose to start from. */
 struct api_start {
     int face;     /* on a shell: its number; else -1 */
     double uv[2]; /* parameters of that face */
     struct vec3 point;
     struct vec3 warp, weft; /* unit directions there */
-    int unit;               /* of the drape's lengths, by its place in `api_units` */
+    struct vec3 zero;       /* likewise: of 0 degrees of the rosette; zero without one */
+    struct api_rosette rosette;
+    int unit; /* of the drape's lengths, by its place in `api_units` */
 };
 
 /* The request. A surface that was given by id stays {"id": ...}. `chosen` (may be NULL) is written
@@ -26,10 +34,11 @@ const char *api_normalise(const struct api_request *request, const struct api_st
                           struct arena *arena);
 
 /* Members of it, for documents that have them elsewhere: the surface and the unit (NULL: none);
- * fabric to extent; the permeability; the law of compaction, if there is one; and loops as
- * `trims`. */
+ * the rosette, if there is one; fabric to extent; the permeability; the law of compaction, if there
+ * is one; and loops as `trims`. */
 void api_normalise_ground(struct api_text *text, const struct api_surface *surface,
                           const struct api_unit *unit);
+void api_normalise_rosette(struct api_text *text, const struct api_request *request);
 void api_normalise_cloth(struct api_text *text, const struct api_request *request,
                          const struct api_start *chosen);
 void api_normalise_permeability(struct api_text *text, const struct api_permeability *k);

@@ -124,6 +124,7 @@ struct api_permeability {
 };
 
 struct api_request {
+    struct vec3 rosette_origin; /* where the rosette of settings.zero is drawn */
     struct api_surface surface;
     const struct api_unit *length_unit;
     bool unit_of_surface; /* it is what the stored surface says, which was not among the input */

@@ -43,6 +43,12 @@ void result_header_write(struct api_text *text, const struct api_columns *header
         api_text_key_numbers(text, "point", &start->point.x, 3);
         api_text_key_numbers(text, "warp", &start->warp.x, 3);
         api_text_key_numbers(text, "weft", &start->weft.x, 3);
+        if (vec3_norm2(start->rosette.x) > 0) {
+            api_text_key_numbers(text, "zero", &start->zero.x, 3);
+            api_text_key_numbers(text, "rosette_origin", &start->rosette.origin.x, 3);
+            api_text_key_numbers(text, "rosette_x", &start->rosette.x.x, 3);
+            api_text_key_numbers(text, "rosette_z", &start->rosette.z.x, 3);
+        }
         api_text_raw(text, "}");
     }
     api_text_key_string(text, "length_unit", header->unit ? header->unit->name : api_units[0].name);
@@ -106,6 +112,13 @@ void result_header_read(const struct json_tree *tree, struct api_columns *column
     columns->start.point = read_header_point(&start, "point");
     columns->start.warp = read_header_point(&start, "warp");
     columns->start.weft = read_header_point(&start, "weft");
+    struct json_value zero = value_member(&start, "zero");
+    if (!value_given(&zero))
+        return;
+    columns->start.zero = read_header_point(&start, "zero");
+    columns->start.rosette = (struct api_rosette){read_header_point(&start, "rosette_origin"),
+                                                  read_header_point(&start, "rosette_x"),
+                                                  read_header_point(&start, "rosette_z")};
 }
 
 /* ---- the list of columns ---- */

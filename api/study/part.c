@@ -17,7 +17,8 @@ enum api_problem_id study_part_make(struct study_request *request, const struct 
                            API_POINTER_MAX - 7, own.error[k].pointer);
         return problem->id;
     }
-    *part = (struct study_part){.geometry = made.part, .shell = made.shell};
+    *part =
+        (struct study_part){.geometry = made.part, .shell = made.shell, .zero = &settings->zero};
     settings->start_face = made.shell.start_face;
     const struct drape_part *g = &part->geometry;
     if (g->surface) {
@@ -107,9 +108,6 @@ struct part_point study_part_shift(const struct study_part *part, const struct p
     return reached;
 }
 
-/* As the solver measures them: on a mesh from the x axis, or y where that is along the normal. */
-static const double across_x = 0.9;
-
 /* Tangents this nearly parallel (sine of their angle) span no plane to measure in. */
 static const double parallel = 1e-6;
 
@@ -117,17 +115,21 @@ bool study_part_axes(const struct study_part *part, const struct part_point *at,
                      struct vec3 *normal, struct vec3 *along) {
     const struct mesh *mesh = part->geometry.mesh;
     struct surface_cursor cursor = {0};
-    struct surface_jet jet;
+    struct surface_jet jet = {.u = {0, 0, 0}};
+    bool plane = mesh != NULL;
     if (mesh) {
         *normal = mesh->normals[at->face];
-        bool x = fabs(normal->x) < across_x;
-        *along = mesh_tangent(mesh, at->face, x ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0));
-        return true;
+    } else {
+        surface_evaluate(surface_of(part, at->face), &cursor, at->uv[0], at->uv[1], &jet);
+        struct vec3 across = vec3_cross(jet.u, jet.v);
+        bool by_first = part->geometry.shell && part->zero->kind != DRAPE_ZERO_TANGENT;
+        int side = by_first ? shell_side(part->geometry.shell, at->face) : 1;
+        *normal = vec3_scale(side, vec3_unit(across));
+        plane = vec3_norm(across) > parallel * vec3_norm(jet.u) * vec3_norm(jet.v);
     }
-    surface_evaluate(surface_of(part, at->face), &cursor, at->uv[0], at->uv[1], &jet);
-    *normal = vec3_unit(vec3_cross(jet.u, jet.v));
-    *along = vec3_unit(jet.u);
-    return vec3_norm(vec3_cross(jet.u, jet.v)) > parallel * vec3_norm(jet.u) * vec3_norm(jet.v);
+    int sense = drape_zero_direction(part->zero, *normal, jet.u, along);
+    *normal = vec3_scale(sense, *normal);
+    return plane && vec3_norm2(*along) > 0;
 }
 
 /* du and dv so that r_u du + r_v dv is the shift, in the tangent plane. */

@@ -13,6 +13,7 @@ struct study_part {
     struct prepared_shell shell; /* with the numbers of its faces, if it is one */
     double area;                 /* of the component that is draped */
     int32_t component;
+    const struct drape_zero *zero; /* what angles are counted from */
 };
 
 /* Makes it in `arena`, and the settings of the study's drape what the solver takes. Problems as of
@@ -40,8 +41,9 @@ struct part_point study_part_shift(const struct study_part *part, const struct p
 bool study_part_nudge(const struct study_part *part, const struct part_point *from,
                       const double shift[2], struct part_point *to);
 
-/* The unit normal there, and the unit direction from which angles of the warp are measured. False
- * at poles and where the surface has no tangent plane. */
+/* The unit direction from which angles of the warp are measured there, and the unit normal about
+ * which. False at poles, where the surface has no tangent plane, and where a rosette has no
+ * direction. */
 bool study_part_axes(const struct study_part *part, const struct part_point *at,
                      struct vec3 *normal, struct vec3 *along);
 

@@ -4,12 +4,6 @@
 #include "solver/angle.h"
 #include <string.h>
 
-/* A direction whose projection is shorter than this share of it lies along the normal. */
-static const double along_normal = 1e-9;
-
-/* A place whose normal has a larger x lies across the x axis. */
-static const double across_x = 0.9;
-
 /* A start this near to the trimmed region, as a share of the domain, lies on its edge: flattening
  * moves edges by a quarter of that. */
 static const double on_trim = 4e-6;
@@ -103,6 +97,22 @@ static struct vec3 turned(struct vec3 direction, struct vec3 normal, double degr
     angle_sincos_deg(degrees, &sine, &cosine);
     struct vec3 across = vec3_cross(normal, direction);
     return vec3_axpy(sine, across, vec3_scale(cosine, direction));
+}
+
+/* The warp of the settings, without regard to generators. */
+static enum status find_warp(const struct drape_settings *settings, struct vec3 tangent,
+                             struct march_start *start) {
+    const struct surface *surface = start->point.surface;
+    struct vec3 normal = start->point.normal;
+    bool by_first = surface && surface->shell && settings->zero.kind != DRAPE_ZERO_TANGENT;
+    int side = by_first ? shell_side(surface->shell, surface->face) : 1;
+    int sense = side * drape_zero_direction(&settings->zero, vec3_scale(side, normal), tangent,
+                                            &start->zero);
+    start->up = vec3_scale(sense, normal);
+    bool by_vector = settings->direction_kind == DRAPE_DIRECTION_VECTOR;
+    start->warp = by_vector ? zero_across(vec3_unit(settings->direction_vector), normal)
+                            : turned(start->zero, normal, sense * settings->direction_deg);
+    return vec3_norm2(start->warp) > 0 ? STATUS_OK : STATUS_INVALID;
 }
 
 /* The point with the caller's parameters and the derivatives by them. */
@@ -257,19 +267,10 @@ enum status start_find(const struct surface *surface, const struct trim *trim,
     leave_singular_corner(surface, &cursor, uv);
     if (!surface_point_at(surface, &cursor, uv, &start->point))
         return STATUS_DEGENERATE_SURFACE;
-    /* The direction that the settings give, without regard to generators. */
     const struct surface_point *point = &start->point;
-    if (settings->direction_kind == DRAPE_DIRECTION_VECTOR) {
-        struct vec3 wanted = vec3_unit(settings->direction_vector);
-        start->warp = surface_point_tangent(point, wanted);
-        if (!(vec3_norm(vec3_cross(point->normal, wanted)) > along_normal))
-            return STATUS_INVALID;
-    } else {
-        bool along_v = surface_point_at_pole(surface, point) && point->first[0] < point->first[2];
-        struct vec3 from = surface_point_tangent(point, along_v ? point->jet.v : point->jet.u);
-        start->warp = turned(from, point->normal, settings->direction_deg);
-    }
-    return find_generators(surface, settings, start, faulty);
+    bool along_v = surface_point_at_pole(surface, point) && point->first[0] < point->first[2];
+    status = find_warp(settings, along_v ? point->jet.v : point->jet.u, start);
+    return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
 }
 
 enum status start_move_to_mesh(struct march *march) {
@@ -313,15 +314,6 @@ enum status start_find_on_mesh(struct march *march, int *faulty) {
         mesh_smooth_project(march->smooth, &place);
     }
     start->point = march_mesh_point(march, &place);
-    /* Warp by angle is from an axis, by vector of the vector's projection. */
-    struct vec3 normal = start->point.normal;
-    bool by_vector = settings->direction_kind == DRAPE_DIRECTION_VECTOR;
-    struct vec3 axis = fabs(normal.x) < across_x ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0);
-    struct vec3 wanted = by_vector ? vec3_unit(settings->direction_vector) : axis;
-    start->warp = vec3_unit(vec3_axpy(-vec3_dot(wanted, normal), normal, wanted));
-    if (!by_vector)
-        start->warp = turned(start->warp, normal, settings->direction_deg);
-    if (!(vec3_norm(vec3_cross(normal, wanted)) > along_normal))
-        return STATUS_INVALID;
-    return find_generators(NULL, settings, start, faulty);
+    enum status status = find_warp(settings, vec3_make(0, 0, 0), start);
+    return status == STATUS_OK ? find_generators(NULL, settings, start, faulty) : status;
 }

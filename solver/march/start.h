@@ -6,13 +6,13 @@
 #include "march.h"
 
 /* Finds the start that the settings ask for, in the region `trim` (NULL: all), or at a place that
- * is known by its inner parameters unless they are NULL. Warp by angle is r_u turned about the
- * normal, at a pole where r_u vanishes r_v takes its place; by vector its projection on the tangent
- * plane. Weft is 90 degrees less the pre-shear further. Generators that are curves or planes have
- * the direction they have. Errors: STATUS_START_OFF_SURFACE (parameters outside the domain, or a
- * point further from the surface than a spacing), STATUS_DEGENERATE_SURFACE (no tangent plane
- * there), STATUS_INVALID (a direction along the normal), STATUS_GENERATOR_OFF_START and
- * STATUS_GENERATOR_PARALLEL, for which `faulty` says which.
+ * is known by its inner parameters unless they are NULL. Warp by angle is the direction of
+ * `drape_zero_direction` turned about the normal; by vector its projection on the tangent plane.
+ * Weft is 90 degrees less the pre-shear further. Generators that are curves or planes have the
+ * direction they have. Errors: STATUS_START_OFF_SURFACE (parameters outside the domain, or a point
+ * further from the surface than a spacing), STATUS_DEGENERATE_SURFACE (no tangent plane there),
+ * STATUS_INVALID (a direction along the normal, or a rosette whose x lies there),
+ * STATUS_GENERATOR_OFF_START and STATUS_GENERATOR_PARALLEL, for which `faulty` says which.
  */
 enum status start_find(const struct surface *surface, const struct trim *trim,
                        const struct drape_settings *settings, const double inner[2],
@@ -26,8 +26,8 @@ double start_inside(const struct surface *surface, const struct trim *trim, stru
                     double inner[2]);
 
 /* As `start_find` on the march's mesh, for its start: the default is the centroid of its largest
- * component, parameters are STATUS_INVALID. Angle 0 is the x axis projected on the tangent plane,
- * or the y axis where that lies across x. Generators may be planes, but not curves. */
+ * component, parameters are STATUS_INVALID. There is no u-tangent. Generators may be
+ * planes, but not curves. */
 enum status start_find_on_mesh(struct march *march, int *faulty) STATUS_MUST_USE;
 
 /* Moves the march's start on a surface to the mesh made of it. */

@@ -110,6 +110,8 @@ enum status report_make(struct march *march, struct drape_result *result) {
     *result = (struct drape_result){.start_point = march->start.point.jet.r,
                                     .start_warp = march->start.warp,
                                     .start_weft = march->start.weft,
+                                    .start_zero = march->start.zero,
+                                    .start_up = march->start.up,
                                     .summary.error_estimate_max = -1};
     (void)march_parameters(march, &march->start.point, result->start_uv);
     result->start_face = march_face(march, &march->start.point);

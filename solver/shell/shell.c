@@ -470,6 +470,10 @@ int32_t shell_component(const struct shell *shell, int32_t face) {
     return shell->faces[face].component;
 }
 
+int shell_side(const struct shell *shell, int32_t face) {
+    return shell->faces[face].side;
+}
+
 size_t shell_component_count(const struct shell *shell) {
     return shell->component_count;
 }

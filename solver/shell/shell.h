@@ -94,6 +94,10 @@ const struct surface *shell_plain_surface(const struct shell *shell, int32_t fac
 /* The number of the component that a face belongs to, and how many components there are. Faces
  * that are joined, directly or through others, are one component. */
 int32_t shell_component(const struct shell *shell, int32_t face);
+
+/* 1 where r_u x r_v of a face is on the side on which the first face of its component has it, else
+ * -1. */
+int shell_side(const struct shell *shell, int32_t face);
 size_t shell_component_count(const struct shell *shell);
 
 /* Whether a face is left out as another one once more. */
