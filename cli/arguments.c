@@ -14,8 +14,9 @@ static const char help_head[] =
     "Usage: drape [OPTION]... [REQUEST.json|-]\n"
     "Drapes a fabric over a surface. Reads a drape request, by default from standard\n"
     "input, and writes the result, or the fields of the result on a mesh. The surface\n"
-    "may be a file, {\"surface\": {\"file\": \"PART.step\"}}: STEP and IGES (these need\n"
-    "drape-import), STL, OBJ or Nastran. Select faces as for a stored surface.\n"
+    "may be a file, {\"surface\": {\"file\": \"PART.step\"}}, relative to the request's own\n"
+    "folder: STEP and IGES (these need drape-import), STL, OBJ or Nastran, whose unit\n"
+    "may be given as \"unit\". Select faces as for a stored surface.\n"
     "\n"
     "A laminate has plies, and each is draped. Without --map the outcome of every ply\n"
     "is written, with --map the fields of the whole stack. The formats svg and dxf give\n"
@@ -27,8 +28,8 @@ static const char help_head[] =
     "\n"
     "  --format FORMAT    default: json; the formats of\n";
 static const char help_tail[] =
-    "  --map MESH         write the fields on this mesh: Nastran bulk data, or points or\n"
-    "                     triangles as JSON when the name ends in .json\n"
+    "  --map MESH         write the fields on this mesh: Nastran bulk data, STL, OBJ, or\n"
+    "                     points or elements as JSON, by the end of the name\n"
     "  --inlet LIST       elements of the inlet, for lcmsim: 17,18,pid:3, by the file's\n"
     "                     ids, by property, or by place: sphere:x:y:z:radius,\n"
     "                     line:x:y:z:x:y:z:distance\n"

@@ -4,6 +4,7 @@
  * or the result's fields on a mesh; progress on stderr when that is a terminal. Exit status: 0, 1
  * when the drape could not be done (why is on stderr), 2 when the command line is wrong.
  */
+#include "api/files/files.h"
 #include "api/json/value.h"
 #include "api/laminate/map.h"
 #include "api/laminate/patterns.h"
@@ -96,21 +97,37 @@ static bool encode_to(const struct files_output *output, const struct arguments 
 
 /* ---- on a mesh ---- */
 
+/* The mesh of `--map`, by the end of its name: JSON, or a file of `file_formats`; without an end
+ * that is known Nastran bulk data. */
+static bool read_map_mesh(const struct arguments *arguments, struct files_bytes *text,
+                          struct arena *arena, struct map_target *mesh,
+                          struct api_problem *problem) {
+    const char *path = arguments->map, *dot = strrchr(path, '.');
+    const struct file_format *format = file_format_of(path);
+    char why[FILE_REFUSAL_SIZE];
+    if (format ? format->cad : file_refuse(path, why)) {
+        files_complain(path, format ? "a map needs a mesh: mesh the part first" : why);
+        return false;
+    }
+    if (!files_read(path, text))
+        return false;
+    if (dot && strcasecmp(dot, ".json") == 0)
+        return map_target_json(text->data, text->length, arena, mesh, problem) == API_OK;
+    return file_read_target(format ? format : file_format_named("nastran"), text->data,
+                            text->length, arena, mesh, problem) == API_OK;
+}
+
 /* Of the drape of `input` that `reader` has, or of a laminate. */
 static bool write_map(const struct arguments *arguments, const struct api_input *input,
                       const struct api_reader *reader, const struct laminate_job *stack,
                       const struct files_output *output, struct api_problem *problem) {
     static struct api_map map;
-    size_t length = strlen(arguments->map);
-    bool json = length >= 5 && strcasecmp(arguments->map + length - 5, ".json") == 0;
     struct files_bytes text = {0};
     struct map_target mesh;
     struct arena *arena = arena_new(arguments->limits.max_memory);
     if (!arena)
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the map");
-    bool ok = arena && files_read(arguments->map, &text) &&
-              (json ? map_target_json : map_target_nastran)(text.data, text.length, arena, &mesh,
-                                                            problem) == API_OK;
+    bool ok = arena && read_map_mesh(arguments, &text, arena, &mesh, problem);
     for (int k = 0; ok && k < MESH_OPTIONS; k++)
         if (arguments->mesh[k])
             ok = map_target_option(&mesh, arguments_parameter(arguments_mesh[k]),
@@ -180,7 +197,7 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
     struct api_problem problem = {0};
     struct files_bytes surface = {0};
     bool ok = material_resolve(request, &arguments->materials, &arguments->limits, &problem) &&
-              part_resolve(request, &arguments->limits, &surface, &problem);
+              part_resolve(request, arguments->input, &arguments->limits, &surface, &problem);
     const struct api_input input = {request->data, request->length, surface.data, surface.length};
     bool stack =
         ok && json_document_has(input.request, input.request_length, &arguments->limits, "plies");

@@ -139,8 +139,21 @@ static bool run_importer(const char *file, const char *unit, struct files_bytes 
     return good && status == 0;
 }
 
-/* Reads the file that a surface is, checks it and puts its id in its place. */
-static bool resolve_file(const struct json_value *place, struct files_bytes *request,
+/* A path as seen from the folder of a request, in `arena`; NULL without memory. */
+static const char *path_from(const char *request, const char *path, struct arena *arena) {
+    const char *slash = request ? strrchr(request, '/') : NULL;
+    size_t folder = slash && *path != '/' ? (size_t)(slash - request) + 1 : 0;
+    char *joined = arena_take(arena, folder + strlen(path) + 1, 1);
+    if (!joined)
+        return NULL;
+    strcpy(mempcpy(joined, folder ? request : "", folder), path);
+    return joined;
+}
+
+/* Reads the file that a surface is, checks it and puts its id in its place. A mesh whose unit
+ * nobody says is in that of the request, `unit_of`, if it states one. */
+static bool resolve_file(const struct json_value *place, const struct json_value *unit_of,
+                         const char *folder, struct files_bytes *request,
                          const struct api_limits *limits, struct arena *arena,
                          struct files_bytes *surface, struct api_problem *problem) {
     struct json_value file = value_member(place, "file"), unit = value_member(place, "unit");
@@ -152,16 +165,21 @@ static bool resolve_file(const struct json_value *place, struct files_bytes *req
         return true;
     if (!value_string(&file, &path) || (value_given(&unit) && !value_string(&unit, &of)))
         return false;
-    if (*of && !file_unit_known(of)) {
-        value_fault(&unit, "must be one of m, mm, cm, um, in, ft");
-        return false;
-    }
+    if (*of && !file_unit_known(of))
+        return value_fault(&unit, "must be one of m, mm, cm, um, in, ft");
+    const char *said;
+    if (!*of && value_type(unit_of) == VALUE_STRING && value_string(unit_of, &said) &&
+        file_unit_known(said))
+        of = said;
     const struct file_format *format = file_format_of(path);
     if (!format) {
-        api_problem_add(problem, "/surface/file",
-                        "must end in .step, .stp, .iges, .igs, .stl, .obj, .bdf or .nas");
-        return false;
+        char why[FILE_REFUSAL_SIZE];
+        file_refuse(path, why);
+        return value_fault(&file, "%s", why);
     }
+    path = path_from(folder, path, arena);
+    if (!path)
+        return !api_problem_no_memory(problem, "the file");
     if (format->cad) {
         good = run_importer(path, of, surface);
     } else {
@@ -179,7 +197,7 @@ static bool resolve_file(const struct json_value *place, struct files_bytes *req
            api_digest_surface(&read, arena, id) && name_surface(request, id);
 }
 
-bool part_resolve(struct files_bytes *request, const struct api_limits *limits,
+bool part_resolve(struct files_bytes *request, const char *name, const struct api_limits *limits,
                   struct files_bytes *surface, struct api_problem *problem) {
     struct json_tree tree;
     struct arena *arena = arena_new(limits->max_memory);
@@ -189,9 +207,11 @@ bool part_resolve(struct files_bytes *request, const struct api_limits *limits,
     if (arena && json_tree_parse(&tree, request->data ? request->data : "", request->length, limits,
                                  arena, &malformed) == API_OK) {
         struct json_value root = value_root(&tree), drape = value_member(&root, "drape");
-        struct json_value place = value_member(value_given(&drape) ? &drape : &root, "surface");
+        const struct json_value *owner = value_given(&drape) ? &drape : &root;
+        struct json_value place = value_member(owner, "surface");
+        struct json_value unit = value_member(owner, "length_unit");
         tree.problem = problem;
-        good = resolve_file(&place, request, limits, arena, surface, problem);
+        good = resolve_file(&place, &unit, name, request, limits, arena, surface, problem);
         json_tree_free(&tree);
     }
     arena_free(arena);

@@ -13,8 +13,9 @@
 #include "files.h"
 
 /* Leaves a request alone whose surface is no file; else `surface` gets its definition, which
- * belongs to the caller. False with the problem set, or with the reason reported already. */
-bool part_resolve(struct files_bytes *request, const struct api_limits *limits,
+ * belongs to the caller. `name` is the request's own path, from whose folder the file's is; NULL:
+ * from the working folder. False with the problem set, or with the reason reported already. */
+bool part_resolve(struct files_bytes *request, const char *name, const struct api_limits *limits,
                   struct files_bytes *surface, struct api_problem *problem);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "kind.h"
 
+#include <cstdint>
 #include <cstring>
 #include <string_view>
 
@@ -24,15 +25,26 @@ const struct kind {
     {"**ABCDEFG", "a Parasolid file", "export it as STEP"},
     {"DBRep_DrawableShape", "a BREP file", "export it as STEP"},
     {"CASCADE Topology", "a BREP file", "export it as STEP"},
-    {"solid", "an STL mesh", "give its format as stl"},
+    {"solid", "an STL mesh", "draped and drape read it as stl"},
 };
+
+/* The head of a binary STL is 80 bytes of anything; FreeCAD's has an S in column 73. */
+bool is_binary_stl(const char *bytes, size_t length) {
+    enum { HEAD = 80, TRIANGLE = 50 };
+    uint32_t count;
+    if (length < HEAD + sizeof count)
+        return false;
+    std::memcpy(&count, bytes + HEAD, sizeof count);
+    return HEAD + sizeof count + std::size_t{count} * TRIANGLE == length;
+}
 
 const kind *find_foreign(const char *bytes, size_t length) {
     const std::string_view text(bytes, length);
+    static const kind stl = {"", "an STL mesh", "draped and drape read it as stl"};
     for (const kind &one : kinds)
         if (text.substr(0, one.begin.size()) == one.begin)
             return &one;
-    return nullptr;
+    return is_binary_stl(bytes, length) ? &stl : nullptr;
 }
 
 } // namespace
@@ -43,8 +55,12 @@ bool kind_is_step(const char *bytes, size_t length) {
            std::string_view::npos;
 }
 
+/* The first line is of the start section (S), or says that the file is binary (B) or compressed
+ * (C); its number is in columns 74 to 80, and nothing behind. */
 bool kind_is_iges(const char *bytes, size_t length) {
-    return length > 80 && bytes[72] != '\0' && std::strchr("SBC", bytes[72]);
+    const std::string_view text(bytes, length);
+    return length > 80 && bytes[72] != '\0' && std::strchr("SBC", bytes[72]) &&
+           text.substr(73, 7).find_first_not_of(" 0123456789") == std::string_view::npos;
 }
 
 const char *kind_of_faceless(const char *bytes, size_t length) {

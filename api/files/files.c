@@ -9,12 +9,42 @@
 #include <strings.h>
 
 const struct file_format file_formats[FILE_FORMATS] = {
-    {"step", "model/step", {".step", ".stp", NULL}, true},
-    {"iges", "model/iges", {".iges", ".igs", NULL}, true},
-    {"stl", "model/stl", {".stl", NULL, NULL}, false},
-    {"obj", "model/obj", {".obj", NULL, NULL}, false},
-    {"nastran", "text/x-nastran", {".bdf", ".nas", NULL}, false},
+    {"step", "model/step", {".step", ".stp", ".p21"}, true},
+    {"iges", "model/iges", {".iges", ".igs"}, true},
+    {"stl", "model/stl", {".stl"}, false},
+    {"obj", "model/obj", {".obj"}, false},
+    {"nastran", "text/x-nastran", {".bdf", ".nas", ".dat"}, false},
 };
+
+/* Files that are taken for parts, and what to do with them. */
+static const struct {
+    const char *endings, *what;
+} others[] = {
+    {".fcstd", "FreeCAD's own document: export the part from FreeCAD as STEP"},
+    {".inp", "a deck of Abaqus or CalculiX: export its shell as Nastran bulk data, or as STL"},
+    {".k .key .cdb .rad .msh .unv .med .vtk .vtu .ply .3mf .off .gltf .glb .amf .wrl",
+     "a mesh in a format that is not read: save its shell as STL, OBJ or Nastran bulk data"},
+    {".sldprt .sldasm .catpart .catproduct .prt .asm .ipt .iam .par .f3d .3dm .dwg .dxf .x_t .x_b "
+     ".xmt_txt .sat .sab .brep .brp .jt .3ds .skp .blend",
+     "a CAD system's own document: export the part as STEP"},
+    {".zip .gz .7z .zst .xz", "an archive: unpack it"},
+};
+
+bool file_refuse(const char *path, char text[FILE_REFUSAL_SIZE]) {
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.'), *what = NULL;
+    size_t length = dot ? strlen(dot) : 0;
+    for (size_t k = 0; dot && k < sizeof others / sizeof *others; k++)
+        for (const char *at = others[k].endings; *at; at += strcspn(at, " "), at += *at == ' ')
+            if (strcspn(at, " ") == length && strncasecmp(at, dot, length) == 0)
+                what = others[k].what;
+    if (what)
+        (void)snprintf(text, FILE_REFUSAL_SIZE, "a file that ends in %.16s is %s", dot, what);
+    else
+        (void)snprintf(
+            text, FILE_REFUSAL_SIZE,
+            "must end in .step, .stp, .p21, .iges, .igs, .stl, .obj, .bdf, .nas or .dat");
+    return what != NULL;
+}
 
 const struct file_format *file_format_named(const char *name) {
     for (int k = 0; k < FILE_FORMATS; k++)
@@ -39,16 +69,44 @@ bool file_unit_known(const char *unit) {
     return false;
 }
 
+/* The triangles of a file, welded. */
+static bool read_triangles(const struct file_format *format, const char *bytes, size_t length,
+                           struct triangles *triangles) {
+    return (strcmp(format->name, "stl") == 0 ? triangles_read_stl(triangles, bytes, length)
+            : strcmp(format->name, "obj") == 0
+                ? triangles_read_obj(triangles, bytes, length)
+                : triangles_read_nastran(triangles, bytes, length)) &&
+           triangles_weld(triangles);
+}
+
+enum api_problem_id file_read_target(const struct file_format *format, const char *bytes,
+                                     size_t length, struct arena *arena, struct map_target *target,
+                                     struct api_problem *problem) {
+    if (strcmp(format->name, "nastran") == 0)
+        return map_target_nastran(bytes, length, arena, target, problem);
+    struct triangles triangles = {.arena = arena, .problem = problem};
+    if (!read_triangles(format, bytes, length, &triangles))
+        return problem->id;
+    int32_t(*elements)[4] = arena_take(arena, triangles.count, sizeof *elements);
+    if (!elements)
+        return api_problem_no_memory(problem, "the mesh");
+    for (size_t k = 0; k < triangles.count; k++) {
+        memcpy(elements[k], triangles.corners[k], sizeof triangles.corners[k]);
+        elements[k][3] = -1;
+    }
+    *target = (struct map_target){.vertices = triangles.vertices,
+                                  .vertex_count = triangles.vertex_count,
+                                  .elements = (const int32_t(*)[4])elements,
+                                  .element_count = triangles.count};
+    return API_OK;
+}
+
 enum api_problem_id file_read_mesh(const struct file_format *format, const char *bytes,
                                    size_t length, const char *unit, struct arena *arena,
                                    const char **text, size_t *text_length,
                                    struct api_problem *problem) {
     struct triangles triangles = {.arena = arena, .problem = problem};
-    bool good = strcmp(format->name, "stl") == 0 ? triangles_read_stl(&triangles, bytes, length)
-                : strcmp(format->name, "obj") == 0
-                    ? triangles_read_obj(&triangles, bytes, length)
-                    : triangles_read_nastran(&triangles, bytes, length);
-    if (!good || !triangles_weld(&triangles))
+    if (!read_triangles(format, bytes, length, &triangles))
         return problem->id;
     const struct {
         size_t count;
@@ -57,7 +115,7 @@ enum api_problem_id file_read_mesh(const struct file_format *format, const char 
                  {triangles.duplicate, "with the same corners as another one"}};
     struct api_text mesh = api_text_growing(arena);
     char note[96];
-    bool first = true;
+    bool first = *unit != '\0';
     api_text_raw(&mesh, "{");
     api_text_key_rows(&mesh, "vertices", &triangles.vertices[0].x, 3, triangles.vertex_count);
     api_text_raw(&mesh, ",\"triangles\":[");
@@ -66,9 +124,10 @@ enum api_problem_id file_read_mesh(const struct file_format *format, const char 
         api_text_integers(&mesh, triangles.corners[k], 3);
     }
     api_text_raw(&mesh, "]");
-    if (*unit)
-        api_text_key_string(&mesh, "length_unit", unit);
+    api_text_key_string(&mesh, "length_unit", *unit ? unit : FILE_UNIT);
     api_text_raw(&mesh, ",\"notes\":[");
+    if (!*unit)
+        api_text_string(&mesh, "the file states no unit: " FILE_UNIT " is assumed");
     for (size_t k = 0; k < sizeof notes / sizeof *notes; k++) {
         if (!notes[k].count)
             continue;

@@ -175,7 +175,15 @@ void api_normalise_ground(struct api_text *text, const struct api_surface *surfa
         if (selection->kind == API_SELECT_LIST) {
             api_text_key_integers(text, "faces", selection->faces, selection->count);
         } else if (selection->kind == API_SELECT_GROWN) {
-            api_text_key_integer(text, "grow_from", selection->grow_from);
+            if (selection->seed == API_SEED_FACE)
+                api_text_key_integer(text, "grow_from", selection->grow_from);
+            else
+                api_text_key_object(text, "grow_from");
+            if (selection->seed == API_SEED_ELEMENT)
+                api_text_key_integer(text, "element", selection->grow_from);
+            if (selection->seed == API_SEED_POINT)
+                api_text_key_numbers(text, "point", &selection->point.x, 3);
+            api_text_raw(text, selection->seed == API_SEED_FACE ? "" : "}");
             api_text_key_number(text, "up_to_deg", selection->up_to_deg);
         }
         api_text_raw(text, "}");

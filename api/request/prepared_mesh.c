@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "prepared_mesh.h"
 
+#include "mesh_faces.h"
 #include "prepared_surface.h"
 #include <stdio.h>
 
@@ -34,7 +35,8 @@ enum api_problem_id prepared_mesh_make(const struct api_request *request,
                                        struct mesh **mesh, struct api_problem *problem) {
     const struct drape_settings *settings = &request->settings;
     double largest = 0;
-    if (make_mesh(&request->surface.mesh, "/surface", arena, mesh, problem) != API_OK)
+    if (make_mesh(&request->surface.mesh, "/surface", arena, mesh, problem) != API_OK ||
+        mesh_faces_choose(&request->surface.selection, arena, mesh, problem) != API_OK)
         return problem->id;
     for (size_t k = 0; k < (*mesh)->component_count; k++)
         largest = fmax(largest, (*mesh)->components[k].area);
@@ -47,30 +49,15 @@ enum api_problem_id prepared_mesh_make(const struct api_request *request,
 enum api_problem_id prepared_mesh_describe(const struct api_surface *surface, struct api_text *text,
                                            struct arena *arena, struct api_problem *problem) {
     struct mesh *mesh;
-    struct vec3 normal = {0};
     size_t rim = 0;
     if (make_mesh(&surface->mesh, "", arena, &mesh, problem) != API_OK)
         return problem->id;
-    for (size_t t = 0; t < mesh->triangle_count; t++) {
-        struct vec3 p[3];
-        mesh_corner_points(mesh, (int32_t)t, p);
-        normal = vec3_add(normal, vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
-    }
-    double length = vec3_norm(normal);
-    normal = vec3_scale(length > 1e-9 * mesh->area ? 1 / length : 0, normal);
     for (size_t k = 0; k < mesh->component_count; k++)
         rim += mesh->components[k].rim_count;
     api_text_key_integer(text, "vertices", (int64_t)surface->mesh.vertex_count);
     api_text_key_integer(text, "triangles", (int64_t)mesh->triangle_count);
-    api_text_key(text, "faces"); /* the mesh as the one face of itself */
-    api_text_raw(text, "[{");
-    api_text_key_integer(text, "index", 0);
-    api_text_key_number(text, "area", mesh->area);
-    api_text_box(text, &mesh->lower.x, &mesh->upper.x);
-    api_text_key_numbers(text, "centre", &mesh->centroid.x, 3);
-    api_text_key_numbers(text, "normal", &normal.x, 3);
-    api_text_key_string(text, "kind", "mesh");
-    api_text_raw(text, "}]");
+    if (!mesh_faces_describe(mesh, arena, text))
+        return api_problem_no_memory(problem, "the faces");
     api_text_key_object(text, "edges");
     api_text_key_integer(text, "shared", (int64_t)((3 * mesh->triangle_count - rim) / 2));
     api_text_key_integer(text, "free", (int64_t)rim);

@@ -19,8 +19,8 @@ enum api_problem_id prepared_mesh_make(const struct api_request *request,
                                        struct mesh **mesh,
                                        struct api_problem *problem) STATUS_MUST_USE;
 
-/* The members of a mesh's description that are its own: vertices, triangles, faces (the mesh
- * itself), edges, components, bounding_box, area. See `prepared_part_describe`. */
+/* The members of a mesh's description that are its own: vertices, triangles, faces, joints,
+ * openings, edges, components, bounding_box, area. See `prepared_part_describe`. */
 enum api_problem_id prepared_mesh_describe(const struct api_surface *surface, struct api_text *text,
                                            struct arena *arena,
                                            struct api_problem *problem) STATUS_MUST_USE;

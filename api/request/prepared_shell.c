@@ -12,6 +12,9 @@
 
 enum { TITLE_SIZE = API_FACE_TITLE_SIZE, LIST_SIZE = 192 };
 
+/* How far a point that selects a face may be from it, of the size of the part. */
+static const double seed_near = 0.01;
+
 /* ---- what is wrong with faces ---- */
 
 void prepared_shell_face_title(const struct api_surface *surface, int32_t number,
@@ -155,6 +158,20 @@ static enum api_problem_id refuse_number(const struct api_surface *surface, cons
                            surface->face_count);
 }
 
+/* The face that is nearest to a point. */
+static enum api_problem_id seed_face(const struct shell *shell, struct vec3 point, int32_t *face,
+                                     struct api_problem *problem) {
+    struct shell_point place;
+    double distance;
+    shell_nearest(shell, point, SHELL_ANY, &place, &distance);
+    *face = place.face;
+    if (distance <= seed_near * shell_size(shell))
+        return API_OK;
+    return api_problem_add(problem, "/surface/grow_from/point",
+                           "is %.4g away from the faces, the nearest of which is %d", distance,
+                           place.face);
+}
+
 /* The numbers of the faces that the request selects. */
 static enum api_problem_id choose_faces(const struct api_surface *surface, struct arena *arena,
                                         struct prepared_shell *shell, struct api_problem *problem) {
@@ -177,11 +194,18 @@ static enum api_problem_id choose_faces(const struct api_surface *surface, struc
     /* Of all faces those stay that are reached. */
     if ((size_t)selection->grow_from >= surface->face_count)
         return refuse_number(surface, "/surface/grow_from", problem);
+    if (selection->seed == API_SEED_ELEMENT)
+        return api_problem_add(problem, "/surface/grow_from/element",
+                               "is for meshes: name a face by its number, or by a point on it");
     if (make_apart(surface, shell->numbers, "/surface", arena, &shell->shell, problem) != API_OK)
         return problem->id;
+    int32_t from = selection->grow_from;
+    if (selection->seed == API_SEED_POINT &&
+        seed_face(shell->shell, selection->point, &from, problem) != API_OK)
+        return problem->id;
     uint8_t *reached = arena_alloc(arena, shell->count, 1);
-    if (!reached || shell_grow(shell->shell, selection->grow_from, selection->up_to_deg, arena,
-                               reached) != STATUS_OK)
+    if (!reached ||
+        shell_grow(shell->shell, from, selection->up_to_deg, arena, reached) != STATUS_OK)
         return api_problem_no_memory(problem, "the faces");
     size_t kept = 0;
     for (size_t k = 0; k < shell->count; k++)

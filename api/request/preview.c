@@ -2,6 +2,7 @@
 #include "preview.h"
 
 #include "api/json/text.h"
+#include "mesh_faces.h"
 #include "solver/surface/surface.h"
 #include "solver/surface/trim.h"
 #include <math.h>
@@ -148,6 +149,56 @@ static bool tessellate_face(struct primitive *p, const struct api_surface *face,
     return true;
 }
 
+/* ---- a mesh ---- */
+
+/* The faces of a mesh, flat, each with vertices of its own. `kept` counts them; NULL without
+ * memory. */
+static struct primitive *mesh_primitives(const struct api_mesh *from, struct arena *arena,
+                                         size_t *kept) {
+    const struct mesh_source source = {.vertices = from->vertices,
+                                       .vertex_count = from->vertex_count,
+                                       .triangles = from->triangles,
+                                       .triangle_count = from->triangle_count};
+    size_t count = 0;
+    struct mesh *mesh;
+    if (mesh_make(&source, arena, &mesh, NULL) != STATUS_OK)
+        return NULL;
+    const int32_t *face = mesh_face_numbers(mesh, arena, &count);
+    struct primitive *all = face ? arena_alloc(arena, count, sizeof *all) : NULL;
+    size_t *triangles = face ? arena_alloc(arena, count, sizeof *triangles) : NULL;
+    /* Of each vertex of the mesh the face that has it last, and its number there. */
+    struct {
+        int32_t face;
+        uint32_t index;
+    } *last = face ? arena_alloc(arena, mesh->vertex_count, sizeof *last) : NULL;
+    bool good = all && triangles && last;
+    for (size_t t = 0; good && t < mesh->triangle_count; t++)
+        triangles[face[t]]++;
+    for (size_t k = 0; good && k < count; k++) {
+        good = take_primitive_room(&all[k], 3 * triangles[k], triangles[k], arena);
+        all[k].number = k;
+        all[k].normals = NULL;
+    }
+    for (size_t t = 0; good && t < mesh->triangle_count; t++) {
+        struct primitive *p = &all[face[t]];
+        uint32_t corner[3];
+        for (int k = 0; k < 3; k++) {
+            int32_t v = mesh->corners[t][k];
+            if (last[v].face != face[t] + 1) {
+                const double r[3] = {mesh->vertices[v].x, mesh->vertices[v].y, mesh->vertices[v].z};
+                for (int c = 0; c < 3; c++)
+                    p->positions[p->vertex_count][c] = (float)r[c];
+                last[v].face = face[t] + 1;
+                last[v].index = p->vertex_count++;
+            }
+            corner[k] = last[v].index;
+        }
+        add_face_triangle(p, corner[0], corner[1], corner[2]);
+    }
+    *kept = count;
+    return good ? all : NULL;
+}
+
 /* ---- glTF ---- */
 
 enum { GLTF_FLOAT = 5126, GLTF_UINT = 5125, GLTF_ARRAY = 34962, GLTF_ELEMENTS = 34963 };
@@ -280,28 +331,16 @@ enum api_problem_id api_preview(const struct api_surface *surface, const struct 
                                 struct arena *arena, struct api_problem *problem) {
     size_t count = surface->kind == API_SURFACE_SHELL ? surface->face_count : 1;
     size_t kept = 0, bytes = 0;
-    struct primitive *all = arena_alloc(arena, count, sizeof *all);
+    bool on_mesh = surface->kind == API_SURFACE_MESH;
+    struct primitive *all = on_mesh ? mesh_primitives(&surface->mesh, arena, &kept)
+                                    : arena_alloc(arena, count, sizeof *all);
     bool good = all != NULL;
     /* The primitives that have triangles. */
-    for (size_t k = 0; good && k < count; k++) {
+    for (size_t k = 0; good && !on_mesh && k < count; k++) {
         struct primitive *one = &all[kept];
         *one = (struct primitive){.number = k};
-        if (surface->kind == API_SURFACE_MESH) {
-            const struct api_mesh *mesh = &surface->mesh;
-            good = take_primitive_room(one, mesh->vertex_count, mesh->triangle_count, arena);
-            one->normals = NULL; /* flat */
-            one->vertex_count = (uint32_t)mesh->vertex_count;
-            for (size_t v = 0; good && v < 3 * mesh->vertex_count; v++)
-                one->positions[v / 3][v % 3] = (float)((const double *)mesh->vertices)[v];
-            for (size_t t = 0; good && t < mesh->triangle_count; t++) {
-                const int32_t *corner = mesh->triangles[t];
-                add_face_triangle(one, (uint32_t)corner[0], (uint32_t)corner[1],
-                                  (uint32_t)corner[2]);
-            }
-        } else {
-            one->face = surface->kind == API_SURFACE_SHELL ? &surface->faces[k] : surface;
-            good = tessellate_face(one, one->face, count, arena);
-        }
+        one->face = surface->kind == API_SURFACE_SHELL ? &surface->faces[k] : surface;
+        good = tessellate_face(one, one->face, count, arena);
         kept += one->index_count > 0;
     }
     const char *gltf = good && kept > 0 ? write_gltf(all, kept, arena, &bytes) : NULL;

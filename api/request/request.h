@@ -46,11 +46,16 @@ enum api_selection_kind {
                         `up_to_deg` */
 };
 
+enum api_seed { API_SEED_FACE, API_SEED_ELEMENT, API_SEED_POINT };
+
 struct api_selection {
     enum api_selection_kind kind;
     const int *faces;
     size_t count;
+    enum api_seed
+        seed; /* the face or, of a mesh, the triangle `grow_from`, or that nearest `point` */
     int grow_from;
+    struct vec3 point;
     double up_to_deg; /* 0..180 */
 };
 

@@ -80,6 +80,22 @@ bool decode_shell(const struct json_value *json, struct api_surface *surface) {
     return decode_origin(json, surface) && ok;
 }
 
+/* What a selection grows from: the number of a face, {"element": n} or {"point": [x, y, z]}. */
+static bool decode_seed(const struct json_value *json, struct api_selection *selection) {
+    static const char *const keys[] = {"element", "point", NULL};
+    struct json_value element = value_member(json, "element"), point = value_member(json, "point");
+    if (value_type(json) != VALUE_OBJECT)
+        return value_integer(json, 0, SHELL_FACES_MAX - 1, &selection->grow_from);
+    if (!value_object(json, keys))
+        return false;
+    if (value_given(&element) == value_given(&point))
+        return value_fault(json, "must have either \"element\" or \"point\"");
+    selection->seed = value_given(&point) ? API_SEED_POINT : API_SEED_ELEMENT;
+    if (value_given(&point))
+        return value_vector(&point, decode_coordinates, 3, &selection->point.x);
+    return value_integer(&element, 0, INT32_MAX, &selection->grow_from);
+}
+
 bool decode_selection(const struct json_value *json, struct api_surface *surface) {
     static const char *const keys[] = {"id", "faces", "grow_from", "up_to_deg", NULL};
     static const struct value_range folds = {0, 180, false};
@@ -112,6 +128,6 @@ bool decode_selection(const struct json_value *json, struct api_surface *surface
         return true;
     selection->kind = API_SELECT_GROWN;
     selection->up_to_deg = API_UP_TO_DEG;
-    return value_integer(&from, 0, SHELL_FACES_MAX - 1, &selection->grow_from) &&
+    return decode_seed(&from, selection) &&
            (!value_given(&up_to) || value_number(&up_to, folds, &selection->up_to_deg));
 }

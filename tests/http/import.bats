@@ -191,6 +191,118 @@ off() {
     expect 202
 }
 
+# box FILE [FACETS]: binary STL of a closed box, 40 by 30 by 5, with FreeCAD's head, which has an S in
+# column 73; of its facets those behind FACETS, so that the first ones are a hole.
+box() {
+    python3 - "$1" "${2:-0}" <<-'END'
+	import struct, sys
+	facets = []
+	for o, u, v in (((0, 0, 5), (40, 0, 0), (0, 30, 0)), ((0, 0, 0), (0, 30, 0), (40, 0, 0)),
+	                ((0, 0, 0), (40, 0, 0), (0, 0, 5)), ((0, 30, 0), (0, 0, 5), (40, 0, 0)),
+	                ((0, 0, 0), (0, 0, 5), (0, 30, 0)), ((40, 0, 0), (0, 30, 0), (0, 0, 5))):
+	    at = lambda s, t: [o[k] + u[k] * s / 10 + v[k] * t / 10 for k in range(3)]
+	    for i in range(10):
+	        for j in range(10):
+	            a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+	            facets += [a + b + c, a + c + d]
+	facets = facets[int(sys.argv[2]):]
+	with open(sys.argv[1], "wb") as file:
+	    file.write((b"MESH-" * 16)[:80] + struct.pack("<I", len(facets)))
+	    for facet in facets:
+	        file.write(struct.pack("<12fH", 0, 0, 0, *facet, 0))
+	END
+}
+
+@test "http: a closed mesh offers its faces, and the tool side is chosen by a face, an element or a point" {
+    box "$BATS_TEST_TMPDIR/box.stl"
+    send model/stl "$BATS_TEST_TMPDIR/box.stl"
+    expect 201
+    id=$(field .id)
+    jq -e '(.faces | length) == 6 and (.faces[0] | .area == 1200 and .normal == [0, 0, 1] and
+           (.centre | map(round)) == [20, 15, 5]) and (.joints | length) == 12 and all(.joints[]; .[2] == 90) and
+           .edges.free == 0 and .openings == [] and .opening_count == 0 and .length_unit == "mm" and
+           any(.notes[]; test("no unit: mm is assumed"))' "$body"
+    call GET "/v1/surfaces/$id/preview?format=glb"
+    expect 200
+    [ "$(grep -ao '"face":[0-9]*' "$body" | sort -u | wc -l)" -eq 6 ]
+    # drape SELECTION: the area that is draped and where its nodes are
+    drape() {
+        echo "{\"surface\": {\"id\": \"$id\", $1}, \"fabric\": {\"spacing\": 2}}" |
+            call POST '/v1/drapes?fields=nodes.z' -H "$JSON" -H 'Prefer: wait=20' --data-binary @-
+    }
+    for choice in '"faces": [0]' '"grow_from": 0' '"grow_from": {"element": 3}' \
+        '"grow_from": {"point": [20, 15, 5.1]}, "up_to_deg": 0'; do
+        drape "$choice"
+        expect 200
+        jq -e '(.summary.part_area - 1200 | fabs) < 1e-9 and .summary.outcome == "complete" and
+               all(.nodes.z[]; . == 5)' "$body"
+        call GET "/v1/drapes/$(field .id)/request"
+        jq -e --argjson choice "{$choice}" '.surface | contains($choice)' "$body"
+    done
+    drape '"grow_from": {"point": [20, 15, 5]}, "up_to_deg": 90'
+    jq -e '(.summary.part_area - 3100 | fabs) < 1e-9' "$body"
+    for wrong in '"faces": [0, 6]' '"grow_from": 6' '"grow_from": {"element": 1200}' \
+        '"grow_from": {"point": [20, 15, 9]}' '"grow_from": {}'; do
+        drape "$wrong"
+        expect_problem 422 invalid-request
+        jq -e '.pointer | test("^/surface/(faces/1|grow_from)")' "$body"
+    done
+}
+
+@test "http: holes of a mesh are counted and told, and faces of a part are chosen by a point" {
+    box "$BATS_TEST_TMPDIR/hole.stl" 4
+    send model/stl "$BATS_TEST_TMPDIR/hole.stl" '?unit=cm'
+    expect 201
+    jq -e '.opening_count == 1 and .edges.free == 6 and .length_unit == "cm" and
+           (.openings[0] | .edges == 6 and .length == 20 and .centre == [2, 3, 5])' "$body"
+    send model/step "$EXAMPLES/dome.step"
+    id=$(field .id)
+    centre=$(jq -c '.faces[2].centre' "$body")
+    echo "{\"surface\": {\"id\": \"$id\", \"grow_from\": {\"point\": [0, 0, 1e4]}},
+           \"fabric\": {\"spacing\": 20}}" | refuse /surface/grow_from/point 'away from the faces'
+    echo "{\"surface\": {\"id\": \"$id\", \"grow_from\": {\"element\": 1}},
+           \"fabric\": {\"spacing\": 20}}" | refuse /surface/grow_from/element 'is for meshes'
+}
+
+@test "cli: a file is where its request is, in mm or the request's unit, and maps take the same meshes" {
+    mkdir "$BATS_TEST_TMPDIR/folder"
+    box "$BATS_TEST_TMPDIR/folder/box.stl"
+    # ask FILE MORE: of a request in the folder, from this one
+    ask() {
+        echo "{\"surface\": {\"file\": \"$1\", \"faces\": [0]}, \"fabric\": {\"spacing\": 2} $2}" \
+            >"$BATS_TEST_TMPDIR/folder/request.json"
+        run "$DRAPE" "$BATS_TEST_TMPDIR/folder/request.json" --format html
+    }
+    for unit in mm in; do
+        ask box.stl "$([ $unit = mm ] || echo ", \"length_unit\": \"$unit\"")"
+        [ "$status" -eq 0 ]
+        grep -q "1200 $unit²" <<<"$output"
+    done
+    for wrong in 'x.FCStd:FreeCAD.s own document' 'x.inp:Nastran bulk data, or as STL' 'x.txt:must end in .step'; do
+        ask "${wrong%%:*}"
+        [ "$status" -eq 1 ]
+        grep -q "/surface/file: .*${wrong#*:}" <<<"$output"
+    done
+    ask box.stl
+    folder=$BATS_TEST_TMPDIR/folder
+    "$DRAPE" "$folder/request.json" --map "$folder/box.stl" --fields id,distance --format csv >"$folder/map.csv"
+    [ "$(awk -F, 'NR > 1 && $2 < 1e-9' "$folder/map.csv" | wc -l)" -eq 200 ]
+    [ "$(wc -l <"$folder/map.csv")" -eq 1201 ]
+    run "$DRAPE" "$folder/request.json" --map "$folder/box.inp"
+    [ "$status" -eq 1 ] && [[ $output == *'Nastran bulk data, or as STL'* ]]
+    run "$DRAPE" "$folder/request.json" --map "$EXAMPLES/dome.step"
+    [ "$status" -eq 1 ] && [[ $output == *'a map needs a mesh'* ]]
+}
+
+@test "cli: a binary STL whose head has an S in column 73 is no IGES file" {
+    box "$BATS_TEST_TMPDIR/part"
+    run "${BUILD:-build}/drape-import" "$BATS_TEST_TMPDIR/part"
+    [ "$status" -eq 1 ]
+    [[ $output == *'it is an STL mesh'* ]]
+    run "${BUILD:-build}/drape-import" --format step "$BATS_TEST_TMPDIR/part"
+    [[ $output == *'this is not a STEP file: it is an STL mesh'* ]]
+}
+
 @test "http: without the importer a STEP file is 415 and says what to install" {
     mkdir -p "$BATS_TEST_TMPDIR/alone"
     cp "$DRAPED" "$BATS_TEST_TMPDIR/alone/draped"
