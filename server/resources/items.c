@@ -74,10 +74,16 @@ bool items_check_file(struct call *call) {
     bool form = !type || negotiate_is_type(type, "text/plain") ||
                 negotiate_is_type(type, "multipart/form-data") ||
                 negotiate_is_type(type, "application/x-www-form-urlencoded");
-    if (format && !source && strcmp(format, "json"))
+    char ending[16], why[FILE_REFUSAL_SIZE];
+    snprintf(ending, sizeof ending, ".%s", format ? format : "");
+    bool known = file_refuse(ending, why);
+    if (format && !source && strcmp(format, "json") && known)
+        reply_refuse(call->reply, API_INVALID_REQUEST, "%s", why);
+    else if (format && !source && strcmp(format, "json"))
         reply_refuse(call->reply, API_INVALID_REQUEST,
-                     "?format= takes json, step, iges, stl, obj and nastran, and not '%.64s'",
-                     format);
+                     "?format= takes json, step, iges, stl, obj and nastran, and not '%.64s'; the "
+                     "name of a file %s",
+                     format, why);
     else if (unit && !file_unit_known(unit))
         reply_refuse(call->reply, API_INVALID_REQUEST,
                      "?unit= takes m, mm, cm, um, in and ft, and not '%.64s'", unit);

@@ -107,6 +107,7 @@ const form = new Form({
 /** Puts a request into the form and its surface into the picture; forgets the drape that was shown. */
 async function takeRequest(request) {
   page.note = '';
+  page.restore = null; // stores the file of the part in another unit
   chooser.open(null);
   form.load(request);
   if (request.fault) form.surfaceError(request.fault);
@@ -164,15 +165,15 @@ function open() {
 }
 
 /** A file of CAD or mesh: the service reads it; false where something else was opened meanwhile. */
-async function takePart(file, format, isLast) {
-  const part = await storePart(file, format);
+async function takePart(file, format, isLast, unit) {
+  const part = await storePart(file, format, unit);
   const chosen = new Set(part.first);
   const shape = await shapeOf(part, chosen);
   if (!isLast()) return false;
   const settings = { fabric: {}, length_unit: part.unit, method: part.mesh ? 'mosaic' : undefined };
-  const assumed = assumeUnit({ settings, shape: part.body });
   await takeRequest({ settings, surfaceText: surfaceOf(part, chosen), shape });
-  page.note = `${file.name}: ${assumed}`;
+  page.note = `${file.name}: ${part.unitAssumed ? `it states no unit; ${part.unit} is assumed. ` : ''}`;
+  page.restore = part.mesh && ((other) => takePart(file, format, open(), other));
   showPart(part, chosen);
   return true;
 }
@@ -259,11 +260,18 @@ async function takeFile(file) {
     refreshAbout();
     save();
   } catch (error) {
+    const known = format || /\.json$/i.test(file.name);
+    const why = known ? error.message : await refusalOf(file);
     said();
-    if (!isLast()) return;
-    form.surfaceError(`${file.name}: ${error.message}`);
+    if (isLast()) form.surfaceError(`${file.name}: ${why}`);
   }
 }
+
+/** What the service says of files whose names end like that. */
+const refusalOf = ({ name }) =>
+  api
+    .storeSurface('', 'application/octet-stream', `?format=${name.split('.').pop()}`)
+    .catch(({ message }) => message);
 
 async function takeJson(file, isLast) {
   const request = await readRequest(await file.text());
@@ -715,6 +723,9 @@ function listenRequest() {
   element('example').addEventListener(
     'change',
     ({ target }) => target.value && takeExample(target.value).catch(report),
+  );
+  element('unit').addEventListener('change', () =>
+    page.restore?.(form.unit).then(refreshAbout).catch(report),
   );
   element('file').addEventListener('change', ({ target }) => {
     const [file] = target.files;

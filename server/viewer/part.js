@@ -2,6 +2,7 @@
 // A part of several faces, or a file of CAD or mesh: stored with the service, which says what its
 // faces are and where they join, and shows it as triangles.
 import { Problem, preview, storeSurface } from './api.js';
+import { format } from './fields.js';
 import { readFaces, readShape } from './work.js';
 
 const FORMATS = {
@@ -30,14 +31,28 @@ export function grow(joints, from, upToDeg) {
   return reached;
 }
 
+/** What there is to say of a mesh's free edges: the border of an open one, and holes. */
+function openingsOf({ openings = [], opening_count: count = 0, length_unit: unit }) {
+  if (!count) return [];
+  const edges = openings.reduce((sum, { edges: own }) => sum + own, 0);
+  const lengths = openings.map(({ length }) => `${format(length, 3)} ${unit}`);
+  const several = count === 1 ? 'one loop' : `${count} loops`;
+  const rest = count > openings.length ? ', …' : '';
+  return [
+    `open edges: ${edges} in ${several}, ${lengths.join(', ')}${rest} long: borders, or holes`,
+  ];
+}
+
 async function describe(answer) {
   const body = await readFaces(await preview(answer.id));
-  const { faces = [], edges, components, joints = [], notes = [] } = answer;
+  const { faces = [], edges, components, joints = [] } = answer;
+  const notes = [...(answer.notes ?? []), ...openingsOf(answer)];
   const solid = faces.length > 1 && edges.free === 0;
   return {
     id: answer.id,
     unit: answer.length_unit,
     mesh: answer.triangles !== undefined,
+    unitAssumed: notes.some((note) => note.includes('states no unit')),
     faces,
     joints,
     notes,
@@ -79,22 +94,23 @@ export const storeDefinition = async (text) =>
 /** The faces that the surface of a request chooses. */
 export function chosenOf(part, { faces, grow_from: from, up_to_deg: upTo = 20 }) {
   if (faces) return new Set(faces);
-  if (from !== undefined) return grow(part.joints, from, upTo);
+  if (typeof from === 'number') return grow(part.joints, from, upTo);
   return new Set(part.faces.map(({ index }) => index));
 }
 
-/** Some faces, or all of a mesh, as a shape to drape on. */
+/** Some faces as a shape to drape on. */
 export async function shapeOf(part, chosen) {
-  const about = part.mesh
-    ? `mesh, ${(part.body.patch.length / 3).toLocaleString('en')} triangles`
-    : `${chosen.size} of ${part.faces.length} faces`;
-  const shape = await readShape(part.body, part.mesh ? new Set(part.body.patch) : chosen, about);
+  const faces = `${chosen.size} of ${part.faces.length} faces`;
+  const triangles = `${(part.body.patch.length / 3).toLocaleString('en')} triangles`;
+  const whole = `mesh, ${triangles}`;
+  const about = !part.mesh ? faces : part.faces.length > 1 ? `${faces} of a ${whole}` : whole;
+  const shape = await readShape(part.body, chosen, about);
   return part.mesh ? { ...shape, kind: 'mesh' } : shape;
 }
 
 /** What a drape request has for its surface. */
 export function surfaceOf(part, chosen) {
-  const all = part.mesh || chosen.size === part.faces.length;
+  const all = chosen.size === part.faces.length;
   const faces = [...chosen].sort((a, b) => a - b);
   return JSON.stringify(all ? { id: part.id } : { id: part.id, faces });
 }

@@ -312,3 +312,110 @@ test('part: the picture of the README', async () => {
   assert.ok(shot.length < 200e3, `${shot.length} bytes`);
   await small.context().close();
 });
+
+/** Binary STL of a closed box, 40 by 30 by 5, with FreeCAD's head; without its first facets a hole. */
+function box(without = 0) {
+  const facets = [];
+  const sides = [
+    [
+      [0, 0, 5],
+      [40, 0, 0],
+      [0, 30, 0],
+    ],
+    [
+      [0, 0, 0],
+      [0, 30, 0],
+      [40, 0, 0],
+    ],
+    [
+      [0, 0, 0],
+      [40, 0, 0],
+      [0, 0, 5],
+    ],
+    [
+      [0, 30, 0],
+      [0, 0, 5],
+      [40, 0, 0],
+    ],
+    [
+      [0, 0, 0],
+      [0, 0, 5],
+      [0, 30, 0],
+    ],
+    [
+      [40, 0, 0],
+      [0, 30, 0],
+      [0, 0, 5],
+    ],
+  ];
+  for (const [o, u, v] of sides)
+    for (let k = 0; k < 100; k++) {
+      const at = (s, t) => o.map((x, c) => x + (u[c] * s + v[c] * t) / 10);
+      const [i, j] = [k % 10, Math.floor(k / 10)];
+      const [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+      facets.push([a, b, c], [a, c, d]);
+    }
+  const kept = facets.slice(without);
+  const bytes = Buffer.alloc(84 + 50 * kept.length);
+  bytes.write('MESH-'.repeat(16));
+  bytes.writeUInt32LE(kept.length, 80);
+  kept.forEach((facet, k) =>
+    facet.flat().forEach((x, c) => bytes.writeFloatLE(x, 84 + 50 * k + 12 + 4 * c)),
+  );
+  return bytes;
+}
+
+const choose = (name, buffer) =>
+  page.setInputFiles('#file', { name, mimeType: 'application/octet-stream', buffer });
+const about = (words) =>
+  page.waitForFunction(
+    (text) => document.querySelector('#about').textContent.includes(text),
+    words,
+  );
+
+test('part: a closed mesh offers its faces, and one of them is draped', async () => {
+  await choose('box.stl', box());
+  await about('it states no unit; mm is assumed. 0 of 6 faces of a mesh');
+  assert.match(await count(), /^None of 6 faces is chosen yet/);
+  await page.mouse.click(...(await placeAt(0.5, 0.45)));
+  assert.match(await count(), /^1 of 6 faces is chosen, 1200 mm²\.$/);
+  await drawn(page);
+  await picture(page, 'mesh-faces');
+  await page.click('#drape');
+  await settled();
+  assert.match(await page.textContent('#summary'), /Outcomecomplete/);
+});
+
+test('part: a mesh without a unit is stored in another one when that is chosen', async () => {
+  await page.selectOption('#unit', 'm');
+  await about('0 of 6 faces of a mesh, 1,200 triangles; 40 × 30 × 5 m');
+  await page.click('#faces-all');
+  assert.match(await count(), /^6 of 6 faces are chosen, 3100 m²/);
+});
+
+test('part: holes of a mesh are told with their lengths', async () => {
+  await choose('hole.stl', box(4));
+  await about('6 of 6 faces of a mesh');
+  assert.match(
+    await page.textContent('#faces-notes'),
+    /open edges: 6 in one loop, 2\d mm long: borders, or holes/,
+  );
+});
+
+test('part: files of other programs get the words of the service', async () => {
+  for (const [name, words] of [
+    [
+      'seat.FCStd',
+      "a file that ends in .FCStd is FreeCAD's own document: export the part from FreeCAD",
+    ],
+    ['deck.inp', 'a deck of Abaqus or CalculiX: export its shell as Nastran bulk data, or as STL'],
+    ['part.sldprt', "a CAD system's own document: export the part as STEP"],
+    ['notes.txt', 'must end in .step, .stp, .p21, .iges, .igs, .stl, .obj, .bdf, .nas or .dat'],
+  ]) {
+    await choose(name, Buffer.from('PK'));
+    await page.waitForFunction(
+      (text) => document.querySelector('#fault-surface').textContent.includes(text),
+      words,
+    );
+  }
+});
