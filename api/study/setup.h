@@ -27,7 +27,9 @@ struct api_study {
     const struct vec3 *middle; /* of the divisions of the part (`struct drape_statistics`) */
     size_t divisions;          /* 0: the rows say nothing of them */
     struct study_start *starts;
-    size_t start_count;             /* 1 where the drape's own is kept, which is not in `starts` */
+    size_t start_count;            /* 1 where the drape's own is kept, which is not in `starts` */
+    struct study_variant *obvious; /* that a search begins with */
+    size_t obvious_count;
     struct sample_nominal *nominal; /* of a study that draws samples, else NULL */
     size_t field_numbers; /* that each of its rows has behind it: cells times fields; else 0 */
 };

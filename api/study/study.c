@@ -12,26 +12,55 @@
 
 /* ---- opening ---- */
 
+/* The starts of all epochs of a search, one after the other. */
+static enum status spread_epochs(struct api_study *study, struct part_point **points) {
+    const struct study_part *part = &study->part;
+    size_t room = 0, made = 0, budget = study->request.budget;
+    struct optimise_epoch epoch = {0};
+    for (size_t k = 0; epoch.end < budget; k++) {
+        epoch = optimise_epoch(study, k);
+        room += epoch.starts;
+    }
+    *points = arena_alloc(study->arena, room, sizeof **points);
+    epoch.end = 0;
+    for (size_t k = 0; *points && epoch.end < budget; k++) {
+        struct part_point *own;
+        size_t count;
+        struct arena_mark mark = arena_mark(study->arena);
+        epoch = optimise_epoch(study, k);
+        enum status status =
+            even_points(&part->geometry, part->component, epoch.starts, study->arena, &own, &count);
+        if (status != STATUS_OK)
+            return status;
+        for (size_t n = 0; n < epoch.starts && count > 0; n++)
+            (*points)[made++] = own[n % count];
+        arena_rewind(study->arena, mark);
+    }
+    study->start_count = made;
+    return *points ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
 /* Those of a grid, or of the caller's list as points of the part. */
 static enum status find_starts(struct api_study *study) {
     const struct study_request *r = &study->request;
     const struct study_part *part = &study->part;
     const double *spacing = r->drape.settings.spacing;
-    bool grid = r->starts == STUDY_STARTS_GRID;
+    bool grid = r->starts == STUDY_STARTS_GRID, optimise = r->search == STUDY_SEARCH_OPTIMISE;
     struct part_point *points = NULL;
     enum status status = STATUS_OK;
     study->start_count = 1;
     if (!grid && r->starts != STUDY_STARTS_POINTS)
         return STATUS_OK;
     study->start_count = r->start_count;
-    if (grid) {
-        bool optimise = r->search == STUDY_SEARCH_OPTIMISE;
-        size_t wanted = optimise ? optimise_shares(study).starts : r->start_count;
-        status = even_points(&part->geometry, part->component, wanted, study->arena, &points,
-                             &study->start_count);
-    }
+    if (grid && optimise)
+        status = spread_epochs(study, &points);
+    else if (grid)
+        status = even_points(&part->geometry, part->component, r->start_count, study->arena,
+                             &points, &study->start_count);
+    if (status != STATUS_OK)
+        return status;
     study->starts = arena_alloc(study->arena, study->start_count, sizeof *study->starts);
-    if (status != STATUS_OK || !study->starts)
+    if (!study->starts)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < study->start_count; k++) {
         const struct study_point *listed = grid ? NULL : &r->points[k];
@@ -68,9 +97,10 @@ static enum api_problem_id prepare_study(struct api_study *study, const struct a
         return api_problem_add(problem, "/drape/surface/id", "no surface is stored under this id");
     if (study_part_make(&study->request, limits, study->arena, &study->part, problem) != API_OK)
         return problem->id;
-    if (study_find_k1(study) != STATUS_OK || find_starts(study) != STATUS_OK)
-        return api_problem_no_memory(problem, "the study");
     bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
+    if (study_find_k1(study) != STATUS_OK || (optimise && obvious_make(study) != STATUS_OK) ||
+        find_starts(study) != STATUS_OK)
+        return api_problem_no_memory(problem, "the study");
     /* A search for a small largest shear has that of each of so many divisions of the part. */
     if (optimise && study_judges(&study->request, QUANTITY_MAX_SHEAR)) {
         struct part_point *points;
@@ -85,7 +115,7 @@ static enum api_problem_id prepare_study(struct api_study *study, const struct a
     /* What the drapes share, for the spacing that most variants have. Where there can be none, each
      * variant says so. */
     struct drape_settings settings = *own;
-    double coarseness = optimise ? optimise_shares(study).coarseness : 1;
+    double coarseness = optimise ? optimise_space(study).coarseness : 1;
     for (int k = 0; k < 2; k++)
         settings.spacing[k] *= coarseness;
     enum status status =

@@ -14,7 +14,7 @@
 #include "solver/status.h"
 #include <stddef.h>
 
-enum { SURROGATE_DIMENSIONS = 6, SURROGATE_VALUES_MOST = 48 };
+enum { SURROGATE_DIMENSIONS = 7, SURROGATE_VALUES_MOST = 48 };
 
 struct surrogate_point {
     double x[SURROGATE_DIMENSIONS]; /* about 1 in size; what is not needed is 0 everywhere */

@@ -34,6 +34,10 @@ enum { WEIGHTS = sizeof weights / sizeof *weights };
  * pre-shears that long. */
 static const double circle = 0.25, shears = 0.5;
 
+/* Variants on the drape's own net are this far from those on a coarser one: nearer than others that
+ * differ by much, further than those that differ by little. */
+static const double between_nets = 0.1;
+
 static double search_aim_value(const struct search_aim *aim,
                                const double quantity[QUANTITY_COUNT]) {
     double most = -HUGE_VAL;
@@ -41,40 +45,6 @@ static double search_aim_value(const struct search_aim *aim,
         if (aim->factor[k] > 0)
             most = fmax(most, aim->factor[k] * quantity[k] + aim->shift[k]);
     return most;
-}
-
-/* ---- the order of rows ---- */
-
-struct choice {
-    double violation, value;
-    size_t row;
-};
-
-static int compare_choices(const void *a, const void *b) {
-    const struct choice *x = a, *y = b;
-    if (x->violation != y->violation)
-        return x->violation < y->violation ? -1 : 1;
-    if (x->value != y->value)
-        return x->value < y->value ? -1 : 1;
-    return (x->row > y->row) - (x->row < y->row);
-}
-
-size_t surrogate_search_order(const struct surrogate_search *search, const struct search_aim *aim,
-                              struct arena *arena, size_t *order) {
-    struct arena_mark mark = arena_mark(arena);
-    struct choice *choices = arena_take(arena, search->count, sizeof *choices);
-    size_t count = 0;
-    if (!choices)
-        return SIZE_MAX;
-    for (size_t k = 0; k < search->count; k++)
-        if (search->rows[k].failure == FAILURE_NONE)
-            choices[count++] = (struct choice){study_violation(search->study, &search->rows[k]),
-                                               search_aim_value(aim, search->rows[k].quantity), k};
-    qsort(choices, count, sizeof *choices, compare_choices);
-    for (size_t k = 0; k < count; k++)
-        order[k] = choices[k].row;
-    arena_rewind(arena, mark);
-    return count;
 }
 
 /* ---- the space of variants ---- */
@@ -94,6 +64,7 @@ struct trial {
     double turn; /* of the warp, in degrees: from the axis where the angle has a period, else its
                     angle */
     double pre_shear_deg;
+    bool coarse; /* not on the drape's own net */
 };
 
 /* The axis of x, y and z that lies the most along the part. */
@@ -126,7 +97,7 @@ static double axis_angle(const struct space *space, const struct part_point *at)
 
 static struct trial trial_of(const struct space *space, const struct study_variant *variant) {
     return (struct trial){variant->start, variant->angle_deg - axis_angle(space, &variant->start),
-                          variant->pre_shear_deg};
+                          variant->pre_shear_deg, variant->coarseness > 1};
 }
 
 static struct surrogate_point model_point(const struct space *space, const struct trial *trial) {
@@ -145,12 +116,14 @@ static struct surrogate_point model_point(const struct space *space, const struc
     }
     if (sheared > 0)
         point.x[5] = shears * (trial->pre_shear_deg - r->pre_shear.from) / sheared;
+    point.x[6] = trial->coarse ? between_nets : 0;
     return point;
 }
 
 /* ---- the model ---- */
 
 struct model {
+    struct space space;
     struct surrogate surrogate;
     enum quantity_id id[QUANTITY_COUNT]; /* of each of its first functions */
     size_t judged;                       /* how many; behind come the divisions' largest shears */
@@ -161,18 +134,82 @@ static int compare_quantities(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* The rows of a model: all, or the best of each aim and of the others every so many. */
+/* What the model says of a variant, and the square of its distance to the nearest that it knows. */
+static void predict_row(const struct model *model, const struct surrogate_point *point,
+                        struct study_row *row, double *nearest) {
+    double value[SURROGATE_VALUES_MOST];
+    surrogate_at(&model->surrogate, point, value, nearest);
+    for (size_t v = 0; v < model->judged; v++)
+        row->quantity[model->id[v]] = value[v];
+    double *largest = &row->quantity[QUANTITY_MAX_SHEAR];
+    for (size_t v = model->judged; v < model->surrogate.values; v++)
+        *largest = v == model->judged ? value[v] : fmax(*largest, value[v]);
+}
+
+struct choice {
+    double violation, value;
+    size_t row;
+};
+
+static int compare_choices(const void *a, const void *b) {
+    const struct choice *x = a, *y = b;
+    if (x->violation != y->violation)
+        return x->violation < y->violation ? -1 : 1;
+    if (x->value != y->value)
+        return x->value < y->value ? -1 : 1;
+    return (x->row > y->row) - (x->row < y->row);
+}
+
+/* The numbers of rows by how good they are for an aim, in `order`: those that miss the limits by
+ * less first. With `model` (may be NULL) those of a coarser net are judged by what it says that
+ * they are on the drape's own. How many: all but failures; SIZE_MAX without memory. */
+static size_t order_rows(const struct surrogate_search *search, const struct search_aim *aim,
+                         const struct model *model, struct arena *arena, size_t *order) {
+    struct arena_mark mark = arena_mark(arena);
+    struct choice *choices = arena_take(arena, search->count, sizeof *choices);
+    size_t count = 0;
+    if (!choices)
+        return SIZE_MAX;
+    for (size_t k = 0; k < search->count; k++) {
+        struct study_row row = search->rows[k];
+        double nearest;
+        if (row.failure != FAILURE_NONE)
+            continue;
+        if (model && row.variant.coarseness > 1) {
+            struct trial trial = trial_of(&model->space, &row.variant);
+            trial.coarse = false;
+            const struct surrogate_point point = model_point(&model->space, &trial);
+            predict_row(model, &point, &row, &nearest);
+        }
+        choices[count++] = (struct choice){study_violation(search->study, &row),
+                                           search_aim_value(aim, row.quantity), k};
+    }
+    qsort(choices, count, sizeof *choices, compare_choices);
+    for (size_t k = 0; k < count; k++)
+        order[k] = choices[k].row;
+    arena_rewind(arena, mark);
+    return count;
+}
+
+/* The rows of a model: all, or the best of each aim on each net, and of the others every so many.
+ */
 static size_t choose_rows(const struct surrogate_search *search, size_t *const *orders,
                           const size_t *ordered, size_t *chosen, bool *taken) {
     size_t count = 0, each = MODELLED / 2 / search->aim_count;
+    each = search->coarseness > 1 ? each / 2 : each;
     if (search->count <= MODELLED) {
         for (size_t k = 0; k < search->count; k++)
             chosen[k] = k;
         return search->count;
     }
-    for (size_t a = 0; a < search->aim_count; a++)
-        for (size_t k = 0; k < ordered[a] && k < each; k++)
-            taken[orders[a][k]] = true;
+    for (size_t a = 0; a < search->aim_count; a++) {
+        size_t left[2] = {each, each}; /* of both nets */
+        for (size_t k = 0; k < ordered[a]; k++) {
+            size_t row = orders[a][k], net = search->rows[row].variant.coarseness > 1;
+            taken[row] = taken[row] || left[net] > 0;
+            left[net] -= left[net] > 0;
+        }
+    }
     for (size_t k = 0; k < search->count; k++)
         count += taken[k];
     size_t others = search->count - count, wanted = MODELLED - count, passed = 0;
@@ -192,16 +229,23 @@ static size_t choose_rows(const struct surrogate_search *search, size_t *const *
 static const double capped = 0.3;
 static double cap_of(const struct surrogate_search *search, enum quantity_id id, double *scratch) {
     const struct study_limit *limit = &search->study->request.limit[id];
-    size_t count = 0;
-    for (size_t k = 0; k < search->count; k++)
-        if (search->rows[k].failure == FAILURE_NONE)
-            scratch[count++] = search->rows[k].quantity[id];
-    if (limit->has_min || count == 0)
+    double cap = -HUGE_VAL, most = -HUGE_VAL;
+    for (int net = 0; net < 2; net++) { /* that of the drape, and the coarser one */
+        size_t count = 0;
+        for (size_t k = 0; k < search->count; k++)
+            if (search->rows[k].failure == FAILURE_NONE &&
+                (search->rows[k].variant.coarseness > 1) == net)
+                scratch[count++] = search->rows[k].quantity[id];
+        if (count == 0)
+            continue;
+        qsort(scratch, count, sizeof *scratch, compare_quantities);
+        cap = fmax(cap, scratch[(size_t)(capped * (double)count)]);
+        most = fmax(most, scratch[count - 1]);
+    }
+    if (limit->has_min || most == -HUGE_VAL)
         return HUGE_VAL;
-    qsort(scratch, count, sizeof *scratch, compare_quantities);
-    double cap = scratch[(size_t)(capped * (double)count)];
     if (limit->has_max)
-        cap = fmax(cap, limit->max + 0.1 * (scratch[count - 1] - limit->max));
+        cap = fmax(cap, limit->max + 0.1 * (most - limit->max));
     for (size_t a = 0; a < search->aim_count; a++) {
         const struct search_aim *aim = &search->aims[a];
         if (aim->shift[id] < 0) /* where the aim is 1: all of the range of a front */
@@ -210,9 +254,8 @@ static double cap_of(const struct surrogate_search *search, enum quantity_id id,
     return cap;
 }
 
-static enum status make_model(const struct surrogate_search *search, const struct space *space,
-                              const size_t *chosen, size_t count, struct arena *arena,
-                              struct model *model) {
+static enum status make_model(const struct surrogate_search *search, const size_t *chosen,
+                              size_t count, struct arena *arena, struct model *model) {
     struct surrogate_point *points = arena_take(arena, count, sizeof *points);
     double *value = arena_take(arena, count * SURROGATE_VALUES_MOST, sizeof *value);
     double *scratch = arena_take(arena, search->count, sizeof *scratch);
@@ -252,8 +295,8 @@ static enum status make_model(const struct surrogate_search *search, const struc
     }
     model->judged = judged;
     for (size_t k = 0; k < count; k++) {
-        struct trial trial = trial_of(space, &search->rows[chosen[k]].variant);
-        points[k] = model_point(space, &trial);
+        struct trial trial = trial_of(&model->space, &search->rows[chosen[k]].variant);
+        points[k] = model_point(&model->space, &trial);
     }
     return surrogate_make(points, value, count, values, arena, &model->surrogate);
 }
@@ -288,7 +331,6 @@ static double rate_candidate(const struct scale *s, const struct candidate *c) {
 /* The search for the variants of a round. */
 struct round_search {
     const struct surrogate_search *search;
-    struct space space;
     struct model model;
     struct candidate list[CANDIDATES], *made; /* those chosen so far */
     size_t count;                             /* of them */
@@ -299,15 +341,16 @@ struct round_search {
 static bool draw_candidate(struct round_search *p, const struct search_aim *aim,
                            const struct trial *about, double size, uint32_t seed, size_t draw,
                            struct candidate *candidate) {
-    const struct space *space = &p->space;
-    const struct study_request *r = space->request;
     const struct model *model = &p->model;
+    const struct space *space = &model->space;
+    const struct study_request *r = space->request;
     struct trial *trial = &candidate->trial;
     struct study_row row = {.failure = FAILURE_NONE};
-    double by[4], value[SURROGATE_VALUES_MOST];
+    double by[4];
     for (unsigned c = 0; c < 4; c++)
         by[c] = size * seeded_bell(seed, draw, 3 * c + 1);
     *trial = *about;
+    trial->coarse = false;
     if (r->starts == STUDY_STARTS_GRID &&
         !study_part_nudge(space->part, &about->start,
                           (double[]){by[0] * space->length, by[1] * space->length}, &trial->start))
@@ -322,12 +365,7 @@ static bool draw_candidate(struct round_search *p, const struct search_aim *aim,
                   r->pre_shear.from, r->pre_shear.to);
     /* What the model says of it. */
     candidate->point = model_point(space, trial);
-    surrogate_at(&model->surrogate, &candidate->point, value, &candidate->nearest);
-    for (size_t v = 0; v < model->judged; v++)
-        row.quantity[model->id[v]] = value[v];
-    double *largest = &row.quantity[QUANTITY_MAX_SHEAR];
-    for (size_t v = model->judged; v < model->surrogate.values; v++)
-        *largest = v == model->judged ? value[v] : fmax(*largest, value[v]);
+    predict_row(model, &candidate->point, &row, &candidate->nearest);
     candidate->value = search_aim_value(aim, row.quantity);
     candidate->violation = study_violation(p->search->study, &row);
     for (size_t k = 0; k < p->count; k++)
@@ -352,7 +390,7 @@ static size_t draw_candidates(struct round_search *p, const struct search_aim *a
         double size = farthest(p->search);
         for (int k = (int)(seeded_uniform(p->seed, draw, SCALE) * SCALES); k > 0; k--)
             size *= 0.5;
-        struct trial about = trial_of(&p->space, &p->search->rows[row].variant);
+        struct trial about = trial_of(&p->model.space, &p->search->rows[row].variant);
         count += draw_candidate(p, aim, &about, size, p->seed, draw, &p->list[count]);
     }
     return count;
@@ -368,8 +406,8 @@ static size_t draw_in_turn(struct round_search *p, const struct search_aim *aim,
     /* The best of each valley, the best of all first: of the good rows those that none of the
      * better ones is near. */
     for (size_t k = 0; k < good && count < VALLEYS; k++) {
-        struct trial trial = trial_of(&p->space, &p->search->rows[order[k]].variant);
-        taken[count] = model_point(&p->space, &trial);
+        struct trial trial = trial_of(&p->model.space, &p->search->rows[order[k]].variant);
+        taken[count] = model_point(&p->model.space, &trial);
         bool near = false;
         for (size_t v = 0; v < count && !near; v++)
             near = surrogate_distance2(&taken[count], &taken[v]) < apart * apart;
@@ -427,8 +465,8 @@ enum status surrogate_search_next(const struct surrogate_search *search, size_t 
         return STATUS_OUT_OF_MEMORY;
     for (size_t a = 0; a < search->aim_count; a++) {
         orders[a] = arena_take(arena, search->count, sizeof **orders);
-        ordered[a] = orders[a] ? surrogate_search_order(search, &search->aims[a], arena, orders[a])
-                               : SIZE_MAX;
+        ordered[a] =
+            orders[a] ? order_rows(search, &search->aims[a], NULL, arena, orders[a]) : SIZE_MAX;
         if (ordered[a] == SIZE_MAX)
             return STATUS_OUT_OF_MEMORY;
         if (ordered[a] == 0)
@@ -436,13 +474,16 @@ enum status surrogate_search_next(const struct surrogate_search *search, size_t 
     }
     p->search = search;
     p->seed = (uint32_t)search->rows[search->count - 1].round + 1;
-    p->space = make_space(search);
-    const struct space *space = &p->space;
+    p->model.space = make_space(search);
+    const struct space *space = &p->model.space;
     const double from = space->request->angle.from;
     p->made = arena_take(arena, wanted, sizeof *p->made);
     size_t count = choose_rows(search, orders, ordered, chosen, taken);
-    if (!p->made || make_model(search, &p->space, chosen, count, arena, &p->model) != STATUS_OK)
+    if (!p->made || make_model(search, chosen, count, arena, &p->model) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
+    for (size_t a = 0; a < search->aim_count && search->coarseness > 1; a++)
+        if (order_rows(search, &search->aims[a], &p->model, arena, orders[a]) == SIZE_MAX)
+            return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < wanted; k++) {
         size_t own = k % search->aim_count, turn = k / search->aim_count;
         const struct search_aim *aim = &search->aims[own];
@@ -450,13 +491,15 @@ enum status surrogate_search_next(const struct surrogate_search *search, size_t 
         if (drawn == 0)
             continue;
         const struct candidate best = descend_from_best(p, aim, drawn, weights[turn % WEIGHTS]);
+        double before = search->fine * (double)(search->count + p->count);
+        bool fine = floor(before + search->fine) > floor(before);
         p->made[p->count] = best;
         struct study_variant *variant = &variants[p->count++];
         *variant = (struct study_variant){.start = best.trial.start,
                                           .angle_deg = best.trial.turn +
                                                        axis_angle(space, &best.trial.start),
                                           .pre_shear_deg = best.trial.pre_shear_deg,
-                                          .coarseness = search->rows[0].variant.coarseness};
+                                          .coarseness = fine ? 1 : search->coarseness};
         if (space->period > 0)
             variant->angle_deg -=
                 space->period * floor((variant->angle_deg - from) / space->period);

@@ -10,6 +10,10 @@
  * and of their nearness to known variants, both as shares of the candidates' range, with weights
  * that change from one variant to the next (Regis and Shoemaker, INFORMS J. Computing 19, 2007).
  * Limits are those of the model.
+ *
+ * Where some variants are draped on a coarser net than others, the net is one more coordinate of
+ * the model: what the nets differ by is learned as variants of both come in. All is rated as the
+ * drape's own net would have it.
  */
 #ifndef API_STUDY_SURROGATE_SEARCH_H
 #define API_STUDY_SURROGATE_SEARCH_H
@@ -27,18 +31,15 @@ struct search_aim {
 /* A search as far as it is. */
 struct surrogate_search {
     const struct api_study *study;
-    double period; /* of the warp's angle; 0: it is bounded by the study's range */
+    double period;     /* of the warp's angle; 0: it is bounded by the study's range */
+    double coarseness; /* of proposals, but of the share `fine`, which have 1 */
+    double fine;
     const struct study_row *rows;
     size_t count; /* of rows */
     const struct search_aim *aims;
     size_t aim_count;
     double progress; /* share of the budget that is used */
 };
-
-/* The numbers of rows by how good they are for an aim, in `order`: those that miss the limits by
- * less first. How many: all but failures; SIZE_MAX without memory. */
-size_t surrogate_search_order(const struct surrogate_search *search, const struct search_aim *aim,
-                              struct arena *arena, size_t *order);
 
 /* The next `wanted` variants, the aims taking turns. Without a row that was draped there are none,
  * `*found` is 0. Errors: STATUS_OUT_OF_MEMORY. */

@@ -48,25 +48,44 @@ enum api_problem_id task_make_list(const struct api_study *study,
                                    const struct study_variant *variants, size_t count, int round,
                                    struct arena *arena, struct api_study_plan *plan,
                                    struct api_problem *problem) {
-    size_t tasks = (count + API_STUDY_LISTED - 1) / API_STUDY_LISTED;
-    struct api_study_task *list = arena_alloc(arena, tasks ? tasks : 1, sizeof *list);
+    struct api_study_task *list = arena_alloc(arena, count + 1, sizeof *list);
+    size_t tasks = 0, most = 0;
     if (!list)
         return api_problem_no_memory(problem, "the study");
     for (size_t k = 0; k < count; k++) {
         const struct part_point *start = &variants[k].start;
-        struct api_study_task *task = &list[k * tasks / count];
-        struct api_study_listed *own = &task->listed[task->variants++];
         const double point[] = {start->r.x, start->r.y, start->r.z};
         const double parameters[] = {start->face, start->uv[0], start->uv[1]};
-        task->kind = STUDY_TASK_LIST;
-        task->round = round;
-        task->coarseness = variants[k].coarseness;
+        /* All of a task have one net. */
+        bool other = k == 0 || variants[k].coarseness != variants[k - 1].coarseness;
+        double cost = study_cost(study, variants[k].coarseness);
+        if (other || (size_t)list[tasks - 1].variants == most)
+            list[tasks++] = (struct api_study_task){
+                .kind = STUDY_TASK_LIST, .round = round, .coarseness = variants[k].coarseness};
+        most = (size_t)fmin(fmax(nodes_least / cost, 1), API_STUDY_LISTED);
+        struct api_study_task *task = &list[tasks - 1];
+        struct api_study_listed *own = &task->listed[task->variants++];
         memcpy(own->start, study->part.geometry.mesh ? point : parameters, sizeof own->start);
         own->angle_deg = variants[k].angle_deg;
         own->pre_shear_deg = variants[k].pre_shear_deg;
     }
     plan->tasks = list;
     plan->count = tasks;
+    return API_OK;
+}
+
+enum api_problem_id task_join(struct arena *arena, struct api_study_plan *plan,
+                              const struct api_study_plan *more, struct api_problem *problem) {
+    size_t count = plan->count + more->count;
+    struct api_study_task *all = arena_alloc(arena, count + 1, sizeof *all);
+    if (!all)
+        return api_problem_no_memory(problem, "the study");
+    if (plan->count)
+        memcpy(all, plan->tasks, plan->count * sizeof *all);
+    if (more->count)
+        memcpy(all + plan->count, more->tasks, more->count * sizeof *all);
+    plan->tasks = all;
+    plan->count = count;
     return API_OK;
 }
 

@@ -37,6 +37,11 @@ enum api_problem_id task_make_list(const struct api_study *study,
                                    struct arena *arena, struct api_study_plan *plan,
                                    struct api_problem *problem) STATUS_MUST_USE;
 
+/* Puts the tasks of `more` behind those of the plan. Problems: API_OUT_OF_MEMORY. */
+enum api_problem_id task_join(struct arena *arena, struct api_study_plan *plan,
+                              const struct api_study_plan *more,
+                              struct api_problem *problem) STATUS_MUST_USE;
+
 /* Nodes that a variant's net will have, about. */
 double study_nodes(const struct api_study *study, double coarseness);
 

@@ -18,6 +18,9 @@ void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBE
     memcpy(numbers + sizeof own / sizeof *own, row->quantity, sizeof row->quantity);
 }
 
+/* A search of the largest budget has fewer rounds. */
+enum { ROUNDS_MOST = 1000 };
+
 /* A whole number from 0 to below `most`. */
 static bool is_whole_below(double x, double most) {
     return x >= 0 && x < most && x == floor(x);
@@ -39,7 +42,7 @@ enum api_problem_id study_rows(const struct api_study *study,
         const double *n = numbers->values + k * stride;
         for (int i = 0; i < STUDY_ROW_NUMBERS; i++)
             good = good && isfinite(n[i]);
-        good = good && is_whole_below(n[0], 100) && is_whole_below(n[1], INT32_MAX) &&
+        good = good && is_whole_below(n[0], ROUNDS_MOST) && is_whole_below(n[1], INT32_MAX) &&
                is_whole_below(n[10], FAILURE_COUNT);
         if (!good)
             break;

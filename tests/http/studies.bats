@@ -244,7 +244,8 @@ columns() {
         | ($done | sort) == $done and $done[-1] == 160 and .[-1].status == "succeeded"
         and .[-1].best_so_far == null'
     # A search tells after each round the best so far, which never grows; the last is that of the result.
-    study 0.2 9 | jq -c '.search = "optimise" | .budget = 200' | submit_study
+    study 0.2 9 | jq -c '.drape.start = {uv: [0.2, 0.3]} | .search = "optimise" | .budget = 200' |
+        submit_study
     curl -sSN --max-time 110 "$URL/v1/studies/$id/events" >"$BATS_TEST_TMPDIR/events"
     call GET "/v1/studies/$id/result"
     least=$(field '.variants.max_shear_deg[.best.max_shear_deg]')
