@@ -2,6 +2,7 @@
 #include "fishnet_length.h"
 
 #include "logarithm.h"
+#include "solver/shell/crossing.h"
 
 enum { ROUNDS = 8, BENDS = 3 };
 
@@ -41,6 +42,15 @@ static double left_by(const struct surface_point *d, double size, double length,
     return size * size * (size + k / 3) + size * (1 - vec3_dot(normal, d->normal));
 }
 
+/* Carries a D that has passed a joint to the face beyond; not past the end of one. */
+static bool enter_face(struct surface_cursor *cursor, struct surface_point *d) {
+    struct crossing joint;
+    if (!d->surface->shell || crossing_within(d->surface, d->uv))
+        return true;
+    crossing_find(d, NULL, &joint);
+    return joint.kind != CROSSING_JOINT || joint.at_corner || crossing_settle(cursor, d);
+}
+
 bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cell *cell, double bd,
                          double cd, double accuracy, struct fishnet_yarns *yarns,
                          struct fishnet_node *node) {
@@ -70,10 +80,12 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
             return false;
         double size = vec3_norm(step) / least;
         struct vec3 normal = d->normal;
-        if (!(size < longest_step) || !surface_point_move(cursor, d, step, d))
+        const struct surface *face = d->surface;
+        if (!(size < longest_step) || !surface_point_move(cursor, d, step, d) ||
+            !enter_face(cursor, d))
             return false;
         node->residual = left_by(d, size, least, normal);
-        last = asked <= accuracy && node->residual < settled;
+        last = asked <= accuracy && node->residual < settled && d->surface == face;
         near = true;
     }
     struct vec3 cross = vec3_cross(l[0].arrive, l[1].arrive);

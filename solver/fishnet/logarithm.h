@@ -23,8 +23,9 @@ struct logarithm {
 };
 
 /* Finds the logarithm of q at p to `accuracy`, as a share of the length, its directions to about
- * the square root of that. False where the surface folds or bends too unevenly between them for a
- * few pieces, at poles, and from face to face of a shell. */
+ * the square root of that. On a shell it goes from face to face. False where the surface folds or
+ * bends too unevenly between them for a few pieces, at poles, and where the way passes the end of a
+ * joint. */
 bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p,
                     const struct surface_point *q, double accuracy, struct logarithm *logarithm);
 

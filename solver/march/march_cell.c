@@ -226,6 +226,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     bool geodesic = march->method->yarn == DRAPE_YARN_GEODESIC;
     const struct fishnet_collocation wanted = {
         {d[0], d[1]}, geodesic_accuracy[0], march->settings->lanes};
+    const struct fishnet_node chords = *node;
     bool measured = false;
     if (found && geodesic) { /* and the yarns cross at D as they do at A */
         measured = fishnet_collocation_solve(&march->cursor, cell, &wanted, &yarns, node) &&
@@ -241,6 +242,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         march_note_edges(march, at, yarns.start, yarns.end);
         return FISHNET_FOUND;
     }
+    *node = chords;
     /* Beyond the boundary a continuation that bends so unevenly without a crease is wild, and not
      * worth following. */
     const struct vec3 *normal = &node->point.normal;

@@ -23,7 +23,7 @@ struct leaving {
     const struct surface *surface;
     double p[2], e[2], by[2]; /* `by` is one by the domain's lengths */
     double least, place;      /* shares of the way and of the segment */
-    bool beyond_end;          /* the place is not on the segment, but beyond an open end */
+    double past; /* how far beyond an open end the place is, by the domain; 0: on the segment */
     const struct face_segment *segment;
 };
 
@@ -50,15 +50,15 @@ static void leave_through(struct leaving *leaving, const struct face_segment *se
         return;
     double met = fmax(share, 0);
     const double there[2] = {p[0] + met * e[0], p[1] + met * e[1]};
-    bool beyond_end = fmax(-at, at - 1) > touch;
-    /* Joints of one line meet the way at one place: the one that is there goes first. */
-    double ahead = leaving->beyond_end == beyond_end ? 0 : beyond_end ? -as_near : as_near;
+    double off = fmax(-at, at - 1), past = off > touch ? off / whole : 0;
+    /* Joints of one line meet the way at one place: the one whose end is nearest goes first. */
+    double ahead = leaving->past == past ? 0 : past > leaving->past ? -as_near : as_near;
     if (met < leaving->least + ahead &&
-        (!beyond_end || !face_contains(face_of_surface(surface), there))) {
+        (past == 0 || !face_contains(face_of_surface(surface), there))) {
         leaving->least = met;
         leaving->segment = segment;
         leaving->place = at;
-        leaving->beyond_end = beyond_end;
+        leaving->past = past;
     }
 }
 

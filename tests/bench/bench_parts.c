@@ -52,7 +52,8 @@ static bool read_request(const char *path, double nodes, struct arena *arena,
     size_t length = 0, most = 0;
     char *bytes = read_file(path, &length);
     struct api_problem problem = {0};
-    *request = (struct api_request){.settings = {.spacing = {1e9, 1e9}, .max_nodes = 20000000}};
+    *request = (struct api_request){
+        .settings = {.method = DRAPE_GIB, .spacing = {1e9, 1e9}, .max_nodes = 20000000}};
     bool good = bytes && api_decode_surface(bytes, length, &api_limits_default, arena,
                                             &request->surface, &problem) == API_OK;
     struct api_selection choice = {.kind = API_SELECT_GROWN, .up_to_deg = API_UP_TO_DEG}, best;
