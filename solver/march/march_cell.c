@@ -215,6 +215,13 @@ static enum fishnet_end meet_as_geodesics(struct march *march, const struct fish
     return end;
 }
 
+/* Whether a point on the continuation of a face of a shell lies past a joint, on another face. */
+static bool lies_over_joint(struct march *march, const struct surface_point *point) {
+    const struct shell *shell = point->surface->shell;
+    const struct crossing *joint = shell ? march_look_over(march, point) : NULL;
+    return joint && joint->kind == CROSSING_JOINT && joint->distance > shell_joint_width(shell);
+}
+
 /* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. Where chords led
  * to a D, `found`, it may be enough to measure them. */
 static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
@@ -238,7 +245,9 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         double accuracy = length_accuracy + length_share * fmin(turn, 1);
         measured = fishnet_length_meet(&march->cursor, cell, d[0], d[1], accuracy, &yarns, node);
     }
-    if (measured) {
+    /* Beside a joint D may have moved past it, and lengths were those of the face's continuation.
+     */
+    if (measured && !lies_over_joint(march, &node->point)) {
         march_note_edges(march, at, yarns.start, yarns.end);
         return FISHNET_FOUND;
     }
@@ -323,9 +332,7 @@ static const double over_crease = 0.9999;
 /* Carries a D that was found on the continuation of a face to where it lies, over a crease of the
  * shell: chords lead back and forth over it just beyond. Whether its edges have to be laid anew. */
 static bool lies_over_crease(struct march *march, struct surface_point *d) {
-    const struct crossing *joint = d->surface->shell ? march_look_over(march, d) : NULL;
-    if (!joint || joint->kind != CROSSING_JOINT ||
-        joint->distance <= shell_joint_width(d->surface->shell))
+    if (!lies_over_joint(march, d))
         return false;
     struct surface_point beyond = *d;
     if (!crossing_settle(&march->cursor, &beyond) || beyond.surface == d->surface ||

@@ -368,7 +368,9 @@ void crossing_find(const struct surface_point *point, const struct surface *befo
         put_near(surface, near, crossing->edge);
         if (!crossing->continued || vec3_dot(off, crossing->from.across) > 0)
             return;
-    } else if (!over && past_open_end(point, crossing->distance, crossing)) {
+    }
+    /* past one with another open end, no nearer: joints of a narrow strip end one beside another */
+    if ((!over || open) && past_open_end(point, crossing->distance, crossing)) {
         crossing->at_corner = true;
         put_near(surface, near, crossing->edge);
         return;

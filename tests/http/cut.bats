@@ -58,3 +58,16 @@ alike() {
     holds "$(drape trims_of_degree_5)" '.cloth_coverage == 1 and .warnings == [] and
         (.cloth_area / .part_area - 1 | fabs) < 1e-4 and (.flat_area / .part_area - 1 | fabs) < 1e-4'
 }
+
+@test "cut: cloth beyond the ends of narrow faces is that of the whole" {
+    holds "$(drape strips)" '.outcome == "complete" and .max_shear_deg < 1e-3 and .error_estimate_max < 1e-3'
+}
+
+@test "cut: a node past a joint lies on the face there, no yarn longer than its spacing" {
+    "$DRAPE" tests/requests/swept_in_faces.json 2>/dev/null | jq -e '
+        [.nodes | [.i, .j, .x, .y, .z] | transpose] as [$nodes] |
+        ($nodes | map({key: "\(.[0]) \(.[1])", value: .[2:]}) | from_entries) as $at |
+        [$nodes[] | . as [$i, $j, $x, $y, $z] | ($at["\($i + 1) \($j)"], $at["\($i) \($j + 1)"]) |
+            select(.) | [$x - .[0], $y - .[1], $z - .[2]] | map(. * .) | add | sqrt] |
+        length == 673 and max < 4.5356'
+}
