@@ -54,6 +54,7 @@ static const char help_tail[] =
     "  --fields LIST      only these columns: nodes.x,cells.shear_deg; of a map: k1,k2\n"
     "  --precision P      round numbers to P significant digits, 1..17\n"
     "  --report           the same as --format html\n"
+    "  --partial          dxf: cut what is draped though some of the part stays bare\n"
     "  --allowance L      svg, dxf, html: a second line L outside the cut, in the length\n"
     "                     unit\n"
     "  --part NAME        svg, dxf, html: for the title\n"
@@ -130,6 +131,10 @@ static bool take_argument(struct arguments *arguments, const char *name, const c
         *text = value;
         return true;
     }
+    if (strcmp(name, "partial") == 0) {
+        arguments->options.partial = true;
+        return true;
+    }
     if (strcmp(name, "report") == 0) {
         arguments->format_name = "html";
         return true;
@@ -169,6 +174,7 @@ static const struct option option_table[] = {
     {"at-most-fiber-volume-fraction", required_argument, NULL, 0},
     {"fields", required_argument, NULL, 0},
     {"allowance", required_argument, NULL, 0},
+    {"partial", no_argument, NULL, 0},
     {"report", no_argument, NULL, 0},
     {"part", required_argument, NULL, 0},
     {"ply", required_argument, NULL, 0},

@@ -2,6 +2,7 @@
 #include "laminate.h"
 
 #include "api/json/text.h"
+#include "api/laminate/flat_plies.h"
 #include "api/laminate/run.h"
 #include <errno.h>
 #include <string.h>
@@ -72,6 +73,21 @@ void laminate_job_close(struct laminate_job *job) {
     arena_free(job->arena);
 }
 
+/* The number of a ply's cloth: within its boundary, if it has one. */
+static void report_cloth(const struct laminate_job *job, size_t k, const struct flat_ply *shape,
+                         struct api_text *text) {
+    const struct laminate_ply *ply = &job->laminate.plies[k];
+    double metres = job->laminate.length_unit->metres;
+    api_text_key_number(text, "cloth_coverage", shape->covered);
+    api_text_key_number(text, "max_shear_deg", shape->max_shear_deg);
+    if (shape->locked_cells >= 0)
+        api_text_key_number(text, "locked_cells", shape->locked_cells);
+    api_text_key_number(text, "area", shape->area);
+    if (ply->areal_weight > 0)
+        api_text_key_number(
+            text, "mass", laminate_layers(ply) * ply->areal_weight * shape->area * metres * metres);
+}
+
 bool laminate_job_report(const struct laminate_job *job, const struct files_output *output,
                          struct api_problem *problem) {
     static struct api_columns columns;
@@ -94,17 +110,31 @@ bool laminate_job_report(const struct laminate_job *job, const struct files_outp
         if (api_columns_open(net, &columns, problem) != API_OK)
             return false;
         const struct api_summary *summary = &columns.summary;
-        api_text_key_string(&text, "outcome", outcome_names[summary->outcome]);
+        struct api_problem own = {0};
+        struct flat_plies shapes;
+        bool known =
+            flat_plies_make(&job->laminate, job->nets, (int)k, job->arena, &shapes, &own) == API_OK;
+        const struct flat_ply *shape = known ? &shapes.shapes[0] : NULL;
+        bool partial = known ? shape->partial : summary->outcome == DRAPE_PARTIAL;
+        api_text_key_string(&text, "outcome",
+                            outcome_names[partial ? DRAPE_PARTIAL : DRAPE_COMPLETE]);
         api_text_key_integer(&text, "nodes", (int64_t)summary->nodes);
-        api_text_key_number(&text, "cloth_coverage", summary->cloth_coverage);
-        api_text_key_number(&text, "max_shear_deg", summary->max_shear_deg);
-        api_text_key_number(&text, "mean_shear_deg", summary->mean_shear_deg);
+        if (known)
+            report_cloth(job, k, shape, &text);
+        if (!ply->boundary.count)
+            api_text_key_number(&text, "mean_shear_deg", summary->mean_shear_deg);
         api_text_key(&text, "warnings");
-        for (size_t w = 0; w < summary->warnings.count; w++) {
-            api_text_raw(&text, w ? "," : "[");
+        api_text_raw(&text, "[");
+        for (size_t w = 0, said = 0; w < summary->warnings.count; w++) {
+            if (!flat_plies_concerns(&job->laminate, k, &summary->warnings.list[w]))
+                continue;
+            api_text_raw(&text, said++ ? "," : "");
             api_text_string(&text, summary->warnings.list[w].detail);
         }
-        api_text_raw(&text, summary->warnings.count ? "]}" : "[]}");
+        if (!known)
+            api_text_string(&text, own.error[0].detail);
+        api_text_raw(&text, "]}");
+        flat_plies_free(&shapes);
     }
     api_text_raw(&text, "]}\n");
     const char *document = api_text_finish(&text);

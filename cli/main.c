@@ -208,7 +208,7 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
         /* On a mesh, or the outcome of each ply, or their patterns. */
         struct laminate_job job;
         const struct format *format = arguments->format;
-        const struct laminate_roll roll = {.width = 0};
+        const struct laminate_roll roll = {.partial = arguments->options.partial};
         const struct api_sink sink = {.write = files_append, .context = output->stream};
         ok = laminate_job_run(&job, &input, &arguments->limits, &problem);
         if (ok && arguments->map)

@@ -4,9 +4,10 @@
 #include "pattern.h"
 
 static void draw_dxf_head(struct api_text *text, const struct pattern_sheet *sheet) {
-    static const struct dxf_layer layers[] = {{"CUT", DXF_WHITE},     {"ALLOWANCE", DXF_BLUE},
-                                              {"NOTCH", DXF_MAGENTA}, {"START", DXF_GREEN},
-                                              {"LOCKED", DXF_RED},    {"TITLE", DXF_WHITE}};
+    static const struct dxf_layer layers[] = {{"CUT", DXF_WHITE},      {"ALLOWANCE", DXF_BLUE},
+                                              {"NOTCH", DXF_MAGENTA},  {"START", DXF_GREEN},
+                                              {"LOCKED", DXF_RED},     {"BARE", DXF_YELLOW},
+                                              {"COLLAPSED", DXF_CYAN}, {"TITLE", DXF_WHITE}};
     const double low[2] = {sheet->low[0], sheet->low[1] - 7 * sheet->letter};
     dxf_head(text, sheet->unit, low, sheet->high, layers, sizeof layers / sizeof *layers);
 }
@@ -24,8 +25,11 @@ static void draw_diagonals(struct api_text *text, const struct pattern_sheet *sh
                  (j + 1) * sheet->step[1]);
 }
 
-static void draw_dxf_notch(struct api_text *text, double x, double y, double to_x, double to_y) {
-    dxf_line(text, "NOTCH", x, y, to_x, to_y);
+static void draw_dxf_line(struct api_text *text, enum pattern_group group, double x, double y,
+                          double to_x, double to_y) {
+    static const char *const layers[PATTERN_GROUPS] = {
+        [PATTERN_BARE] = "BARE", [PATTERN_COLLAPSED] = "COLLAPSED", [PATTERN_NOTCHES] = "NOTCH"};
+    dxf_line(text, layers[group], x, y, to_x, to_y);
 }
 
 /* The start with a cross and the arrows of warp and weft, the title and the ruler. */
@@ -52,12 +56,13 @@ static void draw_dxf_foot(struct api_text *text, const struct pattern_sheet *she
 /* Layers need no brackets. */
 static const struct pattern_pen pen = {.metres = 0,
                                        .unit = NULL,
-                                       .before = {"", "", "", ""},
+                                       .to_cut = true,
+                                       .before = {"", "", "", "", "", ""},
                                        .after_shape = "",
                                        .head = draw_dxf_head,
                                        .corner = draw_dxf_corner,
                                        .locked = draw_diagonals,
-                                       .notch = draw_dxf_notch,
+                                       .line = draw_dxf_line,
                                        .foot = draw_dxf_foot};
 
 const struct format format_dxf = {.name = "dxf",

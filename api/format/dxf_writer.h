@@ -6,7 +6,15 @@
 
 #include "api/json/text.h"
 
-enum { DXF_RED = 1, DXF_GREEN = 3, DXF_BLUE = 5, DXF_MAGENTA = 6, DXF_WHITE = 7 };
+enum {
+    DXF_RED = 1,
+    DXF_YELLOW = 2,
+    DXF_GREEN = 3,
+    DXF_CYAN = 4,
+    DXF_BLUE = 5,
+    DXF_MAGENTA = 6,
+    DXF_WHITE = 7
+};
 
 struct dxf_layer {
     const char *name;

@@ -78,7 +78,19 @@ static bool set_whole_number(int *option, const char *value, int least, int most
 
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem) {
-    enum { PRECISION, TABLE, VERSION, FRACTION, WITHIN, ALLOWANCE, PART, PLY, FIELDS, OPTIONS };
+    enum {
+        PRECISION,
+        TABLE,
+        VERSION,
+        FRACTION,
+        WITHIN,
+        ALLOWANCE,
+        PARTIAL,
+        PART,
+        PLY,
+        FIELDS,
+        OPTIONS
+    };
     static const struct {
         const char *name, *wanted;
     } known[OPTIONS] = {
@@ -89,6 +101,7 @@ bool format_option(struct format_options *options, const char *name, const char 
         [FRACTION] = {"at_most_fiber_volume_fraction", "must be a number between 0 and 1"},
         [WITHIN] = {"within", "must be a number from 0 to 10, in degrees and percent of thickness"},
         [ALLOWANCE] = {"allowance", "must be 0 or more, in the drape's length unit"},
+        [PARTIAL] = {"partial", "must be 0 or 1"},
         [PART] = {"part", "must have at most 63 ASCII characters, none of them <>&\"'%"},
         [PLY] = {"ply", "must have at most 63 ASCII characters, none of them <>&\"'%"},
         [FIELDS] = {"fields", ""},
@@ -117,6 +130,10 @@ bool format_option(struct format_options *options, const char *name, const char 
         break;
     case ALLOWANCE:
         good = set_number(&options->allowance, value, 0, 1e12);
+        break;
+    case PARTIAL:
+        good = (value[0] == '0' || value[0] == '1') && value[1] == '\0';
+        options->partial = value[0] == '1';
         break;
     case PART:
     case PLY:

@@ -72,15 +72,16 @@ struct format_options {
     int lcmsim_version;           /* 2 or 3; 0: 3 */
     double fiber_volume_fraction; /* what denser elements are taken to have; 0: they are left out */
     /* of patterns and reports */
-    double allowance;                                   /* in the drape's unit; 0: none */
+    double allowance; /* in the drape's unit; 0: none */
+    bool partial;     /* dxf of cloth that leaves some bare, too */
     char part[FORMAT_NAME_SIZE], ply[FORMAT_NAME_SIZE]; /* for the title; "": not given */
 };
 
 /* Sets the option that a query parameter or command-line flag `name` (precision, fields, table,
- * within, lcmsim_version, at_most_fiber_volume_fraction, allowance, part, ply) stands for; `fields`
- * is kept as a pointer to `value`. False with `problem` set (invalid-request, naming the option)
- * when `value` is not in its range; false with `problem` unset when there is no option of that
- * name. */
+ * within, lcmsim_version, at_most_fiber_volume_fraction, allowance, partial, part, ply) stands for;
+ * `fields` is kept as a pointer to `value`. False with `problem` set (invalid-request, naming the
+ * option) when `value` is not in its range; false with `problem` unset when there is no option of
+ * that name. */
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem);
 

@@ -23,6 +23,17 @@ void pattern_number(struct api_text *text, double value) {
     api_text_bytes(text, number, api_number_rounded(number, value + 0.0, DIGITS));
 }
 
+bool pattern_may_be_cut(const struct api_columns *columns, bool to_cut, bool partial,
+                        struct api_problem *problem) {
+    const struct api_summary *summary = &columns->summary;
+    if (!to_cut || partial || summary->outcome == DRAPE_COMPLETE)
+        return true;
+    return !api_problem_set(problem, API_INVALID_REQUEST,
+                            "the cloth leaves %.2g %% of the part bare, and would be cut along "
+                            "its own front there: drape all of it, or ask for partial=1",
+                            100 * (1 - summary->cloth_coverage));
+}
+
 /* ---- the sheet ---- */
 
 double pattern_round_length(double length) {
@@ -52,11 +63,17 @@ static void make_sheet(const struct encoder *encoder, struct pattern_state *stat
                  options->part[0] && options->ply[0] ? ", ply " : "", options->ply);
     else
         snprintf(sheet->title, sizeof sheet->title, "Flat pattern of drape %s", encoder->id);
+    size_t titled = strlen(sheet->title);
+    if (columns->summary.outcome == DRAPE_PARTIAL)
+        snprintf(sheet->title + titled, sizeof sheet->title - titled,
+                 ": %.2g %% of the part is bare", 100 * (1 - columns->summary.cloth_coverage));
     int length = snprintf(
         sheet->subtitle, sizeof sheet->subtitle,
-        "scale 1:1, drawn in %s; %zu cells of %g x %g %s, %.0f beyond the locking angle",
-        sheet->unit, columns->summary.cells, columns->grid.spacing[0], columns->grid.spacing[1],
-        columns->unit->name, fmax(columns->summary.locked_cells, 0));
+        "scale 1:1, drawn in %s; area %.6g %s2, %zu cells of %g x %g %s, %.0f beyond the locking "
+        "angle",
+        sheet->unit, columns->summary.flat_area, columns->unit->name, columns->summary.cells,
+        columns->grid.spacing[0], columns->grid.spacing[1], columns->unit->name,
+        fmax(columns->summary.locked_cells, 0));
     if (options->allowance > 0)
         snprintf(sheet->subtitle + length, sizeof sheet->subtitle - (size_t)length,
                  "; allowance %g %s", options->allowance, columns->unit->name);
@@ -115,14 +132,29 @@ static size_t draw_notches(struct encoder *encoder, const struct pattern_pen *pe
         const struct pattern_notch *notch = &state->cut.notches[state->at++];
         double x = notch->p * sheet->step[0], y = notch->q * sheet->step[1];
         double in = -notch->way * sheet->letter;
-        pen->notch(&encoder->piece, x, y, notch->family ? x : x + in, notch->family ? y + in : y);
+        pen->line(&encoder->piece, state->group, x, y, notch->family ? x : x + in,
+                  notch->family ? y + in : y);
     }
     return state->cut.notch_count;
 }
 
+/* Those of the group. */
+static size_t draw_fronts(struct encoder *encoder, const struct pattern_pen *pen) {
+    struct pattern_state *state = encoder->state;
+    const double *step = state->sheet.step;
+    bool collapsed = state->group == PATTERN_COLLAPSED;
+    for (int k = 0; k < CELLS && state->at < state->cut.front_count; k++) {
+        const struct pattern_front *front = &state->cut.fronts[state->at++];
+        if ((front->end == PATTERN_END_COLLAPSED) == collapsed)
+            pen->line(&encoder->piece, state->group, front->from[0] * step[0],
+                      front->from[1] * step[1], front->to[0] * step[0], front->to[1] * step[1]);
+    }
+    return state->cut.front_count;
+}
+
 void pattern_next(struct encoder *encoder) {
     static size_t (*const draw[PATTERN_GROUPS])(struct encoder *, const struct pattern_pen *) = {
-        draw_corners, draw_corners, draw_locked_cells, draw_notches};
+        draw_corners, draw_corners, draw_locked_cells, draw_fronts, draw_fronts, draw_notches};
     struct pattern_state *state = encoder->state;
     const struct pattern_pen *pen = encoder->format->own;
     if (!state->begun) {
@@ -150,14 +182,14 @@ bool pattern_begin(struct encoder *encoder, struct api_problem *problem) {
     const struct pattern_pen *pen = encoder->format->own;
     struct pattern_sheet *sheet = &state->sheet;
     struct polygons *cut = &state->cut.polygons;
-    struct outline outline = {0};
     const struct api_unit *unit = encoder->columns.unit;
     double scale = pen->metres > 0 ? unit->metres / pen->metres : 1;
     double allowance = encoder->options.allowance;
-    if (outline_make(&outline, encoder->reader, &encoder->columns, problem) == API_OK)
-        (void)!flat_pattern_make(&state->cut, encoder->reader, &encoder->columns, &outline,
-                                 tolerance, problem);
-    outline_free(&outline);
+    if (!pattern_may_be_cut(&encoder->columns, pen->to_cut, encoder->options.partial, problem))
+        return false;
+    if (flat_pattern_make(&state->cut, encoder->reader, &encoder->columns, tolerance, problem) !=
+        API_OK)
+        return false;
     for (int k = 0; k < 2; k++)
         sheet->step[k] = encoder->columns.grid.spacing[k] * scale;
     for (size_t k = 0; k < cut->count; k++) {

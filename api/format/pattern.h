@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The flat cut pattern: the net before it was sheared, node (i, j) at (i a, j b) for the spacings a
- * and b. It shows where to cut, along the part's edge, and if asked for a second line an allowance
+ * and b. It shows where to cut, along the part's edge or, where the net ended before that, along
+ * the cloth's own, which is marked as bare or collapsed; if asked for a second line an allowance
  * outside it; notches where the generators cross the edge, the start with the directions of warp
  * and weft, the cells beyond the locking angle hatched, a ruler to check prints by, and a title.
  * Columns and precision do not apply.
@@ -21,7 +22,7 @@ struct pattern_sheet {
     double letter;    /* height of the letters in that unit, a measure for all marks */
     double bar;       /* length of the ruler, of ten parts */
     const char *unit; /* the pen's */
-    char title[200], subtitle[200], bar_label[60];
+    char title[240], subtitle[240], bar_label[60];
 };
 
 /* What is drawn, in this order: both shapes are of corners, the others of marks. */
@@ -29,6 +30,8 @@ enum pattern_group {
     PATTERN_ALLOWANCE,
     PATTERN_CUT,
     PATTERN_LOCKED,
+    PATTERN_BARE,      /* the edge beyond which the part is bare, */
+    PATTERN_COLLAPSED, /* where the net ended there because yarns became parallel */
     PATTERN_NOTCHES,
     PATTERN_GROUPS
 };
@@ -36,7 +39,9 @@ enum pattern_group {
 struct pattern_pen {
     /* Metres of the pen's unit; 0 for the drape's own. */
     double metres;
-    const char *unit;                   /* NULL for the drape's own */
+    const char *unit; /* NULL for the drape's own */
+    bool to_cut; /* machines cut by it unseen: cloth that leaves some of the part bare is refused,
+                    unless it is asked for */
     const char *before[PATTERN_GROUPS]; /* text before each group */
     const char *after_shape;
     void (*head)(struct api_text *text, const struct pattern_sheet *sheet);
@@ -46,8 +51,9 @@ struct pattern_pen {
     /* `count` cells of a row from (i, j) on. */
     void (*locked)(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
                    int count);
-    /* Inwards from (x, y). */
-    void (*notch)(struct api_text *text, double x, double y, double to_x, double to_y);
+    /* A straight line of PATTERN_BARE or PATTERN_COLLAPSED, or a notch, inwards. */
+    void (*line)(struct api_text *text, enum pattern_group group, double x, double y, double to_x,
+                 double to_y);
     void (*foot)(struct api_text *text, const struct pattern_sheet *sheet);
 };
 
@@ -68,6 +74,11 @@ struct pattern_state {
 bool pattern_begin(struct encoder *encoder, struct api_problem *problem);
 void pattern_next(struct encoder *encoder);
 void pattern_end(struct encoder *encoder);
+
+/* Whether a machine may get what a drape covers of its part: all of it, or `partial` was asked for.
+ */
+bool pattern_may_be_cut(const struct api_columns *columns, bool to_cut, bool partial,
+                        struct api_problem *problem);
 
 /* 1, 2 or 5 times a power of ten, at most `length` > 0. */
 double pattern_round_length(double length);

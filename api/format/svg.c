@@ -95,6 +95,12 @@ static void draw_line(struct api_text *text, double x, double y, double to_x, do
     write_pair(text, "L", to_x, to_y);
 }
 
+static void draw_group_line(struct api_text *text, enum pattern_group group, double x, double y,
+                            double to_x, double to_y) {
+    (void)group;
+    draw_line(text, x, y, to_x, to_y);
+}
+
 /* Start, directions, bar and the names of the directions; within the path of the bar `dimensions`
  * of the cut if wanted: below it and to its right, with their ends. */
 static void draw_marks(struct api_text *text, const struct pattern_sheet *sheet, bool dimensions) {
@@ -161,12 +167,14 @@ static void draw_inset_foot(struct api_text *text, const struct pattern_sheet *s
 /* All but head and foot. */
 #define PEN                                                                                        \
     .metres = 1e-3, .unit = "mm", .corner = draw_svg_corner, .locked = draw_rectangles,            \
-    .notch = draw_line, .after_shape = "\"/>\n",                                                   \
+    .line = draw_group_line, .after_shape = "\"/>\n",                                              \
     .before = {                                                                                    \
         "<path id=\"allowance\" stroke=\"#06c\" d=\"",                                             \
         "<path id=\"cut\" fill=\"#eee\" fill-rule=\"evenodd\" d=\"",                               \
         "<g id=\"locked\" fill=\"url(#hatch)\" stroke=\"none\">\n",                                \
-        "</g>\n<path id=\"notches\" d=\"",                                                         \
+        "</g>\n<path id=\"bare\" stroke=\"#e08a00\" stroke-width=\"0.4%\" d=\"",                   \
+        "\"/>\n<path id=\"collapsed\" stroke=\"#c0008a\" stroke-width=\"0.4%\" d=\"",              \
+        "\"/>\n<path id=\"notches\" d=\"",                                                         \
     }
 
 static const struct pattern_pen pen = {PEN, .head = draw_page_head, .foot = draw_page_foot};

@@ -163,6 +163,10 @@ enum api_problem_id laminate_pattern_record(const char *record, size_t length, c
         double given = strtod(value, &end);
         bool width = strcmp(name, "width") == 0, gap = strcmp(name, "gap") == 0;
         at = value + strlen(value) + 1;
+        if (strcmp(name, "partial") == 0 && strcmp(value, "0") != 0 && strcmp(value, "1") != 0)
+            return api_problem_set(problem, API_INVALID_REQUEST,
+                                   "the query parameter 'partial' must be 0 or 1");
+        roll.partial = strcmp(name, "partial") == 0 ? *value == '1' : roll.partial;
         if ((width || gap) && !(end != value && !*end && given > 0 && given <= 1e12))
             return api_problem_set(problem, API_INVALID_REQUEST,
                                    "the query parameter '%s' must be a positive length", name);

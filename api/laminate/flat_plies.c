@@ -6,6 +6,8 @@
 #include "clip.h"
 #include "region.h"
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 /* As of the pattern of a drape: what points of the rim are left out for, in spacings. */
 static const double tolerance = 5e-4;
@@ -44,28 +46,125 @@ static bool oriented_loops(const struct region *region, struct polygons *loops) 
     return true;
 }
 
-/* What of the cut lies within the ply's boundary. */
-static enum api_problem_id clip_to_boundary(const struct laminate *laminate, size_t k,
+/* ---- the cells of a ply with a boundary ---- */
+
+struct cell {
+    int32_t i, j;
+};
+
+static int compare_ply_cells(const void *a, const void *b) {
+    const struct cell *x = a, *y = b;
+    return x->j != y->j ? (x->j > y->j) - (x->j < y->j) : (x->i > y->i) - (x->i < y->i);
+}
+
+/* The cells that a boundary passes, sorted; it is known by points half a spacing apart. */
+static struct cell *cells_passed(const struct region *region, size_t *count, struct arena *arena) {
+    *count = region->first[region->loop_count];
+    struct cell *cells = arena_alloc(arena, *count, sizeof *cells);
+    for (size_t k = 0; cells && k < *count; k++)
+        cells[k] = (struct cell){(int32_t)floor(region->points[k][0]),
+                                 (int32_t)floor(region->points[k][1])};
+    if (cells)
+        qsort(cells, *count, sizeof *cells, compare_ply_cells);
+    return cells;
+}
+
+/* Takes the cells of a table, whole ones or those that the rim cuts, into the ply's numbers: those
+ * whose middle lies within the boundary, or that it passes. False when they cannot be read. */
+static bool add_cells_inside(const struct api_reader *reader, const struct api_columns *columns,
+                             enum api_table table, const struct region *region,
+                             const struct cell *passed, size_t passed_count, double locking_deg,
+                             struct flat_ply *shape) {
+    enum { BLOCK = 512, COLUMNS = 3 };
+    static const char *const names[COLUMNS] = {"i", "j", "shear_deg"};
+    double block[COLUMNS][BLOCK];
+    size_t rows = api_columns_rows(columns, table);
+    for (size_t first = 0, held; first < rows; first += held) {
+        held = rows - first < BLOCK ? rows - first : BLOCK;
+        for (int c = 0; c < COLUMNS; c++) {
+            const struct api_column *column = api_columns_find(columns, table, names[c]);
+            if (!column || !api_columns_read(reader, column, first, held, block[c]))
+                return false;
+        }
+        for (size_t k = 0; k < held; k++) {
+            const double middle[2] = {block[0][k] + 0.5, block[1][k] + 0.5};
+            const struct cell key = {(int32_t)block[0][k], (int32_t)block[1][k]};
+            double shear_deg = fabs(block[2][k]);
+            if (!region_contains(region, middle) &&
+                !bsearch(&key, passed, passed_count, sizeof *passed, compare_ply_cells))
+                continue;
+            shape->max_shear_deg = fmax(shape->max_shear_deg, shear_deg);
+            shape->locked_cells +=
+                table == API_TABLE_CELLS && locking_deg >= 0 && shear_deg > locking_deg;
+        }
+    }
+    return true;
+}
+
+/* What of the cut lies within the ply's boundary, and what the cells there say. */
+static enum api_problem_id clip_to_boundary(const struct laminate *laminate,
                                             const struct api_reader *reader, struct map_net *cloth,
-                                            struct arena *arena, struct polygons *cut,
+                                            struct arena *arena, struct flat_ply *shape,
                                             struct api_problem *problem) {
     static const enum column_id kept[] = {COLUMN_CELLS_warp, COLUMN_CELLS_weft};
+    const struct laminate_ply *ply = &laminate->plies[shape->ply];
+    const double *d = cloth->columns.grid.spacing;
     struct polygons loops = {0}, both = {0};
     struct region region;
+    size_t count;
     map_net_keep(cloth, kept, sizeof kept / sizeof *kept);
     if (map_net_load(reader, NULL, arena, cloth, problem) != API_OK ||
-        region_make(laminate, k, cloth->facets, cloth->columns.grid.spacing, arena, &region,
-                    problem) != API_OK)
+        region_make(laminate, shape->ply, cloth->facets, d, arena, &region, problem) != API_OK)
         return problem->id;
-    bool good = oriented_loops(&region, &loops) && clip_make(&loops, cut, &both);
+    struct cell *passed = cells_passed(&region, &count, arena);
+    bool good = passed && oriented_loops(&region, &loops) && clip_make(&loops, &shape->cut, &both);
+    double locking_deg = ply->drape.fabric.locking_angle_deg;
+    shape->max_shear_deg = 0;
+    shape->locked_cells = locking_deg >= 0 ? 0 : -1;
     if (good) {
-        polygons_free(cut);
-        *cut = both;
+        polygons_free(&shape->cut);
+        shape->cut = both;
+        double whole = polygons_area(&loops), area = polygons_area(&both);
+        shape->area = area * d[0] * d[1];
+        shape->covered = whole > 0 ? fmin(area / whole, 1) : 0;
     } else {
         polygons_free(&both);
         api_problem_no_memory(problem, "the patterns");
     }
     polygons_free(&loops);
+    for (int k = 0; good && k < 2; k++)
+        if (!add_cells_inside(reader, &cloth->columns, k ? API_TABLE_CUT : API_TABLE_CELLS, &region,
+                              passed, count, locking_deg, shape))
+            return map_net_damaged(problem);
+    return problem->id;
+}
+
+/* The pattern and the numbers of a ply. */
+static enum api_problem_id make_flat_ply(const struct laminate *laminate,
+                                         const struct api_reader *reader, struct map_net *cloth,
+                                         struct arena *arena, struct flat_ply *shape,
+                                         struct api_problem *problem) {
+    struct flat_pattern flat = {0};
+    if (map_net_open(reader, cloth, problem) != API_OK)
+        return problem->id;
+    const struct api_summary *summary = &cloth->columns.summary;
+    const double *d = cloth->columns.grid.spacing;
+    (void)!flat_pattern_make(&flat, reader, &cloth->columns, tolerance, problem);
+    shape->cut = flat.polygons;
+    flat.polygons = (struct polygons){0};
+    flat_pattern_free(&flat);
+    shape->area = summary->flat_area;
+    shape->covered = summary->cloth_coverage;
+    shape->max_shear_deg = summary->max_shear_deg;
+    shape->locked_cells = summary->locked_cells;
+    if (problem->id == API_OK && laminate->plies[shape->ply].boundary.count)
+        (void)!clip_to_boundary(laminate, reader, cloth, arena, shape, problem);
+    shape->partial = shape->covered < DRAPE_COMPLETE_COVERAGE;
+    for (size_t n = 0; problem->id == API_OK && n < shape->cut.count; n++) {
+        shape->cut.points[n].x *= d[0];
+        shape->cut.points[n].y *= d[1];
+    }
+    polygons_bounds(&shape->cut, shape->low, shape->high);
     return problem->id;
 }
 
@@ -81,38 +180,23 @@ enum api_problem_id flat_plies_make(const struct laminate *laminate,
     for (size_t k = 0; k < laminate->count && problem->id == API_OK; k++) {
         const struct api_reader *reader = nets[laminate->plies[k].net];
         struct arena_mark mark = arena_mark(arena);
-        struct outline outline = {0};
-        struct flat_pattern flat = {0};
         if (!reader || (ply != LAMINATE_ALL && k != (size_t)ply))
             continue;
         struct flat_ply *shape = &shapes->shapes[shapes->count++];
-        bool good = map_net_open(reader, cloth, problem) == API_OK &&
-                    outline_make(&outline, reader, &cloth->columns, problem) == API_OK &&
-                    flat_pattern_make(&flat, reader, &cloth->columns, &outline, tolerance,
-                                      problem) == API_OK;
-        *shape = (struct flat_ply){.cut = flat.polygons, .ply = k};
-        flat.polygons = (struct polygons){0};
-        struct polygons *cut = &shape->cut;
-        if (good && laminate->plies[k].boundary.count)
-            good = clip_to_boundary(laminate, k, reader, cloth, arena, cut, problem) == API_OK;
-        double sum = 0;
-        for (size_t n = 0; good && n < cut->count; n++) {
-            cut->points[n].x *= cloth->columns.grid.spacing[0];
-            cut->points[n].y *= cloth->columns.grid.spacing[1];
-        }
-        polygons_bounds(cut, shape->low, shape->high);
-        for (size_t n = 0, first = 0; n < cut->count; n++) {
-            const struct polygons_point *a = &cut->points[n];
-            const struct polygons_point *b = &cut->points[a->last ? first : n + 1];
-            sum += (a->x * b->y - b->x * a->y) / 2;
-            first = a->last ? n + 1 : first;
-        }
-        shape->area = fabs(sum);
-        flat_pattern_free(&flat);
-        outline_free(&outline);
+        *shape = (struct flat_ply){.ply = k};
+        (void)!make_flat_ply(laminate, reader, cloth, arena, shape, problem);
         arena_rewind(arena, mark);
     }
     return problem->id;
+}
+
+bool flat_plies_concerns(const struct laminate *laminate, size_t k,
+                         const struct api_warning *warning) {
+    static const char *const whole[] = {"uncovered", "locked", "packing_exceeded", "components"};
+    bool of_whole = false;
+    for (size_t n = 0; n < sizeof whole / sizeof *whole; n++)
+        of_whole = of_whole || strcmp(warning->code, whole[n]) == 0;
+    return laminate->plies[k].boundary.count == 0 || !of_whole;
 }
 
 void flat_plies_free(struct flat_plies *shapes) {

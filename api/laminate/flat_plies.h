@@ -10,10 +10,17 @@
 
 enum { LAMINATE_ALL = -1 };
 
-/* One ply's, whose layers are alike, in the laminate's unit. */
+/* One ply's, whose layers are alike, in the laminate's unit, and what lies in it: of a ply with a
+ * boundary of its own nothing that its drape has beyond that. */
 struct flat_ply {
     struct polygons cut;
-    double low[2], high[2], area;
+    double low[2], high[2];
+    double area;    /* of one layer, flat; without a boundary the `flat_area` of its drape */
+    double covered; /* share of what it is to cover that has cloth */
+    double
+        max_shear_deg; /* of the cloth, within a boundary of the cells that are in it or pass it */
+    double locked_cells; /* those of them beyond the locking angle; -1: there is none */
+    bool partial;        /* less is covered than of a complete drape */
     size_t ply;
 };
 
@@ -28,6 +35,11 @@ enum api_problem_id flat_plies_make(const struct laminate *laminate,
                                     const struct api_reader *const *nets, int ply,
                                     struct arena *arena, struct flat_plies *shapes,
                                     struct api_problem *problem) STATUS_MUST_USE;
+/* Whether a warning of ply k's drape is one of the ply: not what its drape has beyond the boundary.
+ */
+bool flat_plies_concerns(const struct laminate *laminate, size_t k,
+                         const struct api_warning *warning);
+
 void flat_plies_free(struct flat_plies *shapes);
 
 #endif

@@ -189,17 +189,35 @@ static void write_svg(const struct patterns *p, struct api_text *text) {
 
 /* ---- the whole ---- */
 
+/* Whether machines may get the patterns: none of a ply that leaves some bare, unless asked for. */
+static bool may_be_cut(const struct patterns *p, const struct laminate_roll *roll,
+                       struct api_problem *problem) {
+    for (size_t k = 0; k < p->shapes.count && !roll->partial; k++) {
+        const struct flat_ply *shape = &p->shapes.shapes[k];
+        if (shape->partial)
+            return !api_problem_set(
+                problem, API_INVALID_REQUEST,
+                "the cloth of ply %zu (\"%s\") leaves %.2g %% bare of what it is "
+                "to cover, and would be cut along its own front there: drape all "
+                "of it, or ask for partial=1",
+                shape->ply + 1, p->laminate->plies[shape->ply].name, 100 * (1 - shape->covered));
+    }
+    return true;
+}
+
 enum api_problem_id laminate_patterns(const struct laminate *laminate,
                                       const struct api_reader *const *nets, int ply,
                                       const char *format, const struct laminate_roll *roll,
                                       const struct api_sink *sink, struct arena *arena,
                                       struct api_problem *problem) {
     struct patterns p = {.laminate = laminate, .arena = arena};
-    if (lay_out_plies(&p, nets, ply, roll, problem) == API_OK) {
+    bool to_cut = strcmp(format, "dxf") == 0;
+    if (lay_out_plies(&p, nets, ply, roll, problem) == API_OK &&
+        (!to_cut || may_be_cut(&p, roll, problem))) {
         struct api_text text = api_text_growing(arena);
         if (strcmp(format, "html") == 0)
             ply_book_write(laminate, nets, &p.shapes, p.width, p.length, &text);
-        else if (strcmp(format, "dxf") == 0)
+        else if (to_cut)
             write_dxf(&p, &text);
         else
             write_svg(&p, &text);

@@ -16,6 +16,7 @@
 struct laminate_roll {
     double width; /* of the roll in the laminate's unit; 0: as wide as the widest pattern */
     double gap;   /* between patterns */
+    bool partial; /* dxf of plies that leave some of what they are to cover bare, too */
 };
 
 /*

@@ -100,8 +100,8 @@ static void write_ply_row(struct ply_book *book, size_t k) {
     if (ply_mass(book, k) > 0)
         html_say(text, "%.5g", ply_mass(book, k));
     next_table_cell(text);
-    if (book->read)
-        html_say(text, "%.1f°", book->columns.summary.max_shear_deg);
+    if (shape_of(book, k))
+        html_say(text, "%.1f°", shape_of(book, k)->max_shear_deg);
     else
         api_text_raw(text, "<span class=\"failed\">not draped</span>");
     api_text_raw(text, "</td></tr>\n");
@@ -159,21 +159,24 @@ static void write_ply_section(struct ply_book *book, size_t k) {
     write_warp(text, &ply->drape.settings);
     html_say(text, " at the start, ");
     write_start_point(book);
-    html_say(text, ". %.4g %% of the part is covered%s, the greatest shear is %.1f°.",
-             100 * summary->cloth_coverage, ply->boundary.count ? " before it is cut" : "",
-             summary->max_shear_deg);
-    api_text_raw(text, "</p>\n");
+    if (shape)
+        html_say(text, ". %.4g %% of %s is covered, the greatest shear is %.1f°",
+                 100 * shape->covered, ply->boundary.count ? "its boundary" : "the part",
+                 shape->max_shear_deg);
+    if (shape && shape->locked_cells > 0)
+        html_say(text, ", and %.0f cells shear beyond the locking angle", shape->locked_cells);
+    api_text_raw(text, ".</p>\n");
     if (shape)
         draw_pattern(book, shape);
-    if (warnings->count > 0)
-        api_text_raw(text, "<ul>\n");
+    api_text_raw(text, "<ul>\n");
     for (size_t n = 0; n < warnings->count; n++) {
+        if (!flat_plies_concerns(book->laminate, k, &warnings->list[n]))
+            continue;
         api_text_raw(text, "<li>");
         html_say(text, "%s: %s", warnings->list[n].code, warnings->list[n].detail);
         api_text_raw(text, "</li>\n");
     }
-    if (warnings->count > 0)
-        api_text_raw(text, "</ul>\n");
+    api_text_raw(text, "</ul>\n");
     api_text_raw(text, "</section>\n");
 }
 

@@ -1,134 +1,145 @@
 /* SPDX-License-Identifier: MIT */
 #include "flat_pattern.h"
 
+#include "outline.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- the rim ---- */
-
-enum { LOOP, P, Q, COVERED, COLUMNS };
-
-struct points {
-    double *column[COLUMNS]; /* of `count` */
-    size_t count;
-};
-
-/* ---- where no cloth reaches the rim ---- */
-
-/* The corner of the outline nearest to a place; `distance` in steps. */
-static size_t nearest_corner(const struct outline *outline, double p, double q, double *distance) {
-    size_t best = 0;
-    *distance = HUGE_VAL;
-    for (size_t k = 0; k < outline->count; k++) {
-        double dp = outline->points[k].i - p, dq = outline->points[k].j - q;
-        double own = sqrt(dp * dp + dq * dq);
-        best = own < *distance ? k : best;
-        *distance = fmin(*distance, own);
-    }
-    return best;
-}
-
-static size_t corner_after(const struct outline *outline, size_t k) {
-    if (!outline->points[k].last)
-        return k + 1;
-    while (k > 0 && !outline->points[k - 1].last)
-        k--;
-    return k;
-}
-
-/* Goes along the outline, as it turns, from the corner nearest to one place of the rim to that
- * nearest to another; if no way leads there, straight. */
-static bool follow_outline(struct polygons *polygons, const struct outline *outline,
-                           const double from[2], const double to[2]) {
-    static const double reach = 3;
-    double gap[2];
-    size_t at = nearest_corner(outline, from[0], from[1], &gap[0]);
-    size_t end = nearest_corner(outline, to[0], to[1], &gap[1]), walk = at;
-    if (outline->count == 0 || gap[0] > reach || gap[1] > reach)
-        return true;
-    for (size_t steps = 0; walk != end; steps++) {
-        walk = corner_after(outline, walk);
-        if (steps > outline->count)
-            return true;
-    }
-    for (;; at = corner_after(outline, at)) {
-        if (!polygons_add(polygons, outline->points[at].i, outline->points[at].j))
+/* The loops of the rim. */
+static bool add_rim(struct polygons *polygons, const struct outline_rim *rim) {
+    for (size_t k = 0; k < rim->count; k++) {
+        if (!polygons_add(polygons, rim->p[k], rim->q[k]))
             return false;
-        if (at == end)
-            return true;
-    }
-}
-
-/* ---- loops ---- */
-
-/* Each closed edge of the part, from a point of it that is covered on. */
-static bool add_rim(struct polygons *polygons, const struct points *points,
-                    const struct outline *outline) {
-    const double *loop = points->column[LOOP], *covered = points->column[COVERED];
-    const double *p = points->column[P], *q = points->column[Q];
-    for (size_t first = 0, end = 1; first < points->count; first = end++) {
-        while (end < points->count && loop[end] == loop[end - 1])
-            end++;
-        size_t length = end - first, begin = 0;
-        while (begin < length && covered[first + begin] == 0)
-            begin++;
-        if (begin == length)
-            continue;
-        for (size_t k = 0, next; k < length; k = next) {
-            size_t at = first + (begin + k) % length;
-            if (!polygons_add(polygons, p[at], q[at]))
-                return false;
-            next = k + 1;
-            while (next < length && covered[first + (begin + next) % length] == 0)
-                next++;
-            size_t to = first + (begin + next % length) % length;
-            if (next > k + 1 && !follow_outline(polygons, outline, (const double[2]){p[at], q[at]},
-                                                (const double[2]){p[to], q[to]}))
-                return false;
-        }
-        polygons_close(polygons);
+        if (k + 1 == rim->count || rim->loop[k + 1] != rim->loop[k])
+            polygons_close(polygons);
     }
     return true;
 }
 
-enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct api_reader *reader,
-                                      const struct api_columns *columns,
-                                      const struct outline *outline, double tolerance,
-                                      struct api_problem *problem) {
-    static const char *const names[COLUMNS] = {"loop", "p", "q", "covered"};
-    struct points points = {.count = api_columns_rows(columns, API_TABLE_RIM)};
-    bool rim = points.count > 0, read = true, good = true;
-    for (int k = 0; rim && read && k < COLUMNS; k++) {
-        const struct api_column *column = api_columns_find(columns, API_TABLE_RIM, names[k]);
-        points.column[k] = malloc(points.count * sizeof *points.column[k]);
-        read = column && points.column[k] &&
-               api_columns_read(reader, column, 0, points.count, points.column[k]);
+/* ---- where the net ended ---- */
+
+/* A place without a node, and why. */
+struct place {
+    int32_t i, j;
+    enum drape_reason reason;
+};
+
+static int compare_front_places(const void *a, const void *b) {
+    const struct place *x = a, *y = b;
+    return x->j != y->j ? (x->j > y->j) - (x->j < y->j) : (x->i > y->i) - (x->i < y->i);
+}
+
+/* The front of a result, sorted, in the heap; NULL, with the problem set, where it cannot be. */
+static struct place *read_front(const struct api_reader *reader, const struct api_columns *columns,
+                                size_t *count, struct api_problem *problem) {
+    enum { BLOCK = 512, COLUMNS = 3 };
+    static const char *const names[COLUMNS] = {"i", "j", "reason"};
+    double block[COLUMNS][BLOCK];
+    *count = api_columns_rows(columns, API_TABLE_FRONT);
+    struct place *places = malloc((*count + 1) * sizeof *places);
+    bool read = true;
+    for (size_t first = 0, held; places && read && first < *count; first += held) {
+        held = *count - first < BLOCK ? *count - first : BLOCK;
+        for (int k = 0; k < COLUMNS; k++) {
+            const struct api_column *column = api_columns_find(columns, API_TABLE_FRONT, names[k]);
+            read = read && column && api_columns_read(reader, column, first, held, block[k]);
+        }
+        for (size_t k = 0; read && k < held; k++)
+            places[first + k] = (struct place){(int32_t)block[0][k], (int32_t)block[1][k],
+                                               (enum drape_reason)block[2][k]};
     }
+    if (!places)
+        api_problem_no_memory(problem, "the pattern");
+    else if (!read)
+        api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+    if (places && read && *count)
+        qsort(places, *count, sizeof *places, compare_front_places);
+    if (places && !read)
+        free(places);
+    return read ? places : NULL;
+}
+
+/* Notes the sides of the outline with the reasons that the corners of the cell beyond them have:
+ * not those where the cloth meets itself, nor of a drape that covers the part. */
+static enum api_problem_id add_fronts(struct flat_pattern *pattern, const struct outline *outline,
+                                      const struct api_reader *reader,
+                                      const struct api_columns *columns,
+                                      struct api_problem *problem) {
+    size_t count;
+    if (columns->summary.outcome == DRAPE_COMPLETE)
+        return API_OK;
+    struct place *places = read_front(reader, columns, &count, problem);
+    pattern->fronts = places ? calloc(outline->count + 1, sizeof *pattern->fronts) : NULL;
+    for (size_t k = 0; pattern->fronts && k < outline->count; k++) {
+        const struct outline_side *side = &outline->sides[k];
+        double right[2] = {side->to[1] - side->from[1], side->from[0] - side->to[0]};
+        bool found[DRAPE_REASON_COUNT] = {false};
+        for (int end = 0; end < 4; end++) {
+            const double *at = end % 2 ? side->to : side->from;
+            double out = end < 2 ? 0 : 1, length = fabs(right[0]) + fabs(right[1]);
+            struct place key = {(int32_t)round(at[0] + out * right[0] / length),
+                                (int32_t)round(at[1] + out * right[1] / length), 0};
+            const struct place *place =
+                bsearch(&key, places, count, sizeof *places, compare_front_places);
+            if (place)
+                found[place->reason] = true;
+        }
+        bool collapsed = found[DRAPE_REASON_COLLAPSED];
+        if (found[DRAPE_REASON_FOLD] && !collapsed)
+            continue;
+        struct pattern_front *front = &pattern->fronts[pattern->front_count++];
+        memcpy(front->from, side->from, sizeof front->from);
+        memcpy(front->to, side->to, sizeof front->to);
+        front->end = collapsed ? PATTERN_END_COLLAPSED : PATTERN_END_BARE;
+    }
+    free(places);
+    return problem->id == API_OK && !pattern->fronts ? api_problem_no_memory(problem, "the pattern")
+                                                     : problem->id;
+}
+
+/* The polygons: the rim where the cloth reaches all of it, else the outline of the cloth. */
+static enum api_problem_id make_polygons(struct flat_pattern *pattern,
+                                         const struct api_reader *reader,
+                                         const struct api_columns *columns, double tolerance,
+                                         struct api_problem *problem) {
+    enum { LOOP, P, Q, COVERED, COLUMNS };
+    static const char *const names[COLUMNS] = {"loop", "p", "q", "covered"};
+    size_t count = api_columns_rows(columns, API_TABLE_RIM);
+    double *values = malloc((COLUMNS * count + 1) * sizeof *values);
+    bool read = values != NULL, covered = count > 0;
+    struct polygons *polygons = &pattern->polygons;
+    struct outline outline = {0};
+    if (!values)
+        return api_problem_no_memory(problem, "the pattern");
+    for (int k = 0; count > 0 && read && k < COLUMNS; k++) {
+        const struct api_column *column = api_columns_find(columns, API_TABLE_RIM, names[k]);
+        read = column && api_columns_read(reader, column, 0, count, values + (size_t)k * count);
+    }
+    const struct outline_rim rim = {values, values + P * count, values + Q * count,
+                                    values + COVERED * count, count};
+    for (size_t k = 0; read && k < count; k++)
+        covered = covered && rim.covered[k] != 0;
     if (!read)
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
-    else if (rim)
-        good = add_rim(&pattern->polygons, &points, outline);
-    for (int k = 0; k < COLUMNS; k++)
-        free(points.column[k]);
-    if (problem->id == API_OK && good && pattern->polygons.count == 0)
-        for (size_t k = 0; k < outline->count && good; k++) {
-            good = polygons_add(&pattern->polygons, outline->points[k].i, outline->points[k].j);
-            if (good && outline->points[k].last)
-                polygons_close(&pattern->polygons);
-        }
-    else
-        polygons_simplify(&pattern->polygons, tolerance);
-    if (good && problem->id == API_OK) {
-        pattern->notches = calloc(2 * pattern->polygons.count + 1, sizeof *pattern->notches);
-        good = pattern->notches != NULL;
-    }
-    if (!good)
+    else if (covered && !add_rim(polygons, &rim))
         api_problem_no_memory(problem, "the pattern");
-    /* The crossings of the polygons with the line x = 0 or y = 0: outwards is the way to their
-     * right. */
-    size_t count = problem->id == API_OK ? pattern->polygons.count : 0;
-    for (size_t k = 0, first = 0; k < count; k++) {
+    else if (!covered && outline_make(reader, columns, &rim, &outline, problem) == API_OK)
+        (void)!add_fronts(pattern, &outline, reader, columns, problem);
+    if (!covered) {
+        *polygons = outline.polygons;
+        outline.polygons = (struct polygons){0};
+    }
+    outline_free(&outline);
+    if (count > 0 && problem->id == API_OK)
+        polygons_simplify(polygons, tolerance);
+    free(values);
+    return problem->id;
+}
+
+/* Where the polygons cross the lines x = 0 and y = 0: outwards is the way to their right. */
+static void add_notches(struct flat_pattern *pattern) {
+    for (size_t k = 0, first = 0; k < pattern->polygons.count; k++) {
         const struct polygons_point *at = pattern->polygons.points;
         const struct polygons_point *a = &at[k], *b = &at[a->last ? first : k + 1];
         first = a->last ? k + 1 : first;
@@ -144,11 +155,23 @@ enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct
                                        family ? a->y + share * (b->y - a->y) : 0, family, way};
         }
     }
-    return problem->id;
+}
+
+enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct api_reader *reader,
+                                      const struct api_columns *columns, double tolerance,
+                                      struct api_problem *problem) {
+    if (make_polygons(pattern, reader, columns, tolerance, problem) != API_OK)
+        return problem->id;
+    pattern->notches = calloc(2 * pattern->polygons.count + 1, sizeof *pattern->notches);
+    if (!pattern->notches)
+        return api_problem_no_memory(problem, "the pattern");
+    add_notches(pattern);
+    return API_OK;
 }
 
 void flat_pattern_free(struct flat_pattern *pattern) {
     polygons_free(&pattern->polygons);
     free(pattern->notches);
+    free(pattern->fronts);
     *pattern = (struct flat_pattern){0};
 }

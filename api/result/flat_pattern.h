@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What is cut: the polygons of the cloth in the coordinates (p, q) of the net. They follow the rim
- * and, where no cloth reaches it, the outline of the cells; all of that in a result without a rim.
+ * What is cut: the polygons of the cloth in the coordinates (p, q) of the net. They are the rim
+ * where the cloth reaches all of it, else, and in a result without a rim, the outline of the cloth.
  */
 #ifndef API_RESULT_FLAT_PATTERN_H
 #define API_RESULT_FLAT_PATTERN_H
 
-#include "outline.h"
+#include "columns.h"
 #include "polygons.h"
 
 /* Where a generator crosses the edge of the cut: a place, and the way along the yarn out of the
@@ -16,8 +16,17 @@ struct pattern_notch {
     int family, way;
 };
 
+/* Some of the edge where the net ended though the part goes on. */
+enum pattern_end { PATTERN_END_BARE, PATTERN_END_COLLAPSED /* the yarns became parallel */ };
+struct pattern_front {
+    double from[2], to[2]; /* p, q; the cloth is on its left */
+    enum pattern_end end;
+};
+
 struct flat_pattern {
     struct polygons polygons;
+    struct pattern_front *fronts; /* malloc'ed; none where the cloth meets itself */
+    size_t front_count;
     struct pattern_notch *notches; /* malloc'ed */
     size_t notch_count;
 };
@@ -26,8 +35,7 @@ struct flat_pattern {
  * hold. API_OUT_OF_MEMORY, or API_INTERNAL when the container is damaged. The caller frees it in
  * any case. */
 enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct api_reader *reader,
-                                      const struct api_columns *columns,
-                                      const struct outline *outline, double tolerance,
+                                      const struct api_columns *columns, double tolerance,
                                       struct api_problem *problem) STATUS_MUST_USE;
 
 void flat_pattern_free(struct flat_pattern *pattern);

@@ -40,6 +40,17 @@ void polygons_free(struct polygons *polygons) {
     *polygons = (struct polygons){0};
 }
 
+double polygons_area(const struct polygons *polygons) {
+    double sum = 0;
+    for (size_t k = 0, first = 0; k < polygons->count; k++) {
+        const struct polygons_point *a = &polygons->points[k];
+        const struct polygons_point *b = &polygons->points[a->last ? first : k + 1];
+        sum += (a->x * b->y - b->x * a->y) / 2;
+        first = a->last ? k + 1 : first;
+    }
+    return fabs(sum);
+}
+
 void polygons_bounds(const struct polygons *polygons, double low[2], double high[2]) {
     for (int k = 0; k < 2; k++)
         low[k] = high[k] = 0;

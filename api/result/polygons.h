@@ -28,6 +28,9 @@ void polygons_free(struct polygons *polygons);
 /* Drops points as long as the polygons stay within `tolerance` of all of them. */
 void polygons_simplify(struct polygons *polygons, double tolerance);
 
+/* The area that they enclose, holes taken off. */
+double polygons_area(const struct polygons *polygons);
+
 /* The box round them; all 0 when there are none. */
 void polygons_bounds(const struct polygons *polygons, double low[2], double high[2]);
 

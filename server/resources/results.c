@@ -30,9 +30,9 @@ static void make_etag(const struct store_job *job, const struct call_choice *cho
     const struct format_options *options = &choice->options;
     const char *fields = options->fields ? options->fields : "";
     api_digest_bytes(fields, strlen(fields), digest);
-    snprintf(text, sizeof text, "%s %s %d %d %s %.17g\n%s\n%s", DRAPE_VERSION, choice->format->name,
-             (int)options->table, options->precision, digest, options->allowance, options->part,
-             options->ply);
+    snprintf(text, sizeof text, "%s %s %d %d %s %.17g %d\n%s\n%s", DRAPE_VERSION,
+             choice->format->name, (int)options->table, options->precision, digest,
+             options->allowance, options->partial, options->part, options->ply);
     api_digest_bytes(text, strlen(text), digest);
     snprintf(etag, ETAG_SIZE, "\"%s-" ENCODERS_DIGEST "-%.8s%s%s\"", job->id, digest,
              coding ? "-" : "", coding ? compress_name(coding) : "");

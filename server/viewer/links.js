@@ -16,6 +16,8 @@ const DOWNLOADS = [
   ['Request', 'request', 'request.json'],
 ];
 
+const percent = (share) => `${Number((100 * share).toPrecision(2))} %`;
+
 /** Offers bytes as a file. */
 export function saveAs(blob, name) {
   const link = Object.assign(document.createElement('a'), {
@@ -27,9 +29,13 @@ export function saveAs(blob, name) {
 }
 
 /** Links to all formats; with a token they are fetched, because a link cannot carry it. Without an
- *  id their names alone. `title` names the files. */
-export function showDownloads(list, id, onError, title = id) {
-  const items = DOWNLOADS.map(([label, path, ending]) => {
+ *  id their names alone. `title` names the files. Of a drape that leaves `bare`, a share of the part,
+ *  the pattern for machines says so, for it is refused unless it is asked for. */
+export function showDownloads(list, id, onError, title = id, bare = 0) {
+  const items = DOWNLOADS.map(([named, whole, ending]) => {
+    const partial = bare > 0 && ending === 'dxf';
+    const label = partial ? `${named}, ${percent(bare)} bare` : named;
+    const path = partial ? `${whole}&partial=1` : whole;
     const item = document.createElement('li');
     const link = document.createElement('a');
     const name = `${title}.${ending}`;

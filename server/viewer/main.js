@@ -324,7 +324,8 @@ function showDrape(drape, passing = false) {
   say(`${cells.toLocaleString('en')} cells, solved in ${format(time.solve, 3)} ms`);
   refreshCurl();
   const title = fileName(`${page.part || 'part'} ${drape.label}`);
-  showDownloads(element('downloads'), drape.id, reportQuietly, title);
+  const bare = drape.summary.outcome === 'partial' ? 1 - drape.summary.cloth_coverage : 0;
+  showDownloads(element('downloads'), drape.id, reportQuietly, title, bare);
   drapes.name(drape.id, `${page.part || 'part'}: ${drape.label}`);
   compareFields();
   save();

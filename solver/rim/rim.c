@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "rim.h"
 
+#include "rim_front.h"
 #include "solver/angle.h"
 #include "solver/surface/boxes.h"
 #include "statistics.h"
@@ -468,6 +469,7 @@ enum status rim_make(struct march *march, struct rim *rim) {
         t.loop = (int32_t)k;
         follow_edge_loop(&t, &t.edges.loops[k]);
     }
+    rim_reach_front(rim);
     rim->loop_count = t.edges.loop_count;
     rim->covered = rim->covered && rim->count > 0;
     return t.failed || rim->cloth.failed ? STATUS_OUT_OF_MEMORY : STATUS_OK;

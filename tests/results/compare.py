@@ -19,7 +19,7 @@ HERE = Path(__file__).parent
 DIGESTS = HERE / "digests"
 LONGEST = 60  # seconds of a drape
 
-FORMATS = ["json", "csv", "csv --table cells", "vtp", "glb", "npz", "svg", "dxf"]
+FORMATS = ["json", "csv", "csv --table cells", "vtp", "glb", "npz", "svg", "dxf --partial"]
 MAP = " --map api/examples/mould.bdf"
 MAPS = [f + MAP for f in ["json", "csv", "vtu", "lcmsim", "lcmsim --inlet 17,18", "csv --fields k1"]] + [
     "lcmsim --map tests/fuzz/corpus/map_json/mesh.json",

@@ -189,13 +189,14 @@ static struct outline outline_of(const int (*cells)[2], size_t count) {
     struct api_columns columns;
     struct outline outline = {0};
     assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
-    assert_int_equal(outline_make(&outline, &reader, &columns, &problem), API_OK);
+    assert_int_equal(outline_make(&reader, &columns, &(struct outline_rim){0}, &outline, &problem),
+                     API_OK);
     bytes_free(&container);
     return outline;
 }
 
 /* The area that the polygons enclose, holes counted negative; every corner is one. */
-static long check_polygons(const struct outline *outline, size_t *polygons) {
+static long check_polygons(const struct polygons *outline, size_t *polygons) {
     long twice = 0;
     *polygons = 0;
     for (size_t first = 0, last; first < outline->count; first = last + 1) {
@@ -204,12 +205,12 @@ static long check_polygons(const struct outline *outline, size_t *polygons) {
         size_t length = last - first + 1;
         check_at_least(length, 4);
         for (size_t k = 0; k < length; k++) {
-            const struct outline_point *p = &outline->points[first + k];
-            const struct outline_point *q = &outline->points[first + (k + 1) % length];
-            const struct outline_point *r = &outline->points[first + (k + 2) % length];
-            assert_true((p->i == q->i) != (p->j == q->j));
-            assert_true((p->i == q->i) != (q->i == r->i));
-            twice += (long)p->i * q->j - (long)q->i * p->j;
+            const struct polygons_point *p = &outline->points[first + k];
+            const struct polygons_point *q = &outline->points[first + (k + 1) % length];
+            const struct polygons_point *r = &outline->points[first + (k + 2) % length];
+            assert_true((p->x == q->x) != (p->y == q->y));
+            assert_true((p->x == q->x) != (q->x == r->x));
+            twice += (long)(p->x * q->y - q->x * p->y);
         }
         ++*polygons;
     }
@@ -222,12 +223,13 @@ static void test_outline_goes_round_cells_and_holes(void **state) {
     static const int touching[][2] = {{0, 0}, {1, 1}};
     size_t polygons;
     struct outline outline = outline_of(ring, 8);
-    assert_int_equal(check_polygons(&outline, &polygons), 8);
+    assert_int_equal(check_polygons(&outline.polygons, &polygons), 8);
     assert_int_equal(polygons, 2);
-    assert_int_equal(outline.count, 8);
+    assert_int_equal(outline.polygons.count, 8);
+    assert_int_equal(outline.count, 16);
     outline_free(&outline);
     outline = outline_of(touching, 2);
-    assert_int_equal(check_polygons(&outline, &polygons), 2);
+    assert_int_equal(check_polygons(&outline.polygons, &polygons), 2);
     assert_int_equal(polygons, 2);
     outline_free(&outline);
 }
@@ -249,7 +251,7 @@ static void test_outline_encloses_the_area_of_random_cells(void **state) {
         if (count == 0)
             continue;
         struct outline outline = outline_of((const int(*)[2])cells, count);
-        assert_int_equal(check_polygons(&outline, &polygons), count);
+        assert_int_equal(check_polygons(&outline.polygons, &polygons), count);
         outline_free(&outline);
     }
 }
