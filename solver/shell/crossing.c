@@ -117,6 +117,21 @@ static bool may_decide(const struct edge_search *search, double least, int to) {
     return !(least > search->hit[to].distance2) && !(least * (1 - 2 * at_vertex) > nearest);
 }
 
+static bool is_leaf(const struct face *face, const struct face_run *run) {
+    return run->next == (uint32_t)(run - face->runs) + 1;
+}
+
+/* The run without halves that one comes to by that half, again and again, which may be nearer. */
+static const struct face_run *nearest_leaf(const struct edge_search *search,
+                                           const struct face_run *run) {
+    const struct face *face = face_of_surface(search->surface);
+    while (!is_leaf(face, run)) {
+        const struct face_run *half = run + 1, *other = &face->runs[half->next];
+        run = least_to_run(search, other) < least_to_run(search, half) ? other : half;
+    }
+    return run;
+}
+
 /* The nearest places on joints and on free edges of the point's face; on joints to the face
  * `beyond` alone unless that is NULL, and preferably to others than `before`. Of what is further
  * than what decides, the one or the other, nothing is told. */
@@ -135,7 +150,7 @@ static void nearest_edges(const struct surface_point *point, const struct surfac
         search.hit[b] = (struct hit){.distance2 = HUGE_VAL};
     /* first the run of each kind that may be nearest, the nearest of them first */
     double least[BEYONDS] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
-    for (uint32_t r = 0; r < face->run_count; r++) {
+    for (uint32_t r = 0; r < face->run_count; r = face->runs[r].next) {
         int to = beyond_run(&search, &face->runs[r]);
         double bound = to == BEYONDS ? HUGE_VAL : least_to_run(&search, &face->runs[r]);
         if (to != BEYONDS && bound < least[to]) {
@@ -148,15 +163,17 @@ static void nearest_edges(const struct surface_point *point, const struct surfac
         for (int b = 1; b < BEYONDS; b++)
             first = least[b] < least[first] ? b : first;
         if (search.likely[first] && may_decide(&search, least[first], first))
-            try_run(&search, search.likely[first], first);
+            try_run(&search, search.likely[first] = nearest_leaf(&search, search.likely[first]),
+                    first);
         least[first] = HUGE_VAL;
     }
-    for (uint32_t r = 0; r < face->run_count; r++) {
+    for (uint32_t r = 0; r < face->run_count;) {
         const struct face_run *run = &face->runs[r];
         int to = beyond_run(&search, run);
-        if (to != BEYONDS && run != search.likely[to] &&
-            may_decide(&search, least_to_run(&search, run), to))
+        bool may = to != BEYONDS && may_decide(&search, least_to_run(&search, run), to);
+        if (may && is_leaf(face, run) && run != search.likely[to])
             try_run(&search, run, to);
+        r = may ? r + 1 : run->next;
     }
     *free = search.hit[TO_NOTHING];
     *joint = search.hit[TO_FACE];
@@ -319,11 +336,10 @@ static bool past_open_end(const struct surface_point *point, double distance,
     const struct shell *shell = point->surface->shell;
     const struct face *face = face_of_surface(point->surface);
     double nearest = end_reach * distance;
-    for (uint32_t r = 0; r < face->run_count; r++) {
+    for (uint32_t r = 0; r < face->run_count; r = face->runs[r].next) {
         int32_t number = face->runs[r].edge;
         const struct face_edge *edge = &shell->edges[number];
-        bool first = r == 0 || face->runs[r - 1].edge != number;
-        for (int k = 0; k < 2 && first && edge->mate != EDGE_FREE; k++) {
+        for (int k = 0; k < 2 && edge->mate != EDGE_FREE; k++) {
             struct crossing past = *crossing;
             struct crossing_frame line;
             double far = vec3_distance(edge->end[k], point->jet.r), uv[2];

@@ -62,6 +62,14 @@ static void leave_through(struct leaving *leaving, const struct face_segment *se
     }
 }
 
+/* Whether a run has the segment at an open end of its edge. */
+static bool ends_open(const struct face *face, const struct face_run *run,
+                      const struct face_edge *edge) {
+    const struct face_segment *first = &face->segments[run->first], *last = first + run->count - 1;
+    return (edge->open[0] && first->t[0] == edge->t[0]) ||
+           (edge->open[1] && last->t[1] == edge->t[1]);
+}
+
 bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
                      double *share, struct crossing *crossing) {
     const struct face *face = face_of_surface(surface);
@@ -77,7 +85,7 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
     }
     if (face_holds_way(face, leaving.p, end))
         return false;
-    for (uint32_t r = 0; r < face->run_count; r++) {
+    for (uint32_t r = 0; r < face->run_count;) {
         /* those of joints that lie near, or at an open end, beyond which they go on */
         const struct face_run *run = &face->runs[r];
         const struct face_edge *edge = &surface->shell->edges[run->edge];
@@ -87,9 +95,11 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
             double reach = fabs(leaving.e[k]);
             near = near && !(off - run->half[k] > reach + 2 * touch * (reach + 1 / leaving.by[k]));
         }
-        bool may = edge->mate != EDGE_FREE && (near || edge->open[0] || edge->open[1]);
-        for (uint32_t s = 0; s < run->count && may; s++)
+        bool may = edge->mate != EDGE_FREE && (near || ends_open(face, run, edge));
+        bool leaf = run->next == r + 1;
+        for (uint32_t s = 0; s < run->count && may && leaf; s++)
             leave_through(&leaving, &face->segments[run->first + s]);
+        r = may ? r + 1 : run->next;
     }
     const struct face_segment *first = leaving.segment;
     if (!first)

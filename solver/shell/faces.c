@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "faces.h"
 
-enum { NEWTON_MAX = 40, HALVINGS_MAX = 20, RUN_MAX = 32, POINT_SAMPLES = 4 };
+enum { NEWTON_MAX = 40, HALVINGS_MAX = 20, RUN_MAX = 8, POINT_SAMPLES = 4 };
 
 /* A place this close outside the domain, as a share of it, is on its border. */
 static const double border = 1e-9;
@@ -92,27 +92,40 @@ bool edge_is_point(const struct shell *shell, const struct face_edge *edge, doub
     return vec3_distance(edge->end[0], edge->end[1]) <= reach;
 }
 
+/* Makes the run of some segments, and of their halves, from number `at` on, if there is room; the
+ * number after them. */
+static uint32_t add_run(struct face *face, uint32_t at, uint32_t first, uint32_t count) {
+    struct face_run run = {.first = first, .count = count, .edge = face->segments[first].edge};
+    double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
+    run.next = at + 1;
+    if (count > RUN_MAX) {
+        run.next = add_run(face, run.next, first, count / 2);
+        run.next = add_run(face, run.next, first + count / 2, count - count / 2);
+    }
+    if (!face->runs)
+        return run.next;
+    for (uint32_t s = first; s < first + count; s++)
+        for (int k = 0; k < 2; k++) {
+            const struct face_segment *segment = &face->segments[s];
+            low[k] = fmin(low[k], fmin(segment->a[k], segment->b[k]));
+            high[k] = fmax(high[k], fmax(segment->a[k], segment->b[k]));
+        }
+    for (int k = 0; k < 2; k++) {
+        run.centre[k] = (low[k] + high[k]) / 2;
+        run.half[k] = (high[k] - low[k]) / 2;
+    }
+    face->runs[at] = run;
+    return run.next;
+}
+
 enum status face_make_runs(struct face *face, struct arena *arena) {
     for (int pass = 0; pass < 2; pass++) {
         uint32_t count = 0;
-        for (uint32_t s = 0; s < face->segment_count; count++) {
-            /* the run that begins at s: up to RUN_MAX of the same edge */
-            struct face_run run = {.first = s, .edge = face->segments[s].edge};
-            double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
-            for (; run.count < RUN_MAX && s < face->segment_count &&
-                   face->segments[s].edge == run.edge;
-                 run.count++, s++)
-                for (int k = 0; k < 2; k++) {
-                    const struct face_segment *segment = &face->segments[s];
-                    low[k] = fmin(low[k], fmin(segment->a[k], segment->b[k]));
-                    high[k] = fmax(high[k], fmax(segment->a[k], segment->b[k]));
-                }
-            for (int k = 0; k < 2; k++) {
-                run.centre[k] = (low[k] + high[k]) / 2;
-                run.half[k] = (high[k] - low[k]) / 2;
-            }
-            if (pass)
-                face->runs[count] = run;
+        for (uint32_t s = 0, end; s < face->segment_count; s = end) {
+            for (end = s;
+                 end < face->segment_count && face->segments[end].edge == face->segments[s].edge;)
+                end++;
+            count = add_run(face, count, s, end - s);
         }
         face->run_count = count;
         if (pass == 0)

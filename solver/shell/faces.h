@@ -56,10 +56,12 @@ struct face_segment {
     int32_t edge;
 };
 
-/* Segments of one edge that follow each other, and the rectangle that they lie in: searches pass
- * over most runs by it. */
+/* Segments of one edge that follow each other, and the rectangle that they lie in. Runs are trees,
+ * one of each edge: first the run of all its segments, then those of its halves, down to a few;
+ * searches pass over most by their rectangles. */
 struct face_run {
     uint32_t first, count;
+    uint32_t next; /* the run after this and its halves; the one after this where it has none */
     int32_t edge;
     double centre[2], half[2];
 };

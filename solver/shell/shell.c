@@ -304,14 +304,13 @@ static struct shell_point shell_point_of(const struct face *face, const double u
     return place;
 }
 
-/* The segment of a run whose chord comes nearest to `point`: how near, and at which t of its edge.
- */
+/* Where on an edge, whose segments are a run, a chord of one comes nearest to `point`. */
 static double nearest_chord(const struct shell *shell, const struct face *face,
-                            const struct face_run *run, struct vec3 point, double *t) {
-    double least2 = HUGE_VAL;
+                            const struct face_run *run, struct vec3 point) {
+    double least2 = HUGE_VAL, nearest = shell->edges[run->edge].t[0];
     for (uint32_t k = run->first; k < run->first + run->count; k++) {
         const struct face_segment *segment = &face->segments[k];
-        bool last = k + 1 == face->segment_count || segment[1].edge != run->edge;
+        bool last = k + 1 == run->first + run->count;
         struct vec3 to = last ? shell->edges[run->edge].end[1] : segment[1].r;
         struct vec3 chord = vec3_sub(to, segment->r), way = vec3_sub(point, segment->r);
         double length2 = vec3_norm2(chord);
@@ -320,9 +319,9 @@ static double nearest_chord(const struct shell *shell, const struct face *face,
         if (!(away2 < least2))
             continue;
         least2 = away2;
-        *t = segment->t[0] + share * (segment->t[1] - segment->t[0]);
+        nearest = segment->t[0] + share * (segment->t[1] - segment->t[0]);
     }
-    return sqrt(least2);
+    return nearest;
 }
 
 /* The place of a face nearest to `point`, if it is nearer than `*distance`. On an edge it is looked
@@ -339,15 +338,9 @@ static void nearest_of_face(const struct shell *shell, const struct face *face, 
         *place = shell_point_of(face, uv);
         return;
     }
-    for (uint32_t r = 0; r < face->run_count;) {
-        const int32_t number = face->runs[r].edge;
-        const struct face_edge *edge = &shell->edges[number];
-        double least = HUGE_VAL, from = edge->t[0], t;
-        for (; r < face->run_count && face->runs[r].edge == number; r++) {
-            away = nearest_chord(shell, face, &face->runs[r], point, &t);
-            from = away < least ? t : from;
-            least = fmin(away, least);
-        }
+    for (uint32_t r = 0; r < face->run_count; r = face->runs[r].next) {
+        const struct face_edge *edge = &shell->edges[face->runs[r].edge];
+        double from = nearest_chord(shell, face, &face->runs[r], point);
         away = curve_nearest(shell, &shell->curves[edge->curve], point, from, edge->t, &at);
         if (!(away < *distance))
             continue;
