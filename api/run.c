@@ -40,9 +40,6 @@ static enum api_problem_id set_solve_problem(struct api_problem *problem, enum s
             problem, API_INVALID_REQUEST, "/fabric/spacing",
             "is too small: the net would have more than the %zu nodes allowed",
             settings->max_nodes);
-    case STATUS_START_OFF_SURFACE:
-        return api_problem_set_at(problem, API_START_OFF_SURFACE, "/start",
-                                  "the start must be on the surface, or within the spacing of it");
     case STATUS_START_STUCK:
         return api_problem_set_at(problem, API_INVALID_REQUEST, "/start",
                                   "all four yarns leave the part within one spacing of the start; "
@@ -68,10 +65,95 @@ static enum api_problem_id set_solve_problem(struct api_problem *problem, enum s
                                       "turn the rosette, move the start, or give the direction as "
                                       "a vector");
         break;
+    case STATUS_START_OFF_SURFACE: /* `refuse_start` */
     case STATUS_NO_CONVERGENCE:
         break;
     }
     return api_problem_set(problem, API_INTERNAL, "the solver did not accept the decoded request");
+}
+
+/* ---- what to do instead ---- */
+
+/* The place of the part that is nearest to a point, and its distance; false without memory. */
+static bool find_nearest(const struct drape_part *part, const struct api_surface *definition,
+                         struct vec3 point, struct arena *arena, struct vec3 *at,
+                         double *distance) {
+    if (part->mesh) {
+        struct mesh_point place;
+        bool found = mesh_nearest(part->mesh, point, MESH_ANY, &place, distance);
+        *at = place.r;
+        return found;
+    }
+    const struct shell_patch patch = {part->surface, definition->trims, definition->trim_count};
+    struct shell *own = NULL;
+    if (!part->shell && shell_make_lenient(&patch, 1, 0, arena, &own) != STATUS_OK)
+        return false;
+    const struct shell *shell = part->shell ? part->shell : own;
+    struct surface_cursor cursor = {0};
+    struct surface_jet jet;
+    struct shell_point place;
+    shell_nearest(shell, point, SHELL_ANY, &place, distance);
+    surface_evaluate(shell_surface(shell, place.face), &cursor, place.uv[0], place.uv[1], &jet);
+    *at = jet.r;
+    return true;
+}
+
+/* Where the start could be instead. */
+static enum api_problem_id refuse_start(const struct api_request *request,
+                                        const struct drape_part *part, struct arena *arena,
+                                        struct api_problem *problem) {
+    const struct drape_settings *settings = &request->settings;
+    const char *unit = request->length_unit->name;
+    bool by_uv = settings->start_kind == DRAPE_START_UV;
+    struct vec3 point = settings->start_point, at;
+    double distance;
+    if (by_uv && !part->mesh) {
+        struct surface_cursor cursor = {0};
+        struct surface_jet jet;
+        const struct surface *surface =
+            part->shell ? shell_surface(part->shell, settings->start_face) : part->surface;
+        surface_evaluate(surface, &cursor, settings->start_uv[0], settings->start_uv[1], &jet);
+        point = jet.r;
+    }
+    if (!find_nearest(part, &request->surface, point, arena, &at, &distance))
+        return api_problem_set_at(problem, API_START_OFF_SURFACE, "/start",
+                                  "must be on the surface, or within the spacing of it");
+    return api_problem_set_at(
+        problem, API_START_OFF_SURFACE, "/start",
+        "must be on the surface%s: it is %.4g %s away from (%.6g, %.6g, %.6g), the nearest point",
+        by_uv ? ", not where it is cut away" : ", or within the spacing of it", distance, unit,
+        at.x, at.y, at.z);
+}
+
+/* A net without a cell tells nothing. Refused with a spacing that makes some, which is tried. */
+static enum api_problem_id refuse_no_cell(const struct api_request *request,
+                                          const struct drape_part *part,
+                                          const struct drape_monitor *monitor, double area,
+                                          struct arena *arena, struct api_problem *problem) {
+    enum { TRIES = 6 };
+    const char *unit = request->length_unit->name;
+    struct drape_settings settings = request->settings;
+    double spacing = fmin(warnings_fine_spacing(area), settings.spacing[0]);
+    spacing = warnings_two_digits(fmin(spacing, settings.spacing[1]));
+    for (int k = 0; k < TRIES; k++, spacing = warnings_two_digits(spacing / 2)) {
+        struct drape_result finer = {0};
+        struct arena_mark mark = arena_mark(arena);
+        settings.spacing[0] = settings.spacing[1] = spacing;
+        enum status status = drape_solve(part, &settings, monitor, arena, &finer);
+        size_t cells = finer.cells.count;
+        arena_rewind(arena, mark);
+        if (status == STATUS_CANCELLED)
+            return set_solve_problem(problem, status, &settings, 0);
+        if (status == STATUS_OK && cells > 0)
+            return api_problem_set_at(problem, API_INVALID_REQUEST, "/fabric/spacing",
+                                      "is so large that the net has no cell: a spacing of %.2g %s "
+                                      "gives %zu",
+                                      spacing, unit, cells);
+    }
+    return api_problem_set_at(problem, API_INVALID_REQUEST, "/fabric/spacing",
+                              "gives a net without a cell, and so does one of %.2g %s: move the "
+                              "start, or turn the direction",
+                              2 * spacing, unit);
 }
 
 static void summarise(const struct api_request *request, const struct drape_result *result,
@@ -132,8 +214,13 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     double solve_ms = now_ms() - begin;
     if (part->shell && status == STATUS_START_OFF_SURFACE)
         prepared_shell_name_left_out(&request, &prepared.shell, arena, problem);
+    if (status == STATUS_START_OFF_SURFACE && problem->id == API_OK)
+        return refuse_start(&request, part, arena, problem);
     if (set_solve_problem(problem, status, &request.settings, result.faulty_generator) != API_OK)
         return problem->id;
+    if (result.cells.count == 0 && !request.settings.has_extent[0] &&
+        !request.settings.has_extent[1])
+        return refuse_no_cell(&request, part, monitor, result.summary.part_area, arena, problem);
     /* Faces by their numbers in the request's surface, where the shell has a part of them. */
     const int32_t *numbers = prepared.shell.numbers;
     if (prepared.shell.shell) {

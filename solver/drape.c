@@ -255,3 +255,11 @@ enum status drape_solve(const struct drape_part *whole, const struct drape_setti
     result->rim.face = arena_alloc(arena, result->rim.count, sizeof *result->rim.face);
     return result->nodes.face && result->rim.face ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
+
+double drape_least_radius(const struct drape_part *part) {
+    double least = part->surface ? surface_least_radius(part->surface, part->trim) : HUGE_VAL;
+    for (size_t k = 0; part->shell && k < shell_face_count(part->shell); k++)
+        least = fmin(least, surface_least_radius(shell_surface(part->shell, (int32_t)k),
+                                                 shell_trim(part->shell, (int32_t)k)));
+    return least;
+}

@@ -53,4 +53,8 @@ enum status drape_prepare(const struct drape_part *part, int32_t component,
                           const struct drape_settings *settings, struct arena *arena,
                           const struct drape_prepared **prepared) STATUS_MUST_USE;
 
+/* The least radius of curvature of the part's surface or faces, as `surface_least_radius`; infinite
+ * of a mesh. */
+double drape_least_radius(const struct drape_part *part);
+
 #endif

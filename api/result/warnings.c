@@ -20,6 +20,14 @@ static const double usual_locking_deg = 60;
 static const double least_size = 0.005, largest_size = 120;
 static const double usual_least = 0.05, usual_largest = 10;
 
+/* Plies in metres: from a veil to the thickest woven roving; and what most have. */
+static const double thinnest_ply = 1e-5, thickest_ply = 0.02;
+static const double usual_thinnest = 5e-5, usual_thickest = 5e-3;
+
+/* A stack that is a larger share of the part is none; one of less may be thicker than a fillet's
+ * radius, which is looked for in many faces. */
+static const double thickest_share = 0.1, noticeable_share = 0.005;
+
 /* The control net is this much longer in the order it was given. */
 static const double longer_net = 1.25;
 
@@ -35,6 +43,15 @@ void warnings_add(struct api_warnings *warnings, const char *code, const char *p
     va_start(values, detail);
     vsnprintf(warning->detail, sizeof warning->detail, detail, values);
     va_end(values);
+}
+
+double warnings_fine_spacing(double area) {
+    return sqrt(area / (1.5 * many_cells));
+}
+
+double warnings_two_digits(double value) {
+    double digit = pow(10, floor(log10(value)) - 1);
+    return floor(value / digit) * digit;
 }
 
 static void check_fabric(const struct warnings_subject *s, struct api_summary *summary) {
@@ -73,13 +90,12 @@ static void check_fabric(const struct warnings_subject *s, struct api_summary *s
         api_packing_limit(&request->permeability), cavity->rigid ? "; make the cavity higher" : "");
 }
 
-static void check_size(const struct warnings_subject *s, struct api_summary *summary) {
-    const struct api_unit *unit = s->request->length_unit, *likely = NULL;
+/* The diagonal of the box round the nodes and the rim. */
+static double size_of_part(const struct warnings_subject *s) {
     const struct drape_nodes *nodes = &s->result->nodes;
     const struct drape_rim *rim = &s->result->rim;
     const double *const columns[2][3] = {{nodes->x, nodes->y, nodes->z}, {rim->x, rim->y, rim->z}};
     const size_t counts[2] = {nodes->count, rim->count};
-    /* The diagonal of the box round the nodes and the rim. */
     double sum = 0;
     for (int axis = 0; axis < 3; axis++) {
         double low = HUGE_VAL, high = -HUGE_VAL;
@@ -91,20 +107,63 @@ static void check_size(const struct warnings_subject *s, struct api_summary *sum
             }
         sum += high > low ? (high - low) * (high - low) : 0;
     }
-    double size = sqrt(sum), metres = size * unit->metres;
-    if ((metres >= least_size && metres <= largest_size) || size == 0)
-        return;
-    /* The unit in which the part would have a usual size: millimetres before others. */
+    return sqrt(sum);
+}
+
+/* The unit in which a length would lie within these bounds in metres, millimetres before others;
+ * NULL: none. */
+static const struct api_unit *likely_unit(double length, double least, double most) {
+    const struct api_unit *likely = NULL;
     for (int k = 0; k < API_UNIT_COUNT; k++) {
-        double other = size * api_units[k].metres;
-        bool fits = other >= usual_least && other <= usual_largest;
-        if (fits && (!likely || strcmp(api_units[k].name, "mm") == 0))
+        double metres = length * api_units[k].metres;
+        if (metres >= least && metres <= most && (!likely || strcmp(api_units[k].name, "mm") == 0))
             likely = &api_units[k];
     }
+    return likely;
+}
+
+static bool check_size(const struct warnings_subject *s, double size, struct api_summary *summary) {
+    const struct api_unit *unit = s->request->length_unit;
+    double metres = size * unit->metres;
+    if ((metres >= least_size && metres <= largest_size) || size == 0)
+        return true;
+    const struct api_unit *likely = likely_unit(size, usual_least, usual_largest);
     warnings_add(&summary->warnings, "size", "/length_unit",
                  likely ? "the part is %.3g %s large; did you mean %s?"
                         : "the part is %.3g %s large; is that its unit?",
                  size, unit->name, likely ? likely->name : "");
+    return false;
+}
+
+/* A thickness in another unit than the part is found by what plies have; `sized`: the part's own is
+ * likely. */
+static void check_thickness(const struct warnings_subject *s, double size, bool sized,
+                            struct api_summary *summary) {
+    const struct api_fabric *fabric = &s->request->fabric;
+    const struct api_unit *unit = s->request->length_unit;
+    double ply = fabric->thickness, metres = ply * unit->metres, stack = ply * fabric->plies;
+    static const char pointer[] = "/fabric/thickness";
+    const struct api_unit *likely = likely_unit(ply, usual_thinnest, usual_thickest);
+    if (ply == 0 || size == 0)
+        return;
+    bool unlikely = sized && (metres < thinnest_ply || metres > thickest_ply);
+    if (unlikely || stack > thickest_share * size) {
+        char meant[64] = "";
+        if (likely && likely != unit)
+            snprintf(meant, sizeof meant, "; did you mean %.3g %s, which is %.3g %s?", ply,
+                     likely->name, ply * likely->metres / unit->metres, unit->name);
+        warnings_add(&summary->warnings, "thickness", pointer,
+                     "a ply is %.3g %s thick, on a part that is %.3g %s large%s", ply, unit->name,
+                     size, unit->name, meant);
+        return;
+    }
+    double radius = stack > noticeable_share * size ? drape_least_radius(s->part) : HUGE_VAL;
+    if (stack > radius)
+        warnings_add(
+            &summary->warnings, "thickness", pointer,
+            "the plies are %.3g %s thick, more than the least radius of the part, %.3g: on "
+            "the inner side of the bend they would not fit",
+            stack, unit->name, radius);
 }
 
 /* The length of all edges of the control net when point (i, j) is number i stride_u + j stride_v.
@@ -230,15 +289,12 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
     struct vec3 at;
     warnings->count = 0;
     if ((double)summary->cells < few_cells) {
-        /* The spacing is rounded down to two digits. */
-        double spacing = sqrt(summary->part_area / (1.5 * many_cells));
-        double digit = pow(10, floor(log10(spacing)) - 1);
+        double spacing = warnings_two_digits(warnings_fine_spacing(summary->part_area));
         warnings_add(
             warnings, "coarse", "/fabric/spacing",
             "the net has %zu %s, too few to judge the drape by: a spacing of %.2g %s gives "
             "more than %g",
-            summary->cells, summary->cells == 1 ? "cell" : "cells", floor(spacing / digit) * digit,
-            unit, many_cells);
+            summary->cells, summary->cells == 1 ? "cell" : "cells", spacing, unit, many_cells);
     }
     check_components(subject, summary);
     check_uncovered(subject, summary);
@@ -263,7 +319,9 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
             "look for a cusp, a fold by 180 degrees, or control points or weights that turn it "
             "inside out",
             at.x, at.y, at.z);
-    check_size(subject, summary);
+    double size = size_of_part(subject);
+    bool sized = check_size(subject, size, summary);
+    check_thickness(subject, size, sized, summary);
     const struct nurbs *nurbs = &request->surface.nurbs;
     bool net = request->surface.kind == API_SURFACE_NURBS && nurbs->u.size != nurbs->v.size;
     double given = net ? net_length(nurbs, (size_t)nurbs->v.size, 1) : 0;

@@ -21,6 +21,11 @@ struct warnings_subject {
 /* Sets summary->warnings from the subject and the other members of `summary`. */
 void warnings_make(const struct warnings_subject *subject, struct api_summary *summary);
 
+/* A spacing of some hundred cells on an area; and a positive value rounded down to two digits, as
+ * one is told. */
+double warnings_fine_spacing(double area);
+double warnings_two_digits(double value);
+
 /* Adds one, as long as there is room. */
 void warnings_add(struct api_warnings *warnings, const char *code, const char *pointer,
                   const char *detail, ...) __attribute__((format(printf, 4, 5)));

@@ -80,10 +80,11 @@ bool items_check_file(struct call *call) {
     if (format && !source && strcmp(format, "json") && known)
         reply_refuse(call->reply, API_INVALID_REQUEST, "%s", why);
     else if (format && !source && strcmp(format, "json"))
-        reply_refuse(call->reply, API_INVALID_REQUEST,
-                     "?format= takes json, step, iges, stl, obj and nastran, and not '%.64s'; the "
-                     "name of a file %s",
-                     format, why);
+        reply_refuse(
+            call->reply, API_INVALID_REQUEST,
+            "'%.64s' is not a format: ?format= takes json, step, iges, stl, obj and nastran; the "
+            "name of a file %s",
+            format, why);
     else if (unit && !file_unit_known(unit))
         reply_refuse(call->reply, API_INVALID_REQUEST,
                      "?unit= takes m, mm, cm, um, in and ft, and not '%.64s'", unit);

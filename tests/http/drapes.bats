@@ -330,11 +330,23 @@ near() { jq -ne "($1) - ($2) | fabs < $3" >/dev/null || { echo "$1 is not $2"; r
     expect_problem 404 not-found
 }
 
+@test "http: a spacing that makes no cell is refused, with one that does" {
+    jq '.fabric.spacing = 50' "$EXAMPLES/saddle.json" | post /v1/drapes - -H 'Prefer: wait=40'
+    expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /fabric/spacing ]
+    spacing=$(field .detail | grep -oE 'a spacing of [0-9.]+' | grep -oE '[0-9.]+$')
+    jq --argjson spacing "$spacing" '.fabric.spacing = $spacing' "$EXAMPLES/saddle.json" |
+        post '/v1/drapes?fields=cells.i' - -H 'Prefer: wait=40'
+    expect 200
+    [ "$(field .summary.cells)" -gt 100 ]
+}
+
 @test "http: a start off the surface is the drape's own problem" {
     jq '.start = {"point": [100, 100, 100]}' "$EXAMPLES/saddle.json" | submit
     wait_for "$id" failed
     jq -e '.error.type == "/problems/start-off-surface" and .error.status == 422 and
-           .error.pointer == "/start"' "$body"
+           .error.pointer == "/start" and
+           (.error.detail | test("^must be on .* it is 170.6 m away from .(2, .*.), the nearest point"))' "$body"
     call GET "/v1/drapes/$id/result"
     expect_problem 422 start-off-surface
     jq '.start = {"point": [100, 100, 101]}' "$EXAMPLES/saddle.json" |

@@ -17,14 +17,21 @@ static const char plane[] =
     "\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1],"
     "\"control_points\":[[5,7,3],[5,9,3],[7,7,3],[7,9,3]]},\"fabric\":{\"spacing\":%g}}";
 
-static struct bytes drape_plane(double spacing) {
+/* `more` members in front of the request's own. */
+static struct bytes drape_plane_with(const char *more, double spacing) {
     struct api_problem problem = {0};
-    struct bytes request = {0}, container = {0};
-    bytes_format(&request, plane, spacing);
+    struct bytes own = {0}, request = {0}, container = {0};
+    bytes_format(&own, plane, spacing);
+    bytes_format(&request, "{%s%s", more, own.data + 1);
+    bytes_free(&own);
     if (run_text(request.data, &container, &problem) != API_OK)
         fail_msg("%s", problem.error[0].detail);
     bytes_free(&request);
     return container;
+}
+
+static struct bytes drape_plane(double spacing) {
+    return drape_plane_with("", spacing);
 }
 
 static struct bytes report_of(struct bytes *container, const char *inputs, size_t piece) {
@@ -114,7 +121,7 @@ static void test_report_says_it_all_and_can_do_nothing(void **state) {
 }
 
 static void test_report_of_a_net_without_a_cell(void **state) {
-    struct bytes container = drape_plane(50);
+    struct bytes container = drape_plane_with("\"extent\":{\"warp\":[0,0],\"weft\":[0,0]},", 0.125);
     struct bytes page = report_of(&container, NULL, 4096);
     (void)state;
     check_closed(page.data);

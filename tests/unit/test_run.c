@@ -101,6 +101,7 @@ static void test_run_refuses_a_start_off_the_surface(void **state) {
     struct api_problem problem;
     run_replaced("{\"surface\"", "{\"start\":{\"point\":[0,0,9]},\"surface\"", &problem);
     assert_problem(&problem, API_START_OFF_SURFACE, "/start");
+    assert_non_null(strstr(problem.error[0].detail, " m away from (")); /* and the nearest point */
     run_replaced("{\"surface\"", "{\"start\":{\"point\":[0,0,0.4]},\"surface\"", &problem);
     assert_int_equal(problem.id, API_OK);
 }

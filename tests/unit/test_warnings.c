@@ -74,8 +74,20 @@ struct expectation {
 static const struct expectation expectations[] = {
     {"coarse", "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.3}}",
      "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.1}}"},
-    {"coarse", "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":5000}}",
-     "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.15}}"},
+    {"thickness", "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.1,\"thickness\":0.5}}",
+     "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.1,\"thickness\":0.0005}}"},
+    {"thickness",
+     "{\"surface\":" PLANE ",\"length_unit\":\"mm\",\"fabric\":{\"spacing\":0.1,\"thickness\":0.5,"
+     "\"plies\":4}}",
+     "{\"surface\":" PLANE
+     ",\"length_unit\":\"mm\",\"fabric\":{\"spacing\":0.1,\"thickness\":0.05}}"},
+    {"thickness", "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.1,\"thickness\":5e-7}}",
+     "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.1,\"thickness\":5e-5}}"},
+    {"thickness",
+     "{\"surface\":" TROUGH("4", "-4") ",\"fabric\":{\"spacing\":0.05,\"thickness\":0.015,"
+                                       "\"plies\":10}}",
+     "{\"surface\":" TROUGH("1", "-1") ",\"fabric\":{\"spacing\":0.05,\"thickness\":0.015,"
+                                       "\"plies\":10}}"},
     {"locked",
      "{\"surface\":" SADDLE("1") ",\"fabric\":{\"spacing\":0.05,\"locking_angle_deg\":25}}",
      "{\"surface\":" SADDLE("1") ",\"fabric\":{\"spacing\":0.05,\"locking_angle_deg\":31}}"},
@@ -165,21 +177,34 @@ static void test_warnings_do_not_come_needlessly(void **state) {
     }
 }
 
-/* A spacing larger than the part is no success, and the spacing proposed is one. */
-static void test_warnings_propose_a_spacing_that_does(void **state) {
-    static struct api_columns columns;
+/* A spacing larger than the part is refused, and the one proposed makes cells: of a plane, of a
+ * strip that is narrower than what its area would have, of triangles. */
+static void test_run_proposes_a_spacing_that_makes_cells(void **state) {
+    static const char *const parts[] = {
+        PLANE,
+        "{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":2,\"knotvector_u\":[0,0,1,1],"
+        "\"knotvector_v\":[0,0,1,1],\"control_points\":[[0,0,0],[0,0.1,0],[90,0,0],[90,0.1,0]]}",
+        "{\"vertices\":[[0,0,0],[1,0,0],[1,1,0.2],[0,1,0]],\"triangles\":[[0,1,2],[0,2,3]]}"};
     (void)state;
-    const struct api_warning *warning = warning_of(expectations[1].with, "coarse", &columns);
-    assert_int_equal(columns.summary.outcome, DRAPE_PARTIAL);
-    assert_int_equal(columns.summary.cells, 0);
-    double spacing;
-    assert_int_equal(sscanf(strstr(warning->detail, "spacing of "), "spacing of %lf", &spacing), 1);
-    struct bytes request = {0};
-    bytes_format(&request, "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":%g}}", spacing);
-    assert_null(warning_of(request.data, "coarse", &columns));
-    assert_int_equal(columns.summary.outcome, DRAPE_COMPLETE);
-    check_at_least(columns.summary.cells, 81);
-    bytes_free(&request);
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
+        struct bytes request = {0}, container = {0};
+        struct api_problem problem;
+        static struct api_columns columns;
+        double spacing;
+        bytes_format(&request, "{\"surface\":%s,\"fabric\":{\"spacing\":5000}}", parts[k]);
+        assert_int_equal(run_text(request.data, &container, &problem), API_INVALID_REQUEST);
+        assert_string_equal(problem.error[0].pointer, "/fabric/spacing");
+        const char *told = strstr(problem.error[0].detail, "a spacing of ");
+        assert_non_null(told);
+        assert_int_equal(sscanf(told, "a spacing of %lf", &spacing), 1);
+        bytes_free(&request);
+        bytes_free(&container);
+        request = (struct bytes){0};
+        bytes_format(&request, "{\"surface\":%s,\"fabric\":{\"spacing\":%g}}", parts[k], spacing);
+        assert_null(warning_of(request.data, "coarse", &columns));
+        check_at_least(columns.summary.cells, 81);
+        bytes_free(&request);
+    }
 }
 
 /* Round a flat ring by more than a turn some of the cloth would be needed twice. */
@@ -231,7 +256,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_warnings_come_when_they_should),
         cmocka_unit_test(test_warnings_do_not_come_needlessly),
-        cmocka_unit_test(test_warnings_propose_a_spacing_that_does),
+        cmocka_unit_test(test_run_proposes_a_spacing_that_makes_cells),
         cmocka_unit_test(test_warnings_tell_of_cloth_that_overlaps),
     };
     return cmocka_run_group_tests(tests, prepare_once, NULL);
