@@ -66,6 +66,17 @@ static void write_group_section(struct encoder *encoder, const struct deck_item 
     }
 }
 
+/* A point on x, one in the xy plane, the origin. */
+static void write_abaqus_system(struct encoder *encoder, const struct deck_axes *axes) {
+    const struct vec3 points[3] = {vec3_add(axes->origin, axes->x), vec3_add(axes->origin, axes->y),
+                                   axes->origin};
+    api_text_raw(&encoder->piece, "*ORIENTATION, NAME=ROSETTE, SYSTEM=RECTANGULAR\n");
+    for (int k = 0; k < 3; k++) {
+        deck_write_vector(encoder, points[k], ", ", WIDTH);
+        api_text_raw(&encoder->piece, k < 2 ? ", " : "\n3, 0.\n");
+    }
+}
+
 static const struct deck deck = {
     .mark = "**",
     .about = "The mesh with a composite *SHELL SECTION for each group of like thicknesses. Layers "
@@ -74,6 +85,7 @@ static const struct deck deck = {
              "not here.",
     .text = "*NODE\n",
     .id_max = INT32_MAX,
+    .rosette = write_abaqus_system,
     .grouping = DECK_BY_THICKNESS,
     .point = {"", 0, {", ", ", ", ", "}, WIDTH},
     .sections = {{DECK_VERTICES, deck_write_vertex, NULL},

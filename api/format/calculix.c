@@ -84,6 +84,15 @@ static void write_shell_section(struct encoder *encoder, const struct deck_item 
     }
 }
 
+/* Directions of x and y: systems have no origin there. */
+static void write_calculix_system(struct encoder *encoder, const struct deck_axes *axes) {
+    api_text_raw(&encoder->piece, "*ORIENTATION, NAME=ROSETTE\n");
+    deck_write_vector(encoder, axes->x, ",", WIDTH);
+    api_text_raw(&encoder->piece, ",");
+    deck_write_vector(encoder, axes->y, ",", WIDTH);
+    api_text_raw(&encoder->piece, "\n");
+}
+
 static const struct deck deck = {
     .mark = "**",
     .about = "The mesh with mid-edge nodes, numbered after its own nodes, and a "
@@ -91,6 +100,7 @@ static const struct deck deck = {
              "the warp of ply k. For *INCLUDE. The shear between warp and weft is not here.",
     .text = "*NODE, NSET=DRAPED\n",
     .id_max = INT32_MAX / 2,
+    .rosette = write_calculix_system,
     .begin = make_middles,
     .point = {"", 0, {",", ",", ","}, WIDTH},
     .sections = {{DECK_VERTICES, deck_write_vertex, NULL},

@@ -109,6 +109,44 @@ static void write_comment(struct encoder *encoder, const char *words) {
     }
 }
 
+void deck_write_vector(struct encoder *encoder, struct vec3 vector, const char *between,
+                       int width) {
+    const double values[3] = {vector.x, vector.y, vector.z};
+    for (int k = 0; k < 3; k++) {
+        api_text_raw(&encoder->piece, k ? between : "");
+        deck_real(encoder, values[k], width);
+    }
+}
+
+void deck_write_cord2r(struct encoder *encoder, const struct deck_axes *axes) {
+    enum { WIDTH = 16, FIELDS = 9, FIRST = 2, ROW = 4 };
+    struct vec3 on_z = vec3_add(axes->origin, axes->z), in_xz = vec3_add(axes->origin, axes->x);
+    const double values[FIELDS] = {axes->origin.x, axes->origin.y, axes->origin.z, on_z.x, on_z.y,
+                                   on_z.z,         in_xz.x,        in_xz.y,        in_xz.z};
+    api_text_format(&encoder->piece, "CORD2R* %16d%16d", axes->id, 0);
+    for (int k = 0; k < FIELDS; k++) {
+        api_text_raw(&encoder->piece, (k + FIRST) % ROW ? "" : "\n*       ");
+        deck_real(encoder, values[k], WIDTH);
+    }
+    api_text_raw(&encoder->piece, "\n");
+}
+
+static void write_rosette(struct encoder *encoder) {
+    const struct api_rosette *rosette = encoder->fields.rosette;
+    const struct deck *deck = encoder->format->own;
+    int32_t largest = largest_id(&encoder->fields);
+    struct deck_axes axes = {.id = largest < deck->id_max ? largest + 1 : largest,
+                             .origin = rosette->origin,
+                             .x = vec3_unit(rosette->x)};
+    axes.z = vec3_unit(vec3_axpy(-vec3_dot(rosette->z, axes.x), axes.x, rosette->z));
+    axes.y = vec3_cross(axes.z, axes.x);
+    write_comment(encoder,
+                  "The next coordinate system is the rosette: 0 degrees of a ply's direction is "
+                  "its x-axis, projected on the part where the ply starts. Nothing else here "
+                  "refers to it.");
+    deck->rosette(encoder, &axes);
+}
+
 /* The drape, the unit, what `about` says, the plies, bare elements, warnings and the groups. */
 static void write_deck_head(struct encoder *encoder) {
     const struct map_fields *fields = &encoder->fields;
@@ -154,6 +192,8 @@ static void write_deck_head(struct encoder *encoder) {
                  state->groups.angle_deg);
         write_comment(encoder, words);
     }
+    if (fields->rosette)
+        write_rosette(encoder);
     api_text_raw(&encoder->piece, deck->text ? deck->text : "");
 }
 

@@ -34,6 +34,12 @@ enum deck_items {
     DECK_MIDDLES       /* of edges, of a deck that has them (`deck_state.middles`) */
 };
 
+/* A rosette as a coordinate system: its x as it is given, z at right angles to that. */
+struct deck_axes {
+    int32_t id;                  /* beyond those of elements and vertices */
+    struct vec3 origin, x, y, z; /* the directions are unit vectors */
+};
+
 struct deck_item {
     size_t number;  /* from 0, in its section */
     size_t element; /* of all that have one, */
@@ -69,7 +75,8 @@ struct deck {
     bool one_sequence; /* of plies, for all elements: of several plies none may look to another
                           side than the rest */
     bool reference;    /* needs the caller's direction */
-    bool (*begin)(struct encoder *encoder, struct api_problem *problem); /* NULL: nothing more */
+    bool (*begin)(struct encoder *encoder, struct api_problem *problem);    /* NULL: nothing more */
+    void (*rosette)(struct encoder *encoder, const struct deck_axes *axes); /* before `text` */
     struct deck_point point;
     struct deck_section sections[DECK_SECTIONS_MAX];
 };
@@ -97,6 +104,14 @@ struct deck_state {
 bool deck_begin(struct encoder *encoder, struct api_problem *problem);
 void deck_next(struct encoder *encoder);
 void deck_end(struct encoder *encoder);
+
+/* A vector of real numbers behind each other, in fields of `width` with `between` before all but
+ * the first. */
+void deck_write_vector(struct encoder *encoder, struct vec3 vector, const char *between, int width);
+
+/* A rosette as CORD2R in large fields, of Nastran's kind: origin, a point on z, one in the xz
+ * plane. */
+void deck_write_cord2r(struct encoder *encoder, const struct deck_axes *axes);
 
 /* The numbers that elements and vertices have in the deck. */
 int32_t deck_element_id(const struct map_fields *fields, size_t element);

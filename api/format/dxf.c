@@ -4,10 +4,10 @@
 #include "pattern.h"
 
 static void draw_dxf_head(struct api_text *text, const struct pattern_sheet *sheet) {
-    static const struct dxf_layer layers[] = {{"CUT", DXF_WHITE},      {"ALLOWANCE", DXF_BLUE},
-                                              {"NOTCH", DXF_MAGENTA},  {"START", DXF_GREEN},
-                                              {"LOCKED", DXF_RED},     {"BARE", DXF_YELLOW},
-                                              {"COLLAPSED", DXF_CYAN}, {"TITLE", DXF_WHITE}};
+    static const struct dxf_layer layers[] = {
+        {"CUT", DXF_WHITE},      {"ALLOWANCE", DXF_BLUE}, {"NOTCH", DXF_MAGENTA},
+        {"START", DXF_GREEN},    {"LOCKED", DXF_RED},     {"BARE", DXF_YELLOW},
+        {"COLLAPSED", DXF_CYAN}, {"ROSETTE", DXF_BLUE},   {"TITLE", DXF_WHITE}};
     const double low[2] = {sheet->low[0], sheet->low[1] - 7 * sheet->letter};
     dxf_head(text, sheet->unit, low, sheet->high, layers, sizeof layers / sizeof *layers);
 }
@@ -42,6 +42,11 @@ static void draw_dxf_foot(struct api_text *text, const struct pattern_sheet *she
         dxf_line(text, "START", lines[k][0] * h, lines[k][1] * h, lines[k][2] * h, lines[k][3] * h);
     dxf_letters(text, "START", 8.5 * h, 0, h, "warp");
     dxf_letters(text, "START", h, 8 * h, h, "weft");
+    double zero[2] = {6 * h * sheet->zero[0], 6 * h * sheet->zero[1]};
+    if (zero[0] != 0 || zero[1] != 0) {
+        dxf_line(text, "ROSETTE", 0, 0, zero[0], zero[1]);
+        dxf_letters(text, "ROSETTE", zero[0] + h / 2, zero[1], h, "0 deg");
+    }
     dxf_letters(text, "TITLE", left, bottom - 2.5 * h, 1.4 * h, sheet->title);
     dxf_letters(text, "TITLE", left, bottom - 4.5 * h, h, sheet->subtitle);
     dxf_line(text, "TITLE", left, bottom - 7 * h, left + sheet->bar, bottom - 7 * h);

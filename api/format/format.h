@@ -140,6 +140,7 @@ struct map_fields {
      * the resin carries so many Pa of that; NULL: its porosity does not depend on the resin. */
     const double *relieved[MAP_RELIEFS];
     double relief[MAP_RELIEFS];
+    const struct api_rosette *rosette;      /* NULL: angles have none */
     const char *warnings[MAP_WARNINGS_MAX]; /* what the caller should know about them */
     size_t warning_count;
 };

@@ -4,7 +4,8 @@
  * each layer, from the bottom. Angles run from the element's x-axis, N1-N2.
  * Sources: LS-DYNA Keyword User's Manual, *ELEMENT_SHELL; its fields as PyDyna has them
  * (ansys/pydyna, element_shell_composite.py): ids of 8 characters; MID, THICK, B and a blank of 10
- * each, two layers a line. lsdyna.ansys.com/orthotropic-materials: the default x-axis is the 1-2
+ * each, two layers a line. *DEFINE_COORDINATE_SYSTEM as Altair Radioss reads it
+ * (2021.help.altair.com). lsdyna.ansys.com/orthotropic-materials: the default x-axis is the 1-2
  * edge.
  */
 #include "deck.h"
@@ -29,6 +30,16 @@ static void write_composite_shell(struct encoder *encoder, const struct deck_ite
     api_text_raw(&encoder->piece, "\n");
 }
 
+/* The origin, a point on x, one in the xy plane. */
+static void write_lsdyna_system(struct encoder *encoder, const struct deck_axes *axes) {
+    api_text_format(&encoder->piece, "*DEFINE_COORDINATE_SYSTEM\n%10d", axes->id);
+    deck_write_vector(encoder, axes->origin, "", WIDTH);
+    deck_write_vector(encoder, vec3_add(axes->origin, axes->x), "", WIDTH);
+    api_text_raw(&encoder->piece, "\n");
+    deck_write_vector(encoder, vec3_add(axes->origin, axes->y), "", WIDTH);
+    api_text_raw(&encoder->piece, "\n");
+}
+
 static const struct deck deck = {
     .mark = "$",
     .about = "The mesh as part 1, in place of its own *NODE and *ELEMENT_SHELL; for *INCLUDE. "
@@ -37,6 +48,7 @@ static const struct deck deck = {
              "here.",
     .text = "*NODE\n",
     .id_max = 99999999,
+    .rosette = write_lsdyna_system,
     .point = {"", ID_WIDTH, {"", "", ""}, COORDINATE},
     .sections = {{DECK_VERTICES, deck_write_vertex, NULL},
                  {DECK_ONCE, NULL, "*ELEMENT_SHELL_COMPOSITE\n"},

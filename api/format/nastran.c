@@ -6,7 +6,8 @@
  *
  * Large fields, of 16 characters: a real number has 12 digits at least. THETA is a real number
  * with a point, from side G1-G2; an integer there would be a coordinate system.
- * Source: MSC Nastran Quick Reference Guide (2022.4), entries CQUAD4, CTRIA3, GRID, PCOMPG.
+ * Source: MSC Nastran Quick Reference Guide (2022.4), entries CORD2R, CQUAD4, CTRIA3, GRID,
+ * PCOMPG.
  */
 #include "deck.h"
 
@@ -47,6 +48,7 @@ static const struct deck deck = {
         "like stacks, in place of the mesh's own GRID and shell elements. Plies are of the "
         "warp; the shear between warp and weft is not here.",
     .id_max = INT32_MAX,
+    .rosette = deck_write_cord2r,
     .grouping = DECK_BY_STACK,
     .point = {"GRID*   ", WIDTH, {"                ", "", "\n*       "}, WIDTH},
     .sections = {{DECK_VERTICES, deck_write_vertex, NULL},

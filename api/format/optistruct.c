@@ -79,6 +79,7 @@ static const struct deck deck = {
              "times the thinning factor of DRAPE that of the element.\n"
              "The shear between warp and weft is not here.",
     .id_max = INT32_MAX,
+    .rosette = deck_write_cord2r,
     .one_sequence = true,
     .sections = {{DECK_PLY_ELEMENTS, write_drape_entry, NULL},
                  {DECK_PLY_ELEMENTS, write_set, NULL},

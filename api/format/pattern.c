@@ -41,6 +41,17 @@ double pattern_round_length(double length) {
     return (part >= 5 ? 5 : part >= 2 ? 2 : 1) * power;
 }
 
+/* What zero = a warp + b weft, in the tangent plane, is on the cloth before it was sheared. */
+void pattern_flat_zero(const struct api_start *start, double flat[2]) {
+    struct vec3 normal = vec3_cross(start->warp, start->weft);
+    double size = vec3_dot(normal, normal);
+    double a = vec3_dot(vec3_cross(start->zero, start->weft), normal) / size;
+    double b = vec3_dot(vec3_cross(start->warp, start->zero), normal) / size;
+    double length = sqrt(a * a + b * b);
+    flat[0] = length > 0 ? a / length : 0;
+    flat[1] = length > 0 ? b / length : 0;
+}
+
 /* Places, sizes and words of the sheet, once the cut and the allowance are known. */
 static void make_sheet(const struct encoder *encoder, struct pattern_state *state) {
     const struct api_columns *columns = &encoder->columns;
@@ -58,15 +69,17 @@ static void make_sheet(const struct encoder *encoder, struct pattern_state *stat
     size = fmax(size, sheet->step[0]);
     sheet->letter = size / 60;
     sheet->bar = pattern_round_length(size / 2);
+    int titled = 0; /* what is bare comes first: the sheet may be too narrow for all of it */
+    if (columns->summary.outcome == DRAPE_PARTIAL)
+        titled = snprintf(sheet->title, sizeof sheet->title, "%.2g %% of the part is bare. ",
+                          100 * (1 - columns->summary.cloth_coverage));
+    char *title = sheet->title + titled;
+    size_t room = sizeof sheet->title - (size_t)titled;
     if (options->part[0] || options->ply[0])
-        snprintf(sheet->title, sizeof sheet->title, "%s%s%s", options->part,
+        snprintf(title, room, "%s%s%s", options->part,
                  options->part[0] && options->ply[0] ? ", ply " : "", options->ply);
     else
-        snprintf(sheet->title, sizeof sheet->title, "Flat pattern of drape %s", encoder->id);
-    size_t titled = strlen(sheet->title);
-    if (columns->summary.outcome == DRAPE_PARTIAL)
-        snprintf(sheet->title + titled, sizeof sheet->title - titled,
-                 ": %.2g %% of the part is bare", 100 * (1 - columns->summary.cloth_coverage));
+        snprintf(title, room, "Flat pattern of drape %s", encoder->id);
     int length = snprintf(
         sheet->subtitle, sizeof sheet->subtitle,
         "scale 1:1, drawn in %s; area %.6g %s2, %zu cells of %g x %g %s, %.0f beyond the locking "
@@ -77,6 +90,7 @@ static void make_sheet(const struct encoder *encoder, struct pattern_state *stat
     if (options->allowance > 0)
         snprintf(sheet->subtitle + length, sizeof sheet->subtitle - (size_t)length,
                  "; allowance %g %s", options->allowance, columns->unit->name);
+    pattern_flat_zero(&columns->start, sheet->zero);
     snprintf(sheet->bar_label, sizeof sheet->bar_label, "%g %s", sheet->bar, sheet->unit);
 }
 

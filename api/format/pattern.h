@@ -22,6 +22,7 @@ struct pattern_sheet {
     double letter;    /* height of the letters in that unit, a measure for all marks */
     double bar;       /* length of the ruler, of ten parts */
     const char *unit; /* the pen's */
+    double zero[2]; /* the unit direction of 0 degrees of the rosette at the start; 0 without one */
     char title[240], subtitle[240], bar_label[60];
 };
 
@@ -79,6 +80,10 @@ void pattern_end(struct encoder *encoder);
  */
 bool pattern_may_be_cut(const struct api_columns *columns, bool to_cut, bool partial,
                         struct api_problem *problem);
+
+/* The direction of 0 degrees of the rosette at the start, of unit length along warp and weft of the
+ * flat cloth; 0 without one. */
+void pattern_flat_zero(const struct api_start *start, double flat[2]);
 
 /* 1, 2 or 5 times a power of ten, at most `length` > 0. */
 double pattern_round_length(double length);

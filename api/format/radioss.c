@@ -36,11 +36,22 @@ static void write_drape_line(struct encoder *encoder, const struct deck_item *it
     api_text_raw(&encoder->piece, "\n");
 }
 
+/* The origin and the directions of y and z. */
+static void write_skew(struct encoder *encoder, const struct deck_axes *axes) {
+    const struct vec3 lines[3] = {axes->origin, axes->y, axes->z};
+    api_text_format(&encoder->piece, "/SKEW/FIX/%d\nrosette\n", axes->id);
+    for (int k = 0; k < 3; k++) {
+        deck_write_vector(encoder, lines[k], "", WIDTH);
+        api_text_raw(&encoder->piece, "\n");
+    }
+}
+
 static const struct deck deck = {
     .mark = "#",
     .about = "/DRAPE k is of /PLY k, which has the thickness that stands in its title, the angle 0 "
              "and def_orth 2. Angles run from the VX, VY, VZ of the stack:",
     .id_max = INT32_MAX,
+    .rosette = write_skew,
     .one_sequence = true,
     .reference = true,
     .sections = {{DECK_ONCE, write_reference, NULL}, {DECK_PLY_ELEMENTS, write_drape_line, NULL}}};

@@ -117,7 +117,19 @@ static void draw_marks(struct api_text *text, const struct pattern_sheet *sheet,
         draw_line(text, x - along[0] + across[0], y - along[1] + across[1], x, y);
         write_pair(text, "L", x - along[0] - across[0], y - along[1] - across[1]);
     }
-    api_text_raw(text, "\"/>\n<path id=\"bar\" d=\"");
+    bool zero = sheet->zero[0] != 0 || sheet->zero[1] != 0;
+    double tip[2] = {6 * h * sheet->zero[0], 6 * h * sheet->zero[1]};
+    if (zero) { /* 0 degrees of the rosette, a line that ends in a ring */
+        api_text_raw(text, "\"/>\n<path id=\"rosette\" stroke=\"#06c\" d=\"");
+        draw_line(text, 0, 0, tip[0], tip[1]);
+        api_text_raw(text, "\"/>\n<circle stroke=\"#06c\"");
+        write_attribute(text, "cx", tip[0] + h / 4 * sheet->zero[0], "");
+        write_attribute(text, "cy", tip[1] + h / 4 * sheet->zero[1], "");
+        write_attribute(text, "r", h / 4, "");
+        api_text_raw(text, "/>\n<path id=\"bar\" d=\"");
+    } else {
+        api_text_raw(text, "\"/>\n<path id=\"bar\" d=\"");
+    }
     draw_line(text, left, ruler, left + sheet->bar, ruler);
     for (int k = 0; k <= 10; k++) {
         double x = left + k * sheet->bar / 10;
@@ -135,6 +147,8 @@ static void draw_marks(struct api_text *text, const struct pattern_sheet *sheet,
     api_text_raw(text, "\"/>\n</g>\n<g font-family=\"sans-serif\">\n");
     draw_letters(text, 8.5 * h, h / 4, h, "warp");
     draw_letters(text, h / 2, 8 * h, h, "weft");
+    if (zero)
+        draw_letters(text, tip[0] + h, tip[1] + h / 2, h, "0°");
 }
 
 static void draw_page_foot(struct api_text *text, const struct pattern_sheet *sheet) {

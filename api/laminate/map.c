@@ -306,6 +306,32 @@ static bool map_elements(struct mapping *m) {
     return true;
 }
 
+/* The laminate's rosette, of which a z that is not given is the normal, on the side of the plies,
+ * where the first net starts. */
+static bool note_rosette(struct mapping *m, const struct api_reader *const *nets) {
+    const struct laminate *laminate = m->at.laminate;
+    struct arena *arena = m->at.arena;
+    const struct drape_zero *zero = &laminate->plies[0].drape.settings.zero;
+    size_t net = 0;
+    if (zero->kind != DRAPE_ZERO_ROSETTE)
+        return true;
+    while (net + 1 < laminate->net_count && !nets[net])
+        net++;
+    struct api_rosette *rosette = arena_alloc(arena, 1, sizeof *rosette);
+    struct arena_mark mark = arena_mark(arena);
+    struct api_columns *columns = arena_alloc(arena, 1, sizeof *columns);
+    if (!rosette || !columns)
+        return ply_samples_no_memory(&m->at);
+    if (api_columns_open(nets[net], columns, m->at.problem) != API_OK)
+        return false;
+    *rosette = columns->start.rosette;
+    if (vec3_norm2(zero->z) == 0)
+        rosette->z = vec3_scale(laminate->side, rosette->z);
+    m->at.map->fields.rosette = rosette;
+    arena_rewind(arena, mark);
+    return true;
+}
+
 enum api_problem_id laminate_map(const struct laminate *laminate,
                                  const struct api_reader *const *nets,
                                  const struct map_target *target,
@@ -350,6 +376,8 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
         map->fields.relief[k] = shares[k] * cavity->pressure;
     }
     if (!ply_samples_read(&m.at, nets) || !add_stack_columns(&m) || !map_elements(&m))
+        return problem->id;
+    if (!note_rosette(&m, nets))
         return problem->id;
     warn_of_plies(&m);
     cavity_warn(&m.cavity, map, "laminate");

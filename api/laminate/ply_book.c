@@ -2,6 +2,7 @@
 #include "ply_book.h"
 
 #include "api/format/html.h"
+#include "api/format/pattern.h"
 #include <math.h>
 
 enum { FIGURE = 600 /* pixels of the longer side of a pattern */ };
@@ -134,6 +135,15 @@ static void draw_pattern(const struct ply_book *book, const struct flat_ply *sha
     api_text_format(text,
                     "<text x=\"%.2f\" y=\"%.2f\" font-size=\"14\" fill=\"#b45f06\">warp</text>\n",
                     x, y - 8);
+    double zero[2];
+    pattern_flat_zero(&book->columns.start, zero);
+    if (zero[0] != 0 || zero[1] != 0)
+        api_text_format(text,
+                        "<path d=\"M%.2f %.2fl%.2f %.2f\" fill=\"none\" stroke=\"#0b6aa2\" "
+                        "stroke-width=\"2\"/>\n<text x=\"%.2f\" y=\"%.2f\" font-size=\"14\" "
+                        "fill=\"#0b6aa2\">0°</text>\n",
+                        x, y, arrow * zero[0], -arrow * zero[1], x + 1.1 * arrow * zero[0],
+                        y - 1.1 * arrow * zero[1]);
     api_text_raw(text, "</svg>\n<p>");
     html_say(text, "%.5g along the warp, %.5g across, in %s; %d of it.", length, width,
              book->laminate->length_unit->name,
@@ -235,6 +245,19 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
                  laminate->length_unit->name);
     else if (laminate->cavity.kind == STACK_PRESSURE)
         html_say(text, " Pressed with %g Pa.", laminate->cavity.pressure);
+    const struct api_request *first = &laminate->plies[0].drape;
+    const struct drape_zero *rosette = &first->settings.zero;
+    const struct vec3 *o = &first->rosette_origin, *ax = &rosette->x, *az = &rosette->z;
+    if (rosette->kind == DRAPE_ZERO_ROSETTE)
+        html_say(
+            text,
+            " Angles are counted from the rosette at (%g, %g, %g), x along (%g, %g, %g), projected "
+            "on the part where a ply starts",
+            o->x, o->y, o->z, ax->x, ax->y, ax->z);
+    if (rosette->kind == DRAPE_ZERO_ROSETTE && vec3_norm2(*az) > 0)
+        html_say(text, ", about the normal on the side of (%g, %g, %g).", az->x, az->y, az->z);
+    else if (rosette->kind == DRAPE_ZERO_ROSETTE)
+        html_say(text, ", about the normal on the plies' side.");
     api_text_raw(text, "</p>\n<table>\n<tr><th>No.</th><th>Ply</th><th>Layers</th><th>Warp</th>"
                        "<th>Start</th><th>Boundary</th><th>Area, m²</th><th>kg/m²</th>"
                        "<th>Mass, kg</th><th>Shear up to</th></tr>\n");

@@ -217,6 +217,8 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
     if (map_net_open(reader, &mapping->net, problem) != API_OK)
         return problem->id;
     map->fields.unit = mapping->net.columns.unit;
+    const struct api_rosette *rosette = &mapping->net.columns.start.rosette;
+    map->fields.rosette = vec3_norm2(rosette->x) > 0 ? rosette : NULL;
     bool room = make_columns(mapping, arena, map);
     if (room && target->elements) { /* onto a mesh the drape is a stack of one ply */
         const struct map_plies plies = {.ply_count = 1,

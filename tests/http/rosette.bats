@@ -115,3 +115,48 @@ warp_of() { box "$1" | first_step; }
     done >"$BATS_TEST_TMPDIR/warps"
     [ "$(tr '\n' ' ' <"$BATS_TEST_TMPDIR/warps")" = '[707,707,0] [259,966,0] [707,707,0] [259,966,0] ' ]
 }
+
+@test "patterns and the ply book show 0 degrees of the rosette, at minus the angle from the warp" {
+    local out=$BATS_TEST_TMPDIR
+    box '.rosette = {origin: [0, 0, 0], x: [1, 1, 0]} | .direction.angle_deg = 30' >"$out/box.json"
+    "$DRAPE" "$out/box.json" --format svg -o "$out/box.svg"
+    python3 - "$out/box.svg" <<'PYTHON'
+import math, re, sys
+text = open(sys.argv[1]).read()
+x, y = map(float, re.search(r'id="rosette"[^>]* d="M0 0L(\S+) ([^"]+)"', text).groups())
+assert abs(math.degrees(math.atan2(y, x)) + 30) < 1e-6, (x, y)
+PYTHON
+    "$DRAPE" "$out/box.json" --format dxf | grep -q '^ROSETTE'
+    box . | "$DRAPE" --format svg | not grep -q rosette
+    box '{surface, plies: [{fabric, start}], rosette: {origin: [1, 2, 3], x: [1, 0, 0]}}' |
+        "$DRAPE" --format html >"$out/book.html"
+    grep -q 'the rosette at (1, 2, 3), x along (1, 0, 0)' "$out/book.html"
+    grep -q '>0°</text>' "$out/book.html"
+}
+
+@test "decks have the rosette as a coordinate system" {
+    local out=$BATS_TEST_TMPDIR format
+    echo '{"mesh": {"vertices": [[0.2, 0.2, 0], [0.3, 0.2, 0], [0.3, 0.3, 0]], "triangles": [[0, 1, 2]]}}' \
+        >"$out/mesh.json"
+    local rosette='rosette: {origin: [1, 2, 3], x: [0, 2, 0], z: [0, 1, 5]}'
+    for side in 1 -1; do
+        box "{surface, side: $side, plies: [{fabric: (.fabric + {thickness: 0.001}), start}], $rosette}" \
+            >"$out/stack-$side.json"
+        jq 'del(.rosette.z)' "$out/stack-$side.json" >"$out/free-$side.json"
+    done
+    box "(. + {$rosette}) | .fabric.thickness = 0.001" >"$out/drape.json"
+    deck() { "$DRAPE" "$out/$1.json" --map "$out/mesh.json" --reference 1,0,0 --format "$2" | tr -s ' \n' ' '; }
+    for request in drape stack-1 stack--1; do
+        for format in nastran optistruct; do
+            [[ $(deck $request $format) == *'CORD2R* 4 0 1. 2. * 3. 1. 2. 4. * 1. 3. 3. '* ]]
+        done
+        [[ $(deck $request lsdyna) == *'*DEFINE_COORDINATE_SYSTEM 4 1. 2. 3. 1. 3. 3. 0. 2. 3. *NODE'* ]]
+        [[ $(deck $request abaqus) == *'NAME=ROSETTE, SYSTEM=RECTANGULAR 1., 3., 3., 0., 2., 3., 1., 2., 3. '* ]]
+        [[ $(deck $request calculix) == *'*ORIENTATION, NAME=ROSETTE 0., 1., 0., -1., 0., 0. '* ]]
+        [[ $(deck $request radioss) == *'/SKEW/FIX/4 rosette 1. 2. 3. -1. 0. 0. 0. 0. 1. '* ]]
+    done
+    [[ $(deck free-1 nastran) == *'CORD2R* 4 0 1. 2. * 3. 1. 2. 4. * 1. 3. 3. '* ]]
+    [[ $(deck free--1 nastran) == *'CORD2R* 4 0 1. 2. * 3. 1. 2. 2. * 1. 3. 3. '* ]]
+    box '.fabric.thickness = 0.001' >"$out/plain.json"
+    [[ $(deck plain nastran) != *CORD2R* ]]
+}
