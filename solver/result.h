@@ -84,6 +84,11 @@ struct drape_summary {
     double max_shear_deg;        /* the largest absolute shear of the cloth up to its rim */
     double max_shear_at[2];      /* where it is, p and q */
     struct vec3 max_shear_point; /* and in space */
+    double max_shear_pinned_deg; /* that of cells which the generators fix: it converges as the
+                                    spacing gets smaller, .. */
+    double max_shear_grown_deg;  /* .. and of cells that have a grown node, which need not; negative
+                                    where there are none */
+    double grown_area;           /* of the cloth in cells that have a grown node */
     double mean_shear_deg;       /* of the absolute shear, by area, the cells that the rim cuts
                                     included */
     double p95_shear_deg;        /* 95 % of the area has less */

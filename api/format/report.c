@@ -223,6 +223,13 @@ static void write_report_results(struct encoder *encoder) {
         html_say(text, "%s%.5g", k ? ", " : "", fabs(at[k]) < 1e-9 * size ? 0 : at[k]);
     html_say(text, " %s", columns->unit->name);
     end_row(text);
+    if (summary->max_shear_grown_deg >= 0) {
+        begin_row(text, "Grown cloth");
+        html_say(text, "%.3g %% of the cloth, sheared up to %.4g degrees; the other up to %.4g",
+                 100 * summary->grown_area / summary->cloth_area, summary->max_shear_grown_deg,
+                 summary->max_shear_pinned_deg);
+        end_row(text);
+    }
     api_text_raw(text, "</table></div>\n<h2>Warnings</h2>\n");
     api_text_raw(text, warnings->count ? "<ul>\n" : "<p>None.</p>\n");
     for (size_t k = 0; k < warnings->count; k++) {

@@ -25,6 +25,11 @@
     X(NUMBER, flat_area, "flat_area", "the same before it was sheared: that of the pattern")       \
     X(NUMBER, max_shear_deg, "max_shear_deg", "greatest \\|γ\\| of the cloth up to its rim")       \
     X(PLACE, max_shear_at, "max_shear_at", "where it is: `p`, `q`, `x`, `y`, `z`")                 \
+    X(POSITIVE, max_shear_pinned_deg, "max_shear_pinned_deg",                                      \
+      "the same where no node of the cell is `grown`: it converges as the spacing gets smaller")   \
+    X(POSITIVE, max_shear_grown_deg, "max_shear_grown_deg",                                        \
+      "and where one is, which need not converge; null where there is no such cloth")              \
+    X(POSITIVE, grown_area, "grown_area", "area of the cloth in cells with a `grown` node")        \
     X(NUMBER, mean_shear_deg, "mean_shear_deg", "mean \\|γ\\| of the cloth up to its rim, by area")\
     X(NUMBER, p95_shear_deg, "p95_shear_deg", "\\|γ\\| that 95 % of that area has less than")      \
     X(POSITIVE, locked_cells, "locked_cells", "cells beyond the locking angle; null without one")  \

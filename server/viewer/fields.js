@@ -4,7 +4,8 @@
 
 const identity = (value) => value;
 
-/** `column` of the result; `of` turns its numbers into what is shown; `unit` of the request. */
+/** `column` of the result; `of` turns its numbers into what is shown; `unit` of the request; of less
+ *  than `least` the colours do not spread. */
 export const fields = [
   {
     key: 'shear',
@@ -13,6 +14,7 @@ export const fields = [
     of: Math.abs,
     unit: () => '°',
     zero: true,
+    least: 1,
   },
   {
     key: 'shear_signed',
@@ -21,6 +23,7 @@ export const fields = [
     of: identity,
     unit: () => '°',
     signed: true,
+    least: 1,
   },
   {
     key: 'thickness',
@@ -77,10 +80,11 @@ export function rangeOf(values) {
 export function scaleOf(field, range) {
   let [low, high] = range;
   if (field.signed) {
-    high = Math.max(Math.abs(low), Math.abs(high)) || 1;
+    high = Math.max(Math.abs(low), Math.abs(high), field.least ?? 0) || 1;
     return [-high, high];
   }
   if (field.zero) low = 0;
+  if (field.least) high = Math.max(high, low + field.least);
   return high - low > Math.abs(high) * 1e-6 ? [low, high] : [low, low]; // the same everywhere
 }
 

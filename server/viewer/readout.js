@@ -194,6 +194,19 @@ export function briefSummary({ columns }, before) {
   };
 }
 
+/** How much of the cloth is grown, and the greatest shear of both kinds; nothing where none is. */
+function grownRows(summary) {
+  const { grown_area, cloth_area, max_shear_grown_deg, max_shear_pinned_deg } = summary;
+  if (!(max_shear_grown_deg >= 0)) return [];
+  const share = `${format((100 * grown_area) / cloth_area, 3)} % of the cloth`;
+  return [
+    [
+      'Grown cloth',
+      `${share}, sheared up to ${format(max_shear_grown_deg)}°; the other up to ${format(max_shear_pinned_deg)}°`,
+    ],
+  ];
+}
+
 function summaryRows(summary, unit) {
   const rows = SUMMARY.filter(([key]) => summary[key] !== null && summary[key] !== undefined).map(
     ([key, name, write]) => {
@@ -208,6 +221,8 @@ function summaryRows(summary, unit) {
       return [name, text, value];
     },
   );
+  const greatest = rows.findIndex(([name]) => name === 'Greatest shear');
+  rows.splice(greatest + 1, 0, ...grownRows(summary));
   const reasons = Object.entries(summary.front_reasons || {}).filter(([, count]) => count);
   rows.push([
     'Front',

@@ -82,6 +82,11 @@ double yarn_node_angle(const struct yarn_net *yarns, const struct net_window *wi
     return both ? fabs(angle_between(mean[0], mean[1], spot->point.normal)) : 90;
 }
 
+bool yarn_is_developable(const struct surface_point *point, const double spacing[2]) {
+    static const double most = 1e-4;
+    return fabs(surface_point_gauss_curvature(point)) * spacing[0] * spacing[1] < most;
+}
+
 bool yarn_cell_is_rough(const struct net_window *window, int x, int y) {
     const struct net_node *a = net_window_find(window, x, y);
     const struct net_node *b = net_window_find(window, x + 1, y);

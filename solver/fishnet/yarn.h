@@ -48,6 +48,11 @@ struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *he
 double yarn_node_angle(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
                        struct yarn_spot *spot);
 
+/* Whether the surface is developable at a point, for all that matters to cells of this spacing:
+ * where |K| d^2 is small yarns do not turn sideways, and one direction of a yarn tells the other.
+ */
+bool yarn_is_developable(const struct surface_point *point, const double spacing[2]);
+
 /* Whether one of the four edges of the cell with the corners (x, y) and (x + 1, y + 1) is rough. */
 bool yarn_cell_is_rough(const struct net_window *window, int x, int y);
 

@@ -5,6 +5,10 @@
 #include "solver/wide.h"
 #include <string.h>
 
+/* Half the shear, in radians, that is rounding: flat cloth has 0, not 1e-12 degrees. Nodes are
+ * found to 1e-12 spacings. */
+static const double shear_rounding = 4e-11;
+
 enum { POINTS = 5, STENCILS = 10, FIRST_OF_SECOND_ORDER = 5 };
 
 /* First derivatives along a yarn, up to a positive factor, from the places from .. to. */
@@ -111,6 +115,18 @@ void shear_cell(struct shear_row *row, const struct net_window *window, int x, i
     double turn = cell_turn(product, vec3_dot(twist, vec3_add(p, q)), across, vec3_norm2(cross));
     set_directions(row, x, vec3_axpy(turn / vec3_norm2(weft), weft, warp),
                    vec3_axpy(turn / vec3_norm2(warp), warp, weft));
+}
+
+/* tan(gamma / 2) = x.y / (|x| |y| + |x cross y|) */
+double shear_between_deg(const struct vec3 along[2]) {
+    double square = vec3_norm2(along[0]) * vec3_norm2(along[1]);
+    double whole = sqrt(square) + vec3_norm(vec3_cross(along[0], along[1]));
+    double half_tangent = whole > 0 ? vec3_dot(along[0], along[1]) / whole : 0;
+    return shear_rounded(2 * angle_atan_deg(half_tangent));
+}
+
+double shear_rounded(double shear_deg) {
+    return fabs(shear_deg) > 2 * shear_rounding * (180 / ANGLE_PI) ? shear_deg : 0;
 }
 
 void shear_set_angle(struct vec3 *warp, struct vec3 *weft, double w_deg) {
@@ -283,7 +299,8 @@ void shear_angles(const struct shear_row *row, double *shear_deg) {
         double cz = gx[k] * ey[k] - gy[k] * ex[k];
         double whole = sqrt(gg * ee) + sqrt(cx * cx + cy * cy + cz * cz);
         double ratio = ge / (whole > 0 ? whole : 1);
-        t[k] = fabs(ratio) <= 1.01 ? ratio : 0; /* NaN where there is no node */
+        bool is_shear = fabs(ratio) <= 1.01 && fabs(ratio) > shear_rounding;
+        t[k] = is_shear ? ratio : 0; /* NaN where there is no node */
     }
     for (int k = 0; k < SHEAR_PLACES; k++)
         next[k] = angle_next_sixteenth(fabs(t[k]));

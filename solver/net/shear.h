@@ -63,6 +63,12 @@ uint32_t shear_cells(const struct shear_block *block, struct shear_row *row, dou
 /* Sets those of the cell from (x, y) of a window. Where it is `rough` its means are not turned. */
 void shear_cell(struct shear_row *row, const struct net_window *window, int x, int y, bool rough);
 
+/* A shear angle in degrees, of which what is rounding, less than 5e-9, is 0. */
+double shear_rounded(double shear_deg);
+
+/* That between two directions of any length, -90..90. */
+double shear_between_deg(const struct vec3 along[2]);
+
 /* Replaces the directions of a place, unit vectors, by those with the angle w between them and the
  * same plane and bisector. */
 void shear_set_angle(struct vec3 *warp, struct vec3 *weft, double w_deg);
@@ -70,7 +76,8 @@ void shear_set_angle(struct vec3 *warp, struct vec3 *weft, double w_deg);
 /* Makes unit vectors of them. */
 void shear_normalise(struct shear_row *row);
 
-/* The shear angles of the row's places in degrees, -90..90; 0 where only one yarn passes. */
+/* The shear angles of the row's places in degrees, -90..90; 0 where only one yarn passes, and
+ * for what is rounding. */
 void shear_angles(const struct shear_row *row, double *shear_deg);
 
 #endif

@@ -12,9 +12,6 @@ static const uint32_t own_bits = ((1u << NET_TILE) - 1) << 1;
 /* Where the normals at a cell's corners differ by more than this, the surface is folded there. */
 static const double folded_cosine = 0.5;
 
-/* The surface is developable, for all that matters, where |K| d^2 is less. */
-static const double developable = 1e-4;
-
 /* Own places of row y that are inside, those from which a cell goes on, and those at which the net
  * may end: inside with a neighbour that is not, or the other way round. */
 struct row_bits {
@@ -317,10 +314,9 @@ static void measure_rough(struct report_strip *strip, const struct net_window *w
         int bit = __builtin_ctz(left), x = bit - 1;
         uint32_t here = bits->inside & 1u << bit & (near | (far & ends));
         struct yarn_spot *own = here ? yarn_spot_at(strip, window, x, y) : NULL;
-        if (own && (here & near ||
-                    fabs(surface_point_gauss_curvature(&own->point)) * d[0] * d[1] < developable)) {
+        if (own && (here & near || yarn_is_developable(&own->point, d))) {
             strip->result->nodes.shear_deg[first.nodes] =
-                90 - yarn_node_angle(&net, window, x, y, own);
+                shear_rounded(90 - yarn_node_angle(&net, window, x, y, own));
         }
         if (bits->cells & cells & 1u << bit) {
             /* the directions of a cell by the yarns at its corners, and the area of its fabric */
@@ -335,7 +331,7 @@ static void measure_rough(struct report_strip *strip, const struct net_window *w
             shear_set_angle(&warp, &weft, w);
             vec3_to_columns(warp, c->warp_x, c->warp_y, c->warp_z, at);
             vec3_to_columns(weft, c->weft_x, c->weft_y, c->weft_z, at);
-            c->shear_deg[at] = 90 - w;
+            c->shear_deg[at] = shear_rounded(90 - w);
             angle_sincos_deg(w, &sine, &cosine);
             strip->covered += d[0] * d[1] * fabs(sine);
         }

@@ -16,64 +16,129 @@ enum status node_shear_make(struct march *march, const struct drape_nodes *nodes
         .nodes = nodes,
         .view = net_view(march->net),
         .places = arena_alloc(march->arena, (size_t)(across * across), sizeof *shear->places),
-        .across = across};
+        .across = across,
+        .rough = net_has_rough(march->net),
+        .order = march->method->yarn == DRAPE_YARN_CHORD ? SHEAR_SECOND : SHEAR_FOURTH};
     return shear->places ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
-/* The angle between the yarns of a ghost. On a shell its neighbours, as far as it has them, have to
- * lie on its own face: what goes on beyond the end of a joint is on neither of two faces. */
-static bool measure_ghost(struct node_shear *shear, struct node_shear_place *ghost) {
+/* The angle between the yarns of a ghost in the surface. On a shell its neighbours, as far as it
+ * has them, have to lie on its own face: what goes on beyond the end of a joint is on neither of
+ * two faces. */
+static bool measure_yarns(struct node_shear *shear, struct node_shear_place *ghost, int x, int y) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     struct march *march = shear->march;
+    const struct net_window *window = &shear->view.window;
     struct yarn_spot spot = {.filled = true};
     struct yarn_net net = {march->net, march->surface, &march->cursor};
     if (march->mesh || !march_point(march, ghost->i, ghost->j, &spot.point))
         return false;
-    net_view_move(&shear->view, ghost->i, ghost->j);
-    int x = ghost->i - shear->view.ti * NET_TILE, y = ghost->j - shear->view.tj * NET_TILE;
     for (int k = 0; k < 4 && march->surface->shell; k++) {
-        const struct net_node *node =
-            net_window_place(&shear->view.window, x + sides[k][0], y + sides[k][1]);
+        const struct net_node *node = net_window_place(window, x + sides[k][0], y + sides[k][1]);
         if (node && node->face != spot.point.surface->face)
             return false;
     }
-    ghost->shear_deg = 90 - yarn_node_angle(&net, &shear->view.window, x, y, &spot);
+    ghost->shear_deg = shear_rounded(90 - yarn_node_angle(&net, window, x, y, &spot));
     for (int k = 0; k < 2; k++)
         if (!(vec3_norm2(vec3_add(spot.onward[k][0], spot.onward[k][1])) > 0))
             return false;
     return true;
 }
 
-bool node_shear_between(struct node_shear *shear, double p, double q, double *shear_deg) {
+/* Whether a ghost is measured between its yarns, as nodes are: near rough edges and, where the
+ * surface is developable, where stencils at the ends of yarns would reach them. */
+static bool is_by_yarns(struct node_shear *shear, const struct node_shear_place *ghost, int x,
+                        int y) {
+    struct march *march = shear->march;
+    struct surface_point point;
+    if (ghost->rough || !shear->rough || march->mesh)
+        return ghost->rough;
+    return net_window_near_rough(&shear->view.window, y, SHEAR_REACH_AT_END) >> x & 1 &&
+           march_point(march, ghost->i, ghost->j, &point) &&
+           yarn_is_developable(&point, march->settings->spacing);
+}
+
+static bool measure_ghost(struct node_shear *shear, struct node_shear_place *ghost, int x, int y) {
+    const struct net_window *window = &shear->view.window;
+    const struct net_node *node = net_window_place(window, x, y);
+    struct shear_row row;
+    struct vec3 along[2];
+    if (!node)
+        return false;
+    ghost->grown = node->grown;
+    if (is_by_yarns(shear, ghost, x, y))
+        return measure_yarns(shear, ghost, x, y);
+    shear_node(&row, window, x, y, shear->order);
+    along[0] = vec3_make(row.warp[0][x], row.warp[1][x], row.warp[2][x]);
+    along[1] = vec3_make(row.weft[0][x], row.weft[1][x], row.weft[2][x]);
+    ghost->shear_deg = shear_between_deg(along);
+    return vec3_norm2(along[0]) > 0 && vec3_norm2(along[1]) > 0;
+}
+
+/* Node or ghost (i, j). */
+static const struct node_shear_place *find_place(struct node_shear *shear, int32_t i, int32_t j) {
     const struct drape_nodes *n = shear->nodes;
+    int32_t wrap = shear->across - 1;
+    struct node_shear_place *place = &shear->places[(j & wrap) * shear->across + (i & wrap)];
+    size_t low = 0, high = n->count; /* of the row of the node */
+    if (place->searched && place->i == i && place->j == j)
+        return place;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        bool before = n->j[middle] < j || (n->j[middle] == j && n->i[middle] < i);
+        low = before ? middle + 1 : low;
+        high = before ? high : middle;
+    }
+    *place = (struct node_shear_place){.i = i, .j = j, .searched = true};
+    net_view_move(&shear->view, i, j);
+    int x = i - shear->view.ti * NET_TILE, y = j - shear->view.tj * NET_TILE;
+    place->rough =
+        shear->rough && net_window_near_rough(&shear->view.window, y, SHEAR_REACH) >> x & 1;
+    place->known = low < n->count && n->i[low] == i && n->j[low] == j;
+    if (place->known) {
+        place->shear_deg = n->shear_deg[low];
+        place->grown = n->grown[low];
+    } else {
+        place->known = measure_ghost(shear, place, x, y);
+    }
+    return place;
+}
+
+/* By all of the four by four nodes and ghosts around; false where one is not known, or rough edges
+ * are near. */
+static bool cubic_between(struct node_shear *shear, double p, double q, double *shear_deg) {
+    int32_t i = (int32_t)floor(p), j = (int32_t)floor(q);
+    double fp[4], fq[4], unused[4], sum = 0;
+    rim_cloth_cubics(p - i, fp, unused);
+    rim_cloth_cubics(q - j, fq, unused);
+    for (int k = 0; k < 16; k++) {
+        int a = k & 3, b = k / 4;
+        const struct node_shear_place *place = find_place(shear, i + a - 1, j + b - 1);
+        if (!place->known || place->rough)
+            return false;
+        sum += fp[a] * fq[b] * place->shear_deg;
+    }
+    *shear_deg = sum;
+    return true;
+}
+
+bool node_shear_between(struct node_shear *shear, double p, double q, double *shear_deg,
+                        bool *grown) {
     double x = p - floor(p), y = q - floor(q), weights = 0, sum = 0;
-    int32_t last = shear->across - 1;
+    bool any = false;
     for (int k = 0; k < 4; k++) {
         double weight = (k & 1 ? x : 1 - x) * (k / 2 ? y : 1 - y);
-        int32_t i = (int32_t)floor(p) + (k & 1), j = (int32_t)floor(q) + k / 2;
-        struct node_shear_place *place = &shear->places[(j & last) * shear->across + (i & last)];
-        if (weight == 0)
-            continue;
-        if (!place->searched || place->i != i || place->j != j) {
-            size_t low = 0, high = n->count; /* of the row of the node */
-            while (low < high) {
-                size_t middle = low + (high - low) / 2;
-                bool before = n->j[middle] < j || (n->j[middle] == j && n->i[middle] < i);
-                low = before ? middle + 1 : low;
-                high = before ? high : middle;
-            }
-            *place = (struct node_shear_place){.i = i, .j = j, .searched = true};
-            place->known = low < n->count && n->i[low] == i && n->j[low] == j;
-            if (place->known)
-                place->shear_deg = n->shear_deg[low];
-            else
-                place->known = measure_ghost(shear, place);
-        }
+        const struct node_shear_place *place =
+            find_place(shear, (int32_t)floor(p) + (k & 1), (int32_t)floor(q) + k / 2);
+        any = any || place->grown;
         if (!place->known)
             continue;
         sum += weight * place->shear_deg;
         weights += weight;
     }
-    *shear_deg = weights > 0 ? sum / weights : 0;
+    if (grown)
+        *grown = any;
+    if (!cubic_between(shear, p, q, shear_deg))
+        *shear_deg = weights > 0 ? sum / weights : 0;
     return weights > 0;
 }

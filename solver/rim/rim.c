@@ -2,9 +2,7 @@
 #include "rim.h"
 
 #include "rim_front.h"
-#include "solver/angle.h"
 #include "solver/surface/boxes.h"
-#include "statistics.h"
 #include <string.h>
 
 /* Steps along an edge, in spacings: of first places; below which two smooth places need none in
@@ -48,7 +46,6 @@ struct stop {
     double t;
     struct rim_edge_point spot;
     double pq[2], by_t[2]; /* the net's coordinates and their derivatives */
-    double half_tangent;   /* |tan(gamma / 2)|; NaN near rough edges */
     struct vec3 along[2];  /* what they follow from, as of a place of the cloth */
     bool covered, smooth;
     bool sloped; /* the derivatives are those of the cloth there: smooth, or seen */
@@ -125,20 +122,9 @@ static bool find_seed(const struct tracer *t, const struct rim_edge_point *spot,
 
 /* ---- places on an edge ---- */
 
-static void note_shear(struct tracer *t, double half_tangent, const double pq[2], struct vec3 r) {
-    struct drape_statistics *statistics = t->march->settings->statistics;
-    struct rim_shear *most = &t->rim->shear;
-    if (statistics_divides(statistics))
-        statistics_note_shear(statistics, 2 * angle_atan_deg(half_tangent), r);
-    if (half_tangent > most->half_tangent)
-        *most = (struct rim_shear){half_tangent, pq[0], pq[1], r};
-}
-
 /* Takes in a point of the cloth. Its derivatives by t follow from along[0] p' + along[1] q' = r',
  * in the mean of squares. */
-static void take_cloth_point(struct tracer *t, const struct rim_cloth_point *place,
-                             struct stop *stop) {
-    struct rim *rim = t->rim;
+static void take_cloth_point(const struct rim_cloth_point *place, struct stop *stop) {
     memcpy(stop->along, place->along, sizeof stop->along);
     (void)rim_cloth_components(stop->along, stop->spot.dr, stop->by_t);
     stop->pq[0] = place->p;
@@ -146,25 +132,6 @@ static void take_cloth_point(struct tracer *t, const struct rim_cloth_point *pla
     stop->smooth = place->smooth;
     stop->sloped = place->smooth || place->seen;
     stop->covered = true;
-    stop->half_tangent = NAN;
-    if (place->rough) {
-        if (rim->rough_count == rim->rough_room)
-            rim->rough = arena_enlarge(t->march->arena, rim->rough, rim->rough_count,
-                                       sizeof *rim->rough, &rim->rough_room);
-        t->failed = t->failed || !rim->rough;
-        if (!t->failed)
-            rim->rough[rim->rough_count++] = (struct rim_rough){place->p, place->q, place->r};
-        return;
-    }
-    /* In the surface: cubics through nodes leave its tangent plane by the third power of the yarns'
-     * curvature, and hardly turn within it. */
-    struct rim_cloth_point flat = *place;
-    struct vec3 normal = stop->spot.normal;
-    double n2 = t->march->surface ? vec3_norm2(normal) : 0;
-    for (int k = 0; k < 2 && n2 > 0; k++)
-        flat.along[k] = vec3_axpy(-vec3_dot(flat.along[k], normal) / n2, normal, flat.along[k]);
-    stop->half_tangent = fabs(rim_cloth_point_half_tangent(&flat));
-    note_shear(t, stop->half_tangent, stop->pq, place->r);
 }
 
 /* Looks for the spot on the cloth near the coordinates of `place`. Where it is looked for in
@@ -199,7 +166,7 @@ static void find_stop(struct tracer *t, const double expected[2], bool known, st
         }
     }
     if (found)
-        take_cloth_point(t, &place, stop);
+        take_cloth_point(&place, stop);
 }
 
 static void edge_point_at(struct tracer *t, double at, struct rim_edge_point *spot) {
@@ -218,23 +185,6 @@ static void cubic(const struct stop *a, const struct stop *b, double share, doub
         pq[k] = r * r * (1 + 2 * s) * a->pq[k] + s * s * (1 + 2 * r) * b->pq[k] +
                 width * s * r * (r * a->by_t[k] - s * b->by_t[k]);
     }
-}
-
-/* The greatest shear over a step, where that lies between its places: the top of the parabola
- * through them. */
-static void note_top(struct tracer *t, const struct stop *a, const struct stop *b,
-                     const struct stop *c) {
-    double slope = (c->half_tangent - a->half_tangent) / 2, pq[2];
-    double bend = a->half_tangent - 2 * b->half_tangent + c->half_tangent;
-    double at = -slope / bend, top = b->half_tangent + at * slope / 2;
-    bool wanted =
-        top > t->rim->shear.half_tangent || statistics_divides(t->march->settings->statistics);
-    struct rim_edge_point spot;
-    if (!(bend < 0) || !(fabs(at) < 1) || !wanted)
-        return;
-    cubic(a, c, (1 + at) / 2, pq);
-    edge_point_at(t, a->t + (1 + at) / 2 * (c->t - a->t), &spot);
-    note_shear(t, top, pq, spot.r);
 }
 
 /* ---- points ---- */
@@ -352,8 +302,6 @@ static void refine_step(struct tracer *t, const struct stop *a, const struct sto
         emit(t, a, &middle, c);
         return;
     }
-    if (cubics)
-        note_top(t, a, &middle, c);
     if (settled || fmax(length, halves) < least_step || c->t - a->t < 1e-9) {
         if (!settled &&
             ((a->covered && jumps(t, a, &middle)) || (c->covered && jumps(t, &middle, c))))
@@ -384,7 +332,7 @@ static void follow_edge_piece(struct tracer *t, struct stop *last) {
                 rim_cloth_patch(&t->rim->cloth, (int32_t)floor(place.p), (int32_t)floor(place.q));
         if (patch->smooth) {
             rim_patch_point(patch, place.p, place.q, &place);
-            take_cloth_point(t, &place, last);
+            take_cloth_point(&place, last);
         }
     } else if (last->covered) {
         (void)rim_cloth_components(last->along, last->spot.dr, last->by_t);
@@ -437,11 +385,8 @@ static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
 
 enum status rim_make(struct march *march, struct rim *rim) {
     const double *d = march->settings->spacing;
-    struct drape_statistics *statistics = march->settings->statistics;
     struct tracer t = {.march = march, .rim = rim, .spacing = fmin(d[0], d[1])};
     *rim = (struct rim){.covered = true};
-    for (size_t k = 0; statistics && k < statistics->divisions; k++)
-        statistics->most[k] = 0;
     for (int k = 0; k < 2; k++)
         t.half_turn[k] = march->surface ? surface_point_cut_turn(march->surface, k) : HUGE_VAL;
     enum status status = rim_edges_make(march, RIM_TOLERANCE / 3 * t.spacing, &t.edges);
@@ -473,4 +418,50 @@ enum status rim_make(struct march *march, struct rim *rim) {
     rim->loop_count = t.edges.loop_count;
     rim->covered = rim->covered && rim->count > 0;
     return t.failed || rim->cloth.failed ? STATUS_OUT_OF_MEMORY : STATUS_OK;
+}
+
+/* ---- the way round ---- */
+
+/* The share of the way from `x` to `to`, starting at share `at`, at which the next whole number is
+ * passed; 1 if none is. */
+static double next_cell_side(double from, double to, double at) {
+    double x = from + at * (to - from), step = to - from;
+    if (step == 0)
+        return 1;
+    double line = step > 0 ? floor(x) + 1 : ceil(x) - 1, next = (line - from) / step;
+    if (next <= at)
+        next = (line + (step > 0 ? 1 : -1) - from) / step;
+    return next < 1 ? next : 1;
+}
+
+/* The rim that runs along the sides of cells, as far as rounding goes, is that of the cells that it
+ * has on its left: they may have nodes beyond it, and then are no whole cells. */
+static const double beside_side = 1e-9;
+
+bool rim_walk_next(struct rim_walk *walk, struct rim_piece *piece) {
+    const struct rim *rim = walk->rim;
+    size_t k = walk->point;
+    if (k == rim->count)
+        return false;
+    bool last = k + 1 == rim->count || rim->points[k + 1].loop != rim->points[k].loop;
+    const struct rim_point *a = &rim->points[k], *b = &rim->points[last ? walk->first : k + 1];
+    const double from[2] = {a->p, a->q}, to[2] = {b->p, b->q};
+    bool one_cell = floor(from[0]) == floor(to[0]) && floor(from[1]) == floor(to[1]);
+    double begin = walk->at, end = 1;
+    if (!one_cell)
+        end = fmin(next_cell_side(from[0], to[0], begin), next_cell_side(from[1], to[1], begin));
+    for (int n = 0; n < 2; n++) {
+        piece->from[n] = begin == 0 ? from[n] : from[n] + begin * (to[n] - from[n]);
+        piece->to[n] = end == 1 ? to[n] : from[n] + end * (to[n] - from[n]);
+        piece->r[n] = vec3_axpy(n ? end : begin, vec3_sub(b->r, a->r), a->r);
+    }
+    double dp = piece->to[0] - piece->from[0], dq = piece->to[1] - piece->from[1];
+    double length = sqrt(dp * dp + dq * dq) + 1e-12;
+    piece->i = (int32_t)floor((piece->from[0] + piece->to[0]) / 2 - beside_side * dq / length);
+    piece->j = (int32_t)floor((piece->from[1] + piece->to[1]) / 2 + beside_side * dp / length);
+    piece->loose = !a->covered || !b->covered;
+    walk->at = end < 1 ? end : 0;
+    walk->point = end < 1 ? k : k + 1;
+    walk->first = end == 1 && last ? k + 1 : walk->first;
+    return true;
 }

@@ -27,29 +27,31 @@ struct rim_point {
     double p, q;
 };
 
-/* The largest shear along the rim, but for places near rough edges. */
-struct rim_shear {
-    double half_tangent; /* |tan(gamma / 2)| */
-    double p, q;
-    struct vec3 r;
-};
-
-/* A place near rough edges, whose shear is that between the nodes around it (`node_shear.h`). */
-struct rim_rough {
-    double p, q;
-    struct vec3 r;
-};
-
 struct rim {
     struct rim_point *points; /* loop by loop, the last of each joined to its first */
     size_t count, room;
     size_t loop_count;
     bool covered; /* all points are, and there are some */
-    struct rim_shear shear;
-    struct rim_rough *rough;
-    size_t rough_count, rough_room;
     struct rim_cloth cloth;
 };
+
+/* A straight piece of the rim within one cell, that on its left where it runs along a side. */
+struct rim_piece {
+    int32_t i, j;
+    double from[2], to[2];
+    struct vec3 r[2]; /* at its ends, as straight lines in space have it */
+    bool loose;       /* the cloth does not reach it */
+};
+
+/* Where one is on the way round the rim; begins as {.rim = rim}. */
+struct rim_walk {
+    const struct rim *rim;
+    size_t point, first; /* the next line begins there; and the loop */
+    double at;           /* so much of it is behind, 0..1 */
+};
+
+/* The next piece; false when there is none. */
+bool rim_walk_next(struct rim_walk *walk, struct rim_piece *piece);
 
 /* Follows the rim of a net that is complete, in the march's arena. Errors: STATUS_OUT_OF_MEMORY. */
 enum status rim_make(struct march *march, struct rim *rim) STATUS_MUST_USE;

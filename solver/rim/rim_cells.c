@@ -2,7 +2,6 @@
 #include "rim_cells.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Rounding, and the corners that straight lines cut, leave the shares of cells this exact. */
 static const double twice = 1e-2;
@@ -28,43 +27,27 @@ struct passages {
 
 /* ---- shares ---- */
 
-/* The rim that runs along the sides of cells, as far as rounding goes, is that of the cells that it
- * has on its left: they may have nodes beyond it, and then are no whole cells. */
-static const double beside = 1e-9;
-
-/* Adds a straight piece within one cell to the passage of that cell: the last, or a new one. */
-static void add_passage(struct passages *c, const double from[2], const double to[2], bool loose) {
-    double p = (from[0] + to[0]) / 2, q = (from[1] + to[1]) / 2, rise = to[1] - from[1];
-    double dp = to[0] - from[0], weight = sqrt(dp * dp + rise * rise) + 1e-12;
-    double i = floor(p - beside * rise / weight), j = floor(q + beside * dp / weight);
+/* Adds a piece to the passage of its cell: the last, or a new one. */
+static void add_passage(struct passages *c, const struct rim_piece *piece) {
+    double p = (piece->from[0] + piece->to[0]) / 2, q = (piece->from[1] + piece->to[1]) / 2;
+    double dp = piece->to[0] - piece->from[0], rise = piece->to[1] - piece->from[1];
+    double weight = sqrt(dp * dp + rise * rise) + 1e-12;
     struct passage *own = c->count ? &c->all[c->count - 1] : NULL;
-    if (!own || own->i != (int32_t)i || own->j != (int32_t)j) {
+    if (!own || own->i != piece->i || own->j != piece->j) {
         if (c->count == c->room)
             c->all = arena_enlarge(c->march->arena, c->all, c->count, sizeof *c->all, &c->room);
         c->failed = c->failed || !c->all;
         if (c->failed)
             return;
         own = &c->all[c->count++];
-        *own = (struct passage){.i = (int32_t)i, .j = (int32_t)j};
+        *own = (struct passage){.i = piece->i, .j = piece->j};
     }
     own->rise += rise;
-    own->area += rise * (p - i);
+    own->area += rise * (p - piece->i);
     own->length += weight;
     own->p += weight * p;
     own->q += weight * q;
-    own->loose = own->loose || loose;
-}
-
-/* The share of the way from `x` to `to`, starting at share `at`, at which the next whole number is
- * passed; 1 if none is. */
-static double next_cell_side(double from, double to, double at) {
-    double x = from + at * (to - from), step = to - from;
-    if (step == 0)
-        return 1;
-    double line = step > 0 ? floor(x) + 1 : ceil(x) - 1, next = (line - from) / step;
-    if (next <= at)
-        next = (line + (step > 0 ? 1 : -1) - from) / step;
-    return next < 1 ? next : 1;
+    own->loose = own->loose || piece->loose;
 }
 
 static int compare_passages(const void *a, const void *b) {
@@ -80,25 +63,10 @@ static int compare_passages(const void *a, const void *b) {
 
 enum status rim_cells_make(struct march *march, const struct rim *rim, struct rim_cells *cells) {
     struct passages c = {.march = march};
-    /* the passages: the straight lines between two points go from cell to cell */
-    for (size_t first = 0, k = 0; k < rim->count && !c.failed; k++) {
-        bool last = k + 1 == rim->count || rim->points[k + 1].loop != rim->points[k].loop;
-        const struct rim_point *a = &rim->points[k], *b = &rim->points[last ? first : k + 1];
-        const double from[2] = {a->p, a->q}, to[2] = {b->p, b->q};
-        double begin[2] = {from[0], from[1]}, end[2] = {to[0], to[1]};
-        bool loose = !a->covered || !b->covered;
-        bool one_cell = floor(from[0]) == floor(to[0]) && floor(from[1]) == floor(to[1]);
-        for (double at = one_cell; at < 1 && !c.failed;) {
-            at = fmin(next_cell_side(from[0], to[0], at), next_cell_side(from[1], to[1], at));
-            for (int n = 0; n < 2; n++)
-                end[n] = at == 1 ? to[n] : from[n] + at * (to[n] - from[n]);
-            add_passage(&c, begin, end, loose);
-            memcpy(begin, end, sizeof begin);
-        }
-        if (one_cell)
-            add_passage(&c, from, to, loose);
-        first = last ? k + 1 : first;
-    }
+    struct rim_walk walk = {.rim = rim};
+    struct rim_piece piece;
+    while (!c.failed && rim_walk_next(&walk, &piece))
+        add_passage(&c, &piece);
     *cells = (struct rim_cells){.cells = arena_take(march->arena, c.count, sizeof *cells->cells)};
     if (c.failed || !cells->cells)
         return STATUS_OUT_OF_MEMORY;

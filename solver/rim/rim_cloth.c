@@ -233,8 +233,7 @@ const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int3
     return patch;
 }
 
-/* Lagrange's cubics on -1, 0, 1, 2 and their derivatives. */
-static void cubics(double t, double of[4], double by[4]) {
+void rim_cloth_cubics(double t, double of[4], double by[4]) {
     double a = t + 1, b = t - 1, c = t - 2;
     of[0] = -t * b * c / 6;
     of[1] = a * b * c / 2;
@@ -254,8 +253,8 @@ WIDE_CLONES
 void rim_patch_point(const struct rim_patch *patch, double p, double q,
                      struct rim_cloth_point *place) {
     double fp[4], dp[4], fq[4], dq[4];
-    cubics(p - patch->i, fp, dp);
-    cubics(q - patch->j, fq, dq);
+    rim_cloth_cubics(p - patch->i, fp, dp);
+    rim_cloth_cubics(q - patch->j, fq, dq);
     vec4 sum = {0}, by_p = {0}, by_q = {0};
     for (int b = 0; b < 4; b++) {
         vec4 r = {0}, along = {0};
@@ -544,11 +543,4 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
     *place = last;
     return found && vec3_distance(place->r, spot->r) <
                         (place->smooth ? near_smooth : near_rough) * fmax(d[0], d[1]);
-}
-
-/* tan(gamma / 2) = x.y / (|x| |y| + |x cross y|) */
-double rim_cloth_point_half_tangent(const struct rim_cloth_point *place) {
-    const struct vec3 *x = place->along;
-    double whole = sqrt(vec3_norm2(x[0]) * vec3_norm2(x[1])) + vec3_norm(vec3_cross(x[0], x[1]));
-    return whole > 0 ? vec3_dot(x[0], x[1]) / whole : 0;
 }

@@ -78,6 +78,9 @@ enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) STATUS_
 /* The patch at the cell (i, j), which is there until another one is asked for. */
 const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j);
 
+/* Lagrange's cubics on -1, 0, 1, 2 at t, and their derivatives. */
+void rim_cloth_cubics(double t, double of[4], double by[4]);
+
 /* The point at (p, q), which may lie a little outside the patch. */
 void rim_patch_point(const struct rim_patch *patch, double p, double q,
                      struct rim_cloth_point *place);
@@ -90,8 +93,5 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
 /* The components (a, b) for which a along[0] + b along[1] is nearest to `step`; false where the two
  * are nearly parallel. */
 bool rim_cloth_components(const struct vec3 along[2], struct vec3 step, double ab[2]);
-
-/* tan(gamma / 2) of the shear between the directions at a point. */
-double rim_cloth_point_half_tangent(const struct rim_cloth_point *place);
 
 #endif

@@ -47,9 +47,9 @@ struct most {
     struct vec3 r;
 };
 
-static void raise_most(struct most *most, double shear_deg, double p, double q, struct vec3 r) {
-    if (fabs(shear_deg) > most->shear_deg)
-        *most = (struct most){fabs(shear_deg), p, q, r};
+static void raise_most(struct most *most, const struct most *by) {
+    if (by->shear_deg > most->shear_deg)
+        *most = *by;
 }
 
 static struct vec3 node_point(const struct drape_nodes *n, size_t k) {
@@ -71,9 +71,10 @@ static size_t seek_node(const struct drape_nodes *n, size_t from, int32_t i, int
 /* What is gathered of cloth; in lines of the cache of its own. */
 struct sums {
     _Alignas(64) struct spread spread;
-    struct most most;
-    double flat;   /* area of the unsheared cloth */
-    double turned; /* area times its angle between warp and the direction wanted */
+    struct most most[2]; /* of cloth that is pinned, and that is grown */
+    double flat;         /* area of the unsheared cloth */
+    double grown;        /* sheared area of what is grown */
+    double turned;       /* area times its angle between warp and the direction wanted */
 };
 
 /* No more of the many bins is touched than there is shear. */
@@ -81,7 +82,8 @@ static void begin_sums(struct sums *sums) {
     sums->spread.change[0] = 0;
     sums->spread.end = 0;
     sums->spread.area = sums->spread.moment = sums->flat = sums->turned = 0;
-    sums->most = (struct most){0};
+    sums->grown = 0;
+    sums->most[0] = sums->most[1] = (struct most){0};
 }
 
 /* The measured cloth. */
@@ -96,6 +98,13 @@ struct gathering {
     size_t stretches; /* that whole cells are divided into, in their order */
     struct sums *of_stretches;
 };
+
+/* Takes in the shear at a place of the cloth. */
+static void note_shear(const struct gathering *g, struct sums *sums, bool grown, double shear_deg,
+                       double p, double q, struct vec3 r) {
+    statistics_note_shear(g->statistics, shear_deg, r);
+    raise_most(&sums->most[grown], &(struct most){fabs(shear_deg), p, q, r});
+}
 
 /* Adds the angle of an area's warp from the direction wanted, in the plane of warp and weft; 0..90.
  */
@@ -132,6 +141,7 @@ static void add_stretch(void *data, int number) {
         bool cut = next < last && next->i == i && next->j == j && !next->loose;
         double share = cut ? next->share : 1;
         double low = HUGE_VAL, high = 0, own = fabs(c->shear_deg[k]);
+        bool grown = false;
         below = seek_node(n, below, i, j);
         above = seek_node(n, above, i, j + 1);
         const size_t corner[4] = {below, below + 1, above, above + 1};
@@ -139,6 +149,7 @@ static void add_stretch(void *data, int number) {
             double shear = fabs(n->shear_deg[corner[m]]);
             low = shear < low ? shear : low;
             high = shear > high ? shear : high;
+            grown = grown || n->grown[corner[m]];
         }
         const struct vec3 warp = {c->warp_x[k], c->warp_y[k], c->warp_z[k]};
         const struct vec3 weft = {c->weft_x[k], c->weft_y[k], c->weft_z[k]};
@@ -147,12 +158,12 @@ static void add_stretch(void *data, int number) {
         spread_area(&sums->spread, area, low, high, own);
         add_turned(g, sums, area, warp, weft);
         sums->flat += share;
-        if (own > sums->most.shear_deg || statistics_divides(g->statistics)) {
+        sums->grown += grown ? area : 0;
+        if (own > sums->most[grown].shear_deg || statistics_divides(g->statistics)) {
             struct vec3 sum = {0, 0, 0};
             for (int m = 0; m < 4; m++)
                 sum = vec3_add(sum, node_point(n, corner[m]));
-            raise_most(&sums->most, own, i + 0.5, j + 0.5, vec3_scale(0.25, sum));
-            statistics_note_shear(g->statistics, own, vec3_scale(0.25, sum));
+            note_shear(g, sums, grown, own, i + 0.5, j + 0.5, vec3_scale(0.25, sum));
         }
     }
 }
@@ -180,7 +191,9 @@ static enum status add_wholes(struct gathering *g) {
         to->moment += more->spread.moment;
         g->sums->flat += more->flat;
         g->sums->turned += more->turned;
-        raise_most(&g->sums->most, more->most.shear_deg, more->most.p, more->most.q, more->most.r);
+        g->sums->grown += more->grown;
+        for (int grown = 0; grown < 2; grown++)
+            raise_most(&g->sums->most[grown], &more->most[grown]);
     }
     arena_rewind(g->march->arena, mark);
     return STATUS_OK;
@@ -198,7 +211,7 @@ static void list_cut(struct drape_cut *cut, const struct rim_patch *patch, doubl
     struct drape_cells *c = &cut->cells;
     size_t at = c->count;
     if (!patch->rough) {
-        shear_deg = 90 - angle_atan2_deg(vec3_norm(vec3_cross(warp, weft)), vec3_dot(warp, weft));
+        shear_deg = shear_between_deg((const struct vec3[2]){warp, weft});
     } else {
         double sine, cosine;
         struct vec3 along = vec3_unit(vec3_add(warp, weft)), across = vec3_sub(warp, weft);
@@ -221,8 +234,19 @@ static void list_cut(struct drape_cut *cut, const struct rim_patch *patch, doubl
     c->count++;
 }
 
-static double cloth_shear_at(const struct rim_cloth_point *place) {
-    return fabs(2 * angle_atan_deg(rim_cloth_point_half_tangent(place)));
+/* The shear of the cloth at (p, q), in or beside the cell (i, j): between nodes and ghosts; on a
+ * mesh, which has no ghosts, that of the cell's patch, whose corners are extrapolated. */
+static bool cloth_shear_at(struct gathering *g, int32_t i, int32_t j, double p, double q,
+                           double *shear_deg, bool *grown) {
+    bool known = node_shear_between(&g->between, p, q, shear_deg, grown);
+    const struct rim_patch *patch = g->march->mesh ? rim_cloth_patch(&g->rim->cloth, i, j) : NULL;
+    if (patch && patch->known) {
+        struct rim_cloth_point place;
+        rim_patch_point(patch, p, q, &place);
+        *shear_deg = shear_between_deg(place.along);
+    }
+    *shear_deg = shear_rounded(*shear_deg);
+    return known;
 }
 
 /* The share of a cell that is rounding. */
@@ -288,50 +312,59 @@ static void add_cut_cells(struct gathering *g) {
         if (at < c->count && c->i[at] == cell->i && c->j[at] == cell->j)
             continue;
         const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
-        double sine, cosine, half, shear, with_sign = 0, share = cell->share, rest = 1 - share;
-        struct rim_cloth_point middle, rim;
+        double sine, cosine, shear_deg, at_rim, share = cell->share, rest = 1 - share;
+        struct rim_cloth_point middle;
+        bool grown;
         if (cell->loose || !patch->known || share < least_share)
             continue;
         rim_patch_point(patch, share * (cell->i + 0.5) + rest * cell->p,
                         share * (cell->j + 0.5) + rest * cell->q, &middle);
-        if (!patch->rough) {
-            rim_patch_point(patch, cell->p, cell->q, &rim);
-            shear = cloth_shear_at(&middle);
-            half = fabs(shear - cloth_shear_at(&rim));
-        } else {
-            (void)node_shear_between(&g->between, middle.p, middle.q, &with_sign);
-            (void)node_shear_between(&g->between, cell->p, cell->q, &half);
-            shear = fabs(with_sign);
-            half = fabs(shear - fabs(half));
-        }
-        list_cut(&g->result->cut, patch, with_sign);
+        (void)cloth_shear_at(g, cell->i, cell->j, middle.p, middle.q, &shear_deg, &grown);
+        (void)cloth_shear_at(g, cell->i, cell->j, cell->p, cell->q, &at_rim, NULL);
+        double shear = fabs(shear_deg), half = fabs(shear - fabs(at_rim));
+        list_cut(&g->result->cut, patch, shear_deg);
         angle_sincos_deg(90 - shear, &sine, &cosine);
         spread_area(&g->sums->spread, share * sine, shear - half, shear + half, shear);
         add_turned(g, g->sums, share * sine, vec3_unit(middle.along[0]),
                    vec3_unit(middle.along[1]));
         g->sums->flat += share;
+        g->sums->grown += grown ? share * sine : 0;
     }
 }
 
+/* The largest shear along the rim: along a straight piece in a cell bilinear shear is a parabola,
+ * greatest at an end or at its top. So it does not hang on where the rim has its points. */
+static void find_most_of_rim(struct gathering *g) {
+    struct rim_walk walk = {.rim = g->rim};
+    struct rim_piece piece;
+    while (rim_walk_next(&walk, &piece)) {
+        double share[4] = {0, 1, 0.5, -1}, shear_deg[4];
+        for (int k = 0; k < 4 && !piece.loose; k++) {
+            bool grown;
+            if (k == 3) /* the top of the parabola through the three, if it has one */
+                share[3] = 0.5 + (shear_deg[0] - shear_deg[1]) /
+                                     (4 * (shear_deg[0] + shear_deg[1] - 2 * shear_deg[2]));
+            if (!(share[k] >= 0 && share[k] <= 1))
+                break;
+            double p = piece.from[0] + share[k] * (piece.to[0] - piece.from[0]);
+            double q = piece.from[1] + share[k] * (piece.to[1] - piece.from[1]);
+            if (!cloth_shear_at(g, piece.i, piece.j, p, q, &shear_deg[k], &grown))
+                break;
+            note_shear(g, g->sums, grown, shear_deg[k], p, q,
+                       vec3_axpy(share[k], vec3_sub(piece.r[1], piece.r[0]), piece.r[0]));
+        }
+    }
+}
+
+/* And at the nodes. Within cells there is none that is larger. */
 static void find_most(struct gathering *g) {
     const struct drape_nodes *n = &g->result->nodes;
-    const struct rim_shear *rim = &g->rim->shear;
-    size_t at = 0;
-    for (size_t k = 0; k < n->count; k++)
-        at = fabs(n->shear_deg[k]) > fabs(n->shear_deg[at]) ? k : at;
-    for (size_t k = 0; k < n->count && statistics_divides(g->statistics); k++)
-        statistics_note_shear(g->statistics, n->shear_deg[k], node_point(n, k));
-    if (n->count)
-        raise_most(&g->sums->most, n->shear_deg[at], n->i[at], n->j[at], node_point(n, at));
-    raise_most(&g->sums->most, 2 * angle_atan_deg(rim->half_tangent), rim->p, rim->q, rim->r);
-    for (size_t k = 0; k < g->rim->rough_count; k++) {
-        const struct rim_rough *place = &g->rim->rough[k];
-        double shear_deg;
-        if (!node_shear_between(&g->between, place->p, place->q, &shear_deg))
-            continue;
-        statistics_note_shear(g->statistics, shear_deg, place->r);
-        raise_most(&g->sums->most, shear_deg, place->p, place->q, place->r);
+    for (size_t k = 0; k < n->count; k++) {
+        double shear_deg = fabs(n->shear_deg[k]);
+        if (shear_deg > g->sums->most[n->grown[k]].shear_deg || statistics_divides(g->statistics))
+            note_shear(g, g->sums, n->grown[k], shear_deg, n->i[k], n->j[k], node_point(n, k));
     }
+    find_most_of_rim(g);
 }
 
 /* What can lie between the net and itself where it meets itself, in cells for each place there. */
@@ -400,17 +433,23 @@ static enum status measure_cloth(struct march *march, struct rim *rim,
     struct drape_summary *s = &result->summary;
     const double *d = march->settings->spacing;
     begin_sums(&sums);
-    sums.most.r = march->start.point.jet.r;
+    sums.most[0].r = march->start.point.jet.r;
+    for (size_t k = 0; statistics && k < statistics->divisions; k++)
+        statistics->most[k] = 0;
     if (node_shear_make(march, &result->nodes, &g.between) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
     find_most(&g);
     if (add_wholes(&g) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
     add_cut_cells(&g);
-    s->max_shear_deg = sums.most.shear_deg;
-    s->max_shear_at[0] = sums.most.p;
-    s->max_shear_at[1] = sums.most.q;
-    s->max_shear_point = sums.most.r;
+    s->max_shear_pinned_deg = sums.most[0].shear_deg;
+    s->max_shear_grown_deg = sums.grown > 0 ? sums.most[1].shear_deg : -1;
+    s->grown_area = sums.grown * d[0] * d[1];
+    raise_most(&sums.most[0], &sums.most[1]);
+    s->max_shear_deg = sums.most[0].shear_deg;
+    s->max_shear_at[0] = sums.most[0].p;
+    s->max_shear_at[1] = sums.most[0].q;
+    s->max_shear_point = sums.most[0].r;
     s->mean_shear_deg =
         spread->area > 0 ? fmin(spread->moment / spread->area, s->max_shear_deg) : 0;
     /* the shear that 95 % of the area have less than */

@@ -340,7 +340,7 @@ static void check_cells(const struct drape_run *run) {
         check_below(fabs(vec3_norm(warp) - 1), 1e-12);
         check_below(fabs(vec3_norm(weft) - 1), 1e-12);
         double shear = 90 - vec3_angle(warp, weft) * 180 / M_PI;
-        check_below(fabs(shear - cells->shear_deg[k]), 1e-9);
+        check_below(fabs(shear - cells->shear_deg[k]), 1e-8);
         struct vec3 a = mean_edge(run, i, j, 1, 0), b = mean_edge(run, i, j, 0, 1);
         check_above(cosine(vec3_add(warp, weft), vec3_add(a, b)), MEAN_COSINE);
         check_above(cosine(vec3_sub(weft, warp), vec3_sub(b, a)), MEAN_COSINE);

@@ -50,6 +50,10 @@ alike() {
     alike "$(drape revolved)" "$(drape revolved_and_turned)" 1e-9
 }
 
+@test "cut: parameters that are swapped change no shear, at the edge neither" {
+    alike "$(drape hat_of_5_radii)" "$(drape hat_of_5_radii_swapped)" 1e-5
+}
+
 @test "cut: a cell of which a corner lies on the edge, but for rounding, is cloth" {
     holds "$(drape corner_on_the_rim)" '.cloth_coverage == 1 and (.cloth_area / .part_area - 1 | fabs) < 1e-4'
 }

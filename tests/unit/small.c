@@ -101,6 +101,8 @@ struct bytes small_result_of(const int (*cells)[2], size_t count, const char *un
                     .cells = count,
                     .coverage = 0.75,
                     .max_shear_deg = 2,
+                    .max_shear_pinned_deg = 2,
+                    .max_shear_grown_deg = -1,
                     .locked_cells = 1,
                     .error_estimate_max = -1,
                     .solver_version = "0"},
