@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures filling freecad \
+.PHONY: tests golden soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures page-figures filling freecad \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
@@ -108,8 +108,11 @@ mutants: ## before a release: small mistakes in the source that tests have to no
 	@deploy/setup.sh test
 	@tests/mutants/mutants.py run '$(ONLY)'
 
-figures: $(B)/drape $(B)/tests/exact/test_exact_estimates ## redraws docs/figures from the program's own results
+figures: all $(B)/tests/exact/test_exact_estimates $(B)/tests/import/make_parts ## redraws docs/figures from the program's own results, and pictures of the page
 	@tests/figures/figures.sh $(B)
+	@$(MAKE) --no-print-directory -s page-figures
+page-figures: all $(B)/tests/import/make_parts tests/browser/node_modules # the page's pictures alone
+	@tests/figures/page.sh $(B)
 
 filling: all ## fills a mould with DOLFINx, with draped and with flat fields: docs/filling.md
 	@deploy/setup.sh filling

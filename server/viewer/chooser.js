@@ -3,6 +3,7 @@
 // all that is smooth from one, by a button or a double click; choices can be taken back.
 import { element } from './dom.js';
 import { format } from './fields.js';
+import { numberOf } from './form.js';
 import { grow, holdsBody } from './part.js';
 
 const SWEEP_MS = 500; // between two faces of one sweep, at the most
@@ -136,7 +137,7 @@ export class Chooser {
   }
 
   #takeSmooth() {
-    const angle = Number(element('faces-angle').value);
+    const angle = numberOf(element('faces-angle').value);
     if (this.last < 0) [this.last = -1] = this.chosen;
     if (this.last < 0 || !(angle >= 0)) return;
     this.#take(new Set([...this.chosen, ...grow(this.part.joints, this.last, angle + 1e-6)]));

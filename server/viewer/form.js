@@ -19,13 +19,30 @@ const NO_FACE =
   'faces, then try again.';
 const SUGGESTED = { k1: '2e-10', k2: '1e-10', k3: '2e-11', 'at-fraction': '0.5', radius: '8e-6' };
 
-/** Numbers as one writes them: with points, between blanks, commas or semicolons. */
+/** One number of "8,5", two of "0.5,0.5", three of "1,2,3"; NaN where it may be either, as "1.5,2". */
+function numbersOfWord(word) {
+  const parts = word.split(',');
+  const pointed = parts.filter((part) => part.includes('.')).length;
+  if (parts.length === 2 && pointed === 0) return [Number(word.replace(',', '.'))];
+  if (parts.length === 2 && pointed === 1) return [NaN];
+  return parts.map((part) => (part ? Number(part) : NaN));
+}
+
+/** Numbers as one writes them, with a point or a comma, between blanks, semicolons, or commas with a
+ *  blank: a decimal comma never makes two numbers of one. */
 export const numbersOf = (text) =>
   text
     .replaceAll('−', '-')
-    .split(/[\s,;]+/)
+    .split(/(?:\s*,\s+|\s+,\s*|[\s;]+)/)
+    .map((word) => word.replace(/^,|,$/g, ''))
     .filter(Boolean)
-    .map(Number);
+    .flatMap(numbersOfWord);
+
+/** The one number that a text is, or NaN. */
+export function numberOf(text) {
+  const numbers = numbersOf(text);
+  return numbers.length === 1 ? numbers[0] : NaN;
+}
 
 /** A number, several as a list, or the text itself: the service then says what is wrong with it. */
 function parse(text) {
@@ -86,7 +103,7 @@ export class Form {
   }
 
   #moveSlider() {
-    const angle = Number(element('angle').value);
+    const angle = numberOf(element('angle').value);
     if (!Number.isNaN(angle))
       element('angle-slider').value = ((((angle + 90) % 180) + 180) % 180) - 90;
   }

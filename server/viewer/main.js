@@ -17,7 +17,7 @@ import {
   valuesOf,
   withUnit,
 } from './fields.js';
-import { Form } from './form.js';
+import { Form, numberOf } from './form.js';
 import { Finder } from './finder.js';
 import { nodeAt } from './lattice.js';
 import { curlCommand, fileName, saveAs, showDownloads } from './links.js';
@@ -34,6 +34,7 @@ import {
 } from './readout.js';
 import { drawBar, Measure } from './measure.js';
 import { Mapped } from './mapped.js';
+import { Outline } from './outline.js';
 import { Runner } from './run.js';
 import { Stack } from './stack.js';
 import { startTheme } from './theme.js';
@@ -147,6 +148,7 @@ async function showChosen(part, chosen, surfaceText) {
 /** The faces that are chosen have changed. */
 function chooseFaces(part, chosen) {
   const surfaceText = surfaceOf(part, chosen);
+  for (const id of ['general', 'find', 'stack']) element(`fault-${id}`).textContent = '';
   form.setSurface(surfaceText, form.shape);
   hint(chosen.size ? '' : CHOOSE, true);
   refreshStale();
@@ -299,12 +301,16 @@ function columnsOnTheWay(names) {
   return names.filter(wanted);
 }
 
+/** The unit that the text of a request states behind its surface. */
+const unitIn = (body = '') =>
+  /^"length_unit":"(\w+)"/.exec(body.slice(body.lastIndexOf('"length_unit"')))?.[1];
+
 /** Shows a drape; `passing` for one on the way, which has no id and need not have all columns. */
 function showDrape(drape, passing = false) {
   const { id, brief, summary } = page.one || {};
   page.one = passing
     ? { ...drape, id, passing, brief: briefSummary(drape.lattice, brief || summary) }
-    : drape;
+    : { ...drape, unit: unitIn(drape.body) || form.unit };
   page.hovered = null;
   element('chip').hidden = true;
   const { length } = drape.lattice.columns['cells.i'];
@@ -319,7 +325,7 @@ function showDrape(drape, passing = false) {
   finder.show(false);
   finder.refresh();
   stack.mark(page.one.id);
-  mapped.setDrape(page.one, form.unit);
+  mapped.setDrape(page.one, unitShown());
   const { cells, timing_ms: time } = drape.summary;
   say(`${cells.toLocaleString('en')} cells, solved in ${format(time.solve, 3)} ms`);
   refreshCurl();
@@ -358,8 +364,8 @@ function limited([low, high], [from, to] = []) {
 /** The limits in the fields, which are those of the shown field. */
 function takeLimits() {
   const numbers = ['scale-low', 'scale-high'].map((id) => {
-    const text = element(id).value.trim().replace('−', '-');
-    return text && Number.isFinite(Number(text)) ? Number(text) : undefined;
+    const number = numberOf(element(id).value);
+    return Number.isFinite(number) ? number : undefined;
   });
   page.limitsOf[page.field.key] = numbers;
   refreshColours();
@@ -378,7 +384,8 @@ function refreshColours() {
   const values = {};
   for (const [slot, drape] of Object.entries(sets))
     values[slot] = drape && valuesOf(drape.lattice.columns, field);
-  const ranges = Object.values(values)
+  // One scale for all that is shown: a stack on a mesh is thicker than the ply beside it.
+  const ranges = [...Object.values(values), mapped.valuesOf(field)]
     .filter((set) => set?.length)
     .map(rangeOf);
   const range = ranges.length
@@ -390,15 +397,18 @@ function refreshColours() {
   const locking = form.locking;
   const marks =
     isShear(field) && locking !== null ? (field.signed ? [-locking, locking] : [locking]) : [];
-  page.scale = { range: scale, map, unit: field.unit(form.unit), label: field.label, marks };
+  page.scale = { range: scale, map, unit: field.unit(unitShown()), label: field.label, marks };
   drawScale(element('scale'), page.scale);
   mapped.colour(field, page.scale);
 }
 
+/** The unit of what is shown: of a drape that of its own request, whatever the form says since. */
+const unitShown = () => page.one?.unit || form.unit;
+
 function refreshNumbers() {
   const { one } = page;
   const other = comparison.other && [comparison.other.summary, comparison.other.label];
-  showSummary(element('summary'), one?.passing ? one.brief : one?.summary, form.unit, other);
+  showSummary(element('summary'), one?.passing ? one.brief : one?.summary, unitShown(), other);
   if (one && !one.lattice.columns['nodes.u']) return blankReadout(element('readout'));
   const place = page.pinned || page.hovered?.place;
   const cell = one && place ? cellAt(one.lattice, ...place) : -1;
@@ -410,7 +420,7 @@ function refreshNumbers() {
     cell: cell >= 0 ? cell : null,
     node: nearest,
     front: frontOfOne(),
-    unit: form.unit,
+    unit: unitShown(),
     isUv: form.shape?.kind !== 'mesh',
   });
 }
@@ -425,7 +435,7 @@ function refreshCharts() {
   drawDiagonals(
     element('diagonals'),
     [one, comparison.other].filter(Boolean).map(({ lattice }) => lattice),
-    form.unit,
+    unitShown(),
     form.locking,
   );
 }
@@ -448,7 +458,7 @@ function describeHit(lattice, { slot, cell }) {
   const of = slot === 'difference' ? (value) => value : field.of;
   const value = ofNodes(field) ? null : of(values[cell]);
   const front = view.slots[slot]?.front || new Map();
-  return describeCell(lattice, cell, { value, unit: field.unit(form.unit), front });
+  return describeCell(lattice, cell, { value, unit: field.unit(unitShown()), front });
 }
 
 function pin(place, node) {
@@ -476,7 +486,9 @@ function pinWorst() {
   const { lattice } = page.one || {};
   if (!lattice?.columns['cells.i'].length) return;
   const shear = lattice.columns['cells.shear_deg'].map(Math.abs);
-  pin(placeOf(lattice, shear.indexOf(rangeOf(shear)[1])));
+  const worst = shear.indexOf(rangeOf(shear)[1]);
+  pin(placeOf(lattice, worst));
+  view.lookAt(worst);
 }
 
 /* ---- laminates ---- */
@@ -520,7 +532,7 @@ async function compareWith(id) {
 
 async function compareFields() {
   if (!page.one || !comparison.other) return;
-  await comparison.colour(page.one, page.field, form.unit);
+  await comparison.colour(page.one, page.field, unitShown());
   view.mark('pinned', page.pinned, cellAt);
 }
 
@@ -643,12 +655,14 @@ const view = new View({
   },
   onEye: save,
   onFrame: () => {
-    drawBar(view.pixelsOfUnit, form.unit);
+    drawBar(view.pixelsOfUnit, unitShown());
     measure.draw((node) => view.pixelsOf(node));
+    outline.draw((place) => view.pixelsOfPlace(place));
   },
 });
 
 const measure = new Measure();
+const outline = new Outline(view, (text) => hint(text, true));
 const chooser = new Chooser(view, { onChange: chooseFaces });
 const finder = new Finder(view, form, {
   onDrape: drapeVariant,
@@ -658,12 +672,16 @@ const finder = new Finder(view, form, {
 const mapped = new Mapped(view, { onShow: refreshColours, onError: reportQuietly });
 const stack = new Stack(form, {
   onLook: (id, ply) => lookAt(id, ply).catch(report),
+  onDraw: (take) => {
+    chooser.show(false);
+    outline.begin(take);
+  },
   onStack: (id) => mapped.setStack(id),
   onError: reportQuietly,
 });
 
 function pickMeasured(node) {
-  measure.pick(page.one, node, form.unit);
+  measure.pick(page.one, node, unitShown());
   view.stage.redraw();
 }
 

@@ -3,7 +3,7 @@
 // the cavity's heights, and the map in every format that the service has.
 import { call, read, storeSurface } from './api.js';
 import { element } from './dom.js';
-import { format, rangeOf, scaleOf, valuesOf, withUnit } from './fields.js';
+import { format, rangeOf, valuesOf, withUnit } from './fields.js';
 import { fileName, saveAs } from './links.js';
 import { formatOf } from './part.js';
 import { readElements } from './work.js';
@@ -166,8 +166,7 @@ export class Mapped {
     };
     this.view.setPatches(on ? this.body : null, handlers);
     this.#setShown(on);
-    if (!on) return;
-    this.#mark();
+    if (on) this.#mark();
     this.onShow();
   }
 
@@ -176,20 +175,22 @@ export class Mapped {
     element('mesh-show').checked = on;
   }
 
-  /** Colours the elements by a field on a scale that is shared with the net. */
+  /** The values of a field on the elements; null where the mesh is not shown, or has none. */
+  valuesOf(field) {
+    const column = this.shown && this.body.columns[field.column.replace('cells.', '')];
+    return column ? valuesOf({ [field.column]: column }, field) : null;
+  }
+
+  /** Colours the elements by a field on the scale of all that is shown. */
   colour(field, { range, map }) {
     if (!this.shown) return;
     this.field = field;
-    const columns = { [field.column]: this.body.columns[field.column.replace('cells.', '')] };
-    this.values = valuesOf(columns, field);
-    // A stack is thicker than its plies, and another cavity than theirs: they have their own scale.
-    const apart = this.values && (this.#whole || this.#cavity);
-    const own = apart ? scaleOf(field, rangeOf(this.values)) : range;
-    this.view.patches?.setValues(this.values, own, map);
+    this.values = this.valuesOf(field);
+    this.view.patches?.setValues(this.values, range, map);
     const unit = field.unit(this.unit);
-    const ends = own.map((value) => withUnit(format(value, 3), unit)).join(' to ');
+    const ends = this.values && rangeOf(this.values).map((x) => withUnit(format(x, 3), unit));
     element('mesh-range').textContent = this.values
-      ? `${field.label}: ${ends}.`
+      ? `${field.label}: ${ends.join(' to ')}.`
       : `The map has no ${field.label.toLowerCase()}.`;
     this.view.stage?.redraw();
   }

@@ -6,6 +6,7 @@ import { OrbitControls } from './OrbitControls.js';
 
 const FIELD_OF_VIEW = 32;
 const TURN = Math.PI / 24; // an arrow key
+const ASLANT = 0.5; // how much a look at a cell leans towards home's direction
 const SAMPLES = 4000; // points that framing looks at
 const SLOW = 25; // ms that a picture may take the graphics card
 const STUCK = 100; // ms after which one that is not done yet takes too long, whatever came before
@@ -186,6 +187,27 @@ class Pane {
     }
     camera.near = radius / 500;
     camera.far = radius * 60;
+    controls.update();
+    this.stage.redraw(camera);
+  }
+
+  /** Looks at the middle of four corners, aslant from that side of them which no part of `body` hides,
+   *  of two free ones the one where the eye is, from half as far as home. */
+  lookAt(corners, body) {
+    const { camera, controls, radius } = this;
+    const [a, b, c, d] = corners.map((corner) => new THREE.Vector3(...corner));
+    const middle = a.clone().add(b).add(c).add(d).multiplyScalar(0.25);
+    const normal = c.clone().sub(a).cross(d.sub(b)).normalize();
+    if (normal.dot(camera.position.clone().sub(middle)) < 0) normal.negate();
+    const wayTo = (side) => side.clone().addScaledVector(this.direction, ASLANT).normalize();
+    const hidden = (way) => {
+      const caster = new THREE.Raycaster(middle.clone().addScaledVector(way, 0.02 * radius), way);
+      return body && caster.intersectObject(body).length > 0;
+    };
+    const ways = [normal, normal.clone().negate()].map(wayTo);
+    const way = ways.find((one) => !hidden(one)) ?? ways[0];
+    controls.target.copy(middle);
+    camera.position.copy(middle).addScaledVector(way, this.#fitAll().away / 2);
     controls.update();
     this.stage.redraw(camera);
   }

@@ -2,7 +2,7 @@
 // A laminate: a table of plies, draped together, and looked through one after the other.
 import { address, explain, follow, read, submitLaminate } from './api.js';
 import { element } from './dom.js';
-import { numbersOf } from './form.js';
+import { numberOf, numbersOf } from './form.js';
 import { fileName, saveAs } from './links.js';
 
 const OWN = ['fabric', 'start', 'direction', 'generators', 'method', 'yarn_path', 'permeability'];
@@ -24,6 +24,10 @@ export function restOf({ repeat, law, boundary }) {
   };
 }
 
+/** A polygon as the field of a boundary has it. */
+const textOf = (points) =>
+  points.map((point) => point.map((x) => Number(x.toPrecision(7))).join(' ')).join('; ');
+
 /** The request for a laminate; `surface` is JSON text. A ply is {name, angle, own, repeat, law,
  *  boundary}, the last three as text; `stack` has cavity, offset and side. */
 export function requestOf(surface, unit, plies, stack) {
@@ -39,9 +43,9 @@ export function requestOf(surface, unit, plies, stack) {
 
 export class Stack {
   /** `onLook(id, ply)` to show a ply's drape, `onStack(id)` with a laminate that is draped, null
-   *  when it no longer is what the table says. */
-  constructor(form, { onLook, onStack, onError }) {
-    Object.assign(this, { form, onLook, onStack, onError });
+   *  when it no longer is what the table says, `onDraw(take)` for a polygon that is drawn. */
+  constructor(form, { onLook, onStack, onDraw, onError }) {
+    Object.assign(this, { form, onLook, onStack, onDraw, onError });
     this.plies = [];
     element('ply-add').addEventListener('click', () =>
       this.#set([...this.plies, this.#fromForm()]),
@@ -65,7 +69,7 @@ export class Stack {
   /** What is said of the stack as a whole. */
   #whole() {
     const kind = element('stack-cavity').value;
-    const value = Number(element('stack-height').value.replace('−', '-'));
+    const value = numberOf(element('stack-height').value);
     return {
       cavity: kind === 'flexible' ? kind : { [kind]: value },
       offset: element('stack-nominal').checked ? 'nominal' : 'none',
@@ -78,6 +82,7 @@ export class Stack {
     const kept = ['name', 'angle', 'own', 'repeat', 'law', 'boundary', 'open'];
     this.plies = plies.map((ply) => Object.fromEntries(kept.map((key) => [key, ply[key]])));
     this.id = '';
+    element('stack-state').textContent = '';
     element('stack-height').hidden = element('stack-cavity').value === 'flexible';
     this.#fill();
     this.#offer();
@@ -98,8 +103,8 @@ export class Stack {
       return input;
     };
     const angle = field('Direction in degrees', ply.angle ?? 'vector', (text) => {
-      const number = Number(text.replace('−', '-'));
-      if (text.trim() && Number.isFinite(number)) ply.angle = number;
+      const number = numberOf(text);
+      if (Number.isFinite(number)) ply.angle = number;
       this.#set(this.plies);
     });
     const move = (to) => {
@@ -128,7 +133,7 @@ export class Stack {
     const list = [
       ['Layers', 'repeat', '1'],
       ['Compaction a, b', 'law', 'none'],
-      ['Boundary x y z; ...', 'boundary', 'the whole part'],
+      [`Boundary x y z; ... (${this.form.unit})`, 'boundary', 'the whole part'],
     ];
     const rows = list.map(([text, key, placeholder]) => {
       const label = document.createElement('label');
@@ -143,7 +148,14 @@ export class Stack {
       return label;
     });
     const summary = Object.assign(document.createElement('summary'), { textContent: 'More' });
-    more.append(summary, ...rows);
+    const draw = this.#button('Draw', 'draw', k, () =>
+      this.onDraw((points) => {
+        ply.boundary = textOf(points);
+        this.#set(this.plies);
+      }),
+    );
+    draw.title = 'The boundary, by clicks on the part';
+    more.append(summary, ...rows, draw);
     more.open = Boolean(ply.open);
     // Not when it has been toggled, which is told later: the list may be drawn anew before.
     summary.addEventListener('click', () => (ply.open = !more.open));
@@ -167,7 +179,7 @@ export class Stack {
 
   /** Of a stack that is draped: its patterns on a roll, and its ply book. */
   #offer() {
-    const width = Number(element('stack-width').value);
+    const width = numberOf(element('stack-width').value);
     const roll = width > 0 ? `&width=${width}` : '';
     const path = `v1/laminates/${this.id}`;
     element('stack-roll').hidden = !this.id;

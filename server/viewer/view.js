@@ -399,13 +399,15 @@ export class View {
         pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < CLICK;
       pressed = null;
       if (!still || event.button !== 0) return;
-      if (patched()) this.patches.onPick(this.#patchAt(event), false);
+      if (this.drawing) pane === this.panes.solid && this.#draw(event);
+      else if (patched()) this.patches.onPick(this.#patchAt(event), false);
       else if (pane === this.panes.solid && (this.placing || !this.slots.one))
         this.#place(event, true);
       else this.onPick(this.hit(pane, slot, event));
     });
     pane.element.addEventListener('dblclick', (event) => {
-      if (patched()) this.patches.onTwice(this.#patchAt(event));
+      if (this.drawing) this.drawing.onEnd();
+      else if (patched()) this.patches.onTwice(this.#patchAt(event));
       else if (pane === this.panes.solid) this.#place(event, true);
     });
   }
@@ -461,16 +463,55 @@ export class View {
     return [0, 1, 2].map((axis) => lattice.position[3 * node + axis] + shift[axis]);
   }
 
+  /* ---- places of the surface ---- */
+
+  get #body() {
+    return this.panes.solid.scene.getObjectByName('surface')?.userData.body;
+  }
+
+  /** What the pointer is on: {point of the picture, place in space, uv}; undefined beside the surface. */
+  #surfaceAt({ clientX, clientY }) {
+    const [found] = this.panes.solid.ray(clientX, clientY).intersectObject(this.#body);
+    const point = found?.point.toArray();
+    return found && { point, place: point.map((x, axis) => x + this.origin[axis]), uv: found.uv };
+  }
+
+  /** Clicks in 3D are points of a polygon, and a double click ends it: {onPoint(place),
+   *  onEnd()}, null for a click beside the part; without them no longer. */
+  setDrawing(drawing) {
+    this.drawing = drawing;
+    element('pane-solid').classList.toggle('placing', Boolean(drawing));
+  }
+
+  #draw(event) {
+    const found = this.#body && this.#surfaceAt(event);
+    this.drawing.onPoint(found?.place ?? null);
+  }
+
+  /** The pixels of a place in space. */
+  pixelsOfPlace(place) {
+    return this.panes.solid.project(place.map((x, axis) => x - this.origin[axis]));
+  }
+
+  /** Turns the picture to a cell of the main net, seen from the side that nothing hides. */
+  lookAt(cell) {
+    const entry = this.slots.one;
+    if (!this.stage || !entry) return;
+    const corners = cornersOf(entry.lattice, cell).map((node) => this.#placeOf(entry, node, false));
+    this.panes.solid.lookAt(corners, this.#body);
+    this.moved = true;
+    this.onEye();
+  }
+
   /* ---- the start ---- */
 
   /** Moves the start to what the pointer is on. */
-  #place({ clientX, clientY }, settled) {
-    const body = this.panes.solid.scene.getObjectByName('surface')?.userData.body;
-    if (!body) return;
-    const [found] = this.panes.solid.ray(clientX, clientY).intersectObject(body);
+  #place(event, settled) {
+    if (!this.#body) return;
+    const found = this.#surfaceAt(event);
     if (found) {
-      this.handlePoint = found.point.toArray();
-      const point = this.handlePoint.map((value, axis) => value + this.origin[axis]);
+      this.handlePoint = found.point;
+      const point = found.place;
       this.onStart(found.uv ? found.uv.toArray() : point, settled);
     } else if (settled) {
       this.onStart(null, true);

@@ -654,6 +654,62 @@ test('page: in the dark and on a phone', async () => {
   await phone.context().close();
 });
 
+test('page: a decimal comma is understood or refused, and never splits a number', async () => {
+  const asked = await openPage(browser, daemon.url);
+  await drapeExample(asked, 'saddle');
+  const body = () =>
+    asked.waitForRequest(
+      (request) => request.method() === 'POST' && /v1.drapes/.test(request.url()),
+    );
+  const sent = async (id, text) => {
+    await asked.fill(`#${id}`, text);
+    const [request] = await Promise.all([body(), asked.click('#drape')]);
+    return JSON.parse(request.postData());
+  };
+  assert.equal((await sent('spacing', '0,2')).fabric.spacing, 0.2);
+  assert.deepEqual((await sent('spacing', '0,2, 0,1')).fabric.spacing, [0.2, 0.1]);
+  assert.deepEqual((await sent('spacing', '0.2,0.1')).fabric.spacing, [0.2, 0.1]);
+  assert.equal((await sent('spacing', '1.000,2')).fabric.spacing, '1.000,2');
+  await asked.waitForSelector('#spacing[aria-invalid="true"]');
+  await sent('spacing', '0.1');
+  assert.deepEqual((await sent('start', '0,5; 0,5')).start.uv, [0.5, 0.5]);
+  assert.equal((await sent('thickness', '0,0005')).fabric.thickness, 0.0005);
+  await asked.fill('#scale-high', '8,5');
+  await asked.press('#scale-high', 'Enter');
+  assert.match(await asked.getAttribute('#scale svg', 'aria-label'), /to 8\.5°$/);
+  await asked.context().close();
+});
+
+test('page: the worst cell is turned to, marked, and in the middle of the picture', async () => {
+  const turned = await openPage(browser, daemon.url);
+  await drapeExample(turned, 'hemisphere');
+  await drawn(turned);
+  const eye = turned.url();
+  await turned.click('#cell-worst');
+  await drawn(turned);
+  assert.notEqual(turned.url(), eye);
+  const [i, j] = [await turned.inputValue('#cell-i'), await turned.inputValue('#cell-j')];
+  const box = await turned.locator('#pane-solid').boundingBox();
+  await turned.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await drawn(turned);
+  await turned.waitForFunction(() => !document.querySelector('#chip').hidden);
+  const [, a, b] = /(−?\d+), (−?\d+)/.exec(await turned.textContent('#chip')) ?? [];
+  const near = (text, cell) => Math.abs(Number(text.replace('−', '-')) - Number(cell)) <= 1;
+  assert.ok(near(a, i) && near(b, j), `${await turned.textContent('#chip')}, not ${i}, ${j}`);
+  await picture(turned, 'worst');
+  await turned.context().close();
+});
+
+test('page: what is shown keeps the unit of its own request', async () => {
+  const other = await openPage(browser, daemon.url);
+  await drapeExample(other, 'saddle');
+  await other.selectOption('#unit', 'mm');
+  await drawn(other);
+  assert.match(await other.textContent('#ruler'), / m$/);
+  assert.match(await other.textContent('#stale'), /\S/);
+  await other.context().close();
+});
+
 /** A proxy that has the service under /tools/draped/, as the README describes it for nginx. */
 async function startProxy(port) {
   const prefix = '/tools/draped/';

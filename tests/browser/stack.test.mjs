@@ -96,6 +96,20 @@ test('stack: the whole stack is mapped onto a mesh', async () => {
   // Three plies of 0.5 mm, each at least as thick as it was laid.
   const [, low] = /^Thickness: ([\d.]+)(?: × 10⁻³)? m? ?to/.exec(await range());
   assert.ok(Number(low) === 1.5 || Number(low) >= 0.0015, await range());
+  // The legend is the scale of both: from the thinnest ply to the thickest stack.
+  const powers = { '⁻³': 'e-3', '⁻⁴': 'e-4' };
+  const ends = (text) =>
+    text
+      .replace(/ × 10(⁻[³⁴])/g, (_, power) => powers[power])
+      .match(/[\d.]+(?:e-\d)?(?= )/g)
+      .map(Number);
+  const legend = await page.getAttribute('#scale svg', 'aria-label');
+  const [thin, most] = [ends(one)[0], ends(await range())[1]];
+  const [from, to] = ends(legend);
+  assert.ok(
+    Math.abs(from - thin) < 1e-5 && Math.abs(to - most) < 1e-4,
+    `${legend}; ${one}; ${await range()}`,
+  );
   const before = await range();
   await press(3, 'delete');
   await page.waitForFunction(
@@ -137,6 +151,35 @@ test('stack: layers, laws, boundaries, offset and cavity are taken', async () =>
   await picture(page, 'stack-more');
   assert.deepEqual(await violations(page), []);
   await page.selectOption('#stack-cavity', 'flexible');
+});
+
+test('stack: a boundary is drawn on the part, and taken', async () => {
+  const box = await page.locator('#pane-solid').boundingBox();
+  const at = (x, y) => [box.x + x * box.width, box.y + y * box.height];
+  await page.click('#mesh-close');
+  const field = page.locator('#plies li:nth-child(1) [data-key="boundary"]');
+  await page.click('#plies li:nth-child(1) [data-do="draw"]');
+  assert.match(await page.textContent('#hint'), /^Click the corners/);
+  for (const place of [at(0.35, 0.45), at(0.47, 0.5), at(0.5, 0.65)])
+    await page.mouse.click(...place);
+  await drawn(page);
+  assert.equal((await page.getAttribute('#outline', 'points')).split(' ').length, 3);
+  await page.mouse.click(...at(0.05, 0.05));
+  assert.match(await page.textContent('#hint'), /^That is beside the part/);
+  await page.mouse.dblclick(...at(0.38, 0.65));
+  assert.equal(await page.textContent('#hint'), '');
+  const corners = (await field.inputValue()).split('; ').map((text) => text.split(' ').map(Number));
+  assert.equal(corners.length, 4);
+  for (const [x, y, z] of corners)
+    assert.ok(Math.abs(z - (x * x - y * y) / 2) < 0.05, `${x} ${y} ${z}`);
+  await picture(page, 'stack-outline');
+  await page.click('#plies li:nth-child(1) [data-do="draw"]');
+  await page.mouse.click(...at(0.4, 0.4));
+  await page.keyboard.press('Escape');
+  assert.equal((await field.inputValue()).split('; ').length, 4);
+  await page.click('#stack-drape');
+  await page.waitForSelector('#stack-roll:not([hidden])');
+  assert.equal(await page.textContent('#fault-stack'), '');
 });
 
 test('stack: what is wrong is said with its place', async () => {
