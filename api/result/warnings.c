@@ -280,6 +280,18 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
         rim->z[first]);
 }
 
+/* A net goes on round a place where it collapses, and what it finds there hangs on the spacing. */
+static void check_collapsed(const struct warnings_subject *s, struct api_summary *summary) {
+    struct vec3 at;
+    size_t count = front_of(s->result, DRAPE_REASON_COLLAPSED, &at);
+    if (count > 0)
+        warnings_add(&summary->warnings, "collapsed", "/start",
+                     "warp and weft are parallel at (%.4g, %.4g, %.4g), the first of %zu points; "
+                     "cloth beyond them counts, but its shear and extent, and with them greatest, "
+                     "95 %% and covered area, change with the spacing",
+                     at.x, at.y, at.z, count);
+}
+
 void warnings_make(const struct warnings_subject *subject, struct api_summary *summary) {
     struct api_warnings *warnings = &summary->warnings;
     const struct api_request *request = subject->request;
@@ -298,6 +310,7 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
     }
     check_components(subject, summary);
     check_uncovered(subject, summary);
+    check_collapsed(subject, summary);
     if (subject->result->summary.overlaps)
         warnings_add(
             warnings, "overlap", "/start",

@@ -114,6 +114,8 @@ static const struct expectation expectations[] = {
                           "0.1") ",\"start\":{\"uv\":[0.5,0.5]},\"fabric\":{\"spacing\":0.1}}"},
     {"uncovered", "{\"surface\":" HILL("10") ",\"fabric\":{\"spacing\":0.1}}",
      "{\"surface\":" HILL("3") ",\"fabric\":{\"spacing\":0.1}}"},
+    {"collapsed", "{\"surface\":" HILL("10") ",\"fabric\":{\"spacing\":0.1}}",
+     "{\"surface\":" HILL("3") ",\"fabric\":{\"spacing\":0.1}}"},
     {"uncovered", "{\"surface\":" CHANNEL ",\"method\":\"mosaic\",\"fabric\":{\"spacing\":5.7}}",
      "{\"surface\":" CHANNEL ",\"fabric\":{\"spacing\":2}}"},
     {"size", "{\"surface\":" PLANE ",\"length_unit\":\"mm\",\"fabric\":{\"spacing\":0.1}}",
