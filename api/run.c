@@ -11,6 +11,7 @@
 #include "solver/mesh/mesh.h"
 #include "threads.h"
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 #include <time.h>
 
@@ -24,10 +25,31 @@ static double now_ms(void) {
     return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
 }
 
+static enum api_problem_id set_cut_problem(struct api_problem *problem,
+                                           const struct cut_fault *fault) {
+    static const struct {
+        const char *what, *remedy;
+    } texts[] = {
+        [CUT_OFF_PART] = {"is further from the part than a spacing", "move its path onto the part"},
+        [CUT_SHORT] = {"is shorter than a spacing", "lengthen it or leave it out"},
+        [CUT_AT_START] = {"passes the start", "move the start or the cut"},
+        [CUT_CROSSES] = {"crosses another cut", "end it before that one, or begin it there"},
+        [CUT_BEGINS_INSIDE] = {"begins inside the part",
+                               "begin its path at an edge of the part, of a hole or of a cut "
+                               "before it"},
+        [CUT_SPLITS] = {"ends at an edge, so that it divides the part", "end its path inside"},
+    };
+    char pointer[32];
+    snprintf(pointer, sizeof pointer, "/cuts/%zu", fault->cut);
+    return api_problem_set_at(problem, API_INVALID_REQUEST, pointer,
+                              "%s, at (%.6g, %.6g, %.6g): %s", texts[fault->kind].what, fault->at.x,
+                              fault->at.y, fault->at.z, texts[fault->kind].remedy);
+}
+
 static enum api_problem_id set_solve_problem(struct api_problem *problem, enum status status,
                                              const struct drape_settings *settings,
-                                             int faulty_generator) {
-    const char *generator = faulty_generator == 1 ? "/generators/weft" : "/generators/warp";
+                                             const struct drape_result *result) {
+    const char *generator = result->faulty_generator == 1 ? "/generators/weft" : "/generators/warp";
     switch (status) {
     case STATUS_OK:
         return API_OK;
@@ -54,6 +76,8 @@ static enum api_problem_id set_solve_problem(struct api_problem *problem, enum s
         return api_problem_set_at(problem, API_INVALID_REQUEST, generator,
                                   "must not be parallel to the other generator, nor a tangent "
                                   "plane");
+    case STATUS_CUT:
+        return set_cut_problem(problem, &result->faulty_cut);
     case STATUS_INVALID:
         /* Ranges were checked; that the direction has a part in the tangent plane was not. */
         if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
@@ -219,7 +243,7 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
         prepared_shell_name_left_out(&request, &prepared.shell, arena, problem);
     if (status == STATUS_START_OFF_SURFACE && problem->id == API_OK)
         return refuse_start(&request, part, arena, problem);
-    if (set_solve_problem(problem, status, &request.settings, result.faulty_generator) != API_OK)
+    if (set_solve_problem(problem, status, &request.settings, &result) != API_OK)
         return problem->id;
     if (result.cells.count == 0 && !request.settings.has_extent[0] &&
         !request.settings.has_extent[1])

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "drape.h"
 
+#include "solver/march/cuts.h"
 #include "solver/march/march.h"
 #include "solver/march/start.h"
 #include "solver/mesh/tessellation.h"
 #include "solver/report/estimate.h"
 #include "solver/report/report.h"
+#include "solver/rim/rim.h"
 #include "solver/shell/offset.h"
 #include <float.h>
 
@@ -205,6 +207,16 @@ static enum status begin(const struct drape_part *part, const struct shell_point
     return status == STATUS_OK ? start_move_to_mesh(march) : status;
 }
 
+/* Lays the cuts, and sees that they begin at edges. */
+static enum status begin_cuts(struct march *march, struct cut_fault *fault) {
+    const double *d = march->settings->spacing;
+    struct rim_edges edges;
+    enum status status = cuts_make(march, fault);
+    return status == STATUS_OK
+               ? rim_edges_make(march, RIM_TOLERANCE / 3 * fmin(d[0], d[1]), &edges, fault)
+               : status;
+}
+
 enum status drape_solve(const struct drape_part *whole, const struct drape_settings *settings,
                         const struct drape_monitor *monitor, struct arena *arena,
                         struct drape_result *result) {
@@ -227,6 +239,8 @@ enum status drape_solve(const struct drape_part *whole, const struct drape_setti
                               .arena = arena,
                               .watch = &watch};
         status = begin(&part, at, &march, &result->faulty_generator);
+        if (status == STATUS_OK && settings->cut_count)
+            status = begin_cuts(&march, &result->faulty_cut);
         if (status == STATUS_OK)
             status = march_run(&march);
         if (status == STATUS_OK && march.before.net)

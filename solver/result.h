@@ -68,6 +68,19 @@ struct drape_cut {
     double *corner[12];
 };
 
+/* What the cuts come to, in the order of the settings. Their two lips are one line of the part and
+ * two of the flat cloth, which part at the tip. */
+struct drape_cuts {
+    size_t count;
+    double *length;        /* on the part */
+    double *tip_angle_deg; /* between the lips at the tip, in the flat cloth: above 0 a dart, whose
+                              wedge is cut out, 0 a slit; below 0 the cloth would lie on itself */
+    double *mouth_width;   /* between the lips' ends at the edge, in the flat cloth; below 0 where
+                              they pass each other */
+    double *area;          /* of the cloth between the lips; below 0 what one piece lacks there */
+    struct vec3 *mouth;    /* where they begin on the part */
+};
+
 /* A drape is complete when it covers this share of the surface. */
 #define DRAPE_COMPLETE_COVERAGE 0.999
 
@@ -100,11 +113,29 @@ struct drape_summary {
     size_t front_reasons[DRAPE_REASON_COUNT];
 };
 
+/* What is wrong with a cut. */
+enum cut_fault_kind {
+    CUT_FAULTLESS,
+    CUT_OFF_PART,      /* a point of its path is further from the part than a spacing */
+    CUT_SHORT,         /* it is shorter than a spacing */
+    CUT_AT_START,      /* it passes the start */
+    CUT_CROSSES,       /* it crosses another one */
+    CUT_BEGINS_INSIDE, /* its first point is no edge of the part, a hole or another cut */
+    CUT_SPLITS         /* its last point is an edge, too: it divides the part */
+};
+
+struct cut_fault {
+    enum cut_fault_kind kind;
+    size_t cut, other; /* which, and which one it crosses */
+    struct vec3 at;    /* where */
+};
+
 /* Everything lies in the arena of the call. */
 struct drape_result {
     int32_t warp_range[2], weft_range[2]; /* least and greatest i and j among the nodes */
     double start_uv[2];                   /* what was chosen */
     int32_t start_face;                   /* on a shell: its face; else 0 */
+    struct cut_fault faulty_cut;          /* after STATUS_CUT; else undefined */
     int faulty_generator; /* after STATUS_GENERATOR_..: 0 for warp, 1 for weft; else undefined */
     struct vec3 start_point, start_warp, start_weft;
     struct vec3 start_zero; /* unit: what the angle of the warp is counted from there; zero where a
@@ -115,6 +146,7 @@ struct drape_result {
     struct drape_front front;
     struct drape_rim rim;
     struct drape_cut cut;
+    struct drape_cuts cuts;
     struct drape_summary summary;
 };
 

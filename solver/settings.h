@@ -43,6 +43,13 @@ struct drape_generator {
     struct vec3 plane_normal; /* DRAPE_GENERATOR_PLANE: any length but zero */
 };
 
+/* A line over which the cloth is cut, from an edge of the part, of a hole or of a cut before it to
+ * its tip inside; each of its places stands for the nearest one of the part. */
+struct drape_cut_line {
+    const struct vec3 *path; /* owned by the caller, straight between */
+    size_t count;            /* at least 2 */
+};
+
 /* Several threads for one drape, which the library asks for but does not make. `run` calls
  * task(data, k) for k = 0 .. count - 1, at the same time where it can, and returns when all have.
  * The result has the same bits with any team. */
@@ -72,7 +79,9 @@ struct drape_settings {
     struct drape_generator generator[2];
     bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */
     int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */
-    size_t max_nodes;   /* STATUS_TOO_MANY_NODES beyond */
+    const struct drape_cut_line *cuts; /* `cut_count` of them */
+    size_t cut_count;
+    size_t max_nodes;                      /* STATUS_TOO_MANY_NODES beyond */
     struct drape_statistics *statistics;   /* NULL, or the caller's, to be filled */
     const struct drape_prepared *prepared; /* what many drapes of the part share, by
                                               `drape_prepare`; NULL: each makes its own */

@@ -17,6 +17,7 @@ enum status {
     STATUS_DEGENERATE_SURFACE,  /* no tangent plane where one is needed */
     STATUS_GENERATOR_OFF_START, /* a generator's curve does not pass the start */
     STATUS_GENERATOR_PARALLEL,  /* a generator's plane is the tangent plane, or both are parallel */
+    STATUS_CUT,                 /* a cut cannot be made: `drape_cut_fault` says why */
     STATUS_NO_CONVERGENCE       /* an iteration did not reach its tolerance */
 };
 

@@ -124,6 +124,48 @@ static void decode_generator(const struct json_value *json, struct drape_generat
 
 static const char *const yarn_keys[] = {"warp", "weft", NULL};
 
+/* The cuts, and their names beside them. */
+static void decode_cuts(const struct json_value *json, struct api_request *request) {
+    static const char *const keys[] = {"path", "name", NULL};
+    struct drape_settings *settings = &request->settings;
+    size_t count = value_array(json, 0) ? value_length(json) : 0;
+    struct drape_cut_line *cuts = json_tree_alloc(json->tree, count + 1, sizeof *cuts);
+    const char **names = json_tree_alloc(json->tree, count + 1, sizeof *names);
+    if (count > API_CUTS_MAX) {
+        value_fault(json, "must have at most %d cuts", API_CUTS_MAX);
+        return;
+    }
+    for (size_t k = 0; k < count && cuts && names; k++) {
+        struct json_value cut = value_element(json, k);
+        struct json_value path = value_member(&cut, "path"), name = value_member(&cut, "name");
+        double *rows;
+        const char *text;
+        if (!value_object(&cut, keys) ||
+            !value_rows(&path, decode_coordinates, 3, 2, &rows, &cuts[k].count))
+            continue;
+        if (cuts[k].count > API_CUT_POINTS_MAX)
+            value_fault(&path, "must have at most %d points", API_CUT_POINTS_MAX);
+        cuts[k].path = (const struct vec3 *)rows;
+        for (size_t p = 1; p < cuts[k].count; p++)
+            if (vec3_distance(cuts[k].path[p], cuts[k].path[p - 1]) == 0) {
+                struct json_value point = value_element(&path, p);
+                value_fault(&point, "is the same point as the one before: leave it out");
+                break;
+            }
+        names[k] = "";
+        if (!value_given(&name) || !value_string(&name, &text))
+            continue;
+        size_t size = strlen(text) + 1;
+        char *copy = json_tree_alloc(json->tree, size, 1);
+        if (!copy)
+            return;
+        names[k] = memcpy(copy, text, size);
+    }
+    settings->cuts = cuts;
+    settings->cut_count = count;
+    request->cut_names = names;
+}
+
 static void decode_method(const struct json_value *root, struct api_request *request) {
     struct drape_settings *settings = &request->settings;
     struct json_value method = value_member(root, "method"), path = value_member(root, "yarn_path");
@@ -230,7 +272,7 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
     struct json_value fabric = value_member(root, "fabric"), start = value_member(root, "start");
     struct json_value direction = value_member(root, "direction");
     struct json_value generators = value_member(root, "generators");
-    struct json_value extent = value_member(root, "extent");
+    struct json_value extent = value_member(root, "extent"), cuts = value_member(root, "cuts");
     struct json_value permeability = value_member(root, "permeability");
     struct drape_settings *settings = &request->settings;
     decode_fabric(&fabric, request);
@@ -269,6 +311,8 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
             value_integer(&low, -INDEX_MAX, 0, &settings->extent[k][0]);
             value_integer(&high, 0, INDEX_MAX, &settings->extent[k][1]);
         }
+    if (value_given(&cuts))
+        decode_cuts(&cuts, request);
     if (value_given(&permeability)) {
         request->permeability = (struct api_permeability){.model = API_PERMEABILITY_NONE};
         decode_permeability(&permeability, &request->permeability);
@@ -302,9 +346,10 @@ static struct api_request default_request(const struct api_limits *limits) {
 
 void decode_drape(const struct json_value *json, const struct api_input *input,
                   const struct api_limits *limits, struct api_request *request) {
-    static const char *const keys[] = {
-        "surface", "length_unit", "offset", "fabric", "start",        "direction", "generators",
-        "method",  "yarn_path",   "extent", "cavity", "permeability", "rosette",   NULL};
+    static const char *const keys[] = {"surface",   "length_unit", "offset",     "fabric",
+                                       "start",     "direction",   "generators", "method",
+                                       "yarn_path", "extent",      "cavity",     "permeability",
+                                       "rosette",   "cuts",        NULL};
     static const char *const cavity_keys[] = {"height", NULL}, *const cavity_names[] = {"flexible"};
     int index;
     struct json_value cavity = value_member(json, "cavity"), offset = value_member(json, "offset");

@@ -250,6 +250,18 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     api_text_raw(text, "}");
     api_text_key_string(text, "method", drape_method_names[settings->method]);
     api_text_key_string(text, "yarn_path", api_yarn_path_names[settings->yarn_path]);
+    if (settings->cut_count) {
+        api_text_key(text, "cuts");
+        for (size_t k = 0; k < settings->cut_count; k++) {
+            const struct drape_cut_line *cut = &settings->cuts[k];
+            api_text_raw(text, k ? ",{" : "[{");
+            api_text_key_rows(text, "path", &cut->path[0].x, 3, cut->count);
+            if (request->cut_names[k][0])
+                api_text_key_string(text, "name", request->cut_names[k]);
+            api_text_raw(text, "}");
+        }
+        api_text_raw(text, "]");
+    }
     if (!settings->has_extent[0] && !settings->has_extent[1])
         return;
     api_text_key_object(text, "extent");

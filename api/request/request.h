@@ -128,6 +128,9 @@ struct api_permeability {
     const double *angle_deg;                      /* of k1 from the acute bisector; NULL: all 0 */
 };
 
+/* Cuts of a drape at the most, and points of the path of one. */
+enum { API_CUTS_MAX = 64, API_CUT_POINTS_MAX = 1000 };
+
 struct api_request {
     struct vec3 rosette_origin; /* where the rosette of settings.zero is drawn */
     struct api_surface surface;
@@ -140,6 +143,7 @@ struct api_request {
     bool start_on_face; /* the start's u and v are those of face settings.start_face */
     struct api_cavity cavity;
     struct api_permeability permeability;
+    const char *const *cut_names; /* of the settings' cuts; "" without one */
 };
 
 /* The names that the document uses, in the order of the enumerations. */

@@ -14,7 +14,7 @@ static enum difference find_nodes(const struct net_view *net, int32_t i, int32_t
     for (int k = 0; k < count; k++) {
         int at = first + k;
         node[k] = net_view_place(net, i + at * di, j + at * dj);
-        if (!node[k])
+        if (!node[k] || (k > 0 && net_is_parted_to(node[k - 1], node[k], family, ahead)))
             return DIFFERENCE_SHORT;
         rough |= node[k]->grown;
         if (k > 0)
@@ -66,8 +66,8 @@ bool correction_find(const struct net_view *before, int32_t i, int32_t j, int di
     const struct net_node *to = net_view_place(before, i + di, j + dj);
     int family = di ? 0 : 1, ahead = di + dj > 0;
     *correction = (struct correction){.d = d};
-    if (!from || !to || from->rough & NET_EDGE_BIT(family, ahead) ||
-        to->rough & NET_EDGE_BIT(family, 1 - ahead))
+    if (!from || !to || net_is_parted_to(from, to, family, ahead) ||
+        from->rough & NET_EDGE_BIT(family, ahead) || to->rough & NET_EDGE_BIT(family, 1 - ahead))
         return false;
     struct vec3 *bend = correction->bend;
     enum difference near = second_difference(before, i, j, di, dj, &bend[0]);

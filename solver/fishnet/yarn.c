@@ -56,7 +56,7 @@ static struct vec3 onward(const struct yarn_net *yarns, const struct net_window 
     struct yarn_place there =
         window_place(window, x + (family == 0 ? step : 0), y + (family == 0 ? 0 : step));
     *direction = vec3_make(0, 0, 0);
-    if (!there.node)
+    if (!there.node || net_is_parted_to(here.node, there.node, family, side))
         return *direction;
     struct vec3 leave;
     if (!laid_edge(yarns, &here, &there, family, side, &leave)) {

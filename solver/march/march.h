@@ -56,7 +56,7 @@ struct march_watch {
 
 /* The rough edges of a node that is about to be placed, and whether it rests on growth. */
 struct march_edges {
-    uint8_t rough; /* as net_node's */
+    uint8_t rough, parted; /* as net_node's */
     struct net_yarns yarns;
 };
 
@@ -94,6 +94,8 @@ struct march_cut {
     bool passed;                   /* the net now goes on over the cuts */
 };
 
+struct cuts;
+
 struct march_counts {
     size_t inside, ghosts; /* nodes placed */
     size_t reported;       /* of those inside, to the watch */
@@ -117,6 +119,7 @@ struct march {
     struct march_watch *watch; /* shared by all quadrants of the march */
     struct march_start start;
     struct march_cut cut;
+    const struct cuts *cuts; /* of the cloth; NULL: it has none */
     /* The net, and of a march that corrects another the net before. */
     struct net *net;
     struct march_counts counts;
@@ -214,6 +217,23 @@ static inline bool march_breaks_net(enum drape_reason reason) {
 /* Notes that there can be no node at (i, j). */
 enum status march_fail(struct march *march, int32_t i, int32_t j,
                        enum drape_reason reason) STATUS_MUST_USE;
+
+/* Notes that a cell could not be solved from B. Beside a cut its D may be a place that the cloth
+ * does not have: that is left open, to be reached from elsewhere. */
+enum status march_fail_cell(struct march *march, int32_t i, int32_t j, enum drape_reason reason,
+                            const struct surface_point *b) STATUS_MUST_USE;
+
+/* Whether a cut is within a cell's reach. */
+bool march_is_beside_cut(const struct march *march, struct vec3 at);
+
+/* Whether a cut parts two places of the part near each other, so far apart along the surface if
+ * that is known, else 0. */
+bool march_passes_cut(struct march *march, const struct surface_point *from,
+                      const struct surface_point *to, double length);
+
+/* Whether a cut parts the neighbour of (i, j) on the side (di, dj) from a point. */
+bool march_is_parted(struct march *march, int32_t i, int32_t j, int di, int dj,
+                     const struct surface_point *to);
 
 /* The node at (i, j), NULL where the net has no place; on the arms beside a quadrant, whose tiles
  * others may be filling, from the quadrant's copy, which at the arm's end is no place. */

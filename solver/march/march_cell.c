@@ -135,7 +135,8 @@ bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
                 const struct surface_point *point, struct vec3 *direction) {
     struct yarn_place here = {i, j, march_node_at(march, i, j)};
     struct yarn_place there = {i + di, j + dj, march_node_at(march, i + di, j + dj)};
-    if (!here.node || !there.node)
+    if (!here.node || !there.node ||
+        net_is_parted_to(here.node, there.node, di ? 0 : 1, di + dj > 0))
         return false;
     struct yarn_net yarns = {march->net, march->surface, &march->cursor};
     *direction = yarn_leave(&yarns, &here, &there, di ? 0 : 1, di + dj > 0, point);

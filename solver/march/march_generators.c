@@ -213,9 +213,12 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
                           lost                           ? DRAPE_REASON_NO_CONVERGENCE
                           : arm->started && !march->mesh ? why_path_ended(march, &arm->at.path, d)
                                                          : DRAPE_REASON_BOUNDARY);
+    const struct surface_point *point = march->mesh ? &on_mesh : &arm->at.point;
+    if (march_is_parted(march, i, j, -arm->di, -arm->dj, point))
+        return STATUS_OK;
     if (!march->mesh)
         note_path_edge(march, &before, &arm->at, arm->di, arm->dj);
-    enum status status = march_place(march, i, j, march->mesh ? &on_mesh : &arm->at.point, &zone);
+    enum status status = march_place(march, i, j, point, &zone);
     if (arm->outside == 0 && !march->mesh)
         arm->left = before.tangent;
     arm->outside = zone == SURFACE_POINT_GHOST ? arm->outside + 1 : 0;

@@ -139,6 +139,13 @@ static enum status push_waiting(struct growth *g) {
     return STATUS_OK;
 }
 
+/* Whether a yarn comes to the node at (i, j) from its neighbour on the side (di, dj). */
+static bool yarn_comes(struct net *net, const struct net_node *node, int32_t i, int32_t j, int di,
+                       int dj) {
+    const struct net_node *next = net_place(net, i + di, j + dj);
+    return next && !net_is_parted_to(node, next, di ? 0 : 1, di + dj > 0);
+}
+
 /* Tries the cells of which an unknown place is the fourth corner: one with the three others, of
  * which one next to it is inside, from the side of the start if it can be. Where there is no such
  * cell, the yarns that could reach it straight on wait; one that would begin there needs a yarn to
@@ -154,7 +161,8 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
         const struct net_node *b = net_place(net, i - si, j), *c = net_place(net, i, j - sj);
         const struct net_node *a2 = net_place(net, i - 2 * si, j - sj);
         const struct net_node *b2 = net_place(net, i - 2 * si, j);
-        if (!a || !b || !c || (b->state != NET_INSIDE && c->state != NET_INSIDE))
+        if (!a || !b || !c || (b->state != NET_INSIDE && c->state != NET_INSIDE) ||
+            net_is_parted_to(a, b, 1, sj > 0) || net_is_parted_to(a, c, 0, si > 0))
             continue;
         enum surface_point_zone zone = SURFACE_POINT_BEYOND;
         struct surface_point at_a, at_b, at_c;
@@ -166,10 +174,15 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
         if (regular && a2 && b2)
             cell.trend = vec3_sub(vec3_sub(at_b.jet.r, at_a.jet.r), vec3_sub(b2->r, a2->r));
         if (regular && march_solve_corner(march, &cell, &node, &reason)) {
+            if (march_is_parted(march, i, j, -si, 0, &node.point) ||
+                march_is_parted(march, i, j, 0, -sj, &node.point))
+                continue;
             enum status status = march_place(march, i, j, &node.point, &zone);
             if (status != STATUS_OK || net_state_at(net, i, j) == NET_FAILED)
                 return status;
             reason = DRAPE_REASON_BOUNDARY;
+        } else if (regular && march_is_beside_cut(march, at_b.jet.r)) {
+            continue;
         }
         first = tried ? first : reason;
         tried = true;
@@ -185,9 +198,13 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
     for (int k = 0; k < 4; k++) {
         int8_t di = sides[k][0], dj = sides[k][1];
         int32_t fi = i - di, fj = j - dj;
-        bool goes_on = net_place(net, fi - di, fj - dj);
-        bool crosses = net_place(net, fi - dj, fj - di) || net_place(net, fi + dj, fj + di);
-        if (net_state_at(net, fi, fj) != NET_INSIDE || !(goes_on || crosses))
+        const struct net_node *from = net_place(net, fi, fj);
+        if (!from || from->state != NET_INSIDE)
+            continue;
+        bool goes_on = yarn_comes(net, from, fi, fj, -di, -dj);
+        bool crosses =
+            yarn_comes(net, from, fi, fj, -dj, -di) || yarn_comes(net, from, fi, fj, dj, di);
+        if (!goes_on && !crosses)
             continue;
         if (g->waiting_length == g->waiting_room &&
             !(g->waiting = arena_enlarge(march->arena, g->waiting, g->waiting_length,
@@ -314,6 +331,8 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
     }
     if (!march_straight_on(march, &from, direction, e->di, e->dj, &to, &reason))
         return e->begins ? STATUS_OK : march_fail(march, i, j, reason);
+    if (march_is_parted(march, i, j, -e->di, -e->dj, &to))
+        return STATUS_OK;
     enum status status = march_place(march, i, j, &to, &zone);
     if (status != STATUS_OK || zone == SURFACE_POINT_BEYOND)
         return status;

@@ -51,7 +51,7 @@ bool march_joins(struct march *march, int32_t i, int32_t j, const struct surface
     const double *d = march->settings->spacing;
     for (int k = 0; k < 4; k++) {
         const struct net_node *node = net_place(march->net, i + sides[k][0], j + sides[k][1]);
-        bool laid = march->edges.rough & NET_EDGE_BIT(k / 2, k % 2 == 0);
+        bool laid = (march->edges.rough | march->edges.parted) & NET_EDGE_BIT(k / 2, k % 2 == 0);
         bool gives_way = node && node->state == NET_GHOST && zone == SURFACE_POINT_INSIDE;
         if (node && !laid && !gives_way && !(misfit(march, point, node, d[k / 2]) < join_gap))
             return false;

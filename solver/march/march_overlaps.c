@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Where the net comes to lie on itself: looking for that node by node, and once it is done. */
-#include "march.h"
+#include "cuts.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +18,8 @@ static enum status index_net(struct march *march, size_t count, bool shaped) {
         turn[k] = march->mesh || march->surface->shell ? HUGE_VAL
                                                        : surface_point_cut_turn(march->surface, k);
     march->overlap = overlap_make(march->net, count, march->settings->spacing, turn,
-                                  march->cut.slit, (struct overlap_normals){normal_of_node, march});
+                                  march->cut.slit, march->cuts ? march->cuts->curtain : NULL,
+                                  (struct overlap_normals){normal_of_node, march});
     enum status status = tiles && march->overlap ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net); t++)
         status = overlap_add_tile(march->overlap, tiles[t], shaped);

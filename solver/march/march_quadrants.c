@@ -31,6 +31,14 @@ static bool point_of(struct quadrant *q, int32_t i, int32_t j, struct surface_po
            march_point_at(q->march, node, point);
 }
 
+/* Whether a cut parts a point at (i, j) from the places that it rests on. */
+static bool quadrant_is_parted(struct quadrant *q, int32_t i, int32_t j,
+                               const struct surface_point *point) {
+    int32_t at = i * q->si, row = j * q->sj;
+    return march_is_parted(q->march, at, row, -q->si, 0, point) ||
+           march_is_parted(q->march, at, row, 0, -q->sj, point);
+}
+
 /* Where the row below ended before place i, that is brought into being with the places under it, on
  * the highest one of its column that is there. */
 enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i,
@@ -60,7 +68,10 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
                                   &b,        point,     {0, 0, 0}, NULL};
         *found = march_solve_corner(march, &cell, &node, &reason);
         if (!*found)
-            return march_fail(march, cell.i, cell.j, reason);
+            return march_fail_cell(march, cell.i, cell.j, reason, cell.b);
+        *found = !quadrant_is_parted(q, i, r, &node.point);
+        if (!*found)
+            return STATUS_OK;
         enum status status = march_place(march, cell.i, cell.j, &node.point, &zone);
         if (status != STATUS_OK)
             return status;
@@ -104,6 +115,10 @@ void quadrant_take_edge(struct differences *edge, const struct surface_point *be
 enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,
                            const struct surface_point *point) {
     enum surface_point_zone zone;
+    if (quadrant_is_parted(q, row->count, j, point)) {
+        row->ended = true;
+        return STATUS_OK;
+    }
     int32_t i = row->count++;
     enum status status = march_place(q->march, i * q->si, j * q->sj, point, &zone);
     row->ended = zone == SURFACE_POINT_BEYOND;
@@ -147,7 +162,7 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
     }
     if (!march_solve_corner(march, &cell, &node, &reason)) {
         row->ended = true;
-        return march_fail(march, i * q->si, j * q->sj, reason);
+        return march_fail_cell(march, cell.i, cell.j, reason, cell.b);
     }
     row->at[i] = node.point;
     quadrant_take_edge(&row->edge, &below->at[i], &row->at[i], &row->at[i - 1]);

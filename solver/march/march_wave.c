@@ -72,7 +72,7 @@ static bool runs(const struct quadrant *q, int k) {
 
 static bool is_regular(const struct net_node *node) {
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) && !node->grown &&
-           !node->rough;
+           !node->rough && !node->beside;
 }
 
 /* ---- the faces of a shell ---- */
@@ -261,7 +261,7 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2.jet.r, a2.jet.r));
     if (!march_solve_corner(march, &cell, &node, &reason)) {
         row->ended = true;
-        return march_fail(march, cell.i, cell.j, reason);
+        return march_fail_cell(march, cell.i, cell.j, reason, &b);
     }
     wave_put(wave_at(wave, 0), k + 1, &node.point);
     return quadrant_place(q, row, j + k, &node.point);
@@ -327,6 +327,8 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
     node->rough = 0;
     node->face = (uint16_t)wave->surface->face;
     node->yarns = 0;
+    node->parted = 0;
+    node->beside = 0;
     net_set_bits(tile, x, y, node);
     return ++march->counts.inside > march->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
@@ -426,6 +428,13 @@ static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *f
             drop_outside_faces(wave);
         unsigned usual = wave->found & wave->inside & wave->smooth;
         usual = q->march->cut.slit ? 0 : usual;
+        for (unsigned bits = q->march->cuts ? usual : 0; bits; bits &= bits - 1) {
+            int k = __builtin_ctz(bits);
+            double(*of)[WAVE_STRIDE] = wave->into->of;
+            struct vec3 r = vec3_make(of[2][k + 1], of[3][k + 1], of[4][k + 1]);
+            if (march_is_beside_cut(q->march, r))
+                usual &= ~(1u << k);
+        }
         front->steady = front->steady && usual == together;
         for (unsigned bits = together; bits && status == STATUS_OK; bits &= bits - 1) {
             int k = __builtin_ctz(bits);

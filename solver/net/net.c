@@ -80,6 +80,8 @@ enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node
         return STATUS_OUT_OF_MEMORY;
     tile->node[y][x] = *node;
     net_set_bits(tile, x, y, node);
+    if (node->beside)
+        net->table[net_table_of(tile->ti, tile->tj)].beside = true;
     return STATUS_OK;
 }
 
@@ -117,7 +119,7 @@ enum status net_put_rough(struct net *net, int32_t i, int32_t j, const struct ne
     if (!slot)
         return STATUS_OUT_OF_MEMORY;
     *slot = *yarns;
-    rough.yarns = table->yarn_count++;
+    rough.yarns = table->yarn_count++ & NET_YARNS_MOST;
     return net_put(net, i, j, &rough);
 }
 
@@ -150,7 +152,7 @@ uint32_t net_window_near_rough(const struct net_window *w, int y, int reach) {
 bool net_has_rough(const struct net *net) {
     bool any = false;
     for (int k = 0; k < NET_TABLES; k++)
-        any = any || net->table[k].yarn_count > 0;
+        any = any || net->table[k].yarn_count > 0 || net->table[k].beside;
     return any;
 }
 

@@ -32,11 +32,13 @@ struct net_node {
     uint8_t reason : 3; /* enum drape_reason, of ghosts and failures */
     int8_t turn : 2;    /* of ghosts: 1 beyond a cut to its left, -1 to its right */
     uint8_t
-        grown : 1;  /* 1 where it rests on a yarn that went straight on along a free edge, or
-                   that  set off across another one: the generators alone do not fix it; else 0 */
-    uint8_t rough;  /* NET_EDGE_BIT of the edges that end here and are rough (`rough.h`) */
-    uint16_t face;  /* of a shell, that uv are parameters of */
-    uint32_t yarns; /* where the directions of those edges are (`net_yarns`) */
+        grown : 1;       /* 1 where it rests on a yarn that went straight on along a free edge, or
+                        that  set off across another one: the generators alone do not fix it; else 0 */
+    uint8_t rough;       /* NET_EDGE_BIT of the edges that end here and are rough (`rough.h`) */
+    uint16_t face;       /* of a shell, that uv are parameters of */
+    uint32_t yarns : 27; /* where the directions of those edges are (`net_yarns`) */
+    uint32_t beside : 1; /* 1 where a cut is within a cell's reach */
+    uint32_t parted : 4; /* NET_EDGE_BIT of the sides whose neighbour lies across a cut */
 };
 
 /* The directions of the rough edges that a node was found by, one of each family at the most: unit
@@ -51,7 +53,8 @@ struct net_yarns {
 };
 
 enum { NET_TILE_BITS = 4, NET_TILE = 1 << NET_TILE_BITS };
-enum { NET_YARN_BLOCKS = 24, NET_YARN_FIRST = 64 };
+/* So many numbers are those of all blocks. */
+enum { NET_YARN_BLOCKS = 20, NET_YARN_FIRST = 64, NET_YARNS_MOST = (1 << 27) - 1 };
 
 /* What a tile keeps a bit of for each of its places. */
 enum net_bit {
@@ -59,7 +62,7 @@ enum net_bit {
     NET_BIT_PLACE,  /* that or NET_GHOST */
     NET_BIT_KNOWN,  /* it is not NET_UNKNOWN */
     NET_BIT_GROWN,  /* it is grown */
-    NET_BIT_ROUGH,  /* it has rough edges */
+    NET_BIT_ROUGH,  /* it has rough edges, or a cut beside it */
     NET_BITS
 };
 
@@ -79,6 +82,7 @@ struct net_table {
     struct net_tile *last;                    /* found last */
     struct net_yarns *yarns[NET_YARN_BLOCKS]; /* each block twice as long as the one before */
     uint32_t yarn_count;
+    bool beside; /* some node has a cut beside it */
 };
 
 enum { NET_TABLES = 4 };
@@ -128,7 +132,7 @@ static inline void net_set_bits(struct net_tile *tile, int x, int y, const struc
     net_set_bit(tile, NET_BIT_INSIDE, x, y, node->state == NET_INSIDE);
     net_set_bit(tile, NET_BIT_PLACE, x, y, node->state == NET_INSIDE || node->state == NET_GHOST);
     net_set_bit(tile, NET_BIT_KNOWN, x, y, node->state != NET_UNKNOWN);
-    net_set_bit(tile, NET_BIT_ROUGH, x, y, node->rough != 0);
+    net_set_bit(tile, NET_BIT_ROUGH, x, y, node->rough || node->beside);
     net_set_bit(tile, NET_BIT_GROWN, x, y, node->grown);
 }
 
@@ -155,6 +159,18 @@ static inline enum net_state net_state_at(struct net *net, int32_t i, int32_t j)
 static inline const struct net_node *net_place(struct net *net, int32_t i, int32_t j) {
     const struct net_node *node = net_find(net, i, j);
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) ? node : NULL;
+}
+
+/* Whether a cut parts two neighbours along a family of yarns, the one of lower index first. */
+static inline bool net_is_parted(const struct net_node *lower, const struct net_node *higher,
+                                 int family) {
+    return (lower->parted & NET_EDGE_BIT(family, 1)) || (higher->parted & NET_EDGE_BIT(family, 0));
+}
+
+/* The same, the other one on this side, 0 lower index and 1 higher. */
+static inline bool net_is_parted_to(const struct net_node *node, const struct net_node *other,
+                                    int family, int side) {
+    return side ? net_is_parted(node, other, family) : net_is_parted(other, node, family);
 }
 
 /* The step of a yarn at a node, by the places before and after it, NULL where there is none; zero
@@ -239,7 +255,7 @@ static inline uint64_t net_window_plain(const struct net_window *w, int y) {
  * `reach` places away along their own row or column; 0 <= y <= NET_TILE, reach < NET_TILE. */
 uint32_t net_window_near_rough(const struct net_window *w, int y, int reach);
 
-/* Whether any edge of the net is rough. */
+/* Whether any edge of the net is rough, or any node beside a cut. */
 bool net_has_rough(const struct net *net);
 
 /* How many tiles there are. */

@@ -34,6 +34,7 @@ struct overlap {
     struct overlap_normals normals;
     double spacing[2], turn[2];
     const struct shell_slit *slit;
+    const struct curtain *curtain;
     double reach;
     struct overlap_patches patches;
     struct framed *frames; /* FRAMES of the patches asked for theirs last; NULL: of none yet */
@@ -42,7 +43,7 @@ struct overlap {
 
 struct overlap *overlap_make(struct net *net, size_t count, const double spacing[2],
                              const double turn[2], const struct shell_slit *slit,
-                             struct overlap_normals normals) {
+                             const struct curtain *curtain, struct overlap_normals normals) {
     struct overlap *overlap = arena_alloc(net->arena, 1, sizeof *overlap);
     if (!overlap)
         return NULL;
@@ -52,6 +53,7 @@ struct overlap *overlap_make(struct net *net, size_t count, const double spacing
                                 .spacing = {spacing[0], spacing[1]},
                                 .turn = {turn[0], turn[1]},
                                 .slit = slit,
+                                .curtain = curtain,
                                 .reach = cells_reach * longest};
     return overlap_patches_make(&overlap->patches, net->arena, count, cube_side * longest) ? overlap
                                                                                            : NULL;
@@ -350,6 +352,12 @@ static struct vec3 yarn_step(struct net *net, const struct target *at, int dx, i
                     place_beside(net, at, dx, dy));
 }
 
+/* Whether a cut parts a place from a node. */
+static bool is_beyond_cut(const struct overlap *overlap, const struct net_node *node,
+                          struct vec3 r) {
+    return overlap->curtain && curtain_parts(overlap->curtain, node->r, r, NULL);
+}
+
 /* Whether `point` lies in the cells round a node: |x|, |y| < 1 in its yarns' own
  * oblique coordinates, and on the same sheet. A yarn alone is taken as crossed at right angles, and
  * has its side of a thin part from the surface. */
@@ -378,7 +386,7 @@ static bool within_cells(struct overlap *overlap, const struct target *at,
         return false;
     double x = vec3_dot(vec3_cross(offset, b), across) / area2;
     double y = vec3_dot(vec3_cross(a, offset), across) / area2;
-    bool within = fabs(x) < 1 && fabs(y) < 1;
+    bool within = fabs(x) < 1 && fabs(y) < 1 && !is_beyond_cut(overlap, node, surface_point->jet.r);
     if (!within || !overlap->slit)
         return within;
     const struct shell_slit_point to = {surface_point->jet.r, normal};
@@ -410,7 +418,8 @@ static bool lies_on_cell(const struct visitor *v, const struct target *at, int32
     const struct net_node *node[4];
     for (int k = 0; k < 4; k++) {
         node[k] = place_beside(v->overlap->net, at, k & 1, k / 2);
-        if (!node[k] || node[k]->state != NET_INSIDE)
+        if (!node[k] || node[k]->state != NET_INSIDE ||
+            is_beyond_cut(v->overlap, node[k], v->point))
             return false;
     }
     struct vec3 up = vec3_sub(node[3]->r, node[0]->r), down = vec3_sub(node[1]->r, node[2]->r);
@@ -511,14 +520,19 @@ bool overlap_meets_before(struct overlap *overlap, int32_t i, int32_t j,
  * over. */
 static bool cell_faces(struct net *net, int32_t i, int32_t j, struct vec3 normal, bool *whole,
                        struct vec3 *middle) {
+    const struct net_node *node[4];
     struct vec3 r[4];
     for (int k = 0; k < 4; k++) {
-        const struct net_node *node = net_find(net, i + (k & 1), j + k / 2);
-        *whole = node && node->state == NET_INSIDE;
+        node[k] = net_find(net, i + (k & 1), j + k / 2);
+        *whole = node[k] && node[k]->state == NET_INSIDE;
         if (!*whole)
             return false;
-        r[k] = node->r;
+        r[k] = node[k]->r;
     }
+    *whole = !net_is_parted(node[0], node[1], 0) && !net_is_parted(node[2], node[3], 0) &&
+             !net_is_parted(node[0], node[2], 1) && !net_is_parted(node[1], node[3], 1);
+    if (!*whole)
+        return false;
     struct vec3 up = vec3_sub(r[3], r[0]), across = vec3_sub(r[2], r[1]);
     *middle = vec3_scale(0.25, vec3_add(vec3_add(r[0], r[3]), vec3_add(r[1], r[2])));
     return vec3_dot(vec3_cross(up, across), normal) > 0;

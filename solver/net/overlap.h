@@ -9,6 +9,7 @@
 #ifndef SOLVER_NET_OVERLAP_H
 #define SOLVER_NET_OVERLAP_H
 
+#include "curtain.h"
 #include "net.h"
 #include "solver/shell/shell_slit.h"
 #include "solver/shell/surface_point.h"
@@ -23,11 +24,11 @@ struct overlap_normals {
 
 /* For nodes of `net`, which are `spacing` apart, in its arena; there are none yet, but room for
  * about `count`. Nodes that differ by more than turn[k] in parameter k lie on either side of a slit
- * and do not meet, HUGE_VAL where there is none; nor do those with `slit` between them, which may
- * be NULL. NULL without memory. */
+ * and do not meet, HUGE_VAL where there is none; nor do those with `slit` or `curtain` between
+ * them, each of which may be NULL. NULL without memory. */
 struct overlap *overlap_make(struct net *net, size_t count, const double spacing[2],
                              const double turn[2], const struct shell_slit *slit,
-                             struct overlap_normals normals);
+                             const struct curtain *curtain, struct overlap_normals normals);
 
 /* From now on there is no slit. */
 void overlap_pass_slit(struct overlap *overlap);

@@ -56,8 +56,8 @@ static bool find_cell_spots(struct report_strip *strip, const struct net_window 
     return true;
 }
 
-/* Whether a cell is cloth: its four corners turn one way in space, or it is bent over a fold, and
- * open in the surface. */
+/* Whether a cell is cloth: no cut parts its corners, and they turn one way in space, or it is bent
+ * over a fold, and open in the surface. */
 static bool cell_is_cloth(struct report_strip *strip, const struct net_window *window, int x,
                           int y) {
     const struct net_node *node[4] = {
@@ -65,7 +65,10 @@ static bool cell_is_cloth(struct report_strip *strip, const struct net_window *w
         net_window_find(window, x + 1, y + 1), net_window_find(window, x, y + 1)};
     struct vec3 edge[4], normal = vec3_make(0, 0, 0);
     struct yarn_spot *corner[4];
-    bool convex = true;
+    bool convex = !net_is_parted(node[0], node[1], 0) && !net_is_parted(node[3], node[2], 0) &&
+                  !net_is_parted(node[0], node[3], 1) && !net_is_parted(node[1], node[2], 1);
+    if (!convex)
+        return false;
     double least = 1;
     for (int k = 0; k < 4; k++)
         edge[k] = vec3_sub(node[(k + 1) & 3]->r, node[k]->r);
@@ -300,8 +303,8 @@ static void add_cells(struct report_strip *strip, const struct net_window *windo
 
 /* The nodes and cells of a row that rough edges are near, one after the other, by the angles
  * between their yarns; the first of the row are at `first`. Stencils at the `ends` of yarns reach
- * further: there the one direction in which a yarn ends is its own only where yarns do not turn
- * sideways, because the surface has hardly any curvature. */
+ * further: there, as at the lips of cuts, the one direction in which a yarn ends is its own only
+ * where yarns do not turn sideways, because the surface has hardly any curvature. */
 static void measure_rough(struct report_strip *strip, const struct net_window *window, int y,
                           const struct row_bits *bits, uint32_t ends, uint32_t cells,
                           struct report_tally first) {
@@ -314,7 +317,8 @@ static void measure_rough(struct report_strip *strip, const struct net_window *w
         int bit = __builtin_ctz(left), x = bit - 1;
         uint32_t here = bits->inside & 1u << bit & (near | (far & ends));
         struct yarn_spot *own = here ? yarn_spot_at(strip, window, x, y) : NULL;
-        if (own && (here & near || yarn_is_developable(&own->point, d))) {
+        bool at_lip = ends >> bit & 1 && net_window_find(window, x, y)->beside;
+        if (own && ((here & near && !at_lip) || yarn_is_developable(&own->point, d))) {
             strip->result->nodes.shear_deg[first.nodes] =
                 shear_rounded(90 - yarn_node_angle(&net, window, x, y, own));
         }

@@ -2,6 +2,7 @@
 #include "rim.h"
 
 #include "rim_front.h"
+#include "solver/march/cuts.h"
 #include "solver/surface/boxes.h"
 #include <string.h>
 
@@ -72,14 +73,21 @@ struct tracer {
 
 /* ---- a place to begin at ---- */
 
-/* Whether a node is on the same side of the cuts as what is to be covered beside the place: looked
- * for towards the middle of its piece, whose ends may lie on a cut. */
+/* A place beside the spot that is to be covered: towards the middle of its piece, whose ends may
+ * lie on a cut. */
+static struct vec3 covered_beside(const struct tracer *t, const struct rim_edge_point *spot) {
+    struct vec3 left = vec3_unit(vec3_cross(spot->normal, spot->dr));
+    struct vec3 inward = vec3_axpy(1 - 2 * spot->t, vec3_unit(spot->dr), left);
+    return vec3_axpy(beside * t->spacing, inward, spot->r);
+}
+
+/* Whether a node is on the same side of the cuts as what is to be covered beside the place. */
 static bool same_turn(const struct tracer *t, const struct net_node *node,
                       const struct rim_edge_point *spot) {
+    if (!rim_cloth_sees(&t->rim->cloth, node))
+        return false;
     if (t->march->cut.slit) {
-        struct vec3 left = vec3_unit(vec3_cross(spot->normal, spot->dr));
-        struct vec3 inward = vec3_axpy(1 - 2 * spot->t, vec3_unit(spot->dr), left);
-        struct vec3 covered = vec3_axpy(beside * t->spacing, inward, spot->r);
+        struct vec3 covered = covered_beside(t, spot);
         const struct shell_slit_point from = {node->r, march_normal_at(t->march, node)};
         const struct shell_slit_point to = {covered, spot->normal};
         return shell_slit_passes(t->march->cut.slit, &from, &to) == 0;
@@ -155,6 +163,7 @@ static void find_stop(struct tracer *t, const double expected[2], bool known, st
     stop->pq[0] = expected[0];
     stop->pq[1] = expected[1];
     stop->by_t[0] = stop->by_t[1] = 0;
+    rim_cloth_look(&t->rim->cloth, t->from->sight, covered_beside(t, &stop->spot));
     bool found = known && find_on_cloth(t, &stop->spot, &place);
     double miss = found ? vec3_distance(place.r, stop->spot.r) : HUGE_VAL;
     if (miss > beyond_doubt * t->spacing &&
@@ -204,6 +213,8 @@ static void add_rim_point(struct tracer *t, const struct rim_edge_point *spot, c
                                                    .covered = covered,
                                                    .uv = {spot->uv[0], spot->uv[1]},
                                                    .r = spot->r,
+                                                   .beside = covered_beside(t, spot),
+                                                   .sight = t->from->sight,
                                                    .p = pq[0],
                                                    .q = pq[1]};
 }
@@ -356,17 +367,20 @@ static void follow_edge_piece(struct tracer *t, struct stop *last) {
 
 static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
     const struct rim_vertex *vertices = t->edges.vertices + loop->first;
-    struct stop stop = {.t = 0};
+    struct stop stop = {.covered = false};
+    int32_t sight = -1;
     size_t begin = t->rim->count, first = 0;
     for (size_t k = 0; k < loop->count && !t->failed; k++) {
         t->from = &vertices[k];
         t->to = &vertices[k + 1];
-        if (k == 0) {
+        if (t->from->leaps)
+            continue;
+        if (t->from->sight != sight) {
             edge_point_at(t, 0, &stop.spot);
-            find_stop(t, stop.pq, false, &stop);
+            find_stop(t, stop.pq, stop.covered, &stop);
         }
-        if (!t->from->leaps)
-            follow_edge_piece(t, &stop);
+        sight = t->from->sight;
+        follow_edge_piece(t, &stop);
     }
     /* Points that no cloth reaches take the coordinates of the last one before that it does. */
     struct rim_point *points = t->rim->points;
@@ -389,9 +403,10 @@ enum status rim_make(struct march *march, struct rim *rim) {
     *rim = (struct rim){.covered = true};
     for (int k = 0; k < 2; k++)
         t.half_turn[k] = march->surface ? surface_point_cut_turn(march->surface, k) : HUGE_VAL;
-    enum status status = rim_edges_make(march, RIM_TOLERANCE / 3 * t.spacing, &t.edges);
+    struct cut_fault fault;
+    enum status status = rim_edges_make(march, RIM_TOLERANCE / 3 * t.spacing, &t.edges, &fault);
     if (status == STATUS_OK)
-        status = rim_cloth_make(march, &rim->cloth);
+        status = rim_cloth_make(march, t.edges.sights, &rim->cloth);
     if (status != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
     struct net_tile **tiles = net_sorted_tiles(march->net);
@@ -416,6 +431,7 @@ enum status rim_make(struct march *march, struct rim *rim) {
     }
     rim_reach_front(rim);
     rim->loop_count = t.edges.loop_count;
+    rim->lips = t.edges.lips;
     rim->covered = rim->covered && rim->count > 0;
     return t.failed || rim->cloth.failed ? STATUS_OUT_OF_MEMORY : STATUS_OK;
 }
@@ -459,6 +475,7 @@ bool rim_walk_next(struct rim_walk *walk, struct rim_piece *piece) {
     double length = sqrt(dp * dp + dq * dq) + 1e-12;
     piece->i = (int32_t)floor((piece->from[0] + piece->to[0]) / 2 - beside_side * dq / length);
     piece->j = (int32_t)floor((piece->from[1] + piece->to[1]) / 2 + beside_side * dp / length);
+    piece->point = k;
     piece->loose = !a->covered || !b->covered;
     walk->at = end < 1 ? end : 0;
     walk->point = end < 1 ? k : k + 1;

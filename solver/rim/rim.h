@@ -23,7 +23,8 @@ struct rim_point {
     int32_t loop, face;
     bool covered; /* the cloth reaches it; p and q are those of the last point it reached, if not */
     double uv[2]; /* as `rim_vertex` */
-    struct vec3 r;
+    struct vec3 r, beside; /* and a place inside, on the same side of all cuts */
+    int32_t sight;         /* as `rim_vertex` */
     double p, q;
 };
 
@@ -33,6 +34,7 @@ struct rim {
     size_t loop_count;
     bool covered; /* all points are, and there are some */
     struct rim_cloth cloth;
+    const struct rim_lips *lips; /* of each cut */
 };
 
 /* A straight piece of the rim within one cell, that on its left where it runs along a side. */
@@ -40,6 +42,7 @@ struct rim_piece {
     int32_t i, j;
     double from[2], to[2];
     struct vec3 r[2]; /* at its ends, as straight lines in space have it */
+    size_t point;     /* of the rim, at which its line begins */
     bool loose;       /* the cloth does not reach it */
 };
 

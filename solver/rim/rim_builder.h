@@ -52,4 +52,7 @@ static inline bool rim_builder_is_pole(const struct rim_builder *b, int k, int e
 void rim_builder_add_shell(struct rim_builder *b);
 void rim_builder_add_trims(struct rim_builder *b, const struct rim_window *window);
 
+/* Makes the lips of the march's cuts part of the loops. Errors: as `rim_edges_make`. */
+enum status rim_builder_add_cuts(struct rim_builder *b, struct cut_fault *fault) STATUS_MUST_USE;
+
 #endif

@@ -15,6 +15,7 @@ struct passage {
     double rise;         /* to q, along the edge */
     double area;         /* on the left of the edge in this cell */
     double length, p, q; /* and the sums of p and q of its pieces by their lengths */
+    size_t point;        /* of the rim, at which it begins */
     bool loose;
 };
 
@@ -40,7 +41,7 @@ static void add_passage(struct passages *c, const struct rim_piece *piece) {
         if (c->failed)
             return;
         own = &c->all[c->count++];
-        *own = (struct passage){.i = piece->i, .j = piece->j};
+        *own = (struct passage){.i = piece->i, .j = piece->j, .point = piece->point};
     }
     own->rise += rise;
     own->area += rise * (p - piece->i);
@@ -77,13 +78,15 @@ enum status rim_cells_make(struct march *march, const struct rim *rim, struct ri
     for (size_t k = 0; k < c.count;) {
         struct rim_cell cell = {.i = c.all[k].i, .j = c.all[k].j};
         bool new_row = cells->count == 0 || cells->cells[cells->count - 1].j != cell.j;
-        double area = 0, length = 0;
+        double area = 0, length = 0, longest = 0;
         rise = new_row ? 0 : rise;
         for (; k < c.count && c.all[k].i == cell.i && c.all[k].j == cell.j; k++) {
             const struct passage *own = &c.all[k];
             rise += own->rise;
             area += own->area;
             length += own->length;
+            cell.point = own->length > longest ? own->point : cell.point;
+            longest = fmax(longest, own->length);
             cell.p += own->p;
             cell.q += own->q;
             cell.loose = cell.loose || own->loose;

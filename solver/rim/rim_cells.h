@@ -17,6 +17,7 @@ struct rim_cell {
     bool loose;    /* where the cloth does not reach the rim, its share means nothing */
     int32_t inner; /* so many that follow it in its row lie within the rim, which does not pass
                       them; 0 where that is not sure */
+    size_t point;  /* of the rim, on whose side of all cuts the most of it lies */
 };
 
 struct rim_cells {

@@ -3,6 +3,8 @@
 
 #include "solver/fishnet/fishnet_geodesic.h"
 #include "solver/fishnet/logarithm.h"
+#include "solver/march/cuts.h"
+#include "solver/net/curtain.h"
 #include "solver/surface/spans.h"
 #include "solver/wide.h"
 
@@ -37,9 +39,12 @@ static const double near_extended = 2e-3;
 /* An extrapolated edge may differ that much from the spacing. */
 static const double longest_edge = 1.6, shortest_edge = 0.4;
 
-enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) {
+/* Nodes this far from the place looked at, in spacings, may be asked for. */
+static const double sight_reach = 8;
+
+enum status rim_cloth_make(struct march *march, int32_t sights, struct rim_cloth *cloth) {
     *cloth = (struct rim_cloth){.march = march, .view = net_view(march->net)};
-    cloth->beyond = arena_alloc(march->arena, 1, sizeof *cloth->beyond);
+    cloth->beyond = arena_alloc(march->arena, (size_t)sights, sizeof *cloth->beyond);
     cloth->patch = cloth->patches = arena_take(march->arena, PATCHES, sizeof *cloth->patches);
     cloth->nodes =
         arena_take(march->arena, (size_t)NODES_ACROSS * NODES_ACROSS, sizeof *cloth->nodes);
@@ -47,9 +52,40 @@ enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) {
         cloth->patches[k].made = cloth->patches[k].known = false;
     for (int k = 0; cloth->nodes && k < NODES_ACROSS * NODES_ACROSS; k++)
         cloth->nodes[k].searched = false;
-    return cloth->beyond && cloth->patches && cloth->nodes
-               ? net_make(cloth->beyond, march->arena, false)
-               : STATUS_OUT_OF_MEMORY;
+    enum status status =
+        cloth->beyond && cloth->patches && cloth->nodes ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    for (int32_t k = 0; k < sights && status == STATUS_OK; k++) {
+        cloth->beyond[k] = arena_alloc(march->arena, 1, sizeof *cloth->beyond[k]);
+        status = cloth->beyond[k] ? net_make(cloth->beyond[k], march->arena, false)
+                                  : STATUS_OUT_OF_MEMORY;
+    }
+    return status;
+}
+
+void rim_cloth_look(struct rim_cloth *cloth, int32_t sight, struct vec3 eye) {
+    const struct cuts *cuts = cloth->march->cuts;
+    const double *d = cloth->march->settings->spacing;
+    cloth->sight = sight;
+    cloth->guarded = cuts && curtain_is_near(cuts->curtain, eye, sight_reach * fmax(d[0], d[1])) &&
+                     cuts_nearest(cloth->march, eye, &cloth->eye);
+}
+
+bool rim_cloth_sees(const struct rim_cloth *cloth, const struct net_node *node) {
+    struct surface_point from;
+    return !cloth->guarded || !march_point_at(cloth->march, node, &from) ||
+           !march_passes_cut(cloth->march, &from, &cloth->eye, 0);
+}
+
+/* The node of the net at (i, j) if it has a place and is seen; else NULL. */
+static const struct net_node *seen_node(struct rim_cloth *cloth, int32_t i, int32_t j) {
+    const struct net_node *node = net_place(cloth->march->net, i, j);
+    return node && rim_cloth_sees(cloth, node) ? node : NULL;
+}
+
+/* The same in the view, which is near. */
+static const struct net_node *viewed_node(const struct rim_cloth *cloth, int32_t i, int32_t j) {
+    const struct net_node *node = net_view_place(&cloth->view, i, j);
+    return node && rim_cloth_sees(cloth, node) ? node : NULL;
 }
 
 /* ---- corners beyond the net ---- */
@@ -69,10 +105,10 @@ static bool may_reach(struct rim_cloth *cloth, int32_t i, int32_t j) {
 static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, int32_t j,
                                            int layers) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    const struct net_node *node = net_place(cloth->march->net, i, j);
+    const struct net_node *node = seen_node(cloth, i, j);
     if (node || layers == 0)
         return node;
-    node = net_find(cloth->beyond, i, j);
+    node = net_find(cloth->beyond[cloth->sight], i, j);
     int tried = node && node->state == NET_FAILED ? (int)node->yarns : 0;
     if (node && node->state == NET_GHOST)
         return node->yarns <= (uint32_t)layers ? node : NULL;
@@ -101,11 +137,12 @@ static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, i
         }
         best = count[2] ? 2 : count[1] ? 1 : 0;
     }
-    struct net_node made = {.state = best ? NET_GHOST : NET_FAILED, .yarns = (uint32_t)tried};
+    struct net_node made = {.state = best ? NET_GHOST : NET_FAILED,
+                            .yarns = (uint32_t)tried & NET_YARNS_MOST};
     if (best)
         made.r = vec3_scale(1.0 / count[best], sum[best]);
-    cloth->failed = net_put(cloth->beyond, i, j, &made) != STATUS_OK || cloth->failed;
-    return best ? net_place(cloth->beyond, i, j) : NULL;
+    cloth->failed = net_put(cloth->beyond[cloth->sight], i, j, &made) != STATUS_OK || cloth->failed;
+    return best ? net_place(cloth->beyond[cloth->sight], i, j) : NULL;
 }
 
 /* ---- patches ---- */
@@ -146,8 +183,7 @@ static bool turns_evenly(const struct rim_cloth *cloth, struct rim_patch *patch)
             int32_t behind = k ? 4 : -1;
             const struct vec3 *a = &r[end * line.far], *b = a + step * line.far;
             const struct vec3 *c = b + step * line.far;
-            beyond =
-                net_view_place(&cloth->view, line.i + behind * line.di, line.j + behind * line.dj);
+            beyond = viewed_node(cloth, line.i + behind * line.di, line.j + behind * line.dj);
             if (beyond &&
                 !(vec3_norm(vec3_axpy(3, vec3_sub(*a, *b), vec3_sub(*c, beyond->r))) < most))
                 return false;
@@ -167,7 +203,7 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
         for (int a = 0; a < 4; a++) {
             bool inner = (a == 1 || a == 2) && (b == 1 || b == 2);
             const struct net_node *node =
-                inner ? NULL : net_view_place(&cloth->view, patch->i + a - 1, patch->j + b - 1);
+                inner ? NULL : viewed_node(cloth, patch->i + a - 1, patch->j + b - 1);
             known[b][a] = inner || node;
             all = all && known[b][a];
             if (node) {
@@ -192,8 +228,8 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
                 continue;
             struct vec3 extended = vec3_axpy(2, a, vec3_scale(-1, b)), c = r[3 * step];
             if (has[1 - end]) {
-                const struct net_node *d = net_view_place(&cloth->view, line.i + behind * line.di,
-                                                          line.j + behind * line.dj);
+                const struct net_node *d =
+                    viewed_node(cloth, line.i + behind * line.di, line.j + behind * line.dj);
                 extended = vec3_add(vec3_scale(3, vec3_sub(a, b)), c);
                 if (d && !d->rough)
                     extended = vec3_add(extended, vec3_sub(vec3_axpy(3, vec3_sub(c, b), a), d->r));
@@ -206,9 +242,10 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
 const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j) {
     int at = (j & (PATCHES_ACROSS - 1)) * PATCHES_ACROSS + (i & (PATCHES_ACROSS - 1));
     struct rim_patch *patch = cloth->patch = &cloth->patches[at];
-    if (patch->made && patch->i == i && patch->j == j)
+    if (patch->made && patch->i == i && patch->j == j && patch->sight == cloth->sight)
         return patch;
     patch->made = true;
+    patch->sight = cloth->sight;
     patch->i = i;
     patch->j = j;
     for (int k = 0; k < 4; k++)
@@ -219,7 +256,7 @@ const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int3
     bool rough = false; /* whether one of the cell's corners has rough edges */
     for (int k = 0; k < 4 && patch->known; k++) {
         int a = k & 1, b = k / 2;
-        const struct net_node *node = net_view_place(&cloth->view, i + a, j + b);
+        const struct net_node *node = viewed_node(cloth, i + a, j + b);
         patch->extended = patch->extended || !node;
         node = node ? node : cloth_corner(cloth, i + a, j + b, LAYERS);
         patch->known = node;
@@ -323,6 +360,9 @@ static const double most_turned = 0.3;
  * other than the arcs that they are taken for. */
 static const double seen_accuracy = 1e-4, seen_share = 0.03, seen_most = 1e-2;
 
+/* And from a node that is to tell it to rounding. */
+static const double well_seen = 1e-11;
+
 /* Finds corner number n of a patch, its yarns by their edges of the cell or, where these are
  * missing, straight through from the other side; false when the net has none. */
 static bool find_patch_corner(struct rim_cloth *cloth, struct rim_patch *patch, int n) {
@@ -348,7 +388,7 @@ static bool find_patch_corner(struct rim_cloth *cloth, struct rim_patch *patch, 
         }
     }
     corner->point = node->point;
-    corner->found = node->found;
+    corner->found = node->found && seen_node(cloth, node->i, node->j);
     for (int k = 0; k < 2 && node->found; k++) {
         int own = k ? 1 - n / 2 : 1 - (n & 1);
         const struct vec3 *yarn = node->yarn[k];
@@ -494,6 +534,61 @@ static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct s
     place->rough = true;
     place->seen = true;
     return true;
+}
+
+/* The unit tangent of the yarn of a family at a node, towards the higher index: the mean of those
+ * of its geodesics to both neighbours. False where it has none. */
+static bool see_yarn(struct rim_cloth *cloth, const struct net_node *node, int32_t i, int32_t j,
+                     int family, const struct surface_point *at, struct vec3 *yarn) {
+    struct march *march = cloth->march;
+    struct vec3 sum = {0, 0, 0};
+    for (int side = 0; side < 2; side++) {
+        int step = side ? 1 : -1;
+        const struct net_node *other =
+            net_place(march->net, family ? i : i + step, family ? j + step : j);
+        double length = march->settings->spacing[family];
+        struct surface_point there;
+        struct vec3 start, end;
+        if (!other || net_is_parted_to(node, other, family, side) ||
+            !march_point_at(march, other, &there))
+            continue;
+        start = surface_point_tangent(at, vec3_sub(there.jet.r, at->jet.r));
+        if (fishnet_geodesic_between(march->surface, &march->cursor, at, &there, well_seen, &length,
+                                     &start, &end))
+            sum = vec3_axpy(step, start, sum);
+    }
+    *yarn = vec3_unit(sum);
+    return vec3_norm2(sum) > 0;
+}
+
+bool rim_cloth_see_well(struct rim_cloth *cloth, const struct surface_point *to, double pq[2]) {
+    struct march *march = cloth->march;
+    const double *d = march->settings->spacing;
+    double least = HUGE_VAL;
+    for (int k = 0; k < 16 && !march->mesh; k++) {
+        int32_t i = (int32_t)floor(pq[0]) - 1 + k % 4, j = (int32_t)floor(pq[1]) - 1 + k / 4;
+        const struct net_node *node = seen_node(cloth, i, j);
+        double x = pq[0] - i, y = pq[1] - j, length = 0, ab[2];
+        struct surface_point at;
+        struct vec3 yarn[2], start, end;
+        if (!node || !(x * x + y * y < least) || !march_point_at(march, node, &at) ||
+            !see_yarn(cloth, node, i, j, 0, &at, &yarn[0]) ||
+            !see_yarn(cloth, node, i, j, 1, &at, &yarn[1]))
+            continue;
+        start = vec3_axpy(y * d[1], yarn[1], vec3_scale(x * d[0], yarn[0]));
+        length = vec3_norm(start);
+        start = vec3_unit(start);
+        if (!fishnet_geodesic_between(march->surface, &march->cursor, &at, to, well_seen, &length,
+                                      &start, &end))
+            continue;
+        const struct vec3 along[2] = {vec3_scale(d[0], yarn[0]), vec3_scale(d[1], yarn[1])};
+        if (!rim_cloth_components(along, vec3_scale(length, start), ab))
+            continue;
+        least = x * x + y * y;
+        pq[0] = i + ab[0];
+        pq[1] = j + ab[1];
+    }
+    return least < HUGE_VAL;
 }
 
 bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,

@@ -39,9 +39,9 @@ struct rim_corner {
     double turn[2];      /* by how much they turn to the left there, as sines */
 };
 
-/* The cell (i, j) and its neighbours. */
+/* The cell (i, j) and its neighbours, as far as they are on one side of all cuts. */
 struct rim_patch {
-    int32_t i, j;
+    int32_t i, j, sight;
     bool made;
     bool known;                  /* it has all four corners, */
     bool extended;               /* not all of them from the net */
@@ -56,7 +56,10 @@ struct rim_patch {
 struct rim_cloth {
     struct march *march;
     struct net_view view;      /* of the march's net */
-    struct net *beyond;        /* corners that were extrapolated, as ghosts */
+    struct net **beyond;       /* by sight: corners that were extrapolated, as ghosts */
+    int32_t sight;             /* what is looked at: places on one side of all cuts, .. */
+    struct surface_point eye;  /* .. that of this one, if .. */
+    bool guarded;              /* .. a cut is near, so that nodes may be beyond it */
     struct rim_patch *patches; /* those looked at last, that of a cell at a place of its own */
     struct rim_patch *patch;   /* the last of all */
     struct rim_node *nodes;    /* corners of patches, as patches are kept */
@@ -72,8 +75,16 @@ struct rim_cloth_point {
     bool seen;            /* found along the surface from the cell's nodes, not in space alone */
 };
 
-/* Errors: STATUS_OUT_OF_MEMORY. */
-enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) STATUS_MUST_USE;
+/* Of a rim with so many sights (`rim_edges.h`). Errors: STATUS_OUT_OF_MEMORY. */
+enum status rim_cloth_make(struct march *march, int32_t sights,
+                           struct rim_cloth *cloth) STATUS_MUST_USE;
+
+/* From now on the cloth is looked at from a place beside the rim, one of this sight: what lies
+ * beyond a cut is not seen. */
+void rim_cloth_look(struct rim_cloth *cloth, int32_t sight, struct vec3 eye);
+
+/* Whether a node of the net is seen. */
+bool rim_cloth_sees(const struct rim_cloth *cloth, const struct net_node *node);
 
 /* The patch at the cell (i, j), which is there until another one is asked for. */
 const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j);
@@ -89,6 +100,11 @@ void rim_patch_point(const struct rim_patch *patch, double p, double q,
  * it minimises |X(p, q) - r| by Gauss and Newton. False when there is no cloth. */
 bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
                     struct rim_cloth_point *place);
+
+/* p and q of a place of the rim, from about where they are, to rounding where the cloth is flat and
+ * its edges are geodesics: by the geodesic from the nearest node that is seen, between that one's
+ * yarns. False, with `pq` as it was, where there is none, and on meshes. */
+bool rim_cloth_see_well(struct rim_cloth *cloth, const struct surface_point *to, double pq[2]);
 
 /* The components (a, b) for which a along[0] + b along[1] is nearest to `step`; false where the two
  * are nearly parallel. */

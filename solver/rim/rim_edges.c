@@ -86,9 +86,10 @@ static void add_mesh_borders(struct rim_builder *b) {
     }
 }
 
-enum status rim_edges_make(struct march *march, double tolerance, struct rim_edges *edges) {
+enum status rim_edges_make(struct march *march, double tolerance, struct rim_edges *edges,
+                           struct cut_fault *fault) {
     struct rim_builder b = {.march = march, .edges = edges, .tolerance = tolerance};
-    *edges = (struct rim_edges){0};
+    *edges = (struct rim_edges){.sights = 1};
     if (!march->surface)
         add_mesh_borders(&b);
     else if (march->surface->shell)
@@ -111,5 +112,7 @@ enum status rim_edges_make(struct march *march, double tolerance, struct rim_edg
         else
             add_border(&b, &window);
     }
-    return b.failed ? STATUS_OUT_OF_MEMORY : STATUS_OK;
+    if (b.failed)
+        return STATUS_OUT_OF_MEMORY;
+    return march->cuts ? rim_builder_add_cuts(&b, fault) : STATUS_OK;
 }

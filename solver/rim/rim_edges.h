@@ -18,7 +18,9 @@ struct rim_vertex {
     int32_t face; /* on a mesh the triangle, on a shell the face, else 0 */
     double uv[2]; /* the surface's inner parameters, not wrapped round closed directions */
     struct vec3 r;
-    bool leaps; /* the next vertex is the same place by other parameters: nothing lies between */
+    bool leaps;    /* the next vertex is the same place by other parameters: nothing lies between */
+    int32_t sight; /* of the piece from here: pieces with one number see the cloth from one side of
+                      all cuts */
 };
 
 /* The pieces between the vertices first .. first + count; the last vertex is the same place as the
@@ -31,12 +33,24 @@ struct rim_edges {
     struct rim_vertex *vertices;
     struct rim_loop *loops;
     size_t vertex_count, vertex_room, loop_count, loop_room;
+    int32_t sights;        /* numbers of sights: 1 without cuts */
+    struct rim_lips *lips; /* of each of the march's cuts */
+};
+
+/* Where a cut lies on its chain: its lips begin at the vertices `left` and `right`, the tip
+ * between.
+ */
+struct rim_lips {
+    int32_t left, right; /* sights of its lips' pieces */
 };
 
 /* Finds the edges, in the march's arena; trims with as few vertices as keep them within
- * `tolerance` in space. Errors: STATUS_OUT_OF_MEMORY. */
-enum status rim_edges_make(struct march *march, double tolerance,
-                           struct rim_edges *edges) STATUS_MUST_USE;
+ * `tolerance` in space. The lips of cuts become part of the chains that they begin on. Errors:
+ * STATUS_OUT_OF_MEMORY; STATUS_CUT of a cut that does not begin at an edge, or that ends at one,
+ * with the fault. */
+struct cut_fault;
+enum status rim_edges_make(struct march *march, double tolerance, struct rim_edges *edges,
+                           struct cut_fault *fault) STATUS_MUST_USE;
 
 /* A point on a chain. */
 struct rim_edge_point {

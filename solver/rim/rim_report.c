@@ -2,6 +2,7 @@
 #include "rim_report.h"
 
 #include "node_shear.h"
+#include "rim_lips.h"
 #include "solver/angle.h"
 #include "solver/team.h"
 #include "statistics.h"
@@ -311,6 +312,8 @@ static void add_cut_cells(struct gathering *g) {
             at++;
         if (at < c->count && c->i[at] == cell->i && c->j[at] == cell->j)
             continue;
+        const struct rim_point *point = &g->rim->points[cell->point];
+        rim_cloth_look(&g->rim->cloth, point->sight, point->beside);
         const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
         double sine, cosine, shear_deg, at_rim, share = cell->share, rest = 1 - share;
         struct rim_cloth_point middle;
@@ -554,6 +557,8 @@ enum status rim_report(struct march *march, struct rim_found *found, struct drap
     for (int k = 0; k < 12; k++)
         all = all && (cut->corner[k] = arena_take(arena, room, sizeof(double)));
     status = all ? measure_cloth(march, &found->rim, &found->cells, result) : STATUS_OUT_OF_MEMORY;
+    if (status == STATUS_OK)
+        status = rim_lips_measure(march, &found->rim, &result->cuts);
     if (status != STATUS_OK)
         return status;
     return found->rim.cloth.failed ? STATUS_OUT_OF_MEMORY

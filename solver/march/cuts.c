@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: MIT */
+#include "cuts.h"
+
+#include "solver/mesh/mesh.h"
+#include "solver/net/curtain.h"
+#include "solver/shell/crossing.h"
+#include <stdlib.h>
+#include <string.h>
+
+/* The steps in which a path is followed, as a share of the spacing. */
+static const double path_step = 0.25;
+
+/* How far beside a line its lips are taken, as a share of the spacing and at least beyond what is
+ * taken to be on a joint: so each lies on the face on its side. */
+static const double beside = 1e-6, beside_joint = 4;
+
+/* Two lines on faces change from one to the other within this share of a step. */
+static const double change = 1e-12;
+
+/* How high the curtain is, in spacings: a chord over a fold is deeper nowhere. */
+static const double curtain_height = 1;
+
+/* A line goes on beyond the edge at which it begins as far as ghosts do. */
+static const double beyond = 1;
+
+/* A start, or a line, that is nearer to a cut than this share of a spacing lies on it. */
+static const double on_cut = 1e-6;
+
+/* A path in space, by its length from its first point. */
+struct path_line {
+    const struct drape_cut_line *cut;
+    double *at; /* of each point */
+    double length;
+};
+
+struct maker {
+    struct march *march;
+    struct path_line line;
+    double spacing, aside;
+    double *stops; /* lengths at which the line is looked at, rising */
+    size_t count, room;
+};
+
+static struct vec3 path_at(const struct path_line *line, double s, struct vec3 *along) {
+    size_t k = 1;
+    while (k + 1 < line->cut->count && line->at[k] < s)
+        k++;
+    const struct vec3 *p = &line->cut->path[k - 1];
+    *along = vec3_unit(vec3_sub(p[1], p[0]));
+    return vec3_axpy(s - line->at[k - 1], *along, p[0]);
+}
+
+bool cuts_nearest(struct march *march, struct vec3 r, struct surface_point *place) {
+    const struct surface *surface = march->surface;
+    double uv[2], distance;
+    if (!surface) {
+        struct mesh_point nearest;
+        int32_t component =
+            march->mesh->component[march_mesh_point_of(&march->start.point).triangle];
+        bool found = mesh_nearest(march->mesh, r, component, &nearest, NULL);
+        if (found)
+            *place = march_mesh_point(march, &nearest);
+        return found;
+    }
+    if (surface->shell) {
+        struct shell_point nearest;
+        shell_nearest(surface->shell, r, shell_component(surface->shell, surface->face), &nearest,
+                      &distance);
+        surface = shell_surface(surface->shell, nearest.face);
+        memcpy(uv, nearest.inner, sizeof uv);
+    } else {
+        surface_nearest_at(surface, r, uv, &distance);
+    }
+    return surface_point_at(surface, &march->cursor, uv, place) &&
+           !surface_point_at_pole(surface, place);
+}
+
+/* Lips end so near to the ends of the line, as a share of the spacing: there, at a pole or a corner
+ * of faces, what lies to the left and to the right may not be told. */
+static const double at_end = 1e-3;
+
+/* The place of the line at s, or of the lip on its left (side 1) or right (-1). */
+static bool place_at(struct maker *m, double s, int side, struct surface_point *place) {
+    struct surface_cursor *cursor = &m->march->cursor;
+    struct vec3 along;
+    double inside = fmax(at_end * m->spacing, fmin(s, m->line.length - at_end * m->spacing));
+    if (!(side == 0 && cuts_nearest(m->march, path_at(&m->line, s, &along), place)) &&
+        !cuts_nearest(m->march, path_at(&m->line, inside, &along), place))
+        return false;
+    if (side == 0)
+        return true;
+    struct vec3 step = vec3_scale(side * m->aside, vec3_unit(vec3_cross(place->normal, along)));
+    struct surface_point there;
+    if (!m->march->surface)
+        return cuts_nearest(m->march, vec3_add(place->jet.r, step), place);
+    if (surface_point_move(cursor, place, step, &there) &&
+        (!there.surface->shell || crossing_settle(cursor, &there)))
+        *place = there;
+    return true;
+}
+
+static bool add_stop(struct maker *m, double s) {
+    if (m->count == m->room)
+        m->stops = arena_enlarge(m->march->arena, m->stops, m->count, sizeof *m->stops, &m->room);
+    if (m->stops)
+        m->stops[m->count++] = s;
+    return m->stops;
+}
+
+/* The stops at which a lip changes from face to face between two stops: the last before each change
+ * and the first behind it. */
+static bool add_changes(struct maker *m, double from, double to, int side) {
+    enum { CHANGES_MOST = 32 };
+    struct surface_point begin, end, middle;
+    if (!place_at(m, to, side, &end))
+        return true;
+    for (int n = 0; n < CHANGES_MOST && place_at(m, from, side, &begin); n++) {
+        double low = from, high = to;
+        if (begin.surface == end.surface)
+            return true;
+        while (high - low > change * m->spacing) {
+            double half = (low + high) / 2;
+            if (!(half > low && half < high) || !place_at(m, half, side, &middle))
+                break;
+            if (middle.surface == begin.surface)
+                low = half;
+            else
+                high = half;
+        }
+        if (!add_stop(m, low) || !add_stop(m, high))
+            return false;
+        from = high;
+    }
+    return true;
+}
+
+static int compare_stops(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Stops in small steps, at the points of the path, and wherever a lip changes its face. */
+static enum status find_stops(struct maker *m) {
+    const struct path_line *line = &m->line;
+    m->stops = NULL;
+    m->count = m->room = 0;
+    bool all = add_stop(m, 0);
+    for (size_t k = 1; k < line->cut->count; k++) {
+        double length = line->at[k] - line->at[k - 1];
+        size_t steps = 1 + (size_t)fmin(length / (path_step * m->spacing), 1e5);
+        for (size_t n = 1; n <= steps && all; n++)
+            all = add_stop(m, line->at[k - 1] + length * (double)n / (double)steps);
+    }
+    size_t steps = m->count;
+    for (size_t k = 1; k < steps && all && m->march->surface && m->march->surface->shell; k++)
+        all = add_changes(m, m->stops[k - 1], m->stops[k], 1) &&
+              add_changes(m, m->stops[k - 1], m->stops[k], -1);
+    if (all)
+        qsort(m->stops, m->count, sizeof *m->stops, compare_stops);
+    return all ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+/* Adds a place to a lip: not one that is where its last one is, on the same face. Parameters of
+ * closed directions go on without a jump. */
+static void add_to_lip(struct maker *m, struct cut *cut, int number,
+                       const struct surface_point *place) {
+    struct cut_vertex *lip = cut->lip[number], *last = lip + cut->count[number] - 1;
+    struct cut_vertex vertex = {
+        .face = march_face(m->march, place), .uv = {place->uv[0], place->uv[1]}, .r = place->jet.r};
+    bool first = cut->count[number] == 0, same = !first && last->face == vertex.face;
+    for (int k = 0; k < 2 && same && place->surface; k++) {
+        const struct surface_axis *axis = &place->surface->axis[k];
+        double turn = surface_axis_length(axis);
+        if (axis->closed)
+            vertex.uv[k] += turn * round((last->uv[k] - vertex.uv[k]) / turn);
+    }
+    if (same && vec3_distance(last->r, vertex.r) < on_cut * m->spacing)
+        return;
+    if (!first)
+        last->leaps = !same && place->surface;
+    lip[cut->count[number]++] = vertex;
+}
+
+/* The lips of a cut, and the posts of its curtain, which begins beyond the edge. */
+static enum status lay_cut(struct maker *m, struct cut *cut, struct curtain_line *line,
+                           struct cut_fault *fault) {
+    struct arena *arena = m->march->arena;
+    enum status status = find_stops(m);
+    struct curtain_post *posts = arena_alloc(arena, m->count + 1, sizeof *posts);
+    for (int k = 0; k < 2; k++)
+        cut->lip[k] = arena_alloc(arena, m->count, sizeof *cut->lip[k]);
+    if (status != STATUS_OK || !posts || !cut->lip[0] || !cut->lip[1])
+        return STATUS_OUT_OF_MEMORY;
+    line->posts = posts;
+    line->count = 1;
+    for (size_t k = 0; k < m->count; k++) {
+        struct vec3 along, r = path_at(&m->line, m->stops[k], &along), normal = {0, 0, 0};
+        struct surface_point place;
+        fault->at = r;
+        fault->kind = CUT_OFF_PART;
+        if (!place_at(m, m->stops[k], 0, &place) || !(vec3_distance(place.jet.r, r) <= m->spacing))
+            return STATUS_CUT;
+        posts[line->count].r = place.jet.r;
+        for (int side = 1; side >= -1; side -= 2) {
+            (void)place_at(m, m->stops[k], side, &place);
+            normal = vec3_add(normal, place.normal);
+            add_to_lip(m, cut, side < 0, &place);
+        }
+        posts[line->count].normal = vec3_unit(normal);
+        if (k > 0 &&
+            vec3_distance(posts[line->count].r, posts[line->count - 1].r) < on_cut * m->spacing)
+            continue;
+        line->count++;
+    }
+    /* The curtain ends before the tip, along whose normal the part may go on: an edge of a box. */
+    struct vec3 along;
+    posts[line->count - 1].r = path_at(&m->line, m->line.length - at_end * m->spacing, &along);
+    fault->kind = CUT_SHORT;
+    for (size_t k = 2; k < line->count; k++)
+        cut->length += vec3_distance(posts[k].r, posts[k - 1].r);
+    if (!(cut->length >= m->spacing))
+        return STATUS_CUT;
+    double size = m->march->surface ? m->march->surface->size : m->march->mesh->size;
+    if (m->march->surface && m->march->surface->shell)
+        size = shell_size(m->march->surface->shell);
+    struct vec3 back = vec3_unit(vec3_sub(posts[1].r, posts[2].r));
+    posts[0] = (struct curtain_post){vec3_axpy(beyond * size, back, posts[1].r), posts[1].normal};
+    return STATUS_OK;
+}
+
+/* The distance of a place from a cut, by its left lip. */
+static double distance_from(const struct cut *cut, struct vec3 r) {
+    double least = HUGE_VAL;
+    for (size_t k = 0; k + 1 < cut->count[0]; k++) {
+        struct vec3 from = cut->lip[0][k].r, along = vec3_sub(cut->lip[0][k + 1].r, from);
+        double share = vec3_dot(vec3_sub(r, from), along) / vec3_norm2(along);
+        share = share > 0 ? fmin(share, 1) : 0;
+        least = fmin(least, vec3_distance(vec3_axpy(share, along, from), r));
+    }
+    return least;
+}
+
+/* Whether a cut crosses one before it: a step of it pierces that one's curtain, but the first, with
+ * which it may begin there. */
+static enum status find_crossing(const struct maker *m, const struct curtain_line *lines,
+                                 size_t own, struct cut_fault *fault) {
+    const struct curtain_post *posts = lines[own].posts;
+    for (size_t other = 0; other < own; other++) {
+        struct curtain_line line = {lines[other].posts + 1, lines[other].count - 1};
+        struct curtain *curtain;
+        struct vec3 normal;
+        enum status status =
+            curtain_make(&line, 1, curtain_height * m->spacing, m->march->arena, &curtain);
+        for (size_t k = 3; k < lines[own].count && status == STATUS_OK; k++) {
+            if (!curtain_parts(curtain, posts[k - 1].r, posts[k].r, &normal) ||
+                !(vec3_dot(normal, posts[k].normal) > 0))
+                continue;
+            *fault = (struct cut_fault){CUT_CROSSES, own, other, posts[k].r};
+            return STATUS_CUT;
+        }
+        if (status != STATUS_OK)
+            return status;
+    }
+    return STATUS_OK;
+}
+
+enum status cuts_make(struct march *march, struct cut_fault *fault) {
+    const struct drape_settings *s = march->settings;
+    const double *d = s->spacing;
+    struct maker m = {.march = march, .spacing = fmin(d[0], d[1])};
+    struct arena *arena = march->arena;
+    if (s->cut_count == 0)
+        return STATUS_OK;
+    struct cuts *cuts = arena_alloc(arena, 1, sizeof *cuts);
+    struct curtain_line *lines = arena_alloc(arena, s->cut_count, sizeof *lines);
+    if (!cuts || !lines || !(cuts->cut = arena_alloc(arena, s->cut_count, sizeof *cuts->cut)))
+        return STATUS_OUT_OF_MEMORY;
+    m.aside = beside * m.spacing;
+    if (march->surface && march->surface->shell)
+        m.aside = fmax(m.aside, beside_joint * shell_joint_width(march->surface->shell));
+    enum status status = STATUS_OK;
+    for (; cuts->count < s->cut_count && status == STATUS_OK; cuts->count++) {
+        const struct drape_cut_line *own = m.line.cut = &s->cuts[cuts->count];
+        *fault = (struct cut_fault){.cut = cuts->count};
+        m.line.at = arena_alloc(arena, own->count, sizeof *m.line.at);
+        if (!m.line.at)
+            return STATUS_OUT_OF_MEMORY;
+        for (size_t k = 1; k < own->count; k++)
+            m.line.length = m.line.at[k] =
+                m.line.at[k - 1] + vec3_distance(own->path[k], own->path[k - 1]);
+        struct cut *cut = &cuts->cut[cuts->count];
+        status = lay_cut(&m, cut, &lines[cuts->count], fault);
+        fault->kind = status == STATUS_OK ? CUT_AT_START : fault->kind;
+        if (status == STATUS_OK && distance_from(cut, march->start.point.jet.r) < 1e-3 * m.spacing)
+            status = STATUS_CUT;
+        if (status == STATUS_OK)
+            status = find_crossing(&m, lines, cuts->count, fault);
+    }
+    if (status != STATUS_OK)
+        return status;
+    march->cuts = cuts;
+    return curtain_make(lines, cuts->count, curtain_height * fmax(d[0], d[1]), arena,
+                        &cuts->curtain);
+}

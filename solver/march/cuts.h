@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Cuts: lines on the part over which the cloth does not go, each from an edge to its tip. A cut has
+ * two lips, lines of cloth over one line of the part. The march lays no yarn across; what lies
+ * behind a lip is reached round the tip, straight on along the yarns that pass it.
+ */
+#ifndef SOLVER_MARCH_CUTS_H
+#define SOLVER_MARCH_CUTS_H
+
+#include "march.h"
+#include "solver/result.h"
+
+/* A place of a lip: as a vertex of an edge (`rim_edges.h`). */
+struct cut_vertex {
+    int32_t face; /* on a mesh the triangle, on a shell the face, else 0 */
+    double uv[2]; /* the surface's inner parameters; on a mesh those of the triangle */
+    struct vec3 r;
+    bool leaps; /* the next one is the same place on another face */
+};
+
+struct cut {
+    struct cut_vertex *lip[2]; /* from the edge to the tip: the left one and the right one, seen
+                                  that way against the normals */
+    size_t count[2];
+    double length;
+};
+
+struct cuts {
+    struct cut *cut;
+    size_t count;
+    struct curtain *curtain;
+};
+
+/* The place of the part nearest to a point; false where it has no tangent plane. */
+bool cuts_nearest(struct march *march, struct vec3 r, struct surface_point *place);
+
+/* Lays the cuts of the settings on the part of a march that has its start: `march->cuts`, NULL when
+ * there are none. Errors: STATUS_OUT_OF_MEMORY; STATUS_CUT, with the fault. */
+enum status cuts_make(struct march *march, struct cut_fault *fault) STATUS_MUST_USE;
+
+#endif

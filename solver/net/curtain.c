@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: MIT */
+#include "curtain.h"
+
+#include "solver/surface/boxes.h"
+
+/* The lower end of post k is corner 2 k, the upper one 2 k + 1: between two posts of a line lie the
+ * triangles (2 k, 2 k + 2, 2 k + 3) and (2 k, 2 k + 3, 2 k + 1). */
+struct curtain {
+    struct vec3 *corners;
+    struct vec3 *normals;     /* of the posts */
+    struct curtain_end *ends; /* of the lines */
+    size_t line_count;
+    size_t *first;       /* post of each strip: it goes on to the next one */
+    struct boxes *boxes; /* round the strips */
+    struct box box;      /* round all of them */
+};
+
+enum status curtain_make(const struct curtain_line *lines, size_t count, double height,
+                         struct arena *arena, struct curtain **made) {
+    size_t posts = 0, strips = 0;
+    for (size_t n = 0; n < count; n++)
+        posts += lines[n].count;
+    struct curtain *curtain = arena_alloc(arena, 1, sizeof *curtain);
+    struct box *boxes = arena_alloc(arena, posts, sizeof *boxes);
+    if (!curtain || !boxes ||
+        !(curtain->corners = arena_alloc(arena, 2 * posts, sizeof(struct vec3))) ||
+        !(curtain->normals = arena_alloc(arena, posts, sizeof(struct vec3))) ||
+        !(curtain->ends = arena_alloc(arena, count, sizeof(struct curtain_end))) ||
+        !(curtain->first = arena_alloc(arena, posts, sizeof(size_t))))
+        return STATUS_OUT_OF_MEMORY;
+    *made = curtain;
+    curtain->line_count = count;
+    posts = 0;
+    for (size_t n = 0; n < count; n++) {
+        const struct curtain_post *last = &lines[n].posts[lines[n].count - 1];
+        curtain->ends[n] = (struct curtain_end){last->r, vec3_unit(vec3_sub(last->r, last[-1].r))};
+        for (size_t k = 0; k < lines[n].count; k++, posts++) {
+            const struct curtain_post *post = &lines[n].posts[k];
+            struct vec3 *own = &curtain->corners[2 * posts];
+            own[0] = vec3_axpy(-height, post->normal, post->r);
+            own[1] = vec3_axpy(height, post->normal, post->r);
+            curtain->normals[posts] = post->normal;
+            if (k == 0)
+                continue;
+            struct box one = box_round(own[-2], own[-1], 0), other = box_round(own[0], own[1], 0);
+            boxes[strips] = box_join(&one, &other);
+            curtain->box = strips ? box_join(&curtain->box, &boxes[strips]) : boxes[strips];
+            curtain->first[strips++] = posts - 1;
+        }
+    }
+    return boxes_make(boxes, strips, arena, &curtain->boxes);
+}
+
+static bool note_strip(void *context, int32_t number) {
+    (void)number;
+    *(bool *)context = true;
+    return false;
+}
+
+bool curtain_is_near(const struct curtain *curtain, struct vec3 r, double reach) {
+    struct box box = box_round(r, r, reach);
+    bool near = false;
+    if (box_distance2(&curtain->box, r) <= reach * reach)
+        boxes_visit(curtain->boxes, &box, note_strip, &near);
+    return near;
+}
+
+struct way {
+    const struct curtain *curtain;
+    struct vec3 from, to;
+    bool parted;
+    size_t post; /* of the strip that it pierces */
+};
+
+static double volume(struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 d) {
+    return vec3_dot(vec3_sub(b, a), vec3_cross(vec3_sub(c, a), vec3_sub(d, a)));
+}
+
+/* On which side of the line through the way an edge of a triangle passes it: of both triangles that
+ * share the edge the opposite. */
+static bool passes_edge(const struct way *way, size_t a, size_t b) {
+    const struct vec3 *corners = way->curtain->corners;
+    size_t low = a < b ? a : b, high = a < b ? b : a;
+    return (volume(way->from, way->to, corners[low], corners[high]) >= 0) == (a < b);
+}
+
+static bool pierces(const struct way *way, size_t a, size_t b, size_t c) {
+    const struct vec3 *corners = way->curtain->corners;
+    bool begins = volume(corners[a], corners[b], corners[c], way->from) > 0;
+    bool ends = volume(corners[a], corners[b], corners[c], way->to) > 0;
+    bool side = passes_edge(way, a, b);
+    return begins != ends && passes_edge(way, b, c) == side && passes_edge(way, c, a) == side;
+}
+
+static bool visit_strip(void *context, int32_t number) {
+    struct way *way = context;
+    size_t post = way->curtain->first[number], at = 2 * post;
+    way->parted = pierces(way, at, at + 2, at + 3) || pierces(way, at, at + 3, at + 1);
+    way->post = post;
+    return !way->parted;
+}
+
+bool curtain_ends_near(const struct curtain *curtain, struct vec3 r, double reach,
+                       struct curtain_end *end) {
+    for (size_t n = 0; n < curtain->line_count; n++) {
+        *end = curtain->ends[n];
+        if (vec3_distance(r, end->r) < reach)
+            return true;
+    }
+    return false;
+}
+
+bool curtain_parts(const struct curtain *curtain, struct vec3 from, struct vec3 to,
+                   struct vec3 *normal) {
+    struct way way = {.curtain = curtain, .from = from, .to = to};
+    struct box box = box_round(from, to, 0);
+    boxes_visit(curtain->boxes, &box, visit_strip, &way);
+    if (normal && way.parted)
+        *normal = curtain->normals[way.post];
+    return way.parted;
+}

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A curtain: a line on a part, along its normals above and below it, which ways over the part
+ * between places near each other may pass. It is what keeps the cloth on either side of a cut
+ * apart. Whether a way pierces it is decided edge by edge with the same signs for all that meet
+ * there, so that no way slips through where two straight pieces join, and none is stopped beyond
+ * its end.
+ */
+#ifndef SOLVER_NET_CURTAIN_H
+#define SOLVER_NET_CURTAIN_H
+
+#include "solver/arena.h"
+#include "solver/status.h"
+#include "solver/vec.h"
+#include <stdbool.h>
+#include <stddef.h>
+
+/* A place of a line, and the unit normal of the part there. */
+struct curtain_post {
+    struct vec3 r, normal;
+};
+
+/* Posts in order, at least 2, straight between them. */
+struct curtain_line {
+    const struct curtain_post *posts;
+    size_t count;
+};
+
+struct curtain;
+
+/* A curtain along `count` lines, so high above and below the part; the posts are copied. Errors:
+ * STATUS_OUT_OF_MEMORY. */
+enum status curtain_make(const struct curtain_line *lines, size_t count, double height,
+                         struct arena *arena, struct curtain **curtain) STATUS_MUST_USE;
+
+/* Whether a place may be within `reach` of the curtain. */
+bool curtain_is_near(const struct curtain *curtain, struct vec3 r, double reach);
+
+/* The end of a line: its last post, and the direction in which the line comes to it. */
+struct curtain_end {
+    struct vec3 r, beyond;
+};
+
+/* Whether the end of a line is within `reach` of a place, the first one of those that are. */
+bool curtain_ends_near(const struct curtain *curtain, struct vec3 r, double reach,
+                       struct curtain_end *end);
+
+/* Whether the straight way between two places pierces the curtain, and the part's normal there (may
+ * be NULL). A place on a line is to the left of it. */
+bool curtain_parts(const struct curtain *curtain, struct vec3 from, struct vec3 to,
+                   struct vec3 *normal);
+
+#endif
