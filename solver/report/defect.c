@@ -3,7 +3,7 @@
 
 #include "solver/fishnet/correction.h"
 #include "solver/fishnet/fishnet.h"
-#include "solver/fishnet/rough.h"
+#include "solver/fishnet/logarithm.h"
 #include "solver/fishnet/yarn.h"
 #include "solver/wide.h"
 
@@ -20,6 +20,9 @@ static const double unknown_turn = 0.05;
 /* And so much of a bend all at once in a rough edge, whose ends tell it only roughly; and what
  * measuring it in pieces leaves of its length (march_cell.c), as a share of that. */
 static const double of_at_once = 2, of_measured = 5e-7;
+
+/* To what a geodesic is measured here, as a share of it, and how often that it may be wrong. */
+static const double measured = 1e-8, of_logarithm = 3;
 
 /* The net along one yarn about the edge from Q to P: D2 at the places -2 .. 3, counted from Q,
  * where there are any. None reaches over rough edges, or from nodes that have grown to others. */
@@ -108,6 +111,24 @@ double defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj,
     return end[0] >= 0 && end[1] >= 0 ? (end[0] + end[1]) / 2 : fmax(end[0], end[1]);
 }
 
+/* By how much an edge that its ends tell is longer than d: they may tell it wrong by more than the
+ * rest of the defect, so its geodesic is measured. False where only that tells it: it has been. */
+static bool measure_excess(struct defect_net *net, const struct net_node *from,
+                           const struct net_node *to, double d, struct defect *excess) {
+    struct surface_point p, q;
+    struct logarithm geodesic;
+    if (!surface_point_at(march_surface(net->march, from), &net->cursor, from->uv, &p) ||
+        !surface_point_at(march_surface(net->march, to), &net->cursor, to->uv, &q))
+        return false;
+    double curvature = surface_point_normal_curvature(&p, vec3_sub(to->r, from->r));
+    double chord = fishnet_arc_chord(d, curvature);
+    if (rough_edge(&p, &q, curvature, d, &chord) == ROUGH_EDGE ||
+        !logarithm_find(&net->cursor, &p, &q, measured, &geodesic))
+        return false;
+    *excess = (struct defect){geodesic.length - d, of_logarithm * measured * d};
+    return true;
+}
+
 /* By the angles by which the yarn turns sideways at its ends: evenly over the edge, or all at once
  * at a fillet or crease in it, which the geodesic between the ends cuts short. That crosses at x of
  * the edge and turns by (1 - x) of the angle at the near end and by x at the far one; the yarn is
@@ -119,20 +140,7 @@ static struct defect by_turn(struct defect_net *net, int32_t i, int32_t j, int d
     double end[2], turn = defect_turn(net, i, j, di, dj, end);
     const struct net_node *from = net_view_place(&net->net, i, j);
     const struct net_node *to = net_view_place(&net->net, i + di, j + dj);
-    /* by how much the edge is longer than d as its ends tell it, which may be wrong by their error,
-     * unless only the geodesic between them tells */
-    struct surface_point p, q;
-    struct rough_geodesic geodesic;
-    bool known = surface_point_at(march_surface(net->march, from), &net->cursor, from->uv, &p) &&
-                 surface_point_at(march_surface(net->march, to), &net->cursor, to->uv, &q);
-    if (known) {
-        double curvature = surface_point_normal_curvature(&p, vec3_sub(to->r, from->r));
-        double chord = fishnet_arc_chord(d, curvature);
-        known = rough_edge(&p, &q, curvature, d, &chord) != ROUGH_EDGE &&
-                rough_estimate(&p, &q, &geodesic);
-    }
-    if (known)
-        excess = (struct defect){geodesic.length - d, geodesic.error * d};
+    bool known = measure_excess(net, from, to, d, &excess);
     if (turn < 0)
         return (struct defect){excess.known, excess.unsure + least};
     double sideways = d * turn * turn / 24, sum = excess.known + sideways;

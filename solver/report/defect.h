@@ -11,7 +11,7 @@
  * this M (`correction.h`), for which the other terms vanish. The correction, made from a first net
  * and without D4, gives another chord: the difference is the edge's defect. A rough edge
  * (`rough.h`) is a geodesic of the length d: its defect is that of a yarn which turns sideways.
- * Other edges without differences, beside rough ones, are longer by what their ends tell, too.
+ * Other edges without differences, beside rough ones, are longer by what their geodesics are, too.
  */
 #ifndef SOLVER_REPORT_DEFECT_H
 #define SOLVER_REPORT_DEFECT_H
