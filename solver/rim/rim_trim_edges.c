@@ -227,7 +227,7 @@ static void add_straight(struct chains *c, struct polyline *stretch, const doubl
  * asked what lies beside it: a parabola that leaves its chord by h has n that leave theirs by
  * h/n^2.
  */
-static int parts_of(const struct chains *c, const double a[2], const double b[2]) {
+static int straight_parts(const struct chains *c, const double a[2], const double b[2]) {
     const struct surface *surface = c->builder->march->surface;
     const double middle[2] = {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2};
     double at[3][2], bend = 0;
@@ -256,7 +256,7 @@ static void follow_trim_loop(struct chains *c, size_t loop) {
         return;
     surface_inner(surface, outer[0], from);
     for (size_t k = 1; k < count; k++) {
-        int parts = bent ? parts_of(c, outer[k - 1], outer[k]) : 1;
+        int parts = bent ? straight_parts(c, outer[k - 1], outer[k]) : 1;
         for (int part = 1; part <= parts && !c->builder->failed; part++) {
             for (int m = 0; m < 2; m++)
                 at[m] = outer[k - 1][m] + (double)part / parts * (outer[k][m] - outer[k - 1][m]);
