@@ -17,8 +17,9 @@ static const double beside = 1e-6, beside_joint = 4;
 /* Two lines on faces change from one to the other within this share of a step. */
 static const double change = 1e-12;
 
-/* How high the curtain is, in spacings: a chord over a fold is deeper nowhere. */
-static const double curtain_height = 1;
+/* How high the curtain is, in spacings: no chord over a fold is deeper; and in radii of curvature:
+ * chords of yarns rise less, and beyond lies the other side of a tube. */
+static const double curtain_height = 1, curtain_radii = 0.7;
 
 /* A line goes on beyond the edge at which it begins as far as ghosts do. */
 static const double beyond = 1;
@@ -181,6 +182,14 @@ static void add_to_lip(struct maker *m, struct cut *cut, int number,
     lip[cut->count[number]++] = vertex;
 }
 
+static double height_at(const struct maker *m, const struct surface_point *place) {
+    const double *d = m->march->settings->spacing;
+    double height = curtain_height * fmax(d[0], d[1]), mean = 0, spread = 0;
+    if (place->surface)
+        surface_point_principal_curvatures(place, &mean, &spread);
+    return fmin(height, curtain_radii / (fabs(mean) + spread));
+}
+
 /* The lips of a cut, and the posts of its curtain, which begins beyond the edge. */
 static enum status lay_cut(struct maker *m, struct cut *cut, struct curtain_line *line,
                            struct cut_fault *fault) {
@@ -201,6 +210,7 @@ static enum status lay_cut(struct maker *m, struct cut *cut, struct curtain_line
         if (!place_at(m, m->stops[k], 0, &place) || !(vec3_distance(place.jet.r, r) <= m->spacing))
             return STATUS_CUT;
         posts[line->count].r = place.jet.r;
+        posts[line->count].height = height_at(m, &place);
         for (int side = 1; side >= -1; side -= 2) {
             (void)place_at(m, m->stops[k], side, &place);
             normal = vec3_add(normal, place.normal);
@@ -224,7 +234,8 @@ static enum status lay_cut(struct maker *m, struct cut *cut, struct curtain_line
     if (m->march->surface && m->march->surface->shell)
         size = shell_size(m->march->surface->shell);
     struct vec3 back = vec3_unit(vec3_sub(posts[1].r, posts[2].r));
-    posts[0] = (struct curtain_post){vec3_axpy(beyond * size, back, posts[1].r), posts[1].normal};
+    posts[0] = posts[1];
+    posts[0].r = vec3_axpy(beyond * size, back, posts[1].r);
     return STATUS_OK;
 }
 
@@ -249,8 +260,7 @@ static enum status find_crossing(const struct maker *m, const struct curtain_lin
         struct curtain_line line = {lines[other].posts + 1, lines[other].count - 1};
         struct curtain *curtain;
         struct vec3 normal;
-        enum status status =
-            curtain_make(&line, 1, curtain_height * m->spacing, m->march->arena, &curtain);
+        enum status status = curtain_make(&line, 1, m->march->arena, &curtain);
         for (size_t k = 3; k < lines[own].count && status == STATUS_OK; k++) {
             if (!curtain_parts(curtain, posts[k - 1].r, posts[k].r, &normal) ||
                 !(vec3_dot(normal, posts[k].normal) > 0))
@@ -299,6 +309,5 @@ enum status cuts_make(struct march *march, struct cut_fault *fault) {
     if (status != STATUS_OK)
         return status;
     march->cuts = cuts;
-    return curtain_make(lines, cuts->count, curtain_height * fmax(d[0], d[1]), arena,
-                        &cuts->curtain);
+    return curtain_make(lines, cuts->count, arena, &cuts->curtain);
 }

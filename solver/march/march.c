@@ -112,10 +112,12 @@ static bool step_passes_cut(struct march *march, struct path *path, struct vec3 
     return parts;
 }
 
-/* Whether a geodesic from `from` to `to`, found by setting off for `towards`, passes no cut. Where
- * its length is known, `d`, it must have that. */
-static bool goes_round_tip(struct march *march, const struct surface_point *from,
-                           const struct surface_point *to, struct vec3 towards, double d) {
+/* What a geodesic from `from` to `to`, looked for by setting off for `towards`, says of a cut
+ * between them. Where its length is known, `d`, it must have that. */
+enum beside { BESIDE_UNKNOWN, BESIDE_CLEAR, BESIDE_PARTED };
+
+static enum beside follow_past_tip(struct march *march, const struct surface_point *from,
+                                   const struct surface_point *to, struct vec3 towards, double d) {
     struct vec3 start = surface_point_tangent(from, vec3_sub(towards, from->jet.r)), end;
     struct vec3 last = from->jet.r;
     double length = d > 0 ? d : vec3_distance(to->jet.r, from->jet.r);
@@ -123,13 +125,26 @@ static bool goes_round_tip(struct march *march, const struct surface_point *from
     if (!(vec3_norm2(start) > 0) ||
         !fishnet_geodesic_between(march->surface, &march->cursor, from, to, 1e-6, &length, &start,
                                   &end) ||
-        (d > 0 && fabs(length / d - 1) > as_long) ||
         !path_geodesic(&path, from->surface, from, start))
-        return false;
+        return BESIDE_UNKNOWN;
+    if (d > 0 && fabs(length / d - 1) > as_long)
+        return BESIDE_PARTED; /* the yarn is another one */
     for (int k = 0; k < STEPS_PAST_TIP; k++)
         if (step_passes_cut(march, &path, &last, length / STEPS_PAST_TIP, HALVINGS))
-            return false;
-    return true;
+            return BESIDE_PARTED;
+    return BESIDE_CLEAR;
+}
+
+/* The tip of a cut that is near. */
+static bool find_tip(const struct march *march, struct vec3 at, struct curtain_end *tip) {
+    const double *d = march->settings->spacing;
+    return march->cuts &&
+           curtain_ends_near(march->cuts->curtain, at, beside_tip * fmax(d[0], d[1]), tip);
+}
+
+bool march_is_beside_tip(const struct march *march, struct vec3 at) {
+    struct curtain_end tip;
+    return find_tip(march, at, &tip);
 }
 
 bool march_passes_cut(struct march *march, const struct surface_point *from,
@@ -140,13 +155,17 @@ bool march_passes_cut(struct march *march, const struct surface_point *from,
     struct vec3 normal;
     if (!march->cuts)
         return false;
-    const struct curtain *curtain = march->cuts->curtain;
-    if (march->mesh || !curtain_ends_near(curtain, to->jet.r, beside_tip * longest, &tip))
-        return curtain_parts(curtain, from->jet.r, to->jet.r, &normal) &&
-               vec3_dot(from->normal, normal) >= 0;
+    bool chord = curtain_parts(march->cuts->curtain, from->jet.r, to->jet.r, &normal) &&
+                 vec3_dot(from->normal, normal) >= 0;
+    if (march->mesh || !find_tip(march, to->jet.r, &tip))
+        return chord;
     struct vec3 round = vec3_axpy(longest / 4, tip.beyond, tip.r);
-    return !goes_round_tip(march, from, to, to->jet.r, length) &&
-           !(length > 0 && goes_round_tip(march, from, to, round, length));
+    enum beside straight = follow_past_tip(march, from, to, to->jet.r, length), other = straight;
+    if (length > 0 && straight != BESIDE_CLEAR)
+        other = follow_past_tip(march, from, to, round, length);
+    if (straight == BESIDE_CLEAR || other == BESIDE_CLEAR)
+        return false;
+    return straight == BESIDE_PARTED || chord;
 }
 
 bool march_is_parted(struct march *march, int32_t i, int32_t j, int di, int dj,

@@ -226,6 +226,9 @@ enum status march_fail_cell(struct march *march, int32_t i, int32_t j, enum drap
 /* Whether a cut is within a cell's reach. */
 bool march_is_beside_cut(const struct march *march, struct vec3 at);
 
+/* Whether the tip of a cut is so near that yarns may go round it. */
+bool march_is_beside_tip(const struct march *march, struct vec3 at);
+
 /* Whether a cut parts two places of the part near each other, so far apart along the surface if
  * that is known, else 0. */
 bool march_passes_cut(struct march *march, const struct surface_point *from,

@@ -324,7 +324,8 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
         int di = side * e->dj, dj = side * e->di;
         const struct net_node *node = net_place(march->net, e->i + di, e->j + dj);
         struct vec3 across;
-        if (node && is_flat(vec3_sub(node->r, from.jet.r), direction) &&
+        if (node && yarn_comes(march->net, net_place(march->net, e->i, e->j), e->i, e->j, di, dj) &&
+            is_flat(vec3_sub(node->r, from.jet.r), direction) &&
             (march->mesh || !march_yarn(march, e->i, e->j, di, dj, &from, &across) ||
              is_flat(across, direction)))
             return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);

@@ -49,6 +49,10 @@ bool march_joins(struct march *march, int32_t i, int32_t j, const struct surface
                  enum surface_point_zone zone) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     const double *d = march->settings->spacing;
+    /* Beside the tip of a cut it has been asked already how far apart they are (`march_is_parted`).
+     */
+    if (march_is_beside_tip(march, point->jet.r))
+        return true;
     for (int k = 0; k < 4; k++) {
         const struct net_node *node = net_place(march->net, i + sides[k][0], j + sides[k][1]);
         bool laid = (march->edges.rough | march->edges.parted) & NET_EDGE_BIT(k / 2, k % 2 == 0);

@@ -15,8 +15,8 @@ struct curtain {
     struct box box;      /* round all of them */
 };
 
-enum status curtain_make(const struct curtain_line *lines, size_t count, double height,
-                         struct arena *arena, struct curtain **made) {
+enum status curtain_make(const struct curtain_line *lines, size_t count, struct arena *arena,
+                         struct curtain **made) {
     size_t posts = 0, strips = 0;
     for (size_t n = 0; n < count; n++)
         posts += lines[n].count;
@@ -37,8 +37,8 @@ enum status curtain_make(const struct curtain_line *lines, size_t count, double 
         for (size_t k = 0; k < lines[n].count; k++, posts++) {
             const struct curtain_post *post = &lines[n].posts[k];
             struct vec3 *own = &curtain->corners[2 * posts];
-            own[0] = vec3_axpy(-height, post->normal, post->r);
-            own[1] = vec3_axpy(height, post->normal, post->r);
+            own[0] = vec3_axpy(-post->height, post->normal, post->r);
+            own[1] = vec3_axpy(post->height, post->normal, post->r);
             curtain->normals[posts] = post->normal;
             if (k == 0)
                 continue;

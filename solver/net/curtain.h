@@ -15,9 +15,11 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* A place of a line, and the unit normal of the part there. */
+/* A place of a line, the unit normal of the part there, and how far the curtain reaches along that
+ * to both sides. */
 struct curtain_post {
     struct vec3 r, normal;
+    double height;
 };
 
 /* Posts in order, at least 2, straight between them. */
@@ -28,10 +30,9 @@ struct curtain_line {
 
 struct curtain;
 
-/* A curtain along `count` lines, so high above and below the part; the posts are copied. Errors:
- * STATUS_OUT_OF_MEMORY. */
-enum status curtain_make(const struct curtain_line *lines, size_t count, double height,
-                         struct arena *arena, struct curtain **curtain) STATUS_MUST_USE;
+/* A curtain along `count` lines; the posts are copied. Errors: STATUS_OUT_OF_MEMORY. */
+enum status curtain_make(const struct curtain_line *lines, size_t count, struct arena *arena,
+                         struct curtain **curtain) STATUS_MUST_USE;
 
 /* Whether a place may be within `reach` of the curtain. */
 bool curtain_is_near(const struct curtain *curtain, struct vec3 r, double reach);

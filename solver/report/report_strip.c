@@ -67,8 +67,11 @@ static bool cell_is_cloth(struct report_strip *strip, const struct net_window *w
     struct yarn_spot *corner[4];
     bool convex = !net_is_parted(node[0], node[1], 0) && !net_is_parted(node[3], node[2], 0) &&
                   !net_is_parted(node[0], node[3], 1) && !net_is_parted(node[1], node[2], 1);
-    if (!convex)
-        return false;
+    bool odd = false;
+    for (int k = 0; k < 4; k++)
+        odd = odd || node[k]->grown || node[k]->rough;
+    if (!convex || !odd)
+        return convex;
     double least = 1;
     for (int k = 0; k < 4; k++)
         edge[k] = vec3_sub(node[(k + 1) & 3]->r, node[k]->r);
