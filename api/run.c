@@ -218,6 +218,11 @@ static void summarise(const struct api_request *request, const struct drape_resu
     double whole = rigid ? summary->cloth_area * request->cavity.height : ply;
     summary->fiber_volume = given ? fraction * ply : -1;
     summary->pore_volume = given ? fmax(whole - fraction * ply, 0) : -1;
+    struct verdict_case judged = verdict_case_of(result, verdict_shear_limit(request));
+    judged.packed_cells = summary->packing_exceeded_cells;
+    judged.remedy =
+        "another start or direction may do (a study finds it), else cut the cloth there";
+    verdict_judge(&judged, &summary->verdict);
 }
 
 enum api_problem_id api_run_in(struct arena *arena, const struct api_input *input,

@@ -149,8 +149,8 @@ static bool write_map(const struct arguments *arguments, const struct api_input 
 
 /* ---- all of it ---- */
 
-/* The document that the arguments ask for. Warnings go to standard error as well, for those who do
- * not read the document's. */
+/* The document that the arguments ask for. Warnings, and what stands in the way of a drape, go to
+ * standard error as well, for those who do not read the document's. */
 static bool write_requested(const struct arguments *arguments, const struct api_input *input,
                             const struct api_reader *reader, const struct files_output *output,
                             struct api_problem *problem) {
@@ -158,9 +158,12 @@ static bool write_requested(const struct arguments *arguments, const struct api_
     const struct api_limits *limits = &arguments->limits;
     if (arguments->study)
         study_print(reader, arguments->output && !arguments->variant ? stdout : stderr, problem);
-    else if (api_columns_open(reader, &columns, problem) == API_OK)
+    else if (api_columns_open(reader, &columns, problem) == API_OK) {
         for (size_t k = 0; k < columns.summary.warnings.count; k++)
             files_complain("warning", columns.summary.warnings.list[k].detail);
+        if (columns.summary.verdict.obstacle != VERDICT_DRAPABLE)
+            files_complain("not drapable", columns.summary.verdict.detail);
+    }
     if (arguments->variant)
         return study_write_variant(input, limits, reader, arguments->variant, output->stream,
                                    problem);

@@ -137,6 +137,10 @@ void study_print(const struct api_reader *result, FILE *stream, struct api_probl
     if (ok)
         fprintf(stream, "%zu variants in %.3g s; %zu keep the limits, %zu are on the front\n",
                 study->variants, study->solve_ms / 1e3, study->feasible, study->pareto);
+    if (ok && study->verdict.variant >= 0)
+        fprintf(stream, "variant %d is %s%s\n", study->verdict.variant,
+                study->verdict.obstacle == VERDICT_DRAPABLE ? "" : "not drapable: ",
+                study->verdict.detail);
     if (objective >= 0)
         print_rows(&table, objective, stream);
     free(table.values);

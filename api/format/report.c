@@ -202,6 +202,9 @@ static void write_report_results(struct encoder *encoder) {
     double size = fmax(fmax(fabs(at[0]), fabs(at[1])), fabs(at[2]));
     struct api_text *text = &encoder->piece;
     api_text_raw(text, "<h2>Summary</h2>\n<div class=\"columns\"><table>\n");
+    begin_row(text, "Verdict");
+    html_say(text, "%s", summary->verdict.detail);
+    end_row(text);
     begin_row(text, "Net");
     html_say(text, "%zu nodes, %zu cells of %g x %g %s", summary->nodes, summary->cells,
              columns->grid.spacing[0], columns->grid.spacing[1], columns->unit->name);

@@ -29,6 +29,8 @@ void study_summary_write(struct api_text *text, const struct api_study_summary *
         api_text_string(text, quantities[summary->hardest].name);
     else
         api_text_raw(text, "null");
+    api_text_key(text, "verdict");
+    verdict_write(text, &summary->verdict, true);
     api_text_key(text, "warnings");
     summary_write_warnings(text, &summary->warnings);
     api_text_key(text, "timing_ms");
@@ -50,6 +52,7 @@ void study_summary_read(const struct json_value *json, struct api_study_summary 
     static const struct value_range whole = {0, 0x1p53, false}, times = {0, 1e300, false};
     struct json_value summary = value_member(json, "summary"), best = value_member(json, "best");
     struct json_value hardest = value_member(&summary, "hardest_limit");
+    struct json_value verdict = value_member(&summary, "verdict");
     struct json_value warnings = value_member(&summary, "warnings");
     struct json_value timing = value_member(&summary, "timing_ms");
     struct json_value solve = value_member(&timing, "solve");
@@ -72,6 +75,7 @@ void study_summary_read(const struct json_value *json, struct api_study_summary 
     study->hardest = -1;
     if (value_type(&hardest) == VALUE_STRING)
         value_choice(&hardest, names, QUANTITY_COUNT, &study->hardest);
+    verdict_read(&verdict, &study->verdict);
     summary_read_warnings(&warnings, &study->warnings);
     value_number(&solve, times, &study->solve_ms);
     if (value_string(&version, &text))

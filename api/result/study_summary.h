@@ -16,6 +16,7 @@ struct api_study_summary {
     int best[QUANTITY_COUNT]; /* the variant with the least of an objective; of those that keep the
                                  limits or, where none does, that which comes nearest; -1: none */
     int hardest; /* the limit that the fewest variants keep, where none keeps all; else -1 */
+    struct api_verdict verdict; /* by the variant that is nearest to it; of samples the worst */
     struct api_warnings warnings;
     double solve_ms;
     char solver_version[API_VERSION_SIZE];

@@ -71,6 +71,9 @@ void summary_write(struct api_text *text, const struct api_summary *summary, dou
         case SUMMARY_OUTCOME:
             api_text_string(text, outcome_names[*(const enum drape_outcome *)value]);
             break;
+        case SUMMARY_VERDICT:
+            verdict_write(text, value, false);
+            break;
         case SUMMARY_COUNT:
             api_text_integer(text, (int64_t) * (const size_t *)value);
             break;
@@ -150,6 +153,9 @@ void summary_read(const struct json_value *json, struct api_summary *summary) {
         case SUMMARY_OUTCOME:
             value_choice(&own, outcome_names, 2, &outcome);
             *(enum drape_outcome *)value = (enum drape_outcome)outcome;
+            break;
+        case SUMMARY_VERDICT:
+            verdict_read(&own, value);
             break;
         case SUMMARY_COUNT:
             *(size_t *)value = read_count(&own);

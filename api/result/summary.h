@@ -10,12 +10,14 @@
 #define API_RESULT_SUMMARY_H
 
 #include "solver/drape.h"
+#include "verdict.h"
 #include <stdbool.h>
 #include <stddef.h>
 
 /* clang-format off */
 #define SUMMARY_LIST(X)                                                                            \
     X(OUTCOME, outcome, "outcome", "`complete`: `cloth_coverage` is at least 0.999; or `partial`")   \
+    X(VERDICT, verdict, "verdict", "whether the part can be draped so: `drapable`, `obstacle`, `at`, `detail`") \
     X(COUNT, nodes, "nodes", "nodes of the net")                                                   \
     X(COUNT, cells, "cells", "cells of the net")                                                   \
     X(NUMBER, coverage, "coverage", "share of the surface's area that lies in cells, 0 to 1")      \
@@ -62,6 +64,7 @@ struct api_warnings {
 
 enum summary_kind {
     SUMMARY_OUTCOME,
+    SUMMARY_VERDICT,
     SUMMARY_COUNT,
     SUMMARY_NUMBER,
     SUMMARY_POSITIVE, /* null when negative: there is none */
@@ -73,6 +76,7 @@ enum summary_kind {
 };
 
 #define SUMMARY_MEMBER_OUTCOME(name) enum drape_outcome name;
+#define SUMMARY_MEMBER_VERDICT(name) struct api_verdict name;
 #define SUMMARY_MEMBER_COUNT(name) size_t name;
 #define SUMMARY_MEMBER_NUMBER(name) double name;
 #define SUMMARY_MEMBER_POSITIVE(name) double name;

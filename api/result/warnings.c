@@ -3,7 +3,6 @@
 
 #include "permeability.h"
 #include "solver/permeability.h"
-#include <limits.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -12,9 +11,6 @@
 
 /* Fewer cells than this tell little of a drape; a spacing is proposed that gives more than that. */
 static const double few_cells = 25, many_cells = 100;
-
-/* Hardly a woven fabric bears more; a drape without a locking angle is let pass up to it. */
-static const double usual_locking_deg = 60;
 
 /* Diagonals of parts in metres: from a clip to the blade of a wind turbine; and what most have. */
 static const double least_size = 0.005, largest_size = 120;
@@ -59,7 +55,7 @@ static void check_fabric(const struct warnings_subject *s, struct api_summary *s
     const struct api_cavity *cavity = &request->cavity;
     double angle = request->fabric.locking_angle_deg, most = summary->max_shear_deg;
     static const char pointer[] = "/fabric/locking_angle_deg";
-    if (angle < 0 && most > usual_locking_deg)
+    if (angle < 0 && most > verdict_shear_limit(request))
         warnings_add(
             &summary->warnings, "locked", pointer,
             "the cloth shears by up to %.1f degrees; most woven fabrics wrinkle at 40 to 60, and "
@@ -205,33 +201,7 @@ static void check_components(const struct warnings_subject *s, struct api_summar
                      "the net does not reach %zu of the closed edges of the part", loops);
 }
 
-/* How many places (i, j) the front has for a reason; `at` gets the node that is nearest in the net
- * to the one of them that is nearest to the start. */
-static size_t front_of(const struct drape_result *result, enum drape_reason reason,
-                       struct vec3 *at) {
-    const struct drape_front *front = &result->front;
-    const struct drape_nodes *nodes = &result->nodes;
-    size_t count = 0, first = 0, nearest = 0;
-    long least = LONG_MAX;
-    for (size_t k = 0; k < front->count; k++) {
-        long steps = labs((long)front->i[k]) + labs((long)front->j[k]);
-        bool counts = front->reason[k] == reason;
-        first = counts && steps < least ? k : first;
-        least = counts && steps < least ? steps : least;
-        count += counts;
-    }
-    least = LONG_MAX;
-    for (size_t k = 0; k < nodes->count && count > 0; k++) {
-        long steps =
-            labs((long)nodes->i[k] - front->i[first]) + labs((long)nodes->j[k] - front->j[first]);
-        nearest = steps < least ? k : nearest;
-        least = steps < least ? steps : least;
-    }
-    *at = vec3_make(nodes->x[nearest], nodes->y[nearest], nodes->z[nearest]);
-    return count;
-}
-
-/* Why a net ends within the part: the first of these that it does. */
+/* Why a net ends within the part. */
 static const struct {
     enum drape_reason reason;
     const char *words;
@@ -248,48 +218,38 @@ static const struct {
 };
 
 static void check_uncovered(const struct warnings_subject *s, struct api_summary *summary) {
-    if (summary->outcome == DRAPE_COMPLETE || summary->cells == 0)
+    struct verdict_end end;
+    if (summary->outcome == DRAPE_COMPLETE || summary->cells == 0 ||
+        !verdict_find_end(s->result, &end))
         return;
-    for (size_t k = 0; k < sizeof endings / sizeof *endings; k++) {
-        struct vec3 at;
-        size_t count = front_of(s->result, endings[k].reason, &at);
-        if (count == 0)
-            continue;
-        warnings_add(&summary->warnings, "uncovered", "/start",
-                     "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu points, %s",
-                     100 * summary->cloth_coverage, at.x, at.y, at.z, count, endings[k].words);
-        return;
-    }
+    for (size_t k = 0; k < sizeof endings / sizeof *endings; k++)
+        if (endings[k].reason == end.reason)
+            warnings_add(&summary->warnings, "uncovered", "/start",
+                         "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu points, %s",
+                         100 * summary->cloth_coverage, end.at.x, end.at.y, end.at.z, end.count,
+                         endings[k].words);
     /* The net ends nowhere within the part, and yet no cloth was found at points of its edge. */
-    const struct drape_rim *rim = &s->result->rim;
-    const size_t *reasons = s->result->summary.front_reasons;
-    size_t count = 0, first = 0;
-    for (size_t k = rim->count; k-- > 0;)
-        if (!rim->covered[k]) {
-            first = k;
-            count++;
-        }
-    if (count == 0 || reasons[DRAPE_REASON_BOUNDARY] < s->result->front.count)
+    if (end.reason != DRAPE_REASON_BOUNDARY ||
+        s->result->summary.front_reasons[DRAPE_REASON_BOUNDARY] < s->result->front.count)
         return;
     warnings_add(
         &summary->warnings, "uncovered", "/fabric/spacing",
         "%.3g %% is covered: %zu of %zu points of the part's edge have no cloth, the first at "
         "(%.4g, %.4g, %.4g), and yet the net does not end before it. A fold or corner there is too "
         "sharp for this spacing; try another",
-        100 * summary->cloth_coverage, count, rim->count, rim->x[first], rim->y[first],
-        rim->z[first]);
+        100 * summary->cloth_coverage, end.count, s->result->rim.count, end.at.x, end.at.y,
+        end.at.z);
 }
 
 /* A net goes on round a place where it collapses, and what it finds there hangs on the spacing. */
 static void check_collapsed(const struct warnings_subject *s, struct api_summary *summary) {
-    struct vec3 at;
-    size_t count = front_of(s->result, DRAPE_REASON_COLLAPSED, &at);
-    if (count > 0)
+    struct verdict_end end;
+    if (verdict_find_end(s->result, &end) && end.reason == DRAPE_REASON_COLLAPSED)
         warnings_add(&summary->warnings, "collapsed", "/start",
                      "warp and weft are parallel at (%.4g, %.4g, %.4g), the first of %zu points; "
                      "cloth beyond them counts, but its shear and extent, and with them greatest, "
                      "95 %% and covered area, change with the spacing",
-                     at.x, at.y, at.z, count);
+                     end.at.x, end.at.y, end.at.z, end.count);
 }
 
 void warnings_make(const struct warnings_subject *subject, struct api_summary *summary) {

@@ -184,6 +184,81 @@ static void summarise_rows(struct verdict *v, double solve_ms) {
                      "moved to its rim");
 }
 
+/* ---- whether the part can be draped ---- */
+
+/* What a row leaves to be wished: the limits that it misses, what is bare beyond what a limit
+ * allows, the shear beyond what the fabric bears. */
+struct shortfall {
+    double part[3], value;
+};
+
+static struct shortfall shortfall_of(const struct verdict *v, size_t k, double limit_deg) {
+    const struct study_row *row = &v->rows[k];
+    const struct study_limit *cover = &v->study->request.limit[QUANTITY_CLOTH_COVERAGE];
+    double covered = row->quantity[QUANTITY_CLOTH_COVERAGE];
+    bool bare = row->bare && !(cover->has_min && covered >= cover->min);
+    struct shortfall s = {{v->violation[k], bare ? 1 - covered : 0,
+                           fmax(row->quantity[QUANTITY_MAX_SHEAR] - limit_deg, 0)},
+                          0};
+    for (int id = QUANTITY_COUNT; id-- > 0;)
+        s.value = v->study->request.objective[id] ? row->quantity[id] : s.value;
+    return s;
+}
+
+static int compare_shortfalls(const struct shortfall *a, const struct shortfall *b) {
+    for (int k = 0; k < 3; k++)
+        if (a->part[k] != b->part[k])
+            return a->part[k] < b->part[k] ? -1 : 1;
+    return a->value != b->value ? (a->value < b->value ? -1 : 1) : 0;
+}
+
+/* By the variant that leaves the least to be wished. Hands lay any of the samples, so of samples by
+ * the worst. */
+static void judge_rows(struct verdict *v) {
+    const struct study_request *r = &v->study->request;
+    const struct study_limit *limit = &r->limit[QUANTITY_MAX_SHEAR];
+    struct api_verdict *verdict = &v->summary.verdict;
+    double limit_deg = limit->has_max ? limit->max : verdict_shear_limit(&r->drape);
+    struct shortfall chosen = {{0}, 0};
+    int row = -1;
+    for (size_t k = 0; k < v->count; k++) {
+        if (!is_eligible(&v->rows[k]))
+            continue;
+        struct shortfall own = shortfall_of(v, k, limit_deg);
+        int order = row < 0 ? -1 : compare_shortfalls(&own, &chosen);
+        if (row < 0 || (r->sample > 0 ? order > 0 : order < 0)) {
+            chosen = own;
+            row = (int)k;
+        }
+    }
+    *verdict = (struct api_verdict){.obstacle = VERDICT_FAILED, .variant = -1};
+    (void)snprintf(verdict->detail, sizeof verdict->detail, "no variant could be draped");
+    if (row < 0)
+        return;
+    const struct study_row *best = &v->rows[row];
+    const struct verdict_case judged = {
+        .bare = chosen.part[1] > 0,
+        .coverage = best->quantity[QUANTITY_CLOTH_COVERAGE],
+        .shear_deg = best->quantity[QUANTITY_MAX_SHEAR],
+        .limit_deg = limit_deg,
+        .placed = best->placed,
+        .at = best->at,
+        .remedy = r->sample > 0 ? "that is the worst sample"
+                  : r->search == STUDY_SEARCH_OPTIMISE && r->starts == STUDY_STARTS_GRID
+                      ? "no variant does better, so cut the cloth there"
+                      : "vary more starts and directions, or cut the cloth there"};
+    verdict_judge(&judged, verdict);
+    if (verdict->obstacle == VERDICT_DRAPABLE && chosen.part[0] > 0) {
+        verdict->obstacle = VERDICT_LIMIT;
+        const char *name = v->summary.hardest < 0 ? NULL : quantities[v->summary.hardest].name;
+        (void)snprintf(verdict->detail, sizeof verdict->detail,
+                       name ? "no variant keeps all limits; the hardest is that of %s"
+                            : "the worst sample breaks a limit",
+                       name);
+    }
+    verdict->variant = row;
+}
+
 /* ---- columns ---- */
 
 struct column {
@@ -283,6 +358,7 @@ enum api_problem_id api_study_finish(const struct api_study *study,
             v.violation[k] = study_violation(study, &v.rows[k]);
         if (room && find_front(&v, arena)) {
             summarise_rows(&v, solve_ms);
+            judge_rows(&v);
             (void)!write_study_columns(&v, numbers, arena, sink, problem);
         } else {
             api_problem_no_memory(problem, "the study");

@@ -2,6 +2,7 @@
 #include "variant.h"
 
 #include "api/result/fields.h"
+#include "api/result/verdict.h"
 #include "solver/angle.h"
 #include <math.h>
 #include <stdlib.h>
@@ -13,7 +14,8 @@ void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBE
     const struct study_variant *v = &row->variant;
     const double own[] = {row->round,       v->start.face, v->start.uv[0], v->start.uv[1],
                           v->start.r.x,     v->start.r.y,  v->start.r.z,   v->angle_deg,
-                          v->pre_shear_deg, v->coarseness, row->failure};
+                          v->pre_shear_deg, v->coarseness, row->failure,   row->bare,
+                          row->placed,      row->at.x,     row->at.y,      row->at.z};
     memcpy(numbers, own, sizeof own);
     memcpy(numbers + sizeof own / sizeof *own, row->quantity, sizeof row->quantity);
 }
@@ -52,7 +54,10 @@ enum api_problem_id study_rows(const struct api_study *study,
                         .pre_shear_deg = n[8],
                         .coarseness = n[9]},
             .round = (int)n[0],
-            .failure = (enum failure)n[10]};
+            .failure = (enum failure)n[10],
+            .bare = n[11] > 0,
+            .placed = n[12] > 0,
+            .at = vec3_make(n[13], n[14], n[15])};
         memcpy(made[k].quantity, n + STUDY_ROW_NUMBERS - QUANTITY_COUNT, sizeof made[k].quantity);
         memcpy(made[k].most, n + STUDY_ROW_NUMBERS, divisions * sizeof *n);
     }
@@ -208,6 +213,10 @@ enum status study_variant_drape(const struct api_study *study, const struct stud
         const struct drape_summary *s = &result.summary;
         const double *low = statistics.lower, *high = statistics.upper;
         double width = (high[0] - low[0]) * settings.spacing[0], *q = row->quantity;
+        const struct verdict_case judged = verdict_case_of(&result, 0);
+        row->bare = judged.bare;
+        row->placed = judged.placed;
+        row->at = judged.at;
         memcpy(row->most, statistics.most, sizeof row->most);
         q[QUANTITY_MAX_SHEAR] = s->max_shear_deg;
         q[QUANTITY_P95_SHEAR] = s->p95_shear_deg;

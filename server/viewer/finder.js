@@ -20,6 +20,7 @@ import {
 import { readTiles } from './work.js';
 
 const LISTED = 5; // of the best starts
+const COMPLETE = 0.999; // the share of the part that is covered in one piece, as of an outcome
 const NOTHING = 1e30; // the value of a start that keeps no limit; grey
 
 export class Finder {
@@ -116,11 +117,12 @@ export class Finder {
     this.chosen = -1;
     const places = this.starts.map(({ place }) => place);
     this.tiles = shape && (await readTiles(shape, places));
-    const { variants, failed, coarse } = result.summary;
+    const { variants, failed, coarse, verdict } = result.summary;
     element('find-state').textContent =
       `${variants.toLocaleString('en')} variants from ${places.length} starts in ` +
       `${format(ms / 1000, 3)} s${failed ? `; ${failed} of them failed` : ''}` +
-      (coarse ? `; ${coarse} on a coarser net, only for the map` : '');
+      (coarse ? `; ${coarse} on a coarser net, only for the map` : '') +
+      `: ${verdict.detail}`;
     element('found').hidden = false;
     this.#fitSliders();
     this.refresh();
@@ -163,6 +165,7 @@ export class Finder {
       for (const option of element(id).options) option.disabled = !variants[option.value];
     this.key = element('find-objective').value;
     this.column = variants[this.key];
+    this.limits = limits;
     this.kept = keptRows(variants, limits);
     this.best = this.starts.map(({ rows }) => leastOf(this.column, rows, this.kept));
     this.#fillTable();
@@ -180,10 +183,23 @@ export class Finder {
     return rows.sort((a, b) => this.column[a] - this.column[b]);
   }
 
+  /** Whether the drape that is shown keeps the limits that variants have to. */
+  #currentKept() {
+    const { cloth_coverage: covered, max_shear_deg: sheared } = this.current();
+    return keptRows({ cloth_coverage: [covered], max_shear_deg: [sheared] }, this.limits)[0];
+  }
+
+  /** That a variant leaves some of the part bare. */
+  #inPieces(row) {
+    const covered = this.result.variants.cloth_coverage?.[row] ?? 1;
+    return covered < COMPLETE ? `, not in one piece (${format(100 * covered, 4)} % covered)` : '';
+  }
+
   /** What the best is compared with, the drape that is shown. */
   #besides(now, best) {
     if (now === undefined) return '';
     const shown = `; the drape that is shown: ${this.#write(this.key, now)}`;
+    if (!this.#currentKept()) return `${shown}, which does not keep these limits`;
     return now < best * (1 - 1e-3)
       ? `${shown}, better than all variants: search from more starts`
       : shown;
@@ -194,7 +210,7 @@ export class Finder {
     const sorted = this.#sortedBest();
     const now = this.current()?.[this.key];
     element('find-now').textContent = sorted.length
-      ? `Best: ${this.#write(this.key, this.column[sorted[0]])}${this.#besides(now, this.column[sorted[0]])}.`
+      ? `Best: ${this.#write(this.key, this.column[sorted[0]])}${this.#inPieces(sorted[0])}${this.#besides(now, this.column[sorted[0]])}.`
       : 'No variant keeps these limits: relax one of them.';
     const rows = sorted.slice(0, LISTED).map((row) => {
       const item = document.createElement('li');

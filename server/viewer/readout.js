@@ -231,6 +231,10 @@ function summaryRows(summary, unit) {
       .join(', ') || 'none',
   ]);
   const warnings = Array.isArray(summary.warnings) ? summary.warnings : [];
+  const { verdict } = summary;
+  const known = Boolean(verdict?.detail); // not yet, or not in what an earlier version stored
+  const told = verdict?.drapable ? 'drapable' : `not drapable: ${verdict?.obstacle}`;
+  rows.push(['Verdict', known ? told : '–', undefined, known ? [verdict.detail] : []]);
   const codes = warnings.map(({ code }) => code.replace('_', ' ')).join(', ');
   rows.push(['Warnings', codes || 'none', undefined, warnings.map(({ detail }) => detail)]);
   const { queue, solve } = summary.timing_ms;
@@ -242,7 +246,10 @@ function summaryRows(summary, unit) {
 export function showSummary(list, summary, unit, other = null) {
   if (!summary) {
     const names = SUMMARY.slice(1, -1).map(([, name]) => name);
-    const rows = [...names, 'Front', 'Warnings', 'Queue, solve'].map((name) => [name, '–']);
+    const rows = [...names, 'Front', 'Verdict', 'Warnings', 'Queue, solve'].map((name) => [
+      name,
+      '–',
+    ]);
     fill(list, [['Outcome', 'nothing is draped yet'], ...rows]);
     return;
   }

@@ -319,7 +319,7 @@ static void test_study_gives_slow_methods_short_tasks(void **state) {
 
 /* A large grid has rounds, each as large as all before; together they have each variant once. */
 static void test_study_does_large_grids_in_rounds(void **state) {
-    enum { VARIANTS = 300, ROW = 11 + QUANTITY_COUNT };
+    enum { VARIANTS = 300, ROW = 16 + QUANTITY_COUNT };
     static double numbers[VARIANTS * ROW]; /* rows of zeros are sound */
     struct bytes coarse = studied_saddle(), part = text_replace(coarse.data, "0.25", "0.005");
     struct bytes text = studied_text(
