@@ -194,17 +194,12 @@ export function briefSummary({ columns }, before) {
   };
 }
 
-/** How much of the cloth is grown, and the greatest shear of both kinds; nothing where none is. */
-function grownRows(summary) {
-  const { grown_area, cloth_area, max_shear_grown_deg, max_shear_pinned_deg } = summary;
-  if (!(max_shear_grown_deg >= 0)) return [];
-  const share = `${format((100 * grown_area) / cloth_area, 3)} % of the cloth`;
-  return [
-    [
-      'Grown cloth',
-      `${share}, sheared up to ${format(max_shear_grown_deg)}°; the other up to ${format(max_shear_pinned_deg)}°`,
-    ],
-  ];
+/** How much of the cloth is grown, and the greatest shear of it and of the other. */
+function grownText({ grown_area, cloth_area, max_shear_grown_deg, max_shear_pinned_deg }) {
+  if (max_shear_grown_deg === null) return 'none';
+  if (!(max_shear_grown_deg >= 0)) return '–';
+  const share = format((100 * grown_area) / cloth_area, 2);
+  return `${share} %, ${format(max_shear_grown_deg, 3)}°; other ${format(max_shear_pinned_deg, 3)}°`;
 }
 
 function summaryRows(summary, unit) {
@@ -222,7 +217,7 @@ function summaryRows(summary, unit) {
     },
   );
   const greatest = rows.findIndex(([name]) => name === 'Greatest shear');
-  rows.splice(greatest + 1, 0, ...grownRows(summary));
+  rows.splice(greatest + 1, 0, ['Grown cloth', grownText(summary)]);
   const reasons = Object.entries(summary.front_reasons || {}).filter(([, count]) => count);
   rows.push([
     'Front',
@@ -246,10 +241,8 @@ function summaryRows(summary, unit) {
 export function showSummary(list, summary, unit, other = null) {
   if (!summary) {
     const names = SUMMARY.slice(1, -1).map(([, name]) => name);
-    const rows = [...names, 'Front', 'Verdict', 'Warnings', 'Queue, solve'].map((name) => [
-      name,
-      '–',
-    ]);
+    const last = ['Grown cloth', 'Front', 'Verdict', 'Warnings', 'Queue, solve'];
+    const rows = [...names, ...last].map((name) => [name, '–']);
     fill(list, [['Outcome', 'nothing is draped yet'], ...rows]);
     return;
   }
