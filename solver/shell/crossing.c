@@ -79,8 +79,9 @@ static double least_to_run(const struct edge_search *search, const struct face_r
     double least = 0;
     for (int k = 0; k < 2; k++) {
         double off = fabs(face_way(&search->surface->axis[k], search->at[k], run->centre[k]));
-        off = fmax(off - run->half[k], 0);
-        least = fmax(least, search->least[k] * off * off);
+        off = off > run->half[k] ? off - run->half[k] : 0;
+        double bound = search->least[k] * off * off;
+        least = bound > least ? bound : least;
     }
     return least;
 }
@@ -99,7 +100,7 @@ static void try_run(struct edge_search *search, const struct face_run *run, int 
         double ee = surface_point_form(metric, e);
         double pe = metric[0] * p[0] * e[0] + metric[1] * (p[0] * e[1] + p[1] * e[0]) +
                     metric[2] * p[1] * e[1];
-        double share = ee > 0 ? fmin(fmax(-pe / ee, 0), 1) : 0;
+        double share = -pe > 0 ? (-pe < ee ? -pe / ee : 1) : 0; /* 0..1 */
         const double offset[2] = {p[0] + share * e[0], p[1] + share * e[1]};
         double distance2 = surface_point_form(metric, offset);
         if (distance2 < best->distance2 ||

@@ -204,14 +204,6 @@ bool face_holds_way(const struct face *face, const double from[2], const double 
     return true;
 }
 
-double face_way(const struct surface_axis *axis, double from, double to) {
-    double difference = to - from;
-    if (!axis->closed)
-        return difference;
-    double period = surface_axis_length(axis);
-    return difference - period * floor(difference / period + 0.5);
-}
-
 bool face_contains(const struct face *face, const double uv[2]) {
     double at[2], outer[2];
     for (int k = 0; k < 2; k++) {

@@ -158,7 +158,13 @@ enum status face_make_grid(struct face *face, struct arena *arena) STATUS_MUST_U
 bool face_holds_way(const struct face *face, const double from[2], const double to[2]);
 
 /* The difference of two parameters, the shorter way round a closed direction. */
-double face_way(const struct surface_axis *axis, double from, double to);
+static inline double face_way(const struct surface_axis *axis, double from, double to) {
+    double difference = to - from;
+    if (!axis->closed)
+        return difference;
+    double period = surface_axis_length(axis);
+    return difference - period * floor(difference / period + 0.5);
+}
 
 /* Whether inner parameters are in the face: its domain, to 1e-9 of it, and its region. */
 bool face_contains(const struct face *face, const double uv[2]);
