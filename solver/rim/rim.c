@@ -429,7 +429,8 @@ enum status rim_make(struct march *march, struct rim *rim) {
         t.loop = (int32_t)k;
         follow_edge_loop(&t, &t.edges.loops[k]);
     }
-    rim_reach_front(rim);
+    if (!t.failed)
+        rim_reach_front(rim);
     rim->loop_count = t.edges.loop_count;
     rim->lips = t.edges.lips;
     rim->covered = rim->covered && rim->count > 0;
