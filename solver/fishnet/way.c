@@ -19,6 +19,10 @@ static const double at_end = 1e-9;
 /* A point this share of a way on from a knot line is surely on that side of it. */
 static const double beside = 1e-6;
 
+/* There is no piece shorter than this share of the way: p or q lies on a joint, and the way begins
+ * on the other side of it, or ends there. */
+static const double no_piece = 1e-9;
+
 /* Where a face is left is looked for so many times as far as q is. */
 static const double beyond = 1.5;
 
@@ -152,20 +156,24 @@ static bool leave_face(struct surface_cursor *cursor, const struct surface_point
 bool way_lay(struct surface_cursor *cursor, const struct surface_point *p,
              const struct surface_point *q, struct way *way) {
     struct surface_point begin = *p, end;
+    double least = no_piece * vec3_distance(p->jet.r, q->jet.r);
     int on = WAY_ALONG;
     way->pieces = way->used = way->joints = 0;
     while (begin.surface != q->surface) {
         struct crossing *joint = &way->joint[way->joints];
         if (way->joints == WAY_JOINTS || !leave_face(cursor, &begin, q, joint) ||
-            !surface_point_at(begin.surface, cursor, joint->edge, &end) ||
-            !add_leg(way, on, &begin, &end) ||
+            !surface_point_at(begin.surface, cursor, joint->edge, &end))
+            return false;
+        bool beyond_p = way->pieces == 0 && vec3_distance(begin.jet.r, end.jet.r) <= least;
+        if ((!beyond_p && !add_leg(way, on, &begin, &end)) ||
             !surface_point_at(joint->beyond, cursor, joint->entry, &begin))
             return false;
-        on = WAY_JOINT + way->joints++;
+        on = beyond_p ? WAY_ALONG : WAY_JOINT + way->joints++;
     }
-    if (way->joints > 0)
+    if (p->surface != q->surface)
         put_in_turn(q->surface, q->uv, begin.uv);
-    return add_leg(way, on, &begin, q);
+    bool before_q = way->pieces > 0 && vec3_distance(begin.jet.r, q->jet.r) <= least;
+    return before_q || add_leg(way, on, &begin, q);
 }
 
 void way_tangents(const struct way *way, int k, struct vec3 tangent[2]) {
