@@ -101,6 +101,14 @@ $(B)/gen/encoders_digest.h: $(ENCODERS) api/embed_powers.py
 	@echo "#define ENCODERS_DIGEST \"$$(cat $^ | sha256sum | cut -c1-8)\"" >$@
 $(B)/server/resources/results.o: $(B)/gen/encoders_digest.h
 
+# What the structures of prepared forms look like and mean, as a part of their version: all of the
+# solver and what decodes requests.
+PREPARED := $(sort $(wildcard solver/*.[ch] solver/*/*.[ch] api/request/*.[ch]))
+$(B)/gen/prepared_form_build.h: $(PREPARED)
+	@mkdir -p $(@D)
+	@echo "#define PREPARED_FORM_BUILD \"$(MACHINE) $$(cat $^ | sha256sum | cut -c1-16)\"" >$@
+$(B)/api/request/prepared_form.o: $(B)/gen/prepared_form_build.h
+
 # The library of fabrics.
 MATERIALS := $(sort $(wildcard api/materials/*.json))
 $(B)/gen/materials.h: api/embed_materials.py $(MATERIALS) | $(B)/.setup

@@ -2,34 +2,79 @@
 #include "check.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
-#include "api/request/prepared_part.h"
+#include "api/request/prepared_form.h"
 #include "api/request/preview.h"
 #include <string.h>
 
-enum api_problem_id api_check_decoded(const struct api_request *request,
-                                      const struct api_limits *limits, struct arena *arena,
-                                      struct api_problem *problem) {
-    struct prepared_part part;
-    return prepared_part_is_large(&request->surface)
+/* A patch of fewer control points is decoded and made sooner than its form is handed over. */
+enum { FORM_POINTS_LEAST = 256 };
+
+bool api_check_expects_form(struct api_request *request, struct arena *arena) {
+    struct api_surface *surface = &request->surface;
+    bool stored = surface->id[0] != '\0';
+    if (stored && !surface->form && !prepared_part_is_large(surface)) {
+        surface->form = prepared_form_make(surface, arena);
+        return surface->form != NULL;
+    }
+    return !prepared_form_part(request) && (stored || surface->kind != API_SURFACE_NURBS ||
+                                            surface->nurbs.point_count >= FORM_POINTS_LEAST);
+}
+
+void api_check_write_form(const struct api_request *request, const struct prepared_part *part,
+                          struct arena *arena, const struct api_sink *forms,
+                          struct api_check *check) {
+    const struct api_surface *surface = &request->surface;
+    bool stored = surface->id[0] != '\0';
+    check->form_length =
+        prepared_form_write(request, part, stored ? surface->id : check->text, arena, forms);
+    check->form_renewed = stored && !surface->form->source[0] && check->form_length > 0;
+}
+
+enum api_problem_id api_check_names(const struct api_input *input,
+                                    const struct api_request *request, struct arena *arena,
+                                    struct api_check *check, struct api_problem *problem) {
+    memcpy(check->surface, request->surface.id, sizeof check->surface);
+    check->needs_surface = request->surface.kind == API_SURFACE_NAMED;
+    api_digest_bytes(input->request, input->request_length, check->text);
+    return !check->surface[0] || api_digest_ground(request, arena, check->ground)
                ? API_OK
-               : prepared_part_make(request, limits, arena, &part, problem);
+               : api_problem_no_memory(problem, "the request");
+}
+
+/* Of a surface with very many spans it is left for the solver to say whether it takes that. */
+static enum api_problem_id check_part(struct api_request *request, const struct api_limits *limits,
+                                      struct arena *arena, const struct api_sink *forms,
+                                      struct api_check *check, struct api_problem *problem) {
+    struct prepared_part part;
+    if (prepared_part_is_large(&request->surface))
+        return API_OK;
+    bool wanted = forms && api_check_expects_form(request, arena);
+    if (prepared_part_make(request, limits, arena, &part, problem) == API_OK && wanted)
+        api_check_write_form(request, &part, arena, forms, check);
+    return problem->id;
+}
+
+enum api_problem_id api_check_decoded(struct api_request *request, const struct api_limits *limits,
+                                      struct arena *arena, struct api_problem *problem) {
+    return check_part(request, limits, arena, NULL, NULL, problem);
 }
 
 enum api_problem_id api_check_drape(const struct api_input *input, const struct api_limits *limits,
-                                    struct api_check *check, struct api_problem *problem) {
+                                    const struct api_sink *forms, struct api_check *check,
+                                    struct api_problem *problem) {
     struct arena *arena = arena_new(limits->max_memory);
     struct api_request request;
     *check = (struct api_check){0};
     if (!arena)
         return api_problem_no_memory(problem, "the request");
-    if (api_decode(input, limits, arena, &request, problem) == API_OK) {
-        memcpy(check->surface, request.surface.id, sizeof check->surface);
-        check->needs_surface = request.surface.kind == API_SURFACE_NAMED;
-        if (!check->needs_surface &&
-            api_check_decoded(&request, limits, arena, problem) == API_OK &&
-            !api_digest_request(&request, arena, check->digest))
-            api_problem_no_memory(problem, "the request");
-    }
+    if (forms)
+        arena_clear(arena);
+    if (api_decode(input, limits, arena, &request, problem) == API_OK &&
+        api_check_names(input, &request, arena, check, problem) == API_OK &&
+        !check->needs_surface &&
+        check_part(&request, limits, arena, forms, check, problem) == API_OK &&
+        !api_digest_request(&request, arena, check->digest))
+        api_problem_no_memory(problem, "the request");
     arena_free(arena);
     return problem->id;
 }
@@ -38,28 +83,51 @@ static bool write_string(const struct api_sink *sink, const char *text) {
     return sink->write(sink->context, text, strlen(text));
 }
 
+/* The definition is written once; what describes it has its id. */
+static enum api_problem_id describe_surface(struct api_request *request,
+                                            const struct prepared_part *whole,
+                                            const struct api_problem *fault, struct arena *arena,
+                                            const struct api_sink *sink, struct api_check *check,
+                                            struct api_problem *problem) {
+    struct api_surface *surface = &request->surface;
+    const char *definition = api_normalise_surface(surface, arena), *description = NULL;
+    size_t length = definition ? strlen(definition) : 0;
+    if (definition) {
+        api_digest_bytes(definition, length, surface->id);
+        memcpy(check->surface, surface->id, sizeof check->surface);
+        description = prepared_part_describe(surface, whole, fault, arena, problem);
+    }
+    if (description && write_string(sink, definition) && write_string(sink, description))
+        check->definition_length = length;
+    else if (problem->id == API_OK)
+        api_problem_no_memory(problem, "the surface");
+    return problem->id;
+}
+
 enum api_problem_id api_check_surface(const struct api_input *input,
                                       const struct api_limits *limits, const struct api_sink *sink,
-                                      struct api_check *check, struct api_problem *problem) {
-    struct arena *arena = arena_new(limits->max_memory);
-    struct api_surface surface;
+                                      const struct api_sink *forms, struct api_check *check,
+                                      struct api_problem *problem) {
+    struct arena *arena = arena_new(limits->max_memory), *text = arena ? arena_child(arena) : NULL;
+    struct api_request request = {0};
+    struct prepared_part whole;
+    struct api_problem fault = {0};
     *check = (struct api_check){0};
-    if (!arena)
+    if (!text) {
+        arena_free(arena);
         return api_problem_no_memory(problem, "the surface");
-    if (api_decode_surface(input->request, input->request_length, limits, arena, &surface,
+    }
+    if (forms)
+        arena_clear(arena);
+    if (api_decode_surface(input->request, input->request_length, limits, arena, &request.surface,
                            problem) == API_OK) {
-        /* The definition is written once; what describes it has its id. */
-        const char *definition = api_normalise_surface(&surface, arena), *description = NULL;
-        size_t length = definition ? strlen(definition) : 0;
-        if (definition) {
-            api_digest_bytes(definition, length, surface.id);
-            memcpy(check->surface, surface.id, sizeof check->surface);
-            description = prepared_part_describe(&surface, arena, problem);
-        }
-        if (description && write_string(sink, definition) && write_string(sink, description))
-            check->definition_length = length;
-        else if (problem->id == API_OK)
-            api_problem_no_memory(problem, "the surface");
+        enum api_problem_id id = prepared_part_make_whole(&request.surface, arena, &whole, &fault);
+        if (id != API_OK)
+            *problem = fault;
+        else if (describe_surface(&request, &whole, &fault, text, sink, check, problem) == API_OK &&
+                 forms && !prepared_part_is_large(&request.surface))
+            check->form_length =
+                prepared_form_write(&request, &whole, check->surface, arena, forms);
     }
     arena_free(arena);
     return problem->id;

@@ -9,6 +9,7 @@
 
 #include "api/request/material.h"
 #include "api/request/normalise.h"
+#include "api/request/prepared_part.h"
 #include "input.h"
 #include "limits.h"
 #include "problem.h"
@@ -21,6 +22,10 @@ struct api_check {
     char surface[API_ID_SIZE]; /* the stored surface that a request names, or the posted one's id;
                                   "": the request has its own */
     bool needs_surface;        /* the request names one, and it was not among the input */
+    char text[API_ID_SIZE];    /* of a request: `api_digest_bytes` of its text */
+    char ground[API_ID_SIZE];  /* of a request that names a stored surface: `api_digest_ground` */
+    size_t form_length;        /* bytes of the prepared form that were written; 0: there is none */
+    bool form_renewed;         /* which is of a stored surface, and that had no sound one */
     bool needs_materials;      /* the names of some were written, a line each: they come first */
     size_t filled_length;      /* the first bytes written are the request with its materials in
                                   it; 0: it is as it came */
@@ -30,25 +35,44 @@ struct api_check {
     char material[API_MATERIAL_NAME_SIZE]; /* the name of a posted one */
 };
 
-/* A drape request, with the stored surface that it names once that is known: without it
- * `needs_surface` is set and no more is checked. Whether a surface of very many spans has an area,
- * and whether the spacing is too small for it, is found by the solver alone. Returns API_OK or the
- * id set in `problem`. */
+/* A drape request, with the stored surface that it names once that is known, by its definition or
+ * its prepared form: without it `needs_surface` is set and no more is checked. Whether a surface of
+ * very many spans has an area, and whether the spacing is too small for it, is found by the solver
+ * alone. To `forms`, unless it is NULL, a prepared form is written of what was made here and may be
+ * needed again: of the stored surface, or of the request. Returns API_OK or the id set in
+ * `problem`. */
 enum api_problem_id api_check_drape(const struct api_input *input, const struct api_limits *limits,
-                                    struct api_check *check,
+                                    const struct api_sink *forms, struct api_check *check,
                                     struct api_problem *problem) STATUS_MUST_USE;
 
 /* Whether the solver could take the surface and the spacing of a decoded request. Of a surface with
  * very many spans that is left for the solver to say. */
-enum api_problem_id api_check_decoded(const struct api_request *request,
-                                      const struct api_limits *limits, struct arena *arena,
+enum api_problem_id api_check_decoded(struct api_request *request, const struct api_limits *limits,
+                                      struct arena *arena,
                                       struct api_problem *problem) STATUS_MUST_USE;
 
+/* Steps of it, for documents that have a drape in them. Sets what `check` says of the text and of
+ * the surface that is named. */
+enum api_problem_id api_check_names(const struct api_input *input,
+                                    const struct api_request *request, struct arena *arena,
+                                    struct api_check *check,
+                                    struct api_problem *problem) STATUS_MUST_USE;
+
+/* Before the part is made: makes the form of a stored surface that came without a sound one, and
+ * says whether a form is to be written then. */
+bool api_check_expects_form(struct api_request *request, struct arena *arena);
+
+/* Writes it. */
+void api_check_write_form(const struct api_request *request, const struct prepared_part *part,
+                          struct arena *arena, const struct api_sink *forms,
+                          struct api_check *check);
+
 /* A surface to be stored, as `input->request`. Writes its normalised definition and then its
- * description (a JSON object each, not terminated). */
+ * description (a JSON object each, not terminated); to `forms`, unless it is NULL, its prepared
+ * form. */
 enum api_problem_id api_check_surface(const struct api_input *input,
                                       const struct api_limits *limits, const struct api_sink *sink,
-                                      struct api_check *check,
+                                      const struct api_sink *forms, struct api_check *check,
                                       struct api_problem *problem) STATUS_MUST_USE;
 
 /* A material to be kept, likewise: its document and what lists show of it. */

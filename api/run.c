@@ -108,7 +108,8 @@ static bool find_nearest(const struct drape_part *part, const struct api_surface
         *at = place.r;
         return found;
     }
-    const struct shell_patch patch = {part->surface, definition->trims, definition->trim_count};
+    const struct shell_patch patch = {
+        .surface = part->surface, .loops = definition->trims, .loop_count = definition->trim_count};
     struct shell *own = NULL;
     if (!part->shell && shell_make_lenient(&patch, 1, 0, arena, &own) != STATUS_OK)
         return false;

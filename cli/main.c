@@ -55,7 +55,7 @@ static bool solve_into(struct arguments *arguments, const struct api_input *inpu
     /* The id that the service would know the result by. */
     if (arguments->study) {
         struct api_check check;
-        ok = api_check_study(input, limits, &check, problem) == API_OK;
+        ok = api_check_study(input, limits, NULL, &check, problem) == API_OK;
         memcpy(arguments->id, check.digest, sizeof check.digest);
     } else {
         struct api_request request;
@@ -201,7 +201,10 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
     struct files_bytes surface = {0};
     bool ok = material_resolve(request, &arguments->materials, &arguments->limits, &problem) &&
               part_resolve(request, arguments->input, &arguments->limits, &surface, &problem);
-    const struct api_input input = {request->data, request->length, surface.data, surface.length};
+    const struct api_input input = {.request = request->data,
+                                    .request_length = request->length,
+                                    .surface = surface.data,
+                                    .surface_length = surface.length};
     bool stack =
         ok && json_document_has(input.request, input.request_length, &arguments->limits, "plies");
     arguments->study =

@@ -18,6 +18,7 @@
 #include "server/work/dispatcher.h"
 #include "server/work/document_pool.h"
 #include "server/work/fork_server.h"
+#include "server/work/form_cache.h"
 #include "server/work/worker.h"
 #include "status.h"
 #include "systemd.h"
@@ -47,6 +48,7 @@ struct service {
     struct store *store;
     struct dispatcher *dispatcher;
     struct document_pool *document_pool;
+    struct form_cache *forms;
     struct tokens *tokens;
     struct services services; /* the above, for the handlers */
     struct http *http;
@@ -173,6 +175,7 @@ static bool start_dispatcher(struct service *service) {
     }
     settings.job_timeout_ms = config->job_timeout * 1000;
     settings.max_result = config->max_result;
+    settings.forms = service->forms;
     settings.limits = config_limits(config, (int)config->threads_per_job);
     service->dispatcher = dispatcher_start(service->store, service->events, &settings);
     return service->dispatcher || refuse("workers", "their threads cannot be started");
@@ -211,6 +214,7 @@ static bool start_front(struct service *service) {
         .store = service->store,
         .tokens = service->tokens,
         .document_pool = service->document_pool,
+        .forms = service->forms,
         .dispatcher = config->role == CONFIG_ROLE_API ? NULL : service->dispatcher,
     };
     const struct http_settings settings = {config, service->events,
@@ -235,6 +239,7 @@ static int serve(const struct config *config) {
     bool good = (api_prepare() && id_init()) || refuse("random numbers", "the system gives none");
     if (good)
         service.events = job_events_new();
+    service.forms = form_cache_new();
     good = good && (service.events || refuse("memory", strerror(errno))) && open_store(&service) &&
            fork_server_open() && start_dispatcher(&service) && start_front(&service);
     if (good) {
@@ -259,6 +264,7 @@ static int serve(const struct config *config) {
     document_pool_stop(service.document_pool);
     fork_server_close();
     tokens_free(service.tokens);
+    form_cache_free(service.forms);
     dispatcher_free(service.dispatcher);
     store_close(service.store);
     job_events_free(service.events);

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
-enum { ALIGNMENT = 64 };
+enum { ALIGNMENT = ARENA_ALIGNMENT };
 
 /* Small jobs should cost one block, large ones few, and what the last one leaves unused little: a
  * new block is a 32nd of what there is, up to two megabytes. */
@@ -35,6 +35,7 @@ struct arena {
     size_t next_capacity;
     size_t taken;          /* by all blocks it ever had */
     struct arena *root;    /* whose budget counts: itself unless it is a child */
+    bool cleared;          /* its memory begins as zeros */
     struct arena *sibling; /* the child made before; of a root its last child */
     size_t budget;         /* of a root, as are those below */
     _Atomic size_t held, peak;
@@ -49,6 +50,10 @@ struct arena *arena_new(size_t budget) {
         arena->next_capacity = block_smallest;
     }
     return arena;
+}
+
+void arena_clear(struct arena *arena) {
+    arena->cleared = true;
 }
 
 static bool injected_failure(struct arena *root) {
@@ -127,6 +132,8 @@ static bool add_block(struct arena *arena, size_t needed) {
         (void)madvise((char *)block + before, (size - before) / page_largest * page_largest,
                       MADV_HUGEPAGE);
 #endif
+    if (arena->cleared)
+        memset((char *)block + header_size, 0, capacity);
     *block = (struct block){.previous = arena->last, .capacity = capacity};
     arena->last = block;
     arena->taken += capacity;
@@ -183,6 +190,14 @@ void arena_rewind(struct arena *arena, struct arena_mark mark) {
         release_last(arena);
     if (arena->last)
         arena->last->used = mark.used;
+}
+
+size_t arena_pieces(const struct arena *arena, struct arena_piece *pieces, size_t most) {
+    size_t count = 0;
+    for (const struct block *block = arena->last; block; block = block->previous, count++)
+        if (count < most)
+            pieces[count] = (struct arena_piece){(const char *)block + header_size, block->used};
+    return count;
 }
 
 size_t arena_held(const struct arena *arena) {

@@ -11,10 +11,18 @@
 
 struct arena;
 
+enum { ARENA_ALIGNMENT = 64 }; /* of what it hands out */
+
 /* A place to rewind to; valid until the arena is rewound to an earlier one. */
 struct arena_mark {
     void *block;
     size_t used;
+};
+
+/* A part of what an arena holds that lies in one piece. */
+struct arena_piece {
+    const char *bytes;
+    size_t length; /* a multiple of ARENA_ALIGNMENT */
 };
 
 /* A new arena that will hold at most `budget` bytes of the heap; NULL when even its own record
@@ -24,6 +32,10 @@ struct arena *arena_new(size_t budget);
 /* An arena for another thread, whose memory counts against `parent`'s budget and is given back with
  * it, not by `arena_free`. Made by the thread that has the parent; NULL as above. */
 struct arena *arena_child(struct arena *parent);
+
+/* Has what was never written to be zeros in all that the arena takes from the heap from now on, so
+ * that nothing that others left there is copied with it (`relocation.h`). */
+void arena_clear(struct arena *arena);
 
 /* Gives everything back; NULL is allowed. */
 void arena_free(struct arena *arena);
@@ -48,6 +60,10 @@ struct arena_mark arena_mark(const struct arena *arena);
 
 /* Returns all that was taken since `mark`. */
 void arena_rewind(struct arena *arena, struct arena_mark mark);
+
+/* The first `most` of the pieces that the arena holds, without its children; returns how many it
+ * has. `pieces` may be NULL when `most` is 0. */
+size_t arena_pieces(const struct arena *arena, struct arena_piece *pieces, size_t most);
 
 /* The bytes held now, and the most that were ever held, with all children. */
 size_t arena_held(const struct arena *arena);

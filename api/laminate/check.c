@@ -2,6 +2,7 @@
 #include "check.h"
 
 #include "api/request/digest.h"
+#include "api/request/prepared_form.h"
 #include "map.h"
 #include "patterns.h"
 #include "run.h"
@@ -44,8 +45,11 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
     check->needs_surface = laminate.surface.kind == API_SURFACE_NAMED;
     if (check->needs_surface || laminate_resolve(&laminate, limits, arena, problem) != API_OK)
         return problem->id;
+    if (!laminate.surface.form && !prepared_part_is_large(&laminate.surface))
+        laminate.surface.form = prepared_form_make(&laminate.surface, arena);
     for (size_t n = 0; n < laminate.net_count; n++) { /* whether the solver could take each drape */
         struct api_request drape = laminate_drape(&laminate, laminate.net_ply[n]);
+        drape.surface.form = laminate.surface.form;
         struct api_problem own = {.id = API_OK};
         struct arena_mark mark = arena_mark(arena);
         if (api_check_decoded(&drape, limits, arena, &own) != API_OK)

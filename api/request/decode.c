@@ -2,7 +2,9 @@
 #include "decode.h"
 
 #include "api/json/value.h"
+#include "digest.h"
 #include "members.h"
+#include "prepared_form.h"
 #include "prepared_shell.h"
 #include "solver/shell/shell.h"
 #include <string.h>
@@ -195,6 +197,16 @@ static void decode_method(const struct json_value *root, struct api_request *req
     }
 }
 
+/* The form of a document that has its surface in itself. */
+static const struct prepared_form *form_of_text(const struct api_input *input,
+                                                struct arena *arena) {
+    char digest[API_ID_SIZE];
+    if (!input->form_length && !input->opened)
+        return NULL;
+    api_digest_bytes(input->request, input->request_length, digest);
+    return prepared_form_find(input, digest, arena);
+}
+
 static void check_point_count(const struct json_value *json, const struct api_surface *surface,
                               const struct api_limits *limits) {
     struct json_value points = value_member(json, "control_points");
@@ -207,32 +219,49 @@ static void check_point_count(const struct json_value *json, const struct api_su
                     "has %zu points, and %zu are allowed", count, limits->max_control_points);
 }
 
+/* The definition of the stored surface that the request names, of which the caller has either the
+ * form or the text. It was sound when it was stored, so what may be wrong with it is no fault of
+ * the request's. */
+static void decode_stored(const struct json_tree *tree, const struct api_input *input,
+                          const struct api_limits *limits, struct api_surface *surface) {
+    const struct prepared_form *form = prepared_form_find(input, surface->id, tree->arena);
+    struct api_surface stored;
+    struct api_problem inner = {0};
+    enum api_problem_id id = API_OK;
+    if (form)
+        stored = form->request.surface;
+    else if (input->form_length > 0 && input->surface_length == 0)
+        id = api_problem_no_memory(&inner, "the surface");
+    else if (input->surface_length > 0)
+        id = api_decode_surface(input->surface, input->surface_length, limits, tree->arena, &stored,
+                                &inner);
+    else
+        return;
+    if (id == API_OUT_OF_MEMORY) {
+        api_problem_set(tree->problem, id, "%s", inner.error[0].detail);
+    } else if (id != API_OK) {
+        api_problem_set(tree->problem, API_INTERNAL, "the stored surface cannot be read: %s",
+                        inner.error[0].detail);
+    } else {
+        memcpy(stored.id, surface->id, API_ID_SIZE);
+        stored.selection = surface->selection;
+        *surface = stored;
+    }
+}
+
 /* Where the drape is, and in which unit. */
 static void decode_ground(const struct json_value *root, const struct api_input *input,
                           const struct api_limits *limits, struct api_request *request) {
     const struct json_tree *tree = root->tree;
     struct json_value surface = value_member(root, "surface");
     struct json_value unit = value_member(root, "length_unit");
-    struct api_surface stored;
-    struct api_problem inner = {0};
-    if (!decode_surface(&surface, &request->surface)) {
+    const struct prepared_form *form = form_of_text(input, tree->arena);
+    if (form)
+        request->surface = form->request.surface;
+    else if (!decode_surface(&surface, &request->surface))
         request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
-    } else if (request->surface.kind == API_SURFACE_NAMED && input->surface_length > 0) {
-        /* The stored definition of the surface that the request named, if the caller has it. It was
-         * sound when it was stored, so what may be wrong with it is no fault of the request's. */
-        enum api_problem_id id = api_decode_surface(input->surface, input->surface_length, limits,
-                                                    tree->arena, &stored, &inner);
-        if (id == API_OUT_OF_MEMORY) {
-            api_problem_set(tree->problem, id, "%s", inner.error[0].detail);
-        } else if (id != API_OK) {
-            api_problem_set(tree->problem, API_INTERNAL, "the stored surface cannot be read: %s",
-                            inner.error[0].detail);
-        } else {
-            memcpy(stored.id, request->surface.id, API_ID_SIZE);
-            stored.selection = request->surface.selection;
-            request->surface = stored;
-        }
-    }
+    else if (request->surface.kind == API_SURFACE_NAMED)
+        decode_stored(tree, input, limits, &request->surface);
     check_point_count(&surface, &request->surface, limits);
     if (value_given(&unit))
         decode_unit_name(&unit, &request->length_unit);
@@ -389,6 +418,12 @@ enum api_problem_id api_decode(const struct api_input *input, const struct api_l
                                struct arena *arena, struct api_request *request,
                                struct api_problem *problem) {
     struct json_tree tree;
+    const struct prepared_form *form = form_of_text(input, arena);
+    if (form) {
+        *request = form->request;
+        request->settings.max_nodes = limits->max_nodes;
+        return API_OK;
+    }
     if (json_tree_parse(&tree, input->request, input->request_length, limits, arena, problem) !=
         API_OK)
         return problem->id;

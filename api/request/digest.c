@@ -17,6 +17,15 @@ void api_digest_bytes(const void *bytes, size_t length, char id[API_ID_SIZE]) {
     sodium_bin2hex(id, API_ID_SIZE, hash, sizeof hash);
 }
 
+void api_digest_pieces(const void *head, size_t head_length, const void *bytes, size_t length,
+                       unsigned char digest[API_DIGEST_BYTES]) {
+    crypto_generichash_state state;
+    crypto_generichash_init(&state, NULL, 0, API_DIGEST_BYTES);
+    crypto_generichash_update(&state, head, head_length);
+    crypto_generichash_update(&state, bytes, length);
+    crypto_generichash_final(&state, digest, API_DIGEST_BYTES);
+}
+
 bool api_digest_surface(const struct api_surface *surface, struct arena *arena,
                         char id[API_ID_SIZE]) {
     if (surface->id[0]) {
@@ -29,6 +38,25 @@ bool api_digest_surface(const struct api_surface *surface, struct arena *arena,
         api_digest_bytes(definition, strlen(definition), id);
     arena_rewind(arena, mark);
     return definition != NULL;
+}
+
+bool api_digest_ground(const struct api_request *request, struct arena *arena,
+                       char id[API_ID_SIZE]) {
+    const struct api_surface *surface = &request->surface;
+    struct api_surface named = {.kind = API_SURFACE_NAMED, .selection = surface->selection};
+    memcpy(id, surface->id, API_ID_SIZE);
+    if (surface->selection.kind == API_SELECT_ALL && request->offset == 0)
+        return true;
+    memcpy(named.id, surface->id, API_ID_SIZE);
+    struct arena_mark mark = arena_mark(arena);
+    struct api_text text = api_text_growing(arena);
+    api_normalise_ground(&text, &named, NULL);
+    api_text_number(&text, request->offset);
+    const char *bytes = api_text_finish(&text);
+    if (bytes)
+        api_digest_bytes(bytes, strlen(bytes), id);
+    arena_rewind(arena, mark);
+    return bytes != NULL;
 }
 
 /* The request is written down with its surface by id, and the solver's version after the final

@@ -18,11 +18,21 @@ bool api_digest_prepare(void) STATUS_MUST_USE;
 /* The id of `length` bytes. */
 void api_digest_bytes(const void *bytes, size_t length, char id[API_ID_SIZE]);
 
+/* The digest of two pieces of memory, one behind the other. */
+enum { API_DIGEST_BYTES = 32 };
+void api_digest_pieces(const void *head, size_t head_length, const void *bytes, size_t length,
+                       unsigned char digest[API_DIGEST_BYTES]);
+
 /* The id of a surface, which is the one it is stored under: that of its definition, or for
  * API_SURFACE_NAMED the one it was named by. Scratch comes from `arena` and is given back; false
  * without memory. */
 bool api_digest_surface(const struct api_surface *surface, struct arena *arena,
                         char id[API_ID_SIZE]) STATUS_MUST_USE;
+
+/* The id of what a request that names a stored surface drapes on: of the surface itself, or where
+ * it chooses faces or moves it, of that with the choice and the offset. Likewise. */
+bool api_digest_ground(const struct api_request *request, struct arena *arena,
+                       char id[API_ID_SIZE]) STATUS_MUST_USE;
 
 /* The id of what a request asks for: its surface's id (inline or stored, the same), everything else
  * in it, and DRAPE_VERSION. Requests with equal ids have equal results. */

@@ -2,6 +2,7 @@
 #include "prepared_mesh.h"
 
 #include "mesh_faces.h"
+#include "prepared_form.h"
 #include "prepared_surface.h"
 #include <stdio.h>
 
@@ -32,12 +33,15 @@ static enum api_problem_id make_mesh(const struct api_mesh *from, const char *ba
 
 enum api_problem_id prepared_mesh_make(const struct api_request *request,
                                        const struct api_limits *limits, struct arena *arena,
-                                       struct mesh **mesh, struct api_problem *problem) {
+                                       const struct mesh **mesh, struct api_problem *problem) {
     const struct drape_settings *settings = &request->settings;
+    const struct prepared_part *ready = prepared_form_part(request);
+    struct mesh *made = NULL;
     double largest = 0;
-    if (make_mesh(&request->surface.mesh, "/surface", arena, mesh, problem) != API_OK ||
-        mesh_faces_choose(&request->surface.selection, arena, mesh, problem) != API_OK)
+    if (!ready && (make_mesh(&request->surface.mesh, "/surface", arena, &made, problem) != API_OK ||
+                   mesh_faces_choose(&request->surface.selection, arena, &made, problem) != API_OK))
         return problem->id;
+    *mesh = ready ? ready->part.mesh : made;
     for (size_t k = 0; k < (*mesh)->component_count; k++)
         largest = fmax(largest, (*mesh)->components[k].area);
     if (settings->has_extent[0] || settings->has_extent[1])
@@ -46,12 +50,19 @@ enum api_problem_id prepared_mesh_make(const struct api_request *request,
                                         "the mesh", limits, problem);
 }
 
-enum api_problem_id prepared_mesh_describe(const struct api_surface *surface, struct api_text *text,
+enum api_problem_id prepared_mesh_make_whole(const struct api_surface *surface, struct arena *arena,
+                                             const struct mesh **mesh,
+                                             struct api_problem *problem) {
+    struct mesh *made = NULL;
+    enum api_problem_id id = make_mesh(&surface->mesh, "", arena, &made, problem);
+    *mesh = made;
+    return id;
+}
+
+enum api_problem_id prepared_mesh_describe(const struct api_surface *surface,
+                                           const struct mesh *mesh, struct api_text *text,
                                            struct arena *arena, struct api_problem *problem) {
-    struct mesh *mesh;
     size_t rim = 0;
-    if (make_mesh(&surface->mesh, "", arena, &mesh, problem) != API_OK)
-        return problem->id;
     for (size_t k = 0; k < mesh->component_count; k++)
         rim += mesh->components[k].rim_count;
     api_text_key_integer(text, "vertices", (int64_t)surface->mesh.vertex_count);

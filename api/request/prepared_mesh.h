@@ -16,12 +16,18 @@
  */
 enum api_problem_id prepared_mesh_make(const struct api_request *request,
                                        const struct api_limits *limits, struct arena *arena,
-                                       struct mesh **mesh,
+                                       const struct mesh **mesh,
                                        struct api_problem *problem) STATUS_MUST_USE;
+
+/* The same of a surface alone, of all of it, at which pointers begin. */
+enum api_problem_id prepared_mesh_make_whole(const struct api_surface *surface, struct arena *arena,
+                                             const struct mesh **mesh,
+                                             struct api_problem *problem) STATUS_MUST_USE;
 
 /* The members of a mesh's description that are its own: vertices, triangles, faces, joints,
  * openings, edges, components, bounding_box, area. See `prepared_part_describe`. */
-enum api_problem_id prepared_mesh_describe(const struct api_surface *surface, struct api_text *text,
+enum api_problem_id prepared_mesh_describe(const struct api_surface *surface,
+                                           const struct mesh *mesh, struct api_text *text,
                                            struct arena *arena,
                                            struct api_problem *problem) STATUS_MUST_USE;
 

@@ -19,14 +19,11 @@ enum api_problem_id prepared_part_make(const struct api_request *request,
                                        const struct api_limits *limits, struct arena *arena,
                                        struct prepared_part *prepared,
                                        struct api_problem *problem) {
-    struct mesh *mesh = NULL;
     enum api_problem_id id;
     *prepared = (struct prepared_part){0};
     switch (request->surface.kind) {
     case API_SURFACE_MESH:
-        id = prepared_mesh_make(request, limits, arena, &mesh, problem);
-        prepared->part.mesh = mesh;
-        return id;
+        return prepared_mesh_make(request, limits, arena, &prepared->part.mesh, problem);
     case API_SURFACE_SHELL:
         id = prepared_shell_make(request, limits, arena, &prepared->shell, problem);
         prepared->part.shell = prepared->shell.shell;
@@ -36,7 +33,28 @@ enum api_problem_id prepared_part_make(const struct api_request *request,
     }
 }
 
-const char *prepared_part_describe(const struct api_surface *surface, struct arena *arena,
+enum api_problem_id prepared_part_make_whole(const struct api_surface *surface, struct arena *arena,
+                                             struct prepared_part *whole,
+                                             struct api_problem *fault) {
+    enum api_problem_id id;
+    *whole = (struct prepared_part){0};
+    switch (surface->kind) {
+    case API_SURFACE_MESH:
+        return prepared_mesh_make_whole(surface, arena, &whole->part.mesh, fault);
+    case API_SURFACE_SHELL:
+        id = prepared_shell_make_whole(surface, arena, &whole->shell, fault);
+        whole->part.shell = whole->shell.shell;
+        return id;
+    default:
+        return prepared_part_is_large(surface)
+                   ? API_OK
+                   : prepared_surface_make_whole(surface, arena, &whole->part, fault);
+    }
+}
+
+const char *prepared_part_describe(const struct api_surface *surface,
+                                   const struct prepared_part *whole,
+                                   const struct api_problem *fault, struct arena *arena,
                                    struct api_problem *problem) {
     bool on_mesh = surface->kind == API_SURFACE_MESH, on_shell = surface->kind == API_SURFACE_SHELL;
     char id[API_ID_SIZE];
@@ -47,9 +65,9 @@ const char *prepared_part_describe(const struct api_surface *surface, struct are
     }
     api_text_raw(&text, "{");
     api_text_key_string(&text, "id", id);
-    if (on_mesh    ? prepared_mesh_describe(surface, &text, arena, problem)
-        : on_shell ? prepared_shell_describe(surface, &text, arena, problem)
-                   : prepared_surface_describe(surface, &text, arena, problem))
+    if (on_mesh    ? prepared_mesh_describe(surface, whole->part.mesh, &text, arena, problem)
+        : on_shell ? prepared_shell_describe(surface, &whole->shell, fault, &text, arena, problem)
+                   : prepared_surface_describe(surface, &whole->part, &text, arena, problem))
         return NULL;
     if (on_mesh)
         api_normalise_notes(&text, surface, "");

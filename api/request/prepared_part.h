@@ -32,13 +32,25 @@ enum api_problem_id prepared_part_make(const struct api_request *request,
                                        struct api_problem *problem) STATUS_MUST_USE;
 
 /*
- * The document of a stored surface: id, degree_u, degree_v, size_u, size_v, rational, closed_u,
- * closed_v, bounding_box and area; of a shell id, faces, edges, tolerance, components, notes,
- * bounding_box, area and, where it is known, length_unit; of a mesh likewise. Zero-terminated, in
- * `arena`; NULL with `problem` set to API_DEGENERATE_SURFACE, API_INVALID_REQUEST or
- * API_OUT_OF_MEMORY.
+ * What follows from a surface alone, whatever is asked for: the part of all of it, and of a shell
+ * `all` faces. Of a surface that is large (`prepared_part_is_large`) and of faces that cannot be
+ * one surface there is no part; why they cannot is left in `fault`, as are all problems, whose
+ * pointers begin at the surface. API_OK nevertheless of a shell, unless memory ran out.
  */
-const char *prepared_part_describe(const struct api_surface *surface, struct arena *arena,
+enum api_problem_id prepared_part_make_whole(const struct api_surface *surface, struct arena *arena,
+                                             struct prepared_part *whole,
+                                             struct api_problem *fault) STATUS_MUST_USE;
+
+/*
+ * The document of a stored surface, of which that has been made: id, degree_u, degree_v, size_u,
+ * size_v, rational, closed_u, closed_v, bounding_box and area; of a shell id, faces, edges,
+ * tolerance, components, notes, bounding_box, area and, where it is known, length_unit; of a mesh
+ * likewise. Zero-terminated, in `arena`; NULL with `problem` set to API_DEGENERATE_SURFACE,
+ * API_INVALID_REQUEST or API_OUT_OF_MEMORY.
+ */
+const char *prepared_part_describe(const struct api_surface *surface,
+                                   const struct prepared_part *whole,
+                                   const struct api_problem *fault, struct arena *arena,
                                    struct api_problem *problem);
 
 #endif

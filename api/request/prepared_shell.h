@@ -10,10 +10,12 @@
 #include "solver/shell/shell.h"
 
 struct prepared_shell {
-    struct shell *shell;
+    const struct shell *shell;
     size_t count;
-    int32_t *numbers;   /* of its faces among those of the surface, rising */
-    int32_t start_face; /* the start's face by its place in the shell, of a start in u and v */
+    const int32_t *numbers;  /* of its faces among those of the surface, rising */
+    int32_t start_face;      /* the start's face by its place in the shell, of a start in u and v */
+    const struct shell *all; /* all faces, where they have been needed: joined where they can be */
+    bool sound;              /* as one surface */
 };
 
 /* `7 ("name")`: how a face is named to its owner. */
@@ -43,11 +45,20 @@ void prepared_shell_name_left_out(const struct api_request *request,
                                   const struct prepared_shell *chosen, struct arena *arena,
                                   struct api_problem *problem);
 
+/* What follows from all faces of a surface, without any request: `all`, and where that is sound the
+ * shell of them. Why it is not, or why there is none, is left in `fault`, whose pointers begin at
+ * the surface. Returns API_OK or API_OUT_OF_MEMORY, likewise in `fault`. */
+enum api_problem_id prepared_shell_make_whole(const struct api_surface *surface,
+                                              struct arena *arena, struct prepared_shell *shell,
+                                              struct api_problem *fault) STATUS_MUST_USE;
+
 /* The members of a description that a shell or a mesh has: `faces`, `edges`, `bounding_box`,
  * `area`, `notes`, ... See `prepared_part_describe`. What is wrong with the faces of an imported
- * file is one more of its `notes`. */
+ * file, `fault`, is one more of its `notes`. */
 enum api_problem_id prepared_shell_describe(const struct api_surface *surface,
-                                            struct api_text *text, struct arena *arena,
+                                            const struct prepared_shell *whole,
+                                            const struct api_problem *fault, struct api_text *text,
+                                            struct arena *arena,
                                             struct api_problem *problem) STATUS_MUST_USE;
 
 #endif

@@ -2,6 +2,7 @@
 #include "prepared_surface.h"
 
 #include "api/json/text.h"
+#include "prepared_form.h"
 #include "solver/shell/offset.h"
 #include "solver/shell/shell.h"
 #include "solver/surface/bounds.h"
@@ -106,14 +107,12 @@ static enum api_problem_id make_trimmed(const struct api_surface *definition, co
     return prepared_surface_loop_fault(problem, loop, "the surface", &fault);
 }
 
-enum api_problem_id prepared_surface_make(const struct api_request *request,
-                                          const struct api_limits *limits, struct arena *arena,
-                                          struct drape_part *part, struct api_problem *problem) {
+/* The surface of a request, moved and trimmed. */
+static enum api_problem_id make_moved(const struct api_request *request, struct arena *arena,
+                                      struct drape_part *part, struct api_problem *problem) {
     struct surface_offset_fault fault;
     struct surface *surface;
     struct trim *trim;
-    if (request->surface.kind != API_SURFACE_NURBS)
-        return api_problem_add(problem, "/surface", "must be the definition of a NURBS surface");
     if (make_trimmed(&request->surface, "/surface", request->offset, arena, &surface, &trim,
                      problem) != API_OK)
         return problem->id;
@@ -123,8 +122,33 @@ enum api_problem_id prepared_surface_make(const struct api_request *request,
         !surface_offset_holds(surface, trim, tolerance_of(surface), &fault))
         return prepared_surface_offset_fault(problem, request->offset, "the surface", fault.at,
                                              fault.radius, fault.fold_deg);
-    double nodes = least_nodes(&request->settings, usable_area(trim, surface));
+    return API_OK;
+}
+
+enum api_problem_id prepared_surface_make(const struct api_request *request,
+                                          const struct api_limits *limits, struct arena *arena,
+                                          struct drape_part *part, struct api_problem *problem) {
+    const struct prepared_part *ready = prepared_form_part(request);
+    if (request->surface.kind != API_SURFACE_NURBS)
+        return api_problem_add(problem, "/surface", "must be the definition of a NURBS surface");
+    if (ready)
+        *part = ready->part;
+    else if (make_moved(request, arena, part, problem) != API_OK)
+        return problem->id;
+    double nodes = least_nodes(&request->settings, usable_area(part->trim, part->surface));
     return prepared_surface_check_nodes(nodes, "the surface", limits, problem);
+}
+
+enum api_problem_id prepared_surface_make_whole(const struct api_surface *definition,
+                                                struct arena *arena, struct drape_part *part,
+                                                struct api_problem *problem) {
+    struct surface *surface;
+    struct trim *trim;
+    if (definition->kind != API_SURFACE_NURBS)
+        return api_problem_add(problem, "", "must be the definition of a NURBS surface");
+    if (make_trimmed(definition, "", 0, arena, &surface, &trim, problem) == API_OK)
+        *part = (struct drape_part){.surface = surface, .trim = trim};
+    return problem->id;
 }
 
 enum api_problem_id prepared_surface_check_nodes(double nodes, const char *what,
@@ -138,24 +162,22 @@ enum api_problem_id prepared_surface_check_nodes(double nodes, const char *what,
 }
 
 enum api_problem_id prepared_surface_describe(const struct api_surface *definition,
-                                              struct api_text *text, struct arena *arena,
-                                              struct api_problem *problem) {
+                                              const struct drape_part *part, struct api_text *text,
+                                              struct arena *arena, struct api_problem *problem) {
     const struct nurbs *nurbs = &definition->nurbs;
+    struct drape_part made = *part;
     struct surface_measure size;
-    struct surface *surface;
-    struct trim *trim;
-    if (definition->kind != API_SURFACE_NURBS)
-        return api_problem_add(problem, "", "must be the definition of a NURBS surface");
-    if (definition->trim_count == 0 && surface_span_bytes(nurbs) > PREPARED_SPANS_MAX) {
+    if (!made.surface && definition->trim_count == 0) {
         if (check_made(surface_measure(nurbs, arena, &size), "", problem) != API_OK)
             return problem->id;
     } else {
-        if (make_trimmed(definition, "", 0, arena, &surface, &trim, problem) != API_OK)
+        if (!made.surface &&
+            prepared_surface_make_whole(definition, arena, &made, problem) != API_OK)
             return problem->id;
-        size.area = usable_area(trim, surface);
-        bounds_tight(surface, &size.lower, &size.upper);
+        size.area = usable_area(made.trim, made.surface);
+        bounds_tight(made.surface, &size.lower, &size.upper);
         for (int k = 0; k < 2; k++)
-            size.closed[k] = surface_closed(surface, k);
+            size.closed[k] = surface_closed(made.surface, k);
     }
     api_text_key_integer(text, "degree_u", nurbs->u.degree);
     api_text_key_integer(text, "degree_v", nurbs->v.degree);

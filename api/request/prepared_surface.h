@@ -23,10 +23,17 @@ enum api_problem_id prepared_surface_make(const struct api_request *request,
                                           struct drape_part *part,
                                           struct api_problem *problem) STATUS_MUST_USE;
 
-/* The members of its description that are its own. One of very many spans is measured without
- * keeping them, unless it has trims, whose area takes the whole surface. */
+/* The same of a surface alone, which is not moved and at which pointers begin. */
+enum api_problem_id prepared_surface_make_whole(const struct api_surface *surface,
+                                                struct arena *arena, struct drape_part *part,
+                                                struct api_problem *problem) STATUS_MUST_USE;
+
+/* The members of its description that are its own. One of very many spans, which is not made ready
+ * (`part->surface` is NULL), is measured without keeping them, unless it has trims, whose area
+ * takes the whole surface. */
 enum api_problem_id prepared_surface_describe(const struct api_surface *surface,
-                                              struct api_text *text, struct arena *arena,
+                                              const struct drape_part *part, struct api_text *text,
+                                              struct arena *arena,
                                               struct api_problem *problem) STATUS_MUST_USE;
 
 /* Adds that `what` cannot be moved by `offset` near `at`, for its radius of curvature or, with a

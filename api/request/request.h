@@ -59,6 +59,8 @@ struct api_selection {
     double up_to_deg; /* 0..180 */
 };
 
+struct prepared_form;
+
 struct api_surface {
     enum api_surface_kind kind;
     char id[API_ID_SIZE]; /* the id the request gave; "" when it carries the definition */
@@ -74,6 +76,7 @@ struct api_surface {
     const struct api_unit *length_unit;              /* that a file is in; NULL: not given */
     const char *const *notes;                        /* what was noted when it was imported */
     size_t note_count;
+    const struct prepared_form *form; /* of it, where it has been made ready before; or NULL */
 };
 
 enum { API_UNIT_COUNT = 6, API_UP_TO_DEG = 20 /* the default of `up_to_deg` */ };

@@ -149,21 +149,27 @@ void api_study_close(struct api_study *study) {
 
 /* Everything that `api_study_open` does but the starts, of which there may be many. */
 enum api_problem_id api_check_study(const struct api_input *input, const struct api_limits *limits,
-                                    struct api_check *check, struct api_problem *problem) {
+                                    const struct api_sink *forms, struct api_check *check,
+                                    struct api_problem *problem) {
     struct arena *arena = arena_new(limits->max_memory);
     struct study_request request;
-    struct study_part part;
+    struct study_part part = {0};
     *check = (struct api_check){0};
+    if (arena && forms)
+        arena_clear(arena);
     if (!arena) {
         api_problem_no_memory(problem, "the study");
-    } else if (study_decode(input, limits, arena, &request, problem) == API_OK) {
-        const struct api_surface *surface = &request.drape.surface;
-        memcpy(check->surface, surface->id, sizeof check->surface);
-        check->needs_surface = surface->kind == API_SURFACE_NAMED;
+    } else if (study_decode(input, limits, arena, &request, problem) == API_OK &&
+               api_check_names(input, &request.drape, arena, check, problem) == API_OK) {
         check->variants = study_variants(&request);
+        bool large = prepared_part_is_large(&request.drape.surface);
+        bool wanted = forms && !large && !check->needs_surface &&
+                      api_check_expects_form(&request.drape, arena);
         bool sound = !check->needs_surface &&
-                     (prepared_part_is_large(surface) ||
-                      study_part_make(&request, limits, arena, &part, problem) == API_OK);
+                     (large || study_part_make(&request, limits, arena, &part, problem) == API_OK);
+        const struct prepared_part made = {part.geometry, part.shell};
+        if (sound && wanted)
+            api_check_write_form(&request.drape, &made, arena, forms, check);
         if (sound && !study_digest(&request, arena, check->digest))
             api_problem_no_memory(problem, "the study");
     }

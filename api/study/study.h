@@ -38,7 +38,7 @@
  * As `api_check_drape`; API_INVALID_REQUEST also for more than `limits->max_variants`.
  */
 enum api_problem_id api_check_study(const struct api_input *input, const struct api_limits *limits,
-                                    struct api_check *check,
+                                    const struct api_sink *forms, struct api_check *check,
                                     struct api_problem *problem) STATUS_MUST_USE;
 
 /* Writes the study as it was understood, with every default filled in. */

@@ -26,6 +26,7 @@ struct services {
     struct store *store;
     struct tokens *tokens;               /* who may call; NULL: everybody */
     struct document_pool *document_pool; /* NULL in the role `worker` */
+    struct form_cache *forms;            /* NULL: there are none */
     struct dispatcher *dispatcher;       /* NULL in the role `api`: other machines do the work */
 };
 

@@ -6,6 +6,7 @@
 #include "api/request/material.h"
 #include "checking.h"
 #include "documents.h"
+#include "forms.h"
 #include "handlers.h"
 #include "server/http/negotiate.h"
 #include <stdio.h>
@@ -124,7 +125,10 @@ static void store_checked_item(struct call *call, struct check *check) {
     bool same =
         !material || (there.definition_length == posted.definition_length && there.definition &&
                       posted.definition && !memcmp(there.definition, posted.definition, split));
-    if (!call->reply->status && answer == STORE_EMPTY && call_has_room(call, (size_t)split)) {
+    if (!call->reply->status && answer == STORE_EMPTY)
+        posted.form = forms_posted(call, check, &posted.form_length);
+    if (!call->reply->status && answer == STORE_EMPTY &&
+        call_has_room(call, (size_t)split + posted.form_length)) {
         answer = store_item_put(call->services->store, call->item, &posted, &created);
         same = created || !material;
     }

@@ -5,6 +5,7 @@
  */
 #include "checking.h"
 #include "documents.h"
+#include "forms.h"
 #include "handlers.h"
 #include "items.h"
 #include "laminates.h"
@@ -33,7 +34,8 @@ struct waiting {
     bool unpromised;           /* stored, but not yet so as to survive a power cut... */
     bool queued;               /* ...which its end makes it, when it had to be queued */
     struct check *check;       /* of a posted job, until it is stored */
-    struct store_item surface; /* the stored one that it names */
+    struct store_item surface; /* the stored one that it names, where there is no form of it */
+    struct forms_found form;   /* of the surface, or the one that the check has made */
     char *materials;           /* the owner's that it names: CHECKER_MATERIALS */
     size_t materials_length;
     struct results_early *early; /* of the result, while that is being stored */
@@ -43,6 +45,7 @@ static void free_waiting(void *state) {
     struct waiting *waiting = state;
     check_drop(waiting->check);
     store_item_clear(&waiting->surface);
+    forms_close(&waiting->form);
     free(waiting->materials);
     results_free_early(waiting->early);
     free(waiting);
@@ -56,6 +59,7 @@ static bool start_waiting(struct call *call, const char *id, int64_t seconds) {
         return false;
     }
     snprintf(waiting->id, sizeof waiting->id, "%.32s", id);
+    waiting->form.file = -1;
     waiting->begun = clock_ms();
     waiting->deadline = waiting->begun + seconds * 1000;
     call->request->state = waiting;
@@ -88,6 +92,8 @@ static bool begin_check(struct call *call) {
     struct document_pool_order order = checking_order(call, checks[call->kind]);
     order.document[CHECKER_SECOND] = waiting->surface.definition;
     order.length[CHECKER_SECOND] = waiting->surface.definition_length;
+    order.form_file = waiting->form.file;
+    order.length[CHECKER_FORM] = waiting->form.length;
     order.document[CHECKER_MATERIALS] = waiting->materials;
     order.length[CHECKER_MATERIALS] = waiting->materials_length;
     check_drop(waiting->check);
@@ -142,7 +148,7 @@ static bool submit_checked(struct call *call, const struct api_check *check) {
         .request = filled ? text : request->body,
         .request_length = filled ? filled : request->body_length,
         .digest = check->digest,
-        .surface = waiting->surface.definition ? check->surface : NULL,
+        .surface = check->surface[0] ? check->surface : NULL,
         .owner = request->owner,
         .key = key,
         .origin = request->id,
@@ -181,8 +187,10 @@ static enum checking_state accept_body(struct call *call) {
         if (state != CHECKING_PASSED)
             return state;
         const struct api_check *check = &check_answer(waiting->check)->check;
-        if (!check->needs_surface && !check->needs_materials)
+        if (!check->needs_surface && !check->needs_materials) {
+            forms_keep(call, waiting->check, &waiting->form);
             return submit_checked(call, check) ? CHECKING_PASSED : CHECKING_REFUSED;
+        }
         if (check->needs_materials) {
             char *names =
                 checking_text(waiting->check, 0, check_answer(waiting->check)->output_length);
@@ -196,9 +204,7 @@ static enum checking_state accept_body(struct call *call) {
                 return CHECKING_REFUSED;
             continue;
         }
-        enum store_answer answer =
-            store_item_get(call->services->store, STORE_SURFACES, call_owner(call), check->surface,
-                           &waiting->surface);
+        enum store_answer answer = forms_find(call, check, &waiting->form, &waiting->surface);
         if (answer == STORE_EMPTY)
             refuse_surface(call, check->surface);
         else if (answer != STORE_OK)

@@ -60,7 +60,7 @@ enum store_step {
 int64_t store_rank(const struct store_submission *submission, int64_t now);
 
 /* The tables that this version of draped makes and uses, in both databases. */
-enum { STORE_SCHEMA = 10 };
+enum { STORE_SCHEMA = 11 };
 
 /* Whether tables of that version are these; else `why` says what to do. `what` names the store. */
 bool store_schema_known(const char *what, int64_t schema, char why[STORE_WHY_SIZE]);
@@ -124,6 +124,8 @@ struct store_ops {
     enum store_answer (*result_drop)(struct store *store, int64_t number);
     enum store_answer (*item_put)(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created);
+    enum store_answer (*form_put)(struct store *store, const char *owner, const char *id,
+                                  const void *form, size_t length);
     enum store_answer (*item_delete)(struct store *store, enum store_item_kind kind,
                                      const char *owner, const char *id);
 };

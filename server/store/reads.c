@@ -322,6 +322,21 @@ enum store_answer store_item_get(struct store *store, enum store_item_kind kind,
     return query_end_found(&query, found, STORE_EMPTY);
 }
 
+enum store_answer store_form_get(struct store *store, const char *owner, const char *id,
+                                 char **form, size_t *length) {
+    struct query query = begin_read(
+        store, form
+                   ? "SELECT form FROM draped.surfaces WHERE id = $1 AND ($2 IS NULL OR owner = $2)"
+                     " ORDER BY coalesce(length(form), 0) DESC LIMIT 1"
+                   : "SELECT 1 FROM draped.surfaces WHERE id = $1 AND ($2 IS NULL OR owner = $2)"
+                     " LIMIT 1");
+    query_bind(&query, of_text(id), of_text(owner));
+    bool found = query_row(&query);
+    if (found && form)
+        query_duplicate(&query, 0, form, length);
+    return query_end_found(&query, found, STORE_EMPTY);
+}
+
 enum store_answer store_item_list(struct store *store, enum store_item_kind kind, const char *owner,
                                   int64_t cursor, int limit, struct store_items *page) {
     memset(page, 0, sizeof *page);

@@ -339,6 +339,8 @@ enum store_answer store_result_read(struct store *store, const struct store_resu
 void store_item_clear(struct store_item *item) {
     free(item->definition);
     free(item->description);
+    free(item->form);
+    item->form = NULL;
     item->definition = NULL;
     item->description = NULL;
 }
@@ -346,6 +348,11 @@ void store_item_clear(struct store_item *item) {
 enum store_answer store_item_put(struct store *store, enum store_item_kind kind,
                                  const struct store_item *item, bool *created) {
     return store_note(store, store->ops->item_put(store, kind, item, created));
+}
+
+enum store_answer store_form_put(struct store *store, const char *owner, const char *id,
+                                 const void *form, size_t length) {
+    return store_note(store, store->ops->form_put(store, owner, id, form, length));
 }
 
 void store_items_clear(struct store_items *page) {

@@ -509,6 +509,8 @@ struct store_item {
     char *definition; /* the JSON document */
     size_t definition_length;
     char *description; /* the JSON object that lists show */
+    char *form;        /* of a surface: its prepared form, for `store_item_put` alone; NULL: none */
+    size_t form_length;
 };
 
 void store_item_clear(struct store_item *item);
@@ -524,6 +526,16 @@ enum store_answer store_item_put(struct store *store, enum store_item_kind kind,
 /* Both texts. `owner` NULL: of any owner; all surfaces of an id hold the same. STORE_EMPTY. */
 enum store_answer store_item_get(struct store *store, enum store_item_kind kind, const char *owner,
                                  const char *id, struct store_item *item) STORE_MUST_USE;
+
+/* The prepared form of a surface, which can be made from its definition again: bytes that another
+ * version may have written, in a malloc'ed buffer that the caller frees; NULL: it has none. With
+ * `form` NULL only whether there is the surface. STORE_EMPTY: there is none. */
+enum store_answer store_form_get(struct store *store, const char *owner, const char *id,
+                                 char **form, size_t *length) STORE_MUST_USE;
+
+/* Puts another in its place, for all owners of the surface who are meant by `owner`. */
+enum store_answer store_form_put(struct store *store, const char *owner, const char *id,
+                                 const void *form, size_t length) STORE_MUST_USE;
 
 /* `count` items without their definitions, newest first; `next` as in store_page. */
 struct store_items {

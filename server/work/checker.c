@@ -16,7 +16,7 @@
 /* Kept between orders: most need no new memory from the system. */
 enum { KEPT_BYTES = 4 * 1024 * 1024 };
 
-_Static_assert((int)CHECKER_DOCUMENTS + 1 <= (int)FRAME_FILES_MAX, "all files fit in a frame");
+_Static_assert((int)CHECKER_FILES <= (int)FRAME_FILES_MAX, "all files fit in a frame");
 _Static_assert(sizeof(struct checker_answer) <= FRAME_MAX_BYTES, "an answer fits in a frame");
 
 /* Receives the next order with its documents: short ones behind it, the others as files. */
@@ -49,9 +49,11 @@ static enum frame_state receive_order(struct checker_task *task) {
     }
     if (state != FRAME_READY)
         return state;
-    task->output = -1;
-    if (task->order.files & 1u << CHECKER_DOCUMENTS && file < task->files)
+    task->output = task->form_output = -1;
+    if (task->order.files & 1u << CHECKER_OUTPUT && file < task->files)
         task->output = task->file[file++];
+    if (task->order.files & 1u << CHECKER_FORM_OUTPUT && file < task->files)
+        task->form_output = task->file[file++];
     return file == task->files && frame_receive(WORKER_FD, task->packet, inlined) ? FRAME_READY
                                                                                   : FRAME_BROKEN;
 }
@@ -126,6 +128,8 @@ bool checker_answer_sound(struct checker_answer *answer, size_t length) {
             return false;
     return terminated(answer->check.digest, API_ID_SIZE) &&
            terminated(answer->check.surface, API_ID_SIZE) &&
+           terminated(answer->check.text, API_ID_SIZE) &&
+           terminated(answer->check.ground, API_ID_SIZE) &&
            terminated(answer->check.material, API_MATERIAL_NAME_SIZE) &&
            terminated(answer->note, CHECKER_NOTE_SIZE) &&
            answer->check.filled_length <= answer->output_length &&

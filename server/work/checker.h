@@ -61,14 +61,22 @@ enum checker_document {
     CHECKER_REQUEST,   /* of a variant: the study */
     CHECKER_MATERIALS, /* the owner's that a request names, a line each; empty: the store was not
                           asked for any yet */
+    CHECKER_FORM,      /* the prepared form of the stored surface, always a file; empty: none */
     CHECKER_DOCUMENTS
 };
 
-/* The head of an order's packet; the inline documents follow it. The files come in the order of the
- * documents, after them the one to be written, if any. */
+/* The files of an order: its documents, and those that it writes to. */
+enum checker_file {
+    CHECKER_OUTPUT = CHECKER_DOCUMENTS,
+    CHECKER_FORM_OUTPUT, /* the prepared form that the check makes */
+    CHECKER_FILES
+};
+
+/* The head of an order's packet; the inline documents follow it. The files come in the order of
+ * `enum checker_file`. */
 struct checker_order {
     uint32_t kind;
-    uint32_t files; /* bit k: document k is a file; bit CHECKER_DOCUMENTS: there is an output */
+    uint32_t files; /* bit k: there is file k */
     uint64_t length[CHECKER_DOCUMENTS];
     struct api_limits limits;
     int64_t deadline_ms; /* by `clock_ms`: when the pool gives up */

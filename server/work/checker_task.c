@@ -28,6 +28,12 @@ static bool write_answer(void *context, const void *bytes, size_t length) {
     return true;
 }
 
+/* The file for a prepared form as an `api_sink`. */
+static bool write_form(void *context, const void *bytes, size_t length) {
+    const struct checker_task *task = context;
+    return spool_write(task->form_output, bytes, length);
+}
+
 static int64_t processor_us(void) {
     struct timespec used;
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
@@ -37,7 +43,8 @@ static int64_t processor_us(void) {
 /* A surface to be stored that comes as a file of CAD or mesh. */
 static enum api_problem_id check_surface_file(struct checker_task *task,
                                               const struct checker_abilities *abilities,
-                                              const struct api_sink *sink) {
+                                              const struct api_sink *sink,
+                                              const struct api_sink *forms) {
     const struct checker_order *order = &task->order;
     const char *body = task->document[CHECKER_BODY], *text = NULL;
     const struct file_format *format = file_format_named(order->source);
@@ -60,7 +67,7 @@ static enum api_problem_id check_surface_file(struct checker_task *task,
     }
     const struct api_input input = {.request = text, .request_length = text_length};
     if (text)
-        (void)!api_check_surface(&input, &order->limits, sink, &task->answer.check, problem);
+        (void)!api_check_surface(&input, &order->limits, sink, forms, &task->answer.check, problem);
     free(imported);
     arena_free(arena);
     return problem->id;
@@ -68,26 +75,27 @@ static enum api_problem_id check_surface_file(struct checker_task *task,
 
 /* A request to be accepted, whose materials are in `input` already. */
 static enum api_problem_id check_filled(struct checker_task *task, const struct api_input *input,
-                                        const struct api_sink *sink) {
+                                        const struct api_sink *sink, const struct api_sink *forms) {
     const struct checker_order *order = &task->order;
     struct checker_answer *answer = &task->answer;
     if (order->kind == CHECKER_LAMINATE)
         return laminate_check(input, &order->limits, sink, &answer->check, &answer->problem);
     return order->kind == CHECKER_STUDY
-               ? api_check_study(input, &order->limits, &answer->check, &answer->problem)
-               : api_check_drape(input, &order->limits, &answer->check, &answer->problem);
+               ? api_check_study(input, &order->limits, forms, &answer->check, &answer->problem)
+               : api_check_drape(input, &order->limits, forms, &answer->check, &answer->problem);
 }
 
 /* A request to be accepted. What is written of a laminate has its plies' requests and record; of
  * the others that name materials it is the request. */
 static enum api_problem_id check_request(struct checker_task *task, struct api_input input,
-                                         const struct api_sink *sink) {
+                                         const struct api_sink *sink,
+                                         const struct api_sink *forms) {
     const struct checker_order *order = &task->order;
     struct checker_answer *answer = &task->answer;
     struct api_check found = {0};
     size_t own = order->length[CHECKER_MATERIALS];
     if (!api_material_mentioned(input.request, input.request_length))
-        return check_filled(task, &input, sink);
+        return check_filled(task, &input, sink, forms);
     struct arena *arena = arena_new(order->limits.max_memory);
     if (!arena)
         api_problem_set(&answer->problem, API_OUT_OF_MEMORY, "there is no memory for the request");
@@ -100,7 +108,7 @@ static enum api_problem_id check_request(struct checker_task *task, struct api_i
             api_problem_set(&answer->problem, API_UNAVAILABLE,
                             "there is no disk space for the request now");
         if (answer->problem.id == API_OK)
-            (void)!check_filled(task, &input, sink);
+            (void)!check_filled(task, &input, sink, forms);
     }
     answer->check.needs_materials = found.needs_materials;
     answer->check.filled_length = found.filled_length;
@@ -115,7 +123,11 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
     const struct api_input input = {.request = task->document[CHECKER_BODY],
                                     .request_length = order->length[CHECKER_BODY],
                                     .surface = checker_task_surface(task),
-                                    .surface_length = order->length[CHECKER_SECOND]};
+                                    .surface_length = order->length[CHECKER_SECOND],
+                                    .form = task->document[CHECKER_FORM],
+                                    .form_length = order->length[CHECKER_FORM]};
+    const struct api_sink form_sink = {.write = write_form, .context = task};
+    const struct api_sink *forms = task->form_output >= 0 ? &form_sink : NULL;
     const struct api_sink sink = {.write = write_answer, .context = task};
     const struct api_start *start = order->has_start ? &order->start : NULL;
     enum api_problem_id id = API_OK;
@@ -123,7 +135,7 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
     case CHECKER_DRAPE:
     case CHECKER_STUDY:
     case CHECKER_LAMINATE:
-        id = check_request(task, input, &sink);
+        id = check_request(task, input, &sink, forms);
         break;
     case CHECKER_MATERIAL:
         id = api_check_material(&input, &order->limits, &sink, &answer->check, &answer->problem);
@@ -135,9 +147,9 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
         id = checker_task_variant(task, &sink, &answer->problem);
         break;
     case CHECKER_SURFACE:
-        id = order->source[0] ? check_surface_file(task, abilities, &sink)
-                              : api_check_surface(&input, &order->limits, &sink, &answer->check,
-                                                  &answer->problem);
+        id = order->source[0] ? check_surface_file(task, abilities, &sink, forms)
+                              : api_check_surface(&input, &order->limits, &sink, forms,
+                                                  &answer->check, &answer->problem);
         break;
     case CHECKER_PREVIEW:
         id = api_check_preview(&input, &order->limits, &sink, &answer->problem);

@@ -14,7 +14,7 @@ struct checker_task {
     const char *document[CHECKER_DOCUMENTS];
     void *mapped[CHECKER_DOCUMENTS];  /* of those that are files */
     int file[FRAME_FILES_MAX], files; /* received with it */
-    int output;                       /* -1: none */
+    int output, form_output;          /* -1: none */
     size_t buffered;
     char buffer[CHECKER_WRITE_BYTES]; /* of what is written */
     struct checker_answer answer;

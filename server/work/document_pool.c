@@ -4,9 +4,12 @@
 #include "document_pool_internal.h"
 #include "server/clock.h"
 #include "server/log.h"
+#include "server/spool.h"
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 enum {
@@ -267,11 +270,8 @@ static enum check_outcome follow_check(struct check *check) {
  * more. */
 static void begin_anew(struct check *check, enum check_queue queue, int64_t reserve) {
     struct document_pool *pool = check->pool;
-    int *output = &check->files[CHECKER_DOCUMENTS];
     process_end(check->process, false);
-    if (*output >= 0)
-        close(*output);
-    *output = -1;
+    check_close(check, CHECKER_OUTPUT, CHECKER_FILES);
     pthread_mutex_lock(&pool->lock);
     queue_leave(pool, check);
     pool->stats.restarts++;
@@ -304,7 +304,7 @@ static void finish_check(struct check *check, enum check_outcome outcome, bool n
     if (outcome != CHECK_ANSWER || check->process->slow)
         process_end(check->process, outcome == CHECK_CRASHED);
     check_explain(check, outcome);
-    check_close(check, CHECKER_DOCUMENTS);
+    check_close(check, 0, CHECKER_DOCUMENTS);
     memcpy(subject, check->subject, sizeof subject);
     pthread_mutex_lock(&pool->lock);
     if (check->queue == QUEUE_FAST && check->answer.processor_us > DOCUMENT_POOL_QUICK_MS * 1000)
@@ -518,11 +518,21 @@ const struct checker_answer *check_answer(const struct check *check) {
     return &check->answer;
 }
 
+/* A form of another length than is said is none. */
+int check_form(const struct check *check, size_t *length) {
+    const int file = check->files[CHECKER_FORM_OUTPUT];
+    struct stat written;
+    *length = check->answer.check.form_length;
+    bool good = file >= 0 && *length > 0 && fstat(file, &written) == 0 &&
+                (uint64_t)written.st_size == *length && spool_seal(file);
+    return good ? fcntl(file, F_DUPFD_CLOEXEC, 0) : -1;
+}
+
 ssize_t check_read(struct check *check, uint64_t offset, char *buffer, size_t size) {
     uint64_t left = check->answer.output_length - offset;
     if (offset >= check->answer.output_length)
         return 0;
-    ssize_t got = pread(check->files[CHECKER_DOCUMENTS], buffer, size < left ? size : (size_t)left,
+    ssize_t got = pread(check->files[CHECKER_OUTPUT], buffer, size < left ? size : (size_t)left,
                         (off_t)offset);
     return got > 0 ? got : -1;
 }

@@ -77,6 +77,7 @@ struct document_pool_order {
     const char *document[CHECKER_DOCUMENTS]; /* NULL: none */
     size_t length[CHECKER_DOCUMENTS];
     int body_file;                 /* the sealed memory file with the body; -1: none */
+    int form_file;                 /* that with the prepared form, where that has a length */
     const struct api_start *start; /* or NULL */
     const char *source, *unit;     /* of a surface that is a file: its format, and the unit of one
                                       that says none; NULL: neither */
@@ -120,6 +121,10 @@ bool check_done(struct check *check);
 
 /* Of a check that is done; lives as long as it. */
 const struct checker_answer *check_answer(const struct check *check);
+
+/* Of a check that is done: the sealed memory file with the prepared form that it has made, which
+ * the caller closes, and its length; -1: it has made none. */
+int check_form(const struct check *check, size_t *length);
 
 /* The bytes from `offset` on of what a check that is done has written, at most `size`: how many; 0
  * at the end; -1 when they cannot be read. */

@@ -39,9 +39,9 @@ struct check {
     struct checker_order packet;
     char *inlined; /* the documents in the packet */
     size_t inlined_length;
-    int files[CHECKER_DOCUMENTS + 1]; /* -1: none */
-    int64_t reserve;                  /* bytes; grows to all that the slow queue has, once */
-    size_t max_memory;                /* of the order's limits */
+    int files[CHECKER_FILES]; /* -1: none */
+    int64_t reserve;          /* bytes; grows to all that the slow queue has, once */
+    size_t max_memory;        /* of the order's limits */
     struct checker_answer answer;
     bool crashed; /* its last process */
 
@@ -98,8 +98,8 @@ struct check *check_new(struct document_pool *pool, const struct document_pool_o
 
 void check_free(struct check *check);
 
-/* Closes its files before `end`. */
-void check_close(struct check *check, int end);
+/* Closes its files from `begin` to before `end`. */
+void check_close(struct check *check, int begin, int end);
 
 /* The most that one order may take: the budget without what is kept for the fast queue. */
 int64_t check_most(const struct document_pool *pool);

@@ -18,6 +18,7 @@
 #define CHECK_BYTES_PER_BYTE 96
 #define CHECK_LONG_BYTES (INT64_C(128) << 20)
 #define CHECK_LONG_BYTES_PER_BYTE 24
+#define CHECK_BYTES_PER_FORM_BYTE 4 /* opened, with more made of it, written */
 #define IMPORT_BYTES (INT64_C(256) << 20)
 #define IMPORT_BYTES_PER_BYTE 96
 #define MAP_BYTES (INT64_C(64) << 20)
@@ -26,6 +27,8 @@
 #define MAP_BYTES_PER_COLUMN_BYTE 2
 #define SAMPLE_BYTES (INT64_C(256) << 20) /* a drape of half a million nodes */
 #define STACK_BYTES_PER_BODY_BYTE 3       /* and ply: of an element that takes 30 bytes or more */
+
+#define SHORT_BODY 2048
 
 /* An order that may take more begins in the slow queue. */
 #define FAST_BYTES (INT64_C(128) << 20)
@@ -41,6 +44,7 @@ int64_t check_most(const struct document_pool *pool) {
 static int64_t reserve_of(const struct document_pool_order *order, int64_t most) {
     int64_t body = (int64_t)order->length[CHECKER_BODY];
     int64_t second = (int64_t)(order->length[CHECKER_SECOND] + order->length[CHECKER_MATERIALS]);
+    int64_t form = CHECK_BYTES_PER_FORM_BYTE * (int64_t)order->length[CHECKER_FORM];
     int64_t columns = (int64_t)order->columns.length;
     bool sample = order->kind == CHECKER_SAMPLE || order->kind == CHECKER_SAMPLE_MAP;
     int64_t of_short = CHECK_BYTES + CHECK_BYTES_PER_BYTE * (body + second);
@@ -62,6 +66,7 @@ static int64_t reserve_of(const struct document_pool_order *order, int64_t most)
         bytes += MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns;
     if (sample)
         bytes += SAMPLE_BYTES;
+    bytes += form;
     return bytes < most ? bytes : most;
 }
 
@@ -78,10 +83,20 @@ int64_t check_timeout(const struct check *check) {
     return works[check->packet.kind] ? settings->map_timeout_ms : settings->timeout_ms;
 }
 
+/* Whether it may make a prepared form that is worth to be handed on: of a request that is short, a
+ * worker makes what it needs as soon. */
+static bool makes_form(const struct check *check) {
+    const struct checker_order *packet = &check->packet;
+    bool request = packet->kind == CHECKER_DRAPE || packet->kind == CHECKER_STUDY;
+    return packet->kind == CHECKER_SURFACE ||
+           (request && (packet->length[CHECKER_BODY] > SHORT_BODY ||
+                        packet->length[CHECKER_SECOND] || packet->length[CHECKER_FORM]));
+}
+
 /* Of requests only those that may name materials are written. */
 bool check_files(struct check *check) {
     const char *folder = check->pool->settings.folder;
-    int *columns = &check->files[CHECKER_COLUMNS], *output = &check->files[CHECKER_DOCUMENTS];
+    int *columns = &check->files[CHECKER_COLUMNS], *output = &check->files[CHECKER_OUTPUT];
     if (check->columns.write && *columns < 0) {
         *columns = spool_new(check->columns.length, folder);
         if (*columns < 0 || !check->columns.write(check->columns.context, *columns))
@@ -92,19 +107,22 @@ bool check_files(struct check *check) {
                   api_material_mentioned(check->inlined, check->packet.length[CHECKER_BODY]);
     if (writes && *output < 0)
         *output = spool_new(check->packet.length[CHECKER_BODY], folder);
+    int *form = &check->files[CHECKER_FORM_OUTPUT];
+    if (makes_form(check) && *form < 0)
+        *form = spool_new(0, "");
     return !writes || *output >= 0;
 }
 
 bool check_send(struct check *check) {
     struct checker_order *packet = &check->packet;
     struct frame_outbox outbox;
-    int files[CHECKER_DOCUMENTS + 1];
+    int files[CHECKER_FILES];
     size_t count = 0;
     packet->deadline_ms = check->begun_ms + check_timeout(check);
     packet->limits.max_memory =
         check->max_memory < (size_t)check->reserve ? check->max_memory : (size_t)check->reserve;
     packet->files = 0;
-    for (int k = 0; k <= CHECKER_DOCUMENTS; k++)
+    for (int k = 0; k < CHECKER_FILES; k++)
         if (check->files[k] >= 0) {
             packet->files |= 1u << k;
             files[count++] = check->files[k];
@@ -185,8 +203,8 @@ void check_explain(struct check *check, enum check_outcome outcome) {
         api_problem_set(problem, API_UNAVAILABLE, "%s could not be started now: try again", what);
 }
 
-void check_close(struct check *check, int end) {
-    for (int k = 0; k < end; k++) {
+void check_close(struct check *check, int begin, int end) {
+    for (int k = begin; k < end; k++) {
         if (check->files[k] >= 0)
             close(check->files[k]);
         check->files[k] = -1;
@@ -194,7 +212,7 @@ void check_close(struct check *check, int end) {
 }
 
 void check_free(struct check *check) {
-    check_close(check, CHECKER_DOCUMENTS + 1);
+    check_close(check, 0, CHECKER_FILES);
     if (check->columns.free)
         check->columns.free(check->columns.context);
     free(check->inlined);
@@ -224,12 +242,12 @@ struct check *check_new(struct document_pool *pool, const struct document_pool_o
     snprintf(packet->unit, sizeof packet->unit, "%s", order->unit ? order->unit : "");
     snprintf(packet->id, sizeof packet->id, "%s", order->id ? order->id : "");
     snprintf(packet->format, sizeof packet->format, "%s", order->format ? order->format : "");
-    check->files[CHECKER_DOCUMENTS] = -1;
+    check->files[CHECKER_OUTPUT] = check->files[CHECKER_FORM_OUTPUT] = -1;
     size_t total = 0;
     for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
         check->files[k] = -1;
         packet->length[k] = order->length[k];
-        total += order->length[k];
+        total += k == CHECKER_FORM ? 0 : order->length[k];
     }
     packet->length[CHECKER_COLUMNS] = order->columns.length;
     /* keeps the documents: short ones in memory, long ones as files */
@@ -239,7 +257,10 @@ struct check *check_new(struct document_pool *pool, const struct document_pool_o
     check->inlined_length = inlined ? total : 0;
     for (int k = 0; k < CHECKER_DOCUMENTS && good; k++) {
         size_t length = order->length[k];
-        if (inlined && length) {
+        if (k == CHECKER_FORM && length) {
+            check->files[k] = dup(order->form_file);
+            good = check->files[k] >= 0;
+        } else if (inlined && length) {
             memcpy(to, order->document[k], length);
             to += length;
         } else if (length) {

@@ -27,13 +27,15 @@ void frame_outbox_begin(struct frame_outbox *outbox, enum frame_type type, const
 }
 
 void frame_outbox_fill(struct frame_outbox *outbox, struct frame_job *job, const void *bytes,
-                       const struct api_input *input) {
+                       const struct api_input *input, const int *form) {
     job->request_length = input->request_length;
     job->surface_length = input->surface_length;
     frame_outbox_begin(outbox, FRAME_JOB, job, sizeof *job);
     frame_outbox_add(outbox, bytes, job->length);
     frame_outbox_add(outbox, input->request, input->request_length);
     frame_outbox_add(outbox, input->surface, input->surface_length);
+    outbox->files = form;
+    outbox->file_count = job->form_length > 0;
 }
 
 /* The files go before the first byte. */

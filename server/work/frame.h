@@ -34,7 +34,7 @@
 
 enum {
     FRAME_MAX_BYTES = 256 * 1024, /* of a frame after its head */
-    FRAME_FILES_MAX = 8,          /* that come with one */
+    FRAME_FILES_MAX = 10,         /* that come with one */
     FRAME_PARTS_MAX = 5           /* of an outbox: head, body and what follows */
 };
 
@@ -74,6 +74,8 @@ struct frame_job {
     uint64_t length;  /* of its bytes */
     uint64_t request_length;
     uint64_t surface_length;
+    uint64_t form_length; /* of the prepared form, a file that comes with the job; 0: none does */
+    uint32_t form_kept;   /* it is of a stored surface, which other jobs may be of, too */
 };
 
 /* A task of the round that a step begins, and how many variants it looks at. */
@@ -141,9 +143,10 @@ void frame_outbox_begin(struct frame_outbox *outbox, enum frame_type type, const
 /* Has these bytes follow. */
 void frame_outbox_add(struct frame_outbox *outbox, const void *bytes, size_t length);
 
-/* The whole of a JOB, with its bytes and the documents, whose lengths it sets. */
+/* The whole of a JOB, with its bytes and the documents, whose lengths it sets; `form`, where
+ * `job->form_length` is not 0, is the file with the prepared form. */
 void frame_outbox_fill(struct frame_outbox *outbox, struct frame_job *job, const void *bytes,
-                       const struct api_input *input);
+                       const struct api_input *input, const int *form);
 
 /* Sends what the socket takes. FRAME_READY, FRAME_LATER or FRAME_CLOSED. */
 enum frame_state frame_push(int fd, struct frame_outbox *outbox);

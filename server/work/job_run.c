@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "job_run.h"
 #include "api/json/text.h"
+#include "api/request/digest.h"
 #include "api/study/study.h"
+#include "form_cache.h"
 #include "frame.h"
 #include "sandbox.h"
 #include "server/clock.h"
@@ -57,6 +59,7 @@ struct job_run {
     int64_t processor_us;     /* of the worker, when it began */
     int64_t yield_at_ms;      /* from when it gives way */
     int64_t starved_since_ms; /* as far as this run has seen; 0: nobody waits with nothing */
+    int form;                 /* the file with the prepared form; -1: none */
     /* of studies */
     unsigned char *kept; /* malloc'ed: the tasks of a round, or the numbers of a task */
     size_t kept_length;
@@ -243,12 +246,12 @@ static void have_done(struct job_run *run, struct frame_job *job, const void *by
     /* a study is kept beside its task */
     uint64_t budgets = run->claim->kind == STORE_DRAPE ? 1 : 2;
     uint64_t memory = budgets * (uint64_t)settings->limits.max_memory + MEMORY_BESIDE_BYTES +
-                      budgets * (input->request_length + input->surface_length);
+                      budgets * (input->request_length + input->surface_length) + job->form_length;
     uint64_t threads = settings->limits.threads > 1 ? (uint64_t)settings->limits.threads : 1;
     uint64_t seconds = (uint64_t)(settings->job_timeout_ms / 1000 + CPU_MARGIN_SECONDS) * threads;
     struct frame_outbox outbox;
     job->limits = settings->limits;
-    frame_outbox_fill(&outbox, job, bytes, input);
+    frame_outbox_fill(&outbox, job, bytes, input, &run->form);
     if (!child_bound(run->child, RLIMIT_AS, memory) ||
         !sandbox_bound_processor(run->child->pid, seconds))
         end_run(run, ENDED_RELEASED);
@@ -426,6 +429,20 @@ static void report_outcome(struct job_run *run) {
 
 /* ------------------------------------------------------------------ from claim to end */
 
+/* The form that the check of the request has made, or that of the surface that it names: with it
+ * the worker needs no definition. Returns its length. */
+static size_t find_form(struct job_run *run, const char *request, size_t length) {
+    const struct store_claim *claim = run->claim;
+    struct form_cache *forms = run->shared->settings.forms;
+    char text[API_ID_SIZE];
+    size_t form_length = 0;
+    api_digest_bytes(request, length, text);
+    run->form = form_cache_get(forms, claim->owner, text, &form_length);
+    if (run->form < 0 && claim->surface[0])
+        run->form = form_cache_get(forms, claim->owner, claim->surface, &form_length);
+    return run->form >= 0 ? form_length : 0;
+}
+
 /* Fetches the documents of the job, and of a study the numbers so far, and has the worker do it. */
 static void solve_job(struct job_run *run) {
     struct store *store = run->shared->store;
@@ -447,7 +464,10 @@ static void solve_job(struct job_run *run) {
         store_request(store, subject_of_run(run), &request, &input.request_length);
     if (answer == STORE_OK && claim->kind == STORE_STUDY)
         answer = store_numbers(store, claim, &numbers, &length);
-    if (answer == STORE_OK && claim->surface[0])
+    if (answer == STORE_OK)
+        order.form_length = find_form(run, request, input.request_length);
+    order.form_kept = claim->surface[0] != '\0';
+    if (answer == STORE_OK && claim->surface[0] && run->form < 0)
         answer = store_item_get(store, STORE_SURFACES, NULL, claim->surface, &surface);
     /* None can be missing while the job is running: it was deleted. */
     if (answer == STORE_EMPTY)
@@ -487,6 +507,7 @@ bool job_run(struct job_run_shared *shared, const struct store_claim *claim, str
         .look_at_ms = now + (fast ? JOB_RUN_FAST_MS : WORK_POLL_MS),
         .fast = fast,
         .variant = -1,
+        .form = -1,
         .processor_us = sandbox_processor_us(child->pid),
         .yield_at_ms = now + (fast ? JOB_RUN_FAST_MOST_MS : (int64_t)JOB_RUN_TURN_MS << doublings),
     };
@@ -500,6 +521,8 @@ bool job_run(struct job_run_shared *shared, const struct store_claim *claim, str
     job_events_unsubscribe(shared->events, &watch);
     report_outcome(&run);
     store_writer_free(run.writer);
+    if (run.form >= 0)
+        close(run.form);
     free(run.text);
     free(run.kept);
     atomic_fetch_sub(&shared->counters.busy, 1);

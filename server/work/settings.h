@@ -11,6 +11,8 @@
 /* How often a dispatcher looks for itself at what other processes may have changed. */
 enum { WORK_POLL_MS = 500 };
 
+struct form_cache;
+
 struct dispatcher_settings {
     int workers;              /* threads and processes; 0 only sweeps */
     int64_t job_timeout_ms;   /* one attempt; then the job fails as `job-timeout` */
@@ -21,6 +23,7 @@ struct dispatcher_settings {
     const char *role;         /* as others see it: a literal */
     int64_t max_result;       /* bytes; a job with more fails as `too-large` */
     struct api_limits limits; /* of one job */
+    struct form_cache *forms; /* what checks have made; NULL: nothing */
 };
 
 /* One worker, 600 s, 15 s, 200 ms, 250 ms, 5 s, "all", 64 GiB, api_limits_default. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "worker.h"
+#include "forms.h"
 #include "frame.h"
 #include "sandbox.h"
 #include "server/clock.h"
@@ -137,10 +138,13 @@ int worker_serve(const struct worker_engine *engine) {
     struct frame_job job;
     enum frame_state state = FRAME_CLOSED;
     bool good = true;
-    if (!sandbox_begin(WORKER_FD, 0, KEPT_BYTES))
+    int files[FRAME_FILES_MAX], file_count = 0;
+    if (!sandbox_begin(WORKER_FD, 1, KEPT_BYTES))
         return 1;
-    while (good && (state = frame_expect(WORKER_FD, FRAME_JOB, &job, sizeof job, NULL, NULL)) ==
-                       FRAME_READY) {
+    while (good && (state = frame_expect(WORKER_FD, FRAME_JOB, &job, sizeof job, files,
+                                         &file_count)) == FRAME_READY) {
+        struct forms_mapped form;
+        good = forms_map(file_count > 0 ? files[0] : -1, job.form_length, &form);
         uint64_t length = job.length + job.request_length + job.surface_length;
         char *bytes = malloc(length + 1);
         if (!bytes) {
@@ -153,18 +157,25 @@ int worker_serve(const struct worker_engine *engine) {
                 length -= part;
             }
             good = good && send_problem(&problem);
+            forms_unmap(&form);
             continue;
         }
         struct api_input input = {.request = bytes + job.length,
                                   .request_length = job.request_length,
                                   .surface = bytes + job.length + job.request_length,
-                                  .surface_length = job.surface_length};
+                                  .surface_length = job.surface_length,
+                                  .form = form.bytes,
+                                  .form_length = form.length};
+        if (job.form_kept)
+            input.opened = forms_open(&form);
         struct worker_order order = {.input = &input,
                                      .limits = &job.limits,
                                      .bytes = bytes,
                                      .length = job.length,
                                      .spent_ms = job.spent_ms};
-        good = frame_receive(WORKER_FD, bytes, length) && run_job(engine, &task, &job, &order);
+        good =
+            good && frame_receive(WORKER_FD, bytes, length) && run_job(engine, &task, &job, &order);
+        forms_unmap(&form);
         free(bytes);
         if (length + task.total > KEPT_BYTES)
             malloc_trim(0);

@@ -145,6 +145,23 @@ enum status mesh_make(const struct mesh_source *source, struct arena *arena, str
     return status;
 }
 
+void mesh_relocate(struct relocation *relocation, void *field) {
+    struct mesh *mesh = relocate_once(relocation, field, 1, sizeof *mesh);
+    if (!mesh)
+        return;
+    size_t vertices = mesh->vertex_count, triangles = mesh->triangle_count;
+    relocate(relocation, &mesh->vertices, vertices, sizeof *mesh->vertices);
+    relocate(relocation, &mesh->parameters, vertices, sizeof *mesh->parameters);
+    relocate(relocation, &mesh->faces, triangles, sizeof *mesh->faces);
+    relocate(relocation, &mesh->corners, triangles, sizeof *mesh->corners);
+    relocate(relocation, &mesh->twins, triangles, 3 * sizeof *mesh->twins);
+    relocate(relocation, &mesh->normals, triangles, sizeof *mesh->normals);
+    relocate(relocation, &mesh->component, triangles, sizeof *mesh->component);
+    relocate(relocation, &mesh->components, mesh->component_count, sizeof *mesh->components);
+    relocate(relocation, &mesh->boxes, 2 * mesh->leaf_count - 1, sizeof *mesh->boxes);
+    relocate(relocation, &mesh->order, triangles, sizeof *mesh->order);
+}
+
 int32_t mesh_largest_component(const struct mesh *mesh) {
     size_t largest = 0;
     for (size_t k = 1; k < mesh->component_count; k++)

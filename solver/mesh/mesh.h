@@ -13,6 +13,7 @@
 #define SOLVER_MESH_MESH_H
 
 #include "solver/arena.h"
+#include "solver/relocation.h"
 #include "solver/status.h"
 #include "solver/vec.h"
 #include <stdbool.h>
@@ -118,6 +119,9 @@ struct mesh_point {
  */
 enum status mesh_make(const struct mesh_source *source, struct arena *arena, struct mesh **mesh,
                       struct mesh_fault *fault) STATUS_MUST_USE;
+
+/* A walk of `solver/relocation.h` from the pointer to a mesh on. */
+void mesh_relocate(struct relocation *relocation, void *field);
 
 /* The component of the largest area, of equal ones the first. */
 int32_t mesh_largest_component(const struct mesh *mesh);

@@ -69,7 +69,7 @@ struct face_run {
 struct face {
     const struct surface *plain; /* the caller's */
     struct surface surface;      /* the same as a face of this shell */
-    struct trim *trim;           /* NULL: all of the domain */
+    const struct trim *trim;     /* NULL: all of the domain */
     double area, gyration2;
     struct vec3 centroid;
     struct box box;

@@ -393,14 +393,15 @@ static enum status make_shell(const struct shell_patch *patches, size_t count, d
         const struct surface *surface = patches[k].surface;
         struct face *face = &made->faces[k];
         struct vec3 low, high;
+        struct trim *trim = NULL;
         enum status status = STATUS_OK;
-        if (patches[k].loop_count > 0)
-            status =
-                trim_make(surface, patches[k].loops, patches[k].loop_count, arena, &face->trim);
+        if (patches[k].loop_count > 0 && !patches[k].trim)
+            status = trim_make(surface, patches[k].loops, patches[k].loop_count, arena, &trim);
         if (status == STATUS_DEGENERATE_SURFACE)
             return shell_fail(fault, SHELL_NOTHING_LEFT, (int32_t)k);
         if (status != STATUS_OK)
             return status;
+        face->trim = trim ? trim : patches[k].trim;
         face->plain = surface;
         face->surface = *surface;
         face->side = 1;
@@ -441,6 +442,35 @@ enum status shell_make(const struct shell_patch *patches, size_t count, double t
 enum status shell_make_lenient(const struct shell_patch *patches, size_t count, double tolerance,
                                struct arena *arena, struct shell **shell) {
     return make_shell(patches, count, tolerance, true, arena, shell, NULL);
+}
+
+static void relocate_face(struct relocation *relocation, struct face *face) {
+    surface_relocate(relocation, &face->plain);
+    surface_relocate_inside(relocation, &face->surface);
+    trim_relocate(relocation, &face->trim);
+    relocate(relocation, &face->segments, face->segment_count, sizeof *face->segments);
+    relocate(relocation, &face->runs, face->run_count, sizeof *face->runs);
+    for (int end = 0; end < 4; end++)
+        relocate(relocation, &face->round_pole[end], face->round_pole_count[end],
+                 sizeof *face->round_pole[end]);
+    relocate(relocation, &face->cells, (size_t)FACE_GRID * FACE_GRID, sizeof *face->cells);
+}
+
+void shell_relocate(struct relocation *relocation, void *field) {
+    struct shell *shell = relocate_once(relocation, field, 1, sizeof *shell);
+    if (!shell)
+        return;
+    struct face *face = relocate(relocation, &shell->faces, shell->face_count, sizeof *face);
+    for (size_t k = 0; face && k < shell->face_count; k++)
+        relocate_face(relocation, &face[k]);
+    struct face_curve *curve =
+        relocate(relocation, &shell->curves, shell->curve_count, sizeof *curve);
+    for (size_t k = 0; curve && k < shell->curve_count; k++)
+        trim_curve_relocate(relocation, &curve[k].trim);
+    size_t components = shell->component_count;
+    relocate(relocation, &shell->edges, shell->edge_count, sizeof *shell->edges);
+    relocate(relocation, &shell->boundaries, components, sizeof *shell->boundaries);
+    relocate(relocation, &shell->ends, components, sizeof *shell->ends);
 }
 
 size_t shell_face_count(const struct shell *shell) {

@@ -30,6 +30,7 @@ struct shell_patch {
     const struct surface *surface;
     const struct trim_loop *loops;
     size_t loop_count;
+    const struct trim *trim; /* the loops' region, where another shell has it already; or NULL */
 };
 
 struct shell;
@@ -80,6 +81,10 @@ enum status shell_make(const struct shell_patch *patches, size_t count, double t
  * `shell_make` does of faces without area and a bad tolerance. */
 enum status shell_make_lenient(const struct shell_patch *patches, size_t count, double tolerance,
                                struct arena *arena, struct shell **shell) STATUS_MUST_USE;
+
+/* A walk of `solver/relocation.h` from the pointer to a shell on, with its faces' surfaces and
+ * regions; the loops that it was made of are their owner's. */
+void shell_relocate(struct relocation *relocation, void *field);
 
 /* The faces as they were given. */
 size_t shell_face_count(const struct shell *shell);

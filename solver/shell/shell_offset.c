@@ -67,6 +67,7 @@ enum status shell_offset(const struct shell *shell, const struct shell_patch *pa
         }
         own[k] = patches[k];
         own[k].surface = surface;
+        own[k].trim = NULL;
     }
     return shell_make(own, shell->face_count, tolerance, arena, moved, fault);
 }

@@ -16,6 +16,7 @@
 #ifndef SOLVER_SURFACE_SPANS_H
 #define SOLVER_SURFACE_SPANS_H
 
+#include "solver/relocation.h"
 #include "surface.h"
 #include <stdint.h>
 
@@ -77,6 +78,11 @@ struct surface {
     double height; /* by which it is moved along r_u x r_v (`offset.h`): points and powers are those
                       of the surface before, all else is its own; 0: it is not */
 };
+
+/* A walk of `solver/relocation.h` from the pointer to a surface on; and from one that is part of
+ * another structure. */
+void surface_relocate(struct relocation *relocation, void *field);
+void surface_relocate_inside(struct relocation *relocation, struct surface *surface);
 
 static inline double surface_axis_lower(const struct surface_axis *axis) {
     return axis->breaks[0];

@@ -366,6 +366,32 @@ static bool has_fold(const struct surface *surface, int k) {
     return false;
 }
 
+void surface_relocate_inside(struct relocation *relocation, struct surface *surface) {
+    size_t spans = 1;
+    for (int k = 0; k < 2; k++) {
+        struct surface_axis *axis = &surface->axis[k];
+        size_t count = (size_t)axis->span_count;
+        relocate(relocation, &axis->breaks, count + 1, sizeof *axis->breaks);
+        relocate(relocation, &axis->rates, count, sizeof *axis->rates);
+        relocate(relocation, &axis->middles, count, sizeof *axis->middles);
+        relocate(relocation, &axis->joints, count + 1, sizeof *axis->joints);
+        relocate(relocation, &axis->corners, count + 1, sizeof *axis->corners);
+        spans *= count;
+    }
+    size_t bytes = surface->points_per_span * sizeof *surface->points;
+    relocate(relocation, &surface->points, spans, bytes);
+    relocate(relocation, &surface->powers, spans, bytes);
+    relocate(relocation, &surface->in_powers, spans, sizeof *surface->in_powers);
+    relocate(relocation, &surface->shell, 1,
+             1); /* which has the surface, not the other way round */
+}
+
+void surface_relocate(struct relocation *relocation, void *field) {
+    struct surface *surface = relocate_once(relocation, field, 1, sizeof *surface);
+    if (surface)
+        surface_relocate_inside(relocation, surface);
+}
+
 enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct surface **surface) {
     struct extraction *extraction[2];
     struct surface *made = arena_alloc(arena, 1, sizeof *made);

@@ -35,7 +35,7 @@ struct edge {
 
 struct trim {
     const struct surface *surface;
-    const struct trim_loop *loops; /* a copy, without the curves */
+    struct trim_loop *loops;       /* a copy, whose curves are only there while it is made */
     size_t loop_count, kept_count; /* kept: loops that keep their inside */
     struct edge *edges;
     size_t edge_count;
@@ -739,10 +739,53 @@ enum status trim_make(const struct surface *surface, const struct trim_loop *loo
     arena_rewind(c->arena, begin);
     if (!made->edges || !made->points)
         return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < count; k++)
+        copy[k].curves = NULL;
     find_region_box(made);
     *trim = made;
     if (!(made->low[0] < made->high[0] && made->low[1] < made->high[1]))
         return STATUS_DEGENERATE_SURFACE;
     enum status status = sort_into_strips(made, arena);
     return status == STATUS_OK ? measure_region(made, arena) : status;
+}
+
+void trim_relocate(struct relocation *relocation, void *field) {
+    struct trim *trim = relocate_once(relocation, field, 1, sizeof *trim);
+    if (!trim)
+        return;
+    surface_relocate(relocation, &trim->surface);
+    relocate(relocation, &trim->loops, trim->loop_count, sizeof *trim->loops);
+    relocate(relocation, &trim->edges, trim->edge_count, sizeof *trim->edges);
+    const size_t *points =
+        relocate(relocation, &trim->first_point, trim->loop_count + 1, sizeof *points);
+    relocate(relocation, &trim->points, points ? points[trim->loop_count] : 0,
+             sizeof *trim->points);
+    const size_t *entries =
+        relocate(relocation, &trim->strip_first, trim->strip_count + 1, sizeof *entries);
+    relocate(relocation, &trim->strip_edges, entries ? entries[trim->strip_count] : 0,
+             sizeof *trim->strip_edges);
+}
+
+static void relocate_curve(struct relocation *relocation, struct trim_curve *curve) {
+    if (!relocation_first(relocation, curve))
+        return;
+    relocate(relocation, &curve->points, curve->count, sizeof *curve->points);
+    relocate(relocation, &curve->knots, curve->count + (size_t)curve->degree + 1,
+             sizeof *curve->knots);
+    relocate(relocation, &curve->weights, curve->count, sizeof *curve->weights);
+}
+
+void trim_curve_relocate(struct relocation *relocation, void *field) {
+    struct trim_curve *curve = relocate(relocation, field, 1, sizeof *curve);
+    relocate_curve(relocation, curve);
+}
+
+void trim_loops_relocate(struct relocation *relocation, void *field, size_t count) {
+    struct trim_loop *loops = relocate_once(relocation, field, count, sizeof *loops);
+    for (size_t k = 0; loops && k < count; k++) {
+        struct trim_curve *curve =
+            relocate(relocation, &loops[k].curves, loops[k].count, sizeof *curve);
+        for (size_t c = 0; curve && c < loops[k].count; c++)
+            relocate_curve(relocation, &curve[c]);
+    }
 }

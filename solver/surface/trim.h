@@ -9,6 +9,7 @@
 #ifndef SOLVER_SURFACE_TRIM_H
 #define SOLVER_SURFACE_TRIM_H
 
+#include "solver/relocation.h"
 #include "surface.h"
 #include <stdint.h>
 
@@ -82,6 +83,12 @@ enum status trim_bare_line(const struct trim *trim, const struct surface *surfac
  * returns how many points it has. */
 size_t trim_loop_count(const struct trim *trim);
 size_t trim_loop_points(const struct trim *trim, size_t loop, const double (**points)[2]);
+
+/* Walks of `solver/relocation.h` from the pointer to a region on, with its surface; from that to a
+ * curve; and from that to `count` loops, as their owner wrote them. */
+void trim_curve_relocate(struct relocation *relocation, void *field);
+void trim_relocate(struct relocation *relocation, void *field);
+void trim_loops_relocate(struct relocation *relocation, void *field, size_t count);
 
 /* How much work it was to make: edges, entries of strips and crossings of lines looked at. */
 size_t trim_steps(const struct trim *trim);

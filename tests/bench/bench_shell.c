@@ -62,7 +62,8 @@ static struct shell *make(struct part *part, struct arena *arena) {
         struct surface *surface;
         if (surface_make(&nurbs, arena, &surface) != STATUS_OK)
             return NULL;
-        faces[k] = (struct shell_patch){surface, &part->loop[k], part->loop[k].count};
+        faces[k] = (struct shell_patch){
+            .surface = surface, .loops = &part->loop[k], .loop_count = part->loop[k].count};
     }
     return shell_make(faces, (size_t)part->count, 0, arena, &shell, NULL) == STATUS_OK ? shell
                                                                                        : NULL;

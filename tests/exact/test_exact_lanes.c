@@ -266,7 +266,8 @@ static struct shell *make_shell(struct faces *faces, struct arena *arena) {
         struct nurbs nurbs = shape_nurbs(&faces->shape[k]);
         struct surface *surface;
         assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
-        parts[k] = (struct shell_patch){surface, &faces->loop[k], faces->trimmed ? 1 : 0};
+        parts[k] = (struct shell_patch){
+            .surface = surface, .loops = &faces->loop[k], .loop_count = faces->trimmed ? 1 : 0};
     }
     assert_int_equal(shell_make(parts, (size_t)faces->count, 0, arena, &shell, NULL), STATUS_OK);
     return shell;

@@ -145,7 +145,8 @@ static void test_exact_rings_halves_of_a_sphere(void **state) {
             rings.curve[k] = (struct trim_curve){1, (const double(*)[2])rings.corners[k], 5,
                                                  k % 2 ? knots : NULL, NULL};
             rings.loop[k] = (struct trim_loop){true, &rings.curve[k], 1};
-            parts[k] = (struct shell_patch){surface, &rings.loop[k], 1};
+            parts[k] =
+                (struct shell_patch){.surface = surface, .loops = &rings.loop[k], .loop_count = 1};
         }
         struct drape_settings settings = {.method = n % 4 ? DRAPE_GIB : DRAPE_GEODESIC,
                                           .spacing = {SPACING, SPACING},

@@ -247,7 +247,7 @@ static struct shell *join(struct shape *shape, int count, const struct trim_loop
         assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
         part[k].surface = surface;
         if (k < trimmed)
-            part[k] = (struct shell_patch){surface, &loop[k], 1};
+            part[k] = (struct shell_patch){.surface = surface, .loops = &loop[k], .loop_count = 1};
     }
     assert_int_equal(shell_make(part, (size_t)count, 0, arena, &shell, &fault), STATUS_OK);
     return shell;

@@ -33,7 +33,7 @@ static void expect_round_trip(const struct api_request *request, struct arena *a
     const char *text = api_normalise(request, NULL, arena);
     if (!text || !api_digest_request(request, arena, first))
         return; /* out of memory */
-    const struct api_input input = {text, strlen(text), NULL, 0};
+    const struct api_input input = {.request = text, .request_length = strlen(text)};
     enum api_problem_id id = api_decode(&input, &limits, arena, &again, &problem);
     if (id == API_OUT_OF_MEMORY || id == API_TOO_LARGE)
         return;
@@ -50,7 +50,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (!prepared)
         prepared = api_prepare();
     struct arena *arena = arena_new(BUDGET);
-    const struct api_input input = {(const char *)data, size, NULL, 0};
+    const struct api_input input = {.request = (const char *)data, .request_length = size};
     enum api_problem_id id = api_decode(&input, &limits, arena, &request, &problem);
     expect_consistent(id, &problem);
     if (id == API_OK)

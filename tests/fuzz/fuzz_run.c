@@ -44,7 +44,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     struct api_problem problem = {0};
     if (!prepared)
         prepared = api_prepare();
-    const struct api_input input = {(const char *)data, size, NULL, 0};
+    const struct api_input input = {.request = (const char *)data, .request_length = size};
     const struct api_sink sink = {.write = take, .context = &result};
     const struct drape_monitor monitor = {go_on, &looks};
     enum api_problem_id id = api_run(&input, &limits, &monitor, &sink, &problem);

@@ -43,7 +43,7 @@ static bool write_result(void *writer, const void *bytes, size_t length) {
 }
 
 static void solve(const struct store_claim *claim) {
-    const struct api_input input = {request, sizeof request - 1, NULL, 0};
+    const struct api_input input = {.request = request, .request_length = sizeof request - 1};
     const struct api_limits limits = {.max_nodes = 300,
                                       .max_memory = BUDGET,
                                       .max_elements = 500,

@@ -108,9 +108,9 @@ static void test_document_pool_drape(void **state) {
     struct document_pool_settings wanted = settings();
     struct api_check direct;
     struct api_problem problem = {0};
-    struct api_input input = {DRAPE, strlen(DRAPE), NULL, 0};
+    struct api_input input = {.request = DRAPE, .request_length = strlen(DRAPE)};
     start(&wanted);
-    assert_int_equal(api_check_drape(&input, &api_limits_default, &direct, &problem), API_OK);
+    assert_int_equal(api_check_drape(&input, &api_limits_default, NULL, &direct, &problem), API_OK);
     struct document_pool_order order = order_of(CHECKER_DRAPE, DRAPE);
     struct check *check = begin(&order);
     wait_for(check);

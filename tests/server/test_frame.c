@@ -178,7 +178,8 @@ static void test_frame_send_to_nobody_is_false(void **state) {
     char byte = 0;
     hang_up(pair);
     assert_false(frame_send(pair->ours, FRAME_DONE, "x", 1));
-    frame_outbox_fill(&outbox, &(struct frame_job){.limits = api_limits_default}, NULL, &input);
+    frame_outbox_fill(&outbox, &(struct frame_job){.limits = api_limits_default}, NULL, &input,
+                      NULL);
     assert_int_equal(frame_push(pair->ours, &outbox), FRAME_CLOSED);
     assert_false(frame_receive(pair->ours, &byte, 1));
 }
@@ -220,7 +221,8 @@ static void test_frame_outbox_fills_a_full_socket_piecemeal(void **state) {
                                     .surface = documents + REQUEST,
                                     .surface_length = SURFACE};
     setsockopt(pair->ours, SOL_SOCKET, SO_SNDBUF, &small, sizeof small);
-    frame_outbox_fill(&outbox, &(struct frame_job){.limits = api_limits_default}, NULL, &input);
+    frame_outbox_fill(&outbox, &(struct frame_job){.limits = api_limits_default}, NULL, &input,
+                      NULL);
     assert_int_equal(frame_push(pair->ours, &outbox), FRAME_LATER);
     assert_int_equal(pthread_create(&thread, NULL, receive_job, &receiver), 0);
     enum frame_state pushed = FRAME_LATER;

@@ -471,6 +471,40 @@ static void test_store_surface_is_stored_once(void **state) {
     store_item_clear(&surface);
 }
 
+/* A form is read and changed by itself, counts as bytes of its owner, and goes with the surface. */
+static void test_store_surface_has_a_form(void **state) {
+    struct scratch *scratch = *state;
+    char definition[] = "{\"degree\":2}", form[] = "0123\0456789", *got = NULL;
+    const int64_t bytes = (int64_t)strlen(definition);
+    struct store_item surface = {.id = "s",
+                                 .owner = "anna",
+                                 .definition = definition,
+                                 .definition_length = strlen(definition),
+                                 .description = definition,
+                                 .form = form,
+                                 .form_length = sizeof form};
+    size_t length = 0;
+    bool created = false;
+    assert_int_equal(store_form_get(scratch->store, NULL, "s", NULL, NULL), STORE_EMPTY);
+    assert_int_equal(store_form_put(scratch->store, NULL, "s", form, 3), STORE_EMPTY);
+    assert_int_equal(store_item_put(scratch->store, STORE_SURFACES, &surface, &created), STORE_OK);
+    expect_usage(scratch, "anna", 0, 0, bytes + (int64_t)sizeof form);
+    assert_int_equal(store_form_get(scratch->store, "bert", "s", NULL, NULL), STORE_EMPTY);
+    assert_int_equal(store_form_get(scratch->store, "anna", "s", &got, &length), STORE_OK);
+    assert_int_equal(length, sizeof form);
+    assert_memory_equal(got, form, sizeof form);
+    free(got);
+    assert_int_equal(store_form_put(scratch->store, "bert", "s", form, 3), STORE_EMPTY);
+    assert_int_equal(store_form_put(scratch->store, "anna", "s", form, 3), STORE_OK);
+    expect_usage(scratch, "anna", 0, 0, bytes + 3);
+    assert_int_equal(store_form_get(scratch->store, NULL, "s", &got, &length), STORE_OK);
+    assert_int_equal(length, 3);
+    free(got);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, "anna", "s"), STORE_OK);
+    expect_usage(scratch, "anna", 0, 0, 0);
+    assert_int_equal(store_form_get(scratch->store, "anna", "s", NULL, NULL), STORE_EMPTY);
+}
+
 static void test_store_surface_list_pages(void **state) {
     struct scratch *scratch = *state;
     struct store_items page;
@@ -697,6 +731,7 @@ int main(void) {
         WITH_STORE(test_store_list_cursors_tell_nothing),
         WITH_STORE(test_store_counts_follow_every_change),
         WITH_STORE(test_store_surface_is_stored_once),
+        WITH_STORE(test_store_surface_has_a_form),
         WITH_STORE(test_store_surface_list_pages),
         WITH_STORE(test_store_surface_in_use_stays),
         WITH_STORE(test_store_surface_of_two_owners),

@@ -2,6 +2,7 @@
 #include "support.h"
 
 #include "api/request/decode.h"
+#include "api/request/prepared_part.h"
 #include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -119,6 +120,16 @@ enum api_problem_id decode_text(const char *text, struct arena *arena, struct ap
     const struct api_input input = {.request = text, .request_length = strlen(text)};
     *problem = (struct api_problem){0};
     return api_decode(&input, &api_limits_default, arena, request, problem);
+}
+
+const char *describe_text(const struct api_surface *surface, struct arena *arena,
+                          struct api_problem *problem) {
+    struct prepared_part whole;
+    struct api_problem fault = {0};
+    if (prepared_part_make_whole(surface, arena, &whole, &fault) == API_OK)
+        return prepared_part_describe(surface, &whole, &fault, arena, problem);
+    *problem = fault;
+    return NULL;
 }
 
 /* ---- containers ---- */

@@ -58,6 +58,10 @@ void prepare(void);
 enum api_problem_id decode_text(const char *text, struct arena *arena, struct api_request *request,
                                 struct api_problem *problem);
 
+/* The description of a surface, made anew, as `prepared_part_describe` gives it. */
+const char *describe_text(const struct api_surface *surface, struct arena *arena,
+                          struct api_problem *problem);
+
 /* ---- containers ---- */
 
 /* Writes to and reads from a `struct bytes`. */

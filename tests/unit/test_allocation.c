@@ -67,7 +67,7 @@ static enum api_problem_id run_failing(const char *text, int threads, size_t n, 
     struct arena *arena = arena_new(budget);
     struct bytes container = {0};
     struct api_sink sink = sink_into(&container);
-    const struct api_input input = {text, strlen(text), NULL, 0};
+    const struct api_input input = {.request = text, .request_length = strlen(text)};
     struct api_limits limits = api_limits_default;
     limits.threads = threads;
     *problem = (struct api_problem){0};
@@ -218,8 +218,7 @@ static void test_allocation_failures_of_the_written_documents(void **state) {
         problem = (struct api_problem){0};
         bool normalised = api_normalise(&request, NULL, arena) != NULL;
         bool digested = normalised && api_digest_request(&request, arena, id);
-        bool described =
-            digested && prepared_part_describe(&request.surface, arena, &problem) != NULL;
+        bool described = digested && describe_text(&request.surface, arena, &problem) != NULL;
         assert_int_equal(problem.id, digested && !described ? API_OUT_OF_MEMORY : API_OK);
         done = described;
         arena_fail_at(arena, 0);

@@ -59,7 +59,7 @@ static bool check(const char *name) {
     struct arena *arena = arena_new((size_t)1 << 26);
     struct api_request decoded;
     struct api_problem problem = {0};
-    const struct api_input input = {request.data, request.length, NULL, 0};
+    const struct api_input input = {.request = request.data, .request_length = request.length};
     enum api_problem_id id = api_decode(&input, &api_limits_default, arena, &decoded, &problem);
     struct bytes found = describe(&problem);
     bool ok = id == problem.id && strcmp(found.data, expected.data) == 0;

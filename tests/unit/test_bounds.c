@@ -187,7 +187,7 @@ static void test_bounds_and_area_describe_a_trimmed_surface(void **state) {
     const struct trim_loop loop = {.reversed = true, .curves = &curve, .count = 1};
     request.surface.trims = &loop;
     request.surface.trim_count = 1;
-    const char *text = prepared_part_describe(&request.surface, arena, &problem);
+    const char *text = describe_text(&request.surface, arena, &problem);
     assert_non_null(text);
     json_t *json = json_loads(text, 0, NULL);
     assert_int_equal(json_unpack(json, "{s:F,s:[[F,F,F],[F,F,F]]}", "area", &area, "bounding_box",

@@ -291,7 +291,10 @@ static void test_decode_surface_by_id(void **state) {
     assert_int_equal(decode_text(text, d->arena, &d->request, &d->problem), API_OK);
     assert_int_equal(d->request.surface.kind, API_SURFACE_NAMED);
     assert_string_equal(d->request.surface.id, STORED_ID);
-    const struct api_input input = {text, sizeof text - 1, PATCH, sizeof PATCH - 1};
+    const struct api_input input = {.request = text,
+                                    .request_length = sizeof text - 1,
+                                    .surface = PATCH,
+                                    .surface_length = sizeof PATCH - 1};
     assert_int_equal(api_decode(&input, &api_limits_default, d->arena, &d->request, &d->problem),
                      API_OK);
     assert_int_equal(d->request.surface.kind, API_SURFACE_NURBS);
@@ -305,7 +308,10 @@ static void test_decode_checks_the_start_against_the_stored_surface(void **state
     static const char text[] = "{\"surface\":{\"id\":\"" STORED_ID "\"},\"fabric\":{\"spacing\":1},"
                                "\"start\":{\"uv\":[0.5,1.5]}}";
     assert_int_equal(decode_text(text, d->arena, &d->request, &d->problem), API_OK);
-    const struct api_input input = {text, sizeof text - 1, PATCH, sizeof PATCH - 1};
+    const struct api_input input = {.request = text,
+                                    .request_length = sizeof text - 1,
+                                    .surface = PATCH,
+                                    .surface_length = sizeof PATCH - 1};
     assert_int_equal(api_decode(&input, &api_limits_default, d->arena, &d->request, &d->problem),
                      API_INVALID_REQUEST);
     assert_string_equal(d->problem.error[0].pointer, "/start/uv");
@@ -318,7 +324,10 @@ static void test_decode_damaged_stored_surface_is_internal(void **state) {
         "{\"surface\":{\"id\":\"" STORED_ID "\"},\"fabric\":{\"spacing\":1}}";
     static const char *const damaged[] = {"{", "{}", "[]", "{\"id\":\"" STORED_ID "\"}"};
     for (size_t i = 0; i < sizeof damaged / sizeof *damaged; i++) {
-        const struct api_input input = {text, sizeof text - 1, damaged[i], strlen(damaged[i])};
+        const struct api_input input = {.request = text,
+                                        .request_length = sizeof text - 1,
+                                        .surface = damaged[i],
+                                        .surface_length = strlen(damaged[i])};
         d->problem = (struct api_problem){0};
         assert_int_equal(
             api_decode(&input, &api_limits_default, d->arena, &d->request, &d->problem),
@@ -372,8 +381,8 @@ static void test_decode_normalised_start_is_what_was_chosen(void **state) {
 static void test_decode_limits_are_too_large(void **state) {
     struct decoded *d = *state;
     struct api_limits limits = api_limits_default;
-    const struct api_input input = {request_text("saddle"), strlen(request_text("saddle")), NULL,
-                                    0};
+    const struct api_input input = {.request = request_text("saddle"),
+                                    .request_length = strlen(request_text("saddle"))};
     limits.max_elements = 20;
     assert_int_equal(api_decode(&input, &limits, d->arena, &d->request, &d->problem),
                      API_TOO_LARGE);
@@ -387,8 +396,8 @@ static void test_decode_limits_are_too_large(void **state) {
 static void test_decode_has_too_many_control_points(void **state) {
     struct decoded *d = *state;
     struct api_limits limits = api_limits_default;
-    const struct api_input input = {request_text("saddle"), strlen(request_text("saddle")), NULL,
-                                    0};
+    const struct api_input input = {.request = request_text("saddle"),
+                                    .request_length = strlen(request_text("saddle"))};
     limits.max_control_points = 9;
     assert_int_equal(api_decode(&input, &limits, d->arena, &d->request, &d->problem), API_OK);
     limits.max_control_points = 8;
@@ -492,7 +501,7 @@ static void test_decode_survives_damaged_documents(void **state) {
             copy.data[random_index(&random, (int)length)] =
                 random_index(&random, 4) ? "0123456789-.eE{}[],:\"\\aut"[random_index(&random, 25)]
                                          : (char)random_index(&random, 256);
-        const struct api_input input = {copy.data, length, NULL, 0};
+        const struct api_input input = {.request = copy.data, .request_length = length};
         enum api_problem_id id = api_decode(&input, &api_limits_default, arena, &request, &problem);
         assert_true(id == API_OK || id == API_MALFORMED_JSON || id == API_INVALID_REQUEST);
         assert_true(id == API_OK || problem.count > 0);

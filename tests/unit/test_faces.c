@@ -31,7 +31,7 @@ static enum api_problem_id check_with(const char *request, const char *stored,
     struct api_check check;
     prepare();
     *problem = (struct api_problem){0};
-    return api_check_drape(&input, &api_limits_default, &check, problem);
+    return api_check_drape(&input, &api_limits_default, NULL, &check, problem);
 }
 
 static void assert_refused(const char *request, const char *stored, enum api_problem_id id,
@@ -51,7 +51,7 @@ static json_t *describe(const char *surface, struct api_problem *problem) {
     json_t *document = NULL;
     prepare();
     *problem = (struct api_problem){0};
-    if (api_check_surface(&input, &api_limits_default, &sink, &check, problem) == API_OK)
+    if (api_check_surface(&input, &api_limits_default, &sink, NULL, &check, problem) == API_OK)
         document = json_loads(bytes.data + check.definition_length, 0, NULL);
     bytes_free(&bytes);
     return document;

@@ -381,7 +381,7 @@ static void test_nearest_of_trimmed_faces(void **state) {
         for (int k = 0; k < LOOP_POINTS; k++)
             for (int x = 0; x < 2; x++)
                 loop.points[k][x] = lower[x] + loop.points[k][x] * (upper[x] - lower[x]);
-        const struct shell_patch face = {surface, &loop.loop, 1};
+        const struct shell_patch face = {.surface = surface, .loops = &loop.loop, .loop_count = 1};
         assert_int_equal(shell_make(&face, 1, 0, arena, &shell, NULL), STATUS_OK);
         for (int k = 0; k < POINTS; k++) {
             struct vec3 low, high;

@@ -164,8 +164,8 @@ static void test_run_allows_a_fine_strip(void **state) {
 static void test_run_stops_when_the_net_outgrows_the_limit(void **state) {
     (void)state;
     struct api_limits limits = api_limits_default;
-    const struct api_input input = {request_text("saddle"), strlen(request_text("saddle")), NULL,
-                                    0};
+    const struct api_input input = {.request = request_text("saddle"),
+                                    .request_length = strlen(request_text("saddle"))};
     struct api_problem problem = {0};
     struct bytes container = {0};
     struct api_sink sink = sink_into(&container);
@@ -190,7 +190,7 @@ static bool watch_progress(void *context, double fraction) {
 
 static enum api_problem_id run_watched(struct watch *watch) {
     struct bytes text = text_replace(request_text("saddle"), "0.5}", "0.02}"), container = {0};
-    const struct api_input input = {text.data, text.length, NULL, 0};
+    const struct api_input input = {.request = text.data, .request_length = text.length};
     struct api_problem problem = {0};
     struct api_sink sink = sink_into(&container);
     const struct drape_monitor monitor = {watch_progress, watch};
@@ -225,8 +225,8 @@ static bool refuse(void *context, const void *bytes, size_t length) {
 
 static void test_run_stops_when_the_sink_refuses(void **state) {
     (void)state;
-    const struct api_input input = {request_text("saddle"), strlen(request_text("saddle")), NULL,
-                                    0};
+    const struct api_input input = {.request = request_text("saddle"),
+                                    .request_length = strlen(request_text("saddle"))};
     const struct api_sink sink = {.write = refuse, .context = NULL};
     struct api_problem problem = {0};
     assert_int_equal(api_run(&input, &api_limits_default, NULL, &sink, &problem), API_CANCELLED);
@@ -240,7 +240,7 @@ static void test_run_describes_a_surface(void **state) {
     double area;
     int degree, size;
     assert_int_equal(decode_text(request_text("saddle"), arena, &request, &problem), API_OK);
-    const char *text = prepared_part_describe(&request.surface, arena, &problem);
+    const char *text = describe_text(&request.surface, arena, &problem);
     assert_non_null(text);
     json_t *json = json_loads(text, 0, NULL);
     assert_int_equal(
@@ -266,7 +266,7 @@ static void test_run_describes_no_surface_without_area(void **state) {
     assert_int_equal(
         api_decode_surface(flat, strlen(flat), &api_limits_default, arena, &surface, &problem),
         API_OK);
-    assert_null(prepared_part_describe(&surface, arena, &problem));
+    assert_null(describe_text(&surface, arena, &problem));
     assert_problem(&problem, API_DEGENERATE_SURFACE, "");
     arena_free(arena);
 }

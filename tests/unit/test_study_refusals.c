@@ -13,7 +13,7 @@ static void check_refused_by(const char *rest, const char *pointer, const char *
     struct api_problem problem = {0};
     struct api_check check;
     prepare();
-    assert_int_equal(api_check_study(&input, &api_limits_default, &check, &problem),
+    assert_int_equal(api_check_study(&input, &api_limits_default, NULL, &check, &problem),
                      API_INVALID_REQUEST);
     for (size_t k = 0; k < problem.count; k++)
         if (strcmp(problem.error[k].pointer, pointer) == 0) {
@@ -81,7 +81,8 @@ static void check_drape_refused(const char *drape, const char *rest, const char 
     struct api_problem problem = {0};
     struct api_check check;
     prepare();
-    assert_int_not_equal(api_check_study(&input, &api_limits_default, &check, &problem), API_OK);
+    assert_int_not_equal(api_check_study(&input, &api_limits_default, NULL, &check, &problem),
+                         API_OK);
     assert_string_equal(problem.error[0].pointer, pointer);
     bytes_free(&text);
 }
@@ -158,7 +159,8 @@ static void test_study_digest_is_of_the_content(void **state) {
         struct bytes text = studied_text(part.data, rests[k]);
         const struct api_input input = studied_input(&text);
         struct api_problem problem = {0};
-        assert_int_equal(api_check_study(&input, &api_limits_default, &check[k], &problem), API_OK);
+        assert_int_equal(api_check_study(&input, &api_limits_default, NULL, &check[k], &problem),
+                         API_OK);
         for (int other = 0; other < k; other++)
             assert_int_equal(strcmp(check[k].digest, check[other].digest) == 0,
                              k == 1 && other == 0);
@@ -190,8 +192,8 @@ static void test_study_as_understood_is_the_same_study(void **state) {
         assert_int_equal(api_study_normalise(&input, &api_limits_default, &sink, &problem), API_OK);
         for (int i = 0; i < 2; i++) {
             input = studied_input(&text[i]);
-            assert_int_equal(api_check_study(&input, &api_limits_default, &check[i], &problem),
-                             API_OK);
+            assert_int_equal(
+                api_check_study(&input, &api_limits_default, NULL, &check[i], &problem), API_OK);
         }
         assert_string_equal(check[0].digest, check[1].digest);
         bytes_free(&text[0]);

@@ -8,14 +8,25 @@
 enum store_answer postgres_item_put(struct store *store, enum store_item_kind kind,
                                     const struct store_item *item, bool *created) {
     struct query query = postgres_query_now(
-        store, OF_KIND("INSERT INTO ", " (id, owner, created, description, definition)"
+        store, OF_KIND("INSERT INTO ", " (id, owner, created, description, definition, form)"
                                        " VALUES ($2, $3, " POSTGRES_NOW
-                                       ", $4, $5) ON CONFLICT (id, owner) DO NOTHING"
+                                       ", $4, $5, $6) ON CONFLICT (id, owner) DO NOTHING"
                                        " RETURNING 1"));
     query_bind(&query, of_text(item->id), of_text(item->owner), of_text(item->description),
-               of_bytes(item->definition, item->definition_length));
+               of_bytes(item->definition, item->definition_length),
+               of_bytes(item->form, item->form_length));
     *created = query_row(&query);
     return query_end(&query);
+}
+
+enum store_answer postgres_form_put(struct store *store, const char *owner, const char *id,
+                                    const void *form, size_t length) {
+    struct query query =
+        postgres_query(store, "UPDATE draped.surfaces SET form = $1"
+                              " WHERE id = $2 AND ($3::text IS NULL OR owner = $3) RETURNING 1");
+    query_bind(&query, of_bytes(form, length), of_text(id), of_text(owner));
+    bool found = query_row(&query);
+    return query_end_found(&query, found, STORE_EMPTY);
 }
 
 enum store_answer postgres_item_delete(struct store *store, enum store_item_kind kind,

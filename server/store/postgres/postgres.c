@@ -112,6 +112,7 @@ static const struct store_ops postgres_ops = {
     .result_commit = postgres_result_commit,
     .result_drop = postgres_result_drop,
     .item_put = postgres_item_put,
+    .form_put = postgres_form_put,
     .item_delete = postgres_item_delete,
 };
 

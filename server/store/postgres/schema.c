@@ -257,18 +257,22 @@ static const char more_counting[] =
     " created bigint NOT NULL,"                                                                    \
     " description text NOT NULL,"                                                                  \
     " definition bytea NOT NULL,"                                                                  \
+    " form bytea,"                                                                                 \
     " UNIQUE (id, owner));"                                                                        \
     "CREATE INDEX " table "_owner ON draped." table " (owner, sequence);"                          \
-    "CREATE TRIGGER " table "_counted AFTER INSERT OR DELETE ON draped." table                     \
+    "CREATE TRIGGER " table "_counted AFTER INSERT OR UPDATE OF form OR DELETE ON draped." table   \
     " FOR EACH ROW EXECUTE FUNCTION draped.count_owner_item();"
 
 static const char items[] =
     "CREATE FUNCTION draped.count_owner_item() RETURNS trigger LANGUAGE plpgsql AS $$"
     "BEGIN"
-    " IF TG_OP = 'INSERT' THEN"
-    "  PERFORM draped.count_owner(new.owner, 0, 0, 0, 0, octet_length(new.definition), 0);"
-    " ELSE"
-    "  PERFORM draped.count_owner(old.owner, 0, 0, 0, 0, -octet_length(old.definition), 0);"
+    " IF TG_OP <> 'DELETE' THEN"
+    "  PERFORM draped.count_owner(new.owner, 0, 0, 0, 0,"
+    "   octet_length(new.definition) + coalesce(octet_length(new.form), 0), 0);"
+    " END IF;"
+    " IF TG_OP <> 'INSERT' THEN"
+    "  PERFORM draped.count_owner(old.owner, 0, 0, 0, 0,"
+    "   -octet_length(old.definition) - coalesce(octet_length(old.form), 0), 0);"
     " END IF;"
     " RETURN NULL; "
     "END $$;" ITEMS("surfaces") ITEMS("materials")

@@ -8,18 +8,28 @@
 
 enum store_answer sqlite_item_put(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created) {
-    struct query query = {
-        .sql =
-            OF_KIND("INSERT INTO ", " (id, owner, created, description, definition)"
-                                    " VALUES (?, ?, ?, ?, ?) ON CONFLICT (id, owner) DO NOTHING")};
+    struct query query = {.sql = OF_KIND("INSERT INTO ",
+                                         " (id, owner, created, description, definition, form)"
+                                         " VALUES (?, ?, ?, ?, ?, ?)"
+                                         " ON CONFLICT (id, owner) DO NOTHING")};
     query_bind(&query, of_text(item->id), of_text(item->owner),
                of_int(sqlite_now(sqlite_of(store))), of_text(item->description),
-               of_bytes(item->definition, item->definition_length));
-    enum store_answer answer = sqlite_room_for(store, item->definition_length);
+               of_bytes(item->definition, item->definition_length),
+               of_bytes(item->form, item->form_length));
+    enum store_answer answer = sqlite_room_for(store, item->definition_length + item->form_length);
     if (answer == STORE_OK)
         answer = sqlite_change(store, DB_DURABLE, &query, STORE_EMPTY);
     *created = answer == STORE_OK;
     return answer == STORE_EMPTY ? STORE_OK : answer;
+}
+
+enum store_answer sqlite_form_put(struct store *store, const char *owner, const char *id,
+                                  const void *form, size_t length) {
+    struct query query = {
+        .sql = "UPDATE surfaces SET form = ?1 WHERE id = ?2 AND (?3 IS NULL OR owner = ?3)"};
+    query_bind(&query, of_bytes(form, length), of_text(id), of_text(owner));
+    enum store_answer answer = sqlite_room_for(store, length);
+    return answer == STORE_OK ? sqlite_change(store, DB_DURABLE, &query, STORE_EMPTY) : answer;
 }
 
 struct named {

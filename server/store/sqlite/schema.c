@@ -203,7 +203,9 @@ static const char counting[] =
     " AND new.results = 0 AND new.others = 0 BEGIN"
     " DELETE FROM owners WHERE owner = new.owner; END;";
 
-/* Surfaces and materials: several owners may have one of the same name. */
+/* Surfaces and materials: several owners may have one of the same name. form is the prepared form
+ * of a surface. */
+#define ITEM_BYTES(row) "length(" row ".definition) + coalesce(length(" row ".form), 0)"
 #define ITEMS(table)                                                                               \
     "CREATE TABLE " table " ("                                                                     \
     " sequence INTEGER PRIMARY KEY AUTOINCREMENT,"                                                 \
@@ -212,14 +214,21 @@ static const char counting[] =
     " created INTEGER NOT NULL,"                                                                   \
     " description TEXT NOT NULL,"                                                                  \
     " definition BLOB NOT NULL,"                                                                   \
+    " form BLOB,"                                                                                  \
     " UNIQUE (id, owner));"                                                                        \
     "CREATE INDEX " table "_owner ON " table " (owner, sequence);"                                 \
     "CREATE TRIGGER " table "_inserted AFTER INSERT ON " table " BEGIN"                            \
     " INSERT INTO owners (owner, others, turn)"                                                    \
-    "  VALUES (new.owner, length(new.definition), (SELECT n FROM turns))"                          \
-    "  ON CONFLICT (owner) DO UPDATE SET others = others + excluded.others; END;"                  \
-    "CREATE TRIGGER " table "_deleted AFTER DELETE ON " table " BEGIN"                             \
-    " UPDATE owners SET others = others - length(old.definition) WHERE owner = old.owner; END;"
+    "  VALUES (new.owner, " ITEM_BYTES(                                                            \
+        "new") ", (SELECT n FROM turns))"                                                          \
+               "  ON CONFLICT (owner) DO UPDATE SET others = others + excluded.others; END;"       \
+               "CREATE TRIGGER " table "_changed AFTER UPDATE OF form ON " table " BEGIN"          \
+               " UPDATE owners SET others = others + " ITEM_BYTES("new") " - (" ITEM_BYTES(        \
+                   "old") ")"                                                                      \
+                          "  WHERE owner = old.owner; END;"                                        \
+                          "CREATE TRIGGER " table "_deleted AFTER DELETE ON " table " BEGIN"       \
+                          " UPDATE owners SET others = others - (" ITEM_BYTES(                     \
+                              "old") ") WHERE owner = old.owner; END;"
 
 #define SURFACES ITEMS("surfaces")
 #define MATERIALS ITEMS("materials")

@@ -407,6 +407,7 @@ static const struct store_ops sqlite_ops = {
     .result_commit = sqlite_result_commit,
     .result_drop = sqlite_result_drop,
     .item_put = sqlite_item_put,
+    .form_put = sqlite_form_put,
     .item_delete = sqlite_item_delete,
 };
 

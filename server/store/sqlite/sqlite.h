@@ -142,6 +142,8 @@ enum store_answer sqlite_step(struct store *store, enum store_step step, int64_t
 
 enum store_answer sqlite_item_put(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created);
+enum store_answer sqlite_form_put(struct store *store, const char *owner, const char *id,
+                                  const void *form, size_t length);
 enum store_answer sqlite_item_delete(struct store *store, enum store_item_kind kind,
                                      const char *owner, const char *id);
 
