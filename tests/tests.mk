@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures page-figures filling freecad \
+.PHONY: tests golden mould-quality soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures page-figures filling freecad \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
@@ -157,6 +157,15 @@ KEEP ?= $(B)/study_quality
 study-quality: $(B)/drape ## after a change of searches: how near `optimise` comes to long searches and grids
 	nice -n 19 tests/bench/study_quality.py $(B) --parts $(PARTS) --examples --nodes $(NODES) \
 		--measure $(MEASURE) --keep $(KEEP)
+
+# Moulds with fillets, against a grid of VARIANTS; other parts as MOULDS="PART.step:FACE".
+VARIANTS ?= 2000
+mould-quality: $(B)/drape $(B)/drape-import $(B)/tests/bench/make_moulds ## after a change of searches: the same on CAD parts
+	nice -n 19 tests/bench/mould_quality.py $(B) $(VARIANTS) $(MOULDS)
+$(B)/tests/bench/make_moulds: tests/bench/make_moulds.cc | $(B)/.setup-import
+	@mkdir -p $(@D)
+	$(call say,LINK,$@)$(CXX) -std=c++17 -O1 -isystem /usr/include/opencascade -o $@ $< -lTKFillet \
+	    -lTKOffset -lTKBO -lTKBool -lTKPrim $(OCC_LIBS)
 
 hosts: all ## after a change in the store: six hosts, 2,000 drapes
 	@deploy/setup.sh test

@@ -89,7 +89,7 @@ int main(int argc, char **argv) {
         {"lean", block(0, {0, 0, 180, 120}, 40, {40, 25, 150, 100}), 15, 8},
         {"corner", fuse(box(0, 0, 180, 70, 15), box(0, 0, 70, 160, 15)), 12, 5},
         {"stairs", BRepAlgoAPI_Cut(box(0, 0, 200, 120, 30), step).Shape(), 12, 6},
-        {"boss", fuse(box(0, 0, 180, 140, 10), cylinder(70, 65, 40, 20)), 15, 5},
+        {"boss", fuse(box(0, 0, 180, 140, 10), cylinder(70, 65, 35, 25)), 15, 5},
         {"cup", fuse(box(0, 0, 150, 100, 8), cone), 12, 6},
         {"lid", fuse(cylinder(0, 0, 80, 15), box(-45, -20, 40, 30, 30)), 10, 5},
         {"hat", fuse(box(0, 0, 220, 110, 8), block(8, {50, 25, 180, 85}, 35, {65, 35, 160, 75})),
