@@ -95,7 +95,8 @@ static void test_study_objectives_of_a_roof_are_exact(void **state) {
         bool turned = row % 2 == 1;
         double c = cos(acos(-1) / 6), s = 0.5;
         double box = (width * c + length * s) * (width * s + length * c);
-        check_at_most(fabs(studied_value(&f, "max_shear_deg", row)), 1e-9);
+        /* yarns over the ridge are measured to 3e-8 of their length, their directions to 7e-8 */
+        check_at_most(fabs(studied_value(&f, "max_shear_deg", row)), 1e-5);
         check_at_most(studied_value(&f, "locked_area", row), 0);
         check_at_most(studied_value(&f, "uncovered_area", row), 1e-12);
         check_at_most(fabs(studied_value(&f, "waste_area", row) - (turned ? box - area : 0)),
