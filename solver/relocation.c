@@ -8,8 +8,8 @@
 enum { ALIGNMENT = ARENA_ALIGNMENT };
 
 /* Where in the image that is which lies at `address`; false when it is none of what was copied. */
-static bool find_place(const struct relocation *relocation, uintptr_t address, size_t bytes,
-                       size_t *place) {
+static bool place_of(const struct relocation *relocation, uintptr_t address, size_t bytes,
+                     size_t *place) {
     size_t before = ALIGNMENT;
     if (!relocation->pieces) {
         *place = address;
@@ -34,7 +34,7 @@ void *relocate(struct relocation *relocation, void *field, size_t count, size_t 
     if (!address || relocation->failed)
         return NULL;
     relocation->failed = __builtin_mul_overflow(count, size, &bytes) ||
-                         !find_place(relocation, address, bytes, &place);
+                         !place_of(relocation, address, bytes, &place);
     if (relocation->failed)
         return NULL;
     char *target = relocation->bytes + place;
@@ -84,7 +84,7 @@ static bool is_whole(const struct relocation *relocation, const char *root, size
         uintptr_t word;
         size_t place;
         memcpy(&word, root + k, sizeof word);
-        whole = whole && !find_place(relocation, word, 1, &place);
+        whole = whole && !place_of(relocation, word, 1, &place);
     }
     return whole;
 }

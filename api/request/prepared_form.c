@@ -17,7 +17,7 @@ static void relocate_nurbs(struct relocation *relocation, struct nurbs *nurbs) {
     relocate(relocation, &nurbs->weights, nurbs->weight_count, sizeof *nurbs->weights);
 }
 
-static void relocate_face(struct relocation *relocation, struct api_surface *face) {
+static void relocate_patch(struct relocation *relocation, struct api_surface *face) {
     relocate_nurbs(relocation, &face->nurbs);
     trim_loops_relocate(relocation, &face->trims, face->trim_count);
     relocate_text(relocation, &face->face_name);
@@ -27,11 +27,11 @@ static void relocate_face(struct relocation *relocation, struct api_surface *fac
 
 static void relocate_definition(struct relocation *relocation, struct api_surface *surface) {
     struct api_mesh *mesh = &surface->mesh;
-    relocate_face(relocation, surface);
+    relocate_patch(relocation, surface);
     struct api_surface *face =
         relocate_once(relocation, &surface->faces, surface->face_count, sizeof *face);
     for (size_t k = 0; face && k < surface->face_count; k++)
-        relocate_face(relocation, &face[k]);
+        relocate_patch(relocation, &face[k]);
     relocate(relocation, &mesh->vertices, mesh->vertex_count, sizeof *mesh->vertices);
     relocate(relocation, &mesh->triangles, mesh->triangle_count, sizeof *mesh->triangles);
     relocate(relocation, &surface->selection.faces, surface->selection.count,

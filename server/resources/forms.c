@@ -16,7 +16,7 @@ void forms_close(struct forms_found *form) {
 }
 
 /* The stored form as a file, if it is sound: what the disk has kept is looked at here, once. */
-static void read_stored(struct call *call, const char *id, struct forms_found *form) {
+static void find_stored_form(struct call *call, const char *id, struct forms_found *form) {
     char *bytes = NULL;
     size_t length = 0;
     if (store_form_get(call->services->store, call_owner(call), id, &bytes, &length) == STORE_OK &&
@@ -38,7 +38,7 @@ enum store_answer forms_find(struct call *call, const struct api_check *check,
     for (int k = 0; answer == STORE_OK && form->file < 0 && k < 2; k++)
         form->file = form_cache_get(cache, owner, keys[k], &form->length);
     if (answer == STORE_OK && form->file < 0)
-        read_stored(call, check->surface, form);
+        find_stored_form(call, check->surface, form);
     if (answer == STORE_OK && form->file < 0)
         answer = store_item_get(store, STORE_SURFACES, call_owner(call), check->surface, surface);
     return answer;

@@ -3,13 +3,14 @@
  * What a drape of a CAD part costs: of every surface that the importer wrote, the faces that hang
  * together smoothly (by 20 degrees), as many as there are, with a net of about N nodes from the
  * default start. Milliseconds, the least CPU times of a few rounds: `open` from the decoded faces
- * to a shell that is ready, `start` to the place nearest to the centroid, which `solve` has in it.
+ * to a shell that is ready, `form` from the bytes of the prepared form to it, `start` to the place
+ * nearest to the centroid, which `solve` has in it.
  *
  *     bench_parts N SURFACE.json...
  */
 #include "api/limits.h"
 #include "api/request/decode.h"
-#include "api/request/prepared_part.h"
+#include "api/request/prepared_form.h"
 #include "api/run.h"
 #include "tests/bench/timing.h"
 
@@ -21,7 +22,7 @@
 enum { ROUNDS = 7, PARTS_MAX = 64 };
 
 struct figure {
-    double open, start, solve, ns;
+    double open, form, start, solve, ns;
     size_t faces, nodes;
 };
 
@@ -101,6 +102,42 @@ static bool run_once(const struct api_request *request, struct arena *arena,
     return true;
 }
 
+struct buffer {
+    char *bytes;
+    size_t length;
+};
+
+static bool add_bytes(void *context, const void *bytes, size_t length) {
+    struct buffer *buffer = context;
+    char *all = realloc(buffer->bytes, buffer->length + length);
+    if (!all)
+        return false;
+    memcpy(all + buffer->length, bytes, length);
+    buffer->bytes = all;
+    buffer->length += length;
+    return true;
+}
+
+/* Writes the form of the part, and opens it as often as the part is made. */
+static bool open_form(const struct api_request *request, struct arena *arena,
+                      struct figure *figure) {
+    static const char source[API_ID_SIZE] = "0123456789abcdef0123456789abcdef";
+    struct buffer form = {NULL, 0};
+    const struct api_sink sink = {.write = add_bytes, .context = &form};
+    struct prepared_part part;
+    bool good = open_part(request, arena, &part) &&
+                prepared_form_write(request, &part, source, arena, &sink) > 0;
+    for (int round = 0; good && round < ROUNDS; round++) {
+        struct arena *own = arena_new((size_t)1 << 30);
+        double begun = seconds();
+        good = own && prepared_form_open(form.bytes, form.length, source, own);
+        figure->form = fmin(figure->form, 1e3 * (seconds() - begun));
+        arena_free(own);
+    }
+    free(form.bytes);
+    return good;
+}
+
 static int compare(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
@@ -108,18 +145,19 @@ static int compare(const void *a, const void *b) {
 
 static void print_summary(const struct figure *figures, int count) {
     for (int which = 0; which < 2; which++) {
-        double column[4][PARTS_MAX];
+        double column[5][PARTS_MAX];
         for (int k = 0; k < count; k++) {
             const struct figure *f = &figures[k];
             column[0][k] = f->open;
-            column[1][k] = f->start;
-            column[2][k] = f->solve;
-            column[3][k] = 1e6 * f->solve / (double)f->nodes;
+            column[1][k] = f->form;
+            column[2][k] = f->start;
+            column[3][k] = f->solve;
+            column[4][k] = 1e6 * f->solve / (double)f->nodes;
         }
         printf("%-16s %5s %7s", which ? "worst" : "median", "", "");
-        for (int c = 0; c < 4; c++) {
+        for (int c = 0; c < 5; c++) {
             qsort(column[c], (size_t)count, sizeof **column, compare);
-            printf(c < 3 ? " %8.2f" : " %8.0f", column[c][which ? count - 1 : count / 2]);
+            printf(c < 4 ? " %8.2f" : " %8.0f", column[c][which ? count - 1 : count / 2]);
         }
         printf("\n");
     }
@@ -129,18 +167,22 @@ static bool bench_part(const char *path, double nodes, struct figure *figure) {
     struct arena *arena = arena_new((size_t)8 << 30);
     struct api_request request;
     const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
-    *figure = (struct figure){.open = HUGE_VAL, .start = HUGE_VAL, .solve = HUGE_VAL};
+    *figure =
+        (struct figure){.open = HUGE_VAL, .form = HUGE_VAL, .start = HUGE_VAL, .solve = HUGE_VAL};
+    if (arena)
+        arena_clear(arena);
     bool good = arena && read_request(path, nodes, arena, &request);
     for (int round = 0; good && round < ROUNDS; round++) {
         struct arena_mark mark = arena_mark(arena);
         good = run_once(&request, arena, figure);
         arena_rewind(arena, mark);
     }
+    good = good && open_form(&request, arena, figure);
     arena_free(arena);
     if (good)
-        printf("%-16.*s %5zu %7zu %8.2f %8.2f %8.2f %8.0f\n", (int)strcspn(name, "."), name,
-               figure->faces, figure->nodes, figure->open, figure->start, figure->solve,
-               1e6 * figure->solve / (double)figure->nodes);
+        printf("%-16.*s %5zu %7zu %8.2f %8.2f %8.2f %8.2f %8.0f\n", (int)strcspn(name, "."), name,
+               figure->faces, figure->nodes, figure->open, figure->form, figure->start,
+               figure->solve, 1e6 * figure->solve / (double)figure->nodes);
     else
         printf("%s: failed\n", name);
     return good;
@@ -156,8 +198,8 @@ int main(int argc, char **argv) {
     }
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
-    printf("CAD parts, nets of about %.0f nodes\n%-16s %5s %7s %8s %8s %8s %8s\n", nodes, "part",
-           "faces", "nodes", "open ms", "start ms", "solve ms", "ns/node");
+    printf("CAD parts, nets of about %.0f nodes\n%-16s %5s %7s %8s %8s %8s %8s %8s\n", nodes,
+           "part", "faces", "nodes", "open ms", "form ms", "start ms", "solve ms", "ns/node");
     for (int k = 0; k < count; k++)
         if (!bench_part(argv[k + 2], nodes, &figures[k]))
             return 1;
