@@ -34,7 +34,7 @@ enum fishnet_end {
 struct fishnet_node {
     struct surface_point point;
     int iterations;  /* Newton steps */
-    int outside;     /* steps of geodesics beyond open boundaries, where there are any */
+    int tried;       /* steps of geodesics, where there are any */
     double residual; /* the larger | |D - B| / bd - 1 |, | |D - C| / cd - 1 | */
     bool looked;     /* by fishnet_solve, on a shell: over the edge of D's face, and found this */
     struct crossing crossing;

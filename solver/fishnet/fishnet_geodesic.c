@@ -85,10 +85,9 @@ static bool end_ray(struct surface_cursor *cursor, const struct path *path, stru
 
 /* ---- the cell ---- */
 
-/* A cell whose rays have made this many steps beyond an open boundary, where the continuation may
- * be anything, is given up. Where fillets of a tenth of the spacing go on there, they make a few
- * hundred. */
-enum { OUTSIDE_MOST = 1000 };
+/* A cell whose rays have made this many steps is given up: beyond a boundary the continuation may
+ * be anything. Over fillets of a tenth of the spacing they make a few hundred. */
+enum { TRIED_MOST = 10000 };
 
 /* Ends that come no nearer than to this share of the gap, so many rounds in a row, do not meet; to
  * a larger share than this, the Jacobi field is corrected by how they moved. */
@@ -106,15 +105,14 @@ struct meeting {
     bool stalled;
 };
 
-/* `outside` gathers the rays' steps beyond an open boundary. */
-static bool shoot_both(struct surface_cursor *cursor, struct meeting *m, int *outside) {
+/* `tried` gathers the rays' steps. */
+static bool shoot_both(struct surface_cursor *cursor, struct meeting *m, int *tried) {
     struct path path[2];
     const double length[2] = {m->ray[0].length, m->ray[1].length};
-    if (*outside > OUTSIDE_MOST || !aim_path(&m->ray[0], &path[0]) ||
-        !aim_path(&m->ray[1], &path[1]))
+    if (*tried > TRIED_MOST || !aim_path(&m->ray[0], &path[0]) || !aim_path(&m->ray[1], &path[1]))
         return false;
     bool gone = path_advance_both(path, length);
-    *outside += path[0].outside + path[1].outside;
+    *tried += path[0].tried + path[1].tried;
     if (!gone || !end_ray(cursor, &path[0], &m->ray[0]) || !end_ray(cursor, &path[1], &m->ray[1]))
         return false;
     struct unfolding_side from = unfolding_point(&m->ray[0].end);
@@ -183,9 +181,9 @@ static double doubt_of(const struct meeting *m) {
 
 /* Both rays once more, as accurate as is asked for in the end. */
 static bool shoot_finely(struct surface_cursor *cursor, struct approach *to, struct meeting *m,
-                         int *outside) {
+                         int *tried) {
     m->ray[0].accuracy = m->ray[1].accuracy = to->finest;
-    bool followed = shoot_both(cursor, m, outside);
+    bool followed = shoot_both(cursor, m, tried);
     to->gap = vec3_norm(m->gap) / to->least;
     return followed;
 }
@@ -194,7 +192,7 @@ static bool shoot_finely(struct surface_cursor *cursor, struct approach *to, str
  * followed: shorter steps, of the next rays or, as the gap may have been their own error, of these;
  * the fields as they were; smaller angles. False when nothing does. */
 static bool try_again(struct surface_cursor *cursor, struct approach *to, double missed,
-                      struct meeting *m, int *outside) {
+                      struct meeting *m, int *tried) {
     bool followed = missed < HUGE_VAL;
     double doubt = doubt_of(m);
     if (!followed && to->coarsest > to->finest) {
@@ -202,7 +200,7 @@ static bool try_again(struct surface_cursor *cursor, struct approach *to, double
         return true;
     }
     if (m->ray[0].accuracy > to->finest && (!followed || fabs(missed - to->gap) <= doubt))
-        return shoot_finely(cursor, to, m, outside);
+        return shoot_finely(cursor, to, m, tried);
     double learnt2 = vec3_norm2(m->learnt[0]) + vec3_norm2(m->learnt[1]);
     for (int k = 0; k < 2 && !to->exact; k++) {
         m->by[k] = vec3_sub(m->by[k], m->learnt[k]);
@@ -253,7 +251,7 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
         .coarsest = rays[0], .finest = rays[1], .least = fmin(m->ray[0].length, m->ray[1].length)};
     to.enough = accuracy + rounding * surface->magnitude / to.least;
     m->ray[0].accuracy = m->ray[1].accuracy = rays[0];
-    if (!shoot_both(cursor, m, &node->outside))
+    if (!shoot_both(cursor, m, &node->tried))
         return FISHNET_NO_CONVERGENCE;
     to.gap = vec3_norm(m->gap) / to.least;
     bool going = true;
@@ -262,7 +260,7 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
         node->iterations++;
         bool fine = m->ray[0].error + m->ray[1].error <= 2 * rays[1];
         if (to.gap <= to.enough && !fine && m->ray[0].accuracy > rays[1]) {
-            if (!shoot_finely(cursor, &to, m, &node->outside))
+            if (!shoot_finely(cursor, &to, m, &node->tried))
                 break;
             node->residual = to.gap;
             fine = m->ray[0].error + m->ray[1].error <= 2 * rays[1];
@@ -285,12 +283,12 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
             next.ray[k].accuracy = fmax(rays[1], fmin(to.coarsest, next_share * to.gap));
             turn_ray(&next.ray[k], to.angle[k]);
         }
-        bool followed = shoot_both(cursor, &next, &node->outside);
+        bool followed = shoot_both(cursor, &next, &node->tried);
         double closer = followed ? vec3_norm(next.gap) / to.least : HUGE_VAL;
         bool right = closer < to.gap && (chords ? fishnet_right_root(cell, &next.ray[0].end)
                                                 : crosses_rightly(cell, &next));
         going = right ? come_closer(&to, closer, &next, m)
-                      : try_again(cursor, &to, closer, m, &node->outside);
+                      : try_again(cursor, &to, closer, m, &node->tried);
     }
     return fishnet_has_collapsed(cell) ? FISHNET_COLLAPSED : FISHNET_NO_CONVERGENCE;
 }
@@ -331,7 +329,7 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
     const struct fishnet_collocation wanted = {{length[0], length[1]}, tolerance, lanes};
     if (fishnet_collocation_solve(cursor, cell, &wanted, NULL, node))
         return fishnet_right_root(cell, &node->point) ? FISHNET_FOUND : FISHNET_COLLAPSED;
-    node->outside = 0;
+    node->tried = 0;
     struct meeting m = {
         .ray = {{.from = cell->b, .length = length[0]}, {.from = cell->c, .length = length[1]}}};
     for (int k = 0; k < 2; k++)

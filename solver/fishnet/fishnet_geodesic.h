@@ -34,8 +34,8 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
 
 /* The same from the directions yarns->start, wherever that is: nothing is asked of chords, so that
  * folds of any angle may lie in the cell. Ends meet to accuracy[0] of their length, and geodesics
- * are followed to accuracy[1] a step. Sets node and all of `yarns`. Given up when node->outside, to
- * which the geodesics' steps beyond open boundaries are added, becomes too many. */
+ * are followed to accuracy[1] a step. Sets node and all of `yarns`. Given up when node->tried, to
+ * which the geodesics' steps are added, becomes too many. */
 enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct surface_cursor *cursor,
                                        const struct fishnet_cell *cell, double bd, double cd,
                                        const double accuracy[2], struct fishnet_yarns *yarns,

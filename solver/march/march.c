@@ -230,8 +230,8 @@ static enum surface_point_zone zone_of(struct march *march, const struct surface
     enum surface_point_zone zone = SURFACE_POINT_INSIDE;
     double uv[2];
     if (!march->mesh && point->surface->shell)
-        zone = surface_point_zone_on_face(&march->cursor, point, march_look_over(march, point),
-                                          reach * march->size);
+        zone =
+            surface_point_zone_on_face(point, march_look_over(march, point), reach * march->size);
     else if (!march->mesh)
         zone = surface_point_zone(march->surface, &march->cursor, cut_from, point,
                                   reach * march->size, reason);

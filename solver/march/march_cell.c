@@ -253,18 +253,9 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         return FISHNET_FOUND;
     }
     *node = chords;
-    /* Beyond the boundary a continuation that bends so unevenly without a crease is wild, and not
-     * worth following. */
-    const struct vec3 *normal = &node->point.normal;
-    bool over_fold = found && march->surface->has_folds &&
-                     (vec3_dot(cell->b->normal, *normal) < ROUGH_FOLD_COSINE ||
-                      vec3_dot(cell->c->normal, *normal) < ROUGH_FOLD_COSINE);
-    if (found && !over_fold && !march->surface->shell &&
-        is_outside(march->surface, node->point.uv) && expected_outside(march, cell))
-        return FISHNET_NO_CONVERGENCE;
     if (!march_turn_as_at_a(march, at, back, yarns.start))
         return FISHNET_NO_CONVERGENCE;
-    node->outside = 0;
+    node->tried = 0;
     const struct fishnet_yarns begun = yarns;
     const double *accuracy = geodesic ? geodesic_accuracy : rough_accuracy;
     enum fishnet_end end = meet_as_geodesics(march, cell, accuracy, &yarns, node);
@@ -299,13 +290,8 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
     if (vec3_dot(a->normal, b->normal) < ROUGH_FOLD_COSINE ||
         vec3_dot(a->normal, c->normal) < ROUGH_FOLD_COSINE)
         return true;
-    if (end == FISHNET_NO_CONVERGENCE) {
-        bool inside = !is_outside(march->surface, b->uv) || !is_outside(march->surface, c->uv);
-        if (march->surface->shell || march->surface->has_folds)
-            return true;
-        bool pulled = pulled_outside(march, cell), nearest = nearest_outside(march, cell);
-        return inside ? !(pulled && nearest) : !pulled && !nearest;
-    }
+    if (end == FISHNET_NO_CONVERGENCE)
+        return true;
     if (fabs(cell->curvature[0]) * d[0] > bent_most || fabs(cell->curvature[1]) * d[1] > bent_most)
         return true;
     return rough_is_rough(a, b, d[1]) || rough_is_rough(a, c, d[0]);

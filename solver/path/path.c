@@ -9,19 +9,11 @@ enum {
     CHORD_ROUNDS = 8,  /* Newton on the length to a chord */
     JOINT_ROUNDS = 8,  /* steps, each half of the last, to a joint */
     FAILURES_MAX = 40, /* steps of one advance in one span that were too long */
-    FAILURES_OUTSIDE = 16,
-    STEPS_MAX = 200, /* steps of one advance in one span */
+    STEPS_MAX = 200,   /* steps of one advance in one span */
 };
 
 /* Local error allowed, as a share of the step, unless the owner of the path says more. */
 static const double accuracy = 1e-12;
-
-/* Steps of one advance beyond an open boundary, by the accuracy that the path is followed to: those
- * that the same way takes, for steps of order 8 go with the ninth root of it. */
-static const struct {
-    double accuracy;
-    int steps;
-} outside_most[] = {{5e-12, 72}, {5e-10, 48}, {5e-9, 36}, {HUGE_VAL, 27}};
 
 /* With k the curvature of the surface and d the spacing, that of a net's own yarns: as a share of
  * (k d)^2 or (k d)^4, which the errors of a method of that order are a multiple of; and its limits.
@@ -29,19 +21,14 @@ static const struct {
 static const double share_of_order[2] = {1e-6, 1e-7}, finest_of_order[2] = {1e-9, 1e-11};
 static const double coarsest_of_order[2] = {1e-5, 1e-7};
 
-/* Steps shorter than this share of the whole are not tried: the line cannot be followed. Beyond an
- * open boundary, where the continuation may be anything, it is given up sooner. */
-static const double shortest = 1e-10, shortest_outside = 1e-3;
+/* Steps shorter than this share of the whole are not tried: the line cannot be followed. */
+static const double shortest = 1e-10;
 
 /* A joint that is met within this share of a step is where the step begins. */
 static const double at_joint = 1e-9;
 
 /* Relative accuracy of a chord along a path. */
 static const double chord_tolerance = 1e-13, chord_rounding = 2e-15;
-
-/* Further beyond an open boundary than the domain is long a path is followed as far as this share
- * of the part's size, while the normal has turned by less than this cosine. */
-static const double trusted = 0.3, trusted_turn = 0.5;
 
 /* Steps and crossings of one advance; far more than any line needs. */
 static const int rounds_max = 4 * NURBS_SIZE_MAX;
@@ -153,26 +140,15 @@ static bool pass_poles(struct path *g, double *h) {
            leap(g, &here, t, 2 * before);
 }
 
-/* Whether the path is more than a domain's length beyond an open boundary and, but round a pole,
- * further than is trusted: the continuation is of no use there, and may be singular. */
-static bool far_outside(const struct path *g) {
-    const struct shell *shell = g->surface->shell;
-    double size = shell ? shell_size(shell) : g->surface->size, edge[2];
+/* Whether the path is more than a domain's length beyond an open boundary of a surface that a pole
+ * closes: its lines meet there a second time, or fan out without an end. */
+static bool past_pole(const struct path *g) {
     for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &g->surface->axis[k];
-        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
-        double beyond = fabs(g->uv[k] - (low + high) / 2) - (high - low) / 2;
-        if (axis->closed || beyond <= high - low)
-            continue;
-        if (g->surface->axis[1 - k].pole[0] || g->surface->axis[1 - k].pole[1])
+        const struct surface_axis *axis = &g->surface->axis[k], *other = &g->surface->axis[1 - k];
+        double length = surface_axis_length(axis), low = surface_axis_lower(axis);
+        if (!axis->closed && (other->pole[0] || other->pole[1]) &&
+            fabs(g->uv[k] - low - length / 2) > 1.5 * length)
             return true;
-        struct surface_jet here, there;
-        (void)path_clamp(g, edge);
-        path_jet(g, g->uv, &here);
-        path_jet(g, edge, &there);
-        struct vec3 from = vec3_cross(there.u, there.v), to = vec3_cross(here.u, here.v);
-        return !(vec3_distance(here.r, there.r) <= trusted * size &&
-                 vec3_dot(from, to) > trusted_turn * sqrt(vec3_norm2(from) * vec3_norm2(to)));
     }
     return false;
 }
@@ -204,22 +180,16 @@ static struct attempt plan_step(const struct path *g, double h) {
 }
 
 /* Takes a step that has been tried, or a shorter one as long as that is worth trying; the length it
- * went. Near a pole steps are short on the continuation, too. */
+ * went. */
 static bool take_step(struct path *g, struct attempt *a, struct effort *effort, double *length) {
     struct path_event event;
-    struct vec3 pole, tangent;
-    double inside[2];
-    bool outside = path_clamp(g, inside);
-    g->outside += outside;
+    g->tried++;
     while (!path_followed(a->error)) {
         a->h *= fmin(path_rescaling(a->error), 0.85);
         a->at_knot = false;
-        double to_pole = surface_point_pole_distance(g->surface, path_point(g, &tangent), &pole);
-        bool strict = outside && !(to_pole < effort->whole);
-        if (++effort->failures > (strict ? FAILURES_OUTSIDE : FAILURES_MAX) ||
-            !(a->h > (strict ? shortest_outside : shortest) * effort->whole))
+        if (++effort->failures > FAILURES_MAX || !(a->h > shortest * effort->whole))
             return false;
-        g->outside += outside;
+        g->tried++;
         a->error = path_try_step(g, &a->at, a->h, &a->y);
     }
     double pace = a->h * path_rescaling(a->error);
@@ -292,13 +262,8 @@ void path_follow_net(struct path *path, double d, int order) {
  * leads nowhere. Towards a pole many are needed. */
 static bool go_on(struct path *path, double remaining, struct effort *effort, int round) {
     for (; round < rounds_max && remaining > 0 && !path->ended; round++) {
-        int most = STEPS_MAX;
-        double inside[2], gone = 0, h = remaining;
-        if (path_clamp(path, inside))
-            for (size_t k = sizeof outside_most / sizeof *outside_most; k > 0; k--)
-                if (path->accuracy < outside_most[k - 1].accuracy)
-                    most = outside_most[k - 1].steps;
-        if (far_outside(path) || (effort->steps++ >= most && !path->surface->has_poles))
+        double gone = 0, h = remaining;
+        if (past_pole(path) || (effort->steps++ >= STEPS_MAX && !path->surface->has_poles))
             return false;
         const struct surface *surface = path->surface;
         const int span[2] = {path->span[0], path->span[1]};
@@ -332,7 +297,7 @@ bool path_advance(struct path *path, double length) {
 
 /* Whether nothing but a step in a span can be next. */
 static bool steps_in_span(const struct path *g) {
-    return g->ahead == 0 && !g->surface->has_poles && !far_outside(g);
+    return g->ahead == 0 && !g->surface->has_poles;
 }
 
 bool path_advance_both(struct path path[2], const double length[2]) {

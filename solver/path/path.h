@@ -37,7 +37,7 @@ struct path {
     struct surface_jet jet; /* of where it is, as its span has it, if `has_jet` */
     bool has_jet;
     bool stays;        /* on the continuation of its face, over no joint */
-    int outside;       /* steps tried beyond an open boundary */
+    int tried;         /* steps, those that were too long among them */
     bool ended;        /* it has come to a fold of the surface back on itself */
     double ahead;      /* length already gone of the next advance: a pole is left with a leap */
     struct vec3 plane; /* PATH_SECTION: the normal, signed as the path goes */

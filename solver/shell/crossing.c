@@ -31,6 +31,15 @@ static const double border_accuracy = 1e-4, second_step = 1e-4;
  * met there, and it is inside out beyond. */
 static const double turned = 0.5;
 
+/* Two faces meet smoothly where their normals differ by less than this, as a cosine. */
+static const double smooth = 0.98;
+
+/* A place past such a line is carried to within this share of its way. */
+static const double carried_off = 0.1;
+
+/* Beyond the domain by this share of it, a place is far. */
+static const double far_beyond = 0.25;
+
 bool crossing_within(const struct surface *surface, const double uv[2]) {
     return face_contains(face_of_surface(surface), uv);
 }
@@ -136,10 +145,10 @@ static const struct face_run *nearest_leaf(const struct edge_search *search,
 /* The nearest places on joints and on free edges of the point's face; on joints to the face
  * `beyond` alone unless that is NULL, and preferably to others than `before`. Of what is further
  * than what decides, the one or the other, nothing is told. */
-static void nearest_edges(const struct surface_point *point, const struct surface *beyond,
-                          const struct surface *before, struct hit *joint, struct hit *free) {
+static void nearest_edges(const struct surface_point *point, const double metric[3],
+                          const struct surface *beyond, const struct surface *before,
+                          struct hit *joint, struct hit *free) {
     const struct face *face = face_of_surface(point->surface);
-    const double *metric = point->first;
     double determinant = metric[0] * metric[2] - metric[1] * metric[1];
     struct edge_search search = {
         .surface = point->surface, .beyond = beyond, .before = before, .metric = metric};
@@ -182,14 +191,50 @@ static void nearest_edges(const struct surface_point *point, const struct surfac
         *joint = search.hit[TO_BEFORE];
 }
 
-/* The place at t of an edge, or of its curve as it goes on beyond it, with the derivatives that the
- * edge has there: an end may be a corner of its curve, which goes on from there in another
- * direction. */
+/* The free edge that is nearest to a point by its metric or, far beyond the domain, where that says
+ * little, by the metric of the domain next to it. */
+static struct hit nearest_free(const struct surface_point *point, struct hit free) {
+    struct surface_cursor cursor = {0, 0};
+    struct surface_point next;
+    struct hit joint, nearest;
+    bool far = false;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &point->surface->axis[k];
+        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        double at = axis->closed ? point->uv[k] : fmin(fmax(point->uv[k], low), high);
+        far = far || fabs(point->uv[k] - at) > far_beyond * (high - low);
+        next.uv[k] = at;
+    }
+    if (!far || !surface_point_at(point->surface, &cursor, next.uv, &next))
+        return free;
+    nearest_edges(point, next.first, NULL, NULL, &joint, &nearest);
+    return nearest.segment ? nearest : free;
+}
+
+/* The place at t of an edge, or of the line in which it goes on beyond an end, with the derivatives
+ * that it has at the end: that may be a corner of its curve. */
 static void edge_continued_at(const struct shell *shell, const struct face_edge *edge, double t,
                               struct curve_place *place) {
+    struct surface_cursor cursor = {0, 0};
+    const struct face_curve *curve = &shell->curves[edge->curve];
     double within = inside_end * (edge->t[1] - edge->t[0]);
     double from = fmin(fmax(t, edge->t[0] + within), edge->t[1] - within);
-    curve_beyond(shell, &shell->curves[edge->curve], from, t, place);
+    int end = t > from;
+    if (!edge->straight[end] || (t >= edge->t[0] && t <= edge->t[1])) {
+        curve_beyond(shell, curve, from, t, place);
+        return;
+    }
+    curve_at(shell, curve, edge->t[end], place);
+    for (int k = 0; k < 2; k++) {
+        place->rate[k] = edge->beyond[end][k];
+        place->uv[k] += (t - place->t) * place->rate[k];
+    }
+    place->t = t;
+    surface_jet_at(&shell->faces[curve->face].surface, &cursor, place->uv[0], place->uv[1],
+                   &place->jet);
+    place->r = place->jet.r;
+    place->tangent =
+        vec3_axpy(place->rate[1], place->jet.v, vec3_scale(place->rate[0], place->jet.u));
 }
 
 static bool edge_frame_at(const struct shell *shell, const struct face_edge *edge, double t,
@@ -244,6 +289,10 @@ static bool continue_joint(const struct surface *surface, double t, struct cross
     if (!edge_frame_at(shell, edge, t, crossing->from.along, true, on.edge, &on.from))
         return false;
     double there = go_near(shell, mate, on.from.at, mate_parameter(edge, mate, t));
+    /* what the faces leave between them is not to take it back onto the mate itself */
+    bool after = (t > edge->t[1]) != edge->reversed;
+    double least = inside_end * (mate->t[1] - mate->t[0]);
+    there = after ? fmax(there, mate->t[1] + least) : fmin(there, mate->t[0] - least);
     double far = vec3_distance(on.from.at, crossing->from.at);
     if (!isfinite(there) ||
         !edge_frame_at(shell, mate, there, on.from.along, false, on.entry, &on.to) ||
@@ -256,27 +305,28 @@ static bool continue_joint(const struct surface *surface, double t, struct cross
     return true;
 }
 
-/* The same where they do not: straight on in the parameters of the face that is left, with the
- * frames of the end. */
-static bool joint_straight_on(const struct surface *surface, double t, struct crossing *crossing) {
-    const struct face_edge *edge = &surface->shell->edges[crossing->number];
+/* The same where they do not: on in the line of the face that is left, as long as the other face is
+ * near to that, with the frames of the end. */
+static bool continue_alone(const struct surface *surface, double t, struct crossing *crossing) {
+    const struct shell *shell = surface->shell;
     struct surface_cursor cursor = {0, 0};
-    struct curve_place end;
+    struct curve_place on;
     struct surface_point place;
     struct surface_place entry;
-    double on_edge = fmin(fmax(t, edge->t[0]), edge->t[1]);
-    edge_continued_at(surface->shell, edge, on_edge, &end);
-    for (int k = 0; k < 2; k++)
-        crossing->edge[k] += (t - on_edge) * end.rate[k];
-    if (!surface_point_at(surface, &cursor, crossing->edge, &place) ||
-        !crossing_carry(crossing, &cursor, &place, END_ROUNDS, &entry) ||
-        !surface_point_at(entry.surface, &cursor, entry.uv, &place))
+    edge_continued_at(shell, &shell->edges[crossing->number], t, &on);
+    memcpy(crossing->edge, on.uv, sizeof on.uv);
+    if (!surface_point_at(surface, &cursor, on.uv, &place) ||
+        !crossing_carry(crossing, &cursor, &place, END_ROUNDS, &entry))
+        return false;
+    double far = vec3_distance(on.r, crossing->from.at);
+    crossing->from.at = on.r;
+    if (!surface_point_at(entry.surface, &cursor, entry.uv, &place) ||
+        !(vec3_distance(on.r, place.jet.r) <= alike * far + 2 * shell->found.largest_gap))
         return false;
     crossing->beyond = entry.surface;
     memcpy(crossing->entry, entry.uv, sizeof entry.uv);
     crossing->to.at = place.jet.r;
-    return surface_point_at(surface, &cursor, crossing->edge, &place) &&
-           (crossing->from.at = place.jet.r, true);
+    return true;
 }
 
 /* The joint at a place t of an edge, or beyond an open end of it. */
@@ -300,7 +350,7 @@ static bool joint_at(const struct surface *surface, int32_t number, double t,
     return edge_frame_at(shell, mate, there.t, crossing->from.along, false, crossing->entry,
                          &crossing->to) &&
            (t == on_edge || continue_joint(surface, t, crossing) ||
-            joint_straight_on(surface, t, crossing));
+            continue_alone(surface, t, crossing));
 }
 
 /* Whether a place of a joint is an end of it that lies on the boundary of the shell. */
@@ -359,6 +409,28 @@ static bool past_open_end(const struct surface_point *point, double distance,
     return nearest < end_reach * distance;
 }
 
+/* Whether a place past the line in which a joint goes on is one of the face beyond, too. Where both
+ * faces bend alike they are one surface, and carried to the other a place is near to where that
+ * leads, or parameters mean nothing there. */
+static bool goes_over(const struct surface_point *point, const struct crossing *crossing) {
+    struct surface_cursor cursor = {0, 0};
+    struct surface_place place;
+    struct surface_point from, to, there;
+    if (!crossing->continued || !surface_point_at(point->surface, &cursor, crossing->edge, &from) ||
+        !surface_point_at(crossing->beyond, &cursor, crossing->entry, &to))
+        return true;
+    struct vec3 offset = crossing_turn(crossing, vec3_sub(point->jet.r, crossing->from.at));
+    double bends = surface_point_normal_curvature(&from, crossing->from.across) -
+                   surface_point_normal_curvature(&to, crossing->to.across);
+    if (fabs(bends) * vec3_norm(offset) > carried_off)
+        return true;
+    return crossing_carry(crossing, &cursor, point, END_ROUNDS, &place) &&
+           surface_point_at(place.surface, &cursor, place.uv, &there) &&
+           vec3_dot(there.normal, crossing_turn(crossing, point->normal)) > turned &&
+           vec3_distance(there.jet.r, vec3_add(crossing->to.at, offset)) <=
+               carried_off * vec3_norm(offset) + 2 * shell_joint_width(point->surface->shell);
+}
+
 void crossing_find(const struct surface_point *point, const struct surface *before,
                    struct crossing *crossing) {
     const struct surface *surface = point->surface;
@@ -367,8 +439,10 @@ void crossing_find(const struct surface_point *point, const struct surface *befo
     crossing->distance = 0;
     if (crossing_within(surface, point->uv))
         return;
-    nearest_edges(point, NULL, before, &joint, &free);
+    nearest_edges(point, point->first, NULL, before, &joint, &free);
     bool over = joint.segment && !(free.distance2 < joint.distance2 * (1 - as_near));
+    if (!over)
+        free = nearest_free(point, free);
     const struct hit *hit = over ? &joint : &free;
     bool open = over && at_open_end(surface->shell, hit);
     crossing->kind = CROSSING_FREE;
@@ -383,11 +457,13 @@ void crossing_find(const struct surface_point *point, const struct surface *befo
     if (over && joint_near(point, hit, crossing)) {
         struct vec3 off = vec3_sub(point->jet.r, crossing->from.at);
         put_near(surface, near, crossing->edge);
-        if (!crossing->continued || vec3_dot(off, crossing->from.across) > 0)
+        if (!crossing->continued ||
+            (vec3_dot(off, crossing->from.across) > 0 && goes_over(point, crossing)))
             return;
     }
     /* past one with another open end, no nearer: joints of a narrow strip end one beside another */
-    if ((!over || open) && past_open_end(point, crossing->distance, crossing)) {
+    if ((!over || open) && past_open_end(point, crossing->distance, crossing) &&
+        goes_over(point, crossing)) {
         crossing->at_corner = true;
         put_near(surface, near, crossing->edge);
         return;
@@ -396,77 +472,103 @@ void crossing_find(const struct surface_point *point, const struct surface *befo
     memcpy(crossing->edge, near, sizeof near);
 }
 
-/* Walks along the shell's boundary, from t of a free edge on, to the place nearest to `r`: takes it
- * where it is nearer than `*least`. */
-static void walk_border(const struct shell *shell, struct vec3 r, int32_t number, double t,
-                        double *least, int32_t *nearest, struct curve_place *border) {
-    for (int hop = 0; hop < HOPS_MAX && number != EDGE_FREE; hop++) {
-        const struct face_edge *edge = &shell->edges[number];
+/* The unit normal at an end of an edge, on the edge's own face; zero where there is none. */
+static struct vec3 normal_at_end(const struct shell *shell, struct face_edge_end at) {
+    const struct face_edge *edge = &shell->edges[at.edge];
+    struct curve_place place;
+    curve_at(shell, &shell->curves[edge->curve], edge->t[at.end], &place);
+    struct surface_point point = {.uv = {place.uv[0], place.uv[1]}, .jet = place.jet};
+    const struct surface *surface = &shell->faces[edge_face(shell, (size_t)at.edge)].surface;
+    return surface_point_complete(surface, &point) ? point.normal : vec3_make(0, 0, 0);
+}
+
+/* Whether a normal before and one after the end of an edge are those of a crease. */
+static bool is_crease(struct vec3 before, struct vec3 after) {
+    return !(vec3_dot(before, after) > smooth);
+}
+
+/* The place of the boundary nearest to a point that has been found; past a crease with the normal
+ * from before it. */
+struct border_search {
+    const struct shell *shell;
+    struct vec3 r;
+    double least;
+    int32_t edge; /* -1: none */
+    struct curve_place place;
+    struct vec3 normal; /* zero: there was no crease */
+};
+
+/* Walks along the boundary, from `at` on the edge there, to the place nearest to the point: takes
+ * it where it is nearer. `from` is the end of the edge that it comes from. */
+static void walk_border(struct border_search *search, struct face_edge_end from,
+                        struct face_edge_end to, double t) {
+    const struct shell *shell = search->shell;
+    struct vec3 normal = {0, 0, 0};
+    for (int hop = 0; hop < HOPS_MAX && to.edge != EDGE_FREE; hop++) {
+        const struct face_edge *edge = &shell->edges[to.edge];
         struct curve_place place;
         double step = HUGE_VAL, enough = border_accuracy * (edge->t[1] - edge->t[0]);
+        if (from.edge != EDGE_FREE && vec3_norm2(normal) == 0 &&
+            is_crease(normal_at_end(shell, from), normal_at_end(shell, to)))
+            normal = normal_at_end(shell, from);
         for (int round = 0; round < BORDER_ROUNDS && fabs(step) > enough; round++) {
             curve_at(shell, &shell->curves[edge->curve], t, &place);
-            struct vec3 to = vec3_sub(r, place.r);
-            double next = t + vec3_dot(to, place.tangent) / vec3_norm2(place.tangent);
+            struct vec3 way = vec3_sub(search->r, place.r);
+            double next = t + vec3_dot(way, place.tangent) / vec3_norm2(place.tangent);
             next = fmin(fmax(next, edge->t[0]), edge->t[1]);
             step = next - t;
             t = next;
         }
-        double distance = vec3_distance(place.r, r);
-        int end = t == edge->t[1];
-        if (distance < *least) {
-            *least = distance;
-            *nearest = number;
-            *border = place;
+        double distance = vec3_distance(place.r, search->r);
+        if (distance < search->least) {
+            search->least = distance;
+            search->edge = to.edge;
+            search->place = place;
+            search->normal = normal;
         } else if (hop > 0) {
             break;
         }
+        int8_t end = t == edge->t[1];
         if (t != edge->t[end])
             break;
-        number = edge->follow[end].edge;
-        t = number != EDGE_FREE ? shell->edges[number].t[edge->follow[end].end] : 0;
+        from = (struct face_edge_end){to.edge, end};
+        to = edge->follow[end];
+        t = to.edge != EDGE_FREE ? shell->edges[to.edge].t[to.end] : 0;
     }
 }
 
-bool crossing_border(struct surface_cursor *cursor, const struct surface_point *point,
-                     const struct crossing *crossing, struct surface_point *border,
-                     struct vec3 derivative[2]) {
+bool crossing_border(const struct surface_point *point, const struct crossing *crossing,
+                     struct surface_point *border, struct vec3 derivative[2]) {
     const struct shell *shell = point->surface->shell;
-    struct curve_place own, place, beside;
-    struct surface_point here;
-    double least = HUGE_VAL;
-    int32_t number = -1;
+    struct border_search search = {
+        .shell = shell, .r = point->jet.r, .least = HUGE_VAL, .edge = -1};
+    struct curve_place beside, *place = &search.place;
     if (crossing->nearest < 0)
         return false;
     const struct face_edge *edge = &shell->edges[crossing->nearest];
+    int8_t end = crossing->nearest_t > (edge->t[0] + edge->t[1]) / 2;
+    struct face_edge_end none = {EDGE_FREE, 0}, here = {crossing->nearest, end};
     if (edge->mate == EDGE_FREE)
-        walk_border(shell, point->jet.r, crossing->nearest, crossing->nearest_t, &least, &number,
-                    &place);
+        walk_border(&search, none, here, crossing->nearest_t);
     for (int k = 0; k < 2 && edge->mate != EDGE_FREE; k++) { /* both sides of a joint's end */
-        int end = crossing->nearest_t > (edge->t[0] + edge->t[1]) / 2;
         const struct face_edge *side = k ? &shell->edges[edge->mate] : edge;
         struct face_edge_end next = side->follow[k && edge->reversed ? 1 - end : end];
         if (next.edge != EDGE_FREE)
-            walk_border(shell, point->jet.r, next.edge, shell->edges[next.edge].t[next.end], &least,
-                        &number, &place);
+            walk_border(&search, here, next, shell->edges[next.edge].t[next.end]);
     }
-    if (number < 0)
+    if (search.edge < 0)
         return false;
-    const struct face_edge *found = &shell->edges[number];
+    const struct face_edge *found = &shell->edges[search.edge];
     const struct face_curve *curve = &shell->curves[found->curve];
     double step = second_step * (found->t[1] - found->t[0]);
-    curve_at(shell, curve, place.t + (place.t > found->t[1] - step ? -step : step), &beside);
-    derivative[0] = place.tangent;
-    derivative[1] = vec3_scale(1 / (beside.t - place.t), vec3_sub(beside.tangent, place.tangent));
-    *border = (struct surface_point){.uv = {place.uv[0], place.uv[1]}, .jet = place.jet};
+    curve_at(shell, curve, place->t + (place->t > found->t[1] - step ? -step : step), &beside);
+    derivative[0] = place->tangent;
+    derivative[1] = vec3_scale(1 / (beside.t - place->t), vec3_sub(beside.tangent, place->tangent));
+    *border = (struct surface_point){.uv = {place->uv[0], place->uv[1]}, .jet = place->jet};
     if (!surface_point_complete(&shell->faces[curve->face].surface, border))
         return false;
-    if (number == crossing->nearest)
-        return true;
-    curve_at(shell, &shell->curves[edge->curve], crossing->nearest_t, &own);
-    if (!surface_point_at(point->surface, cursor, own.uv, &here))
-        return false;
-    border->normal = here.normal;
+    if (vec3_norm2(search.normal) > 0)
+        border->normal = search.normal;
     return true;
 }
 
@@ -494,7 +596,7 @@ void crossing_rate(const struct surface *surface, const struct crossing *crossin
 bool crossing_between(const struct surface_point *point, const struct surface *beyond,
                       struct crossing *crossing) {
     struct hit joint, free;
-    nearest_edges(point, beyond, NULL, &joint, &free);
+    nearest_edges(point, point->first, beyond, NULL, &joint, &free);
     if (!joint.segment)
         return false;
     crossing->distance = sqrt(joint.distance2);

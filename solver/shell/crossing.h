@@ -47,12 +47,11 @@ void crossing_find(const struct surface_point *point, const struct surface *befo
                    struct crossing *crossing);
 
 /* The place of the shell's boundary that is nearest in space to a point beyond it, which the
- * crossing was found for: on the nearest edge, or on those that follow it. `border` gets the place,
- * with the normal that the point's own face has next to there, and `derivative` the first and
- * second derivative of the edge. False where there is none. */
-bool crossing_border(struct surface_cursor *cursor, const struct surface_point *point,
-                     const struct crossing *crossing, struct surface_point *border,
-                     struct vec3 derivative[2]);
+ * crossing was found for: on the nearest edge, or on those that follow it without a crease.
+ * `border` gets the place, and `derivative` the first and second derivative of the edge. False
+ * where there is none. */
+bool crossing_border(const struct surface_point *point, const struct crossing *crossing,
+                     struct surface_point *border, struct vec3 derivative[2]);
 
 /* The joint to the face `beyond` that is nearest to a point, on either side of it. False where
  * the point's face has none. */

@@ -7,9 +7,6 @@
 /* Joints that a way meets within this share of it are met at one place. */
 static const double as_near = 1e-9;
 
-/* A joint goes on beyond an open end for so many lengths of the domain: as far as any path. */
-static const double open_reach = HUGE_VAL;
-
 /* A way that misses the end of a segment by this share of the domain goes through it. */
 static const double touch = 1e-9;
 
@@ -22,43 +19,64 @@ bool crossing_all_within(const struct surface *surface, const double low[2], con
 struct leaving {
     const struct surface *surface;
     double p[2], e[2], by[2]; /* `by` is one by the domain's lengths */
-    double least, place;      /* shares of the way and of the segment */
-    double past; /* how far beyond an open end the place is, by the domain; 0: on the segment */
-    const struct face_segment *segment;
+    double least, t;          /* the share of the way, and the place of the edge */
+    double off;               /* how far that is beyond an open end, in domains; 0: on the edge */
+    int32_t edge;             /* -1: none */
 };
 
-/* Takes the segment s, from a on, where the way leaves the region through it, or beyond an open end
- * of its edge: from its left to its right if the face lies to the left of it. */
-static void leave_through(struct leaving *leaving, const struct face_segment *segment) {
+/* A line from a by s in which an edge runs, or goes on beyond an open end; t there. */
+struct line {
+    double a[2], s[2], t[2];
+    double low, high; /* shares of s that count */
+    bool beyond_end;
+};
+
+/* Takes a line where the way leaves the region through it: from its left to its right if the face
+ * lies to the left of it. */
+static void leave_through(struct leaving *leaving, int32_t number, const struct line *line) {
     const struct surface *surface = leaving->surface;
-    const struct face_edge *edge = &surface->shell->edges[segment->edge];
-    const double *p = leaving->p, *e = leaving->e, *by = leaving->by;
-    double from[2], to[2], reach[2];
-    for (int k = 0; k < 2; k++) {
-        bool open = edge->open[k] && segment->t[k] == edge->t[k];
-        from[k] = p[k] + face_way(&surface->axis[k], p[k], segment->a[k]);
-        to[k] = from[k] + segment->b[k] - segment->a[k];
-        reach[k] = open ? open_reach : touch;
-    }
-    double sx = to[0] - from[0], sy = to[1] - from[1], ax = from[0] - p[0], ay = from[1] - p[1];
-    double cross = e[0] * sy - e[1] * sx;
-    if (!(cross * edge->inside > 0))
+    const double *p = leaving->p, *e = leaving->e, *s = line->s;
+    double ax = face_way(&surface->axis[0], p[0], line->a[0]);
+    double ay = face_way(&surface->axis[1], p[1], line->a[1]);
+    double cross = e[0] * s[1] - e[1] * s[0];
+    if (!(cross * surface->shell->edges[number].inside > 0))
         return;
-    double share = (ax * sy - ay * sx) / cross, at = (ax * e[1] - ay * e[0]) / cross;
-    double whole = 1 / (fabs(sx) * by[0] + fabs(sy) * by[1]);
-    if (!(share >= -as_near && share <= 1 && at >= -reach[0] * whole && at <= 1 + reach[1] * whole))
+    double share = (ax * s[1] - ay * s[0]) / cross, at = (ax * e[1] - ay * e[0]) / cross;
+    if (!(share >= -as_near && share <= 1 && at >= line->low && at <= line->high))
         return;
     double met = fmax(share, 0);
-    const double there[2] = {p[0] + met * e[0], p[1] + met * e[1]};
-    double off = fmax(-at, at - 1), past = off > touch ? off / whole : 0;
-    /* Joints of one line meet the way at one place: the one whose end is nearest goes first. */
-    double ahead = leaving->past == past ? 0 : past > leaving->past ? -as_near : as_near;
-    if (met < leaving->least + ahead &&
-        (past == 0 || !face_contains(face_of_surface(surface), there))) {
+    /* just past the line: that may lie on the boundary itself */
+    double past = met + touch / (fabs(e[0]) * leaving->by[0] + fabs(e[1]) * leaving->by[1]);
+    const double there[2] = {p[0] + past * e[0], p[1] + past * e[1]};
+    /* Joints of one line meet the way at one place: the one whose end is nearer goes first. */
+    const double *by = leaving->by;
+    double off = line->beyond_end ? fabs(at) * (fabs(s[0]) * by[0] + fabs(s[1]) * by[1]) : 0;
+    bool first = fabs(met - leaving->least) <= as_near ? off < leaving->off : met < leaving->least;
+    if (first && (!line->beyond_end || !face_contains(face_of_surface(surface), there))) {
         leaving->least = met;
-        leaving->segment = segment;
-        leaving->place = at;
-        leaving->past = past;
+        leaving->edge = number;
+        leaving->t = line->t[0] + at * (line->t[1] - line->t[0]);
+        leaving->off = off;
+    }
+}
+
+/* The same of a segment, and of what goes on beyond the open ends of its edge that it ends at. */
+static void leave_segment(struct leaving *leaving, const struct face_segment *segment, bool near) {
+    const struct face_edge *edge = &leaving->surface->shell->edges[segment->edge];
+    const double *a = segment->a, *b = segment->b, *by = leaving->by, *t = segment->t;
+    double sx = b[0] - a[0], sy = b[1] - a[1],
+           slack = touch / (fabs(sx) * by[0] + fabs(sy) * by[1]);
+    struct line line = {{a[0], a[1]}, {sx, sy}, {t[0], t[1]}, -slack, 1 + slack, false};
+    if (near)
+        leave_through(leaving, segment->edge, &line);
+    for (int k = 0; k < 2; k++) {
+        const double *end = k ? b : a, *rate = edge->beyond[k];
+        if (!edge->open[k] || t[k] != edge->t[k])
+            continue;
+        double next = touch / (fabs(rate[0]) * by[0] + fabs(rate[1]) * by[1]);
+        line = (struct line){{end[0], end[1]},     {rate[0], rate[1]},   {t[k], t[k] + 1},
+                             k ? next : -HUGE_VAL, k ? HUGE_VAL : -next, true};
+        leave_through(leaving, segment->edge, &line);
     }
 }
 
@@ -73,7 +91,7 @@ static bool ends_open(const struct face *face, const struct face_run *run,
 bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
                      double *share, struct crossing *crossing) {
     const struct face *face = face_of_surface(surface);
-    struct leaving leaving = {.surface = surface, .least = HUGE_VAL};
+    struct leaving leaving = {.surface = surface, .least = HUGE_VAL, .edge = -1};
     double end[2];
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
@@ -98,20 +116,15 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
         bool may = edge->mate != EDGE_FREE && (near || ends_open(face, run, edge));
         bool leaf = run->next == r + 1;
         for (uint32_t s = 0; s < run->count && may && leaf; s++)
-            leave_through(&leaving, &face->segments[run->first + s]);
+            leave_segment(&leaving, &face->segments[run->first + s], near);
         r = may ? r + 1 : run->next;
     }
-    const struct face_segment *first = leaving.segment;
-    if (!first)
+    if (leaving.edge < 0)
         return false;
-    double place = leaving.place;
     *share = leaving.least;
-    const bool *open = surface->shell->edges[first->edge].open;
-    place = open[0] ? place : fmax(place, 0);
-    place = open[1] ? place : fmin(place, 1);
-    crossing->number = first->edge;
+    crossing->number = leaving.edge;
     crossing->distance = 0;
     for (int k = 0; k < 2; k++)
         crossing->edge[k] = from[k] + *share * leaving.e[k];
-    return crossing_move(surface, first->t[0] + place * (first->t[1] - first->t[0]), crossing);
+    return crossing_move(surface, leaving.t, crossing);
 }

@@ -167,12 +167,53 @@ static bool link_chains(void *context, int32_t number) {
     return true;
 }
 
+/* So much of its length from its end an edge has the direction that it has at the end. */
+static const double inside_end = 1e-10;
+
+/* Faces meet smoothly where their normals differ by less than this, as a cosine. */
+static const double smooth = 0.98;
+
+/* What is this close to a side of the domain, as a share of it, is on it. */
+static const double on_side = 1e-9;
+
 /* Notes at a joint's end that a free edge of its face ends there, too. */
 struct corner {
     const struct chains *chains;
     struct face_edge *joint;
     int end;
 };
+
+/* In which line a joint goes on beyond an end on the boundary. That of a crease is where both faces
+ * go on to meet. Over a smooth joint they are one surface, and any line will do that both know: the
+ * parameter line that leaves a side of the domain, between the spans that the surface has there,
+ * where the boundary runs along one; else the joint's own direction. */
+static void lead_beyond(const struct shell *shell, struct face_edge *joint, int end,
+                        const struct face_edge *border) {
+    const struct face_curve *curve = &shell->curves[joint->curve];
+    const struct surface *surface = &shell->faces[curve->face].surface;
+    struct curve_place place, other;
+    struct vec3 normal[2], at;
+    double within = inside_end * (joint->t[1] - joint->t[0]);
+    curve_at(shell, curve, end ? joint->t[1] - within : joint->t[0] + within, &place);
+    memcpy(joint->beyond[end], place.rate, sizeof place.rate);
+    edge_normals(shell, joint, end, normal, &at);
+    joint->straight[end] = vec3_dot(normal[0], normal[1]) > smooth;
+    for (int k = 0; k < 2 && joint->straight[end]; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        const double ends[2] = {surface_axis_lower(axis), surface_axis_upper(axis)};
+        int side = fabs(place.uv[k] - ends[1]) < fabs(place.uv[k] - ends[0]);
+        bool along = !axis->closed;
+        for (int n = 0; n <= 2 && along; n++) {
+            edge_at_share(shell, border, 0.5 * n, &other);
+            along = fabs(other.uv[k] - ends[side]) <= on_side * (ends[1] - ends[0]);
+        }
+        double speed = vec3_norm(k ? place.jet.v : place.jet.u);
+        if (!along || !(speed * speed > surface->least_tangent2[k]))
+            continue;
+        joint->beyond[end][1 - k] = 0;
+        joint->beyond[end][k] = (side == end ? 1 : -1) * vec3_norm(place.tangent) / speed;
+    }
+}
 
 static bool open_end(void *context, int32_t number) {
     struct corner *corner = context;
@@ -181,9 +222,11 @@ static bool open_end(void *context, int32_t number) {
     bool same = shell->curves[edge->curve].face == shell->curves[corner->joint->curve].face;
     double apart = vec3_distance(edge->end[number % 2], corner->joint->end[corner->end]);
     corner->joint->open[corner->end] = same && apart <= 3 * shell->tolerance;
-    if (corner->joint->open[corner->end])
+    if (corner->joint->open[corner->end]) {
         corner->joint->follow[corner->end] =
             (struct face_edge_end){corner->chains->edge[number / 2], (int8_t)(number % 2)};
+        lead_beyond(shell, corner->joint, corner->end, edge);
+    }
     return !corner->joint->open[corner->end];
 }
 

@@ -383,8 +383,7 @@ bool surface_point_is_beyond(const struct surface_point *point, double slack) {
     return beyond;
 }
 
-enum surface_point_zone surface_point_zone_on_face(struct surface_cursor *cursor,
-                                                   const struct surface_point *point,
+enum surface_point_zone surface_point_zone_on_face(const struct surface_point *point,
                                                    const struct crossing *crossing, double reach) {
     struct border border;
     struct vec3 tangent[2];
@@ -394,7 +393,7 @@ enum surface_point_zone surface_point_zone_on_face(struct surface_cursor *cursor
         return SURFACE_POINT_INSIDE;
     if (!surface_point_is_beyond(point, 0))
         return SURFACE_POINT_GHOST;
-    if (!crossing_border(cursor, point, crossing, &border.point, tangent))
+    if (!crossing_border(point, crossing, &border.point, tangent))
         return SURFACE_POINT_BEYOND;
     border.bend = curve_bend(tangent[0], tangent[1]);
     return is_trusted(point, &border, reach) ? SURFACE_POINT_GHOST : SURFACE_POINT_BEYOND;

@@ -90,8 +90,7 @@ enum surface_point_zone surface_point_zone(const struct surface *surface,
 /* The same on a face of a shell: inside as far as the face or a joint of it reaches, by what was
  * found between the point and its face (`crossing.h`). */
 struct crossing;
-enum surface_point_zone surface_point_zone_on_face(struct surface_cursor *cursor,
-                                                   const struct surface_point *point,
+enum surface_point_zone surface_point_zone_on_face(const struct surface_point *point,
                                                    const struct crossing *crossing, double reach);
 
 /* Tangents this nearly parallel (sine of their angle) span no tangent plane. */
