@@ -26,7 +26,8 @@ static double now_ms(void) {
 }
 
 static enum api_problem_id set_cut_problem(struct api_problem *problem,
-                                           const struct cut_fault *fault) {
+                                           const struct cut_fault *fault,
+                                           const struct drape_settings *settings) {
     static const struct {
         const char *what, *remedy;
     } texts[] = {
@@ -39,8 +40,22 @@ static enum api_problem_id set_cut_problem(struct api_problem *problem,
                                "before it"},
         [CUT_SPLITS] = {"ends at an edge, so that it divides the part", "end its path inside"},
     };
-    char pointer[32];
-    snprintf(pointer, sizeof pointer, "/cuts/%zu", fault->cut);
+    /* an end of the path, or the point that it leaves the part towards */
+    const struct drape_cut_line *line = &settings->cuts[fault->cut];
+    size_t point = fault->kind == CUT_SPLITS ? line->count - 1 : 0;
+    bool off = fault->kind == CUT_OFF_PART;
+    double least = vec3_distance(line->path[0], fault->at);
+    for (size_t k = 1; k < line->count && off; k++) {
+        double detour = vec3_distance(line->path[k - 1], fault->at) +
+                        vec3_distance(fault->at, line->path[k]) -
+                        vec3_distance(line->path[k - 1], line->path[k]);
+        point = detour < least ? k : point;
+        least = fmin(detour, least);
+    }
+    bool known = off || fault->kind == CUT_SPLITS || fault->kind == CUT_BEGINS_INSIDE;
+    char pointer[64];
+    snprintf(pointer, sizeof pointer, known ? "/cuts/%zu/path/%zu" : "/cuts/%zu", fault->cut,
+             point);
     return api_problem_set_at(problem, API_INVALID_REQUEST, pointer,
                               "%s, at (%.6g, %.6g, %.6g): %s", texts[fault->kind].what, fault->at.x,
                               fault->at.y, fault->at.z, texts[fault->kind].remedy);
@@ -77,7 +92,7 @@ static enum api_problem_id set_solve_problem(struct api_problem *problem, enum s
                                   "must not be parallel to the other generator, nor a tangent "
                                   "plane");
     case STATUS_CUT:
-        return set_cut_problem(problem, &result->faulty_cut);
+        return set_cut_problem(problem, &result->faulty_cut, settings);
     case STATUS_INVALID:
         /* Ranges were checked; that the direction has a part in the tangent plane was not. */
         if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
@@ -285,6 +300,9 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
         header.start.rosette = (struct api_rosette){
             request.rosette_origin, zero->x, vec3_norm2(zero->z) > 0 ? zero->z : result.start_up};
     }
+    header.cut_count = request.settings.cut_count;
+    for (size_t k = 0; k < header.cut_count; k++)
+        memcpy(header.cut_names[k], request.cut_names[k], sizeof header.cut_names[k]);
     summarise(&request, &result, solve_ms, &header.summary);
     warnings_make(&subject, &header.summary);
     if (api_fields_list(&fields, &request, &result, arena) != STATUS_OK)

@@ -57,6 +57,8 @@ struct drape_rim {
     double *u, *v; /* inside the domain; on a mesh (triangle, 0) */
     double *p, *q;
     uint8_t *covered; /* 0 where no cloth reaches the edge: p and q then are a place nearby */
+    int32_t *cut;     /* whose lip goes on from the point: k + 1 towards the tip of cut k, -(k + 1)
+                         back from it, 0 along other edges; NULL without cuts */
 };
 
 /* The cells that the edge of what is to be covered cuts, with corners beyond it on the continued

@@ -57,6 +57,29 @@ size_t encoder_value(const struct encoder *encoder, const struct api_column_sour
     return api_number_shortest(text, value);
 }
 
+static enum column_kind kind_of(const struct api_column_source *column) {
+    const struct column_spec *spec = column_spec_find(column->table, column->name);
+    return spec ? spec->kind : COLUMN_SCALAR;
+}
+
+bool encoder_has_words(const struct api_column_source *column) {
+    enum column_kind kind = kind_of(column);
+    return kind == COLUMN_REASON || kind == COLUMN_FAILURE || kind == COLUMN_NAME;
+}
+
+const char *encoder_word(const struct encoder *encoder, const struct api_column_source *column,
+                         double value) {
+    enum column_kind kind = kind_of(column);
+    size_t words = kind == COLUMN_REASON    ? DRAPE_REASON_COUNT
+                   : kind == COLUMN_FAILURE ? FAILURE_COUNT
+                                            : encoder->columns.cut_count;
+    if (!(value >= 0 && value < (double)words))
+        return NULL;
+    return kind == COLUMN_REASON    ? drape_reason_name((enum drape_reason)(int)value)
+           : kind == COLUMN_FAILURE ? failure_names[(int)value]
+                                    : encoder->columns.cut_names[(int)value];
+}
+
 bool encoder_damaged(struct api_problem *problem) {
     return !api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
 }
@@ -107,7 +130,7 @@ static bool select_columns(struct encoder *encoder, const struct api_column_sour
 /* ---- the encoder ---- */
 
 /* The stored result with all its columns but those of cut cells. Its table is, of a drape, the
- * nodes or the cells, of a study the variants or the bands. */
+ * nodes, the cells or the cuts, of a study the variants or the bands. */
 static bool open_result(struct encoder *encoder, const char *fields, struct api_problem *problem) {
     struct api_column_source columns[API_COLUMNS_MAX];
     enum api_table *table = &encoder->options.table;
@@ -127,13 +150,14 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
     enum api_table first = study ? API_TABLE_VARIANTS : API_TABLE_NODES;
     if (!encoder->options.table_given)
         *table = first;
-    if (*table == first || *table == (study ? API_TABLE_BANDS : API_TABLE_CELLS))
+    bool cuts = *table == API_TABLE_CUTS && encoder->columns.cut_count > 0;
+    if (*table == first || *table == (study ? API_TABLE_BANDS : API_TABLE_CELLS) || cuts)
         return select_columns(encoder, columns, count, fields, problem);
     return !api_problem_set(
         problem, API_INVALID_REQUEST,
         study ? "table: a study has the tables variants and bands; those of one of its "
                 "drapes come with the parameter sample"
-              : "table: a drape has the tables nodes and cells");
+              : "table: a drape has the tables nodes and cells, and with cuts the table cuts");
 }
 
 static bool open_map(struct encoder *encoder, const struct map_fields *source, const char *fields,

@@ -73,6 +73,12 @@ static inline bool encoder_advance(struct encoder *encoder, size_t rows, size_t 
 size_t encoder_value(const struct encoder *encoder, const struct api_column_source *column,
                      double value, char *text);
 
+/* Whether a column's numbers stand for words; and the word of one: a reason, a failure, a cut's
+ * name. NULL for a number that stands for none. */
+bool encoder_has_words(const struct api_column_source *column);
+const char *encoder_word(const struct encoder *encoder, const struct api_column_source *column,
+                         double value);
+
 /* A stored column, selected or not, as a source. */
 struct api_column_source encoder_source(struct encoder *encoder, const struct api_column *column);
 

@@ -59,14 +59,15 @@ const struct format *format_for_media_type(enum format_use use, const char *medi
 enum { FORMAT_NAME_SIZE = 64, FORMAT_WITHIN = 2 };
 
 struct format_options {
-    int precision;        /* significant digits, 1..17; 0: the shortest that reads back the same */
-    const char *fields;   /* "nodes.x,cells.k1": only these columns; of a map also "k1"; NULL or
-                             "": all */
-    enum api_table table; /* for formats that hold one table: nodes or cells, of a study variants or
-                             bands; of a map cells (what nodes means as well) or plies */
-    bool table_given;     /* not: the first of these */
-    double within; /* of formats that group stacks: how far an element's may be from the group's,
-                      in degrees and in percent of thickness; 0: not at all */
+    int precision;      /* significant digits, 1..17; 0: the shortest that reads back the same */
+    const char *fields; /* "nodes.x,cells.k1": only these columns; of a map also "k1"; NULL or
+                           "": all */
+    enum api_table
+        table;        /* for formats that hold one table: nodes, cells or cuts, of a study
+                         variants or bands; of a map cells (what nodes means as well) or plies */
+    bool table_given; /* not: the first of these */
+    double within;    /* of formats that group stacks: how far an element's may be from the group's,
+                         in degrees and in percent of thickness; 0: not at all */
     bool within_given; /* not: FORMAT_WITHIN */
     /* of lcmsim */
     int lcmsim_version;           /* 2 or 3; 0: 3 */

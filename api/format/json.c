@@ -2,7 +2,7 @@
 /*
  * The contract's result document, tables of columns; and the map document, whose tables are `cells`
  * and on a mesh `plies`. What is true or false by the contract (`extrapolated`) is written so, and
- * the reasons of the front by their names. A study has the one table
+ * the reasons of the front and the cuts by their names. A study has the one table
  * `variants`.
  */
 #include "encoder.h"
@@ -107,23 +107,19 @@ static void next_json(struct encoder *encoder) {
     if (!encoder_fill(encoder, column, encoder->row, count, encoder->values))
         return;
     const struct column_spec *spec = column_spec_find(column->table, column->name);
-    enum column_kind kind = spec ? spec->kind : COLUMN_SCALAR;
-    int names = kind == COLUMN_REASON ? DRAPE_REASON_COUNT : FAILURE_COUNT;
-    bool words = kind == COLUMN_REASON || kind == COLUMN_FAILURE || kind == COLUMN_TRUTH;
-    if (!words)
+    bool truths = spec && spec->kind == COLUMN_TRUTH, words = encoder_has_words(column);
+    if (!truths && !words)
         write_json_numbers(encoder, column, count);
-    /* True and false, or names in place of the numbers that stand for them. */
-    for (size_t i = 0; words && i < count; i++) {
+    for (size_t i = 0; (truths || words) && i < count; i++) {
         double value = encoder->values[i];
+        const char *word = words ? encoder_word(encoder, column, value) : NULL;
         api_text_raw(&encoder->piece, encoder->row + i > 0 ? "," : "");
-        if (kind == COLUMN_TRUTH)
+        if (truths)
             api_text_raw(&encoder->piece, value > 0 ? "true" : "false");
-        else if (!(value >= 0 && value < names))
-            encoder->failed = true;
+        else if (word)
+            api_text_string(&encoder->piece, word);
         else
-            api_text_string(&encoder->piece, kind == COLUMN_REASON
-                                                 ? drape_reason_name((enum drape_reason)(int)value)
-                                                 : failure_names[(int)value]);
+            encoder->failed = true;
     }
     if (encoder_advance(encoder, column->rows, count))
         api_text_raw(&encoder->piece, "]");

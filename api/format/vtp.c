@@ -50,7 +50,7 @@ static bool begin_vtp(struct encoder *encoder, struct api_problem *problem) {
         const struct api_column_source *column = &encoder->selected[i];
         bool coordinate = column->table == API_TABLE_NODES && strlen(column->name) == 1 &&
                           strchr("xyz", column->name[0]);
-        if (column->table == API_TABLE_FRONT || column->table == API_TABLE_RIM || coordinate)
+        if ((column->table != API_TABLE_NODES && column->table != API_TABLE_CELLS) || coordinate)
             continue;
         state->data[count++] = *column;
         end[column->table] = count;

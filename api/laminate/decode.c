@@ -66,27 +66,17 @@ static void decode_laminate_ply(const struct json_value *json, const struct api_
     static const char *const keys[] = {"name",         "repeat",    "compaction", "boundary",
                                        "fabric",       "start",     "direction",  "generators",
                                        "method",       "yarn_path", "extent",     "permeability",
-                                       "areal_weight", NULL};
+                                       "areal_weight", "cuts",      NULL};
     struct json_value name = value_member(json, "name"), repeat = value_member(json, "repeat");
     struct json_value law = value_member(json, "compaction");
     struct json_value boundary = value_member(json, "boundary");
     struct json_value weight = value_member(json, "areal_weight");
     char *own = json_tree_alloc(json->tree, LAMINATE_NAME_MAX + 1, 1);
-    const char *given;
     *ply = (struct laminate_ply){.drape = *common, .repeat = 1, .name = own};
     if (own)
         (void)snprintf(own, LAMINATE_NAME_MAX + 1, "ply_%zu", number + 1);
-    if (own && value_given(&name) && value_string(&name, &given)) {
-        /* Names go into the cards of solvers: printable ASCII. */
-        size_t length = strlen(given);
-        bool good = length >= 1 && length <= LAMINATE_NAME_MAX;
-        for (size_t k = 0; k < length; k++)
-            good = good && given[k] >= ' ' && given[k] <= '~';
-        if (good)
-            memcpy(own, given, length + 1);
-        else
-            value_fault(&name, "must have 1 to %d printable ASCII characters", LAMINATE_NAME_MAX);
-    }
+    if (own && value_given(&name))
+        decode_name(&name, LAMINATE_NAME_MAX, own);
     if (!value_object(json, keys))
         return;
     decode_ply(json, &ply->drape);

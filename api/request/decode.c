@@ -7,6 +7,7 @@
 #include "prepared_form.h"
 #include "prepared_shell.h"
 #include "solver/shell/shell.h"
+#include <stdio.h>
 #include <string.h>
 
 static const struct value_range angles = {-1e6, 1e6, false}; /* of the warp, deg */
@@ -126,46 +127,67 @@ static void decode_generator(const struct json_value *json, struct drape_generat
 
 static const char *const yarn_keys[] = {"warp", "weft", NULL};
 
-/* The cuts, and their names beside them. */
+bool decode_name(const struct json_value *json, size_t most, char *name) {
+    const char *given;
+    if (!value_string(json, &given))
+        return false;
+    size_t length = strlen(given);
+    bool good = length >= 1 && length <= most;
+    for (size_t k = 0; k < length; k++)
+        good = good && given[k] >= ' ' && given[k] <= '~';
+    if (!good)
+        return value_fault(json, "must have 1 to %zu printable ASCII characters", most);
+    memcpy(name, given, length + 1);
+    return true;
+}
+
+static void decode_cut_path(const struct json_value *json, struct drape_cut_line *cut) {
+    double *rows;
+    if (!value_rows(json, decode_coordinates, 3, 2, &rows, &cut->count))
+        return;
+    if (cut->count > API_CUT_POINTS_MAX)
+        value_fault(json, "must have at most %d points", API_CUT_POINTS_MAX);
+    cut->path = (const struct vec3 *)rows;
+    for (size_t k = 1; k < cut->count; k++)
+        if (vec3_distance(cut->path[k], cut->path[k - 1]) == 0) {
+            struct json_value point = value_element(json, k);
+            value_fault(&point, "is the same point as the one before: leave it out");
+            return;
+        }
+}
+
+/* The cuts, their names and allowances beside them. */
 static void decode_cuts(const struct json_value *json, struct api_request *request) {
-    static const char *const keys[] = {"path", "name", NULL};
+    static const char *const keys[] = {"path", "name", "allowance", NULL};
+    static const struct value_range allowances = {0, 1e12, false};
     struct drape_settings *settings = &request->settings;
     size_t count = value_array(json, 0) ? value_length(json) : 0;
     struct drape_cut_line *cuts = json_tree_alloc(json->tree, count + 1, sizeof *cuts);
-    const char **names = json_tree_alloc(json->tree, count + 1, sizeof *names);
+    char(*names)[API_CUT_NAME_MAX + 1] = json_tree_alloc(json->tree, count + 1, sizeof *names);
+    double *own = json_tree_alloc(json->tree, count + 1, sizeof *own);
     if (count > API_CUTS_MAX) {
         value_fault(json, "must have at most %d cuts", API_CUTS_MAX);
         return;
     }
-    for (size_t k = 0; k < count && cuts && names; k++) {
+    if (!cuts || !names || !own)
+        return;
+    for (size_t k = 0; k < count; k++) {
         struct json_value cut = value_element(json, k);
         struct json_value path = value_member(&cut, "path"), name = value_member(&cut, "name");
-        double *rows;
-        const char *text;
-        if (!value_object(&cut, keys) ||
-            !value_rows(&path, decode_coordinates, 3, 2, &rows, &cuts[k].count))
+        struct json_value allowance = value_member(&cut, "allowance");
+        (void)snprintf(names[k], sizeof names[k], "cut_%zu", k + 1);
+        if (!value_object(&cut, keys))
             continue;
-        if (cuts[k].count > API_CUT_POINTS_MAX)
-            value_fault(&path, "must have at most %d points", API_CUT_POINTS_MAX);
-        cuts[k].path = (const struct vec3 *)rows;
-        for (size_t p = 1; p < cuts[k].count; p++)
-            if (vec3_distance(cuts[k].path[p], cuts[k].path[p - 1]) == 0) {
-                struct json_value point = value_element(&path, p);
-                value_fault(&point, "is the same point as the one before: leave it out");
-                break;
-            }
-        names[k] = "";
-        if (!value_given(&name) || !value_string(&name, &text))
-            continue;
-        size_t size = strlen(text) + 1;
-        char *copy = json_tree_alloc(json->tree, size, 1);
-        if (!copy)
-            return;
-        names[k] = memcpy(copy, text, size);
+        decode_cut_path(&path, &cuts[k]);
+        if (value_given(&name))
+            decode_name(&name, API_CUT_NAME_MAX, names[k]);
+        if (value_given(&allowance))
+            value_number(&allowance, allowances, &own[k]);
     }
     settings->cuts = cuts;
     settings->cut_count = count;
-    request->cut_names = names;
+    request->cut_names = (const char(*)[API_CUT_NAME_MAX + 1]) names;
+    request->cut_allowances = own;
 }
 
 static void decode_method(const struct json_value *root, struct api_request *request) {

@@ -35,6 +35,10 @@ void decode_common(const struct json_value *json, const struct api_input *input,
                    const struct api_limits *limits, struct api_request *request);
 void decode_ply(const struct json_value *json, struct api_request *request);
 
+/* A name of 1 to `most` printable ASCII characters, as the cards of solvers need them, copied to
+ * `name` with its end; `name` stays as it is after a fault. */
+bool decode_name(const struct json_value *json, size_t most, char *name);
+
 /* In any of the forms of the contract; one named by its id alone becomes API_SURFACE_NAMED. */
 bool decode_surface(const struct json_value *json, struct api_surface *surface);
 

@@ -256,8 +256,9 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
             const struct drape_cut_line *cut = &settings->cuts[k];
             api_text_raw(text, k ? ",{" : "[{");
             api_text_key_rows(text, "path", &cut->path[0].x, 3, cut->count);
-            if (request->cut_names[k][0])
-                api_text_key_string(text, "name", request->cut_names[k]);
+            api_text_key_string(text, "name", request->cut_names[k]);
+            if (request->cut_allowances[k] > 0)
+                api_text_key_number(text, "allowance", request->cut_allowances[k]);
             api_text_raw(text, "}");
         }
         api_text_raw(text, "]");

@@ -131,8 +131,8 @@ struct api_permeability {
     const double *angle_deg;                      /* of k1 from the acute bisector; NULL: all 0 */
 };
 
-/* Cuts of a drape at the most, and points of the path of one. */
-enum { API_CUTS_MAX = 64, API_CUT_POINTS_MAX = 1000 };
+/* Cuts of a drape at the most, points of the path of one, and characters of its name. */
+enum { API_CUTS_MAX = 64, API_CUT_POINTS_MAX = 1000, API_CUT_NAME_MAX = 40 };
 
 struct api_request {
     struct vec3 rosette_origin; /* where the rosette of settings.zero is drawn */
@@ -146,7 +146,8 @@ struct api_request {
     bool start_on_face; /* the start's u and v are those of face settings.start_face */
     struct api_cavity cavity;
     struct api_permeability permeability;
-    const char *const *cut_names; /* of the settings' cuts; "" without one */
+    const char (*cut_names)[API_CUT_NAME_MAX + 1]; /* of the settings' cuts; NULL without them */
+    const double *cut_allowances; /* of cloth beyond both lips in patterns, for each of them */
 };
 
 /* The names that the document uses, in the order of the enumerations. */

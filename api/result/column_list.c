@@ -3,11 +3,12 @@
 
 #include <string.h>
 
-const char *const column_tables[API_TABLE_COUNT] = {"nodes", "cells", "front",    "rim",
+const char *const column_tables[API_TABLE_COUNT] = {"nodes", "cells", "front",    "rim",  "cuts",
                                                     "cut",   "plies", "variants", "bands"};
 
-const char *const column_kind_names[COLUMN_KINDS] = {
-    "scalar", "vector", "tensor", "integer", "flag", "truth", "reason", "positive", "failure"};
+const char *const column_kind_names[COLUMN_KINDS] = {"scalar",  "vector", "tensor", "integer",
+                                                     "flag",    "truth",  "reason", "positive",
+                                                     "failure", "name"};
 
 const char *const column_need_names[COLUMN_NEEDS] = {
     [COLUMN_ALWAYS] = "",
@@ -18,6 +19,7 @@ const char *const column_need_names[COLUMN_NEEDS] = {
     [COLUMN_LOCKING] = "`fabric.locking_angle_deg`",
     [COLUMN_PERMEABILITY] = "`permeability`",
     [COLUMN_TABLE] = "`permeability` by `table`",
+    [COLUMN_CUTS] = "`cuts`",
     [COLUMN_JUDGED] = "an objective or a limit",
     [COLUMN_MAP] = "a map",
     [COLUMN_MAP_PERMEABILITY] = "a map, `permeability`",
@@ -36,6 +38,7 @@ const char *const column_need_names[COLUMN_NEEDS] = {
 #define PARTS_REASON PARTS_SCALAR
 #define PARTS_POSITIVE PARTS_SCALAR
 #define PARTS_FAILURE PARTS_SCALAR
+#define PARTS_NAME PARTS_SCALAR
 
 #define SPEC(TABLE, field, stem, KIND, units, NEED, text)                                          \
     {.table = API_TABLE_##TABLE,                                                                   \
@@ -68,5 +71,5 @@ size_t column_part_names(const enum column_id *ids, size_t count, const char **n
 
 bool column_kind_is_integer(enum column_kind kind) {
     return kind == COLUMN_INTEGER || kind == COLUMN_FLAG || kind == COLUMN_TRUTH ||
-           kind == COLUMN_REASON || kind == COLUMN_FAILURE;
+           kind == COLUMN_REASON || kind == COLUMN_FAILURE || kind == COLUMN_NAME;
 }

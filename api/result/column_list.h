@@ -70,6 +70,13 @@
     X(RIM, p, p, SCALAR, "", ALWAYS, "place along the warp: i as a real number")                   \
     X(RIM, q, q, SCALAR, "", ALWAYS, "place along the weft: j as a real number")                   \
     X(RIM, covered, covered, FLAG, "", ALWAYS, "0 where no cloth reaches the edge")                \
+    X(RIM, cut, cut, INTEGER, "", CUTS, "cut whose lip goes on from the point: 1, 2, .. to its tip, -1, -2, .. back; 0 of none") \
+    X(CUTS, name, name, NAME, "", CUTS, "of the request, else cut_1, cut_2, ..")                   \
+    X(CUTS, length, length, SCALAR, "length", CUTS, "on the part")                                 \
+    X(CUTS, tip_angle_deg, tip_angle_deg, SCALAR, "deg", CUTS, "between the lips at the tip, in the flat cloth: above 0 a dart, 0 a slit, below 0 the cloth would lie on itself") \
+    X(CUTS, mouth_width, mouth_width, SCALAR, "length", CUTS, "between the lips' ends at the edge, in the flat cloth; below 0 where they pass each other") \
+    X(CUTS, area, area, SCALAR, "length²", CUTS, "between the lips, in the flat cloth: cut out; below 0 lacking") \
+    X(CUTS, allowance, allowance, SCALAR, "length", CUTS, "of the request, along both lips in patterns") \
     X(PLIES, element, element, INTEGER, "", MAP, "number of the element, as `id` of the cells")    \
     X(PLIES, ply, ply, INTEGER, "", MAP, "number of the ply from 1, the first on the tool")        \
     X(PLIES, angle_deg, angle_deg, SCALAR, "deg", MAP,                                             \
@@ -111,6 +118,7 @@ enum api_table {
     API_TABLE_CELLS,
     API_TABLE_FRONT,
     API_TABLE_RIM,
+    API_TABLE_CUTS,     /* of drapes with cuts alone */
     API_TABLE_CUT,      /* of stored results, for maps: the cells that the rim cuts */
     API_TABLE_PLIES,    /* of maps onto meshes alone */
     API_TABLE_VARIANTS, /* of studies alone */
@@ -118,7 +126,7 @@ enum api_table {
     API_TABLE_COUNT
 };
 
-/* "nodes", "cells", "front", "rim", "cut", "plies", "variants", "bands". */
+/* "nodes", "cells", "front", "rim", "cuts", "cut", "plies", "variants", "bands". */
 extern const char *const column_tables[API_TABLE_COUNT];
 static inline const char *api_table_name(enum api_table table) {
     return column_tables[table];
@@ -134,6 +142,7 @@ enum column_kind {
     COLUMN_REASON,   /* enum drape_reason; its name in JSON */
     COLUMN_POSITIVE, /* a number from 0 on, or -1 for none: null in JSON */
     COLUMN_FAILURE,  /* enum failure; its name in JSON */
+    COLUMN_NAME,     /* number of the cut from 0; its name in JSON and CSV */
     COLUMN_KINDS
 };
 
@@ -147,6 +156,7 @@ enum column_need {
     COLUMN_LOCKING,
     COLUMN_PERMEABILITY,
     COLUMN_TABLE,
+    COLUMN_CUTS,
     COLUMN_JUDGED, /* an objective of the study, or a limit */
     COLUMN_MAP,    /* a map has it, a result has not */
     COLUMN_MAP_PERMEABILITY,

@@ -27,7 +27,7 @@
 #include <stdint.h>
 
 enum {
-    API_HEADER_MAX = 16384
+    API_HEADER_MAX = 24576
 }; /* bytes before the first column: a reader of these can be opened */
 
 /* A column that gives its values, whatever they come from: `fill` gives the rows first ..

@@ -85,12 +85,22 @@ static const struct drape_cells *cells_of(const struct api_fields *fields, bool 
 /* Where the values of a column that is not derived lie: int32_t of an integer, uint8_t of a reason
  * and of flags that the solver sets, double of others. For each part the offset of the pointer to
  * them in the struct of the table, or in that of the permeability. */
-enum owner { OWNER_NONE, OWNER_NODES, OWNER_CELLS, OWNER_PERMEABILITY, OWNER_FRONT, OWNER_RIM };
+enum owner {
+    OWNER_NONE,
+    OWNER_NODES,
+    OWNER_CELLS,
+    OWNER_PERMEABILITY,
+    OWNER_FRONT,
+    OWNER_RIM,
+    OWNER_CUTS,
+    OWNER_REQUEST
+};
 
 #define AT(TABLE, type, field) [COLUMN_##TABLE##_##field] = {OWNER_##TABLE, {offsetof(type, field)}}
 #define NODES(field) AT(NODES, struct drape_nodes, field)
 #define FRONT(field) AT(FRONT, struct drape_front, field)
 #define RIM(field) AT(RIM, struct drape_rim, field)
+#define CUTS(field) AT(CUTS, struct drape_cuts, field)
 #define CELLS(field) AT(CELLS, struct drape_cells, field)
 #define K(field)                                                                                   \
     [COLUMN_CELLS_##                                                                               \
@@ -137,6 +147,12 @@ static const struct {
     RIM(p),
     RIM(q),
     RIM(covered),
+    RIM(cut),
+    CUTS(length),
+    CUTS(tip_angle_deg),
+    CUTS(mouth_width),
+    CUTS(area),
+    [COLUMN_CUTS_allowance] = {OWNER_REQUEST, {offsetof(struct api_request, cut_allowances)}},
 };
 
 /* ---- columns ---- */
@@ -149,6 +165,13 @@ bool api_fields_copy(const void *context, size_t first, size_t count, double *va
 static bool fill_index(const void *context, size_t first, size_t count, double *values) {
     for (size_t i = 0; i < count; i++)
         values[i] = ((const int32_t *)context)[first + i];
+    return true;
+}
+
+static bool fill_number(const void *context, size_t first, size_t count, double *values) {
+    (void)context;
+    for (size_t i = 0; i < count; i++)
+        values[i] = (double)(first + i);
     return true;
 }
 
@@ -177,12 +200,15 @@ static void list_column(struct api_fields *fields, enum column_id id, bool cut) 
                   : table == API_TABLE_CELLS ? result->cells.count
                   : table == API_TABLE_FRONT ? result->front.count
                   : table == API_TABLE_CUT   ? result->cut.cells.count
+                  : table == API_TABLE_CUTS  ? result->cuts.count
                                              : result->rim.count;
     const void *const owners[] = {[OWNER_NODES] = &result->nodes,
                                   [OWNER_CELLS] = cells_of(fields, cut),
                                   [OWNER_PERMEABILITY] = &fields->permeability[cut],
                                   [OWNER_FRONT] = &result->front,
-                                  [OWNER_RIM] = &result->rim};
+                                  [OWNER_RIM] = &result->rim,
+                                  [OWNER_CUTS] = &result->cuts,
+                                  [OWNER_REQUEST] = fields->request};
     const char *owner = owners[stored[id].owner];
     for (int part = 0; part < spec->parts; part++) {
         struct api_column_source source = {.table = table,
@@ -194,6 +220,9 @@ static void list_column(struct api_fields *fields, enum column_id id, bool cut) 
             *own = (struct api_derived_column){fields, cells_of(fields, cut), id};
             source.fill = fill_derived;
             source.context = own;
+        } else if (id == COLUMN_CUTS_name) {
+            source.fill = fill_number;
+            source.context = rows ? fields : NULL;
         } else {
             if (owner)
                 memcpy(&source.context, owner + stored[id].offset[part], sizeof source.context);

@@ -50,6 +50,13 @@ void result_header_write(struct api_text *text, const struct api_columns *header
             api_text_key_numbers(text, "rosette_z", &start->rosette.z.x, 3);
         }
         api_text_raw(text, "}");
+        if (header->cut_count)
+            api_text_key(text, "cut_names");
+        for (size_t k = 0; k < header->cut_count; k++) {
+            api_text_raw(text, k ? "," : "[");
+            api_text_string(text, header->cut_names[k]);
+        }
+        api_text_raw(text, header->cut_count ? "]" : "");
     }
     api_text_key_string(text, "length_unit", header->unit ? header->unit->name : api_units[0].name);
     api_text_key(text, "columns");
@@ -78,6 +85,17 @@ static void read_pair(const struct json_value *object, const char *key, int *pai
             pair[k] = (int)values[k];
 }
 
+static void read_cut_names(const struct json_value *root, struct api_columns *columns) {
+    struct json_value names = value_member(root, "cut_names");
+    size_t count = value_given(&names) && value_array(&names, 1) ? value_length(&names) : 0;
+    if (count > API_CUTS_MAX)
+        value_fault(&names, "must have at most %d names", API_CUTS_MAX);
+    for (size_t k = 0; k < count && k < API_CUTS_MAX; k++) {
+        struct json_value name = value_element(&names, k);
+        columns->cut_count += decode_name(&name, API_CUT_NAME_MAX, columns->cut_names[k]);
+    }
+}
+
 static struct vec3 read_header_point(const struct json_value *object, const char *key) {
     struct json_value json = value_member(object, key);
     double v[3] = {0, 0, 0};
@@ -102,6 +120,7 @@ void result_header_read(const struct json_tree *tree, struct api_columns *column
     struct json_value start = value_member(&root, "start"), face = value_member(&start, "face");
     struct json_value spacing = value_member(&grid, "spacing"), uv = value_member(&start, "uv");
     summary_read(&summary, &columns->summary);
+    read_cut_names(&root, columns);
     read_pair(&grid, "warp", columns->grid.warp);
     read_pair(&grid, "weft", columns->grid.weft);
     value_vector(&spacing, any, 2, columns->grid.spacing);

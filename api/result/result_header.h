@@ -7,6 +7,7 @@
 #define API_RESULT_RESULT_HEADER_H
 
 #include "api/request/normalise.h"
+#include "api/request/request.h"
 #include "column_list.h"
 #include "study_summary.h"
 #include "summary.h"
@@ -60,6 +61,8 @@ struct api_columns {
     struct api_grid grid;
     struct api_start start;
     const struct api_unit *unit; /* of lengths; NULL when writing: the default */
+    size_t cut_count;            /* of a drape, */
+    char cut_names[API_CUTS_MAX][API_CUT_NAME_MAX + 1]; /* and how they are called */
     size_t count;
     struct api_column column[API_COLUMNS_MAX];
     uint64_t length; /* of the whole container */

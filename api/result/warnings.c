@@ -241,6 +241,31 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
         end.at.z);
 }
 
+/* Where the lips of a cut would pass each other in the flat cloth, one piece cannot close it.
+ * Narrow overlaps are the rounding of a rim of straight lines, and of the angle by chords. */
+static void check_cuts(const struct warnings_subject *s, struct api_summary *summary) {
+    static const double least_angle = 0.5, least_width = 0.01; /* degrees; spacings */
+    const struct drape_cuts *cuts = &s->result->cuts;
+    const double *d = s->request->settings.spacing;
+    double rounding = least_width * fmin(d[0], d[1]);
+    const char *unit = s->request->length_unit->name;
+    for (size_t k = 0; k < cuts->count; k++) {
+        double angle = cuts->tip_angle_deg[k], length = cuts->length[k];
+        double width = fmax(-cuts->mouth_width[k], 0);
+        bool narrow = width < rounding && cuts->area[k] > -rounding * length;
+        if (narrow && angle > -least_angle)
+            continue;
+        char pointer[32];
+        snprintf(pointer, sizeof pointer, "/cuts/%zu", k);
+        warnings_add(&summary->warnings, "cut_opens", pointer,
+                     "%s at (%.5g, %.5g, %.5g) opens: flat, its lips overlap by %.3g %s at the "
+                     "mouth, %.3g degrees at the tip and %.3g %s2 in all, which one piece cannot "
+                     "close. Move it or its tip, or drape in pieces",
+                     s->request->cut_names[k], cuts->mouth[k].x, cuts->mouth[k].y, cuts->mouth[k].z,
+                     width, unit, fmax(-angle, 0), fmax(-cuts->area[k], 0), unit);
+    }
+}
+
 /* A net goes on round a place where it collapses, and what it finds there hangs on the spacing. */
 static void check_collapsed(const struct warnings_subject *s, struct api_summary *summary) {
     struct verdict_end end;
@@ -271,6 +296,7 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
     check_components(subject, summary);
     check_uncovered(subject, summary);
     check_collapsed(subject, summary);
+    check_cuts(subject, summary);
     if (subject->result->summary.overlaps)
         warnings_add(
             warnings, "overlap", "/start",

@@ -35,6 +35,7 @@ struct rim {
     bool covered; /* all points are, and there are some */
     struct rim_cloth cloth;
     const struct rim_lips *lips; /* of each cut */
+    const int32_t *lip_of;       /* as `rim_edges` */
 };
 
 /* A straight piece of the rim within one cell, that on its left where it runs along a side. */

@@ -17,6 +17,9 @@ static const double contact = 2e-3, snap = 0.5;
 /* A cut begins at a vertex that is this near, in spacings. */
 static const double at_vertex = 1e-5;
 
+/* Sights of a cut: of its lips, and of the edges behind its mouth and its far end. */
+enum { SIGHTS = 4 };
+
 /* Where a lip meets the edges. */
 struct meeting {
     size_t loop, piece; /* of the loop's pieces */
@@ -180,6 +183,7 @@ static void push_round(struct rim_builder *b, const struct meeting *at, double s
         push(to, count, &place);
     for (size_t k = begin; k < *count && to[k].sight == old; k++)
         to[k].sight = sight;
+    b->edges->lip_of[sight] = b->edges->lip_of[old];
 }
 
 /* Adds a lip from vertex number `from` to the one before `end`, or back from there to `from`. */
@@ -216,8 +220,10 @@ static enum status add_cut(struct rim_builder *b, const struct cut *cut, size_t 
     if (!to)
         return STATUS_OUT_OF_MEMORY;
     int32_t sight = e->sights;
-    e->sights += 4;
+    e->sights += SIGHTS;
     e->lips[number] = (struct rim_lips){sight, sight + 1};
+    e->lip_of[sight] = (int32_t)number + 1;
+    e->lip_of[sight + 1] = -(int32_t)number - 1;
     push_round(b, &mouth[0], spacing, sight + 2, to, &count);
     push_lip(cut, 0, mouth[0].vertex, sight, to, &count);
     size_t end = count - 1;
@@ -248,8 +254,11 @@ static enum status add_cut(struct rim_builder *b, const struct cut *cut, size_t 
 enum status rim_builder_add_cuts(struct rim_builder *b, struct cut_fault *fault) {
     const struct cuts *cuts = b->march->cuts;
     enum status status = STATUS_OK;
-    b->edges->lips = arena_alloc(b->march->arena, cuts->count, sizeof *b->edges->lips);
-    if (!b->edges->lips)
+    struct rim_edges *e = b->edges;
+    size_t sights = (size_t)e->sights + SIGHTS * cuts->count;
+    e->lips = arena_alloc(b->march->arena, cuts->count, sizeof *e->lips);
+    e->lip_of = arena_alloc(b->march->arena, sights, sizeof *e->lip_of);
+    if (!e->lips || !e->lip_of)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < cuts->count && status == STATUS_OK; k++)
         status = add_cut(b, &cuts->cut[k], k, fault);

@@ -34,6 +34,8 @@ struct rim_edges {
     struct rim_loop *loops;
     size_t vertex_count, vertex_room, loop_count, loop_room;
     int32_t sights;        /* numbers of sights: 1 without cuts */
+    int32_t *lip_of;       /* for each sight the lip of its pieces, as `drape_rim.cut` numbers them;
+                              NULL without cuts */
     struct rim_lips *lips; /* of each of the march's cuts */
 };
 

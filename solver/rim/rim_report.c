@@ -490,7 +490,8 @@ static enum status list_rim(const struct march *march, const struct rim *rim,
     out->covered = arena_take(march->arena, rim->count, sizeof *out->covered);
     bool shell = march->surface && march->surface->shell;
     out->face = shell ? arena_take(march->arena, rim->count, sizeof *out->face) : NULL;
-    bool all = out->loop && out->covered && (out->face || !shell);
+    out->cut = rim->lip_of ? arena_take(march->arena, rim->count, sizeof *out->cut) : NULL;
+    bool all = out->loop && out->covered && (out->face || !shell) && (out->cut || !rim->lip_of);
     for (size_t c = 0; c < sizeof columns / sizeof *columns; c++)
         all = all && (*columns[c] = arena_take(march->arena, rim->count, sizeof(double)));
     for (size_t k = 0; all && k < rim->count; k++) {
@@ -514,6 +515,8 @@ static enum status list_rim(const struct march *march, const struct rim *rim,
         out->loop[k] = point->loop;
         if (shell)
             out->face[k] = point->face;
+        if (out->cut)
+            out->cut[k] = rim->lip_of[point->sight];
         out->covered[k] = point->covered;
     }
     return all ? STATUS_OK : STATUS_OUT_OF_MEMORY;

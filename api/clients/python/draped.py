@@ -7,7 +7,7 @@
     client = draped.Client("http://127.0.0.1:8080")
     drape = client.submit({"surface": ..., "fabric": {"spacing": 0.01}})
     client.wait(drape)                             # a progress bar, on a terminal
-    result = client.result(drape)                  # {"summary", "grid", "nodes", "cells", "front", "rim"}
+    result = client.result(drape)                  # {"summary", "grid", "nodes", "cells", "front", "rim", "cuts"}
     print(max(result["cells"]["shear_deg"]))       # NumPy arrays where NumPy is installed
     client.save(drape, "net.vtp")                  # the format by the name's ending
     fields = client.map(drape, "mould.bdf")        # the fields on your own mesh
@@ -57,6 +57,7 @@ SURFACE_FORMATS = {"step": "step", "stp": "step", "iges": "iges", "igs": "iges",
 RESULT_FORMATS = ("json", "csv", "vtp", "glb", "npz")
 PATTERN_FORMATS = ("svg", "dxf")
 REPORT_FORMATS = ("html",)
+RESULT_TABLES = ("nodes", "cells", "front", "rim", "cuts")
 RETRIES = 4  # after a connection that failed, or an answer that asks to come later
 
 
@@ -320,7 +321,7 @@ class Client:
     def sample(self, study: str, index: int) -> Json:
         """The result of the drape of one variant, as `result`; it is draped for this call."""
         document = self._json("GET", f"/v1/studies/{study}/result", sample=int(index))
-        return {**document, **{t: _table(document.get(t, {})) for t in ("nodes", "cells", "front", "rim")}}
+        return {**document, **{t: _table(document.get(t, {})) for t in RESULT_TABLES}}
 
     def map_sample(self, study: str, index: int, mesh: Mesh, **options: Any) -> Json:
         """The fields of the drape of one variant on a mesh, as `map` of a drape."""
@@ -366,23 +367,27 @@ class Client:
 
     def result(self, drape: str, fields: Optional[list[str]] = None) -> Json:
         """The result of a drape that has succeeded: `summary`, `grid`, and the tables `nodes`,
-        `cells`, `front` and `rim` as dicts of columns, NumPy arrays where NumPy is installed, else lists.
+        `cells`, `front`, `rim` and `cuts` (empty without cuts) as dicts of columns, NumPy arrays where
+        NumPy is installed, else lists.
         `fields` (["nodes.x", "cells.k1"]) asks for these columns alone."""
         path = f"/v1/drapes/{drape}/result"
         chosen = None if fields is None else ",".join(fields)
-        if numpy is None or (fields and any(name.startswith("front.") for name in fields)):
+        if numpy is None or (fields and any(name.startswith(("front.", "cuts.")) for name in fields)):
             document = self._json("GET", path, fields=chosen)
-            return {**document, **{t: _table(document.get(t, {})) for t in ("nodes", "cells", "front", "rim")}}
+            return {**document, **{t: _table(document.get(t, {})) for t in RESULT_TABLES}}
         # NumPy's own format is many times faster to read; it has no names, and no summary.
         small = "front.i,front.j,front.reason"
         document = self._json("GET", path, fields=small)
-        tables: dict[str, Json] = {"nodes": {}, "cells": {}, "front": {}, "rim": {}}
+        tables: dict[str, Json] = {table: {} for table in RESULT_TABLES}
         with self._open("GET", path, format="npz", fields=chosen) as answer:
             with numpy.load(io.BytesIO(answer.read())) as arrays:
                 for name in arrays.files:
                     table, _, column = name.partition(".")
                     tables[table][column] = arrays[name]
         tables["front"] = _table(document["front"]) if fields is None else {}
+        if tables["cuts"]:
+            named = self._json("GET", path, fields="cuts.name")
+            tables["cuts"]["name"] = _column(named["cuts"]["name"])
         return {**document, **tables}
 
     def save(self, drape: str, path: Union[str, os.PathLike], format: Optional[str] = None,
