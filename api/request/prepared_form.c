@@ -55,10 +55,8 @@ static void relocate_cloth(struct relocation *relocation, struct api_request *re
         relocate_once(relocation, &settings->cuts, settings->cut_count, sizeof *cut);
     for (size_t k = 0; cut && k < settings->cut_count; k++)
         relocate(relocation, &cut[k].path, cut[k].count, sizeof *cut[k].path);
-    const char **name =
-        relocate_once(relocation, &request->cut_names, settings->cut_count, sizeof *name);
-    for (size_t k = 0; name && k < settings->cut_count; k++)
-        relocate_text(relocation, &name[k]);
+    relocate(relocation, &request->cut_names, settings->cut_count, sizeof *request->cut_names);
+    relocate(relocation, &request->cut_allowances, settings->cut_count, sizeof(double));
     relocate(relocation, &table->table_fractions, table->fractions, sizeof(double));
     relocate(relocation, &table->shear_deg, table->rows, sizeof(double));
     relocate(relocation, &table->table_k1, cells, sizeof(double));
