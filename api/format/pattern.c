@@ -52,6 +52,13 @@ void pattern_flat_zero(const struct api_start *start, double flat[2]) {
     flat[1] = length > 0 ? b / length : 0;
 }
 
+static bool warns_of(const struct api_summary *summary, const char *code) {
+    bool found = false;
+    for (size_t k = 0; k < summary->warnings.count; k++)
+        found = found || strcmp(summary->warnings.list[k].code, code) == 0;
+    return found;
+}
+
 /* Places, sizes and words of the sheet, once the cut and the allowance are known. */
 static void make_sheet(const struct encoder *encoder, struct pattern_state *state) {
     const struct api_columns *columns = &encoder->columns;
@@ -73,6 +80,12 @@ static void make_sheet(const struct encoder *encoder, struct pattern_state *stat
     if (columns->summary.outcome == DRAPE_PARTIAL)
         titled = snprintf(sheet->title, sizeof sheet->title, "%.2g %% of the part is bare. ",
                           100 * (1 - columns->summary.cloth_coverage));
+    if (warns_of(&columns->summary, "overlap") || warns_of(&columns->summary, "cut_opens"))
+        titled += snprintf(sheet->title + titled, sizeof sheet->title - (size_t)titled,
+                           "The outline crosses itself. ");
+    if (state->slim_cuts > 0)
+        titled += snprintf(sheet->title + titled, sizeof sheet->title - (size_t)titled,
+                           "%d of the cuts too narrow for an allowance. ", state->slim_cuts);
     char *title = sheet->title + titled;
     size_t room = sizeof sheet->title - (size_t)titled;
     if (options->part[0] || options->ply[0])
@@ -138,16 +151,17 @@ static size_t draw_locked_cells(struct encoder *encoder, const struct pattern_pe
     return rows;
 }
 
-/* A letter long, inwards along the generator. */
+/* A letter long, inwards. */
 static size_t draw_notches(struct encoder *encoder, const struct pattern_pen *pen) {
     struct pattern_state *state = encoder->state;
     const struct pattern_sheet *sheet = &state->sheet;
     for (int k = 0; k < CELLS && state->at < state->cut.notch_count; k++) {
         const struct pattern_notch *notch = &state->cut.notches[state->at++];
         double x = notch->p * sheet->step[0], y = notch->q * sheet->step[1];
-        double in = -notch->way * sheet->letter;
-        pen->line(&encoder->piece, state->group, x, y, notch->family ? x : x + in,
-                  notch->family ? y + in : y);
+        /* at right angles to a lip, and so by the other spacing each */
+        double in[2] = {notch->in[0] * sheet->step[1], notch->in[1] * sheet->step[0]};
+        double size = sheet->letter / hypot(in[0], in[1]);
+        pen->line(&encoder->piece, state->group, x, y, x + size * in[0], y + size * in[1]);
     }
     return state->cut.notch_count;
 }
@@ -191,6 +205,52 @@ void pattern_next(struct encoder *encoder) {
     }
 }
 
+/* The allowances of the edge, then of the cuts, in the pen's unit. Where a cut is narrower than
+ * both of its lips' together these would meet, and one cloth cannot have them: it is noted as slim.
+ */
+static bool read_allowances(struct encoder *encoder, double scale,
+                            double allowance[API_CUTS_MAX + 1]) {
+    static const char *const names[] = {"allowance", "mouth_width"};
+    struct pattern_state *state = encoder->state;
+    double values[2][API_CUTS_MAX];
+    size_t count = encoder->columns.cut_count;
+    for (size_t k = 0; k < 2 && count > 0; k++) {
+        const struct api_column *column =
+            api_columns_find(&encoder->columns, API_TABLE_CUTS, names[k]);
+        if (!column || column->rows != count ||
+            !api_columns_read(encoder->reader, column, 0, count, values[k]))
+            return false;
+    }
+    allowance[0] = encoder->options.allowance * scale;
+    for (size_t k = 0; k < count; k++) {
+        bool slim = values[0][k] > 0 && values[1][k] < 2 * values[0][k];
+        allowance[k + 1] = slim ? 0 : values[0][k] * scale;
+        state->slim_cuts += slim;
+    }
+    return true;
+}
+
+/* The line outside the cut. */
+static bool make_allowed(struct encoder *encoder, double scale, struct api_problem *problem) {
+    struct pattern_state *state = encoder->state;
+    const struct polygons *cut = &state->cut.polygons;
+    double allowance[API_CUTS_MAX + 1] = {0}, low[2], high[2], widest = 0;
+    if (!read_allowances(encoder, scale, allowance))
+        return encoder_damaged(problem);
+    for (size_t k = 0; k <= encoder->columns.cut_count; k++)
+        widest = fmax(widest, allowance[k]);
+    if (!(widest > 0) || cut->count == 0)
+        return true;
+    polygons_bounds(cut, low, high);
+    double most = largest_allowance * fmax(high[0] - low[0], high[1] - low[1]) / scale;
+    if (encoder->options.allowance > most)
+        return !api_problem_set(problem, API_INVALID_REQUEST,
+                                "allowance must be between 0 and %.3g %s, a quarter of the pattern",
+                                most, encoder->columns.unit->name);
+    return polygons_widen(cut, allowance, &state->allowed) ||
+           !api_problem_no_memory(problem, "the allowance");
+}
+
 bool pattern_begin(struct encoder *encoder, struct api_problem *problem) {
     struct pattern_state *state = encoder->state;
     const struct pattern_pen *pen = encoder->format->own;
@@ -198,7 +258,6 @@ bool pattern_begin(struct encoder *encoder, struct api_problem *problem) {
     struct polygons *cut = &state->cut.polygons;
     const struct api_unit *unit = encoder->columns.unit;
     double scale = pen->metres > 0 ? unit->metres / pen->metres : 1;
-    double allowance = encoder->options.allowance;
     if (!pattern_may_be_cut(&encoder->columns, pen->to_cut, encoder->options.partial, problem))
         return false;
     if (flat_pattern_make(&state->cut, encoder->reader, &encoder->columns, tolerance, problem) !=
@@ -211,18 +270,7 @@ bool pattern_begin(struct encoder *encoder, struct api_problem *problem) {
         cut->points[k].y *= sheet->step[1];
     }
     sheet->unit = pen->unit ? pen->unit : unit->name;
-    if (problem->id == API_OK && allowance > 0 && cut->count > 0) { /* a line outside the cut */
-        double low[2], high[2];
-        polygons_bounds(cut, low, high);
-        double most = largest_allowance * fmax(high[0] - low[0], high[1] - low[1]) / scale;
-        if (allowance > most)
-            api_problem_set(problem, API_INVALID_REQUEST,
-                            "allowance must be between 0 and %.3g %s, a quarter of the pattern",
-                            most, unit->name);
-        else if (!polygons_widen(cut, allowance * scale, &state->allowed))
-            api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the allowance");
-    }
-    if (problem->id != API_OK)
+    if (!make_allowed(encoder, scale, problem))
         return false;
     make_sheet(encoder, state);
     return true;

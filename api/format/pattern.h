@@ -3,7 +3,8 @@
  * The flat cut pattern: the net before it was sheared, node (i, j) at (i a, j b) for the spacings a
  * and b. It shows where to cut, along the part's edge or, where the net ended before that, along
  * the cloth's own, which is marked as bare or collapsed; if asked for a second line an allowance
- * outside it; notches where the generators cross the edge, the start with the directions of warp
+ * outside it, along the lips of a cut its own; notches where the generators cross the edge and at
+ * quarters of cuts, where these meet when they are closed, the start with the directions of warp
  * and weft, the cells beyond the locking angle hatched, a ruler to check prints by, and a title.
  * Columns and precision do not apply.
  *
@@ -60,7 +61,8 @@ struct pattern_pen {
 
 struct pattern_state {
     struct flat_pattern cut; /* its polygons in the pen's unit */
-    struct polygons allowed; /* the same with the allowance; empty without one */
+    struct polygons allowed; /* the same with the allowances; empty without one */
+    int slim_cuts;           /* narrower than their own would need */
     struct pattern_sheet sheet;
     enum pattern_group group; /* that is being drawn; PATTERN_GROUPS: the foot is next */
     size_t at;                /* the next corner, cell or notch of it */

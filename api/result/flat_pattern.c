@@ -6,11 +6,70 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { LIP_NOTCHES = 3 };
+
+/* The rim as it is stored; `cut` is all 0 without cuts. */
+struct rim_columns {
+    double *loop, *p, *q, *covered, *cut, *r[3];
+    size_t count;
+};
+
+/* The point behind another in its loop. */
+static size_t rim_next(const struct rim_columns *rim, size_t k) {
+    size_t first = k;
+    if (k + 1 < rim->count && rim->loop[k + 1] == rim->loop[k])
+        return k + 1;
+    while (first > 0 && rim->loop[first - 1] == rim->loop[k])
+        first--;
+    return first;
+}
+
+/* The point before another in its loop. */
+static size_t rim_before(const struct rim_columns *rim, size_t k) {
+    if (k > 0 && rim->loop[k - 1] == rim->loop[k])
+        return k - 1;
+    while (k + 1 < rim->count && rim->loop[k + 1] == rim->loop[k])
+        k++;
+    return k;
+}
+
+/* How far the next one is on the part. */
+static double rim_step(const struct rim_columns *rim, size_t k) {
+    double sum = 0;
+    size_t next = rim_next(rim, k);
+    for (int c = 0; c < 3; c++)
+        sum += (rim->r[c][next] - rim->r[c][k]) * (rim->r[c][next] - rim->r[c][k]);
+    return sqrt(sum);
+}
+
+/* Reads the rim into one block, which the caller frees as `loop`. */
+static enum api_problem_id read_rim(struct rim_columns *rim, const struct api_reader *reader,
+                                    const struct api_columns *columns,
+                                    struct api_problem *problem) {
+    static const char *const names[] = {"loop", "p", "q", "covered", "cut", "x", "y", "z"};
+    enum { COLUMNS = sizeof names / sizeof *names };
+    double **const into[COLUMNS] = {&rim->loop, &rim->p,    &rim->q,    &rim->covered,
+                                    &rim->cut,  &rim->r[0], &rim->r[1], &rim->r[2]};
+    rim->count = api_columns_rows(columns, API_TABLE_RIM);
+    double *block = calloc(COLUMNS * rim->count + 1, sizeof *block);
+    if (!block)
+        return api_problem_no_memory(problem, "the pattern");
+    for (size_t k = 0; k < COLUMNS; k++) {
+        const struct api_column *column = api_columns_find(columns, API_TABLE_RIM, names[k]);
+        *into[k] = block + k * rim->count;
+        bool wanted = rim->count > 0 && (column || into[k] != &rim->cut);
+        if (wanted && (!column || !api_columns_read(reader, column, 0, rim->count, *into[k])))
+            api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+    }
+    return problem->id;
+}
+
 /* The loops of the rim. */
-static bool add_rim(struct polygons *polygons, const struct outline_rim *rim) {
+static bool add_rim(struct polygons *polygons, const struct rim_columns *rim) {
     for (size_t k = 0; k < rim->count; k++) {
         if (!polygons_add(polygons, rim->p[k], rim->q[k]))
             return false;
+        polygons->points[polygons->count - 1].part = (int)fabs(rim->cut[k]);
         if (k + 1 == rim->count || rim->loop[k + 1] != rim->loop[k])
             polygons_close(polygons);
     }
@@ -100,45 +159,29 @@ static enum api_problem_id add_fronts(struct flat_pattern *pattern, const struct
 
 /* The polygons: the rim where the cloth reaches all of it, else the outline of the cloth. */
 static enum api_problem_id make_polygons(struct flat_pattern *pattern,
+                                         const struct rim_columns *rim, bool covered,
                                          const struct api_reader *reader,
                                          const struct api_columns *columns, double tolerance,
                                          struct api_problem *problem) {
-    enum { LOOP, P, Q, COVERED, COLUMNS };
-    static const char *const names[COLUMNS] = {"loop", "p", "q", "covered"};
-    size_t count = api_columns_rows(columns, API_TABLE_RIM);
-    double *values = malloc((COLUMNS * count + 1) * sizeof *values);
-    bool read = values != NULL, covered = count > 0;
     struct polygons *polygons = &pattern->polygons;
     struct outline outline = {0};
-    if (!values)
-        return api_problem_no_memory(problem, "the pattern");
-    for (int k = 0; count > 0 && read && k < COLUMNS; k++) {
-        const struct api_column *column = api_columns_find(columns, API_TABLE_RIM, names[k]);
-        read = column && api_columns_read(reader, column, 0, count, values + (size_t)k * count);
-    }
-    const struct outline_rim rim = {values, values + P * count, values + Q * count,
-                                    values + COVERED * count, count};
-    for (size_t k = 0; read && k < count; k++)
-        covered = covered && rim.covered[k] != 0;
-    if (!read)
-        api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
-    else if (covered && !add_rim(polygons, &rim))
+    const struct outline_rim known = {rim->loop, rim->p, rim->q, rim->covered, rim->count};
+    if (covered && !add_rim(polygons, rim))
         api_problem_no_memory(problem, "the pattern");
-    else if (!covered && outline_make(reader, columns, &rim, &outline, problem) == API_OK)
+    else if (!covered && outline_make(reader, columns, &known, &outline, problem) == API_OK)
         (void)!add_fronts(pattern, &outline, reader, columns, problem);
     if (!covered) {
         *polygons = outline.polygons;
         outline.polygons = (struct polygons){0};
     }
     outline_free(&outline);
-    if (count > 0 && problem->id == API_OK)
+    if (rim->count > 0 && problem->id == API_OK)
         polygons_simplify(polygons, tolerance);
-    free(values);
     return problem->id;
 }
 
 /* Where the polygons cross the lines x = 0 and y = 0: outwards is the way to their right. */
-static void add_notches(struct flat_pattern *pattern) {
+static void add_generator_notches(struct flat_pattern *pattern) {
     for (size_t k = 0, first = 0; k < pattern->polygons.count; k++) {
         const struct polygons_point *at = pattern->polygons.points;
         const struct polygons_point *a = &at[k], *b = &at[a->last ? first : k + 1];
@@ -148,25 +191,86 @@ static void add_notches(struct flat_pattern *pattern) {
             double from = across[family][0], to = across[family][1];
             if ((from < 0) == (to < 0))
                 continue;
-            double share = from / (from - to);
-            int way = (family == 0) == (to > from) ? 1 : -1;
+            double share = from / (from - to), in = (family == 0) == (to > from) ? -1 : 1;
             pattern->notches[pattern->notch_count++] =
-                (struct pattern_notch){family ? 0 : a->x + share * (b->x - a->x),
-                                       family ? a->y + share * (b->y - a->y) : 0, family, way};
+                (struct pattern_notch){.p = family ? 0 : a->x + share * (b->x - a->x),
+                                       .q = family ? a->y + share * (b->y - a->y) : 0,
+                                       .in = {family ? 0 : in, family ? in : 0}};
         }
+    }
+}
+
+/* The point of the rim at which the right lip of a cut begins: its tip, behind the left lip. */
+static size_t find_tip(const struct rim_columns *rim, int number) {
+    size_t found = rim->count;
+    for (size_t k = 0; k < rim->count; k++)
+        if (rim->cut[rim_next(rim, k)] == -number && rim->cut[k] != -number &&
+            (found == rim->count || rim->cut[k] == number))
+            found = rim_next(rim, k);
+    return found;
+}
+
+/* Marks a lip where so much of its length on the part lies between the tip and there. Other cuts
+ * may begin on the lip. */
+static void add_lip_notch(struct flat_pattern *pattern, const struct rim_columns *rim, size_t tip,
+                          bool right, double length) {
+    double lip = right ? rim->cut[tip] : -rim->cut[tip], done = 0;
+    size_t k = right ? tip : rim_before(rim, tip);
+    for (size_t n = 0; n < rim->count; n++, k = right ? rim_next(rim, k) : rim_before(rim, k)) {
+        size_t next = rim_next(rim, k);
+        double step = rim->cut[k] == lip ? rim_step(rim, k) : 0;
+        double dp = rim->p[next] - rim->p[k], dq = rim->q[next] - rim->q[k], flat = hypot(dp, dq);
+        if (done + step < length || step == 0 || flat == 0) {
+            done += step;
+            continue;
+        }
+        double share = (length - done) / step;
+        share = right ? share : 1 - share;
+        pattern->notches[pattern->notch_count++] =
+            (struct pattern_notch){.p = rim->p[k] + share * dp,
+                                   .q = rim->q[k] + share * dq,
+                                   .in = {-dq / flat, dp / flat}};
+        return;
+    }
+}
+
+/* Marks both lips of each cut at quarters of its length: they are one line of the part, so that the
+ * marks meet when it is closed. */
+static void add_lip_notches(struct flat_pattern *pattern, const struct rim_columns *rim,
+                            size_t cuts) {
+    for (int number = 1; number <= (int)cuts; number++) {
+        double length = 0;
+        size_t tip = find_tip(rim, number);
+        for (size_t k = 0; k < rim->count; k++)
+            length += rim->cut[k] == number ? rim_step(rim, k) : 0;
+        for (int k = 1; k <= LIP_NOTCHES && tip < rim->count; k++)
+            for (int side = 0; side < 2; side++)
+                add_lip_notch(pattern, rim, tip, side, length * k / (LIP_NOTCHES + 1));
     }
 }
 
 enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct api_reader *reader,
                                       const struct api_columns *columns, double tolerance,
                                       struct api_problem *problem) {
-    if (make_polygons(pattern, reader, columns, tolerance, problem) != API_OK)
-        return problem->id;
-    pattern->notches = calloc(2 * pattern->polygons.count + 1, sizeof *pattern->notches);
-    if (!pattern->notches)
-        return api_problem_no_memory(problem, "the pattern");
-    add_notches(pattern);
-    return API_OK;
+    struct rim_columns rim = {0};
+    bool covered = true;
+    if (read_rim(&rim, reader, columns, problem) == API_OK) {
+        for (size_t k = 0; k < rim.count; k++)
+            covered = covered && rim.covered[k] != 0;
+        covered = covered && rim.count > 0;
+        make_polygons(pattern, &rim, covered, reader, columns, tolerance, problem);
+    }
+    size_t most = 2 * (pattern->polygons.count + LIP_NOTCHES * columns->cut_count);
+    pattern->notches = calloc(most + 1, sizeof *pattern->notches);
+    if (problem->id == API_OK && !pattern->notches)
+        api_problem_no_memory(problem, "the pattern");
+    if (problem->id == API_OK) {
+        add_generator_notches(pattern);
+        if (covered)
+            add_lip_notches(pattern, &rim, columns->cut_count);
+    }
+    free(rim.loop);
+    return problem->id;
 }
 
 void flat_pattern_free(struct flat_pattern *pattern) {

@@ -9,11 +9,11 @@
 #include "columns.h"
 #include "polygons.h"
 
-/* Where a generator crosses the edge of the cut: a place, and the way along the yarn out of the
- * cloth, +1 or -1 along warp (family 0) or weft (1). */
+/* A mark on the edge, where a generator crosses it or where the lips of a cut meet when sewn: a
+ * place, and the direction into the cloth, of length 1 on a net of equal spacings: along the yarn,
+ * or at right angles to the lip. */
 struct pattern_notch {
-    double p, q;
-    int family, way;
+    double p, q, in[2];
 };
 
 /* Some of the edge where the net ended though the part goes on. */
@@ -24,7 +24,7 @@ struct pattern_front {
 };
 
 struct flat_pattern {
-    struct polygons polygons;
+    struct polygons polygons;     /* a point's `part` is 0, along both lips of cut k it is k + 1 */
     struct pattern_front *fronts; /* malloc'ed; none where the cloth meets itself */
     size_t front_count;
     struct pattern_notch *notches; /* malloc'ed */

@@ -21,7 +21,7 @@ bool polygons_add(struct polygons *polygons, double x, double y) {
     if (!points)
         return false;
     polygons->points = points;
-    points[polygons->count++] = (struct polygons_point){x, y, false};
+    points[polygons->count++] = (struct polygons_point){.x = x, .y = y};
     return true;
 }
 
@@ -96,10 +96,10 @@ void polygons_simplify(struct polygons *polygons, double tolerance) {
             end++;
         for (size_t at = first; at < end;) {
             size_t next = at + 1;
-            while (next + 1 < end && next - at < LONGEST_RUN &&
+            while (next + 1 < end && next - at < LONGEST_RUN && p[next].part == p[at].part &&
                    is_straight_run(p, at, next + 1, tolerance))
                 next++;
-            p[kept++] = (struct polygons_point){p[at].x, p[at].y, false};
+            p[kept++] = (struct polygons_point){p[at].x, p[at].y, p[at].part, false};
             at = next;
         }
         if (kept - begin < 3)
@@ -194,6 +194,14 @@ static size_t *segment_ends(const struct polygons *polygons) {
  * radius; and what is nearer than the distance by more is none of the parallel. */
 static const double arc_step = 0.0625, near_share = 1e-3;
 
+/* Adds a point from which on the boundary is of a part. */
+static bool add_of_part(struct polygons *to, double x, double y, int part) {
+    bool good = polygons_add(to, x, y);
+    if (good)
+        to->points[to->count - 1].part = part;
+    return good;
+}
+
 /* The corner at (at->x, at->y) of the moved segments, which are off it to a and b, unit vectors,
  * before and after it. Where it turns left, an arc. Where it turns right, the point where the
  * segments meet, or, when the `shorter` half of them is too short for that, the ends of both. */
@@ -202,19 +210,20 @@ static bool widen_corner(struct polygons *to, const struct polygons_point *at, d
     double cosine = a[0] * b[0] + a[1] * b[1], sine = a[0] * b[1] - a[1] * b[0];
     double miter = distance / (1 + cosine);
     bool left = sine > 0;
+    int part = at->part;
     if (!left && 1 + cosine > 1e-9 && miter * fabs(sine) < shorter)
-        return polygons_add(to, at->x + miter * (a[0] + b[0]), at->y + miter * (a[1] + b[1]));
+        return add_of_part(to, at->x + miter * (a[0] + b[0]), at->y + miter * (a[1] + b[1]), part);
     double angle = left ? atan2(sine, cosine) : 0;
     int steps = left ? (int)ceil(fabs(angle) / arc_step) : 0;
-    bool good = polygons_add(to, at->x + distance * a[0], at->y + distance * a[1]);
+    bool good = add_of_part(to, at->x + distance * a[0], at->y + distance * a[1], part);
     if (good && !left)
-        good = polygons_add(to, at->x, at->y);
+        good = add_of_part(to, at->x, at->y, part);
     for (int k = 1; k < steps && good; k++) {
         double turn = angle * k / steps, c = cos(turn), s = sin(turn);
-        good = polygons_add(to, at->x + distance * (c * a[0] - s * a[1]),
-                            at->y + distance * (s * a[0] + c * a[1]));
+        good = add_of_part(to, at->x + distance * (c * a[0] - s * a[1]),
+                           at->y + distance * (s * a[0] + c * a[1]), part);
     }
-    return good && polygons_add(to, at->x + distance * b[0], at->y + distance * b[1]);
+    return good && add_of_part(to, at->x + distance * b[0], at->y + distance * b[1], part);
 }
 
 /* The direction to the right of the segment from a to b; false when it has no length. */
@@ -227,8 +236,9 @@ static bool right_direction(const struct polygons_point *a, const struct polygon
 }
 
 /* Each segment moved to its right, with arcs round the corners that turn left. Where they turn
- * right by too much it goes by way of the corner, and crosses itself. */
-static bool make_raw(const struct polygons *of, double distance, struct polygons *raw) {
+ * right by too much it goes by way of the corner, and crosses itself. Between two parts it steps to
+ * the lesser distance, and round the corner by that. */
+static bool make_raw(const struct polygons *of, const double *distance, struct polygons *raw) {
     for (size_t first = 0, end; first < of->count; first = end) {
         const struct polygons_point *p = of->points;
         double before[2], after[2];
@@ -238,14 +248,22 @@ static bool make_raw(const struct polygons *of, double distance, struct polygons
         while (last > first && !right_direction(&p[last], &p[first], before))
             last--;
         double length = hypot(p[first].x - p[last].x, p[first].y - p[last].y);
+        double far = distance[p[last].part];
         for (size_t k = first; k <= last; k++) {
             const struct polygons_point *own = &p[k], *next = &p[k == last ? first : k + 1];
             if (!right_direction(own, next, after))
                 continue;
             double own_length = hypot(next->x - own->x, next->y - own->y);
             double shorter = fmin(length, own_length) / 2;
-            if (!widen_corner(raw, own, distance, before, after, shorter))
+            double to = distance[own->part], least = fmin(far, to);
+            bool good = far <= least || add_of_part(raw, own->x + far * before[0],
+                                                    own->y + far * before[1], own->part);
+            good = good && widen_corner(raw, own, least, before, after, shorter) &&
+                   (to <= least ||
+                    add_of_part(raw, own->x + to * after[0], own->y + to * after[1], own->part));
+            if (!good)
                 return false;
+            far = to;
             length = own_length;
             memcpy(before, after, sizeof before);
         }
@@ -346,8 +364,8 @@ static struct chain *open_chain(struct chains *chains, size_t begin) {
     return &all[chains->count++];
 }
 
-static void chain_point(struct chains *chains, double x, double y) {
-    chains->failed = chains->failed || !polygons_add(&chains->points, x, y);
+static void chain_point(struct chains *chains, double x, double y, int part) {
+    chains->failed = chains->failed || !add_of_part(&chains->points, x, y, part);
     if (chains->count && !chains->failed)
         chains->all[chains->count - 1].count++;
 }
@@ -363,16 +381,62 @@ static void add_crossing(struct chains *chains, const struct loop *loop, size_t 
     size_t segment = cut->segment - first;
     const struct polygons_point *a = &loop->points[segment];
     const struct polygons_point *b = &loop->points[(segment + 1) % loop->length];
-    chain_point(chains, a->x + cut->share * (b->x - a->x), a->y + cut->share * (b->y - a->y));
+    chain_point(chains, a->x + cut->share * (b->x - a->x), a->y + cut->share * (b->y - a->y),
+                a->part);
+}
+
+/* The polygons that are made wider, and by how much. */
+struct source {
+    struct grid grid;
+    size_t *ends, *before; /* of each segment its second point; of each point that before it */
+    const double *distance;
+    double most; /* of the distances */
+};
+
+static bool source_make(struct source *source, const struct polygons *of, const double *distance) {
+    *source = (struct source){.ends = segment_ends(of), .distance = distance};
+    source->before = malloc((of->count + 1) * sizeof *source->before);
+    for (size_t k = 0; source->ends && source->before && k < of->count; k++) {
+        source->before[source->ends[k]] = k;
+        source->most = fmax(source->most, distance[of->points[k].part]);
+    }
+    return source->ends && source->before &&
+           grid_make(&source->grid, of, source->ends, source->most);
+}
+
+static void source_free(struct source *source) {
+    grid_free(&source->grid);
+    free(source->ends);
+    free(source->before);
+}
+
+/* Whether (x, y), of the parallel of an edge that is `own` away, is nearer to segment a than that
+ * one's distance. Beyond an end it is the lesser one of both parts that meet there; and an edge of
+ * another part may come near from within, as a lip does at a sharp corner. */
+static bool is_within(const struct source *source, size_t a, double own, double x, double y) {
+    const struct polygons_point *points = source->grid.of->points;
+    const struct polygons_point *p = &points[a], *q = &points[source->ends[a]];
+    double dx = q->x - p->x, dy = q->y - p->y, wx = x - p->x, wy = y - p->y;
+    double length = hypot(dx, dy), far = source->distance[p->part], end = near_share * far;
+    double along = length > 0 ? (wx * dx + wy * dy) / length : 0;
+    if (own < far && dx * wy - dy * wx >= 0)
+        return false;
+    if (along <= end)
+        far = fmin(far, source->distance[points[source->before[a]].part]);
+    if (along >= length - end)
+        far = fmin(far, source->distance[q->part]);
+    double near = (1 - near_share) * far;
+    return distance2(p, q, x, y) < near * near;
 }
 
 /* Judges a chain by the middle of its longest piece: whether no part of the source is nearer to it
- * than the distance. */
+ * than its distance. */
 static bool is_parallel(const struct chains *chains, const struct chain *chain,
-                        const struct grid *source, const size_t *ends, double distance) {
+                        const struct source *source) {
     const struct polygons_point *p = chains->points.points + chain->first;
+    const struct grid *grid = &source->grid;
     size_t at = 0, pieces = chain->begin == NO_NODE ? chain->count : chain->count - 1;
-    double most = -1, near = (1 - near_share) * distance;
+    double most = -1, near = source->most;
     for (size_t k = 0; k < pieces; k++) {
         const struct polygons_point *q = &p[(k + 1) % chain->count];
         double dx = q->x - p[k].x, dy = q->y - p[k].y, length = dx * dx + dy * dy;
@@ -381,19 +445,18 @@ static bool is_parallel(const struct chains *chains, const struct chain *chain,
     }
     if (pieces == 0)
         return false;
-    const struct polygons_point *q = &p[(at + 1) % chain->count], *s = source->of->points;
+    const struct polygons_point *q = &p[(at + 1) % chain->count];
     const double x = (p[at].x + q->x) / 2, y = (p[at].y + q->y) / 2;
     const double low[2] = {x - near, y - near}, high[2] = {x + near, y + near};
+    double own = source->distance[p[at].part];
     int from[2], to[2];
-    squares_of(source, low, high, from, to);
+    squares_of(grid, low, high, from, to);
     for (int sy = from[1]; sy <= to[1]; sy++)
         for (int sx = from[0]; sx <= to[0]; sx++) {
-            size_t square = (size_t)sy * (size_t)source->size[0] + (size_t)sx;
-            for (size_t m = source->first[square]; m < source->first[square + 1]; m++) {
-                size_t a = source->entries[m];
-                if (distance2(&s[a], &s[ends[a]], x, y) < near * near)
+            size_t square = (size_t)sy * (size_t)grid->size[0] + (size_t)sx;
+            for (size_t m = grid->first[square]; m < grid->first[square + 1]; m++)
+                if (is_within(source, grid->entries[m], own, x, y))
                     return false;
-            }
         }
     return true;
 }
@@ -456,7 +519,7 @@ static bool cut_polygons(const struct polygons *raw, const struct cuts *cuts,
         size_t count = at - from;
         if (count == 0 && open_chain(chains, NO_NODE))
             for (size_t k = 0; k < loop.length; k++)
-                chain_point(chains, loop.points[k].x, loop.points[k].y);
+                chain_point(chains, loop.points[k].x, loop.points[k].y, loop.points[k].part);
         for (size_t c = 0; c < count && !chains->failed; c++) {
             const struct cut *own = &cuts->all[from + c];
             const struct cut *next = &cuts->all[from + (c + 1) % count];
@@ -469,7 +532,8 @@ static bool cut_polygons(const struct polygons *raw, const struct cuts *cuts,
             add_crossing(chains, &loop, first, own);
             for (size_t k = 1; k <= steps; k++) {
                 size_t place = (own->segment - first + k) % loop.length;
-                chain_point(chains, loop.points[place].x, loop.points[place].y);
+                chain_point(chains, loop.points[place].x, loop.points[place].y,
+                            loop.points[place].part);
             }
             add_crossing(chains, &loop, first, next);
         }
@@ -477,20 +541,22 @@ static bool cut_polygons(const struct polygons *raw, const struct cuts *cuts,
     return !chains->failed;
 }
 
-bool polygons_widen(const struct polygons *polygons, double distance, struct polygons *wider) {
+bool polygons_widen(const struct polygons *polygons, const double *distance,
+                    struct polygons *wider) {
     struct polygons raw = {0};
-    struct grid source = {0}, grid = {0};
+    struct source source = {0};
+    struct grid grid = {0};
     struct cuts cuts = {0};
     struct chains chains = {0};
-    size_t *ends = segment_ends(polygons), *raw_ends = NULL;
-    bool good = ends && make_raw(polygons, distance, &raw) && (raw_ends = segment_ends(&raw)) &&
-                grid_make(&source, polygons, ends, distance) &&
-                grid_make(&grid, &raw, raw_ends, 0) && find_cuts(&grid, raw_ends, &cuts);
+    size_t *raw_ends = NULL;
+    bool good = source_make(&source, polygons, distance) && make_raw(polygons, distance, &raw) &&
+                (raw_ends = segment_ends(&raw)) && grid_make(&grid, &raw, raw_ends, 0) &&
+                find_cuts(&grid, raw_ends, &cuts);
     if (good && cuts.count)
         qsort(cuts.all, cuts.count, sizeof *cuts.all, compare_raw_crossings);
     good = good && cut_polygons(&raw, &cuts, &chains);
     for (size_t k = 0; good && k < chains.count; k++)
-        chains.all[k].used = !is_parallel(&chains, &chains.all[k], &source, ends, distance);
+        chains.all[k].used = !is_parallel(&chains, &chains.all[k], &source);
     /* The longest first. Where three pieces of the raw parallel all but meet, the sides of the
      * triangle between them are parallels to within rounding and arcs, too, but lead nowhere. */
     for (size_t k = 0; good && k < chains.count; k++) {
@@ -502,14 +568,13 @@ bool polygons_widen(const struct polygons *polygons, double distance, struct pol
     }
     if (good && chains.count)
         qsort(chains.all, chains.count, sizeof *chains.all, compare_lengths);
-    good = good && join_parallels(&chains, wider, near_share * distance * distance);
+    good = good && join_parallels(&chains, wider, near_share * source.most * source.most);
     polygons_free(&raw);
     polygons_free(&chains.points);
     free(chains.all);
     free(cuts.all);
-    grid_free(&source);
+    source_free(&source);
     grid_free(&grid);
-    free(ends);
     free(raw_ends);
     return good;
 }

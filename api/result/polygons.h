@@ -9,6 +9,7 @@
 
 struct polygons_point {
     double x, y;
+    int part; /* of the edge, that goes on from here: what is made wider by a distance of its own */
     bool last; /* the polygon ends here, and is closed to its first point */
 };
 
@@ -17,7 +18,7 @@ struct polygons {
     size_t count, capacity;
 };
 
-/* Adds a point to the polygon that is open; false without memory. */
+/* Adds a point of part 0 to the polygon that is open; false without memory. */
 bool polygons_add(struct polygons *polygons, double x, double y);
 
 /* Closes it; one of fewer than three points is dropped. */
@@ -25,7 +26,8 @@ void polygons_close(struct polygons *polygons);
 
 void polygons_free(struct polygons *polygons);
 
-/* Drops points as long as the polygons stay within `tolerance` of all of them. */
+/* Drops points as long as the polygons stay within `tolerance` of all of them, but those where
+ * another part begins. */
 void polygons_simplify(struct polygons *polygons, double tolerance);
 
 /* The area that they enclose, holes taken off. */
@@ -35,11 +37,14 @@ double polygons_area(const struct polygons *polygons);
 void polygons_bounds(const struct polygons *polygons, double low[2], double high[2]);
 
 /*
- * What is no further than `distance` > 0 from what the polygons enclose: `wider` (zero-initialised)
- * gets its boundary, which runs parallel to them, round their corners in arcs of chords that are
- * right to 2e-3 of the distance. Holes become smaller, and close. Polygons that enclose
- * nothing twice are expected. False without memory; the caller frees `wider` in any case.
+ * What is no further than `distance` of its part from an edge of the polygons, beyond what they
+ * enclose: `wider` (zero-initialised) gets its boundary, which runs parallel to them, round their
+ * corners in arcs of chords that are right to 2e-3 of the distance. `distance` has one for each
+ * part, 0 or more, and one above 0. Where the part changes so does the distance, at right angles to
+ * the edge. Holes become smaller, and close. Polygons that enclose nothing twice are expected.
+ * False without memory; the caller frees `wider` in any case.
  */
-bool polygons_widen(const struct polygons *polygons, double distance, struct polygons *wider);
+bool polygons_widen(const struct polygons *polygons, const double *distance,
+                    struct polygons *wider);
 
 #endif

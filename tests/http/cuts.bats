@@ -86,6 +86,49 @@ PYTHON
     refused '.cuts = [range(65) | {path: [[90, ., 0], [60, ., 0]]}]' /cuts 'at most 64'
 }
 
+# drawn FILE EXPRESSION: Python over loops ({id: polygons or lines of an SVG}), area(points) in mm².
+drawn() {
+    python3 - "$1" "$2" <<'PYTHON'
+import math, re, sys
+loops = {}
+for name, d in re.findall(r'<path id="([^"]*)"[^>]* d="([^"]*)"', open(sys.argv[1]).read()):
+    numbers = [[float(n) for n in re.findall(r"-?[0-9.]+(?:e-?\d+)?", part)] for part in d.split("M")[1:]]
+    loops[name] = [list(zip(n[::2], n[1::2])) for n in numbers]
+def area(points):
+    return sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(points, points[1:] + points[:1])) / 2
+def within(a, b, most):
+    return abs(a - b) < most or sys.exit(f"{a} is not {b}")
+assert eval(sys.argv[2]), {k: v for k, v in loops.items() if k != "grain"}
+PYTHON
+}
+
+@test "the pattern has the wedge in its outline, and notches that meet when it is closed" {
+    local out=$BATS_TEST_TMPDIR/out.svg
+    "$DRAPE" "$CORNER" --format svg -o "$out" 2>/dev/null
+    not grep -q 'crosses itself\|id="allowance"' "$out"
+    # The walls of a corner, flat: 150 x 140 without 60 x 60. Of the two walls' notches three pairs.
+    drawn "$out" 'len(loops["cut"]) == 1 and within(area(loops["cut"][0]), 150 * 140 - 60 * 60, 0.1)'
+    drawn "$out" '(lambda tip: within(0, sum(abs(a - b) for a, b in zip(
+        sorted(d for d in (math.dist(n[0], tip) for n in loops["notches"]) if min(abs(d - q) for q in (15, 30, 45)) < 0.05),
+        (15, 15, 30, 30, 45, 45))), 0.1))(min(loops["cut"][0], key=lambda p: abs(math.hypot(p[0], p[1]) - math.hypot(33, 27))))'
+    [ "$("$DRAPE" "$CORNER" --format dxf 2>/dev/null | grep -c '^NOTCH')" -gt 8 ]
+}
+
+@test "a pattern's allowance is outside the edge, that of a cut along its lips" {
+    local out=$BATS_TEST_TMPDIR/out.svg
+    # 460 of edge and three corners; the lips are 120.
+    "$DRAPE" "$CORNER" --format svg --allowance 8 -o "$out" 2>/dev/null
+    drawn "$out" 'within(area(loops["allowance"][0]), 17400 + 460 * 8 + 0.75 * math.pi * 64, 1)'
+    "$DRAPE" "$(corner '.cuts[0].allowance = 5')" --format svg -o "$out" 2>/dev/null
+    drawn "$out" 'within(area(loops["allowance"][0]), 17400 + 120 * 5 - 25, 1)'
+    "$DRAPE" "$(corner '.cuts += [{path: [[90, 20, 0], [62, 25, 0]], allowance: 1}]')" --format svg -o "$out" 2>/dev/null
+    grep -q '<title>1 of the cuts too narrow for an allowance. ' "$out"
+    not grep -q 'id="allowance"' "$out"
+    jq '.cuts = [{path: [2, 1.6, 1.3, 1] | map([0.35, ., (0.35 * 0.35 - . * .) / 2])}]' "$EXAMPLES/saddle.json" |
+        "$DRAPE" - --format svg -o "$out" 2>/dev/null
+    grep -q '<title>The outline crosses itself. ' "$out"
+}
+
 @test "plies and studies have cuts as drapes do" {
     jq -c '{surface, length_unit, plies: [{fabric, start, direction, cuts},
         {fabric, start, direction, cuts: (.cuts + [{path: [[90, 50, 0], [70, 50, 0]], name: "slit"}])}]}' "$CORNER" \

@@ -59,14 +59,14 @@ static void test_polygons_widened_have_the_area_that_they_should(void **state) {
     struct polygons polygons = {0}, wider = {0};
     (void)state;
     add(&polygons, square, 4);
-    assert_true(polygons_widen(&polygons, 1.5, &wider));
+    assert_true(polygons_widen(&polygons, (const double[]){1.5}, &wider));
     check_below(fabs(area_of(&wider) - (100 + 60 + M_PI * 2.25)), 0.02);
     assert_int_equal(loops_of(&wider), 1);
     polygons_free(&polygons);
     polygons_free(&wider);
     /* 36 of length, five corners that open and one that closes */
     add(&polygons, corner, 6);
-    assert_true(polygons_widen(&polygons, 1, &wider));
+    assert_true(polygons_widen(&polygons, (const double[]){1}, &wider));
     check_below(fabs(area_of(&wider) - (64 + 40 + 5 * M_PI / 4 - 1)), 0.02);
     polygons_free(&polygons);
     polygons_free(&wider);
@@ -81,20 +81,53 @@ static void test_polygons_widened_close_their_holes_and_gaps(void **state) {
     add_circle(&polygons, 0, 0, 10, false);
     add_circle(&polygons, 3, 0, 2, true);
     add_circle(&polygons, -3, 0, 0.7, true);
-    assert_true(polygons_widen(&polygons, 1, &wider));
+    assert_true(polygons_widen(&polygons, (const double[]){1}, &wider));
     assert_int_equal(loops_of(&wider), 2);
     check_below(fabs(area_of(&wider) - M_PI * (121 - 1)), 0.05);
     polygons_free(&polygons);
     polygons_free(&wider);
     add(&polygons, left, 4);
     add(&polygons, right, 4);
-    assert_true(polygons_widen(&polygons, 0.4, &wider));
+    assert_true(polygons_widen(&polygons, (const double[]){0.4}, &wider));
     assert_int_equal(loops_of(&wider), 2);
     polygons_free(&wider);
-    assert_true(polygons_widen(&polygons, 0.75, &wider));
+    assert_true(polygons_widen(&polygons, (const double[]){0.75}, &wider));
     assert_int_equal(loops_of(&wider), 1);
     polygons_free(&polygons);
     polygons_free(&wider);
+}
+
+/* A square of 10 with a wedge of 2 by 6 cut out of its lower edge, whose lips have a distance of
+ * their own; and a slit without one. At the mouth the wider parts end at right angles to the edge.
+ */
+static void test_polygons_widened_have_a_distance_for_each_part(void **state) {
+    static const double points[7][2] = {{0, 0}, {4, 0}, {5, 6}, {6, 0}, {10, 0}, {10, 10}, {0, 10}};
+    const double lip = hypot(1, 6), angle = 2 * atan(1.0 / 6), own = 0.1;
+    (void)state;
+    for (int slit = 0; slit < 2; slit++)
+        for (int beyond = 0; beyond < 2 - slit; beyond++)
+            for (int turned = 0; turned < 7; turned++) {
+                struct polygons polygons = {0}, wider = {0};
+                for (int n = 0; n < 7; n++) {
+                    int k = (n + turned) % 7;
+                    double x = slit && (k == 1 || k == 3) ? 5 : points[k][0];
+                    assert_true(polygons_add(&polygons, x, points[k][1]));
+                    polygons.points[n].part = k == 1 || k == 2;
+                }
+                polygons_close(&polygons);
+                const double distance[2] = {1, beyond ? own : 0};
+                assert_true(polygons_widen(&polygons, distance, &wider));
+                assert_int_equal(loops_of(&wider), 1);
+                double mouth = slit ? 0 : 2, whole = 100 - mouth * 3;
+                /* a margin, four corners; lips up to where their margins meet, and a little at the
+                 * mouth beyond the edge */
+                double expected = whole + 40 - mouth + M_PI;
+                if (beyond)
+                    expected += 2 * lip * own - own * own / tan(angle / 2) - own * own / 6;
+                check_below(fabs(area_of(&wider) - expected), 0.02);
+                polygons_free(&polygons);
+                polygons_free(&wider);
+            }
 }
 
 /* Stars with deep clefts: no point of the line is nearer than the distance, and none further. */
@@ -110,7 +143,7 @@ static void test_polygons_widened_run_at_the_distance(void **state) {
             assert_true(polygons_add(&polygons, radius * cos(angle), radius * sin(angle)));
         }
         polygons_close(&polygons);
-        assert_true(polygons_widen(&polygons, distance, &wider));
+        assert_true(polygons_widen(&polygons, (const double[]){distance}, &wider));
         check_above(area_of(&wider), area_of(&polygons));
         for (size_t k = 0; k < wider.count; k++) {
             double away = distance_from(&polygons, wider.points[k].x, wider.points[k].y);
@@ -138,6 +171,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_polygons_widened_have_the_area_that_they_should),
         cmocka_unit_test(test_polygons_widened_close_their_holes_and_gaps),
+        cmocka_unit_test(test_polygons_widened_have_a_distance_for_each_part),
         cmocka_unit_test(test_polygons_widened_run_at_the_distance),
         cmocka_unit_test(test_polygons_simplified_stay_within_the_tolerance),
     };
