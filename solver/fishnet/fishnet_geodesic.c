@@ -85,9 +85,8 @@ static bool end_ray(struct surface_cursor *cursor, const struct path *path, stru
 
 /* ---- the cell ---- */
 
-/* A cell whose rays have made this many steps is given up: beyond a boundary the continuation may
- * be anything. Over fillets of a tenth of the spacing they make a few hundred. */
-enum { TRIED_MOST = 10000 };
+/* Smooth cells whose rays have made this many steps are given up. */
+enum { SMOOTH_MOST = 2000 };
 
 /* Ends that come no nearer than to this share of the gap, so many rounds in a row, do not meet; to
  * a larger share than this, the Jacobi field is corrected by how they moved. */
@@ -103,13 +102,14 @@ struct meeting {
     struct vec3 gap, by[2], end_tangent;
     struct vec3 learnt[2]; /* what is added to the Jacobi fields in `by` */
     bool stalled;
+    int most; /* steps of all rays */
 };
 
 /* `tried` gathers the rays' steps. */
 static bool shoot_both(struct surface_cursor *cursor, struct meeting *m, int *tried) {
     struct path path[2];
     const double length[2] = {m->ray[0].length, m->ray[1].length};
-    if (*tried > TRIED_MOST || !aim_path(&m->ray[0], &path[0]) || !aim_path(&m->ray[1], &path[1]))
+    if (*tried > m->most || !aim_path(&m->ray[0], &path[0]) || !aim_path(&m->ray[1], &path[1]))
         return false;
     bool gone = path_advance_both(path, length);
     *tried += path[0].tried + path[1].tried;
@@ -298,6 +298,10 @@ static double jump_at_joints(const struct surface *surface) {
     return surface->shell ? 4 * shell_edges(surface->shell).largest_gap : 0;
 }
 
+/* Rays whose ends rough steps have not brought as near to each other as this, by their length, are
+ * not kept apart by the errors of these steps. */
+static const double rough_gap = 1e-4;
+
 /* Roughly at first and, should that fail, once more with rays that are right from the start; not
  * where even rough ones cannot be followed, or come no nearer to each other. */
 static enum fishnet_end meet_rays(const struct surface *surface, struct surface_cursor *cursor,
@@ -309,7 +313,8 @@ static enum fishnet_end meet_rays(const struct surface *surface, struct surface_
     const double roughly[2] = {fmax(first_accuracy, last), last};
     const double finest = fmax(finest_accuracy, last / 100), strictly[2] = {finest, finest};
     enum fishnet_end end = approach_by(surface, cursor, cell, accuracy, roughly, chords, m, node);
-    if (end != FISHNET_NO_CONVERGENCE || node->iterations == before || m->stalled)
+    if (end != FISHNET_NO_CONVERGENCE || node->iterations == before || m->stalled ||
+        !(node->residual < rough_gap))
         return end;
     *m = begun;
     node->point = start;
@@ -331,7 +336,8 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
         return fishnet_right_root(cell, &node->point) ? FISHNET_FOUND : FISHNET_COLLAPSED;
     node->tried = 0;
     struct meeting m = {
-        .ray = {{.from = cell->b, .length = length[0]}, {.from = cell->c, .length = length[1]}}};
+        .ray = {{.from = cell->b, .length = length[0]}, {.from = cell->c, .length = length[1]}},
+        .most = SMOOTH_MOST};
     for (int k = 0; k < 2; k++)
         m.ray[k].direction =
             surface_point_tangent(m.ray[k].from, vec3_sub(node->point.jet.r, m.ray[k].from->jet.r));
@@ -343,7 +349,8 @@ enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct sur
                                        const double accuracy[2], struct fishnet_yarns *yarns,
                                        struct fishnet_node *node) {
     struct meeting m = {.ray = {{.from = cell->b, .length = bd, .direction = yarns->start[0]},
-                                {.from = cell->c, .length = cd, .direction = yarns->start[1]}}};
+                                {.from = cell->c, .length = cd, .direction = yarns->start[1]}},
+                        .most = yarns->most};
     for (int k = 0; k < 2; k++)
         m.ray[k].stays = yarns->stays[k];
     node->iterations = 0;

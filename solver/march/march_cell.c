@@ -106,8 +106,14 @@ static bool nearest_outside(const struct march *march, const struct fishnet_cell
     return is_outside(march->surface, uv);
 }
 
-/* Whether either says so; on a shell, whether the place expected lies beyond a free edge, or beyond
- * the end of a joint. */
+/* Whether what a place has beside it on a shell is the boundary: a free edge, or the end of a
+ * joint. */
+static bool is_boundary(const struct crossing *crossing) {
+    return crossing->kind == CROSSING_FREE ||
+           (crossing->kind == CROSSING_JOINT && crossing->at_corner);
+}
+
+/* Whether either says so; on a shell, whether the place expected lies beyond the boundary. */
 static bool expected_outside(struct march *march, const struct fishnet_cell *cell) {
     const struct surface_point *c = cell->c;
     struct vec3 step = vec3_sub(cell->guess, c->jet.r);
@@ -119,8 +125,13 @@ static bool expected_outside(struct march *march, const struct fishnet_cell *cel
         !crossing_settle(&march->cursor, &there))
         return false;
     crossing_find(&there, NULL, &crossing);
-    return crossing.kind == CROSSING_FREE ||
-           (crossing.kind == CROSSING_JOINT && crossing.at_corner);
+    return is_boundary(&crossing);
+}
+
+/* Whether a point lies beyond the boundary of the part, outside the domain of its surface. */
+static bool lies_beyond(struct march *march, const struct surface_point *point) {
+    return is_outside(point->surface, point->uv) &&
+           (!point->surface->shell || is_boundary(march_look_over(march, point)));
 }
 
 const struct net_node *march_node_at(const struct march *march, int32_t i, int32_t j) {
@@ -223,6 +234,18 @@ static bool lies_over_joint(struct march *march, const struct surface_point *poi
     return joint && joint->kind == CROSSING_JOINT && joint->distance > shell_joint_width(shell);
 }
 
+/* Steps that the geodesics of a cell may make. Over fillets of a tenth of the spacing they make a
+ * few hundred; beyond the boundary the continuation may be anything. */
+enum { STEPS_INSIDE = 2000, STEPS_BEYOND = 300 };
+
+/* Those of a cell whose D chords have `found`, or else may lie anywhere beside B and C. */
+static int most_steps(struct march *march, const struct fishnet_cell *cell,
+                      const struct surface_point *found) {
+    bool beyond = found ? lies_beyond(march, found)
+                        : lies_beyond(march, cell->b) && lies_beyond(march, cell->c);
+    return beyond ? STEPS_BEYOND : STEPS_INSIDE;
+}
+
 /* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. Where chords led
  * to a D, `found`, it may be enough to measure them. */
 static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
@@ -256,6 +279,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     if (!march_turn_as_at_a(march, at, back, yarns.start))
         return FISHNET_NO_CONVERGENCE;
     node->tried = 0;
+    yarns.most = most_steps(march, cell, found ? &node->point : NULL);
     const struct fishnet_yarns begun = yarns;
     const double *accuracy = geodesic ? geodesic_accuracy : rough_accuracy;
     enum fishnet_end end = meet_as_geodesics(march, cell, accuracy, &yarns, node);
