@@ -190,6 +190,7 @@ export class Form {
       'cavity',
       'permeability',
       'length_unit',
+      'cuts',
     ];
     const fabric = ['spacing', ...Object.values(FABRIC)];
     if (typeof this.kept.fabric.material === 'string') fabric.push('material');
@@ -199,6 +200,15 @@ export class Form {
     element('kept').textContent = names.length
       ? `Sent unchanged as in the file: ${names.join(', ')}.`
       : '';
+  }
+
+  /** [{path, name, allowance}]; the array is not changed, but another takes its place. */
+  get cuts() {
+    return this.kept.cuts ?? [];
+  }
+
+  set cuts(cuts) {
+    this.kept = { ...this.kept, cuts: cuts.length ? cuts : undefined };
   }
 
   setStart(numbers, digits = 6) {

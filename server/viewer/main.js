@@ -22,6 +22,7 @@ import { Finder } from './finder.js';
 import { nodeAt } from './lattice.js';
 import { curlCommand, fileName, saveAs, showDownloads } from './links.js';
 import { Drapes } from './list.js';
+import { Cuts } from './cuts.js';
 import {
   blankReadout,
   briefSummary,
@@ -92,12 +93,17 @@ function reportQuietly(error) {
 
 /* ---- the request ---- */
 
+/** What was dragged is let go. */
+function settle() {
+  save();
+  refreshCurl();
+  refreshStale();
+  runner.live(true);
+}
+
 const form = new Form({
   onLive: () => runner.live(false),
-  onSettled: () => {
-    save();
-    runner.live(true);
-  },
+  onSettled: settle,
   onUnit: () => {
     refreshAbout();
     if (page.one) refreshNumbers();
@@ -111,6 +117,7 @@ async function takeRequest(request) {
   page.restore = null; // stores the file of the part in another unit
   chooser.open(null);
   form.load(request);
+  cuts.load();
   if (request.fault) form.surfaceError(request.fault);
   refreshAbout();
   clear();
@@ -325,6 +332,7 @@ function showDrape(drape, passing = false) {
   finder.show(false);
   finder.refresh();
   stack.mark(page.one.id);
+  cuts.show(page.one.lattice.columns, unitShown());
   mapped.setDrape(page.one, unitShown());
   const { cells, timing_ms: time } = drape.summary;
   say(`${cells.toLocaleString('en')} cells, solved in ${format(time.solve, 3)} ms`);
@@ -658,11 +666,17 @@ const view = new View({
     drawBar(view.pixelsOfUnit, unitShown());
     measure.draw((node) => view.pixelsOf(node));
     outline.draw((place) => view.pixelsOfPlace(place));
+    cuts.draw((place) => view.pixelsOfPlace(place));
   },
 });
 
 const measure = new Measure();
 const outline = new Outline(view, (text) => hint(text, true));
+const cuts = new Cuts(view, form, outline, {
+  onLive: () => runner.live(false),
+  onSettled: settle,
+  onDraw: () => chooser.show(false),
+});
 const chooser = new Chooser(view, { onChange: chooseFaces });
 const finder = new Finder(view, form, {
   onDrape: drapeVariant,

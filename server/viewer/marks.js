@@ -154,8 +154,10 @@ export function makeCrosses(lattice, spacing) {
 
 /* ---- rim ---- */
 
-/** The edge of the cloth in the flat pattern; null for a net on the way, which comes without it. */
-export function makeRim({ columns }, spacing, tint) {
+const linear = (tint) => new THREE.Color().setRGB(...tint, THREE.SRGBColorSpace).toArray();
+
+/** The edge of the cloth in the flat pattern, the lips of its cuts in their own tint; null for a net on the way, which comes without it. */
+export function makeRim({ columns }, spacing, tint, lipTint) {
   const loops = columns['rim.loop'];
   if (!loops?.length) return null;
   const place = (row) => [
@@ -164,18 +166,21 @@ export function makeRim({ columns }, spacing, tint) {
     0,
   ];
   const ends = [];
+  const tints = [];
   let first = 0;
   for (let row = 0; row < loops.length; row++) {
     const last = loops[row + 1] !== loops[row];
+    const own = linear(columns['rim.cut']?.[row] ? lipTint : tint);
     ends.push(...place(row), ...place(last ? first : row + 1));
+    tints.push(...own, ...own);
     if (last) first = row + 1;
   }
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.Float32BufferAttribute(ends, 3));
-  const color = new THREE.Color().setRGB(...tint, THREE.SRGBColorSpace);
+  geometry.setAttribute('color', new THREE.Float32BufferAttribute(tints, 3));
   const rim = new THREE.LineSegments(
     geometry,
-    new THREE.LineBasicMaterial({ color, depthTest: false }),
+    new THREE.LineBasicMaterial({ vertexColors: true, depthTest: false }),
   );
   rim.renderOrder = 1;
   return rim;

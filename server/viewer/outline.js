@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The boundary of a ply, drawn on the part with the pointer: a polygon of places of the surface, over
-// the picture.
+// A line drawn on the part with the pointer, over the picture: the boundary of a ply, a polygon of
+// places of the surface, or a cut, which is open.
 import { element } from './dom.js';
 
-const HINT =
-  'Click the corners of the boundary on the part. Enter or a double click ends, Escape leaves it as it was.';
+const BOUNDARY = {
+  least: 3,
+  closed: true,
+  hint: 'Click the corners of the boundary on the part. Enter or a double click ends, Escape leaves it as it was.',
+};
 
 export class Outline {
   /** `view` has the part; `say(text)` tells what to do, '' when there is nothing to say. */
@@ -24,14 +27,19 @@ export class Outline {
     return this.taker !== null;
   }
 
-  /** Begins a polygon; `take(points)` gets it once it has three corners and is ended. */
-  begin(take) {
+  /** Begins a line; `take(points)` gets it once it is ended, and has as many points as its `kind`
+   *  needs. `kind.first(point)`: where it begins that was clicked there, null for a `refusal`. */
+  begin(take, kind = BOUNDARY) {
     this.points = [];
     this.taker = take;
+    this.kind = kind;
+    const { hint, first, refusal } = kind;
     this.view.setDrawing({
-      onPoint: (point) => {
+      onPoint: (clicked) => {
+        const begins = clicked && first && !this.points.length;
+        const point = begins ? first(clicked) : clicked;
         if (point) this.points.push(point);
-        this.say(point ? HINT : `That is beside the part. ${HINT}`);
+        this.say(point ? hint : `${clicked ? refusal : 'That is beside the part.'} ${hint}`);
         this.view.stage.redraw();
       },
       onEnd: () => {
@@ -39,29 +47,27 @@ export class Outline {
         this.end(true);
       },
     });
-    this.say(HINT);
+    this.say(hint);
   }
 
   end(keeps) {
     const { taker, points } = this;
-    const whole = keeps && points.length >= 3;
+    const whole = keeps && points.length >= this.kind.least;
     this.taker = null;
-    if (!whole) this.points = [];
+    if (!whole || !this.kind.closed) this.points = [];
     this.view.setDrawing(null);
     this.say('');
     if (whole) taker(points);
+    else this.view.stage.redraw();
   }
 
-  /** Draws the corners and the lines between them; `project(point)` gives pixels. */
+  /** Draws the lines between the points; `project(point)` gives pixels. */
   draw(project) {
     const shape = element('outline');
     shape.parentNode.toggleAttribute('hidden', !this.points.length);
-    shape.setAttribute(
-      'points',
-      this.points
-        .map(project)
-        .map(({ x, y }) => `${x.toFixed(1)},${y.toFixed(1)}`)
-        .join(' '),
-    );
+    if (!this.points.length) return;
+    const pixels = this.points.map(project).map(({ x, y }) => `${x.toFixed(1)},${y.toFixed(1)}`);
+    shape.setAttribute('d', `M${pixels.join(' ')}${this.kind.closed ? 'Z' : ''}`);
+    shape.classList.toggle('open', !this.kind.closed);
   }
 }

@@ -5,7 +5,16 @@ import { element } from './dom.js';
 import { numberOf, numbersOf } from './form.js';
 import { fileName, saveAs } from './links.js';
 
-const OWN = ['fabric', 'start', 'direction', 'generators', 'method', 'yarn_path', 'permeability'];
+const OWN = [
+  'fabric',
+  'start',
+  'direction',
+  'generators',
+  'method',
+  'yarn_path',
+  'permeability',
+  'cuts',
+];
 
 /** What of a drape's settings is a ply's own. */
 export const plyOf = (settings) => Object.fromEntries(OWN.map((key) => [key, settings[key]]));

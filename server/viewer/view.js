@@ -249,6 +249,7 @@ export class View {
       entry.lattice,
       entry.spacing,
       tintOf(slot === 'one' ? '--text' : '--chosen'),
+      tintOf('--bad'),
     );
     if (entry.rim) flat.scene.add(entry.rim);
     const boxes = ['one', 'two']
@@ -476,7 +477,12 @@ export class View {
     return found && { point, place: point.map((x, axis) => x + this.origin[axis]), uv: found.uv };
   }
 
-  /** Clicks in 3D are points of a polygon, and a double click ends it: {onPoint(place),
+  /** The place in space that the pointer is on; null beside the part. */
+  placeAt(event) {
+    return (this.#body && this.#surfaceAt(event)?.place) ?? null;
+  }
+
+  /** Clicks in 3D are points of a line, and a double click ends it: {onPoint(place),
    *  onEnd()}, null for a click beside the part; without them no longer. */
   setDrawing(drawing) {
     this.drawing = drawing;
@@ -484,8 +490,7 @@ export class View {
   }
 
   #draw(event) {
-    const found = this.#body && this.#surfaceAt(event);
-    this.drawing.onPoint(found?.place ?? null);
+    this.drawing.onPoint(this.placeAt(event));
   }
 
   /** The pixels of a place in space. */

@@ -163,7 +163,7 @@ test('stack: a boundary is drawn on the part, and taken', async () => {
   for (const place of [at(0.35, 0.45), at(0.47, 0.5), at(0.5, 0.65)])
     await page.mouse.click(...place);
   await drawn(page);
-  assert.equal((await page.getAttribute('#outline', 'points')).split(' ').length, 3);
+  assert.equal((await page.getAttribute('#outline', 'd')).split(' ').length, 3);
   await page.mouse.click(...at(0.05, 0.05));
   assert.match(await page.textContent('#hint'), /^That is beside the part/);
   await page.mouse.dblclick(...at(0.38, 0.65));

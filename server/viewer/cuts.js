@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+// Cuts of the cloth, drawn on the part: lines from an edge to a tip inside, their list in the form,
+// and their tips in the picture, to be moved.
+import { element } from './dom.js';
+import { format } from './fields.js';
+import { numbersOf } from './form.js';
+
+const REACH = 30; // pixels from an edge within which a cut begins there
+const LINE = {
+  least: 2,
+  closed: false,
+  hint: 'Click on an edge of the part, where the cut begins, then on to its tip. Enter or a double click ends, Escape leaves all as it was.',
+};
+const INSIDE =
+  'A cut begins at an edge of the part, of a hole or of another cut: click nearer to one.';
+
+/** The place of the line from a to b that is nearest to a point. */
+function nearestOf(a, b, point) {
+  const along = b.map((x, k) => x - a[k]);
+  const length2 = along.reduce((sum, x) => sum + x * x, 0);
+  const share = along.reduce((sum, x, k) => sum + x * (point[k] - a[k]), 0) / (length2 || 1);
+  return a.map((x, k) => x + Math.min(Math.max(share, 0), 1) * along[k]);
+}
+
+/** The place of the edges of a shape and of lines before that is nearest to a point. */
+export function nearestEdge({ position, edges, origin }, lines, point) {
+  const corner = (n) => origin.map((x, k) => x + position[3 * n + k]);
+  let best = null;
+  const take = (a, b) => {
+    const place = nearestOf(a, b, point);
+    const far = Math.hypot(...place.map((x, k) => x - point[k]));
+    if (!best || far < best.far) best = { place, far };
+  };
+  for (let k = 0; k < edges.length; k += 2) take(corner(edges[k]), corner(edges[k + 1]));
+  for (const line of lines) for (let k = 1; k < line.length; k++) take(line[k - 1], line[k]);
+  return best?.place ?? null;
+}
+
+const rounded = (place) => place.map((x) => Number(x.toPrecision(9)));
+const textOf = (path) => path.map((point) => point.join(' ')).join('; ');
+
+/** What became of a cut: its row of the table `cuts`. */
+function describeCut(columns, k, unit) {
+  const [length, angle, width] = ['length', 'tip_angle_deg', 'mouth_width'].map(
+    (name) => columns[`cuts.${name}`][k],
+  );
+  const what = Math.abs(angle) < 0.05 ? 'slit' : angle > 0 ? 'dart' : 'opens';
+  return `${format(length, 4)} ${unit} long; ${what}, ${format(angle, 4)}° at the tip, ${format(width, 4)} ${unit} at the mouth`;
+}
+
+export class Cuts {
+  /** `onLive` while a tip is dragged, `onSettled` when the cuts are others; `outline` draws lines,
+   *  `onDraw()` before it does. */
+  constructor(view, form, outline, { onLive, onSettled, onDraw }) {
+    Object.assign(this, { view, form, outline, onLive, onSettled, onDraw });
+    this.past = [];
+    element('cut-draw').addEventListener('click', () => this.#begin());
+    element('cut-undo').addEventListener('click', () => this.#undo());
+    this.load();
+  }
+
+  /** Another request is in the form. */
+  load() {
+    this.past = [];
+    this.columns = null;
+    this.#fill();
+  }
+
+  /** The drape that is shown: null, or its columns and its unit. */
+  show(columns, unit) {
+    const { length = 0 } = columns?.['cuts.length'] ?? {};
+    this.columns = length === this.form.cuts.length ? columns : null;
+    this.unit = unit;
+    this.#tell();
+  }
+
+  #set(cuts) {
+    this.past.push(this.form.cuts);
+    this.form.cuts = cuts;
+    this.columns = null;
+    this.#fill();
+    this.onSettled();
+  }
+
+  #undo() {
+    this.form.cuts = this.past.pop();
+    this.columns = null;
+    this.#fill();
+    this.onSettled();
+  }
+
+  #change(k, values) {
+    this.#set(this.form.cuts.map((cut, n) => (n === k ? { ...cut, ...values } : cut)));
+  }
+
+  /* ---- drawing ---- */
+
+  #begin() {
+    this.onDraw();
+    const first = (place) => this.#onEdge(place);
+    this.outline.begin((path) => this.#set([...this.form.cuts, { path: path.map(rounded) }]), {
+      ...LINE,
+      first,
+      refusal: INSIDE,
+    });
+  }
+
+  /** The place of an edge that is meant by one beside it; null where none is near. */
+  #onEdge(place) {
+    const { shape, cuts } = this.form;
+    const lines = cuts.map(({ path }) => path);
+    const found = shape && nearestEdge(shape, lines, place);
+    if (!found) return null;
+    const [a, b] = [place, found].map((point) => this.view.pixelsOfPlace(point));
+    return Math.hypot(a.x - b.x, a.y - b.y) < REACH ? found : null;
+  }
+
+  /** Puts lines and tips where they are in the picture; `project(point)` gives pixels. */
+  draw(project) {
+    const paths = this.form.cuts.map(({ path }) => path.map(project));
+    const text = ({ x, y }) => `${x.toFixed(1)},${y.toFixed(1)}`;
+    element('cut-lines').setAttribute(
+      'd',
+      paths.map((line) => `M${line.map(text).join(' ')}`).join(''),
+    );
+    [...element('cut-tips').children].forEach((tip, k) => {
+      const { x, y } = paths[k].at(-1);
+      tip.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+    });
+  }
+
+  /* ---- the list ---- */
+
+  #fill() {
+    const { cuts } = this.form;
+    element('cut-list').replaceChildren(...cuts.map((cut, k) => this.#row(cut, k)));
+    element('cut-tips').replaceChildren(...cuts.map((cut, k) => this.#tip(k)));
+    element('cut-undo').disabled = !this.past.length;
+    this.#tell();
+    this.view.stage?.redraw();
+  }
+
+  #row(cut, k) {
+    const item = document.createElement('li');
+    const field = (label, value, take) => {
+      const input = Object.assign(document.createElement('input'), { value });
+      input.setAttribute('aria-label', `${label} of cut ${k + 1}`);
+      input.addEventListener('change', () => take(input.value.trim()));
+      return input;
+    };
+    const name = field('Name', cut.name ?? '', (text) =>
+      this.#change(k, { name: text || undefined }),
+    );
+    Object.assign(name, { id: `cut-name-${k}`, placeholder: `cut_${k + 1}` });
+    name.dataset.pointer = `/cuts/${k}`;
+    const points = field('Points, x y z;', textOf(cut.path), (text) => {
+      const path = text
+        .split(';')
+        .map(numbersOf)
+        .filter((point) => point.length);
+      this.#change(k, { path });
+    });
+    const remove = Object.assign(document.createElement('button'), { type: 'button' });
+    remove.textContent = 'Remove';
+    remove.setAttribute('aria-label', `Remove cut ${k + 1}`);
+    remove.addEventListener('click', () => this.#set(this.form.cuts.filter((_, n) => n !== k)));
+    const holder = document.createElement('div');
+    holder.append(name, remove, points);
+    const told = Object.assign(document.createElement('p'), { className: 'about' });
+    item.append(holder, told);
+    return item;
+  }
+
+  #tell() {
+    [...element('cut-list').children].forEach((item, k) => {
+      item.lastChild.textContent = this.columns ? describeCut(this.columns, k, this.unit) : '';
+    });
+  }
+
+  /** The tip of a cut: dragged, or moved with the arrow keys, it goes over the part. */
+  #tip(k) {
+    const tip = Object.assign(document.createElement('button'), { type: 'button' });
+    tip.className = 'handle tip';
+    tip.setAttribute('aria-label', `Tip of cut ${k + 1}. Drag it, or use the arrow keys.`);
+    let before = null;
+    const move = (place) => {
+      const { cuts } = this.form;
+      const path = [...cuts[k].path.slice(0, -1), rounded(place)];
+      this.form.cuts = cuts.map((cut, n) => (n === k ? { ...cut, path } : cut));
+      this.view.stage.redraw();
+    };
+    const end = () => {
+      const { cuts } = this.form;
+      this.form.cuts = before;
+      before = null;
+      this.#set(cuts);
+    };
+    tip.addEventListener('pointerdown', (event) => {
+      event.stopPropagation();
+      tip.setPointerCapture(event.pointerId);
+      before = this.form.cuts;
+    });
+    tip.addEventListener('pointermove', (event) => {
+      const place = before && this.view.placeAt(event);
+      if (!place) return;
+      move(place);
+      this.onLive();
+    });
+    tip.addEventListener('pointerup', (event) => {
+      event.stopPropagation();
+      if (before && before !== this.form.cuts) end();
+      before = null;
+    });
+    tip.addEventListener('pointercancel', () => {
+      if (before) this.form.cuts = before;
+      before = null;
+      this.onSettled();
+    });
+    tip.addEventListener('keydown', (event) => {
+      const moves = { ArrowLeft: [-8, 0], ArrowRight: [8, 0], ArrowUp: [0, -8], ArrowDown: [0, 8] };
+      if (!moves[event.key]) return;
+      event.preventDefault();
+      event.stopPropagation();
+      const box = tip.getBoundingClientRect();
+      const [x, y] = moves[event.key];
+      const place = this.view.placeAt({
+        clientX: box.x + box.width / 2 + x,
+        clientY: box.y + box.height / 2 + y,
+      });
+      if (!place) return;
+      before = this.form.cuts;
+      move(place);
+      end();
+      element('cut-tips').children[k]?.focus();
+    });
+    return tip;
+  }
+}

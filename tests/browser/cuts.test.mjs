@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// Cuts on the page: drawn on the part with the mouse, listed, moved by their tips, taken back.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { ask, drapeExample, drawn, idOf, openOnce, page, picture, violations } from './helper.mjs';
+
+openOnce();
+
+const hint = () => page.textContent('#hint');
+const cutsOf = async () => (await ask(`v1/drapes/${idOf(page)}/request`)).cuts ?? [];
+const points = (k) => page.inputValue(`#cut-list li:nth-child(${k}) input:nth-of-type(2)`);
+
+/** Does something, and waits until another drape is shown. */
+async function drapes(what) {
+  const before = idOf(page);
+  await what();
+  await page.waitForFunction((id) => !location.hash.includes(id), before);
+  await page.waitForFunction(() => document.querySelector('#stale').hidden);
+  await drawn(page);
+}
+
+/** Where on the picture in 3D a share of its width and height is. */
+async function at(x, y) {
+  const box = await page.locator('#pane-solid').boundingBox();
+  return [box.x + x * box.width, box.y + y * box.height];
+}
+
+/** Clicks from the left until the part is met, which is at its edge. */
+async function clickEdge(y) {
+  for (let x = 0.02; x < 0.5; x += 0.01) {
+    await page.mouse.click(...(await at(x, y)));
+    if (!/beside the part/.test(await hint())) return x;
+  }
+  throw new Error('no edge was met');
+}
+
+test('cuts: one is drawn from an edge to its tip, and the cloth is draped with it', async () => {
+  await drapeExample(page, 'saddle');
+  assert.deepEqual(await cutsOf(), []);
+  await page.click('#cut-draw');
+  assert.match(await hint(), /^Click on an edge/);
+  await page.mouse.click(...(await at(0.5, 0.5)));
+  assert.match(await hint(), /^A cut begins at an edge/);
+  const x = await clickEdge(0.5);
+  assert.match(await hint(), /^Click on an edge/);
+  await drapes(async () => page.mouse.dblclick(...(await at(x + 0.12, 0.52))));
+  assert.equal(await hint(), '');
+  const [{ path }] = await cutsOf();
+  assert.equal(path.length, 2);
+  const [[a, b, c], [d, e, f]] = path;
+  assert.ok(Math.abs(Math.max(Math.abs(a), Math.abs(b)) - 2) < 1e-4, `${a} ${b} ${c}`);
+  assert.ok(Math.max(Math.abs(d), Math.abs(e)) < 1.9, `${d} ${e} ${f}`);
+  const { cuts, rim } = await ask(`v1/drapes/${idOf(page)}/result`);
+  assert.deepEqual(cuts.name, ['cut_1']);
+  assert.deepEqual([...new Set(rim.cut)].sort(), [-1, 0, 1]);
+  assert.match(
+    await page.textContent('#cut-list li p'),
+    /m long; .*° at the tip, .* m at the mouth/,
+  );
+  await picture(page, 'cuts');
+  assert.deepEqual(await violations(page), []);
+});
+
+test('cuts: the tip is dragged, and moved by keys; undo takes it back', async () => {
+  const drawnFirst = await points(1);
+  const tip = page.locator('#cut-tips button');
+  const box = await tip.boundingBox();
+  await drapes(async () => {
+    await page.mouse.move(box.x + 7, box.y + 7);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 30, box.y + 20, { steps: 4 });
+    await page.mouse.up();
+  });
+  const dragged = await points(1);
+  assert.notEqual(dragged, drawnFirst);
+  const [{ path }] = await cutsOf();
+  assert.equal(path.map((point) => point.join(' ')).join('; '), dragged);
+  await tip.focus();
+  await drapes(() => page.keyboard.press('ArrowRight'));
+  assert.notEqual(await points(1), dragged);
+  await drapes(() => page.click('#cut-undo'));
+  assert.equal(await points(1), dragged);
+  await drapes(() => page.click('#cut-undo'));
+  assert.equal(await points(1), drawnFirst);
+});
+
+test('cuts: they have names, and what is wrong is said at the cut', async () => {
+  await drapes(async () => {
+    await page.fill('#cut-name-0', 'corner');
+    await page.press('#cut-name-0', 'Enter');
+  });
+  assert.equal((await cutsOf())[0].name, 'corner');
+  const field = page.locator('#cut-list li input:nth-of-type(2)');
+  await field.fill('0.5 0.5 0; 0.1 0.1 0');
+  await field.press('Enter');
+  await page.waitForSelector('#fault-of-cut-name-0');
+  assert.match(await page.textContent('#fault-of-cut-name-0'), /begins inside|passes the start/);
+  await drapes(() => page.click('#cut-undo'));
+  await drapes(() => page.click('#cut-list li button'));
+  assert.deepEqual(await cutsOf(), []);
+  assert.equal(await page.locator('#cut-tips button').count(), 0);
+  await page.click('#cut-draw');
+  await clickEdge(0.5);
+  await page.keyboard.press('Escape');
+  assert.equal(await page.locator('#cut-list li').count(), 0);
+});
