@@ -28,6 +28,9 @@ static bool valid_extent(const struct drape_settings *s, int k) {
 static bool are_valid(const struct drape_settings *s) {
     return in_range(s->spacing[0], DBL_MIN, DBL_MAX) && in_range(s->spacing[1], DBL_MIN, DBL_MAX) &&
            in_range(s->direction_deg, -1e6, 1e6) && in_range(s->pre_shear_deg, -80, 80) &&
+           in_range(s->slide, 0, 1) &&
+           (s->slide == 0 ||
+            (s->pre_shear_deg == 0 && s->generator[1].kind == DRAPE_GENERATOR_GEODESIC)) &&
            valid_extent(s, 0) && valid_extent(s, 1) && s->max_nodes > 0;
 }
 

@@ -76,6 +76,10 @@ struct drape_settings {
     struct vec3 direction_vector;
     struct drape_zero zero;
     double pre_shear_deg; /* weft starts at 90 deg less this from warp; -80..80 */
+    double slide; /* weft sheared by g has the length b (cos g)^-slide: 0, pinned to warp, ..
+                     1, along which it slides so that fibres of warp stay b apart. Above 0
+                     the weft generator is a geodesic at right angles to warp, beside which
+                     cloth is not sheared (`fishnet/slide.h`) */
     struct drape_generator generator[2];
     bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */
     int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */

@@ -174,7 +174,9 @@ bool march_is_parted(struct march *march, int32_t i, int32_t j, int di, int dj,
     struct surface_point from;
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) &&
            march_is_beside_cut(march, to->jet.r) && march_point_at(march, node, &from) &&
-           march_passes_cut(march, &from, to, march->settings->spacing[dj != 0]);
+           march_passes_cut(march, &from, to,
+                            dj && march->settings->slide > 0 ? 0
+                                                             : march->settings->spacing[dj != 0]);
 }
 
 /* The sides of (i, j) that a cut parts from a point there. */
@@ -349,6 +351,7 @@ static const size_t nodes_least = 1000;
 static enum status march_net(struct march *march) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     march->size = part_size(march);
+    memcpy(march->length, march->settings->spacing, sizeof march->length);
     const struct march begun = *march;
     bool unexpected = !march->mesh && march->surface->shell && !march->watched, folded = false;
     const double *d = march->settings->spacing;

@@ -138,6 +138,8 @@ struct march {
     /* Of the part of it that is at work. */
     const struct net_node *arm[2]; /* the places of the warp and weft arm beside a quadrant, where
                                       the net itself is not to be asked for them; else NULL */
+    double length[2]; /* of the edges of a cell along warp and weft: the spacings, but where weft
+                         slides what is being tried */
     struct surface_cursor cursor;
     struct march_edges edges; /* of the node solved last, for march_place */
     struct march_look look;   /* over the edge of a face of a shell, the last one */
@@ -267,6 +269,7 @@ struct march_cell {
     const struct surface_point *a, *b, *c;
     struct vec3 trend;      /* by which CD is expected to differ from AB */
     const double *guess_uv; /* the parameters expected of D, away from poles; or NULL */
+    double excess;          /* by which CD's chord is to be longer than that of its length */
 };
 
 /* The unit tangent of the yarn from the node (i, j), which is at `point`, to the one at
@@ -298,6 +301,7 @@ bool march_guess_from_before(const struct march *march, const struct march_cell 
 struct march_corrections {
     struct correction of[2];
     bool has[2];
+    double excess; /* of the cell, whose weft slides: it then has no correction of CD */
 };
 
 void march_find_corrections(const struct march *march, const struct march_cell *at,
@@ -326,6 +330,22 @@ static inline void march_count_solved(struct march *march, size_t iterations, do
 /* Solves a cell. Notes the cost; on failure gives the reason. */
 bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
                         enum drape_reason *reason);
+
+/* The same with the lengths at hand, march->length, whatever it costs; and where weft slides along
+ * warp, by which that of CD follows from the shear (march_slide.c). */
+bool march_solve_lengths(struct march *march, const struct march_cell *at,
+                         struct fishnet_node *node, enum drape_reason *reason);
+bool march_slide_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
+                        enum drape_reason *reason);
+
+/* Where weft slides: how long an edge of weft is that sets off from (i, j), which is at `point`,
+ * along `weft`, by the shear there. */
+double march_slide_length(struct march *march, int32_t i, int32_t j,
+                          const struct surface_point *point, struct vec3 weft);
+
+/* By how much the chord of CD in the net before is shorter than the law of the fabric asks of it
+ * there, to fourth order; 0 where that net does not tell. */
+double march_slide_excess(struct march *march, const struct march_cell *at);
 
 /* The place one spacing straight on from `from` along the projection of `direction`, as the
  * method measures spacings along a generator; false when there is none, and `reason` why. It is to

@@ -48,8 +48,10 @@ void march_find_corrections(const struct march *march, const struct march_cell *
     const struct net_view *before = &march->before;
     const double *d = march->settings->spacing;
     int32_t i = at->i, j = at->j;
+    c->excess = at->excess;
     c->has[0] = correction_find(before, i - at->si, j, at->si, 0, d[0], &c->of[0]);
-    c->has[1] = correction_find(before, i, j - at->sj, 0, at->sj, d[1], &c->of[1]);
+    c->has[1] = march->settings->slide == 0 &&
+                correction_find(before, i, j - at->sj, 0, at->sj, d[1], &c->of[1]);
 }
 
 double march_corrected_chord(struct march_corrections *c, int k, const struct surface_point *from,
@@ -57,7 +59,7 @@ double march_corrected_chord(struct march_corrections *c, int k, const struct su
     double chord;
     struct correction *of = &c->of[k];
     if (!c->has[k])
-        return arc_chord;
+        return k ? arc_chord + c->excess : arc_chord;
     of->whole = of->whole && correction_agrees(of, 0, from, curvature);
     if (!of->whole)
         return correction_sideways(of, from, from, arc_chord);
@@ -215,7 +217,7 @@ static bool grazes_joint(struct march *march, const struct surface_point *from, 
 static enum fishnet_end meet_as_geodesics(struct march *march, const struct fishnet_cell *cell,
                                           const double accuracy[2], struct fishnet_yarns *yarns,
                                           struct fishnet_node *node) {
-    const double *d = march->settings->spacing;
+    const double *d = march->length;
     const struct shell *shell = march->surface->shell;
     double gap = shell ? 2 * shell_edges(shell).largest_gap : 0;
     enum fishnet_end end = fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
@@ -251,7 +253,7 @@ static int most_steps(struct march *march, const struct fishnet_cell *cell,
 static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
                                     const struct fishnet_cell *cell, bool found,
                                     struct fishnet_node *node) {
-    const double *d = march->settings->spacing;
+    const double *d = march->length;
     struct fishnet_yarns yarns = {.stays = {false, false}};
     struct vec3 back[2];
     bool geodesic = march->method->yarn == DRAPE_YARN_GEODESIC;
@@ -309,7 +311,7 @@ static const double bent_most = 0.5;
  * that surely leads out of a surface without creases: its continuation is wild there. */
 static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
                            enum fishnet_end end) {
-    const double *d = march->settings->spacing;
+    const double *d = march->length;
     const struct surface_point *a = cell->a, *b = cell->b, *c = cell->c;
     if (vec3_dot(a->normal, b->normal) < ROUGH_FOLD_COSINE ||
         vec3_dot(a->normal, c->normal) < ROUGH_FOLD_COSINE)
@@ -324,14 +326,14 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
 enum rough_kind march_edge_chord(const struct march *march, const struct march_corrections *c,
                                  int k, const struct surface_point *from,
                                  const struct surface_point *to, double curvature, double *chord) {
-    double d = march->settings->spacing[k], right = fishnet_arc_chord(d, curvature);
+    double d = march->length[k], right = fishnet_arc_chord(d, curvature);
     enum rough_kind kind = rough_edge(from, to, curvature, d, &right);
     if (kind == ROUGH_EDGE || fabs(right - *chord) > ROUGH_FAR_OFF * d)
         return ROUGH_EDGE;
     if (kind == ROUGH_BENT && march->settings->yarn_path == DRAPE_PATH_RELAXATION)
         return ROUGH_NOT; /* arcs along relaxed tangents are what was asked for */
     if (!c->has[k])
-        *chord = right;
+        *chord = k ? right + c->excess : right;
     else if (!c->of[k].whole)
         *chord = correction_sideways(&c->of[k], from, to, right);
     return kind;
@@ -358,7 +360,7 @@ static bool lies_over_crease(struct march *march, struct surface_point *d) {
 static enum fishnet_end solve_folded(struct march *march, const struct march_cell *at,
                                      const struct fishnet_cell *cell, enum fishnet_end end,
                                      struct fishnet_node *node) {
-    const double *d = march->settings->spacing;
+    const double *d = march->length;
     bool found = end == FISHNET_FOUND;
     bool folded = found ? lies_over_crease(march, &node->point) ||
                               rough_is_fold(cell->b, &node->point, d[0]) ||
@@ -376,7 +378,7 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
     bool rough = end == FISHNET_FOUND ? lies_over_crease(march, &node->point)
                                       : hangs_on_rough(march, cell, end);
     const struct surface_point *d = &node->point;
-    const double *spacing = march->settings->spacing;
+    const double *spacing = march->length;
     bool look = end == FISHNET_FOUND && !rough &&
                 !(rough_is_arc(cell->b, d, cell->curvature[0], spacing[0]) &&
                   rough_is_arc(cell->c, d, cell->curvature[1], spacing[1]));
@@ -413,8 +415,8 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
  * the edges that are not smooth are laid anew, and geodesics in place of arcs where they are asked
  * for. A D that is expected beyond the boundary, and not to be found on the continuation, is a
  * matter of the boundary. */
-bool march_solve_corner(struct march *march, const struct march_cell *from,
-                        struct fishnet_node *node, enum drape_reason *reason) {
+bool march_solve_lengths(struct march *march, const struct march_cell *from,
+                         struct fishnet_node *node, enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
     struct surface_point corner[3];
     struct march_cell own = *from, *at = &own;
@@ -436,12 +438,8 @@ bool march_solve_corner(struct march *march, const struct march_cell *from,
     bool laid = false;
     double uv[2];
     march->edges.rough = 0;
-    if (march->mesh) {
-        bool found = march_mesh_corner(march, at, cell.guess, node, reason);
-        if (found)
-            march_count_solved(march, (size_t)node->iterations, node->residual);
-        return found;
-    }
+    if (march->mesh)
+        return march_mesh_corner(march, at, cell.guess, node, reason);
     if (corrects) {
         net_view_move(&march->before, at->i, at->j);
         if (march_guess_from_before(march, at, uv))
@@ -453,7 +451,7 @@ bool march_solve_corner(struct march *march, const struct march_cell *from,
         if (pass > 0 && !(corrects && end == FISHNET_FOUND &&
                           drop_corrections(&cell, &node->point, &corrections)))
             break;
-        fishnet_chords(&march->cursor, march->method->yarn, s->yarn_path, s->spacing, &cell);
+        fishnet_chords(&march->cursor, march->method->yarn, s->yarn_path, march->length, &cell);
         cell.bd = march_corrected_chord(&corrections, 0, cell.b, cell.curvature[0], cell.bd);
         cell.cd = march_corrected_chord(&corrections, 1, cell.c, cell.curvature[1], cell.cd);
         end = fishnet_solve(march->surface, &march->cursor, &cell, node);
@@ -466,7 +464,7 @@ bool march_solve_corner(struct march *march, const struct march_cell *from,
               : solve_uneven(march, at, &cell, &corrections, end, node, &laid);
     if (end == FISHNET_FOUND && march->method->yarn == DRAPE_YARN_GEODESIC && !laid) {
         const struct fishnet_node chords = *node;
-        end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,
+        end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, march->length, s->lanes,
                                      node);
         /* Over a joint of which chords did not know yarns leave otherwise than chords do, and what
          * does not converge by them may do so from face to face. */
@@ -477,12 +475,21 @@ bool march_solve_corner(struct march *march, const struct march_cell *from,
             end = solve_rough(march, at, &cell, true, node);
     }
     if (end == FISHNET_FOUND)
-        march_count_solved(march, (size_t)node->iterations, node->residual);
-    else if (end != FISHNET_COLLAPSED && expected_outside(march, &cell))
+        return true;
+    if (end != FISHNET_COLLAPSED && expected_outside(march, &cell))
         *reason = DRAPE_REASON_BOUNDARY;
     else
         *reason = end == FISHNET_COLLAPSED    ? DRAPE_REASON_COLLAPSED
                   : end == FISHNET_DEGENERATE ? DRAPE_REASON_DEGENERATE
                                               : DRAPE_REASON_NO_CONVERGENCE;
-    return end == FISHNET_FOUND;
+    return false;
+}
+
+bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
+                        enum drape_reason *reason) {
+    bool found = march->settings->slide > 0 ? march_slide_corner(march, at, node, reason)
+                                            : march_solve_lengths(march, at, node, reason);
+    if (found)
+        march_count_solved(march, (size_t)node->iterations, node->residual);
+    return found;
 }

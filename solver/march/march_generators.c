@@ -42,7 +42,7 @@ static bool advance_stop(struct march *march, struct stop *stop, double d) {
 static void note_path_edge(struct march *march, const struct stop *from, const struct stop *to,
                            int di, int dj) {
     const struct surface_point *start = &from->point, *end = &to->point;
-    double d = march->settings->spacing[dj != 0], chord = d, curvature;
+    double d = march->length[dj != 0], chord = d, curvature;
     march->edges.rough = 0;
     if (!from->known)
         return;
@@ -94,7 +94,7 @@ static enum drape_reason why_path_ended(struct march *march, const struct path *
 bool march_straight_on(struct march *march, const struct surface_point *from, struct vec3 direction,
                        int di, int dj, struct surface_point *point, enum drape_reason *reason) {
     struct stop start, end;
-    double d = march->settings->spacing[dj != 0];
+    double d = march->length[dj != 0];
     *reason = DRAPE_REASON_BOUNDARY;
     if (march->mesh)
         return march_mesh_straight_on(march, from, direction, di, dj, point);

@@ -166,7 +166,7 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
             continue;
         enum surface_point_zone zone = SURFACE_POINT_BEYOND;
         struct surface_point at_a, at_b, at_c;
-        struct march_cell cell = {i, j, si, sj, &at_a, &at_b, &at_c, {0, 0, 0}, NULL};
+        struct march_cell cell = {i, j, si, sj, &at_a, &at_b, &at_c, {0, 0, 0}, NULL, 0};
         struct fishnet_node node;
         bool regular = march_point_at(march, a, &at_a) && march_point_at(march, b, &at_b) &&
                        march_point_at(march, c, &at_c);
@@ -330,7 +330,11 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
              is_flat(across, direction)))
             return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
     }
-    if (!march_straight_on(march, &from, direction, e->di, e->dj, &to, &reason))
+    if (e->dj)
+        march->length[1] = march_slide_length(march, e->i, e->j, &from, direction);
+    bool gone = march_straight_on(march, &from, direction, e->di, e->dj, &to, &reason);
+    march->length[1] = march->settings->spacing[1];
+    if (!gone)
         return e->begins ? STATUS_OK : march_fail(march, i, j, reason);
     if (march_is_parted(march, i, j, -e->di, -e->dj, &to))
         return STATUS_OK;

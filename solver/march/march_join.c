@@ -11,8 +11,9 @@
 #include "solver/fishnet/logarithm.h"
 #include "solver/fishnet/rough.h"
 
-/* A yarn that is wrong by more than this share of its spacing is none. */
-static const double join_gap = 0.01;
+/* A yarn that is wrong by more than this share of its spacing is none; of weft that slides, whose
+ * length is known by the shear at one of its ends, so many times as much. */
+static const double join_gap = 0.01, of_sliding = 5;
 
 /* How far a yarn's length is measured, by its spacing: well within that. */
 static const double measured = 1e-3;
@@ -57,7 +58,16 @@ bool march_joins(struct march *march, int32_t i, int32_t j, const struct surface
         const struct net_node *node = net_place(march->net, i + sides[k][0], j + sides[k][1]);
         bool laid = (march->edges.rough | march->edges.parted) & NET_EDGE_BIT(k / 2, k % 2 == 0);
         bool gives_way = node && node->state == NET_GHOST && zone == SURFACE_POINT_INSIDE;
-        if (node && !laid && !gives_way && !(misfit(march, point, node, d[k / 2]) < join_gap))
+        if (!node || laid || gives_way)
+            continue;
+        double length = d[k / 2], gap = join_gap;
+        struct surface_point at;
+        if (k / 2 && march->settings->slide > 0 && march_point_at(march, node, &at)) {
+            length = march_slide_length(march, i + sides[k][0], j + sides[k][1], &at,
+                                        vec3_sub(point->jet.r, node->r));
+            gap *= of_sliding;
+        }
+        if (!(misfit(march, point, node, length) < gap))
             return false;
     }
     return true;

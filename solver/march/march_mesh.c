@@ -57,7 +57,7 @@ static bool is_rough(const struct surface_point *from, const struct surface_poin
  * method basic. `cell` has the spacings. */
 static enum mesh_corner_end solve_smooth(struct march *march, const struct march_cell *at,
                                          const struct mesh_cell *cell, struct mesh_corner *corner) {
-    const double *d = march->settings->spacing;
+    const double *d = march->length;
     struct fishnet_cell chords = {.a = at->a, .b = at->b, .c = at->c};
     struct mesh_cell by_chords = *cell, by_geodesics = *cell;
     fishnet_chords(NULL, march->method->yarn, DRAPE_PATH_CHORD, d, &chords);
@@ -105,8 +105,8 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
     struct mesh_cell cell = {.a = march_mesh_point_of(at->a),
                              .b = march_mesh_point_of(at->b),
                              .c = march_mesh_point_of(at->c),
-                             .bd = march->settings->spacing[0],
-                             .cd = march->settings->spacing[1],
+                             .bd = march->length[0],
+                             .cd = march->length[1],
                              .guess = guess,
                              .orientation = at->si * at->sj};
     struct mesh_corner corner;
@@ -149,7 +149,7 @@ static bool advance_yarn(const struct march *march, struct march_mesh_yarn *yarn
 
 bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
                     struct surface_point *point, bool *lost) {
-    double d = march->settings->spacing[dj != 0];
+    double d = march->length[dj != 0];
     struct mesh_smooth_path from = yarn->smooth;
     march->edges.rough = 0;
     if (!advance_yarn(march, yarn, d, point, lost))

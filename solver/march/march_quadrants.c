@@ -65,7 +65,7 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
         if (!*found)
             return STATUS_OK;
         struct march_cell cell = {i * q->si, r * q->sj, q->si,     q->sj, &a,
-                                  &b,        point,     {0, 0, 0}, NULL};
+                                  &b,        point,     {0, 0, 0}, NULL,  0};
         *found = march_solve_corner(march, &cell, &node, &reason);
         if (!*found)
             return march_fail_cell(march, cell.i, cell.j, reason, cell.b);
@@ -195,6 +195,9 @@ static enum status grow_row(struct quadrant *q, struct quadrant_row *below,
         bool found;
         enum status status = quadrant_reach_below(q, below, row->count, j, &found);
         row->ended = !found;
+        bool ahead = q->march->settings->slide > 0 && row->count + 1 < q->length;
+        if (status == STATUS_OK && found && ahead) /* weft that slides rests on a place more */
+            status = quadrant_reach_below(q, below, row->count + 1, j, &ahead);
         if (status == STATUS_OK && found)
             status = quadrant_grow_node(q, below, row, j);
         if (status != STATUS_OK)

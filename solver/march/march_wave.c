@@ -35,8 +35,8 @@ enum status wave_make(const struct march *march, struct arena *arena, int most,
     const struct drape_settings *s = march->settings;
     int lanes = s->lanes && s->lanes < most ? s->lanes : most;
     /* It can go over patches, by methods whose edges have chords of known length. */
-    bool suits = march->method->yarn != DRAPE_YARN_GEODESIC && march->surface && !march->mesh &&
-                 s->yarn_path == DRAPE_PATH_CHORD;
+    bool suits = s->slide == 0 && march->method->yarn != DRAPE_YARN_GEODESIC && march->surface &&
+                 !march->mesh && s->yarn_path == DRAPE_PATH_CHORD;
     q->kernel = suits ? wave_kernel_for(lanes) : NULL;
     if (!q->kernel)
         return STATUS_OK;
@@ -340,7 +340,7 @@ static void correct_lane(struct quadrant *q, int32_t j, int k) {
     const struct wave_places *back1 = wave_at(wave, 1), *back2 = wave_at(wave, 2);
     struct surface_point a = {.surface = back2->surface[k]}, b, c;
     struct march_cell cell = {
-        q->row[k + 1].count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c, {0, 0, 0}, NULL};
+        q->row[k + 1].count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c, {0, 0, 0}, NULL, 0};
     struct march_corrections corrections;
     double uv[2];
     a.uv[0] = back2->of[0][k];

@@ -316,6 +316,21 @@ static void estimate_quadrant(void *data, int number) {
     }
 }
 
+/* Where weft slides an error changes the lengths of the edges that it goes on over, and the sums do
+ * not hold: there the correction itself bounds what is left of it. */
+static void estimate_by_correction(struct estimate *e, struct net_tile *const *tiles) {
+    for (size_t t = 0; t < net_tile_count(e->net.march->net); t++)
+        for (int at = 0; at < NET_TILE * NET_TILE; at++) {
+            int x = at % NET_TILE, y = at / NET_TILE;
+            int32_t i = tiles[t]->ti * NET_TILE + x, j = tiles[t]->tj * NET_TILE + y;
+            move_views(e, i, j);
+            const struct net_node *before = net_view_place(&e->before, i, j);
+            const struct net_node *node = net_view_place(&e->net.net, i, j);
+            if (before && node)
+                keep_error(e, i, j, &(struct error){.of[LONGER] = vec3_sub(node->r, before->r)});
+        }
+}
+
 enum status estimate_make(struct march *march) {
     static const int8_t side[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     const struct error exact = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
@@ -327,6 +342,10 @@ enum status estimate_make(struct march *march) {
     struct task task[NET_TABLES];
     if (!tiles)
         return STATUS_OUT_OF_MEMORY;
+    if (march->settings->slide > 0) {
+        estimate_by_correction(&e, tiles);
+        return STATUS_OK;
+    }
     /* Nodes that the growth placed are estimated later, and are plain no longer. */
     for (size_t k = 0; k < march->grown.count; k++) {
         const struct march_step *step = &march->grown.step[k];

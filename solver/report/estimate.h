@@ -10,7 +10,8 @@
  * in both families of yarns and once with opposite ones; the estimate is a multiple of the first
  * sum and the other two, by their size. Nodes that the growth placed follow in its order: the end
  * of a yarn that goes straight on along a free edge goes on as it went before, and aside by what
- * the yarn beside it turns over a spacing, for the free edge lies somewhere between the two.
+ * the yarn beside it turns over a spacing, for the free edge lies somewhere between the two. Where
+ * weft slides the estimate is the distance between both nets.
  */
 #ifndef SOLVER_REPORT_ESTIMATE_H
 #define SOLVER_REPORT_ESTIMATE_H

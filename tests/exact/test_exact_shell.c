@@ -41,7 +41,7 @@ static void test_exact_shell_mosaic_is_nearly_the_whole(void **state) {
         struct scene scene;
         scene_make(&scene, (enum scene_id)id);
         uint64_t own = seed + (uint64_t)id;
-        const struct whole_case c = {(enum cutting)(own % CUTTINGS), DRAPE_MOSAIC, 0, own};
+        const struct whole_case c = {(enum cutting)(own % CUTTINGS), DRAPE_MOSAIC, 0, own, 0};
         bad += !whole_is_same(&scene, &c);
         scene_free(&scene);
     }

@@ -102,6 +102,7 @@ bool whole_is_same(struct scene *scene, const struct whole_case *c) {
     shape_evaluate(&scene->shape, scene->start_uv[0], scene->start_uv[1], &jet);
     settings.start_kind = DRAPE_START_POINT;
     settings.start_point = jet.r;
+    settings.slide = c->slide;
     settings.method = mosaic ? DRAPE_BASIC : method; /* what it tends to */
     drape_begin(&whole, &scene->shape, &settings);
     settings.method = method;
@@ -152,7 +153,7 @@ bool whole_is_same(struct scene *scene, const struct whole_case *c) {
 
 bool whole_scene_is_same(enum scene_id id, enum cutting cutting, double gap, uint64_t seed) {
     static const enum drape_method every[] = {DRAPE_GIB, DRAPE_GIB4, DRAPE_BASIC, DRAPE_GEODESIC};
-    const struct whole_case c = {cutting, every[seed % 4], gap, seed};
+    const struct whole_case c = {cutting, every[seed % 4], gap, seed, 0};
     struct scene scene;
     scene_make(&scene, id);
     bool same = whole_is_same(&scene, &c);

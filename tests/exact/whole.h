@@ -14,6 +14,7 @@ struct whole_case {
     enum drape_method method;
     double gap; /* faces are disturbed by so much of the size (`pieces_disturb`); 0: they are not */
     uint64_t seed;
+    double slide; /* of drape_settings */
 };
 
 /* Nodes may be off by this share of the size, and twice the gap. */
