@@ -280,6 +280,27 @@ static double mate_parameter(const struct face_edge *edge, const struct face_edg
                           : mate->t[0] + share * (mate->t[1] - mate->t[0]);
 }
 
+/* Enters the next face where it is nearest to the place that is left: over a smooth joint, whose
+ * lines on both faces need not meet beyond the end. False where that leads nowhere. */
+static bool enter_nearest(const struct surface *beyond, struct crossing *on) {
+    struct surface_cursor cursor = {0, 0};
+    struct surface_point there;
+    struct crossing_frame *to = &on->to;
+    if (!surface_point_at(beyond, &cursor, on->entry, &there))
+        return false;
+    for (int round = 0; round < END_ROUNDS; round++)
+        if (!surface_point_move(&cursor, &there, vec3_sub(on->from.at, there.jet.r), &there) ||
+            there.surface != beyond)
+            return false;
+    memcpy(on->entry, there.uv, sizeof there.uv);
+    to->at = there.jet.r;
+    to->normal = there.normal;
+    to->along = surface_point_tangent(&there, on->from.along);
+    struct vec3 left = vec3_cross(to->normal, to->along);
+    to->across = vec3_scale(vec3_dot(left, to->across) < 0 ? -1 : 1, left);
+    return true;
+}
+
 /* The frames of a joint beyond its open end, where both faces' curves go on alike. */
 static bool continue_joint(const struct surface *surface, double t, struct crossing *crossing) {
     const struct shell *shell = surface->shell;
@@ -299,6 +320,8 @@ static bool continue_joint(const struct surface *surface, double t, struct cross
         !(vec3_dot(on.from.normal, crossing->from.normal) > turned) ||
         !(vec3_dot(on.to.normal, crossing->to.normal) > turned) ||
         !(vec3_distance(on.from.at, on.to.at) <= alike * far + 2 * shell->found.largest_gap))
+        return false;
+    if (edge->straight[t > edge->t[1]] && !enter_nearest(crossing->beyond, &on))
         return false;
     on.continued = true;
     *crossing = on;

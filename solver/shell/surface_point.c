@@ -388,7 +388,6 @@ enum surface_point_zone surface_point_zone_on_face(const struct surface_point *p
     struct border border;
     struct vec3 tangent[2];
     if (crossing->kind == CROSSING_NONE ||
-        (crossing->kind == CROSSING_JOINT && !crossing->at_corner) ||
         crossing->distance <= shell_joint_width(point->surface->shell))
         return SURFACE_POINT_INSIDE;
     if (!surface_point_is_beyond(point, 0))
