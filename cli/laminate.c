@@ -4,6 +4,7 @@
 #include "api/json/text.h"
 #include "api/laminate/flat_plies.h"
 #include "api/laminate/run.h"
+#include "api/laminate/seams.h"
 #include <errno.h>
 #include <string.h>
 #include <unistd.h>
@@ -88,53 +89,100 @@ static void report_cloth(const struct laminate_job *job, size_t k, const struct 
             text, "mass", laminate_layers(ply) * ply->areal_weight * shape->area * metres * metres);
 }
 
+/* What became of one ply, or of one piece, beside its name. */
+static bool report_ply(const struct laminate_job *job, size_t k, const struct flat_ply *shape,
+                       const struct api_problem *fault, struct api_text *text,
+                       struct api_problem *problem) {
+    static struct api_columns columns;
+    const struct laminate_ply *ply = &job->laminate.plies[k];
+    const struct api_reader *net = job->nets[ply->net];
+    api_text_key_string(text, "digest", job->laminate.net_digest[ply->net]);
+    api_text_key_string(text, "status", net ? "succeeded" : "failed");
+    if (!net) {
+        api_text_key_string(text, "error", job->problems[ply->net].error[0].detail);
+        return true;
+    }
+    if (api_columns_open(net, &columns, problem) != API_OK)
+        return false;
+    const struct api_summary *summary = &columns.summary;
+    bool partial = shape ? shape->partial : summary->outcome == DRAPE_PARTIAL;
+    api_text_key_string(text, "outcome", outcome_names[partial ? DRAPE_PARTIAL : DRAPE_COMPLETE]);
+    api_text_key_integer(text, "nodes", (int64_t)summary->nodes);
+    if (shape)
+        report_cloth(job, k, shape, text);
+    if (!ply->boundary.count && !ply->pieces)
+        api_text_key_number(text, "mean_shear_deg", summary->mean_shear_deg);
+    api_text_key(text, "warnings");
+    api_text_raw(text, "[");
+    for (size_t w = 0, said = 0; w < summary->warnings.count; w++) {
+        if (!flat_plies_concerns(&job->laminate, k, &summary->warnings.list[w]))
+            continue;
+        api_text_raw(text, said++ ? "," : "");
+        api_text_string(text, summary->warnings.list[w].detail);
+    }
+    if (!shape)
+        api_text_string(text, fault->error[0].detail);
+    api_text_raw(text, "]");
+    return true;
+}
+
+/* The pieces of a ply whose first is ply k, and its seams. */
+static bool report_pieces(const struct laminate_job *job, size_t k, const struct flat_plies *shapes,
+                          bool known, const struct api_problem *fault, struct api_text *text,
+                          struct api_problem *problem) {
+    const struct laminate_pieces *pieces = job->laminate.plies[k].pieces;
+    const struct flat_ply *siblings[LAMINATE_PIECES_MAX] = {NULL};
+    const struct seam *seams;
+    size_t count = 0;
+    if (known && shapes->count)
+        (void)flat_plies_siblings(shapes, &job->laminate, 0, siblings);
+    if (known && shapes->count)
+        api_text_key_number(text, "cloth_coverage", shapes->shapes[0].covered);
+    api_text_key(text, "pieces");
+    for (size_t n = 0; n < pieces->count; n++) {
+        api_text_raw(text, n ? ",{" : "[{");
+        api_text_key_string(text, "name", pieces->pieces[n].name);
+        if (!report_ply(job, k + n, siblings[n], fault, text, problem))
+            return false;
+        api_text_raw(text, "}");
+    }
+    api_text_raw(text, "]");
+    if (known && shapes->count &&
+        !seams_make(&job->laminate, shapes, 0, job->arena, &seams, &count))
+        return !api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the seams");
+    api_text_key(text, "seams");
+    api_text_raw(text, "[");
+    for (size_t n = 0; n < count; n++) {
+        api_text_raw(text, n ? "," : "");
+        seams_write(pieces, &seams[n], text);
+    }
+    api_text_raw(text, "]");
+    return true;
+}
+
 bool laminate_job_report(const struct laminate_job *job, const struct files_output *output,
                          struct api_problem *problem) {
-    static struct api_columns columns;
     struct api_text text = api_text_growing(job->arena);
     api_text_raw(&text, "{\"plies\":[");
-    for (size_t k = 0; k < job->laminate.count; k++) {
+    for (size_t k = 0, next; k < job->laminate.count; k = next) {
         const struct laminate_ply *ply = &job->laminate.plies[k];
-        const struct api_reader *net = job->nets[ply->net];
+        struct api_problem own = {0};
+        struct flat_plies shapes;
         api_text_raw(&text, k ? ",{" : "{");
         api_text_key_string(&text, "name", ply->name);
         api_text_key_integer(&text, "layers", laminate_layers(ply));
         api_text_key_number(&text, "offset", ply->drape.offset);
-        api_text_key_string(&text, "digest", job->laminate.net_digest[ply->net]);
-        api_text_key_string(&text, "status", net ? "succeeded" : "failed");
-        if (!net) {
-            api_text_key_string(&text, "error", job->problems[ply->net].error[0].detail);
-            api_text_raw(&text, "}");
-            continue;
-        }
-        if (api_columns_open(net, &columns, problem) != API_OK)
-            return false;
-        const struct api_summary *summary = &columns.summary;
-        struct api_problem own = {0};
-        struct flat_plies shapes;
-        bool known =
-            flat_plies_make(&job->laminate, job->nets, (int)k, job->arena, &shapes, &own) == API_OK;
-        const struct flat_ply *shape = known ? &shapes.shapes[0] : NULL;
-        bool partial = known ? shape->partial : summary->outcome == DRAPE_PARTIAL;
-        api_text_key_string(&text, "outcome",
-                            outcome_names[partial ? DRAPE_PARTIAL : DRAPE_COMPLETE]);
-        api_text_key_integer(&text, "nodes", (int64_t)summary->nodes);
-        if (known)
-            report_cloth(job, k, shape, &text);
-        if (!ply->boundary.count)
-            api_text_key_number(&text, "mean_shear_deg", summary->mean_shear_deg);
-        api_text_key(&text, "warnings");
-        api_text_raw(&text, "[");
-        for (size_t w = 0, said = 0; w < summary->warnings.count; w++) {
-            if (!flat_plies_concerns(&job->laminate, k, &summary->warnings.list[w]))
-                continue;
-            api_text_raw(&text, said++ ? "," : "");
-            api_text_string(&text, summary->warnings.list[w].detail);
-        }
-        if (!known)
-            api_text_string(&text, own.error[0].detail);
-        api_text_raw(&text, "]}");
+        bool known = flat_plies_make(&job->laminate, job->nets, (int)ply->number, job->arena,
+                                     &shapes, &own) == API_OK;
+        next = k + (ply->pieces ? ply->pieces->count : 1);
+        bool good = ply->pieces
+                        ? report_pieces(job, k, &shapes, known, &own, &text, problem)
+                        : report_ply(job, k, known && shapes.count ? &shapes.shapes[0] : NULL, &own,
+                                     &text, problem);
+        api_text_raw(&text, "}");
         flat_plies_free(&shapes);
+        if (!good)
+            return false;
     }
     api_text_raw(&text, "]}\n");
     const char *document = api_text_finish(&text);

@@ -114,6 +114,8 @@ struct map_plies {
     size_t ply_count;         /* 1..MAP_PLIES_MAX */
     int side;                 /* they follow each other along warp x weft, 1, or against, -1 */
     const char *const *names; /* of each ply, ASCII, not empty */
+    const int (*numbers)[2];  /* pieces count as plies: of each its ply, from 1, and its number in
+                                 that, 0 where the ply is of one; NULL: all are */
     const struct map_ply_row *rows; /* by element, then ply; none where the ply does not reach */
     size_t row_count;
     const size_t *first;          /* `element_count` + 1: the rows of element e are first[e] to

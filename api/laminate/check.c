@@ -58,11 +58,16 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
     }
     if (problem->id != API_OK)
         return problem->id;
-    /* The record: the net and the name of each ply, and the laminate as it was understood. */
+    /* The record, as in the header. */
     struct api_text text = api_text_growing(arena);
     const char *document = laminate_normalise(&laminate, arena);
-    for (size_t k = 0; k < laminate.count; k++)
-        api_text_format(&text, "%zu %s\n", laminate.plies[k].net, laminate.plies[k].name);
+    for (size_t k = 0; k < laminate.count; k++) {
+        const struct laminate_ply *ply = &laminate.plies[k];
+        api_text_format(&text, "%zu %s", ply->net, ply->piece ? "" : ply->name);
+        if (ply->pieces)
+            api_text_format(&text, "\t%s", ply->pieces->pieces[ply->piece].name);
+        api_text_raw(&text, "\n");
+    }
     api_text_raw(&text, "\n");
     api_text_raw(&text, document ? document : "");
     const char *record = document ? api_text_finish(&text) : NULL;

@@ -2,7 +2,8 @@
 /*
  * What can be said of a laminate before anything is draped, and what a service keeps of it. Its
  * record is text: of each ply a line with the number of its drape and its name, an empty line, and
- * the laminate as it was understood.
+ * the laminate as it was understood. Of a ply of several pieces there is a line for each, with a
+ * tab and the name of the piece behind that of the ply, which only the first has.
  */
 #ifndef API_LAMINATE_CHECK_H
 #define API_LAMINATE_CHECK_H

@@ -20,6 +20,19 @@ struct api_request laminate_drape(const struct laminate *laminate, size_t k) {
     return drape;
 }
 
+void laminate_title(const struct laminate_ply *ply, char title[LAMINATE_TITLE_SIZE]) {
+    const char *piece = ply->pieces ? ply->pieces->pieces[ply->piece].name : "";
+    (void)snprintf(title, LAMINATE_TITLE_SIZE, "%s%s%s", ply->name, *piece ? ", " : "", piece);
+}
+
+bool laminate_split_closed(const struct drape_cut_line *split) {
+    return split->count > 3 && vec3_distance(split->path[0], split->path[split->count - 1]) == 0;
+}
+
+size_t laminate_steps(double length, double step) {
+    return (size_t)fmin(fmax(ceil(length / step), 1), 1e5);
+}
+
 /* ---- one ply ---- */
 
 static void decode_boundary(const struct json_value *json, const struct api_surface *surface,
@@ -61,18 +74,120 @@ static void decode_boundary(const struct json_value *json, const struct api_surf
     }
 }
 
+static void decode_seam(const struct json_value *json, struct laminate_seam *seam) {
+    static const char *const keys[] = {"overlap", "gap", "over", NULL};
+    static const char *const sides[] = {"first", "last"};
+    struct json_value overlap = value_member(json, keys[0]), gap = value_member(json, keys[1]);
+    struct json_value over = value_member(json, keys[2]);
+    int index;
+    if (!value_object(json, keys))
+        return;
+    if (value_given(&overlap) == value_given(&gap))
+        value_fault(json, "must have either \"overlap\" or \"gap\"");
+    else if (value_given(&overlap))
+        value_number(&overlap, decode_lengths, &seam->overlap);
+    else
+        value_number(&gap, decode_lengths, &seam->gap);
+    if (value_given(&over) && !value_given(&overlap))
+        value_fault(&over, "needs an \"overlap\"");
+    else if (value_given(&over) && value_choice(&over, sides, 2, &index))
+        seam->over = index == 0 ? LAMINATE_OVER_FIRST : LAMINATE_OVER_LAST;
+}
+
+static void decode_splits(const struct json_value *json, struct laminate_pieces *pieces) {
+    static const char *const keys[] = {"path", "name", NULL};
+    size_t count = value_array(json, 1) ? value_length(json) : 0;
+    struct drape_cut_line *splits = json_tree_alloc(json->tree, count + 1, sizeof *splits);
+    if (count > LAMINATE_SPLITS_MAX) {
+        value_fault(json, "must have at most %d splits", LAMINATE_SPLITS_MAX);
+        return;
+    }
+    for (size_t k = 0; k < count && splits; k++) {
+        char name[LAMINATE_NAME_MAX + 1];
+        struct json_value split = value_element(json, k), own = value_member(&split, "name");
+        struct json_value path = value_member(&split, "path");
+        if (value_object(&split, keys))
+            decode_cut_path(&path, &splits[k]);
+        if (value_given(&own))
+            decode_name(&own, LAMINATE_NAME_MAX, name);
+    }
+    pieces->splits = splits;
+    pieces->split_count = splits ? count : 0;
+}
+
+/* The pieces that the request speaks of; what one does not say is as the ply says. */
+static void decode_pieces(const struct json_value *json, const struct api_request *ply,
+                          struct laminate_pieces *pieces) {
+    static const char *const keys[] = {"at",        "name",         "fabric", "start",
+                                       "direction", "generators",   "method", "yarn_path",
+                                       "extent",    "permeability", "cuts",   NULL};
+    size_t count = value_array(json, 0) ? value_length(json) : 0;
+    struct laminate_piece *list = json_tree_alloc(json->tree, count + 1, sizeof *list);
+    if (count > LAMINATE_PIECES_MAX) {
+        value_fault(json, "must have at most %d pieces", LAMINATE_PIECES_MAX);
+        return;
+    }
+    for (size_t k = 0; k < count && list; k++) {
+        struct json_value own = value_element(json, k), at = value_member(&own, "at");
+        struct json_value name = value_member(&own, "name");
+        char *text = json_tree_alloc(json->tree, LAMINATE_NAME_MAX + 1, 1);
+        list[k] = (struct laminate_piece){.name = text, .drape = *ply};
+        list[k].drape.settings.start_kind = DRAPE_START_CENTROID;
+        if (!text || !value_object(&own, keys))
+            continue;
+        (void)snprintf(text, LAMINATE_NAME_MAX + 1, "piece_%zu", k + 1);
+        if (value_given(&name))
+            decode_name(&name, LAMINATE_NAME_MAX, text);
+        value_vector(&at, decode_coordinates, 3, &list[k].at.x);
+        decode_ply(&own, &list[k].drape);
+        for (size_t n = 0; n < k; n++)
+            if (strcmp(list[n].name, text) == 0)
+                value_fault(value_given(&name) ? &name : &own, "is the name of another piece");
+    }
+    pieces->pieces = list;
+    pieces->count = list ? count : 0;
+}
+
+/* `splits`, `seam` and `pieces` of a ply. */
+static void decode_division(const struct json_value *json, struct laminate_ply *ply) {
+    struct json_value splits = value_member(json, "splits"), seam = value_member(json, "seam");
+    struct json_value list = value_member(json, "pieces"), start = value_member(json, "start");
+    struct json_value boundary = value_member(json, "boundary");
+    if (!value_given(&splits)) {
+        if (value_given(&seam))
+            value_fault(&seam, "needs \"splits\"");
+        if (value_given(&list))
+            value_fault(&list, "needs \"splits\"");
+        return;
+    }
+    struct laminate_pieces *pieces = json_tree_alloc(json->tree, 1, sizeof *pieces);
+    if (!pieces)
+        return;
+    if (value_given(&start))
+        value_fault(&start, "must be left out beside \"splits\": each of \"pieces\" may have one");
+    if (value_given(&boundary))
+        value_fault(&boundary, "must be left out beside \"splits\"");
+    ply->pieces = pieces;
+    pieces->ply = ply->drape;
+    decode_splits(&splits, pieces);
+    if (value_given(&seam))
+        decode_seam(&seam, &pieces->seam);
+    if (value_given(&list))
+        decode_pieces(&list, &ply->drape, pieces);
+}
+
 static void decode_laminate_ply(const struct json_value *json, const struct api_request *common,
                                 size_t number, struct laminate_ply *ply) {
-    static const char *const keys[] = {"name",         "repeat",    "compaction", "boundary",
-                                       "fabric",       "start",     "direction",  "generators",
-                                       "method",       "yarn_path", "extent",     "permeability",
-                                       "areal_weight", "cuts",      NULL};
+    static const char *const keys[] = {
+        "name",         "repeat",     "compaction", "boundary",  "fabric", "start",
+        "direction",    "generators", "method",     "yarn_path", "extent", "permeability",
+        "areal_weight", "cuts",       "splits",     "seam",      "pieces", NULL};
     struct json_value name = value_member(json, "name"), repeat = value_member(json, "repeat");
     struct json_value law = value_member(json, "compaction");
     struct json_value boundary = value_member(json, "boundary");
     struct json_value weight = value_member(json, "areal_weight");
     char *own = json_tree_alloc(json->tree, LAMINATE_NAME_MAX + 1, 1);
-    *ply = (struct laminate_ply){.drape = *common, .repeat = 1, .name = own};
+    *ply = (struct laminate_ply){.drape = *common, .repeat = 1, .name = own, .number = number};
     if (own)
         (void)snprintf(own, LAMINATE_NAME_MAX + 1, "ply_%zu", number + 1);
     if (own && value_given(&name))
@@ -90,6 +205,7 @@ static void decode_laminate_ply(const struct json_value *json, const struct api_
         decode_compaction(&law, &ply->law);
     if (value_given(&boundary))
         decode_boundary(&boundary, &common->surface, &ply->boundary);
+    decode_division(json, ply);
 }
 
 /* ---- the stack ---- */
@@ -98,12 +214,12 @@ static void decode_plies(const struct json_value *list, const struct api_request
                          struct laminate *laminate) {
     if (!value_array(list, 1))
         return;
-    laminate->count = value_length(list);
+    laminate->count = laminate->ply_count = value_length(list);
     if (laminate->count > LAMINATE_PLIES_MAX) {
         value_fault(list,
                     "has %zu plies, and %d are allowed: use \"repeat\" for equal plies in sequence",
                     laminate->count, LAMINATE_PLIES_MAX);
-        laminate->count = 0;
+        laminate->count = laminate->ply_count = 0;
         return;
     }
     double below = 0; /* the heights h_k of the header */

@@ -12,6 +12,8 @@
 /* As of the pattern of a drape: what points of the rim are left out for, in spacings. */
 static const double tolerance = 5e-4;
 
+static const double degrees = 57.295779513082321;
+
 /* The loops of a boundary turned so that they enclose what is on their left, holes the other way
  * round, in (p, q). */
 static bool oriented_loops(const struct region *region, struct polygons *loops) {
@@ -78,7 +80,7 @@ static bool add_cells_inside(const struct api_reader *reader, const struct api_c
     enum { BLOCK = 512, COLUMNS = 3 };
     static const char *const names[COLUMNS] = {"i", "j", "shear_deg"};
     double block[COLUMNS][BLOCK];
-    size_t rows = api_columns_rows(columns, table);
+    size_t rows = api_columns_rows(columns, table), counted = 0;
     for (size_t first = 0, held; first < rows; first += held) {
         held = rows - first < BLOCK ? rows - first : BLOCK;
         for (int c = 0; c < COLUMNS; c++) {
@@ -94,11 +96,35 @@ static bool add_cells_inside(const struct api_reader *reader, const struct api_c
                 !bsearch(&key, passed, passed_count, sizeof *passed, compare_ply_cells))
                 continue;
             shape->max_shear_deg = fmax(shape->max_shear_deg, shear_deg);
+            shape->cosine += cos(shear_deg / degrees);
+            counted++;
             shape->locked_cells +=
                 table == API_TABLE_CELLS && locking_deg >= 0 && shear_deg > locking_deg;
         }
     }
+    shape->cell_count += counted;
     return true;
+}
+
+/* The numbers of a ply from the cells within a region of its net. */
+static enum api_problem_id count_cells(const struct laminate *laminate,
+                                       const struct api_reader *reader,
+                                       const struct api_columns *columns,
+                                       const struct region *region, struct arena *arena,
+                                       struct flat_ply *shape, struct api_problem *problem) {
+    double locking_deg = laminate->plies[shape->ply].drape.fabric.locking_angle_deg;
+    size_t count;
+    struct cell *passed = cells_passed(region, &count, arena);
+    if (!passed)
+        return api_problem_no_memory(problem, "the patterns");
+    shape->max_shear_deg = shape->cosine = 0;
+    shape->locked_cells = locking_deg >= 0 ? 0 : -1;
+    for (int k = 0; k < 2; k++)
+        if (!add_cells_inside(reader, columns, k ? API_TABLE_CUT : API_TABLE_CELLS, region, passed,
+                              count, locking_deg, shape))
+            return map_net_damaged(problem);
+    shape->cosine = shape->cell_count ? shape->cosine / (double)shape->cell_count : 1;
+    return API_OK;
 }
 
 /* What of the cut lies within the ply's boundary, and what the cells there say. */
@@ -107,20 +133,14 @@ static enum api_problem_id clip_to_boundary(const struct laminate *laminate,
                                             struct arena *arena, struct flat_ply *shape,
                                             struct api_problem *problem) {
     static const enum column_id kept[] = {COLUMN_CELLS_warp, COLUMN_CELLS_weft};
-    const struct laminate_ply *ply = &laminate->plies[shape->ply];
     const double *d = cloth->columns.grid.spacing;
     struct polygons loops = {0}, both = {0};
     struct region region;
-    size_t count;
     map_net_keep(cloth, kept, sizeof kept / sizeof *kept);
     if (map_net_load(reader, NULL, arena, cloth, problem) != API_OK ||
         region_make(laminate, shape->ply, cloth->facets, d, arena, &region, problem) != API_OK)
         return problem->id;
-    struct cell *passed = cells_passed(&region, &count, arena);
-    bool good = passed && oriented_loops(&region, &loops) && clip_make(&loops, &shape->cut, &both);
-    double locking_deg = ply->drape.fabric.locking_angle_deg;
-    shape->max_shear_deg = 0;
-    shape->locked_cells = locking_deg >= 0 ? 0 : -1;
+    bool good = oriented_loops(&region, &loops) && clip_make(&loops, &shape->cut, &both);
     if (good) {
         polygons_free(&shape->cut);
         shape->cut = both;
@@ -132,10 +152,126 @@ static enum api_problem_id clip_to_boundary(const struct laminate *laminate,
         api_problem_no_memory(problem, "the patterns");
     }
     polygons_free(&loops);
-    for (int k = 0; good && k < 2; k++)
-        if (!add_cells_inside(reader, &cloth->columns, k ? API_TABLE_CUT : API_TABLE_CELLS, &region,
-                              passed, count, locking_deg, shape))
-            return map_net_damaged(problem);
+    if (good)
+        (void)!count_cells(laminate, reader, &cloth->columns, &region, arena, shape, problem);
+    return problem->id;
+}
+
+/* ---- pieces ---- */
+
+/* Whether cloth of the region ends where the part goes on. */
+static bool ends_bare(const struct flat_pattern *flat, const struct polygons *region,
+                      const double d[2]) {
+    static const double beside = 0.05; /* in spacings, on the cloth's side */
+    for (size_t k = 0; k < flat->front_count; k++) {
+        const double *from = flat->fronts[k].from, *to = flat->fronts[k].to;
+        double x = to[0] - from[0], y = to[1] - from[1], length = hypot(x, y);
+        if (clip_contains(region, d[0] * ((from[0] + to[0]) / 2 - beside * y / length),
+                          d[1] * ((from[1] + to[1]) / 2 + beside * x / length)))
+            return true;
+    }
+    return false;
+}
+
+static void scale_polygons(struct polygons *polygons, const double d[2]) {
+    for (size_t n = 0; n < polygons->count; n++) {
+        polygons->points[n].x *= d[0];
+        polygons->points[n].y *= d[1];
+    }
+}
+
+/* What of the cloth lies in the region of the piece. */
+static enum api_problem_id find_region(const struct laminate *laminate,
+                                       const struct api_reader *reader, struct map_net *cloth,
+                                       const struct flat_pattern *flat, struct arena *arena,
+                                       struct flat_ply *shape, struct api_problem *problem) {
+    static const enum column_id kept[] = {COLUMN_CELLS_warp, COLUMN_CELLS_weft};
+    struct split_posts posts;
+    map_net_keep(cloth, kept, sizeof kept / sizeof *kept);
+    if (map_net_load(reader, NULL, arena, cloth, problem) != API_OK)
+        return problem->id;
+    shape->cloth = shape->cut;
+    shape->cut = (struct polygons){0};
+    scale_polygons(&shape->cloth, cloth->columns.grid.spacing);
+    shape->piece = calloc(1, sizeof *shape->piece);
+    if (!shape->piece || !split_posts_make(laminate->plies[shape->ply].pieces, arena, &posts))
+        return api_problem_no_memory(problem, "the patterns");
+    if (flat_piece_make(cloth, &shape->cloth, &posts, arena, shape->piece, problem) != API_OK)
+        return problem->id;
+    shape->partial = ends_bare(flat, &shape->piece->region, cloth->columns.grid.spacing);
+    shape->region_area = polygons_area(&shape->piece->region);
+    shape->part_area = cloth->columns.summary.part_area;
+    return API_OK;
+}
+
+bool flat_plies_siblings(const struct flat_plies *shapes, const struct laminate *laminate,
+                         size_t first, const struct flat_ply *siblings[LAMINATE_PIECES_MAX]) {
+    const struct laminate_ply *own = &laminate->plies[shapes->shapes[first].ply];
+    memset(siblings, 0, LAMINATE_PIECES_MAX * sizeof *siblings);
+    for (size_t n = first; own->pieces && n < shapes->count; n++) {
+        const struct laminate_ply *ply = &laminate->plies[shapes->shapes[n].ply];
+        if (ply->number == own->number)
+            siblings[ply->piece] = &shapes->shapes[n];
+    }
+    return own->pieces != NULL;
+}
+
+/* Makes the seams of a piece, and finds its numbers. */
+static enum api_problem_id sew_piece(const struct laminate *laminate,
+                                     const struct flat_ply *const *siblings,
+                                     const struct api_reader *reader, struct map_net *cloth,
+                                     struct arena *arena, struct flat_ply *shape,
+                                     struct api_problem *problem) {
+    const struct laminate_ply *ply = &laminate->plies[shape->ply];
+    const struct laminate_pieces *pieces = ply->pieces;
+    const struct flat_piece *all[LAMINATE_PIECES_MAX];
+    struct region region;
+    for (size_t n = 0; n < pieces->count; n++)
+        all[n] = siblings[n] ? siblings[n]->piece : NULL;
+    if (map_net_open(reader, cloth, problem) != API_OK)
+        return problem->id;
+    if (!flat_piece_sew(all, pieces->count, ply->piece, pieces->count, &shape->cloth, &pieces->seam,
+                        arena, &shape->cut) ||
+        !region_of_polygons(&shape->cut, cloth->columns.grid.spacing, arena, &region))
+        return api_problem_no_memory(problem, "the patterns");
+    shape->area = polygons_area(&shape->cut);
+    polygons_bounds(&shape->cut, shape->low, shape->high);
+    return count_cells(laminate, reader, &cloth->columns, &region, arena, shape, problem);
+}
+
+/* How much of the part all pieces of a ply cover: all of it where none ends bare or has a gap. */
+static void cover_with_pieces(const struct laminate_pieces *pieces, struct flat_ply *first,
+                              size_t count) {
+    bool whole = count == pieces->count && pieces->seam.gap <= 0;
+    double area = 0;
+    for (size_t n = 0; n < count; n++) {
+        area += fmin(first[n].area, first[n].region_area) * first[n].cosine;
+        whole = whole && !first[n].partial;
+    }
+    for (size_t n = 0; n < count; n++)
+        first[n].covered = whole ? 1 : fmin(area / first[n].part_area, 1);
+}
+
+/* The pieces of the ply whose first shape that is. */
+static enum api_problem_id sew_pieces(const struct laminate *laminate,
+                                      const struct api_reader *const *nets, size_t first,
+                                      struct map_net *cloth, struct arena *arena,
+                                      struct flat_plies *shapes, struct api_problem *problem) {
+    const struct flat_ply *siblings[LAMINATE_PIECES_MAX];
+    size_t count = 0;
+    if (!flat_plies_siblings(shapes, laminate, first, siblings))
+        return API_OK;
+    const struct laminate_ply *ply = &laminate->plies[shapes->shapes[first].ply];
+    for (size_t n = 0; n < ply->pieces->count && problem->id == API_OK; n++) {
+        struct arena_mark mark = arena_mark(arena);
+        if (!siblings[n])
+            continue;
+        struct flat_ply *own = &shapes->shapes[first + count++];
+        (void)!sew_piece(laminate, siblings, nets[laminate->plies[own->ply].net], cloth, arena, own,
+                         problem);
+        arena_rewind(arena, mark);
+    }
+    cover_with_pieces(ply->pieces, &shapes->shapes[first], count);
     return problem->id;
 }
 
@@ -148,10 +284,14 @@ static enum api_problem_id make_flat_ply(const struct laminate *laminate,
     if (map_net_open(reader, cloth, problem) != API_OK)
         return problem->id;
     const struct api_summary *summary = &cloth->columns.summary;
-    const double *d = cloth->columns.grid.spacing;
     (void)!flat_pattern_make(&flat, reader, &cloth->columns, tolerance, problem);
     shape->cut = flat.polygons;
     flat.polygons = (struct polygons){0};
+    if (problem->id == API_OK && laminate->plies[shape->ply].pieces) {
+        (void)!find_region(laminate, reader, cloth, &flat, arena, shape, problem);
+        flat_pattern_free(&flat);
+        return problem->id;
+    }
     flat_pattern_free(&flat);
     shape->area = summary->flat_area;
     shape->covered = summary->cloth_coverage;
@@ -160,10 +300,8 @@ static enum api_problem_id make_flat_ply(const struct laminate *laminate,
     if (problem->id == API_OK && laminate->plies[shape->ply].boundary.count)
         (void)!clip_to_boundary(laminate, reader, cloth, arena, shape, problem);
     shape->partial = shape->covered < DRAPE_COMPLETE_COVERAGE;
-    for (size_t n = 0; problem->id == API_OK && n < shape->cut.count; n++) {
-        shape->cut.points[n].x *= d[0];
-        shape->cut.points[n].y *= d[1];
-    }
+    if (problem->id == API_OK)
+        scale_polygons(&shape->cut, cloth->columns.grid.spacing);
     polygons_bounds(&shape->cut, shape->low, shape->high);
     return problem->id;
 }
@@ -180,13 +318,17 @@ enum api_problem_id flat_plies_make(const struct laminate *laminate,
     for (size_t k = 0; k < laminate->count && problem->id == API_OK; k++) {
         const struct api_reader *reader = nets[laminate->plies[k].net];
         struct arena_mark mark = arena_mark(arena);
-        if (!reader || (ply != LAMINATE_ALL && k != (size_t)ply))
+        if (!reader || (ply != LAMINATE_ALL && laminate->plies[k].number != (size_t)ply))
             continue;
         struct flat_ply *shape = &shapes->shapes[shapes->count++];
         *shape = (struct flat_ply){.ply = k};
         (void)!make_flat_ply(laminate, reader, cloth, arena, shape, problem);
         arena_rewind(arena, mark);
     }
+    for (size_t n = 0; n < shapes->count && problem->id == API_OK; n++)
+        if (n == 0 || laminate->plies[shapes->shapes[n - 1].ply].number !=
+                          laminate->plies[shapes->shapes[n].ply].number)
+            (void)!sew_pieces(laminate, nets, n, cloth, arena, shapes, problem);
     return problem->id;
 }
 
@@ -196,11 +338,17 @@ bool flat_plies_concerns(const struct laminate *laminate, size_t k,
     bool of_whole = false;
     for (size_t n = 0; n < sizeof whole / sizeof *whole; n++)
         of_whole = of_whole || strcmp(warning->code, whole[n]) == 0;
-    return laminate->plies[k].boundary.count == 0 || !of_whole;
+    return (laminate->plies[k].boundary.count == 0 && !laminate->plies[k].pieces) || !of_whole;
 }
 
 void flat_plies_free(struct flat_plies *shapes) {
-    for (size_t k = 0; k < shapes->count; k++)
-        polygons_free(&shapes->shapes[k].cut);
+    for (size_t k = 0; k < shapes->count; k++) {
+        struct flat_ply *shape = &shapes->shapes[k];
+        polygons_free(&shape->cut);
+        polygons_free(&shape->cloth);
+        if (shape->piece)
+            flat_piece_free(shape->piece);
+        free(shape->piece);
+    }
     shapes->count = 0;
 }

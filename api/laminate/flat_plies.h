@@ -6,6 +6,7 @@
 
 #include "api/result/columns.h"
 #include "api/result/polygons.h"
+#include "flat_piece.h"
 #include "laminate.h"
 
 enum { LAMINATE_ALL = -1 };
@@ -22,6 +23,13 @@ struct flat_ply {
     double locked_cells; /* those of them beyond the locking angle; -1: there is none */
     bool partial;        /* less is covered than of a complete drape */
     size_t ply;
+    /* Of a piece of a ply: `covered` is of its ply, all pieces together. */
+    struct flat_piece *piece; /* NULL: the ply is of one */
+    struct polygons cloth;    /* all of its cloth, with what is cut off */
+    double region_area;       /* of the cloth in its region, flat */
+    double cosine;            /* mean cosine of its shear, of so many cells */
+    size_t cell_count;
+    double part_area; /* of the part */
 };
 
 struct flat_plies {
@@ -29,8 +37,14 @@ struct flat_plies {
     size_t count;
 };
 
-/* Of one ply (from 0) or of all; plies whose net is NULL have none. API_INVALID_REQUEST (a
- * boundary that cannot be followed), API_INTERNAL, API_OUT_OF_MEMORY. To be freed in any case. */
+/* The shapes of the pieces of the ply that shape `first` is a piece of: as many as the ply has from
+ * there on, NULL where one has no net. False where the ply is of one. */
+bool flat_plies_siblings(const struct flat_plies *shapes, const struct laminate *laminate,
+                         size_t first, const struct flat_ply *siblings[LAMINATE_PIECES_MAX]);
+
+/* Of one ply (from 0) with all its pieces, or of all; plies whose net is NULL have none.
+ * API_INVALID_REQUEST (a boundary that cannot be followed), API_INTERNAL, API_OUT_OF_MEMORY. To be
+ * freed in any case. */
 enum api_problem_id flat_plies_make(const struct laminate *laminate,
                                     const struct api_reader *const *nets, int ply,
                                     struct arena *arena, struct flat_plies *shapes,

@@ -6,6 +6,10 @@
  * With `offset` nominal ply k is draped on the surface moved by what lies below it and half of
  * itself, h_k = side (sum_(i<k) n_i t_i + n_k t_k / 2) for plies of n layers of the thickness t.
  * Plies whose drapes are the same in every respect share one.
+ *
+ * A ply may be divided along splits into pieces. Each is a drape of the whole part, of which the
+ * cloth in its region is kept. Once a laminate is resolved, every piece has an entry of its own
+ * among `plies`; those of one ply follow each other.
  */
 #ifndef API_LAMINATE_LAMINATE_H
 #define API_LAMINATE_LAMINATE_H
@@ -18,6 +22,9 @@
 #include "solver/stack.h"
 
 enum { LAMINATE_PLIES_MAX = 1000, LAMINATE_NAME_MAX = 64, LAMINATE_REPEAT_MAX = 10000 };
+
+/* Splits of a ply and its pieces, at the most. */
+enum { LAMINATE_SPLITS_MAX = 64, LAMINATE_PIECES_MAX = 64 };
 
 /* A closed line of points in space. */
 struct laminate_loop {
@@ -34,11 +41,39 @@ struct laminate_boundary {
     size_t trim_count;
 };
 
+/* At a seam the cloth of both sides goes half the overlap beyond the split; with `over` that of the
+ * first, or the last, of the two pieces ends there and lies on the other, which goes the whole of
+ * it under that. Or it ends half the gap before the split. */
+enum laminate_over { LAMINATE_OVER_NONE, LAMINATE_OVER_FIRST, LAMINATE_OVER_LAST };
+struct laminate_seam {
+    double overlap, gap; /* 0: none */
+    enum laminate_over over;
+};
+
+struct laminate_piece {
+    const char *name;
+    struct vec3 at; /* a place in its region */
+    struct api_request drape;
+};
+
+/* How a ply is divided. Its pieces are those of the request, once resolved those of all regions. */
+struct laminate_pieces {
+    const struct drape_cut_line *splits; /* lines on the part from edge to edge, or closed */
+    size_t split_count;
+    struct laminate_seam seam;
+    const struct laminate_piece *pieces;
+    size_t count;
+    struct api_request ply; /* what holds of pieces that do not say it */
+};
+
 struct laminate_ply {
-    const char *name;         /* not empty, unique */
-    struct api_request drape; /* its fabric, start, ...; cavity flexible */
-    int repeat;               /* layers, beside drape.fabric.plies */
-    double areal_weight;      /* of one layer before shear, kg/m^2; 0: not known */
+    size_t number;                        /* of the ply in the request, from 0 */
+    size_t piece;                         /* of the ply, from 0 */
+    const struct laminate_pieces *pieces; /* NULL: the ply is of one */
+    const char *name;                     /* not empty, unique */
+    struct api_request drape;             /* its fabric, start, ...; cavity flexible */
+    int repeat;                           /* layers, beside drape.fabric.plies */
+    double areal_weight;                  /* of one layer before shear, kg/m^2; 0: not known */
     struct api_compaction law;
     struct laminate_boundary boundary;
     size_t net; /* which of the laminate's drapes is its own, from 0 in the order of first use */
@@ -50,6 +85,7 @@ struct laminate {
     bool unit_of_surface; /* as in `api_request` */
     struct laminate_ply *plies;
     size_t count;
+    size_t ply_count; /* of the request: `count` less the further pieces */
     struct stack_cavity cavity;
     bool nominal; /* plies lie on each other; else all on the surface */
     int side;     /* 1 or -1 */
@@ -60,6 +96,16 @@ struct laminate {
 
 /* Layers of a ply. */
 int laminate_layers(const struct laminate_ply *ply);
+
+/* What to call a ply, or a piece of one: "skin", "skin, left". */
+enum { LAMINATE_TITLE_SIZE = 2 * LAMINATE_NAME_MAX + 3 };
+void laminate_title(const struct laminate_ply *ply, char title[LAMINATE_TITLE_SIZE]);
+
+/* Whether a split ends where it begins. */
+bool laminate_split_closed(const struct drape_cut_line *split);
+
+/* Into how many steps of at most `step` a length is divided, 1 to 1e5. */
+size_t laminate_steps(double length, double step);
 
 /* The drape of ply k (from 0) as a request by itself, whose angle turns about Su x Sv. That of a
  * ply under a rosette without z turns about the normal on the side that the plies lie on. */
@@ -75,9 +121,10 @@ enum api_problem_id laminate_decode(const struct api_input *input, const struct 
                                     struct api_problem *problem) STATUS_MUST_USE;
 
 /*
- * Then, with the surface at hand: makes of boundaries in the surface's parameters such in space;
- * lets a ply with a boundary and no start of its own start in the middle of that; and finds out
- * which plies share a drape. API_OK, API_DEGENERATE_SURFACE, API_INVALID_REQUEST or
+ * Then, with the surface at hand: divides plies into their pieces, each of which starts in the
+ * middle of its region unless it says where; makes of boundaries in the surface's parameters such
+ * in space; lets a ply with a boundary and no start of its own start in the middle of that; and
+ * finds out which plies share a drape. API_OK, API_DEGENERATE_SURFACE, API_INVALID_REQUEST or
  * API_OUT_OF_MEMORY.
  */
 enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api_limits *limits,

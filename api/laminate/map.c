@@ -224,11 +224,13 @@ static void warn_of_plies(struct mapping *m) {
         worst = m->at.away[k] > m->at.away[worst] ? k : worst;
         if (m->at.there[laminate->plies[k].net])
             continue;
+        char title[LAMINATE_TITLE_SIZE];
+        laminate_title(&laminate->plies[k], title);
         failed++;
         if (length < API_MAP_WARNING_SIZE / 2)
             length += (size_t)snprintf(text + length, API_MAP_WARNING_SIZE - length,
                                        "%s%zu (\"%.40s\")", failed == 1 ? "no drape of ply " : ", ",
-                                       k + 1, laminate->plies[k].name);
+                                       laminate->plies[k].number + 1, title);
     }
     if (failed && length < API_MAP_WARNING_SIZE)
         (void)snprintf(text + length, API_MAP_WARNING_SIZE - length,
@@ -260,18 +262,38 @@ static void warn_of_plies(struct mapping *m) {
 static const char *const *unique_names(struct mapping *m) {
     const struct laminate *laminate = m->at.laminate;
     const char **names = arena_alloc(m->at.arena, laminate->count, sizeof *names);
-    enum { SIZE = LAMINATE_NAME_MAX + 16 };
+    enum { SIZE = LAMINATE_TITLE_SIZE + 16 };
     for (size_t k = 0; names && k < laminate->count; k++) {
         char *own = arena_alloc(m->at.arena, SIZE, 1);
         bool again = false;
+        char title[LAMINATE_TITLE_SIZE], other[LAMINATE_TITLE_SIZE];
         if (!own)
             return NULL;
-        for (size_t n = 0; n < k; n++)
-            again = again || strcmp(laminate->plies[n].name, laminate->plies[k].name) == 0;
-        (void)snprintf(own, SIZE, again ? "%s_%zu" : "%s", laminate->plies[k].name, k + 1);
+        laminate_title(&laminate->plies[k], title);
+        for (size_t n = 0; n < k; n++) {
+            laminate_title(&laminate->plies[n], other);
+            again = again || strcmp(other, title) == 0;
+        }
+        (void)snprintf(own, SIZE, again ? "%s_%zu" : "%s", title, k + 1);
         names[k] = own;
     }
     return names;
+}
+
+/* Of each ply and piece its numbers in the request, in `numbers`; false without memory. They stay
+ * NULL where all plies are of one piece. */
+static bool number_pieces(struct mapping *m, const int (**numbers)[2]) {
+    const struct laminate *laminate = m->at.laminate;
+    *numbers = NULL;
+    if (laminate->count == laminate->ply_count)
+        return true;
+    int(*own)[2] = arena_alloc(m->at.arena, laminate->count, sizeof *own);
+    for (size_t k = 0; own && k < laminate->count; k++) {
+        own[k][0] = (int)laminate->plies[k].number + 1;
+        own[k][1] = laminate->plies[k].pieces ? (int)laminate->plies[k].piece + 1 : 0;
+    }
+    *numbers = (const int(*)[2])own;
+    return own;
 }
 
 /* All elements; on a mesh with the rows of the plies. */
@@ -283,12 +305,12 @@ static bool map_elements(struct mapping *m) {
     struct gathered plies = {.ply = arena_alloc(m->at.arena, laminate->count, sizeof *plies.ply),
                              .pressed =
                                  arena_alloc(m->at.arena, laminate->count, sizeof *plies.pressed)};
-    const struct map_plies kept = {.ply_count = laminate->count,
-                                   .side = laminate->side,
-                                   .names = rows ? unique_names(m) : NULL,
-                                   .thickness = m->thickness,
-                                   .fraction = m->fraction};
-    if (!plies.ply || !plies.pressed ||
+    struct map_plies kept = {.ply_count = laminate->count,
+                             .side = laminate->side,
+                             .names = rows ? unique_names(m) : NULL,
+                             .thickness = m->thickness,
+                             .fraction = m->fraction};
+    if (!plies.ply || !plies.pressed || !number_pieces(m, &kept.numbers) ||
         (rows &&
          (!kept.names || !map_stack_begin(stack, m->at.target, &kept, m->at.rows, m->at.arena))))
         return ply_samples_no_memory(&m->at);

@@ -2,6 +2,40 @@
 #include "api/request/normalise.h"
 #include "laminate.h"
 
+/* The splits and the seam of a ply, and all of its pieces. */
+static void normalise_pieces(struct api_text *text, const struct laminate_pieces *pieces) {
+    static const char *const over[] = {NULL, "first", "last"};
+    const struct laminate_seam *seam = &pieces->seam;
+    api_text_key(text, "splits");
+    for (size_t k = 0; k < pieces->split_count; k++) {
+        api_text_raw(text, k ? ",{" : "[{");
+        api_text_key_rows(text, "path", &pieces->splits[k].path[0].x, 3, pieces->splits[k].count);
+        api_text_raw(text, "}");
+    }
+    api_text_raw(text, "]");
+    if (seam->overlap > 0 || seam->gap > 0) {
+        api_text_key_object(text, "seam");
+        api_text_key_number(text, seam->gap > 0 ? "gap" : "overlap",
+                            fmax(seam->overlap, seam->gap));
+        if (seam->over)
+            api_text_key_string(text, "over", over[seam->over]);
+        api_text_raw(text, "}");
+    }
+    api_text_key(text, "pieces");
+    for (size_t k = 0; k < pieces->count; k++) {
+        const struct laminate_piece *own = &pieces->pieces[k];
+        api_text_raw(text, k ? ",{" : "[{");
+        api_text_key_string(text, "name", own->name);
+        api_text_key_numbers(text, "at", &own->at.x, 3);
+        api_normalise_cloth(text, &own->drape, NULL);
+        if (own->drape.settings.cut_count == 0 && pieces->ply.settings.cut_count)
+            api_text_key_rows(text, "cuts", NULL, 1, 0);
+        api_normalise_permeability(text, &own->drape.permeability);
+        api_text_raw(text, "}");
+    }
+    api_text_raw(text, "]");
+}
+
 const char *laminate_normalise(const struct laminate *laminate, struct arena *arena) {
     const struct stack_cavity *cavity = &laminate->cavity;
     struct api_text text = api_text_growing(arena);
@@ -49,8 +83,13 @@ const char *laminate_normalise(const struct laminate *laminate, struct arena *ar
             api_text_raw(&text, "]");
         }
         api_text_raw(&text, bounded ? "}" : "");
-        api_normalise_cloth(&text, &ply->drape, NULL);
-        api_normalise_permeability(&text, &ply->drape.permeability);
+        const struct api_request *cloth = ply->pieces ? &ply->pieces->ply : &ply->drape;
+        api_normalise_cloth(&text, cloth, NULL);
+        api_normalise_permeability(&text, &cloth->permeability);
+        if (ply->pieces) {
+            normalise_pieces(&text, ply->pieces);
+            k += ply->pieces->count - 1;
+        }
         api_text_raw(&text, "}");
     }
     api_text_raw(&text, "]}");

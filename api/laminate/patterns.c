@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DIGITS = 9, TEXT_MAX = 160 };
+enum { DIGITS = 9, TEXT_MAX = 256 };
 
 /* A layer on the roll: its lower left corner. */
 struct placed {
@@ -96,11 +96,13 @@ static void write_svg_number(struct api_text *text, double value) {
 static void title_of(const struct patterns *p, const struct placed *own, char title[TEXT_MAX]) {
     const struct laminate_ply *ply = &p->laminate->plies[own->shape->ply];
     int layers = laminate_layers(ply);
+    char name[LAMINATE_TITLE_SIZE];
+    laminate_title(ply, name);
     if (layers > 1)
-        (void)snprintf(title, TEXT_MAX, "%zu %s (%d of %d)", own->shape->ply + 1, ply->name,
-                       own->layer + 1, layers);
+        (void)snprintf(title, TEXT_MAX, "%zu %s (%d of %d)", ply->number + 1, name, own->layer + 1,
+                       layers);
     else
-        (void)snprintf(title, TEXT_MAX, "%zu %s", own->shape->ply + 1, ply->name);
+        (void)snprintf(title, TEXT_MAX, "%zu %s", ply->number + 1, name);
 }
 
 static void summary_of(const struct patterns *p, char title[TEXT_MAX]) {
@@ -194,13 +196,15 @@ static bool may_be_cut(const struct patterns *p, const struct laminate_roll *rol
                        struct api_problem *problem) {
     for (size_t k = 0; k < p->shapes.count && !roll->partial; k++) {
         const struct flat_ply *shape = &p->shapes.shapes[k];
+        char name[LAMINATE_TITLE_SIZE];
+        laminate_title(&p->laminate->plies[shape->ply], name);
         if (shape->partial)
             return !api_problem_set(
                 problem, API_INVALID_REQUEST,
                 "the cloth of ply %zu (\"%s\") leaves %.2g %% bare of what it is "
                 "to cover, and would be cut along its own front there: drape all "
                 "of it, or ask for partial=1",
-                shape->ply + 1, p->laminate->plies[shape->ply].name, 100 * (1 - shape->covered));
+                p->laminate->plies[shape->ply].number + 1, name, 100 * (1 - shape->covered));
     }
     return true;
 }

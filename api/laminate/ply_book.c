@@ -3,6 +3,7 @@
 
 #include "api/format/html.h"
 #include "api/format/pattern.h"
+#include "seams.h"
 #include <math.h>
 
 enum { FIGURE = 600 /* pixels of the longer side of a pattern */ };
@@ -80,9 +81,11 @@ static void write_ply_row(struct ply_book *book, size_t k) {
     struct api_text *text = book->text;
     open_ply(book, k);
     api_text_raw(text, "<tr><td>");
-    html_say(text, "%zu", k + 1);
+    char title[LAMINATE_TITLE_SIZE];
+    laminate_title(ply, title);
+    html_say(text, "%zu", ply->number + 1);
     next_table_cell(text);
-    html_say(text, "%s", ply->name);
+    html_say(text, "%s", title);
     next_table_cell(text);
     html_say(text, "%d", laminate_layers(ply));
     next_table_cell(text);
@@ -90,7 +93,7 @@ static void write_ply_row(struct ply_book *book, size_t k) {
     next_table_cell(text);
     write_start_point(book);
     next_table_cell(text);
-    api_text_raw(text, ply->boundary.count ? "its own" : "the part");
+    api_text_raw(text, ply->boundary.count ? "its own" : ply->pieces ? "its splits" : "the part");
     next_table_cell(text);
     if (shape_of(book, k))
         html_say(text, "%.5g", ply_area(book, k));
@@ -159,7 +162,9 @@ static void write_ply_section(struct ply_book *book, size_t k) {
     struct api_text *text = book->text;
     open_ply(book, k);
     api_text_raw(text, "<section>\n<h2>");
-    html_say(text, "%zu  %s", k + 1, ply->name);
+    char title[LAMINATE_TITLE_SIZE];
+    laminate_title(ply, title);
+    html_say(text, "%zu  %s", ply->number + 1, title);
     api_text_raw(text, "</h2>\n");
     if (!book->read) {
         api_text_raw(text, "<p class=\"failed\">This ply could not be draped.</p>\n</section>\n");
@@ -216,6 +221,50 @@ static void write_sums(const struct ply_book *book, double width, double length)
     api_text_raw(text, "</p>\n");
 }
 
+/* The seams of all plies of several pieces. */
+static void write_seams(struct ply_book *book) {
+    struct api_text *text = book->text;
+    const struct flat_plies *shapes = book->shapes;
+    bool any = false;
+    for (size_t n = 0; n < shapes->count; n++) {
+        const struct laminate_ply *ply = &book->laminate->plies[shapes->shapes[n].ply];
+        const struct seam *seams;
+        size_t count = 0;
+        if (!ply->pieces ||
+            (n > 0 && book->laminate->plies[shapes->shapes[n - 1].ply].number == ply->number))
+            continue;
+        if (!seams_make(book->laminate, shapes, n, text->arena, &seams, &count)) {
+            text->failed = true;
+            return;
+        }
+        if (!any)
+            api_text_raw(text, "<h2>Seams</h2>\n<table>\n<tr><th>Ply</th><th>Pieces</th>"
+                               "<th>Length</th><th>Angle between the warps, mean</th>"
+                               "<th>greatest</th><th>Overlap, area</th><th>Gap, area</th></tr>\n");
+        any = true;
+        for (size_t k = 0; k < count; k++) {
+            const struct laminate_piece *pieces = ply->pieces->pieces;
+            api_text_raw(text, "<tr><td>");
+            html_say(text, "%zu %s", ply->number + 1, ply->name);
+            next_table_cell(text);
+            html_say(text, "%s, %s", pieces[seams[k].piece[0]].name,
+                     pieces[seams[k].piece[1]].name);
+            next_table_cell(text);
+            html_say(text, "%.5g", seams[k].length);
+            next_table_cell(text);
+            html_say(text, "%.1f°", seams[k].mean_deg);
+            next_table_cell(text);
+            html_say(text, "%.1f°", seams[k].greatest_deg);
+            next_table_cell(text);
+            html_say(text, "%.5g", seams[k].overlap_area);
+            next_table_cell(text);
+            html_say(text, "%.5g", seams[k].gap_area);
+            api_text_raw(text, "</td></tr>\n");
+        }
+    }
+    api_text_raw(text, any ? "</table>\n" : "");
+}
+
 void ply_book_write(const struct laminate *laminate, const struct api_reader *const *nets,
                     const struct flat_plies *shapes, double roll_width, double roll_length,
                     struct api_text *text) {
@@ -234,8 +283,8 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
     api_text_raw(text, style);
     api_text_raw(text, "</style>\n</head>\n<body>\n<h1>Ply book</h1>\n<p>");
     for (size_t k = 0; k < laminate->count; k++)
-        layers += laminate_layers(&laminate->plies[k]);
-    html_say(text, "%zu plies, %d layers, the first on the tool, ", laminate->count, layers);
+        layers += laminate->plies[k].piece == 0 ? laminate_layers(&laminate->plies[k]) : 0;
+    html_say(text, "%zu plies, %d layers, the first on the tool, ", laminate->ply_count, layers);
     html_say(text,
              laminate->nominal ? "each on those below it by their nominal thickness, on side %d."
                                : "all draped on the surface itself, side %d.",
@@ -265,6 +314,7 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
         write_ply_row(book, k);
     api_text_raw(text, "</table>\n");
     write_sums(book, roll_width, roll_length);
+    write_seams(book);
     for (size_t k = 0; k < laminate->count; k++)
         write_ply_section(book, k);
     api_text_raw(text, "</body>\n</html>\n");

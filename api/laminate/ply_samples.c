@@ -3,6 +3,7 @@
 
 #include "api/map/channel.h"
 #include "api/map/net.h"
+#include "flat_plies.h"
 #include "region.h"
 #include "solver/permeability.h"
 
@@ -117,10 +118,14 @@ static bool read_ply_net(struct ply_samples *m, size_t net, const struct api_rea
                                               m->problem) == API_OK);
     for (size_t k = 0; good && k < m->laminate->count; k++) {
         const struct laminate_ply *ply = &m->laminate->plies[k];
-        if (ply->net != net || ply->boundary.count == 0)
+        if (ply->net != net || !m->inside[k])
             continue;
         struct bounded *own = &bounded[count++];
         own->inside = m->inside[k];
+        if (ply->pieces) {
+            own->region = m->pieces[k];
+            continue;
+        }
         good = region_make(m->laminate, k, cloth->facets, cloth->columns.grid.spacing, m->arena,
                            &own->region, m->problem) == API_OK;
         m->away[k] = good ? own->region.away : 0;
@@ -135,6 +140,30 @@ bool ply_samples_has(const struct ply_samples *m, size_t k, size_t element) {
     if (!m->there[net] || isnan(m->samples[net * m->count + element].shear_deg))
         return false;
     return !m->inside[k] || m->inside[k][element];
+}
+
+/* The regions of pieces are their patterns. */
+static bool find_pieces(struct ply_samples *m, const struct api_reader *const *nets) {
+    const struct laminate *laminate = m->laminate;
+    struct flat_plies shapes = {0};
+    bool any = false, good = true;
+    m->pieces = arena_alloc(m->arena, laminate->count, sizeof *m->pieces);
+    for (size_t k = 0; k < laminate->count; k++)
+        any = any || laminate->plies[k].pieces;
+    if (!m->pieces)
+        return ply_samples_no_memory(m);
+    if (any)
+        good =
+            flat_plies_make(laminate, nets, LAMINATE_ALL, m->arena, &shapes, m->problem) == API_OK;
+    for (size_t n = 0; n < shapes.count && good; n++) {
+        const struct flat_ply *shape = &shapes.shapes[n];
+        const double *spacing = laminate->plies[shape->ply].drape.settings.spacing;
+        if (shape->piece &&
+            !region_of_polygons(&shape->cut, spacing, m->arena, &m->pieces[shape->ply]))
+            good = ply_samples_no_memory(m);
+    }
+    flat_plies_free(&shapes);
+    return good;
 }
 
 bool ply_samples_read(struct ply_samples *m, const struct api_reader *const *nets) {
@@ -154,11 +183,13 @@ bool ply_samples_read(struct ply_samples *m, const struct api_reader *const *net
     for (size_t k = 0; k < count; k++)
         m->distance[k] = HUGE_VAL;
     for (size_t k = 0; k < laminate->count; k++) {
-        bool bounded = laminate->plies[k].boundary.count > 0;
+        bool bounded = laminate->plies[k].boundary.count > 0 || laminate->plies[k].pieces;
         m->inside[k] = bounded ? arena_alloc(m->arena, count, 1) : NULL;
         if (bounded && !m->inside[k])
             return ply_samples_no_memory(m);
     }
+    if (!find_pieces(m, nets))
+        return false;
     for (size_t net = 0; net < net_count; net++) {
         m->there[net] = nets[net] != NULL;
         any = any || m->there[net];

@@ -36,13 +36,14 @@ struct ply_samples {
     struct sample_frame *frames;
     struct ply_sample *samples; /* [net][element] */
     uint8_t *mirrored;          /* alike: the net's normal is against the frame's */
-    uint8_t **inside;           /* of each ply with a boundary, by element; else NULL */
-    double *away;               /* of each ply: how far its boundary is from its cloth */
-    bool *there;                /* of each net */
-    double *distance;           /* of each element: to the nearest net */
-    size_t rows;                /* plies at elements, together */
-    double spacing;             /* the largest of the nets */
-    bool channelled;            /* the channel along the rim has been looked for */
+    uint8_t **inside;      /* of each ply with a boundary and each piece, by element; else NULL */
+    struct region *pieces; /* of each ply: on its cloth, if it is a piece */
+    double *away;          /* of each ply: how far its boundary is from its cloth */
+    bool *there;           /* of each net */
+    double *distance;      /* of each element: to the nearest net */
+    size_t rows;           /* plies at elements, together */
+    double spacing;        /* the largest of the nets */
+    bool channelled;       /* the channel along the rim has been looked for */
 };
 
 /* Reads the nets, NULL where one failed, and sets the unit of the map. False with the problem set.

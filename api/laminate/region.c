@@ -79,6 +79,14 @@ static void boundary_strips(const struct region *region, size_t edge, size_t *lo
 
 static enum status sort_boundary(struct region *region, size_t count, struct arena *arena) {
     size_t *first, low, high;
+    for (int x = 0; x < 2; x++) {
+        region->low[x] = HUGE_VAL;
+        region->high[x] = -HUGE_VAL;
+        for (size_t p = 0; p < count; p++) {
+            region->low[x] = fmin(region->low[x], region->points[p][x]);
+            region->high[x] = fmax(region->high[x], region->points[p][x]);
+        }
+    }
     region->strip_count = count / 4 + 1 < STRIPS_MAX ? count / 4 + 1 : STRIPS_MAX;
     region->height = (region->high[1] - region->low[1]) / (double)region->strip_count;
     if (!(region->height > 0))
@@ -129,9 +137,7 @@ enum api_problem_id region_make(const struct laminate *laminate, size_t k,
     *region = (struct region){.points = (const double(*)[2])trace.points,
                               .first = first,
                               .loop_count = boundary->count,
-                              .next = next,
-                              .low = {HUGE_VAL, HUGE_VAL},
-                              .high = {-HUGE_VAL, -HUGE_VAL}};
+                              .next = next};
     for (size_t n = 0; n < boundary->count; n++) {
         first[n] = trace.count;
         if (!trace_loop(&trace, &boundary->loops[n], &at))
@@ -146,14 +152,29 @@ enum api_problem_id region_make(const struct laminate *laminate, size_t k,
     }
     first[boundary->count] = trace.count;
     region->away = trace.away;
-    for (size_t p = 0; p < trace.count; p++)
-        for (int x = 0; x < 2; x++) {
-            region->low[x] = fmin(region->low[x], trace.points[p][x]);
-            region->high[x] = fmax(region->high[x], trace.points[p][x]);
-        }
     return sort_boundary(region, trace.count, arena) == STATUS_OK
                ? API_OK
                : api_problem_no_memory(problem, "the laminate");
+}
+
+bool region_of_polygons(const struct polygons *polygons, const double spacing[2],
+                        struct arena *arena, struct region *region) {
+    size_t count = polygons->count, begin = 0;
+    double(*points)[2] = arena_take(arena, count, sizeof *points);
+    size_t *first = arena_alloc(arena, count + 1, sizeof *first);
+    uint32_t *next = arena_take(arena, count, sizeof *next);
+    if (!points || !first || !next)
+        return false;
+    *region = (struct region){.points = (const double(*)[2])points, .first = first, .next = next};
+    for (size_t k = 0; k < count; k++) {
+        const struct polygons_point *own = &polygons->points[k];
+        points[k][0] = own->x / spacing[0];
+        points[k][1] = own->y / spacing[1];
+        next[k] = (uint32_t)(own->last ? begin : k + 1);
+        if (own->last)
+            first[++region->loop_count] = begin = k + 1;
+    }
+    return sort_boundary(region, count, arena) == STATUS_OK;
 }
 
 /* The parity of the edges to the left; the lower end of an edge belongs to it. */

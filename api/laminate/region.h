@@ -7,6 +7,7 @@
 #ifndef API_LAMINATE_REGION_H
 #define API_LAMINATE_REGION_H
 
+#include "api/result/polygons.h"
 #include "laminate.h"
 #include "solver/mesh/facets.h"
 
@@ -30,6 +31,10 @@ enum api_problem_id region_make(const struct laminate *laminate, size_t k,
                                 const struct facets *facets, const double spacing[2],
                                 struct arena *arena, struct region *region,
                                 struct api_problem *problem) STATUS_MUST_USE;
+
+/* What polygons enclose whose x and y are p and q times these spacings. False without memory. */
+bool region_of_polygons(const struct polygons *polygons, const double spacing[2],
+                        struct arena *arena, struct region *region);
 
 /* Whether (p, q) is inside an odd number of the loops. */
 bool region_contains(const struct region *region, const double pq[2]);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/request/digest.h"
 #include "api/request/prepared_part.h"
+#include "division.h"
 #include "laminate.h"
 #include "solver/mesh/mesh.h"
 #include <stdio.h>
@@ -13,19 +14,24 @@ void laminate_fault_of_ply(const struct laminate *laminate, size_t k, const stru
                            struct api_problem *problem) {
     for (size_t n = 0; n < own->count; n++) {
         const struct api_problem_error *error = &own->error[n];
+        const struct laminate_ply *ply = &laminate->plies[k];
         bool common = strncmp(error->pointer, "/surface", 8) == 0 ||
                       strncmp(error->pointer, "/rosette", 8) == 0;
         bool moved = strcmp(error->pointer, "/offset") == 0;
-        char pointer[API_POINTER_MAX];
-        (void)snprintf(pointer, sizeof pointer, "/plies/%zu%.100s", k, moved ? "" : error->pointer);
+        char pointer[API_POINTER_MAX], piece[32] = "", title[LAMINATE_TITLE_SIZE];
+        laminate_title(ply, title);
+        if (ply->pieces)
+            (void)snprintf(piece, sizeof piece, "/pieces/%zu", ply->piece);
+        (void)snprintf(pointer, sizeof pointer, "/plies/%zu%s%.80s", ply->number, piece,
+                       moved ? "" : error->pointer);
         if (common)
             (void)snprintf(pointer, sizeof pointer, "%s", error->pointer);
         if (own->id == API_INVALID_REQUEST)
-            api_problem_add(problem, pointer, "ply %zu (\"%s\"): %s", k + 1,
-                            laminate->plies[k].name, error->detail);
+            api_problem_add(problem, pointer, "ply %zu (\"%s\"): %s", ply->number + 1, title,
+                            error->detail);
         else
-            api_problem_set_at(problem, own->id, pointer, "ply %zu (\"%s\"): %s", k + 1,
-                               laminate->plies[k].name, error->detail);
+            api_problem_set_at(problem, own->id, pointer, "ply %zu (\"%s\"): %s", ply->number + 1,
+                               title, error->detail);
     }
 }
 
@@ -38,7 +44,24 @@ struct boundary_surface {
     struct api_problem *problem;
     bool made;
     struct prepared_part shape;
+    const struct mesh *mesh; /* of it, for splits; NULL: not made */
+    double mesh_size;
 };
+
+/* The part of the laminate. Whether a net fits is another question, asked for each ply. */
+static enum api_problem_id make_part(struct boundary_surface *on) {
+    struct api_request request = on->laminate->plies[0].drape;
+    if (on->made)
+        return API_OK;
+    request.offset = 0;
+    request.settings.has_extent[0] = request.settings.has_extent[1] = true;
+    request.settings.extent[0][0] = request.settings.extent[0][1] = 0;
+    request.settings.extent[1][0] = request.settings.extent[1][1] = 0;
+    request.settings.start_kind = DRAPE_START_CENTROID;
+    on->made =
+        prepared_part_make(&request, on->limits, on->arena, &on->shape, on->problem) == API_OK;
+    return on->problem->id;
+}
 
 /* ---- loops in space ---- */
 
@@ -161,18 +184,8 @@ static enum api_problem_id resolve_ply(struct boundary_surface *on, size_t k) {
     bool known = on->laminate->surface.kind != API_SURFACE_NAMED;
     if (boundary->trim_count == 0 && (boundary->count == 0 || !starts || !known))
         return API_OK;
-    if (!on->made) {
-        /* Whether a net fits is another question, asked for each ply. */
-        struct api_request request = on->laminate->plies[0].drape;
-        request.offset = 0;
-        request.settings.has_extent[0] = request.settings.has_extent[1] = true;
-        request.settings.extent[0][0] = request.settings.extent[0][1] = 0;
-        request.settings.extent[1][0] = request.settings.extent[1][1] = 0;
-        request.settings.start_kind = DRAPE_START_CENTROID;
-        if (prepared_part_make(&request, on->limits, on->arena, &on->shape, on->problem) != API_OK)
-            return on->problem->id;
-        on->made = true;
-    }
+    if (make_part(on) != API_OK)
+        return on->problem->id;
     if (boundary->trim_count == 0) {
         start_near(on, centre_of(&boundary->loops[0]), &ply->drape);
         return API_OK;
@@ -197,11 +210,186 @@ static enum api_problem_id resolve_ply(struct boundary_surface *on, size_t k) {
     return loops_of_trims(on, ply, trim);
 }
 
+/* ---- pieces ---- */
+
+/* The place of a start that is stated; false where it is not known. */
+static bool start_place(const struct boundary_surface *on, const struct drape_settings *settings,
+                        struct vec3 *place) {
+    const struct prepared_part *shape = &on->shape;
+    const struct surface *surface = shape->part.surface;
+    struct surface_cursor cursor = {0, 0};
+    struct surface_jet jet;
+    *place = settings->start_point;
+    if (settings->start_kind != DRAPE_START_UV)
+        return settings->start_kind == DRAPE_START_POINT;
+    for (size_t f = 0; shape->part.shell && f < shell_face_count(shape->part.shell); f++)
+        if (shape->shell.numbers[f] == settings->start_face)
+            surface = shell_surface(shape->part.shell, (int32_t)f);
+    if (!surface)
+        return false;
+    surface_evaluate(surface, &cursor, settings->start_uv[0], settings->start_uv[1], &jet);
+    *place = jet.r;
+    return true;
+}
+
+/* Gives every region its piece: the request's, then others that are as the ply says. */
+static enum api_problem_id assign_regions(struct boundary_surface *on, size_t k,
+                                          const struct division *division,
+                                          struct laminate_pieces *pieces) {
+    struct laminate_piece *all = arena_alloc(on->arena, division->count, sizeof *all);
+    bool taken[LAMINATE_PIECES_MAX] = {false};
+    char pointer[API_POINTER_MAX];
+    struct vec3 place;
+    double reach =
+        pieces->seam.over ? pieces->seam.overlap : fmax(pieces->seam.overlap, pieces->seam.gap) / 2;
+    size_t count = 0, stated = pieces->count;
+    if (!all)
+        return api_problem_no_memory(on->problem, "the laminate");
+    for (; count < stated; count++) {
+        struct laminate_piece *own = &all[count];
+        const struct laminate_piece *from = &pieces->pieces[count];
+        int32_t region = division_region_at(division, from->at);
+        (void)snprintf(pointer, sizeof pointer, "/plies/%zu/pieces/%zu/at", k, count);
+        if (region < 0 || taken[region] || count == division->count)
+            return api_problem_add(on->problem, pointer,
+                                   region < 0 ? "is in no region of the part"
+                                              : "is in the region of a piece before it: the splits "
+                                                "lie elsewhere");
+        *own = *from;
+        taken[region] = true;
+        (void)snprintf(pointer, sizeof pointer, "/plies/%zu/pieces/%zu/start", k, count);
+        if (start_place(on, &own->drape.settings, &place) &&
+            division_region_at(division, place) != region)
+            return api_problem_add(on->problem, pointer,
+                                   "is not in the region of the piece's \"at\"");
+        if (own->drape.settings.start_kind == DRAPE_START_CENTROID)
+            start_near(on, division->regions[region].middle, &own->drape);
+        (void)snprintf(pointer, sizeof pointer, "/plies/%zu/pieces/%zu", k, count);
+        if (division->regions[region].depth <= reach)
+            return api_problem_add(on->problem, pointer,
+                                   "is narrower than its seam: no place of "
+                                   "it is further than %.6g from a split",
+                                   reach);
+    }
+    (void)snprintf(pointer, sizeof pointer, "/plies/%zu/seam", k);
+    for (size_t region = 0; region < division->count; region++) {
+        const struct division_region *own = &division->regions[region];
+        if (taken[region])
+            continue;
+        if (own->depth <= reach)
+            return api_problem_add(on->problem, pointer,
+                                   "is wider than the piece about (%.6g, %.6g, %.6g), of which no "
+                                   "place is further than %.6g from a split",
+                                   own->middle.x, own->middle.y, own->middle.z, reach);
+        char *name = arena_alloc(on->arena, LAMINATE_NAME_MAX + 1, 1);
+        if (!name)
+            return api_problem_no_memory(on->problem, "the laminate");
+        size_t number = count + 1;
+        for (bool again = true; again; number++) {
+            again = false;
+            (void)snprintf(name, LAMINATE_NAME_MAX + 1, "piece_%zu", number);
+            for (size_t n = 0; n < count; n++)
+                again = again || strcmp(all[n].name, name) == 0;
+        }
+        all[count] = (struct laminate_piece){.name = name, .at = own->middle, .drape = pieces->ply};
+        start_near(on, own->middle, &all[count++].drape);
+    }
+    pieces->pieces = all;
+    pieces->count = count;
+    return API_OK;
+}
+
+/* Divides the part into the regions of ply k, whose pieces then are those of all regions. */
+static enum api_problem_id divide_ply(struct boundary_surface *on, size_t k,
+                                      struct laminate_pieces *pieces) {
+    const double *spacing = pieces->ply.settings.spacing;
+    const struct drape_part *part = &on->shape.part;
+    struct division division;
+    enum division_fault fault;
+    char pointer[API_POINTER_MAX];
+    if (make_part(on) != API_OK)
+        return on->problem->id;
+    int32_t face = 0;
+    while (part->shell &&
+           shell_component(part->shell, face) != shell_largest_component(part->shell))
+        face++;
+    if (!on->mesh &&
+        division_mesh(part, face, on->arena, &on->mesh, &on->mesh_size, on->problem) != API_OK)
+        return on->problem->id;
+    if (!division_make(part, on->mesh, on->mesh_size, fmax(spacing[0], spacing[1]), pieces,
+                       on->arena, &division, &fault))
+        return api_problem_no_memory(on->problem, "the laminate");
+    (void)snprintf(pointer, sizeof pointer, "/plies/%zu/splits/%zu", k, division.fault);
+    if (fault == DIVISION_OFF_PART)
+        return api_problem_add(on->problem, pointer,
+                               "is further from the part than the spacing at (%.6g, %.6g, %.6g): "
+                               "give its path more points, or move it onto the part",
+                               division.at.x, division.at.y, division.at.z);
+    if (fault == DIVISION_DIVIDES_NOTHING)
+        return api_problem_add(on->problem, pointer,
+                               "divides nothing, for the same piece is on both sides of it: let it "
+                               "go from edge to edge of the part, or to another split, or end "
+                               "where it begins; a line with an end inside belongs into \"cuts\"");
+    (void)snprintf(pointer, sizeof pointer, "/plies/%zu/splits", k);
+    if (division.count > LAMINATE_PIECES_MAX)
+        return api_problem_add(on->problem, pointer,
+                               "divide the part into more than %d pieces, which are allowed",
+                               LAMINATE_PIECES_MAX);
+    return assign_regions(on, k, &division, pieces);
+}
+
+/* Gives every piece an entry of its own. */
+static enum api_problem_id expand_plies(struct boundary_surface *on) {
+    struct laminate *laminate = on->laminate;
+    size_t count = 0;
+    for (size_t k = 0; k < laminate->count; k++) {
+        const struct laminate_pieces *stated = laminate->plies[k].pieces;
+        struct laminate_pieces *own = arena_alloc(on->arena, 1, sizeof *own);
+        if (!own)
+            return api_problem_no_memory(on->problem, "the laminate");
+        if (stated) {
+            *own = *stated;
+            laminate->plies[k].pieces = own;
+            if (laminate->surface.kind != API_SURFACE_NAMED && divide_ply(on, k, own) != API_OK)
+                return on->problem->id;
+        }
+        count += stated ? own->count : 1;
+    }
+    if (count == laminate->count)
+        return API_OK;
+    if (count > LAMINATE_PLIES_MAX)
+        return api_problem_add(on->problem, "/plies", "have %zu pieces, and %d are allowed", count,
+                               LAMINATE_PLIES_MAX);
+    struct laminate_ply *all = arena_alloc(on->arena, count, sizeof *all), *next = all;
+    if (!all)
+        return api_problem_no_memory(on->problem, "the laminate");
+    for (size_t k = 0; k < laminate->count; k++) {
+        const struct laminate_ply *ply = &laminate->plies[k];
+        const struct laminate_pieces *pieces = ply->pieces;
+        for (size_t n = 0; n < (pieces ? pieces->count : 1); n++, next++) {
+            *next = *ply;
+            next->piece = n;
+            if (!pieces)
+                continue;
+            double weight = pieces->pieces[n].drape.fabric.areal_weight;
+            next->drape = pieces->pieces[n].drape;
+            next->drape.offset = ply->drape.offset;
+            if (weight > 0 && fabs(weight - pieces->ply.fabric.areal_weight) > 0)
+                next->areal_weight = weight;
+        }
+    }
+    laminate->plies = all;
+    laminate->count = count;
+    return API_OK;
+}
+
 enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api_limits *limits,
                                      struct arena *arena, struct api_problem *problem) {
     struct boundary_surface on = {
         .laminate = laminate, .limits = limits, .arena = arena, .problem = problem};
     char id[API_ID_SIZE];
+    if (expand_plies(&on) != API_OK)
+        return problem->id;
     for (size_t k = 0; k < laminate->count; k++)
         if (resolve_ply(&on, k) != API_OK)
             return problem->id;

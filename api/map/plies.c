@@ -48,10 +48,12 @@ static bool fill_ply_column(const void *context, size_t first, size_t count, dou
     const struct map_ply_column *column = context;
     const struct map_stack *stack = column->stack;
     const int32_t *ids = stack->target->ids;
+    const int(*numbers)[2] = stack->plies.numbers;
     for (size_t k = 0; k < count; k++) {
         const struct map_ply_row *row = &stack->plies.rows[first + k];
         const double own[MAP_PLY_COLUMNS] = {ids ? ids[row->element] : row->element,
-                                             row->ply + 1,
+                                             numbers ? numbers[row->ply][0] : row->ply + 1,
+                                             numbers ? numbers[row->ply][1] : 0,
                                              row->angle_deg,
                                              row->shear_deg,
                                              row->thickness,
@@ -65,7 +67,8 @@ size_t map_stack_end(struct map_stack *stack, struct api_column_source columns[M
     size_t count = 0;
     stack->first[stack->target->element_count] = stack->plies.row_count;
     for (int id = COLUMN_PLIES_element; id <= COLUMN_PLIES_fiber_volume_fraction; id++) {
-        if ((id == COLUMN_PLIES_thickness && !stack->plies.thickness) ||
+        if ((id == COLUMN_PLIES_piece && !stack->plies.numbers) ||
+            (id == COLUMN_PLIES_thickness && !stack->plies.thickness) ||
             (id == COLUMN_PLIES_fiber_volume_fraction && !stack->plies.fraction))
             continue;
         const struct column_spec *spec = &column_specs[id];

@@ -11,7 +11,7 @@
 #include "solver/arena.h"
 #include "target.h"
 
-enum { MAP_PLY_COLUMNS = 6 };
+enum { MAP_PLY_COLUMNS = 7 };
 
 /* Not to be moved once it has columns. */
 struct map_stack {

@@ -141,7 +141,7 @@ bool decode_name(const struct json_value *json, size_t most, char *name) {
     return true;
 }
 
-static void decode_cut_path(const struct json_value *json, struct drape_cut_line *cut) {
+void decode_cut_path(const struct json_value *json, struct drape_cut_line *cut) {
     double *rows;
     if (!value_rows(json, decode_coordinates, 3, 2, &rows, &cut->count))
         return;
@@ -193,11 +193,11 @@ static void decode_cuts(const struct json_value *json, struct api_request *reque
 static void decode_method(const struct json_value *root, struct api_request *request) {
     struct drape_settings *settings = &request->settings;
     struct json_value method = value_member(root, "method"), path = value_member(root, "yarn_path");
-    int index = DRAPE_GIB;
+    int index = (int)settings->method;
     if (value_given(&method))
         value_choice(&method, drape_method_names, DRAPE_METHOD_COUNT, &index);
     settings->method = (enum drape_method)index;
-    index = DRAPE_PATH_CHORD;
+    index = (int)settings->yarn_path;
     if (value_given(&path))
         value_choice(&path, api_yarn_path_names, DRAPE_PATH_RELAXATION + 1, &index);
     settings->yarn_path = (enum drape_yarn_path)index;
@@ -326,7 +326,8 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
     struct json_value extent = value_member(root, "extent"), cuts = value_member(root, "cuts");
     struct json_value permeability = value_member(root, "permeability");
     struct drape_settings *settings = &request->settings;
-    decode_fabric(&fabric, request);
+    if (value_given(&fabric) || settings->spacing[0] == 0)
+        decode_fabric(&fabric, request);
     if (value_given(&start))
         decode_start(&start, request);
     if (value_given(&direction)) {

@@ -22,7 +22,8 @@ void decode_fabric(const struct json_value *json, struct api_request *request) {
     double *distance = request->settings.spacing;
     if (value_type(&spacing) == VALUE_ARRAY)
         value_vector(&spacing, decode_lengths, 2, distance);
-    else if (value_number(&spacing, decode_lengths, &distance[0]))
+    else if ((value_given(&spacing) || distance[0] == 0) &&
+             value_number(&spacing, decode_lengths, &distance[0]))
         distance[1] = distance[0];
     /* The figures of a material, which what the request says itself replaces afterwards. */
     if (value_type(&material) == VALUE_OBJECT) {

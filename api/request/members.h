@@ -89,6 +89,9 @@ bool material_is_name(const char *text, size_t length);
  * False after a fault. */
 bool material_read(const struct json_value *json, struct api_material *material);
 
+/* The points of a cut or a split, at least two, none the same as the one before. */
+void decode_cut_path(const struct json_value *json, struct drape_cut_line *cut);
+
 /* {"a", "b"} */
 void decode_compaction(const struct json_value *json, struct api_compaction *law);
 

@@ -79,6 +79,7 @@
     X(CUTS, allowance, allowance, SCALAR, "length", CUTS, "of the request, along both lips in patterns") \
     X(PLIES, element, element, INTEGER, "", MAP, "number of the element, as `id` of the cells")    \
     X(PLIES, ply, ply, INTEGER, "", MAP, "number of the ply from 1, the first on the tool")        \
+    X(PLIES, piece, piece, INTEGER, "", MAP, "number of its piece from 1, 0 of a ply of one; where any has several") \
     X(PLIES, angle_deg, angle_deg, SCALAR, "deg", MAP,                                             \
       "from the element's reference direction to the warp")                                        \
     X(PLIES, shear_deg, shear_deg, SCALAR, "deg", MAP, "shear angle γ")                            \

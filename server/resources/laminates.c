@@ -2,8 +2,8 @@
 /*
  * What only laminates have: drapes that are submitted with them, the plies in their status, the map
  * of the stack, the pattern of a ply. What is kept of a laminate is its record
- * (`api/laminate/check.h`): the lines before the empty one say of each ply which drape it has, and
- * its name.
+ * (`api/laminate/check.h`): the lines before the empty one say of each ply, or piece of one, which
+ * drape it has, and its name.
  */
 #include "laminates.h"
 #include "api/json/text.h"
@@ -99,14 +99,38 @@ static const struct store_job *member_of(const struct stack *stack, size_t part)
     return NULL;
 }
 
-/* The drape and the name of the ply whose line begins at `*at`; false after the last. */
-static bool next_ply(char **at, size_t *part, const char **name) {
-    char *line = take_line(at), *end;
+/* A ply, or a piece of one, as its line says. */
+struct ply_line {
+    size_t part;       /* its drape */
+    const char *name;  /* "": a further piece of the ply before it */
+    const char *piece; /* NULL: the ply is of one */
+};
+
+/* That whose line begins at `*at`; false after the last. */
+static bool next_ply(char **at, struct ply_line *ply) {
+    char *line = take_line(at), *end, *tab;
     if (!line || !*line)
         return false;
-    *part = strtoull(line, &end, 10);
-    *name = *end ? end + 1 : end;
+    tab = strchr(line, '\t');
+    if (tab)
+        *tab = '\0';
+    ply->piece = tab ? tab + 1 : NULL;
+    ply->part = strtoull(line, &end, 10);
+    ply->name = *end ? end + 1 : end;
     return true;
+}
+
+/* What a status says of a ply, or a piece, beside its name. */
+static void write_member_status(struct api_text *text, const struct store_job *member) {
+    if (member) {
+        api_text_key_string(text, "id", member->id);
+        api_text_key_string(text, "status", store_status_name(member->status));
+    }
+    if (member && member->error) {
+        api_text_key(text, "error");
+        api_text_raw(text, member->error);
+    }
+    api_text_raw(text, "}");
 }
 
 char *laminates_status(struct store *store, const struct store_job *job) {
@@ -118,24 +142,26 @@ char *laminates_status(struct store *store, const struct store_job *job) {
         stack_get(store, job->id, record, length, &stack) == STORE_OK) {
         struct api_text text = api_text_growing(arena);
         char *at = stack.record;
-        const char *name;
-        size_t part;
+        struct ply_line ply;
+        bool pieces = false; /* those of a ply are being listed */
         api_text_raw(&text, "[");
-        for (bool first = true; next_ply(&at, &part, &name); first = false) {
-            const struct store_job *member = member_of(&stack, part);
-            api_text_raw(&text, first ? "{" : ",{");
-            api_text_key_string(&text, "name", name);
-            if (member) {
-                api_text_key_string(&text, "id", member->id);
-                api_text_key_string(&text, "status", store_status_name(member->status));
+        for (bool first = true; next_ply(&at, &ply); first = false) {
+            bool further = ply.piece && !*ply.name;
+            if (!further) {
+                api_text_raw(&text, pieces ? "]}" : "");
+                api_text_raw(&text, first ? "{" : ",{");
+                api_text_key_string(&text, "name", ply.name);
             }
-            if (member && member->error) {
-                api_text_key(&text, "error");
-                api_text_raw(&text, member->error);
+            pieces = ply.piece;
+            if (pieces && !further)
+                api_text_key(&text, "pieces");
+            if (pieces) {
+                api_text_raw(&text, further ? ",{" : "[{");
+                api_text_key_string(&text, "name", ply.piece);
             }
-            api_text_raw(&text, "}");
+            write_member_status(&text, member_of(&stack, ply.part));
         }
-        api_text_raw(&text, "]");
+        api_text_raw(&text, pieces ? "]}]" : "]");
         const char *plies = api_text_finish(&text);
         document = plies ? documents_status(job, plies) : NULL;
     } else {
@@ -187,11 +213,11 @@ static bool write_results(void *context, int file) {
 static struct results *find_results(struct store *store, const struct stack *stack, size_t *plies,
                                     size_t *length) {
     char *copy = strdup(stack->record), *at = copy;
-    const char *name;
-    size_t count = 0, part = 0;
+    struct ply_line ply;
+    size_t count = 0;
     bool any = false;
-    for (*plies = 0; copy && next_ply(&at, &part, &name); ++*plies)
-        count = part + 1 > count ? part + 1 : count;
+    for (*plies = 0; copy && next_ply(&at, &ply); *plies += !ply.piece || *ply.name)
+        count = ply.part + 1 > count ? ply.part + 1 : count;
     free(copy);
     struct results *results =
         count ? calloc(1, sizeof *results + count * sizeof results->result[0]) : NULL;

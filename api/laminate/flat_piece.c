@@ -1,0 +1,325 @@
+/* SPDX-License-Identifier: MIT */
+#include "flat_piece.h"
+
+#include "arrangement.h"
+#include "clip.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* In spacings: the steps along splits; how far a split goes on where it leaves the cloth, so that
+ * it passes the rim; and how far beside a split the yarns are looked at. */
+static const double step = 0.5, beyond = 1.5, beside = 0.75;
+
+/* Posts next to each other may be so often their distance apart on the cloth, and so many spacings
+ * more. */
+static const double stretch = 4, slack = 0.5;
+
+static const double degrees = 57.295779513082321;
+
+bool split_posts_make(const struct laminate_pieces *pieces, struct arena *arena,
+                      struct split_posts *posts) {
+    double least = HUGE_VAL;
+    size_t total = 0;
+    for (size_t k = 0; k < pieces->count; k++)
+        for (int x = 0; x < 2; x++)
+            least = fmin(least, step * pieces->pieces[k].drape.settings.spacing[x]);
+    for (size_t k = 0; k < pieces->split_count; k++)
+        for (size_t n = 1; n < pieces->splits[k].count; n++)
+            total += 1 + laminate_steps(vec3_distance(pieces->splits[k].path[n - 1],
+                                                      pieces->splits[k].path[n]),
+                                        least);
+    *posts = (struct split_posts){.list = arena_alloc(arena, total, sizeof *posts->list)};
+    if (!posts->list)
+        return false;
+    for (size_t k = 0; k < pieces->split_count; k++) {
+        const struct drape_cut_line *split = &pieces->splits[k];
+        for (size_t n = 1; n < split->count; n++) {
+            struct vec3 way = vec3_sub(split->path[n], split->path[n - 1]);
+            size_t steps = laminate_steps(vec3_norm(way), least);
+            for (size_t m = 0; m < steps; m++)
+                posts->list[posts->count++] = (struct split_post){
+                    vec3_axpy((double)m / (double)steps, way, split->path[n - 1]),
+                    vec3_norm(way) / (double)steps};
+        }
+        posts->list[posts->count++].r = split->path[split->count - 1];
+    }
+    return true;
+}
+
+/* ---- splits on the cloth ---- */
+
+struct traced {
+    bool there;
+    double at[2]; /* lengths along warp and weft */
+};
+
+/*
+ * Where a place of the part is in a cell, from its distances to the four corners, which are those
+ * on the cloth as long as the part between is flat, a fold through the place included. With u along
+ * warp and v along weft from corner 0, sides a and b and the sine s of the shear,
+ *     d^2(u, v) = u^2 + v^2 + 2 s u v,
+ * so that the differences to d_0^2 give A = u + s v, B = v + s u and s. False where that is no
+ * place of the cell.
+ */
+static bool place_by_distances(const struct map_net *net, int32_t cell, struct vec3 r,
+                               double pq[2]) {
+    enum { SLACK_PERCENT = 30 };
+    static const double most_sine = 0.97;
+    const struct facets_source *source = &net->facets->source;
+    const double *side = net->columns.grid.spacing, a = side[0], b = side[1];
+    double d2[4];
+    for (int k = 0; k < 4; k++)
+        d2[k] = vec3_norm2(vec3_sub(r, source->nodes[source->corners[cell][k]]));
+    double A = (d2[0] - d2[1] + a * a) / (2 * a), B = (d2[0] - d2[3] + b * b) / (2 * b);
+    double s = (d2[2] - d2[0] - a * a - b * b + 2 * a * A + 2 * b * B) / (2 * a * b);
+    if (!(fabs(s) < most_sine))
+        return false;
+    const double share[2] = {(A - s * B) / (1 - s * s) / a, (B - s * A) / (1 - s * s) / b};
+    for (int k = 0; k < 2; k++) {
+        if (!(share[k] > -SLACK_PERCENT / 100.0 && share[k] < 1 + SLACK_PERCENT / 100.0))
+            return false;
+        pq[k] = source->places[cell][k] + share[k];
+    }
+    return true;
+}
+
+static struct traced *trace_posts(const struct map_net *net, const struct split_posts *posts,
+                                  struct arena *arena) {
+    struct facets_search search = facets_search_begin(net->facets);
+    struct traced *traced = arena_alloc(arena, posts->count, sizeof *traced);
+    for (size_t k = 0; traced && k < posts->count; k++) {
+        struct facets_point at;
+        double pq[2];
+        facets_nearest(&search, posts->list[k].r, &at);
+        if (map_net_is_beyond(net, &at))
+            continue;
+        if (!place_by_distances(net, at.cell, posts->list[k].r, pq))
+            map_net_coordinates(net->facets, &at, pq);
+        traced[k].there = true;
+        for (int x = 0; x < 2; x++)
+            traced[k].at[x] = pq[x] * net->columns.grid.spacing[x];
+    }
+    return traced;
+}
+
+/* Goes on straight from b, to which it came from a. */
+static bool go_on(struct segments *segments, const double a[2], const double b[2], double length,
+                  size_t number) {
+    double x = b[0] - a[0], y = b[1] - a[1], share = length / hypot(x, y);
+    const double end[2] = {b[0] + share * x, b[1] + share * y};
+    return !(hypot(x, y) > 0) || segments_add(segments, b, end, (int32_t)number);
+}
+
+/* Adds the splits where they are on the cloth; each goes on a little where it leaves that. */
+static bool add_splits(const struct map_net *net, const struct split_posts *posts,
+                       const struct traced *traced, struct segments *segments) {
+    double far = beyond * net->spacing;
+    bool before = false, good = true; /* there is a segment to this post */
+    for (size_t k = 0; k < posts->count && good; k++) {
+        double length = posts->list[k].length;
+        const double *at = traced[k].at, *next = traced[k + (length > 0)].at;
+        bool follows =
+            length > 0 && traced[k].there && traced[k + 1].there &&
+            hypot(next[0] - at[0], next[1] - at[1]) <= stretch * length + slack * net->spacing;
+        if (before && !follows)
+            good = go_on(segments, traced[k - 1].at, at, far, k - 1);
+        if (follows && !before)
+            good = good && go_on(segments, next, at, far, k);
+        if (follows)
+            good = good && segments_add(segments, at, next, (int32_t)k);
+        before = follows;
+    }
+    return good;
+}
+
+/* ---- the region ---- */
+
+/* The sine of the shear of the cell at a place; NaN where there is none. */
+static double sine_at(const struct map_net *net, const double at[2]) {
+    const struct facets_source *source = &net->facets->source;
+    const double *d = net->columns.grid.spacing;
+    double i = floor(at[0] / d[0]), j = floor(at[1] / d[1]);
+    for (size_t c = 0; c < source->cell_count; c++) {
+        if (source->places[c][0] != (int32_t)i || source->places[c][1] != (int32_t)j)
+            continue;
+        const double *row = net->rows + c * net->width;
+        const struct vec3 *warp = (const void *)(row + net->warp);
+        const struct vec3 *weft = (const void *)(row + net->weft);
+        return vec3_dot(*warp, *weft);
+    }
+    return NAN;
+}
+
+/* What the piece is along its splits: the way along an edge, in cloth that is sheared by s, is
+ * (x + s y, c y). */
+static void look_at_sides(const struct map_net *net, const struct traced *traced,
+                          struct flat_piece *piece) {
+    const struct polygons_point *p = piece->region.points;
+    for (size_t k = 0, first = 0; k < piece->region.count; k++) {
+        const struct polygons_point *next = &p[p[k].last ? first : k + 1];
+        int32_t number = piece->numbers[k];
+        double x = next->x - p[k].x, y = next->y - p[k].y, length = hypot(x, y);
+        first = p[k].last ? k + 1 : first;
+        if (number < 0 || piece->sides[number].there)
+            continue;
+        const double inside[2] = {(p[k].x + next->x) / 2 - beside * net->spacing * y / length,
+                                  (p[k].y + next->y) / 2 + beside * net->spacing * x / length};
+        double s = sine_at(net, inside), c = sqrt(1 - s * s);
+        const double *from = traced[number].at, *to = traced[number + 1].at;
+        piece->sides[number] =
+            (struct split_side){.there = true,
+                                .forward = x * (to[0] - from[0]) + y * (to[1] - from[1]) > 0,
+                                .warp_deg = degrees * atan2(-c * y, x + s * y)};
+    }
+}
+
+enum api_problem_id flat_piece_make(const struct map_net *net, const struct polygons *cloth,
+                                    const struct split_posts *posts, struct arena *arena,
+                                    struct flat_piece *piece, struct api_problem *problem) {
+    static const double start[2] = {0, 0};
+    struct segments segments = {.arena = arena};
+    struct traced *traced = trace_posts(net, posts, arena);
+    int32_t *numbers;
+    struct arrangement *all = NULL;
+    if (traced && segments_add_polygons(&segments, cloth, -1) &&
+        add_splits(net, posts, traced, &segments))
+        all = arrangement_make(&segments, arena);
+    if (!all || !arrangement_face(all, start, &piece->region, &numbers))
+        return api_problem_no_memory(problem, "the laminate");
+    if (piece->region.count == 0)
+        return api_problem_set(problem, API_INVALID_REQUEST,
+                               "a piece starts beyond its own cloth: give it another start");
+    piece->numbers = malloc(piece->region.count * sizeof *piece->numbers);
+    piece->sides = calloc(posts->count, sizeof *piece->sides);
+    if (!piece->numbers || !piece->sides)
+        return api_problem_no_memory(problem, "the laminate");
+    memcpy(piece->numbers, numbers, piece->region.count * sizeof *numbers);
+    look_at_sides(net, traced, piece);
+    return API_OK;
+}
+
+void flat_piece_free(struct flat_piece *piece) {
+    polygons_free(&piece->region);
+    free(piece->numbers);
+    free(piece->sides);
+    *piece = (struct flat_piece){.numbers = NULL};
+}
+
+/* ---- seams ---- */
+
+/* What is within a distance of edges: a rectangle along each, and an arc round each end. */
+struct band {
+    struct polygons shapes; /* each is a shape of its own: they overlap */
+    const struct polygons *region, *cloth;
+    bool outside; /* the band is added to the region, within the cloth; else taken from it */
+};
+
+static bool band_contains(const struct band *band, double x, double y) {
+    const struct polygons_point *p = band->shapes.points;
+    bool inside = false;
+    for (size_t k = 0, first = 0; k < band->shapes.count && !inside; k++) {
+        if (!p[k].last)
+            continue;
+        struct polygons one = {.points = band->shapes.points + first, .count = k + 1 - first};
+        inside = clip_contains(&one, x, y);
+        first = k + 1;
+    }
+    return inside;
+}
+
+static bool is_of_piece(const void *context, const double at[2]) {
+    const struct band *band = context;
+    bool own = clip_contains(band->region, at[0], at[1]);
+    if (!band->outside)
+        return own && !band_contains(band, at[0], at[1]);
+    return own || (clip_contains(band->cloth, at[0], at[1]) && band_contains(band, at[0], at[1]));
+}
+
+/* A fan about a point from one direction over an angle, counter-clockwise. */
+static bool add_fan(struct polygons *shapes, const struct polygons_point *at, double radius,
+                    double from, double angle) {
+    static const double chord = 0.0625; /* off by 5e-4 of the radius */
+    int steps = (int)ceil(angle / chord);
+    bool good = polygons_add(shapes, at->x, at->y);
+    for (int k = 0; k <= steps && good; k++) {
+        double turn = from + angle * k / steps;
+        good = polygons_add(shapes, at->x + radius * cos(turn), at->y + radius * sin(turn));
+    }
+    polygons_close(shapes);
+    return good;
+}
+
+/* The band of an edge from a to b, and the fan about b where it turns to the next edge, or ends. */
+static bool add_to_band(struct polygons *shapes, const struct polygons_point *a,
+                        const struct polygons_point *b, double radius, bool begins,
+                        const struct polygons_point *next) {
+    static const double half_turn = 3.14159265358979323846, least_turn = 1e-9;
+    double angle = atan2(b->y - a->y, b->x - a->x);
+    double x = -radius * sin(angle), y = radius * cos(angle);
+    bool good =
+        polygons_add(shapes, a->x + x, a->y + y) && polygons_add(shapes, a->x - x, a->y - y) &&
+        polygons_add(shapes, b->x - x, b->y - y) && polygons_add(shapes, b->x + x, b->y + y);
+    polygons_close(shapes);
+    if (begins)
+        good = good && add_fan(shapes, a, radius, angle + half_turn / 2, half_turn);
+    if (!next)
+        return good && add_fan(shapes, b, radius, angle - half_turn / 2, half_turn);
+    double turn = remainder(atan2(next->y - b->y, next->x - b->x) - angle, 2 * half_turn);
+    if (fabs(turn) < least_turn)
+        return good;
+    double from = turn > 0 ? angle - half_turn / 2 : angle + turn + half_turn / 2;
+    return good && add_fan(shapes, b, radius, from, fabs(turn));
+}
+
+/* The piece on the other side of a split at a post; `count` where there is none. */
+static size_t neighbour_at(const struct flat_piece *const *all, size_t count, size_t own,
+                           int32_t post) {
+    for (size_t k = 0; k < count; k++)
+        if (k != own && all[k] && all[k]->sides[post].there)
+            return k;
+    return count;
+}
+
+/* How far the piece goes beyond its split there, or ends before it. */
+static double seam_reach(const struct laminate_seam *seam, size_t own, size_t neighbour) {
+    if (seam->gap > 0)
+        return seam->gap / 2;
+    if (seam->over == LAMINATE_OVER_NONE)
+        return seam->overlap / 2;
+    return (neighbour < own) == (seam->over == LAMINATE_OVER_FIRST) ? seam->overlap : 0;
+}
+
+bool flat_piece_sew(const struct flat_piece *const *all, size_t count, size_t own, size_t only,
+                    const struct polygons *cloth, const struct laminate_seam *seam,
+                    struct arena *arena, struct polygons *cut) {
+    const struct polygons *region = &all[own]->region;
+    const struct polygons_point *p = region->points;
+    struct band band = {.region = region, .cloth = cloth, .outside = seam->gap <= 0};
+    struct segments segments = {.arena = arena};
+    double *reach = arena_alloc(arena, region->count, sizeof *reach);
+    bool good = reach != NULL;
+    for (size_t k = 0; k < region->count && good; k++) {
+        int32_t post = all[own]->numbers[k];
+        size_t neighbour = post < 0 ? count : neighbour_at(all, count, own, post);
+        if (post >= 0 && (only >= count || neighbour == only))
+            reach[k] = seam_reach(seam, own, neighbour);
+    }
+    for (size_t first = 0, end; first < region->count && good; first = end) {
+        for (end = first + 1; !p[end - 1].last;)
+            end++;
+        for (size_t k = first; k < end && good; k++) {
+            size_t next = k + 1 < end ? k + 1 : first, before = k > first ? k - 1 : end - 1;
+            if (reach[k] > 0)
+                good = add_to_band(&band.shapes, &p[k], &p[next], reach[k], !(reach[before] > 0),
+                                   reach[next] > 0 ? &p[next + 1 < end ? next + 1 : first] : NULL);
+        }
+    }
+    good = good && segments_add_polygons(&segments, region, 0) &&
+           (!band.outside || segments_add_polygons(&segments, cloth, 0)) &&
+           segments_add_polygons(&segments, &band.shapes, 0);
+    struct arrangement *arrangement = good ? arrangement_make(&segments, arena) : NULL;
+    good = arrangement && arrangement_select(arrangement, is_of_piece, &band, cut);
+    polygons_free(&band.shapes);
+    return good;
+}

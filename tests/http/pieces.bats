@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: MIT
+# Plies of several pieces: splits, seams, what becomes of them in patterns, maps and statuses.
+load helper
+
+setup_file() { start_shared_daemon; }
+teardown_file() { end_file; }
+
+# A plane of 4 by 3 that is split at x = 2, the right piece turned by 30 degrees.
+plane='{"surface": {"degree_u": 1, "degree_v": 1, "size_u": 2, "size_v": 2,
+    "knotvector_u": [0, 0, 1, 1], "knotvector_v": [0, 0, 1, 1],
+    "control_points": [[0, 0, 0], [0, 3, 0], [4, 0, 0], [4, 3, 0]]},
+    "plies": [{"name": "skin", "fabric": {"spacing": 0.1, "thickness": 0.001},
+        "splits": [{"path": [[2, 0, 0], [2, 3, 0]]}],
+        "pieces": [{"at": [3, 1, 0], "name": "right", "direction": {"angle_deg": 30}}]}]}'
+
+# drape_pieces EXPRESSION [ARGUMENT...]: the plane, changed by jq, by the command.
+drape_pieces() {
+    jq -c "$1" <<<"$plane" >"$BATS_TEST_TMPDIR/pieces.json"
+    shift
+    status=0
+    output=$("$DRAPE" "$BATS_TEST_TMPDIR/pieces.json" "$@" 2>"$BATS_TEST_TMPDIR/stderr") || status=$?
+    stderr=$(<"$BATS_TEST_TMPDIR/stderr")
+}
+
+# number EXPRESSION VALUE: of the first ply, to 1e-9.
+number() {
+    jq -e ".plies[0] | ($1) - ($2) | fabs < 1e-9" <<<"$output" >/dev/null ||
+        { jq -c ".plies[0] | $1" <<<"$output" && false; }
+}
+
+@test "two pieces of a plane cover it, and their seam is as wide as asked for" {
+    drape_pieces .
+    [ "$(jq -c '[.plies[0].pieces[].name]' <<<"$output")" = '["right","piece_2"]' ]
+    number .cloth_coverage 1
+    number '.pieces[0].area' 6
+    number '.pieces[1].area' 6
+    number '[.pieces[].max_shear_deg] | max' 0
+    number '.seams[0].length' 3
+    number '.seams[0].mean_angle_deg' 30
+    number '.seams[0].greatest_angle_deg' 30
+    number '.seams[0].overlap_area + .seams[0].gap_area' 0
+    drape_pieces '.plies[0].seam = {overlap: 0.25}'
+    number '.pieces[0].area' 6.375
+    number '.pieces[1].area' 6.375
+    number '.seams[0].overlap_area' 0.75
+    number .cloth_coverage 1
+    drape_pieces '.plies[0].seam = {overlap: 0.25, over: "first"}'
+    number '.pieces[0].area' 6
+    number '.pieces[1].area' 6.75
+    drape_pieces '.plies[0].seam = {overlap: 0.25, over: "last"}'
+    number '.pieces[0].area' 6.75
+    drape_pieces '.plies[0].seam = {gap: 0.04}'
+    number '.pieces[0].area' 5.94
+    number '.seams[0].gap_area' 0.12
+    number .cloth_coverage '11.88 / 12'
+}
+
+@test "a closed split cuts out an island, and splits may end at splits" {
+    drape_pieces '.plies[0] |= (.splits = [{path: [[1, 1, 0], [3, 1, 0], [3, 2, 0], [1, 2, 0], [1, 1, 0]]},
+        {path: [[2, 1, 0], [2, 2, 0]]}] | .pieces = [{at: [0.5, 0.5, 0], name: "frame"},
+        {at: [1.5, 1.5, 0], name: "left"}, {at: [2.5, 1.5, 0], name: "right"}])'
+    number '.pieces[0].area' 10
+    number '.pieces[1].area' 1
+    number '.pieces[2].area' 1
+    number .cloth_coverage 1
+    [ "$(jq -c '[.plies[0].seams[] | .pieces + [.length * 1e6 | round]]' <<<"$output")" = \
+        '[["frame","left",3000000],["frame","right",3000000],["left","right",1000000]]' ]
+}
+
+@test "an element under an overlap has two rows of the ply" {
+    local mesh=$BATS_TEST_TMPDIR/mesh.json
+    echo '{"mesh": {"vertices": [[1, 1, 0], [1.2, 1, 0], [1, 1.2, 0], [1.9, 1, 0], [2.1, 1, 0],
+           [1.98, 1.2, 0], [3, 1, 0], [3.2, 1, 0], [3, 1.2, 0]],
+           "triangles": [[0, 1, 2], [3, 4, 5], [6, 7, 8]]}}' >"$mesh"
+    drape_pieces '.plies[0].seam = {overlap: 0.25} | .plies[1] = (.plies[0] | del(.splits, .seam, .pieces))' \
+        --map "$mesh"
+    [ "$(jq -c '.plies | [.element, .ply, .piece]' <<<"$output")" = \
+        '[[0,0,1,1,1,2,2],[1,2,1,1,2,1,2],[2,0,1,2,0,1,0]]' ]
+    [ "$(jq -c '[.cells.thickness[] * 1e6 | round]' <<<"$output")" = '[2000,3000,2000]' ]
+    drape_pieces . --map "$mesh" --format nastran
+    grep -q 'PCOMP' <<<"$output"
+}
+
+@test "patterns and the ply book have every piece" {
+    drape_pieces '.plies[0].seam = {overlap: 0.25}' --format dxf
+    [ "$(grep -cE '^1 skin, (right|piece_2)$' <<<"$output")" -eq 2 ]
+    drape_pieces '.plies[0].seam = {overlap: 0.25}' --format html
+    [[ $output == *'1  skin, right'* && $output == *'<h2>Seams</h2>'* && $output == *'0.75'* ]]
+}
+
+@test "over HTTP every piece is a drape with its id" {
+    jq -c '.plies[1] = (.plies[0] | del(.splits, .pieces))' <<<"$plane" >"$BATS_TEST_TMPDIR/stack.json"
+    post /v1/laminates "$BATS_TEST_TMPDIR/stack.json" -H 'Prefer: wait=40' && expect 200
+    id=$(field .id)
+    [ "$(field '[.plies[] | [.name, (.pieces // [] | map(.name + "," + .status))]] | tojson')" = \
+        '[["skin",["right,succeeded","piece_2,succeeded"]],["skin",[]]]' ]
+    piece=$(field '.plies[0].pieces[0].id')
+    call GET "/v1/drapes/$piece" && expect 200
+    call GET "/v1/laminates/$id/plies/1/pattern" && expect 200
+    call GET "/v1/laminates/$id/plies/2/pattern" && expect 404
+    call GET "/v1/laminates/$id/plies/0/pattern" && expect 200
+    grep -q 'skin, piece_2' "$body"
+    # What was understood is the same laminate.
+    call GET "/v1/laminates/$id/request" && expect 200
+    [ "$(field '.plies[0].pieces | length')" -eq 2 ]
+    cp "$body" "$BATS_TEST_TMPDIR/understood.json"
+    post /v1/laminates "$BATS_TEST_TMPDIR/understood.json" -H 'Prefer: wait=40' && expect 200
+    [ "$(field '.plies[0].pieces[0].status')" = succeeded ]
+}
+
+@test "pieces of a stored surface are known without it" {
+    jq -c .surface <<<"$plane" >"$BATS_TEST_TMPDIR/surface.json"
+    post /v1/surfaces "$BATS_TEST_TMPDIR/surface.json"
+    jq -c --arg id "$(field .id)" '.surface = {id: $id} | .plies[0].seam = {overlap: 0.25, over: "last"}' \
+        <<<"$plane" >"$BATS_TEST_TMPDIR/named.json"
+    post /v1/laminates "$BATS_TEST_TMPDIR/named.json" -H 'Prefer: wait=40' && expect 200
+    [ "$(field '.plies[0].pieces | length')" -eq 2 ]
+    call GET "/v1/laminates/$(field .id)/patterns?format=svg" && expect 200
+    grep -q 'cloth 12.75 m2' "$body"
+}
+
+# refused EXPRESSION POINTER
+refused() {
+    drape_pieces "$1"
+    [ "$status" -eq 1 ]
+    [[ $stderr == *"$2: "* ]] || { echo "$stderr" && false; }
+}
+
+@test "what is wrong with a split, a seam or a piece says which" {
+    refused '.plies[0].splits[0].path = [[2, 0, 0], [2, 2, 0]]' '/plies/0/splits/0'
+    refused '.plies[0].splits[1].path = [[1, 1, 0], [1.5, 2, 0]]' '/plies/0/splits/1'
+    refused '.plies[0].splits[0].path[1][2] = 1' '/plies/0/splits/0'
+    refused '.plies[0].splits[0].path = [[2, 0, 0]]' '/plies/0/splits/0/path'
+    refused '.plies[0].splits = []' '/plies/0/splits'
+    refused '.plies[0].splits[0].knot = 1' '/plies/0/splits/0/knot'
+    refused '.plies[0].seam = {overlap: 5}' '/plies/0/pieces/0'
+    refused 'del(.plies[0].pieces) | .plies[0].seam = {gap: 5}' '/plies/0/seam'
+    refused '.plies[0].seam = {overlap: 0.1, gap: 0.1}' '/plies/0/seam'
+    refused '.plies[0].seam = {gap: 0.1, over: "first"}' '/plies/0/seam/over'
+    refused '.plies[0].seam = {overlap: 0.1, over: "left"}' '/plies/0/seam/over'
+    refused '.plies[0].pieces[1] = {at: [3.5, 1, 0]}' '/plies/0/pieces/1/at'
+    refused '.plies[0].pieces[0].at = "here"' '/plies/0/pieces/0/at'
+    refused '.plies[0].pieces[0].start = {uv: [0.1, 0.5]}' '/plies/0/pieces/0/start'
+    refused '.plies[0].pieces[0].fabric = {spacing: -1}' '/plies/0/pieces/0/fabric/spacing'
+    refused '.plies[0].start = {uv: [0.1, 0.5]}' '/plies/0/start'
+    refused 'del(.plies[0].splits)' '/plies/0/pieces'
+}
