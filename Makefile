@@ -178,8 +178,8 @@ UNITS ?= $(PREFIX)/lib/systemd/system
 VERSION := $(shell deploy/version.py)
 OPERATORS := $(addprefix deploy/,nginx.conf Caddyfile prometheus grafana systemd kubernetes container \
              compose.yaml)
-PAGES := fields formats handover laminates mathematics operations runbook scaling settings studies \
-         threat-model
+PAGES := fields formats handover laminates mathematics operations runbook scaling settings \
+         small-radii studies threat-model
 install: all sbom $(B)/draped.1 $(B)/drape.1 ## below $(PREFIX) (/usr/local) and DESTDIR
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 $(B)/draped.1 $(B)/drape.1

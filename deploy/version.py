@@ -14,6 +14,7 @@ import datetime
 import os
 import re
 import sys
+import textwrap
 import time
 
 SOURCE = ("solver/version.h", r'#define DRAPE_VERSION "(.*)"')
@@ -82,7 +83,8 @@ def print_debian():
                else time.strptime(date, "%Y-%m-%d"))
         print(f"draped ({number}) {'UNRELEASED' if today else 'unstable'}; urgency=medium\n")
         for change in changes:
-            print("  * " + change.replace("\n", "\n  "))
+            print(textwrap.fill(" ".join(change.split()), 78, initial_indent="  * ",
+                                subsequent_indent="    ", break_on_hyphens=False))
         print(f"\n -- {MAINTAINER}  {time.strftime('%a, %d %b %Y %H:%M:%S +0000', day)}\n")
     return 0
 

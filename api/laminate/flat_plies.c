@@ -334,7 +334,8 @@ enum api_problem_id flat_plies_make(const struct laminate *laminate,
 
 bool flat_plies_concerns(const struct laminate *laminate, size_t k,
                          const struct api_warning *warning) {
-    static const char *const whole[] = {"uncovered", "locked", "packing_exceeded", "components"};
+    static const char *const whole[] = {"uncovered", "locked", "collapsed", "packing_exceeded",
+                                        "components"};
     bool of_whole = false;
     for (size_t n = 0; n < sizeof whole / sizeof *whole; n++)
         of_whole = of_whole || strcmp(warning->code, whole[n]) == 0;

@@ -184,7 +184,7 @@ write_map() {
 # Its mesh is a coarser net of another direction, whose nodes the plies do not share.
 @test "readers: a STEP part goes from its file through a pressed stack to decks and a filling mesh" {
     folder=$BATS_TEST_TMPDIR
-    part='{"file": "'$EXAMPLES'/dome.step", "grow_from": 1, "up_to_deg": 20}'
+    part='{"file": "'$PWD/$EXAMPLES'/dome.step", "grow_from": 1, "up_to_deg": 20}'
     jq -n --argjson part "$part" \
         '{surface: $part, fabric: {spacing: 12}, direction: {angle_deg: 30}}' |
         "$DRAPE" 2>"$folder/notes" | jq -c '.nodes as $n |
