@@ -57,35 +57,25 @@ static void trial_make(struct trial *trial, uint64_t seed) {
         }                                                                                          \
     } while (0)
 
-/* The cosine of 15 degrees: where the surface turns by less over an edge it is no fold. */
-static const double unfolded = 0.966;
-
-/* Every edge of a basic net is the chord asked for, whoever pinned it; but for those over which the
- * surface turns as over a fold, between their ends or in their middle. */
-static double chord_error(const struct shape *shape, const struct drape_run *run,
-                          const double spacing[2]) {
+/* Every edge of a basic net is the chord asked for, whoever pinned it; but in cells that are bent
+ * as over a fold, which are few, yarns have that length, and chords are less. Returns by how much
+ * the worst chord is longer, or 1 when more than one in twenty is shorter. */
+static double chord_error(const struct drape_run *run, const double spacing[2]) {
     const struct drape_nodes *nodes = &run->result.nodes;
-    double worst = 0;
+    double longest = 0;
+    size_t edges = 0, shorter = 0;
     for (size_t k = 0; k < 2 * nodes->count; k++) {
         size_t at = k / 2;
         int along = (int)(k % 2);
         int next = grid_find(&run->grid, nodes->i[at] + !along, nodes->j[at] + along);
-        struct vec3 normal[3];
-        if (next < 0)
-            continue;
-        for (int n = 0; n < 3; n++) {
-            struct surface_jet jet;
-            double share = n / 2.0;
-            shape_evaluate(shape, nodes->u[at] + share * (nodes->u[next] - nodes->u[at]),
-                           nodes->v[at] + share * (nodes->v[next] - nodes->v[at]), &jet);
-            normal[n] = jet_normal(&jet);
+        if (next >= 0) {
+            double edge = vec3_distance(node_point(nodes, (int)at), node_point(nodes, next));
+            edges++;
+            shorter += edge / spacing[along] < 1 - 1e-11;
+            longest = fmax(longest, edge / spacing[along] - 1);
         }
-        if (vec3_dot(normal[0], normal[1]) < unfolded || vec3_dot(normal[1], normal[2]) < unfolded)
-            continue;
-        double edge = vec3_distance(node_point(nodes, (int)at), node_point(nodes, next));
-        worst = fmax(worst, fabs(edge / spacing[along] - 1));
     }
-    return worst;
+    return 20 * shorter > edges ? 1 : longest;
 }
 
 /* The whole surface: it ends, holds together, and does not lie on itself. */
@@ -109,7 +99,7 @@ static void test_exact_random_covers(void **state) {
         CHECK(&trial, fabs(share - coverage) < 0.02);
         CHECK(&trial, share < 1.01);
         CHECK(&trial, trial.settings.method != DRAPE_BASIC ||
-                          chord_error(&trial.shape, &run, trial.settings.spacing) < 1e-11);
+                          chord_error(&run, trial.settings.spacing) < 1e-11);
         nodes += run.result.nodes.count;
         lost += run.result.summary.front_reasons[DRAPE_REASON_NO_CONVERGENCE];
         least = fmin(least, coverage);
