@@ -12,6 +12,7 @@
 #include "api/map/map.h"
 #include "api/request/decode.h"
 #include "api/request/normalise.h"
+#include "api/result/stored_cuts.h"
 #include "api/run.h"
 #include "arguments.h"
 #include "files.h"
@@ -149,8 +150,19 @@ static bool write_map(const struct arguments *arguments, const struct api_input 
 
 /* ---- all of it ---- */
 
-/* The document that the arguments ask for. Warnings, and what stands in the way of a drape, go to
- * standard error as well, for those who do not read the document's. */
+/* What became of each cut, on standard error. */
+static void tell_cuts(const struct api_reader *reader, const struct api_columns *columns) {
+    struct stored_cut cuts[API_CUTS_MAX];
+    bool read = stored_cuts_read(reader, columns, cuts);
+    for (size_t k = 0; k < columns->cut_count && read; k++) {
+        char line[STORED_CUT_TEXT];
+        stored_cut_describe(&cuts[k], columns->unit->name, line);
+        files_complain("cut", line);
+    }
+}
+
+/* The document that the arguments ask for. Cuts, warnings, and what stands in the way of a drape,
+ * go to standard error as well, for those who do not read the document's. */
 static bool write_requested(const struct arguments *arguments, const struct api_input *input,
                             const struct api_reader *reader, const struct files_output *output,
                             struct api_problem *problem) {
@@ -159,6 +171,7 @@ static bool write_requested(const struct arguments *arguments, const struct api_
     if (arguments->study)
         study_print(reader, arguments->output && !arguments->variant ? stdout : stderr, problem);
     else if (api_columns_open(reader, &columns, problem) == API_OK) {
+        tell_cuts(reader, &columns);
         for (size_t k = 0; k < columns.summary.warnings.count; k++)
             files_complain("warning", columns.summary.warnings.list[k].detail);
         if (columns.summary.verdict.obstacle != VERDICT_DRAPABLE)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "pattern.h"
 
+#include "api/result/stored_cuts.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -210,21 +211,15 @@ void pattern_next(struct encoder *encoder) {
  */
 static bool read_allowances(struct encoder *encoder, double scale,
                             double allowance[API_CUTS_MAX + 1]) {
-    static const char *const names[] = {"allowance", "mouth_width"};
     struct pattern_state *state = encoder->state;
-    double values[2][API_CUTS_MAX];
-    size_t count = encoder->columns.cut_count;
-    for (size_t k = 0; k < 2 && count > 0; k++) {
-        const struct api_column *column =
-            api_columns_find(&encoder->columns, API_TABLE_CUTS, names[k]);
-        if (!column || column->rows != count ||
-            !api_columns_read(encoder->reader, column, 0, count, values[k]))
-            return false;
-    }
+    struct stored_cut cuts[API_CUTS_MAX];
+    if (!stored_cuts_read(encoder->reader, &encoder->columns, cuts))
+        return false;
     allowance[0] = encoder->options.allowance * scale;
-    for (size_t k = 0; k < count; k++) {
-        bool slim = values[0][k] > 0 && values[1][k] < 2 * values[0][k];
-        allowance[k + 1] = slim ? 0 : values[0][k] * scale;
+    for (size_t k = 0; k < encoder->columns.cut_count; k++) {
+        double own = cuts[k].allowance;
+        bool slim = own > 0 && cuts[k].mouth_width < 2 * own;
+        allowance[k + 1] = slim ? 0 : own * scale;
         state->slim_cuts += slim;
     }
     return true;

@@ -5,6 +5,7 @@
  * with its dimensions; what was asked for, and by which versions it was answered. The picture is a
  * PNG within it; the pattern is drawn as for `svg`.
  */
+#include "api/result/stored_cuts.h"
 #include "html.h"
 #include "inputs.h"
 #include "part_picture.h"
@@ -192,7 +193,25 @@ static const struct {
 #undef MEMBER
 };
 
-/* The summary and the warnings, up to the pattern. */
+static void write_report_cuts(struct encoder *encoder) {
+    const struct api_columns *columns = &encoder->columns;
+    struct stored_cut cuts[API_CUTS_MAX];
+    if (!stored_cuts_read(encoder->reader, columns, cuts)) {
+        encoder->failed = true;
+        return;
+    }
+    api_text_raw(&encoder->piece, columns->cut_count ? "<h2>Cuts</h2>\n<ul>\n" : "");
+    for (size_t k = 0; k < columns->cut_count; k++) {
+        char line[STORED_CUT_TEXT];
+        stored_cut_describe(&cuts[k], columns->unit->name, line);
+        api_text_raw(&encoder->piece, "<li>");
+        html_say(&encoder->piece, "%s", line);
+        api_text_raw(&encoder->piece, "</li>\n");
+    }
+    api_text_raw(&encoder->piece, columns->cut_count ? "</ul>\n" : "");
+}
+
+/* The summary, the cuts and the warnings, up to the pattern. */
 static void write_report_results(struct encoder *encoder) {
     static const char *const powers[] = {"", "", "²", "³"};
     const struct api_columns *columns = &encoder->columns;
@@ -233,7 +252,9 @@ static void write_report_results(struct encoder *encoder) {
                  summary->max_shear_pinned_deg);
         end_row(text);
     }
-    api_text_raw(text, "</table></div>\n<h2>Warnings</h2>\n");
+    api_text_raw(text, "</table></div>\n");
+    write_report_cuts(encoder);
+    api_text_raw(text, "<h2>Warnings</h2>\n");
     api_text_raw(text, warnings->count ? "<ul>\n" : "<p>None.</p>\n");
     for (size_t k = 0; k < warnings->count; k++) {
         api_text_raw(text, "<li><b>");

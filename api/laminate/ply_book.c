@@ -3,6 +3,7 @@
 
 #include "api/format/html.h"
 #include "api/format/pattern.h"
+#include "api/result/stored_cuts.h"
 #include "seams.h"
 #include <math.h>
 
@@ -154,6 +155,18 @@ static void draw_pattern(const struct ply_book *book, const struct flat_ply *sha
     api_text_raw(text, "</p>\n");
 }
 
+static void write_ply_cuts(const struct ply_book *book, const struct api_reader *net) {
+    struct stored_cut cuts[API_CUTS_MAX];
+    bool read = stored_cuts_read(net, &book->columns, cuts);
+    for (size_t k = 0; k < book->columns.cut_count && read; k++) {
+        char line[STORED_CUT_TEXT];
+        stored_cut_describe(&cuts[k], book->columns.unit->name, line);
+        api_text_raw(book->text, "<li>");
+        html_say(book->text, "Cut %s", line);
+        api_text_raw(book->text, "</li>\n");
+    }
+}
+
 static void write_ply_section(struct ply_book *book, size_t k) {
     const struct laminate_ply *ply = &book->laminate->plies[k];
     const struct flat_ply *shape = shape_of(book, k);
@@ -184,6 +197,7 @@ static void write_ply_section(struct ply_book *book, size_t k) {
     if (shape)
         draw_pattern(book, shape);
     api_text_raw(text, "<ul>\n");
+    write_ply_cuts(book, book->nets[ply->net]);
     for (size_t n = 0; n < warnings->count; n++) {
         if (!flat_plies_concerns(book->laminate, k, &warnings->list[n]))
             continue;

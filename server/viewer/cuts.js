@@ -6,6 +6,8 @@ import { format } from './fields.js';
 import { numbersOf } from './form.js';
 
 const REACH = 30; // pixels from an edge within which a cut begins there
+const STEP = 8; // pixels from one place of a cut that is drawn to the next
+const SLACK = 1e-3; // of the part's radius: what lies nearer to a straight line is left out
 const LINE = {
   least: 2,
   closed: false,
@@ -28,12 +30,29 @@ export function nearestEdge({ position, edges, origin }, lines, point) {
   let best = null;
   const take = (a, b) => {
     const place = nearestOf(a, b, point);
-    const far = Math.hypot(...place.map((x, k) => x - point[k]));
+    const far = away(place, point);
     if (!best || far < best.far) best = { place, far };
   };
   for (let k = 0; k < edges.length; k += 2) take(corner(edges[k]), corner(edges[k + 1]));
   for (const line of lines) for (let k = 1; k < line.length; k++) take(line[k - 1], line[k]);
   return best?.place ?? null;
+}
+
+const away = (a, b) => Math.hypot(...a.map((x, k) => x - b[k]));
+
+/** Without points that lie on the straight lines between others, to within `slack`. */
+export function straightened(path, slack) {
+  const kept = [path[0]];
+  for (let from = 0, to = 2; to <= path.length; to++) {
+    const between = path.slice(from + 1, to);
+    const straight = between.every(
+      (point) => to < path.length && away(point, nearestOf(path[from], path[to], point)) < slack,
+    );
+    if (straight) continue;
+    from = to - 1;
+    kept.push(path[from]);
+  }
+  return kept;
 }
 
 const rounded = (place) => place.map((x) => Number(x.toPrecision(9)));
@@ -54,6 +73,7 @@ export class Cuts {
   constructor(view, form, outline, { onLive, onSettled, onDraw }) {
     Object.assign(this, { view, form, outline, onLive, onSettled, onDraw });
     this.past = [];
+    this.corners = new WeakMap(); // of paths: the points that were clicked
     element('cut-draw').addEventListener('click', () => this.#begin());
     element('cut-undo').addEventListener('click', () => this.#undo());
     this.load();
@@ -98,11 +118,31 @@ export class Cuts {
   #begin() {
     this.onDraw();
     const first = (place) => this.#onEdge(place);
-    this.outline.begin((path) => this.#set([...this.form.cuts, { path: path.map(rounded) }]), {
-      ...LINE,
-      first,
-      refusal: INSIDE,
-    });
+    const take = (corners) => this.#set([...this.form.cuts, { path: this.#along(corners) }]);
+    this.outline.begin(take, { ...LINE, first, refusal: INSIDE });
+  }
+
+  /** The path over the part that lies under straight lines of the picture from corner to corner. */
+  #along(corners) {
+    const box = element('pane-solid').getBoundingClientRect();
+    const path = [corners[0]];
+    for (let n = 1; n < corners.length; n++) {
+      const [a, b] = [corners[n - 1], corners[n]];
+      const [from, to] = [a, b].map((place) => this.view.pixelsOfPlace(place));
+      const steps = Math.ceil(Math.hypot(to.x - from.x, to.y - from.y) / STEP);
+      for (let k = 1; k < steps; k++) {
+        const clientX = box.x + from.x + (k / steps) * (to.x - from.x);
+        const clientY = box.y + from.y + (k / steps) * (to.y - from.y);
+        const place = this.view.placeAt({ clientX, clientY });
+        const near = place && away(place, nearestOf(a, b, place)) < away(a, b); // else of a part before it
+        if (near) path.push(place);
+      }
+      path.push(b);
+    }
+    const slack = SLACK * (this.form.shape?.radius ?? 0);
+    const whole = straightened(path, slack).map(rounded);
+    this.corners.set(whole, corners);
+    return whole;
   }
 
   /** The place of an edge that is meant by one beside it; null where none is near. */
@@ -185,7 +225,8 @@ export class Cuts {
     let before = null;
     const move = (place) => {
       const { cuts } = this.form;
-      const path = [...cuts[k].path.slice(0, -1), rounded(place)];
+      const corners = this.corners.get(cuts[k].path) ?? cuts[k].path;
+      const path = this.#along([...corners.slice(0, -1), place]);
       this.form.cuts = cuts.map((cut, n) => (n === k ? { ...cut, path } : cut));
       this.view.stage.redraw();
     };

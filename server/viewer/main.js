@@ -53,6 +53,7 @@ const EXAMPLES = [
   ['torus', 'Quarter torus'],
   ['freeform', 'Free-form part'],
   ['tray', 'Tray, a triangle mesh'],
+  ['corner', 'Corner of a box, three faces'],
 ];
 const NO_CELL =
   'The net has no cell here: choose a smaller spacing, or another start, and press Drape.';

@@ -2,7 +2,19 @@
 // Cuts on the page: drawn on the part with the mouse, listed, moved by their tips, taken back.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { ask, drapeExample, drawn, idOf, openOnce, page, picture, violations } from './helper.mjs';
+import {
+  ask,
+  browser,
+  daemon,
+  drapeExample,
+  drawn,
+  idOf,
+  openOnce,
+  openPage,
+  page,
+  picture,
+  violations,
+} from './helper.mjs';
 
 openOnce();
 
@@ -46,8 +58,8 @@ test('cuts: one is drawn from an edge to its tip, and the cloth is draped with i
   await drapes(async () => page.mouse.dblclick(...(await at(x + 0.12, 0.52))));
   assert.equal(await hint(), '');
   const [{ path }] = await cutsOf();
-  assert.equal(path.length, 2);
-  const [[a, b, c], [d, e, f]] = path;
+  const [[a, b, c]] = path;
+  const [d, e, f] = path.at(-1);
   assert.ok(Math.abs(Math.max(Math.abs(a), Math.abs(b)) - 2) < 1e-4, `${a} ${b} ${c}`);
   assert.ok(Math.max(Math.abs(d), Math.abs(e)) < 1.9, `${d} ${e} ${f}`);
   const { cuts, rim } = await ask(`v1/drapes/${idOf(page)}/result`);
@@ -103,4 +115,48 @@ test('cuts: they have names, and what is wrong is said at the cut', async () => 
   await clickEdge(0.5);
   await page.keyboard.press('Escape');
   assert.equal(await page.locator('#cut-list li').count(), 0);
+});
+
+test('cuts: a line over an edge of a box stays on the part', async () => {
+  await drapeExample(page, 'corner');
+  await page.click('#cut-draw');
+  await clickEdge(0.5);
+  const [x, y] = await at(0.5, 0.5);
+  await drapes(() => page.mouse.dblclick(x, y));
+  const [{ path }] = await cutsOf();
+  assert.ok(path.length > 2);
+  for (const [a, b, c] of path)
+    assert.ok(Math.min(Math.abs(a), Math.abs(b), Math.abs(c)) < 0.05, `${a} ${b} ${c}`);
+});
+
+test('cuts: the picture of the docs', async () => {
+  const small = await openPage(browser, daemon.url, {
+    width: 1200,
+    height: 700,
+    deviceScaleFactor: 0.65,
+  });
+  await drapeExample(small, 'corner');
+  const request = await ask(`v1/drapes/${idOf(small)}/request`);
+  request.cuts = [
+    {
+      path: [
+        [0, 0, -60],
+        [0, 0, 0],
+      ],
+      name: 'edge',
+    },
+  ];
+  const buffer = Buffer.from(JSON.stringify(request));
+  await small.setInputFiles('#file', { name: 'corner.json', mimeType: 'application/json', buffer });
+  await small.waitForSelector('#cut-list li');
+  await small.click('#drape');
+  await small.waitForFunction(() => document.querySelector('#cut-list li p').textContent);
+  assert.match(await small.textContent('#cut-list li p'), /dart, 90° at the tip/);
+  await small.locator('#cut-draw').evaluate((button) => button.scrollIntoView());
+  await small.locator('#pane-solid').focus();
+  for (let k = 0; k < 8; k++) await small.keyboard.press('ArrowLeft');
+  await drawn(small);
+  const shot = await picture(small, 'docs_cuts');
+  assert.ok(shot.length < 150e3, `${shot.length} bytes`);
+  await small.context().close();
 });

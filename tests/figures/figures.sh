@@ -212,11 +212,17 @@ figure_freeform() {
         "$data/freeform-cells.dat"
 }
 
+# The pattern of the corner with a dart.
+figure_dart() {
+    jq '.cuts = [{path: [[0, 0, -60], [0, 0, 0]], name: "edge", allowance: 4}]' api/examples/corner.json |
+        "$drape" --format svg --allowance 8 --part 'Corner of a box' 2>/dev/null >"$out/dart.svg"
+}
+
 figure_study() {
     "$here/study.py" "$drape" "$out/best_start.svg"
 }
 
-for figure in ${FIGURES:-sphere saddle error time freeform small_radii containment study}; do figure_$figure; done
+for figure in ${FIGURES:-sphere saddle error time freeform small_radii containment study dart}; do figure_$figure; done
 
 # They are read in a browser beside the README, and every change of them stays in the history.
 find "$out" -name '*.svg' -size +60000c | sed 's/$/ is larger than 60 kB/' | { ! grep .; }

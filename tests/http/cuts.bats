@@ -3,9 +3,13 @@
 # corner of a box, three planes of 90, 80 and 60, cut along the edge of 60: a dart of 90 degrees.
 load helper
 
-CORNER=tests/http/box_corner_with_a_dart.json
+CORNER=$BATS_FILE_TMPDIR/dart.json
 
-setup_file() { start_shared_daemon; }
+setup_file() {
+    jq '.direction.vector = [1, 0.3, 0] | .cuts = [{path: [[0, 0, -60], [0, 0, 0]], name: "corner"}]' \
+        "$EXAMPLES/corner.json" >"$BATS_FILE_TMPDIR/dart.json"
+    start_shared_daemon
+}
 teardown_file() { end_file; }
 
 # corner EXPRESSION: the request changed by jq, in a file.

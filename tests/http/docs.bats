@@ -45,6 +45,10 @@ shows() {
         "${PYTHON:-/usr/bin/python3}" "$OLDPWD/tests/readers/read.py" lcmsim case)
 }
 
+@test "docs: the dart of pieces.md does what it shows" {
+    shows docs/pieces.md 1
+}
+
 @test "docs: the calls of the README give what it shows" {
-    shows README.md 4
+    shows README.md 5
 }
