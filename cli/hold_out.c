@@ -62,8 +62,8 @@ static bool leave_out(const struct api_permeability *table, bool rows, struct ar
             double shear = table->shear_deg[rows ? k : other];
             double vf = table->fractions ? table->table_fractions[rows ? other : k]
                                          : 0.5; /* which is not used */
-            struct permeability own = api_permeability_at(table, vf, shear, NULL);
-            struct permeability told = api_permeability_at(&rest, vf, shear, NULL);
+            struct permeability own = api_permeability_at(table, vf, shear, 0, NULL);
+            struct permeability told = api_permeability_at(&rest, vf, shear, 0, NULL);
             const double ratio[PARTS] = {told.k1 / own.k1, told.k2 / own.k2, told.k3 / own.k3};
             fprintf(out, "%9g", shear);
             if (table->fractions)

@@ -10,10 +10,21 @@ static void shear_sincos(double shear_deg, double *sine, double *cosine) {
     *cosine = *cosine > PERMEABILITY_LEAST_COSINE ? *cosine : PERMEABILITY_LEAST_COSINE;
 }
 
-double permeability_areal_ratio(double shear_deg) {
+/* (cos gamma)^(1 - c): what a cell has of its unsheared area. */
+static double area_share(double cosine, double slide) {
+    return slide > 0 ? power_exp((1 - slide) * power_log(cosine)) : cosine;
+}
+
+double permeability_areal_ratio(double shear_deg, double slide) {
     double sine, cosine;
     shear_sincos(shear_deg, &sine, &cosine);
-    return 1 / cosine;
+    return 1 / area_share(cosine, slide);
+}
+
+double permeability_unslid_deg(double shear_deg, double slide) {
+    double sine, cosine;
+    shear_sincos(shear_deg, &sine, &cosine);
+    return slide > 0 ? angle_atan2_deg((1 - slide) * sine, cosine) : shear_deg;
 }
 
 double permeability_packing_limit(enum permeability_packing packing) {
@@ -95,12 +106,13 @@ double permeability_kozeny_carman_factor(double vf, double vref) {
     return kozeny_carman(vf) / kozeny_carman(vref);
 }
 
-/* F = [1 s; 0 c] gives K = g / c [k1 + k2 s^2, k2 s c; k2 s c, k2 c^2], det K = g^2 k1 k2. */
+/* F = [1 x; 0 y] gives K = g / y [k1 + k2 x^2, k2 x y; k2 x y, k2 y^2], det K = g^2 k1 k2. */
 struct permeability permeability_kozeny_carman(const double k[3], double vref, double vf,
-                                               double shear_deg) {
+                                               double shear_deg, double slide) {
     double s, c, g = permeability_kozeny_carman_factor(vf, vref);
     shear_sincos(shear_deg, &s, &c);
-    double xx = g * (k[0] + k[1] * s * s) / c, xy = g * k[1] * s, yy = g * k[1] * c;
+    double y = area_share(c, slide), x = slide > 0 ? (1 - slide) * s * (y / c) : s;
+    double xx = g * (k[0] + k[1] * x * x) / y, xy = g * k[1] * x, yy = g * k[1] * y;
     return principal(xx, xy, yy, g * k[0] * (g * k[1]), g * k[2]);
 }
 
@@ -121,11 +133,16 @@ double permeability_gebart_across(double radius, enum permeability_packing packi
 /* With a = (K_par - K_perp) / 2 the sum is K_perp I + a (w w^T + f f^T), whose values along the
  * bisectors are K_perp + a (1 +- |sin gamma|). */
 struct permeability permeability_gebart(double radius, enum permeability_packing packing, double vf,
-                                        double shear_deg) {
+                                        double shear_deg, double slide) {
     double s, c, along = permeability_gebart_along(radius, packing, vf);
     double across = permeability_gebart_across(radius, packing, vf);
-    shear_sincos(shear_deg, &s, &c);
+    shear_sincos(permeability_unslid_deg(shear_deg, slide), &s, &c);
     double a = (along - across) / 2;
+    if (slide > 0) {
+        double warp = a * (1 + slide), weft = a * (1 - slide);
+        return permeability_principal(across + warp + weft * s * s, weft * s * c,
+                                      across + weft * c * c, across);
+    }
     return from_bisector(across + a * (1 + fabs(s)), across + a * (1 - fabs(s)), across, 0,
                          shear_deg);
 }

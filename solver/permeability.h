@@ -37,8 +37,17 @@ struct permeability {
     double along, across;
 };
 
-/* A / A0 = 1 / cos gamma: a sheared cell keeps its fibres on less area (mass conservation). */
-double permeability_areal_ratio(double shear_deg);
+/*
+ * Of a fabric whose weft slides along warp (`fishnet/slide.h`), `slide` = c in 0..1, only a part of
+ * the shear deforms what there is between fibres: sliding along each other parallel fibres stay as
+ * they are. Without the slide c tan gamma the weft is p ((1 - c) sin gamma, cos gamma), p = (cos
+ * gamma)^-c, and the shear gamma' with tan gamma' = (1 - c) tan gamma is left: that of the models
+ * below, in the frame of the warp. c = 0 is a weave.
+ */
+
+/* A / A0 = (cos gamma)^(c - 1): a sheared cell keeps its fibres on less area (mass conservation),
+ * with c = 1 on the same. */
+double permeability_areal_ratio(double shear_deg, double slide);
 
 /* How parallel fibres lie in a cross-section. */
 enum permeability_packing { PERMEABILITY_QUADRATIC, PERMEABILITY_HEXAGONAL };
@@ -65,10 +74,10 @@ struct vec3 permeability_across(struct vec3 warp, struct vec3 weft);
 double permeability_kozeny_carman_factor(double vf, double vref);
 
 /* k1, k2, k3 measured along warp, weft and through the unsheared fabric at Vref; sheared by
- * gamma and at Vf: K = g F diag(k1, k2) F^T / det F with F = [warp weft], the affine push-forward
- * of a flow that keeps its mass; k3 becomes g k3. */
+ * gamma and at Vf: K = g F diag(k1, k2) F^T / det F with F = [warp weft], without the slide, the
+ * affine push-forward of a flow that keeps its mass; k3 becomes g k3. */
 struct permeability permeability_kozeny_carman(const double k[3], double vref, double vf,
-                                               double shear_deg);
+                                               double shear_deg, double slide);
 
 /* ---- Gebart, from the radius of the fibres ---- */
 
@@ -80,11 +89,11 @@ double permeability_gebart_along(double radius, enum permeability_packing packin
  * 16 / (9 pi sqrt 6) hexagonal; 0 from Vmax on: across them (Gebart). */
 double permeability_gebart_across(double radius, enum permeability_packing packing, double vf);
 
-/* Both families of yarns superposed, K = 1/2 sum over t = warp, weft of
- * [K_par t t^T + K_perp (I - t t^T)], which has its axes along the bisectors of the yarns;
- * k3 = K_perp. */
+/* Both families of yarns superposed, K = sum over t = warp, weft of [K_par t t^T + K_perp (I -
+ * t t^T)] by the share of their fibres, (1 + c) / 2 and (1 - c) / 2; k3 = K_perp. That of a weave
+ * has its axes along the bisectors of the yarns, that of parallel fibres along the fibre. */
 struct permeability permeability_gebart(double radius, enum permeability_packing packing, double vf,
-                                        double shear_deg);
+                                        double shear_deg, double slide);
 
 /* ---- a table, from measured values at several shear angles ---- */
 
@@ -99,6 +108,9 @@ struct permeability_table {
  * (Fritsch and Butland; at the ends the three-point formula, limited). Outside the data: the value
  * at the end. */
 double permeability_interpolate(const double *x, const double *y, size_t count, double at);
+
+/* The shear gamma' in degrees that a slide leaves of gamma: a table is of that. */
+double permeability_unslid_deg(double shear_deg, double slide);
 
 /* `outside` (may be NULL): whether |gamma| lies outside the table. Where the interpolated k2 is the
  * larger one the two change places. Without shear the yarns have two bisectors: that of warp and

@@ -87,7 +87,8 @@ static void gather_plies(const struct mapping *m, size_t element, struct gathere
         double shear = m->at.samples[ply->net * m->at.count + element].shear_deg;
         plies->ply[plies->count] = k;
         plies->pressed[plies->count++] = (struct stack_ply){
-            .thickness = laminate_layers(ply) * fabric->thickness * permeability_areal_ratio(shear),
+            .thickness = laminate_layers(ply) * fabric->thickness *
+                         permeability_areal_ratio(shear, ply->drape.settings.slide),
             .fraction = fabric->fiber_volume_fraction,
             .a = ply->law.a,
             .b = ply->law.b};
@@ -137,8 +138,8 @@ static void add_ply(struct mapping *m, size_t element, const struct gathered *pl
     if (m->out.packed && pressed->fraction > api_packing_limit(&drape->permeability))
         m->out.packed[element] = 1;
     if (m->permeability) {
-        struct permeability k =
-            api_permeability_at(&drape->permeability, pressed->fraction, shear, &outside);
+        struct permeability k = api_permeability_at(&drape->permeability, pressed->fraction, shear,
+                                                    drape->settings.slide, &outside);
         stack_add(sum, pressed->thickness, &k, along, across);
     }
     if (outside)

@@ -167,7 +167,7 @@ bool press_row(const struct map_net *net, const struct api_request *cloth, doubl
     if (cloth->permeability.model != API_PERMEABILITY_NONE)
         k = api_permeability_at(&cloth->permeability,
                                 api_fields_fiber_volume_fraction(&pressed, shear_deg), shear_deg,
-                                &outside);
+                                cloth->settings.slide, &outside);
     for (size_t g = 0; g < net->group_count; g++) {
         const struct map_group *group = &net->group[g];
         double *own = row + group->offset;

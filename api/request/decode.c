@@ -347,6 +347,10 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
             struct json_value generator = value_member(&generators, yarn_keys[k]);
             if (value_given(&generator))
                 decode_generator(&generator, &settings->generator[k]);
+            if (k == 1 && settings->slide > 0 &&
+                settings->generator[k].kind != DRAPE_GENERATOR_GEODESIC)
+                value_fault(&generator, "must be \"geodesic\" where weft slides along warp "
+                                        "(fabric.kinematics): fibres follow the warp generator");
         }
     decode_method(root, request);
     if (value_given(&extent) && value_object(&extent, yarn_keys))

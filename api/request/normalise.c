@@ -224,6 +224,13 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
         api_text_key_number(text, "locking_angle_deg", fabric->locking_angle_deg);
     api_text_key_number(text, "pre_shear_deg", settings->pre_shear_deg);
     api_text_key_integer(text, "plies", fabric->plies);
+    if (settings->slide == 1) {
+        api_text_key_string(text, "kinematics", "parallel_fibers");
+    } else if (settings->slide > 0) {
+        api_text_key_object(text, "kinematics");
+        api_text_key_number(text, "slide", settings->slide);
+        api_text_raw(text, "}");
+    }
     api_text_raw(text, "}");
     if (settings->start_kind == DRAPE_START_POINT) {
         api_text_key_object(text, "start");

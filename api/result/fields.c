@@ -12,14 +12,15 @@ static double stack_thickness(const struct api_request *request) {
     return request->fabric.plies * request->fabric.thickness;
 }
 
-/* t = n t0 / cos gamma between flexible faces, else the height: mass conservation. */
+/* t = n t0 A / A0 between flexible faces, else the height: mass conservation. */
 static double thickness_of(const struct api_request *request, double shear_deg) {
     const struct api_cavity *cavity = &request->cavity;
     return cavity->rigid ? cavity->height
-                         : stack_thickness(request) * permeability_areal_ratio(shear_deg);
+                         : stack_thickness(request) *
+                               permeability_areal_ratio(shear_deg, request->settings.slide);
 }
 
-/* Vf = Vf0 between flexible faces, else Vf0 (n t0 / h) / cos gamma: mass conservation. It may
+/* Vf = Vf0 between flexible faces, else Vf0 (n t0 / h) A / A0: mass conservation. It may
  * exceed what is possible: `packing_exceeded`. */
 double api_fields_fiber_volume_fraction(const struct api_request *request, double shear_deg) {
     const struct api_cavity *cavity = &request->cavity;
@@ -27,7 +28,7 @@ double api_fields_fiber_volume_fraction(const struct api_request *request, doubl
     if (!cavity->rigid)
         return unsheared;
     return unsheared * (stack_thickness(request) / cavity->height) *
-           permeability_areal_ratio(shear_deg);
+           permeability_areal_ratio(shear_deg, request->settings.slide);
 }
 
 /* phi = 1 - Vf */

@@ -2,10 +2,10 @@
 /*
  * The columns of a result: what the solver computed, and the local inputs of a mould-filling code
  * that follow from the shear angle gamma of each cell (mass conservation). With the areal weight of
- * the fabric A = A0 / cos gamma:
+ * the fabric A = A0 (cos gamma)^(c - 1), c being its slide:
  *
- *   flexible cavity:        thickness = n t0 / cos gamma,  Vf = Vf0
- *   rigid cavity, height h: thickness = h,                 Vf = Vf0 (n t0 / h) / cos gamma
+ *   flexible cavity:        thickness = n t0 A / A0,  Vf = Vf0
+ *   rigid cavity, height h: thickness = h,            Vf = Vf0 (n t0 / h) A / A0
  *
  * for n plies of thickness t0. The permeability is that of `permeability.h`. Fields whose
  * inputs the request did not give are left out. docs/fields.md says what each means.

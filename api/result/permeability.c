@@ -18,19 +18,20 @@ double api_packing_limit(const struct api_permeability *permeability) {
 }
 
 struct permeability api_permeability_at(const struct api_permeability *model, double vf,
-                                        double shear_deg, bool *outside) {
+                                        double shear_deg, double slide, bool *outside) {
     const double k[3] = {model->k1, model->k2, model->k3};
     if (model->model == API_PERMEABILITY_KOZENY_CARMAN)
-        return permeability_kozeny_carman(k, model->at_fiber_volume_fraction, vf, shear_deg);
+        return permeability_kozeny_carman(k, model->at_fiber_volume_fraction, vf, shear_deg, slide);
     if (model->model == API_PERMEABILITY_GEBART)
-        return permeability_gebart(model->fiber_radius, packing_of(model), vf, shear_deg);
+        return permeability_gebart(model->fiber_radius, packing_of(model), vf, shear_deg, slide);
+    double left_deg = permeability_unslid_deg(shear_deg, slide);
     const struct permeability_table table = {model->rows,     model->shear_deg, model->table_k1,
                                              model->table_k2, model->table_k3,  model->angle_deg};
     const struct permeability_grid grid = {
         model->rows,     model->fractions, model->shear_deg, model->table_fractions,
         model->table_k1, model->table_k2,  model->table_k3,  model->angle_deg};
-    return model->fractions ? permeability_of_grid(&grid, vf, shear_deg, outside)
-                            : permeability_of_table(&table, shear_deg, outside);
+    return model->fractions ? permeability_of_grid(&grid, vf, left_deg, outside)
+                            : permeability_of_table(&table, left_deg, outside);
 }
 
 enum status
@@ -55,7 +56,8 @@ api_permeability_columns(const struct api_request *request, const struct drape_c
         struct vec3 warp = vec3_make(cells->warp_x[i], cells->warp_y[i], cells->warp_z[i]);
         struct vec3 weft = vec3_make(cells->weft_x[i], cells->weft_y[i], cells->weft_z[i]);
         bool outside = false;
-        struct permeability k = api_permeability_at(model, vf(request, shear), shear, &outside);
+        struct permeability k = api_permeability_at(model, vf(request, shear), shear,
+                                                    request->settings.slide, &outside);
         struct vec3 direction = permeability_direction(&k, warp, weft);
         columns->k1[i] = k.k1;
         columns->k2[i] = k.k2;

@@ -18,10 +18,11 @@ struct api_permeability_columns {
 /* The packing beyond which the request's model, or without one any fabric, has no meaning. */
 double api_packing_limit(const struct api_permeability *permeability);
 
-/* At one place, of a fibre volume fraction, which a table over shear alone does not use; `outside`
- * (may be NULL) is whether the shear lies outside a table. There is a model. */
+/* At one place of cloth with this shear and slide, of a fibre volume fraction, which a table over
+ * shear alone does not use; `outside` (may be NULL) is whether the shear lies outside a table.
+ * There is a model. */
 struct permeability api_permeability_at(const struct api_permeability *model, double vf,
-                                        double shear_deg, bool *outside);
+                                        double shear_deg, double slide, bool *outside);
 
 /* Computes the columns in `arena`; `vf` is the fibre volume fraction of a cell by its shear in
  * degrees. STATUS_OUT_OF_MEMORY. */

@@ -76,7 +76,7 @@ static void check_fabric(const struct warnings_subject *s, struct api_summary *s
     double fraction = request->fabric.fiber_volume_fraction;
     if (cavity->rigid)
         fraction *= request->fabric.plies * request->fabric.thickness / cavity->height *
-                    permeability_areal_ratio(summary->max_shear_deg);
+                    permeability_areal_ratio(summary->max_shear_deg, request->settings.slide);
     warnings_add(
         &summary->warnings, "packing_exceeded",
         cavity->rigid ? "/cavity/height" : "/fabric/fiber_volume_fraction",

@@ -153,6 +153,9 @@ static void decode_vary(const struct json_value *root, struct study_request *r) 
         decode_angles(&angle, angles, &r->angle);
     if (value_given(&pre_shear))
         decode_angles(&pre_shear, pre_shears, &r->pre_shear);
+    if (value_given(&pre_shear) && r->drape.settings.slide > 0)
+        value_fault(&pre_shear, "must be left out where weft slides along warp "
+                                "(drape.fabric.kinematics): fabrics that slide begin unsheared");
     bool turned = r->angle.count > 0 || r->angle.deviation > 0;
     bool sheared = r->pre_shear.count > 0 || r->pre_shear.deviation > 0;
     for (int k = 0; k < 2; k++) { /* generators fix what is to be varied */

@@ -75,7 +75,8 @@ static int compare_k1(const void *a, const void *b) {
 
 static double k1_of(const struct api_request *request, double shear_deg) {
     double vf = api_fields_fiber_volume_fraction(request, shear_deg);
-    return api_permeability_at(&request->permeability, vf, shear_deg, NULL).k1;
+    return api_permeability_at(&request->permeability, vf, shear_deg, request->settings.slide, NULL)
+        .k1;
 }
 
 enum status study_find_k1(struct api_study *study) {

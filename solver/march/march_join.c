@@ -22,13 +22,14 @@ static const double measured = 1e-3;
 static const double least_chord = 0.5;
 
 /* By how much the yarn between two nodes differs from its spacing d, as a share of that. An arc of
- * curvature k has the chord d (1 - (k d)^2 / 24), and no yarn is shorter than its chord. */
+ * curvature k has the chord d (1 - (k d)^2 / 24), and no yarn is shorter than its chord by more
+ * than the share `stretch`. */
 static double misfit(struct march *march, const struct surface_point *from,
-                     const struct net_node *node, double d) {
+                     const struct net_node *node, double d, double stretch) {
     struct vec3 chord = vec3_sub(node->r, from->jet.r), onward, end;
     double length = vec3_norm(chord), turn = surface_point_normal_curvature(from, chord) * d;
     double as_arc = fabs(length / d - (1 - turn * turn / 24));
-    if (length > (1 + MARCH_STRETCH) * d)
+    if (length > (1 + stretch) * d)
         return HUGE_VAL;
     struct surface_point to;
     struct logarithm l;
@@ -60,14 +61,15 @@ bool march_joins(struct march *march, int32_t i, int32_t j, const struct surface
         bool gives_way = node && node->state == NET_GHOST && zone == SURFACE_POINT_INSIDE;
         if (!node || laid || gives_way)
             continue;
-        double length = d[k / 2], gap = join_gap;
+        double length = d[k / 2], gap = join_gap, stretch = MARCH_STRETCH;
         struct surface_point at;
         if (k / 2 && march->settings->slide > 0 && march_point_at(march, node, &at)) {
             length = march_slide_length(march, i + sides[k][0], j + sides[k][1], &at,
                                         vec3_sub(point->jet.r, node->r));
             gap *= of_sliding;
+            stretch = gap;
         }
-        if (!(misfit(march, point, node, length) < gap))
+        if (!(misfit(march, point, node, length, stretch) < gap))
             return false;
     }
     return true;

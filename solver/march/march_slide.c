@@ -23,6 +23,10 @@ static const double kept = 2e-13, taken = 1e-9;
 /* A cell with more than this sine of the shear (85 degrees) has collapsed. */
 static const double steepest = 0.9962;
 
+/* Where a fibre's radius is less than two spacings of weft its parallels meet: a cell that cannot
+ * be solved there has collapsed. */
+static const double meets_within = 0.5;
+
 /* The fibre below a cell, as a parabola over its tangent at C: it is `aside` (to the left) at the
  * place `step` from C, counted in spacings away from A, where it has the slope and turns so much a
  * spacing. */
@@ -172,8 +176,12 @@ bool march_slide_corner(struct march *march, const struct march_cell *from,
         march->length[1] = length;
         bool found = march_solve_lengths(march, &at, node, reason);
         march->length[1] = b;
-        if (!found)
+        if (!found) {
+            bool meets = fabs(fibre.turn) * b > meets_within * march->settings->spacing[0];
+            *reason =
+                meets && *reason == DRAPE_REASON_NO_CONVERGENCE ? DRAPE_REASON_COLLAPSED : *reason;
             return false;
+        }
         iterations += node->iterations;
         sine = find_sine(march, &fibre, leave_to(march, &at, &node->point));
         *reason = DRAPE_REASON_COLLAPSED;
@@ -195,7 +203,8 @@ bool march_slide_corner(struct march *march, const struct march_cell *from,
         at.guess_uv = !march->mesh && node->point.surface == at.c->surface ? uv : NULL;
     }
     node->iterations = iterations;
-    *reason = DRAPE_REASON_NO_CONVERGENCE;
+    if (!(fabs(fibre.turn) * b > meets_within * march->settings->spacing[0]))
+        *reason = DRAPE_REASON_NO_CONVERGENCE;
     return fabs(miss) <= taken * length;
 }
 

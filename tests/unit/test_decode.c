@@ -109,6 +109,52 @@ static void test_decode_takes_every_setting(void **state) {
     bytes_free(&text);
 }
 
+/* The kinematics come through to the solver and back; 0 is what is not said. */
+static void test_decode_kinematics(void **state) {
+    struct decoded *d = *state;
+    static const struct {
+        const char *text;
+        double slide;
+        const char *normalised; /* NULL: it has no such member */
+    } fine[] = {{"\"pin_jointed\"", 0, NULL},
+                {"{\"slide\":0}", 0, NULL},
+                {"{\"slide\":0.25}", 0.25, "\"kinematics\":{\"slide\":0.25}"},
+                {"{\"slide\":1}", 1, "\"kinematics\":\"parallel_fibers\""},
+                {"\"parallel_fibers\"", 1, "\"kinematics\":\"parallel_fibers\""}};
+    static const struct {
+        const char *members, *pointer;
+    } bad[] = {{"\"kinematics\":\"tape\"}", "/fabric/kinematics"},
+               {"\"kinematics\":0.5}", "/fabric/kinematics"},
+               {"\"kinematics\":{}}", "/fabric/kinematics/slide"},
+               {"\"kinematics\":{\"slide\":1.1}}", "/fabric/kinematics/slide"},
+               {"\"kinematics\":{\"slide\":-0.1}}", "/fabric/kinematics/slide"},
+               {"\"pre_shear_deg\":5,\"kinematics\":{\"slide\":0.1}}", "/fabric/pre_shear_deg"},
+               {"\"kinematics\":\"parallel_fibers\"},\"generators\":{\"weft\":{\"plane\":[1,0,0]}}",
+                "/generators/weft"}};
+    for (size_t k = 0; k < sizeof fine / sizeof *fine; k++) {
+        struct bytes text = {0};
+        bytes_format(&text,
+                     "{\"surface\":" PATCH ",\"fabric\":{\"spacing\":0.5,\"kinematics\":%s}}",
+                     fine[k].text);
+        assert_int_equal(decode_text(text.data, d->arena, &d->request, &d->problem), API_OK);
+        assert_true(d->request.settings.slide == fine[k].slide);
+        const char *normalised = api_normalise(&d->request, NULL, d->arena);
+        const char *found = strstr(normalised, "\"kinematics\"");
+        assert_true(fine[k].normalised ? strstr(normalised, fine[k].normalised) != NULL : !found);
+        bytes_free(&text);
+    }
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+        struct bytes text = {0};
+        d->problem = (struct api_problem){0};
+        bytes_format(&text, "{\"surface\":" PATCH ",\"fabric\":{\"spacing\":0.5,%s}",
+                     bad[k].members);
+        assert_int_equal(decode_text(text.data, d->arena, &d->request, &d->problem),
+                         API_INVALID_REQUEST);
+        assert_string_equal(d->problem.error[0].pointer, bad[k].pointer);
+        bytes_free(&text);
+    }
+}
+
 /* A request whose fabric names a material, and says these members beside it. */
 static void decode_material(struct decoded *decoded, const char *name, const char *beside,
                             const char *members) {
@@ -515,6 +561,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         TEST(test_decode_fills_in_every_default),
         TEST(test_decode_takes_every_setting),
+        TEST(test_decode_kinematics),
         TEST(test_decode_material_fills_in_what_is_not_said),
         TEST(test_decode_material_is_its_figures),
         TEST(test_decode_material_waits_for_the_unit_of_a_stored_surface),

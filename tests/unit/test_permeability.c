@@ -72,11 +72,11 @@ static struct permeability model(int which, double vf, double shear_deg) {
     static const double k[3] = {2e-10, 0.5e-10, 1e-12};
     switch (which) {
     case 0:
-        return permeability_kozeny_carman(k, 0.5, vf, shear_deg);
+        return permeability_kozeny_carman(k, 0.5, vf, shear_deg, 0);
     case 1:
-        return permeability_gebart(17e-6, PERMEABILITY_QUADRATIC, vf, shear_deg);
+        return permeability_gebart(17e-6, PERMEABILITY_QUADRATIC, vf, shear_deg, 0);
     case 2:
-        return permeability_gebart(5e-6, PERMEABILITY_HEXAGONAL, vf, shear_deg);
+        return permeability_gebart(5e-6, PERMEABILITY_HEXAGONAL, vf, shear_deg, 0);
     default:
         return permeability_of_table(&table, shear_deg, NULL);
     }
@@ -108,12 +108,44 @@ static void test_permeability_kozeny_carman_factor_by_hand(void **state) {
     assert_true(permeability_kozeny_carman_factor(7, 0.5) == 0);
 }
 
+/* Parallel fibres that have slid are what they were, and k1 is along them; a weave is a slide of 0,
+ * to which what slides a little comes near. */
+static void test_permeability_of_parallel_fibers_stays(void **state) {
+    (void)state;
+    static const double k0[3] = {4e-10, 1e-10, 1e-11};
+    for (double shear = -80; shear <= 80; shear += 20) {
+        struct permeability k = permeability_kozeny_carman(k0, 0.5, 0.5, shear, 1);
+        assert_near(k.k1, k0[0], 1e-14);
+        assert_near(k.k2, k0[1], 1e-14);
+        assert_near(k.along, 1, 1e-14);
+        k = permeability_gebart(17e-6, PERMEABILITY_QUADRATIC, 0.5, shear, 1);
+        assert_near(k.k1, permeability_gebart_along(17e-6, PERMEABILITY_QUADRATIC, 0.5), 1e-14);
+        assert_near(k.k2, permeability_gebart_across(17e-6, PERMEABILITY_QUADRATIC, 0.5), 1e-14);
+        assert_near(k.along, 1, 1e-14);
+        assert_near(permeability_areal_ratio(shear, 1), 1, 1e-15);
+        assert_near(permeability_unslid_deg(shear, 0.5), atan(tan(shear * pi / 180) / 2) * 180 / pi,
+                    1e-13);
+        double cosine = cos(shear * pi / 180);
+        assert_near(permeability_areal_ratio(shear, 0.25), pow(cosine, -0.75), 1e-14);
+        /* half way: F = [1 x; 0 y], det K = k1 k2 */
+        k = permeability_kozeny_carman(k0, 0.5, 0.5, shear, 0.5);
+        assert_near(k.k1 * k.k2, k0[0] * k0[1], 1e-13);
+        struct permeability weave = permeability_kozeny_carman(k0, 0.5, 0.5, shear, 0);
+        k = permeability_kozeny_carman(k0, 0.5, 0.5, shear, 1e-9);
+        assert_near(k.k1, weave.k1, 1e-7);
+        weave = permeability_gebart(17e-6, PERMEABILITY_QUADRATIC, 0.5, shear, 0);
+        k = permeability_gebart(17e-6, PERMEABILITY_QUADRATIC, 0.5, shear, 1e-9);
+        assert_near(k.k1, weave.k1, 1e-7);
+        assert_near(k.k2, weave.k2, 1e-7);
+    }
+}
+
 /* k1 = k2 at 30 degrees: axes on the bisectors, the ratio 3, the product g^2 K0^2. */
 static void test_permeability_balanced_fabric_has_its_axes_on_the_bisectors(void **state) {
     (void)state;
     static const double k0[3] = {3e-10, 3e-10, 1e-11};
     double g = 0.064 / 0.36 / 0.5;
-    struct permeability k = permeability_kozeny_carman(k0, 0.5, 0.6, 30);
+    struct permeability k = permeability_kozeny_carman(k0, 0.5, 0.6, 30, 0);
     assert_near(k.k1 / k.k2, 3, 1e-14);
     assert_near(k.k1 * k.k2, g * g * 9e-20, 1e-13);
     assert_near(k.k3, g * 1e-11, 1e-14);
@@ -121,7 +153,7 @@ static void test_permeability_balanced_fabric_has_its_axes_on_the_bisectors(void
     assert_near(k.across, sin(30 * pi / 180), 1e-14);
     for (double shear = -85; shear <= 85; shear += 5) {
         double s = sin(fabs(shear) * pi / 180);
-        k = permeability_kozeny_carman(k0, 0.5, 0.5, shear);
+        k = permeability_kozeny_carman(k0, 0.5, 0.5, shear, 0);
         assert_near(k.k1 / k.k2, (1 + s) / (1 - s), 1e-10);
         assert_near(k.k1 * k.k2, 9e-20, 1e-13);
     }
@@ -131,7 +163,7 @@ static void test_permeability_balanced_fabric_has_its_axes_on_the_bisectors(void
 static void test_permeability_push_forward_by_hand(void **state) {
     (void)state;
     static const double k0[3] = {4, 1, 0.1};
-    struct permeability k = permeability_kozeny_carman(k0, 0.5, 0.5, 30);
+    struct permeability k = permeability_kozeny_carman(k0, 0.5, 0.5, 30, 0);
     double c = sqrt(0.75), xx = 4.25 / c, xy = 0.5, yy = c;
     struct tensor expected = {{{xx, xy, 0}, {xy, yy, 0}, {0, 0, 0.1}}};
     struct tensor found = in_space(&k, vec3_make(1, 0, 0), vec3_make(0.5, c, 0));
@@ -145,7 +177,7 @@ static void test_permeability_gebart_superposes_two_yarns(void **state) {
     const struct vec3 warp = {1, 0, 0}, weft = {s, c, 0};
     double along = permeability_gebart_along(17e-6, PERMEABILITY_QUADRATIC, 0.5);
     double across = permeability_gebart_across(17e-6, PERMEABILITY_QUADRATIC, 0.5);
-    struct permeability k = permeability_gebart(17e-6, PERMEABILITY_QUADRATIC, 0.5, shear);
+    struct permeability k = permeability_gebart(17e-6, PERMEABILITY_QUADRATIC, 0.5, shear, 0);
     struct tensor expected = {{{across, 0, 0}, {0, across, 0}, {0, 0, across}}};
     add_dyad(&expected, (along - across) / 2, warp);
     add_dyad(&expected, (along - across) / 2, weft);
@@ -324,12 +356,12 @@ static void test_permeability_grid_of_denser_cloth_always_fills_slower(void **st
 static void test_permeability_unsheared_gives_the_input_back(void **state) {
     (void)state;
     static const double warpwise[3] = {2e-10, 0.5e-10, 1e-12}, weftwise[3] = {1e-10, 3e-10, 1e-12};
-    struct permeability k = permeability_kozeny_carman(warpwise, 0.5, 0.5, 0);
+    struct permeability k = permeability_kozeny_carman(warpwise, 0.5, 0.5, 0, 0);
     assert_near(k.k1, 2e-10, 1e-15);
     assert_near(k.k2, 0.5e-10, 1e-15);
     assert_near(k.k3, 1e-12, 1e-15);
     assert_true(k.along == 1 && k.across == 0);
-    k = permeability_kozeny_carman(weftwise, 0.5, 0.5, 0);
+    k = permeability_kozeny_carman(weftwise, 0.5, 0.5, 0, 0);
     assert_near(k.k1, 3e-10, 1e-15);
     assert_near(k.k2, 1e-10, 1e-15);
     assert_true(k.along == 0 && k.across == 1);
@@ -362,7 +394,7 @@ static void test_permeability_is_finite_at_ninety_degrees(void **state) {
             assert_near(vec3_norm(direction), 1, 1e-14);
         }
     }
-    assert_true(isfinite(permeability_areal_ratio(90)));
+    assert_true(isfinite(permeability_areal_ratio(90, 0)));
 }
 
 static void test_permeability_sign_of_shear_mirrors_the_tensor(void **state) {
@@ -410,11 +442,11 @@ static void test_permeability_of_a_balanced_fabric_knows_no_first_yarn(void **st
         struct vec3 warp, weft;
         make_yarns(&random, shear, &warp, &weft);
         struct permeability k =
-            trial % 2 ? permeability_kozeny_carman(k0, 0.5, 0.6, shear) : model(1, 0.5, shear);
+            trial % 2 ? permeability_kozeny_carman(k0, 0.5, 0.6, shear, 0) : model(1, 0.5, shear);
         /* The weft as first yarn, the other way round, so that the normal stays. */
         struct tensor a = in_space(&k, warp, weft);
         struct tensor b = in_space(&k, weft, vec3_scale(-1, warp));
-        k = trial % 2 ? permeability_kozeny_carman(k0, 0.5, 0.6, -shear) : model(1, 0.5, -shear);
+        k = trial % 2 ? permeability_kozeny_carman(k0, 0.5, 0.6, -shear, 0) : model(1, 0.5, -shear);
         b = in_space(&k, weft, vec3_scale(-1, warp));
         assert_tensors_near(&a, &b, 1e-12);
     }
@@ -452,6 +484,7 @@ int main(void) {
         cmocka_unit_test(test_permeability_grid_beyond_its_fractions_is_scaled_and_flagged),
         cmocka_unit_test(test_permeability_grid_of_denser_cloth_always_fills_slower),
         cmocka_unit_test(test_permeability_unsheared_gives_the_input_back),
+        cmocka_unit_test(test_permeability_of_parallel_fibers_stays),
         cmocka_unit_test(test_permeability_is_positive_and_ordered),
         cmocka_unit_test(test_permeability_is_finite_at_ninety_degrees),
         cmocka_unit_test(test_permeability_sign_of_shear_mirrors_the_tensor),

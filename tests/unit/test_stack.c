@@ -112,7 +112,7 @@ static struct permeability of_plies(const struct permeability *k, const double *
 
 static void test_stack_of_equal_plies_is_one(void **state) {
     const double measured[3] = {3e-10, 1e-10, 2e-11};
-    struct permeability k = permeability_kozeny_carman(measured, 0.5, 0.55, 20);
+    struct permeability k = permeability_kozeny_carman(measured, 0.5, 0.55, 20, 0);
     const struct permeability all[3] = {k, k, k};
     const double degrees[3] = {0, 0, 0}, thickness[3] = {1e-3, 2e-4, 7e-4};
     (void)state;
@@ -125,7 +125,7 @@ static void test_stack_of_equal_plies_is_one(void **state) {
 
 static void test_stack_of_crossed_plies_is_isotropic(void **state) {
     const double measured[3] = {3e-10, 1e-10, 2e-11};
-    struct permeability k = permeability_kozeny_carman(measured, 0.5, 0.5, 0);
+    struct permeability k = permeability_kozeny_carman(measured, 0.5, 0.5, 0, 0);
     const struct permeability all[2] = {k, k};
     (void)state;
     for (int angle = -90; angle < 90; angle += 7) {

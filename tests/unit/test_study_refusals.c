@@ -106,6 +106,11 @@ static void test_study_refuses_what_its_drape_lacks(void **state) {
                                       "\"generators\":{\"warp\":{\"plane\":[1,0,0]}},\"fabric\"");
     check_drape_refused(plane.data, "\"vary\":{\"angle_deg\":[0]}," MAX, "/drape/generators/warp");
     bytes_free(&plane);
+    struct bytes sliding =
+        text_replace(studied_roof, "\"spacing\"", "\"kinematics\":{\"slide\":1},\"spacing\"");
+    check_drape_refused(sliding.data, "\"vary\":{\"pre_shear_deg\":[0,5]}," MAX,
+                        "/vary/pre_shear_deg");
+    bytes_free(&sliding);
 }
 
 /* What the last step could not hold is refused by the first. */
