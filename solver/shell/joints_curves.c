@@ -136,18 +136,23 @@ static double off_line2(struct vec3 a, struct vec3 b, struct vec3 x) {
 }
 
 /* Whether a step, straight in parameters, stays near its curve: at its quarters, and where it
- * crosses knot lines, for a short span may bend between all other points that are looked at. */
+ * crosses knot lines, for a short span may bend between all other points that are looked at. The
+ * point in its `middle` is told in any case. */
 static bool step_is_flat(const struct shell *shell, const struct face_curve *curve,
-                         const struct join_point *a, const struct join_point *b) {
+                         const struct join_point *a, const struct join_point *b,
+                         struct join_point *middle) {
+    static const double shares[] = {0.5, 0.25, 0.75};
     const struct surface_axis *axis = shell->faces[curve->face].surface.axis;
     double allowed = join_sagitta * vec3_distance(a->r, b->r) + shell->tolerance / 4, by[2];
     for (int k = 0; k < 2; k++)
         by[k] = 1 / surface_axis_length(&axis[k]);
     struct vec3 from = {by[0] * a->uv[0], by[1] * a->uv[1], 0};
     struct vec3 to = {by[0] * b->uv[0], by[1] * b->uv[1], 0};
-    for (int quarter = 1; quarter <= 3; quarter++) {
-        struct join_point at = join_sample(shell, curve, a->t + quarter / 4.0 * (b->t - a->t));
+    for (int n = 0; n < 3; n++) {
+        struct join_point at = join_sample(shell, curve, a->t + shares[n] * (b->t - a->t));
         struct vec3 flat = {by[0] * at.uv[0], by[1] * at.uv[1], 0};
+        if (n == 0)
+            *middle = at;
         if (off_line2(from, to, flat) > flatness * flatness ||
             off_line2(a->r, b->r, at.r) > allowed * allowed)
             return false;
@@ -166,18 +171,18 @@ static bool step_is_flat(const struct shell *shell, const struct face_curve *cur
 /* The points after `a` up to `b`. */
 static void sample_between(struct join *join, const struct face_curve *curve, struct join_point a,
                            struct join_point b) {
-    struct join_point stack[HALVINGS + 1];
+    struct join_point stack[HALVINGS + 1], middle;
     int depth = 0;
     stack[0] = b;
     while (depth >= 0) {
         struct join_point end = stack[depth];
-        if (depth == HALVINGS || step_is_flat(join->shell, curve, &a, &end)) {
+        if (depth == HALVINGS || step_is_flat(join->shell, curve, &a, &end, &middle)) {
             add_join_point(join, &end);
             a = end;
             depth--;
             continue;
         }
-        stack[++depth] = join_sample(join->shell, curve, a.t + (end.t - a.t) / 2);
+        stack[++depth] = middle;
     }
 }
 

@@ -178,6 +178,7 @@ struct piece {
 /* Halves the span until its pieces are flat; a stack of the halves yet to come. */
 static bool flatten_span(struct collector *c, const struct trim_curve *curve, size_t l) {
     struct piece stack[HALVINGS + 1];
+    static const double shares[] = {0.5, 0.25, 0.75};
     int depth = 0;
     stack[0].t[0] = curve->knots[l];
     stack[0].t[1] = curve->knots[l + 1];
@@ -187,12 +188,14 @@ static bool flatten_span(struct collector *c, const struct trim_curve *curve, si
         return false;
     while (depth >= 0) {
         struct piece *top = &stack[depth];
-        bool flat = true; /* near its chord at its quarters */
-        for (int quarter = 1; quarter <= 3 && flat && depth < c->halvings; quarter++) {
-            double share = quarter / 4.0, at[2];
-            trim_curve_in_span(curve, l, top->t[0] + share * (top->t[1] - top->t[0]), at, NULL);
+        struct piece first = *top;
+        first.t[1] = top->t[0] + (top->t[1] - top->t[0]) / 2;
+        bool flat = true; /* near its chord at its quarters, the middle first */
+        for (int n = 0; n < 3 && flat && depth < c->halvings; n++) {
+            double own[2], *at = n == 0 ? first.to : own;
+            trim_curve_in_span(curve, l, top->t[0] + shares[n] * (top->t[1] - top->t[0]), at, NULL);
             for (int k = 0; k < 2; k++) {
-                double chord = top->from[k] + share * (top->to[k] - top->from[k]);
+                double chord = top->from[k] + shares[n] * (top->to[k] - top->from[k]);
                 flat = flat && !(fabs(at[k] - chord) > c->tolerance[k]);
             }
         }
@@ -205,9 +208,6 @@ static bool flatten_span(struct collector *c, const struct trim_curve *curve, si
             depth--;
             continue;
         }
-        struct piece first = *top;
-        first.t[1] = top->t[0] + (top->t[1] - top->t[0]) / 2;
-        trim_curve_in_span(curve, l, first.t[1], first.to, NULL);
         top->t[0] = first.t[1];
         memcpy(top->from, first.to, sizeof first.to);
         stack[++depth] = first;
