@@ -225,6 +225,10 @@ static void summarise(const struct api_request *request, const struct drape_resu
         .solve_ms = solve_ms,
         .solver_version = DRAPE_VERSION,
     };
+    vec3_to_columns(result->start_zero, &summary->start_axes[0], &summary->start_axes[1],
+                    &summary->start_axes[2], 0);
+    vec3_to_columns(result->start_side, &summary->start_axes[3], &summary->start_axes[4],
+                    &summary->start_axes[5], 0);
     memcpy(summary->front_reasons, s->front_reasons, sizeof summary->front_reasons);
     /* The fibres keep their volume; the ply has that of its unsheared area, or fills the cavity. */
     const struct api_fabric *fabric = &request->fabric;
@@ -298,7 +302,7 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     if (zero->kind == DRAPE_ZERO_ROSETTE) {
         header.start.zero = result.start_zero;
         header.start.rosette = (struct api_rosette){
-            request.rosette_origin, zero->x, vec3_norm2(zero->z) > 0 ? zero->z : result.start_up};
+            request.rosette_origin, zero->x, vec3_norm2(zero->z) > 0 ? zero->z : result.start_side};
     }
     header.cut_count = request.settings.cut_count;
     for (size_t k = 0; k < header.cut_count; k++)

@@ -142,7 +142,7 @@ struct drape_result {
     struct vec3 start_point, start_warp, start_weft;
     struct vec3 start_zero; /* unit: what the angle of the warp is counted from there; zero where a
                                rosette has no direction in the tangent plane */
-    struct vec3 start_up;   /* the unit normal about which it is counted */
+    struct vec3 start_side; /* the unit normal there, of several faces on the first one's side */
     struct drape_nodes nodes;
     struct drape_cells cells;
     struct drape_front front;

@@ -23,7 +23,8 @@ bool summary_finite(const struct api_summary *summary) {
     for (size_t k = 0; k < summary_member_count; k++) {
         const struct summary_member *member = &summary_members[k];
         const double *value = (const void *)((const char *)summary + member->offset);
-        int count = member->kind == SUMMARY_PLACE ? SUMMARY_PLACE_SIZE
+        int count = member->kind == SUMMARY_PLACE  ? SUMMARY_PLACE_SIZE
+                    : member->kind == SUMMARY_AXES ? SUMMARY_AXES_SIZE
                     : member->kind == SUMMARY_NUMBER || member->kind == SUMMARY_POSITIVE ||
                             member->kind == SUMMARY_TIMING
                         ? 1
@@ -36,6 +37,7 @@ bool summary_finite(const struct api_summary *summary) {
 
 /* ---- writing ---- */
 
+static const char *const axes_names[2] = {"zero", "side"};
 static const char *const place_names[SUMMARY_PLACE_SIZE] = {"p", "q", "x", "y", "z"};
 
 void summary_write_warnings(struct api_text *text, const struct api_warnings *warnings) {
@@ -87,6 +89,12 @@ void summary_write(struct api_text *text, const struct api_summary *summary, dou
             api_text_raw(text, "{");
             for (int k = 0; k < SUMMARY_PLACE_SIZE; k++)
                 api_text_key_number(text, place_names[k], number[k]);
+            api_text_raw(text, "}");
+            break;
+        case SUMMARY_AXES:
+            api_text_raw(text, "{");
+            for (int k = 0; k < 2; k++)
+                api_text_key_numbers(text, axes_names[k], number + (size_t)k * 3, 3);
             api_text_raw(text, "}");
             break;
         case SUMMARY_REASONS:
@@ -172,6 +180,12 @@ void summary_read(const struct json_value *json, struct api_summary *summary) {
             for (int k = 0; k < SUMMARY_PLACE_SIZE; k++) {
                 part = value_member(&own, place_names[k]);
                 read_any_number(&part, (double *)value + k);
+            }
+            break;
+        case SUMMARY_AXES:
+            for (int k = 0; k < 2; k++) {
+                part = value_member(&own, axes_names[k]);
+                value_vector(&part, any, 3, (double *)value + (size_t)k * 3);
             }
             break;
         case SUMMARY_REASONS:

@@ -27,6 +27,7 @@
     X(NUMBER, flat_area, "flat_area", "the same before it was sheared: that of the pattern")       \
     X(NUMBER, max_shear_deg, "max_shear_deg", "greatest \\|γ\\| of the cloth up to its rim")       \
     X(PLACE, max_shear_at, "max_shear_at", "where it is: `p`, `q`, `x`, `y`, `z`")                 \
+    X(AXES, start_axes, "start_axes", "unit vectors at the start: `zero`, the direction that angles are counted from, and `side`, the normal on `side` 1")                \
     X(POSITIVE, max_shear_pinned_deg, "max_shear_pinned_deg",                                      \
       "the same where no node of the cell is `grown`: it converges as the spacing gets smaller")   \
     X(POSITIVE, max_shear_grown_deg, "max_shear_grown_deg",                                        \
@@ -50,7 +51,7 @@
     X(VERSION, solver_version, "solver_version", "version that solved it")
 /* clang-format on */
 
-enum { API_VERSION_SIZE = 32, SUMMARY_PLACE_SIZE = 5 };
+enum { API_VERSION_SIZE = 32, SUMMARY_PLACE_SIZE = 5, SUMMARY_AXES_SIZE = 6 };
 
 enum { API_WARNINGS_MAX = 12 };
 
@@ -69,6 +70,7 @@ enum summary_kind {
     SUMMARY_NUMBER,
     SUMMARY_POSITIVE, /* null when negative: there is none */
     SUMMARY_PLACE,    /* p, q, x, y, z */
+    SUMMARY_AXES,     /* two vectors */
     SUMMARY_REASONS,
     SUMMARY_WARNINGS,
     SUMMARY_TIMING,
@@ -81,6 +83,7 @@ enum summary_kind {
 #define SUMMARY_MEMBER_NUMBER(name) double name;
 #define SUMMARY_MEMBER_POSITIVE(name) double name;
 #define SUMMARY_MEMBER_PLACE(name) double name[SUMMARY_PLACE_SIZE];
+#define SUMMARY_MEMBER_AXES(name) double name[SUMMARY_AXES_SIZE];
 #define SUMMARY_MEMBER_REASONS(name) size_t name[DRAPE_REASON_COUNT];
 #define SUMMARY_MEMBER_WARNINGS(name) struct api_warnings name;
 #define SUMMARY_MEMBER_TIMING(name) double name;

@@ -10,6 +10,7 @@ const FABRIC = {
   fraction: 'fiber_volume_fraction',
   locking: 'locking_angle_deg',
 };
+const ROSETTE = ['origin', 'x', 'z'];
 const MODELS = {
   kozeny_carman: { k1: 'k1', k2: 'k2', k3: 'k3', 'at-fraction': 'at_fiber_volume_fraction' },
   gebart: { radius: 'fiber_radius', packing: 'packing' },
@@ -145,6 +146,7 @@ export class Form {
     element('angle').value = vector ? '' : show(kept.direction?.angle_deg ?? 0);
     element('angle').placeholder = vector ? 'vector' : '';
     element('cavity').value = show(kept.cavity?.height);
+    this.rosette = kept.rosette;
     this.setStart(kept.start?.uv || kept.start?.point, 17); // rounded it may lie beyond an edge
     this.#loadPermeability(kept.permeability);
     this.#moveSlider();
@@ -191,6 +193,7 @@ export class Form {
       'permeability',
       'length_unit',
       'cuts',
+      'rosette',
     ];
     const fabric = ['spacing', ...Object.values(FABRIC)];
     if (typeof this.kept.fabric.material === 'string') fabric.push('material');
@@ -215,6 +218,17 @@ export class Form {
     element('start').value = numbers
       ? numbers.map((value) => Number(Number(value).toPrecision(digits))).join(', ')
       : '';
+  }
+
+  /** {origin, x, z}, as far as they are given; undefined: the default. */
+  get rosette() {
+    const given = ROSETTE.map((key) => [key, element(`rosette-${key}`).value.trim()]);
+    const rosette = given.filter(([, text]) => text).map(([key, text]) => [key, parse(text)]);
+    return rosette.length ? { origin: [0, 0, 0], ...Object.fromEntries(rosette) } : undefined;
+  }
+
+  set rosette(rosette) {
+    for (const key of ROSETTE) element(`rosette-${key}`).value = show(rosette?.[key]);
   }
 
   /** As the address keeps them. */
@@ -294,6 +308,7 @@ export class Form {
           : { uv: place, face: this.kept.start?.face }
         : undefined,
       direction: text('angle') ? { angle_deg: parse(text('angle')) } : this.kept.direction,
+      rosette: this.rosette,
       method: element('method').value,
       cavity: text('cavity') ? { height: parse(text('cavity')) } : undefined,
       permeability: this.#permeability(),

@@ -36,6 +36,7 @@ import {
 import { drawBar, Measure } from './measure.js';
 import { Mapped } from './mapped.js';
 import { Outline } from './outline.js';
+import { Rosette } from './rosette.js';
 import { Runner } from './run.js';
 import { Stack } from './stack.js';
 import { startTheme } from './theme.js';
@@ -214,6 +215,7 @@ function clear() {
   view.arrange(page.layout);
   view.setNet('one', null);
   view.setHandle(-1);
+  rosette.set(null);
   showDownloads(element('downloads'), null, reportQuietly);
   refresh();
   for (const id of ['cell-i', 'cell-j']) element(id).value = '';
@@ -326,6 +328,7 @@ function showDrape(drape, passing = false) {
   if (measure.nodes.length) measure.toggle(measure.on); // its nodes were the net's before
   view.setNet('one', drape.lattice, drape.spacing);
   view.setHandle(nodeAt(drape.lattice.grid, 0, 0));
+  if (!passing) rosette.set(page.one);
   refresh(passing);
   refreshStale();
   if (passing) return view.passing();
@@ -668,6 +671,7 @@ const view = new View({
     measure.draw((node) => view.pixelsOf(node));
     outline.draw((place) => view.pixelsOfPlace(place));
     cuts.draw((place) => view.pixelsOfPlace(place));
+    rosette.draw();
   },
 });
 
@@ -677,6 +681,15 @@ const cuts = new Cuts(view, form, outline, {
   onLive: () => runner.live(false),
   onSettled: settle,
   onDraw: () => chooser.show(false),
+});
+const rosette = new Rosette(view, form, {
+  onTurn: (settled) => {
+    if (settled) {
+      save();
+      refreshCurl();
+    }
+    runner.live(settled);
+  },
 });
 const chooser = new Chooser(view, { onChange: chooseFaces });
 const finder = new Finder(view, form, {

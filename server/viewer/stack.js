@@ -83,6 +83,7 @@ export class Stack {
       cavity: kind === 'flexible' ? kind : { [kind]: value },
       offset: element('stack-nominal').checked ? 'nominal' : 'none',
       side: element('stack-other').checked ? -1 : 1,
+      rosette: this.form.rosette,
     };
   }
 

@@ -52,7 +52,14 @@ export class View {
     Object.assign(this, handlers);
     this.slots = {};
     this.nets = {};
-    this.shown = { yarns: true, locked: true, front: false, crosses: false, surface: true };
+    this.shown = {
+      yarns: true,
+      locked: true,
+      front: false,
+      crosses: false,
+      surface: true,
+      rosette: true,
+    };
     this.placing = false;
     try {
       this.stage = new Stage(element('canvas'));
@@ -286,7 +293,7 @@ export class View {
     this.stage?.redraw();
   }
 
-  /** Shows and hides {yarns, locked, front, crosses, surface}. */
+  /** Shows and hides {yarns, locked, front, crosses, surface, rosette}. */
   show(shown) {
     this.shown = shown;
     if (!this.stage) return;

@@ -39,7 +39,7 @@ struct march_start {
     struct surface_point point;
     struct vec3 warp, weft; /* unit, in the tangent plane */
     struct vec3 zero;       /* likewise: what angles are counted from; 0 where that has no part */
-    struct vec3 up;         /* the normal that they turn about */
+    struct vec3 side;       /* the normal, of several faces on the first one's side */
     struct surface_point
         smooth; /* on a mesh made of a surface: the start there, and the directions */
     struct vec3 smooth_direction[2];

@@ -108,7 +108,7 @@ static enum status find_warp(const struct drape_settings *settings, struct vec3 
     int side = by_first ? shell_side(surface->shell, surface->face) : 1;
     int sense = side * drape_zero_direction(&settings->zero, vec3_scale(side, normal), tangent,
                                             &start->zero);
-    start->up = vec3_scale(sense, normal);
+    start->side = vec3_scale(side, normal);
     bool by_vector = settings->direction_kind == DRAPE_DIRECTION_VECTOR;
     start->warp = by_vector ? zero_across(vec3_unit(settings->direction_vector), normal)
                             : turned(start->zero, normal, sense * settings->direction_deg);

@@ -111,7 +111,7 @@ enum status report_make(struct march *march, struct drape_result *result) {
                                     .start_warp = march->start.warp,
                                     .start_weft = march->start.weft,
                                     .start_zero = march->start.zero,
-                                    .start_up = march->start.up,
+                                    .start_side = march->start.side,
                                     .summary.error_estimate_max = -1};
     (void)march_parameters(march, &march->start.point, result->start_uv);
     result->start_face = march_face(march, &march->start.point);
