@@ -29,8 +29,8 @@ void fishnet_chords(struct surface_cursor *cursor, enum drape_yarn yarn, enum dr
         if (a->surface == c->surface)
             (void)relaxation_tangents(a->surface, cursor, a, c, &r2, &found, NULL);
     }
-    cell->curvature[1] = surface_point_normal_curvature(c, r1);
-    cell->curvature[0] = surface_point_normal_curvature(b, r2);
+    cell->curvature[1] = surface_point_curvature(cursor, c, r1);
+    cell->curvature[0] = surface_point_curvature(cursor, b, r2);
     cell->cd = fishnet_arc_chord(length[1], cell->curvature[1]);
     cell->bd = fishnet_arc_chord(length[0], cell->curvature[0]);
 }

@@ -288,6 +288,24 @@ bool surface_point_move(struct surface_cursor *cursor, const struct surface_poin
            surface_point_at(place.surface, cursor, place.uv, to);
 }
 
+/* Curvatures by parameters are wrong by rounding over the square of the distance to a pole, as a
+ * share of the surface's size: at this share by 1e-6 of themselves. */
+static const double beside_pole = 1e-5;
+
+double surface_point_curvature(struct surface_cursor *cursor, const struct surface_point *point,
+                               struct vec3 direction) {
+    const struct surface *surface = point->surface;
+    struct surface_point on;
+    struct vec3 pole;
+    if (!surface || !surface->has_poles ||
+        surface_point_pole_distance(surface, point->jet.r, &pole) > beside_pole * surface->size)
+        return surface_point_normal_curvature(point, direction);
+    struct vec3 way = surface_point_tangent(point, direction);
+    bool moved =
+        surface_point_move(cursor, point, vec3_scale(2 * beside_pole * surface->size, way), &on);
+    return surface_point_normal_curvature(moved ? &on : point, direction);
+}
+
 /* A place of a part's boundary: the point, and the curvature of the boundary there, as a vector. */
 struct border {
     struct surface_point point;

@@ -63,6 +63,12 @@ bool surface_point_pull(struct surface_cursor *cursor, const struct surface_poin
 bool surface_point_move(struct surface_cursor *cursor, const struct surface_point *from,
                         struct vec3 step, struct surface_point *to);
 
+/* The normal curvature at a point along `direction`, which is not zero, as
+ * `surface_point_normal_curvature`: next to a pole, where rounding hides how parameter lines bend
+ * round it, that a little further on that way. */
+double surface_point_curvature(struct surface_cursor *cursor, const struct surface_point *point,
+                               struct vec3 direction);
+
 /* The distance from `point` to the nearest pole, and that pole; infinite when there is none. */
 double surface_point_pole_distance(const struct surface *surface, struct vec3 point,
                                    struct vec3 *pole);

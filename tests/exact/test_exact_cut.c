@@ -248,11 +248,11 @@ static int cut_is_wrong(uint64_t seed, enum whole_kind kind, double overlap) {
 }
 
 /* No larger share of the parts differs. */
-static void check_share(double most, int (*wrong_of)(uint64_t)) {
+static void check_share(const char *name, double most, int (*wrong_of)(uint64_t)) {
     const char *text = getenv("DRAPED_ROUNDS");
     int rounds = text ? atoi(text) : check_sized(WHOLE_ROUNDS, LEAST_ROUNDS);
     int wrong = check_rounds(SEED, WHOLE_ROUNDS, LEAST_ROUNDS, wrong_of);
-    printf("  %d of %d parts differ\n", wrong, rounds);
+    printf("  share: %d of %d %s differ\n", wrong, rounds, name);
     check_at_most(wrong, 1 + rounds * most);
 }
 
@@ -274,7 +274,7 @@ static int cut_overlapping_is_wrong(uint64_t seed) {
 
 static void test_exact_cut_trims_overlap_or_leave_gaps(void **state) {
     (void)state;
-    check_share(OVERLAPS_MOST, cut_overlapping_is_wrong);
+    check_share("parts with overlaps and gaps", OVERLAPS_MOST, cut_overlapping_is_wrong);
 }
 
 /* Far beyond the boundary parameters say little, and a place there may be beyond a joint by those
@@ -291,19 +291,79 @@ static void test_exact_cut_ghosts_past_joints_that_overlap(void **state) {
 /* Through the apex, draped from there, from next to it and towards it. */
 static void test_exact_cut_domes_have_the_net_of_the_whole(void **state) {
     (void)state;
-    check_share(DOMES_MOST, cut_dome_is_wrong);
+    check_share("domes", DOMES_MOST, cut_dome_is_wrong);
 }
 
 /* Of the parts that still differ most are sheared by more than 88 degrees, all but collapsed. */
 static void test_exact_cut_parts_have_the_net_of_the_whole(void **state) {
     (void)state;
-    check_share(PARTS_MOST, cut_any_is_wrong);
+    check_share("parts", PARTS_MOST, cut_any_is_wrong);
+}
+
+/* Drapes the sphere of radius 1 from 24 spacings below its pole: the yarn has a node there, and the
+ * edges beside it, which are off by no more than `most`, the chords of all others. */
+static void check_node_on_pole(const struct drape_part *part, enum drape_method method, double most,
+                               struct arena *arena) {
+    const double d = 0.025, chord = method == DRAPE_BASIC ? d : 2 * sin(d / 2);
+    const struct drape_settings settings = {.method = method,
+                                            .spacing = {d, d},
+                                            .max_nodes = 100000,
+                                            .start_kind = DRAPE_START_POINT,
+                                            .start_point = {sin(24 * d), 0, cos(24 * d)},
+                                            .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                            .direction_vector = {0, 1, 0}};
+    struct drape_result result;
+    struct grid grid;
+    double off = 0;
+    assert_int_equal(drape_solve(part, &settings, NULL, arena, &result), STATUS_OK);
+    grid_make(&grid, &result.nodes);
+    int j = result.start_weft.z > 0 ? 24 : -24;
+    struct vec3 on = node_point(&result.nodes, grid_find(&grid, 0, j));
+    for (int i = -1; i <= 1; i += 2) {
+        struct vec3 beside = node_point(&result.nodes, grid_find(&grid, i, j));
+        off = fmax(off, fabs(vec3_distance(on, beside) / chord - 1));
+    }
+    double away = vec3_distance(on, vec3_make(0, 0, 1));
+    printf("  %s: %.1e from the pole, edges off by %.1e, covered %.4f\n",
+           drape_method_names[method], away, off, result.summary.cloth_coverage);
+    if (method != DRAPE_BASIC) /* whose chords are no arcs: its node is next to the pole */
+        check_below(away, most);
+    check_below(off, most);
+    check_at_least(result.summary.cloth_coverage, 0.9999);
+    grid_free(&grid);
+}
+
+/* Parameters say nothing of curvatures on a pole. Whole, and in four faces. */
+static void test_exact_cut_node_on_a_pole(void **state) {
+    (void)state;
+    static struct shape shape;
+    static struct pieces pieces;
+    static const enum drape_method every[] = {DRAPE_GIB, DRAPE_GIB4, DRAPE_BASIC, DRAPE_GEODESIC};
+    static const double most[] = {1e-9, 1e-4, 1e-9, 1e-8}; /* gib4 corrects its chords */
+    const double full[2] = {0, 360 * DEG}, half[2] = {0, 90 * DEG};
+    uint64_t random = SEED;
+    shape_sphere(&shape, 1, full, half, 90 * DEG);
+    struct nurbs nurbs = shape_nurbs(&shape);
+    pieces_cut_grid(&pieces, &shape, 4, 1, &random);
+    for (int k = 0; k < 8; k++) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct surface *surface = NULL;
+        struct drape_part part = {0};
+        assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+        if (k % 2)
+            part.shell = pieces_shell(&pieces, arena);
+        else
+            part.surface = surface;
+        check_node_on_pole(&part, every[k / 2], most[k / 2], arena);
+        arena_free(arena);
+    }
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_cut_trims_overlap_or_leave_gaps),
         cmocka_unit_test(test_exact_cut_ghosts_past_joints_that_overlap),
+        cmocka_unit_test(test_exact_cut_node_on_a_pole),
         cmocka_unit_test(test_exact_cut_domes_have_the_net_of_the_whole),
         cmocka_unit_test(test_exact_cut_parts_have_the_net_of_the_whole),
     };
