@@ -114,9 +114,9 @@ static enum api_problem_id set_solve_problem(struct api_problem *problem, enum s
 /* ---- what to do instead ---- */
 
 /* The place of the part that is nearest to a point, and its distance; false without memory. */
-static bool find_nearest(const struct drape_part *part, const struct api_surface *definition,
-                         struct vec3 point, struct arena *arena, struct vec3 *at,
-                         double *distance) {
+static bool find_nearest_start(const struct drape_part *part, const struct api_surface *definition,
+                               struct vec3 point, struct arena *arena, struct vec3 *at,
+                               double *distance) {
     if (part->mesh) {
         struct mesh_point place;
         bool found = mesh_nearest(part->mesh, point, MESH_ANY, &place, distance);
@@ -155,7 +155,7 @@ static enum api_problem_id refuse_start(const struct api_request *request,
         surface_evaluate(surface, &cursor, settings->start_uv[0], settings->start_uv[1], &jet);
         point = jet.r;
     }
-    if (!find_nearest(part, &request->surface, point, arena, &at, &distance))
+    if (!find_nearest_start(part, &request->surface, point, arena, &at, &distance))
         return api_problem_set_at(problem, API_START_OFF_SURFACE, "/start",
                                   "must be on the surface, or within the spacing of it");
     return api_problem_set_at(

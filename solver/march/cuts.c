@@ -253,8 +253,8 @@ static double distance_from(const struct cut *cut, struct vec3 r) {
 
 /* Whether a cut crosses one before it: a step of it pierces that one's curtain, but the first, with
  * which it may begin there. */
-static enum status find_crossing(const struct maker *m, const struct curtain_line *lines,
-                                 size_t own, struct cut_fault *fault) {
+static enum status find_crossed_cut(const struct maker *m, const struct curtain_line *lines,
+                                    size_t own, struct cut_fault *fault) {
     const struct curtain_post *posts = lines[own].posts;
     for (size_t other = 0; other < own; other++) {
         struct curtain_line line = {lines[other].posts + 1, lines[other].count - 1};
@@ -304,7 +304,7 @@ enum status cuts_make(struct march *march, struct cut_fault *fault) {
         if (status == STATUS_OK && distance_from(cut, march->start.point.jet.r) < 1e-3 * m.spacing)
             status = STATUS_CUT;
         if (status == STATUS_OK)
-            status = find_crossing(&m, lines, cuts->count, fault);
+            status = find_crossed_cut(&m, lines, cuts->count, fault);
     }
     if (status != STATUS_OK)
         return status;

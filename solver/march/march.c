@@ -136,7 +136,7 @@ static enum beside follow_past_tip(struct march *march, const struct surface_poi
 }
 
 /* The tip of a cut that is near. */
-static bool find_tip(const struct march *march, struct vec3 at, struct curtain_end *tip) {
+static bool near_tip(const struct march *march, struct vec3 at, struct curtain_end *tip) {
     const double *d = march->settings->spacing;
     return march->cuts &&
            curtain_ends_near(march->cuts->curtain, at, beside_tip * fmax(d[0], d[1]), tip);
@@ -144,7 +144,7 @@ static bool find_tip(const struct march *march, struct vec3 at, struct curtain_e
 
 bool march_is_beside_tip(const struct march *march, struct vec3 at) {
     struct curtain_end tip;
-    return find_tip(march, at, &tip);
+    return near_tip(march, at, &tip);
 }
 
 bool march_passes_cut(struct march *march, const struct surface_point *from,
@@ -157,7 +157,7 @@ bool march_passes_cut(struct march *march, const struct surface_point *from,
         return false;
     bool chord = curtain_parts(march->cuts->curtain, from->jet.r, to->jet.r, &normal) &&
                  vec3_dot(from->normal, normal) >= 0;
-    if (march->mesh || !find_tip(march, to->jet.r, &tip))
+    if (march->mesh || !near_tip(march, to->jet.r, &tip))
         return chord;
     struct vec3 round = vec3_axpy(longest / 4, tip.beyond, tip.r);
     enum beside straight = follow_past_tip(march, from, to, to->jet.r, length), other = straight;

@@ -92,7 +92,7 @@ static bool pierces(const struct way *way, size_t a, size_t b, size_t c) {
     return begins != ends && passes_edge(way, b, c) == side && passes_edge(way, c, a) == side;
 }
 
-static bool visit_strip(void *context, int32_t number) {
+static bool visit_curtain_strip(void *context, int32_t number) {
     struct way *way = context;
     size_t post = way->curtain->first[number], at = 2 * post;
     way->parted = pierces(way, at, at + 2, at + 3) || pierces(way, at, at + 3, at + 1);
@@ -114,7 +114,7 @@ bool curtain_parts(const struct curtain *curtain, struct vec3 from, struct vec3 
                    struct vec3 *normal) {
     struct way way = {.curtain = curtain, .from = from, .to = to};
     struct box box = box_round(from, to, 0);
-    boxes_visit(curtain->boxes, &box, visit_strip, &way);
+    boxes_visit(curtain->boxes, &box, visit_curtain_strip, &way);
     if (normal && way.parted)
         *normal = curtain->normals[way.post];
     return way.parted;

@@ -111,8 +111,8 @@ static void try_bent(struct lip_search *s, const struct rim_vertex *edge, struct
 }
 
 /* Where a lip comes from the edges, and where on them its tip is nearest. */
-static void find_meetings(struct rim_builder *b, const struct cut *cut, int side, double spacing,
-                          struct meeting *mouth, struct meeting *tip) {
+static void find_lip_meetings(struct rim_builder *b, const struct cut *cut, int side,
+                              double spacing, struct meeting *mouth, struct meeting *tip) {
     enum { HALVINGS = 16 };
     static const double whole[2] = {0, 1};
     const struct rim_edges *e = b->edges;
@@ -206,7 +206,7 @@ static enum status add_cut(struct rim_builder *b, const struct cut *cut, size_t 
     double spacing = fmin(d[0], d[1]);
     struct meeting mouth[2], tip;
     for (int side = 0; side < 2; side++)
-        find_meetings(b, cut, side, spacing, &mouth[side], &tip);
+        find_lip_meetings(b, cut, side, spacing, &mouth[side], &tip);
     *fault = (struct cut_fault){.cut = number, .kind = CUT_BEGINS_INSIDE, .at = cut->lip[0][0].r};
     if (!(mouth[0].distance <= snap * spacing && mouth[1].distance <= snap * spacing))
         return STATUS_CUT;
