@@ -683,13 +683,7 @@ const cuts = new Cuts(view, form, outline, {
   onDraw: () => chooser.show(false),
 });
 const rosette = new Rosette(view, form, {
-  onTurn: (settled) => {
-    if (settled) {
-      save();
-      refreshCurl();
-    }
-    runner.live(settled);
-  },
+  onTurn: (settled) => (settled ? settle() : runner.live(false)),
 });
 const chooser = new Chooser(view, { onChange: chooseFaces });
 const finder = new Finder(view, form, {

@@ -39,8 +39,10 @@ test('rosette: 0 degrees and the side are shown at the start, the default in wor
   await page.click('#rosette summary');
   assert.match(await page.textContent('#rosette'), /does not depend on the face with the start/);
   await page.uncheck('#show-rosette');
+  await drawn(page);
   assert.equal(await page.isVisible('#rosette-knob'), false);
   await page.check('#show-rosette');
+  await drawn(page);
   await picture(page, 'rosette');
 });
 
