@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden mould-quality soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures page-figures filling freecad \
+.PHONY: tests golden mould-quality soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures page-figures filling validate freecad \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
@@ -117,6 +117,12 @@ page-figures: all $(B)/tests/import/make_parts tests/browser/node_modules # the 
 filling: all ## fills a mould with DOLFINx, with draped and with flat fields: docs/filling.md
 	@deploy/setup.sh filling
 	@tests/figures/filling.sh $(B)
+
+validate: all ## drapes what others have draped, prints both beside each other: docs/validation.md
+	@mkdir -p $(B)/validation
+	@tests/validation/validate.py $(B)/drape $(B)/validation
+	@gnuplot -e "data = '$(B)/validation'" tests/validation/course.gp
+	@awk -f tests/figures/compact.awk $(B)/validation/course.svg >docs/figures/course.svg
 
 freecad: all ## after a change of the import: parts that FreeCAD makes and writes as STEP and IGES
 	@deploy/setup.sh freecad
