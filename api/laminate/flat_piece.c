@@ -161,16 +161,18 @@ static void look_at_sides(const struct map_net *net, const struct traced *traced
         int32_t number = piece->numbers[k];
         double x = next->x - p[k].x, y = next->y - p[k].y, length = hypot(x, y);
         first = p[k].last ? k + 1 : first;
-        if (number < 0 || piece->sides[number].there)
+        if (number < 0)
             continue;
         const double inside[2] = {(p[k].x + next->x) / 2 - beside * net->spacing * y / length,
                                   (p[k].y + next->y) / 2 + beside * net->spacing * x / length};
         double s = sine_at(net, inside), c = sqrt(1 - s * s);
         const double *from = traced[number].at, *to = traced[number + 1].at;
-        piece->sides[number] =
-            (struct split_side){.there = true,
-                                .forward = x * (to[0] - from[0]) + y * (to[1] - from[1]) > 0,
-                                .warp_deg = degrees * atan2(-c * y, x + s * y)};
+        struct split_side *side = &piece->sides[number];
+        *side = (struct split_side){.there = true,
+                                    .forward = x * (to[0] - from[0]) + y * (to[1] - from[1]) > 0,
+                                    .warp_deg = degrees * atan2(-c * y, x + s * y),
+                                    .length = side->length +
+                                              (isnan(s) ? length : hypot(x + s * y, c * y))};
     }
 }
 
@@ -182,8 +184,9 @@ enum api_problem_id flat_piece_make(const struct map_net *net, const struct poly
     struct traced *traced = trace_posts(net, posts, arena);
     int32_t *numbers;
     struct arrangement *all = NULL;
-    if (traced && segments_add_polygons(&segments, cloth, -1) &&
-        add_splits(net, posts, traced, &segments))
+    /* The splits first: of edges on each other their numbers stay. */
+    if (traced && add_splits(net, posts, traced, &segments) &&
+        segments_add_polygons(&segments, cloth, -1))
         all = arrangement_make(&segments, arena);
     if (!all || !arrangement_face(all, start, &piece->region, &numbers))
         return api_problem_no_memory(problem, "the laminate");

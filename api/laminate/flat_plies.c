@@ -72,7 +72,8 @@ static struct cell *cells_passed(const struct region *region, size_t *count, str
 }
 
 /* Takes the cells of a table, whole ones or those that the rim cuts, into the ply's numbers: those
- * whose middle lies within the boundary, or that it passes. False when they cannot be read. */
+ * whose middle lies within the boundary, or that it passes; of a piece, whose cloth goes on beyond
+ * its splits in the net alone, only those that it has whole. False when they cannot be read. */
 static bool add_cells_inside(const struct api_reader *reader, const struct api_columns *columns,
                              enum api_table table, const struct region *region,
                              const struct cell *passed, size_t passed_count, double locking_deg,
@@ -92,8 +93,9 @@ static bool add_cells_inside(const struct api_reader *reader, const struct api_c
             const double middle[2] = {block[0][k] + 0.5, block[1][k] + 0.5};
             const struct cell key = {(int32_t)block[0][k], (int32_t)block[1][k]};
             double shear_deg = fabs(block[2][k]);
-            if (!region_contains(region, middle) &&
-                !bsearch(&key, passed, passed_count, sizeof *passed, compare_ply_cells))
+            bool cut = bsearch(&key, passed, passed_count, sizeof *passed, compare_ply_cells);
+            if (shape->piece ? cut || !region_contains(region, middle)
+                             : !cut && !region_contains(region, middle))
                 continue;
             shape->max_shear_deg = fmax(shape->max_shear_deg, shear_deg);
             shape->cosine += cos(shear_deg / degrees);
@@ -159,16 +161,25 @@ static enum api_problem_id clip_to_boundary(const struct laminate *laminate,
 
 /* ---- pieces ---- */
 
-/* Whether cloth of the region ends where the part goes on. */
-static bool ends_bare(const struct flat_pattern *flat, const struct polygons *region,
+/* Whether the boundary of a piece, but its splits, runs along where the net ended though the part
+ * goes on. */
+static bool ends_bare(const struct flat_pattern *flat, const struct flat_piece *piece,
                       const double d[2]) {
-    static const double beside = 0.05; /* in spacings, on the cloth's side */
-    for (size_t k = 0; k < flat->front_count; k++) {
-        const double *from = flat->fronts[k].from, *to = flat->fronts[k].to;
-        double x = to[0] - from[0], y = to[1] - from[1], length = hypot(x, y);
-        if (clip_contains(region, d[0] * ((from[0] + to[0]) / 2 - beside * y / length),
-                          d[1] * ((from[1] + to[1]) / 2 + beside * x / length)))
-            return true;
+    static const double along = 0.02; /* in spacings */
+    const struct polygons_point *p = piece->region.points;
+    for (size_t k = 0, first = 0; k < piece->region.count; k++) {
+        const struct polygons_point *next = &p[p[k].last ? first : k + 1];
+        const double middle[2] = {(p[k].x + next->x) / 2 / d[0], (p[k].y + next->y) / 2 / d[1]};
+        first = p[k].last ? k + 1 : first;
+        for (size_t n = 0; n < flat->front_count && piece->numbers[k] < 0; n++) {
+            const double *from = flat->fronts[n].from, *to = flat->fronts[n].to;
+            double way[2] = {to[0] - from[0], to[1] - from[1]};
+            double at[2] = {middle[0] - from[0], middle[1] - from[1]};
+            double length = hypot(way[0], way[1]);
+            double share = (at[0] * way[0] + at[1] * way[1]) / (length * length);
+            if (share >= 0 && share <= 1 && fabs(at[0] * way[1] - at[1] * way[0]) <= along * length)
+                return true;
+        }
     }
     return false;
 }
@@ -198,7 +209,7 @@ static enum api_problem_id find_region(const struct laminate *laminate,
         return api_problem_no_memory(problem, "the patterns");
     if (flat_piece_make(cloth, &shape->cloth, &posts, arena, shape->piece, problem) != API_OK)
         return problem->id;
-    shape->partial = ends_bare(flat, &shape->piece->region, cloth->columns.grid.spacing);
+    shape->partial = ends_bare(flat, shape->piece, cloth->columns.grid.spacing);
     shape->region_area = polygons_area(&shape->piece->region);
     shape->part_area = cloth->columns.summary.part_area;
     return API_OK;

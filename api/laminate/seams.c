@@ -18,7 +18,7 @@ static void look_along(const struct flat_piece *a, const struct flat_piece *b,
                        const struct split_posts *posts, struct seam *seam) {
     double weight = 0;
     for (size_t k = 0; k < posts->count; k++) {
-        double length = posts->list[k].length;
+        double length = (a->sides[k].length + b->sides[k].length) / 2;
         if (!a->sides[k].there || !b->sides[k].there)
             continue;
         seam->length += length;

@@ -67,6 +67,29 @@ number() {
         '[["frame","left",3000000],["frame","right",3000000],["left","right",1000000]]' ]
 }
 
+# box: five faces of 0.2 by 0.15 by 0.06, each a piece of its own: four corners of three pieces.
+box() {
+    jq -nc 'def face($a; $b; $c; $d): {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2,
+            knotvector_u: [0, 0, 1, 1], knotvector_v: [0, 0, 1, 1], control_points: [$a, $d, $b, $c]};
+        [[0, 0, 0], [0.2, 0, 0], [0.2, 0.15, 0], [0, 0.15, 0]] as $g | ($g | map(.[2] = 0.06)) as $t |
+        {surface: {faces: [face($t[0]; $t[1]; $t[2]; $t[3]),
+                           (range(4) | face($g[.]; $g[(. + 1) % 4]; $t[(. + 1) % 4]; $t[.]))]},
+         plies: [{fabric: {spacing: 0.01}, splits: [{path: ($t + [$t[0]])},
+             (range(4) | {path: [$g[.], $t[.]]})], pieces: [{at: [0.1, 0.075, 0.06], name: "top"}]}]}'
+}
+
+@test "a box of five pieces is covered without shear" {
+    box >"$BATS_TEST_TMPDIR/box.json"
+    output=$("$DRAPE" "$BATS_TEST_TMPDIR/box.json")
+    number .cloth_coverage 1
+    number '[.pieces[].max_shear_deg] | max' 0
+    number '.pieces[0].area' 0.03
+    number '[.pieces[1:][].area] | add' 0.042
+    [ "$(jq '.plies[0].seams | length' <<<"$output")" -eq 8 ]
+    number '[.seams[].length] | add' 0.94
+    [ "$(jq '[.plies[0].pieces[] | select(.outcome == "complete")] | length' <<<"$output")" -eq 5 ]
+}
+
 @test "an element under an overlap has two rows of the ply" {
     local mesh=$BATS_TEST_TMPDIR/mesh.json
     echo '{"mesh": {"vertices": [[1, 1, 0], [1.2, 1, 0], [1, 1.2, 0], [1.9, 1, 0], [2.1, 1, 0],
