@@ -79,7 +79,8 @@ struct drape_cuts {
                               wedge is cut out, 0 a slit; below 0 the cloth would lie on itself */
     double *mouth_width;   /* between the lips' ends at the edge, in the flat cloth; below 0 where
                               they pass each other */
-    double *area;          /* of the cloth between the lips; below 0 what one piece lacks there */
+    double *area;          /* of the cloth between the lips and the chord or, round more than half a
+                              turn, the arc from mouth to mouth; below 0 what one piece lacks */
     struct vec3 *mouth;    /* where they begin on the part */
 };
 

@@ -405,6 +405,8 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
             return false;
         turn_ray(&ray, angle);
         ray.length += vec3_dot(gap, ray.end_tangent);
+        if (!(ray.length > 0))
+            return false;
         last = miss;
     }
     return false;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "yarn.h"
 
+#include "fishnet_geodesic.h"
 #include "logarithm.h"
 #include "solver/angle.h"
 #include "solver/shell/shell.h"
@@ -36,6 +37,20 @@ struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *he
     return rough_leave(yarns->cursor, point, &end, NULL);
 }
 
+/* Directions beside cuts are found to this. */
+static const double beside_cut = 1e-7;
+
+struct vec3 yarn_leave_well(const struct surface *surface, struct surface_cursor *cursor,
+                            const struct surface_point *point, const struct rough_end *end) {
+    struct vec3 leave = logarithm_leave(cursor, point, end), start = leave, arrive;
+    double length = vec3_distance(point->jet.r, end->r);
+    struct surface_point to;
+    bool found =
+        end->surface && surface_point_at(end->surface, cursor, end->uv, &to) &&
+        fishnet_geodesic_between(surface, cursor, point, &to, beside_cut, &length, &start, &arrive);
+    return found ? start : leave;
+}
+
 static struct yarn_place window_place(const struct net_window *window, int x, int y) {
     const struct net_tile *tile = window->tile[1][1];
     return (struct yarn_place){tile->ti * NET_TILE + x, tile->tj * NET_TILE + y,
@@ -61,7 +76,9 @@ static struct vec3 onward(const struct yarn_net *yarns, const struct net_window 
     struct vec3 leave;
     if (!laid_edge(yarns, &here, &there, family, side, &leave)) {
         const struct rough_end end = neighbour_end(yarns, &there, next ? &next->point : NULL);
-        leave = logarithm_leave(yarns->cursor, &spot->point, &end);
+        leave = here.node->beside
+                    ? yarn_leave_well(yarns->surface, yarns->cursor, &spot->point, &end)
+                    : logarithm_leave(yarns->cursor, &spot->point, &end);
     }
     *direction = vec3_scale(step, leave);
     return *direction;

@@ -8,6 +8,7 @@
 #ifndef SOLVER_FISHNET_YARN_H
 #define SOLVER_FISHNET_YARN_H
 
+#include "rough.h"
 #include "solver/net/net.h"
 #include "solver/shell/surface_point.h"
 
@@ -41,6 +42,12 @@ struct yarn_spot {
 struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *here,
                        const struct yarn_place *there, int family, int side,
                        const struct surface_point *point);
+
+/* The unit tangent at `point` of the geodesic to an end, as `logarithm_leave`, but right beside the
+ * tips of cuts, too, where surfaces may bend within a spacing, and one direction alone tells how a
+ * yarn goes. */
+struct vec3 yarn_leave_well(const struct surface *surface, struct surface_cursor *cursor,
+                            const struct surface_point *point, const struct rough_end *end);
 
 /* The angle between warp and weft at a node with places on both yarns, each taken as the mean of
  * its two directions, or as the one it has: 0..180 degrees, and 90 where only one yarn passes. The

@@ -1,18 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "march.h"
 
-#include "cuts.h"
-#include "solver/fishnet/fishnet_geodesic.h"
-#include "solver/net/curtain.h"
-
 #include <stdlib.h>
 #include <string.h>
 
 /* A net of more ghosts than this for each node allowed is running away. */
 static const size_t ghosts_per_node = 8, ghosts_least = 100000;
-
-/* Corners of a cell are less than this many spacings apart. */
-static const double cell_reach = 2;
 
 bool march_in_extent(const struct march *march, int32_t i, int32_t j) {
     const struct drape_settings *s = march->settings;
@@ -24,16 +17,6 @@ enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_rea
     march->counts.broken = march->counts.broken || march_breaks_net(reason);
     struct net_node node = {.state = NET_FAILED, .reason = reason & NET_REASON_BITS};
     return net_put(march->net, i, j, &node);
-}
-
-bool march_is_beside_cut(const struct march *march, struct vec3 at) {
-    const double *d = march->settings->spacing;
-    return march->cuts && curtain_is_near(march->cuts->curtain, at, cell_reach * fmax(d[0], d[1]));
-}
-
-enum status march_fail_cell(struct march *march, int32_t i, int32_t j, enum drape_reason reason,
-                            const struct surface_point *b) {
-    return march_is_beside_cut(march, b->jet.r) ? STATUS_OK : march_fail(march, i, j, reason);
 }
 
 bool march_parameters(const struct march *march, const struct surface_point *point, double uv[2]) {
@@ -88,109 +71,6 @@ static double part_size(const struct march *march) {
 
 /* The continuation is trusted up to this share of the part's size from it. */
 static const double reach = 0.3;
-
-/* Beside the tip of a cut, this near in spacings, chords over folds do not tell on which side of it
- * a yarn goes: there its geodesic is followed, in so many steps. That is as long as the yarn but
- * for this share. */
-static const double beside_tip = 2, as_long = 2e-2;
-enum { STEPS_PAST_TIP = 8, HALVINGS = 10 };
-
-/* Moves a path on from `last` and says whether it passes a cut on the way: in halves, as long as
- * the chord does, which over a fold is off the part. */
-static bool step_passes_cut(struct march *march, struct path *path, struct vec3 *last, double step,
-                            int halvings) {
-    struct path ahead = *path;
-    struct surface_point point;
-    if (!path_advance(&ahead, step) || !path_surface_point(&ahead, &march->cursor, &point, NULL))
-        return true;
-    bool parts = curtain_parts(march->cuts->curtain, *last, point.jet.r, NULL);
-    if (parts && halvings > 0)
-        return step_passes_cut(march, path, last, step / 2, halvings - 1) ||
-               step_passes_cut(march, path, last, step / 2, halvings - 1);
-    *path = ahead;
-    *last = point.jet.r;
-    return parts;
-}
-
-/* What a geodesic from `from` to `to`, looked for by setting off for `towards`, says of a cut
- * between them. Where its length is known, `d`, it must have that. */
-enum beside { BESIDE_UNKNOWN, BESIDE_CLEAR, BESIDE_PARTED };
-
-static enum beside follow_past_tip(struct march *march, const struct surface_point *from,
-                                   const struct surface_point *to, struct vec3 towards, double d) {
-    struct vec3 start = surface_point_tangent(from, vec3_sub(towards, from->jet.r)), end;
-    struct vec3 last = from->jet.r;
-    double length = d > 0 ? d : vec3_distance(to->jet.r, from->jet.r);
-    struct path path;
-    if (!(vec3_norm2(start) > 0) ||
-        !fishnet_geodesic_between(march->surface, &march->cursor, from, to, 1e-6, &length, &start,
-                                  &end) ||
-        !path_geodesic(&path, from->surface, from, start))
-        return BESIDE_UNKNOWN;
-    if (d > 0 && fabs(length / d - 1) > as_long)
-        return BESIDE_PARTED; /* the yarn is another one */
-    for (int k = 0; k < STEPS_PAST_TIP; k++)
-        if (step_passes_cut(march, &path, &last, length / STEPS_PAST_TIP, HALVINGS))
-            return BESIDE_PARTED;
-    return BESIDE_CLEAR;
-}
-
-/* The tip of a cut that is near. */
-static bool near_tip(const struct march *march, struct vec3 at, struct curtain_end *tip) {
-    const double *d = march->settings->spacing;
-    return march->cuts &&
-           curtain_ends_near(march->cuts->curtain, at, beside_tip * fmax(d[0], d[1]), tip);
-}
-
-bool march_is_beside_tip(const struct march *march, struct vec3 at) {
-    struct curtain_end tip;
-    return near_tip(march, at, &tip);
-}
-
-bool march_passes_cut(struct march *march, const struct surface_point *from,
-                      const struct surface_point *to, double length) {
-    const double *d = march->settings->spacing;
-    double longest = fmax(d[0], d[1]);
-    struct curtain_end tip;
-    struct vec3 normal;
-    if (!march->cuts)
-        return false;
-    bool chord = curtain_parts(march->cuts->curtain, from->jet.r, to->jet.r, &normal) &&
-                 vec3_dot(from->normal, normal) >= 0;
-    if (march->mesh || !near_tip(march, to->jet.r, &tip))
-        return chord;
-    struct vec3 round = vec3_axpy(longest / 4, tip.beyond, tip.r);
-    enum beside straight = follow_past_tip(march, from, to, to->jet.r, length), other = straight;
-    if (length > 0 && straight != BESIDE_CLEAR)
-        other = follow_past_tip(march, from, to, round, length);
-    if (straight == BESIDE_CLEAR || other == BESIDE_CLEAR)
-        return false;
-    return straight == BESIDE_PARTED || chord;
-}
-
-bool march_is_parted(struct march *march, int32_t i, int32_t j, int di, int dj,
-                     const struct surface_point *to) {
-    const struct net_node *node = march->cuts ? march_node_at(march, i + di, j + dj) : NULL;
-    struct surface_point from;
-    return node && (node->state == NET_INSIDE || node->state == NET_GHOST) &&
-           march_is_beside_cut(march, to->jet.r) && march_point_at(march, node, &from) &&
-           march_passes_cut(march, &from, to,
-                            dj && march->settings->slide > 0 ? 0
-                                                             : march->settings->spacing[dj != 0]);
-}
-
-/* The sides of (i, j) that a cut parts from a point there. */
-static uint8_t find_parted(struct march *march, int32_t i, int32_t j,
-                           const struct surface_point *point) {
-    uint8_t parted = 0;
-    for (int family = 0; family < 2 && march->cuts; family++)
-        for (int side = 0; side < 2; side++) {
-            int step = side ? 1 : -1;
-            if (march_is_parted(march, i, j, family ? 0 : step, family ? step : 0, point))
-                parted |= NET_EDGE_BIT(family, side);
-        }
-    return parted;
-}
 
 /* How often the net has passed the cut to its left on the way to (i, j), less the passages to its
  * right: by a neighbour, those towards the start first. */
@@ -258,7 +138,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
                         const struct surface_point *point, enum surface_point_zone *zone) {
     enum drape_reason reason = DRAPE_REASON_BOUNDARY;
     *zone = zone_of(march, point, i == 0 && j == 0, &reason);
-    march->edges.parted = find_parted(march, i, j, point);
+    march->edges.parted = march_find_parted(march, i, j, point);
     int turn = count_turns(march, i, j, point);
     if (turn != 0) {
         bool beyond = *zone == SURFACE_POINT_BEYOND || turn > 1 || turn < -1;

@@ -231,14 +231,27 @@ bool march_is_beside_cut(const struct march *march, struct vec3 at);
 /* Whether the tip of a cut is so near that yarns may go round it. */
 bool march_is_beside_tip(const struct march *march, struct vec3 at);
 
-/* Whether a cut parts two places of the part near each other, so far apart along the surface if
- * that is known, else 0. */
-bool march_passes_cut(struct march *march, const struct surface_point *from,
-                      const struct surface_point *to, double length);
+/* Whether it is nearer than so many spacings. */
+bool march_is_near_tip(const struct march *march, struct vec3 at, double reach);
 
-/* Whether a cut parts the neighbour of (i, j) on the side (di, dj) from a point. */
+/* Whether a cut parts two places of the part near each other: the geodesic between them, or the
+ * chord where there is none, passes it. */
+bool march_passes_cut(struct march *march, const struct surface_point *from,
+                      const struct surface_point *to);
+
+/* Whether a cut is passed on the way from the place `eye` beside the lip of a cut to one on it, and
+ * on along a geodesic from there. */
+bool march_way_passes_cut(struct march *march, const struct surface_point *eye,
+                          const struct surface_point *lip, struct vec3 direction, double length);
+
+/* Whether a cut parts the neighbour of (i, j) on the side (di, dj) from a point, whose rough edges
+ * are those noted for march_place. */
 bool march_is_parted(struct march *march, int32_t i, int32_t j, int di, int dj,
                      const struct surface_point *to);
+
+/* The same of all four, as NET_EDGE_BITs. */
+uint8_t march_find_parted(struct march *march, int32_t i, int32_t j,
+                          const struct surface_point *point);
 
 /* The node at (i, j), NULL where the net has no place; on the arms beside a quadrant, whose tiles
  * others may be filling, from the quadrant's copy, which at the arm's end is no place. */

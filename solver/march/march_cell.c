@@ -369,14 +369,26 @@ static enum fishnet_end solve_folded(struct march *march, const struct march_cel
     return folded ? solve_rough(march, at, cell, found, node) : end;
 }
 
-/* Lays the edges of a cell that are not smooth, D being where chords of smooth ones meet; `laid`:
- * as geodesics, where one is rough. Those that are bent get their chords. */
+/* This near to the tip of a cut, in spacings, edges are geodesics: the part may come to a point
+ * there, of which arcs know nothing. */
+static const double to_a_point = 6;
+
+/* Which edges of a cell are not arcs: all of it `laid` as geodesics, where one is rough; or edges
+ * whose directions their chords do not tell. */
+struct uneven {
+    bool laid, edge[2];
+};
+
+/* Lays the edges of a cell that are not smooth, D being where chords of smooth ones meet. Those
+ * that are bent get their chords. */
 static enum fishnet_end solve_uneven(struct march *march, const struct march_cell *at,
                                      struct fishnet_cell *cell, const struct march_corrections *c,
-                                     enum fishnet_end end, struct fishnet_node *node, bool *laid) {
-    bool bent = false, uneven[2] = {false, false};
-    bool rough = end == FISHNET_FOUND ? lies_over_crease(march, &node->point)
-                                      : hangs_on_rough(march, cell, end);
+                                     enum fishnet_end end, struct fishnet_node *node,
+                                     struct uneven *uneven) {
+    bool bent = false;
+    bool rough = march_is_near_tip(march, cell->a->jet.r, to_a_point) ||
+                 (end == FISHNET_FOUND ? lies_over_crease(march, &node->point)
+                                       : hangs_on_rough(march, cell, end));
     const struct surface_point *d = &node->point;
     const double *spacing = march->length;
     bool look = end == FISHNET_FOUND && !rough &&
@@ -388,27 +400,34 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
             march_edge_chord(march, c, k, k ? cell->c : cell->b, d, cell->curvature[k], chord);
         bool whole = c->has[k] && c->of[k].whole && *chord == before;
         rough = kind == ROUGH_EDGE;
-        uneven[k] = kind == ROUGH_UNEVEN || (kind == ROUGH_BENT && march->before.net && !whole);
+        uneven->edge[k] =
+            kind == ROUGH_UNEVEN || (kind == ROUGH_BENT && march->before.net && !whole);
         bent = bent || *chord != before;
     }
-    *laid = rough;
+    uneven->laid = rough;
     if (rough)
         return solve_rough(march, at, cell, end == FISHNET_FOUND, node);
     double uv[2] = {node->point.uv[0], node->point.uv[1]};
     cell->guess_uv = uv;
     if (bent)
         end = fishnet_solve(march->surface, &march->cursor, cell, node);
-    for (int k = 0; k < 2 && end == FISHNET_FOUND; k++) {
-        const struct surface_point *from = k ? at->c : at->b;
-        const struct rough_end at_d = {d->surface, d->uv, d->jet.r, NULL};
-        const struct rough_end at_from = {from->surface, from->uv, from->jet.r, NULL};
-        if (uneven[k])
-            march_note_edge(march, k, k ? at->sj : at->si,
-                            logarithm_leave(&march->cursor, from, &at_d),
-                            vec3_scale(-1, logarithm_leave(&march->cursor, d, &at_from)));
-    }
     cell->guess_uv = NULL;
     return end;
+}
+
+/* Notes the directions of an uneven edge between D, which is found, and B (k = 0) or C. */
+static void note_uneven(struct march *march, const struct march_cell *at, int k,
+                        const struct surface_point *d) {
+    const struct surface_point *from = k ? at->c : at->b, *end[2] = {from, d};
+    struct vec3 leave[2];
+    for (int n = 0; n < 2; n++) {
+        const struct surface_point *to = end[1 - n];
+        const struct rough_end there = {to->surface, to->uv, to->jet.r, NULL};
+        leave[n] = march_is_beside_cut(march, d->jet.r)
+                       ? yarn_leave_well(march->surface, &march->cursor, end[n], &there)
+                       : logarithm_leave(&march->cursor, end[n], &there);
+    }
+    march_note_edge(march, k, k ? at->sj : at->si, leave[0], vec3_scale(-1, leave[1]));
 }
 
 /* By chords first, corrected by the edges BD and CD in the net before where they can be had; then
@@ -435,7 +454,7 @@ bool march_solve_lengths(struct march *march, const struct march_cell *from,
                                 .orientation = at->si * at->sj};
     struct march_corrections corrections = {.has = {false, false}};
     enum fishnet_end end = FISHNET_FOUND;
-    bool laid = false;
+    struct uneven uneven = {.laid = false};
     double uv[2];
     march->edges.rough = 0;
     if (march->mesh)
@@ -461,8 +480,8 @@ bool march_solve_lengths(struct march *march, const struct march_cell *from,
             node->point.surface, {node->point.uv[0], node->point.uv[1]}, node->crossing};
     end = march->method->yarn == DRAPE_YARN_CHORD
               ? solve_folded(march, at, &cell, end, node)
-              : solve_uneven(march, at, &cell, &corrections, end, node, &laid);
-    if (end == FISHNET_FOUND && march->method->yarn == DRAPE_YARN_GEODESIC && !laid) {
+              : solve_uneven(march, at, &cell, &corrections, end, node, &uneven);
+    if (end == FISHNET_FOUND && march->method->yarn == DRAPE_YARN_GEODESIC && !uneven.laid) {
         const struct fishnet_node chords = *node;
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, march->length, s->lanes,
                                      node);
@@ -472,8 +491,13 @@ bool march_solve_lengths(struct march *march, const struct march_cell *from,
         if (lost)
             *node = chords;
         if (lost || (end == FISHNET_FOUND && node->point.surface != chords.point.surface))
+            uneven.laid = true;
+        if (uneven.laid)
             end = solve_rough(march, at, &cell, true, node);
     }
+    for (int k = 0; k < 2 && end == FISHNET_FOUND && !uneven.laid; k++)
+        if (uneven.edge[k])
+            note_uneven(march, at, k, &node->point);
     if (end == FISHNET_FOUND)
         return true;
     if (end != FISHNET_COLLAPSED && expected_outside(march, &cell))

@@ -214,10 +214,10 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
                           : arm->started && !march->mesh ? why_path_ended(march, &arm->at.path, d)
                                                          : DRAPE_REASON_BOUNDARY);
     const struct surface_point *point = march->mesh ? &on_mesh : &arm->at.point;
-    if (march_is_parted(march, i, j, -arm->di, -arm->dj, point))
-        return STATUS_OK;
     if (!march->mesh)
         note_path_edge(march, &before, &arm->at, arm->di, arm->dj);
+    if (march_is_parted(march, i, j, -arm->di, -arm->dj, point))
+        return STATUS_OK;
     enum status status = march_place(march, i, j, point, &zone);
     if (arm->outside == 0 && !march->mesh)
         arm->left = before.tangent;

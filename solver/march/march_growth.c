@@ -18,8 +18,9 @@
 /* The sine of 10 degrees: beyond 80 degrees of shear. */
 static const double flat_sine = 0.17365;
 
-/* How far the end of a yarn that goes straight on is known, as a share of the spacing. */
-static const double geodesic_accuracy = 1e-11, arc_accuracy = 1e-7;
+/* How far the end of a yarn that goes straight on is known, as a share of the spacing; and a
+ * logarithm, whose directions are right to the square root of that. */
+static const double geodesic_accuracy = 1e-11, arc_accuracy = 1e-7, logarithm_accuracy = 1e-12;
 
 struct place {
     int32_t i, j;
@@ -233,7 +234,7 @@ static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int 
     *arrive = vec3_scale(-1, back);
     struct logarithm l;
     if (march->method->yarn == DRAPE_YARN_ARC &&
-        logarithm_find(&march->cursor, from, to, arc_accuracy, &l)) {
+        logarithm_find(&march->cursor, from, to, logarithm_accuracy, &l)) {
         *leave = l.leave;
         *arrive = l.arrive;
     } else if (march->method->yarn != DRAPE_YARN_CHORD)

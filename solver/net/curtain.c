@@ -2,13 +2,14 @@
 #include "curtain.h"
 
 #include "solver/surface/boxes.h"
+#include <math.h>
 
 /* The lower end of post k is corner 2 k, the upper one 2 k + 1: between two posts of a line lie the
  * triangles (2 k, 2 k + 2, 2 k + 3) and (2 k, 2 k + 3, 2 k + 1). */
 struct curtain {
     struct vec3 *corners;
-    struct vec3 *normals;     /* of the posts */
-    struct curtain_end *ends; /* of the lines */
+    struct vec3 *normals; /* of the posts */
+    struct vec3 *ends;    /* of the lines */
     size_t line_count;
     size_t *first;       /* post of each strip: it goes on to the next one */
     struct boxes *boxes; /* round the strips */
@@ -25,7 +26,7 @@ enum status curtain_make(const struct curtain_line *lines, size_t count, struct 
     if (!curtain || !boxes ||
         !(curtain->corners = arena_alloc(arena, 2 * posts, sizeof(struct vec3))) ||
         !(curtain->normals = arena_alloc(arena, posts, sizeof(struct vec3))) ||
-        !(curtain->ends = arena_alloc(arena, count, sizeof(struct curtain_end))) ||
+        !(curtain->ends = arena_alloc(arena, count, sizeof(struct vec3))) ||
         !(curtain->first = arena_alloc(arena, posts, sizeof(size_t))))
         return STATUS_OUT_OF_MEMORY;
     *made = curtain;
@@ -33,7 +34,7 @@ enum status curtain_make(const struct curtain_line *lines, size_t count, struct 
     posts = 0;
     for (size_t n = 0; n < count; n++) {
         const struct curtain_post *last = &lines[n].posts[lines[n].count - 1];
-        curtain->ends[n] = (struct curtain_end){last->r, vec3_unit(vec3_sub(last->r, last[-1].r))};
+        curtain->ends[n] = last->r;
         for (size_t k = 0; k < lines[n].count; k++, posts++) {
             const struct curtain_post *post = &lines[n].posts[k];
             struct vec3 *own = &curtain->corners[2 * posts];
@@ -100,14 +101,11 @@ static bool visit_curtain_strip(void *context, int32_t number) {
     return !way->parted;
 }
 
-bool curtain_ends_near(const struct curtain *curtain, struct vec3 r, double reach,
-                       struct curtain_end *end) {
-    for (size_t n = 0; n < curtain->line_count; n++) {
-        *end = curtain->ends[n];
-        if (vec3_distance(r, end->r) < reach)
-            return true;
-    }
-    return false;
+double curtain_end_distance(const struct curtain *curtain, struct vec3 r) {
+    double least = HUGE_VAL;
+    for (size_t n = 0; n < curtain->line_count; n++)
+        least = fmin(least, vec3_distance(r, curtain->ends[n]));
+    return least;
 }
 
 bool curtain_parts(const struct curtain *curtain, struct vec3 from, struct vec3 to,

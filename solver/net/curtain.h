@@ -37,14 +37,8 @@ enum status curtain_make(const struct curtain_line *lines, size_t count, struct 
 /* Whether a place may be within `reach` of the curtain. */
 bool curtain_is_near(const struct curtain *curtain, struct vec3 r, double reach);
 
-/* The end of a line: its last post, and the direction in which the line comes to it. */
-struct curtain_end {
-    struct vec3 r, beyond;
-};
-
-/* Whether the end of a line is within `reach` of a place, the first one of those that are. */
-bool curtain_ends_near(const struct curtain *curtain, struct vec3 r, double reach,
-                       struct curtain_end *end);
+/* How far a place is from the nearest end of a line, its last post. */
+double curtain_end_distance(const struct curtain *curtain, struct vec3 r);
 
 /* Whether the straight way between two places pierces the curtain, and the part's normal there (may
  * be NULL). A place on a line is to the left of it. */

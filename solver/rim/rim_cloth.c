@@ -39,6 +39,9 @@ static const double near_extended = 2e-3;
 /* An extrapolated edge may differ that much from the spacing. */
 static const double longest_edge = 1.6, shortest_edge = 0.4;
 
+/* So near to the tip of a cut, in spacings, cells and their neighbours may reach round it. */
+static const double tip_reach = 4;
+
 /* Nodes this far from the place looked at, in spacings, may be asked for. */
 static const double sight_reach = 8;
 
@@ -50,6 +53,8 @@ enum status rim_cloth_make(struct march *march, int32_t sights, struct rim_cloth
         arena_take(march->arena, (size_t)NODES_ACROSS * NODES_ACROSS, sizeof *cloth->nodes);
     for (int k = 0; cloth->patches && k < PATCHES; k++)
         cloth->patches[k].made = cloth->patches[k].known = false;
+    for (int k = 0; k < RIM_SEERS * RIM_SEERS; k++)
+        cloth->seers[k].searched = false;
     for (int k = 0; cloth->nodes && k < NODES_ACROSS * NODES_ACROSS; k++)
         cloth->nodes[k].searched = false;
     enum status status =
@@ -68,12 +73,14 @@ void rim_cloth_look(struct rim_cloth *cloth, int32_t sight, struct vec3 eye) {
     cloth->sight = sight;
     cloth->guarded = cuts && curtain_is_near(cuts->curtain, eye, sight_reach * fmax(d[0], d[1])) &&
                      cuts_nearest(cloth->march, eye, &cloth->eye);
+    cloth->at_tip =
+        cloth->guarded && !cloth->march->mesh && march_is_near_tip(cloth->march, eye, tip_reach);
 }
 
 bool rim_cloth_sees(const struct rim_cloth *cloth, const struct net_node *node) {
     struct surface_point from;
     return !cloth->guarded || !march_point_at(cloth->march, node, &from) ||
-           !march_passes_cut(cloth->march, &from, &cloth->eye, 0);
+           !march_passes_cut(cloth->march, &from, &cloth->eye);
 }
 
 /* The node of the net at (i, j) if it has a place and is seen; else NULL. */
@@ -360,9 +367,6 @@ static const double most_turned = 0.3;
  * other than the arcs that they are taken for. */
 static const double seen_accuracy = 1e-4, seen_share = 0.03, seen_most = 1e-2;
 
-/* And from a node that is to tell it to rounding. */
-static const double well_seen = 1e-11;
-
 /* Finds corner number n of a patch, its yarns by their edges of the cell or, where these are
  * missing, straight through from the other side; false when the net has none. */
 static bool find_patch_corner(struct rim_cloth *cloth, struct rim_patch *patch, int n) {
@@ -536,59 +540,23 @@ static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct s
     return true;
 }
 
-/* The unit tangent of the yarn of a family at a node, towards the higher index: the mean of those
- * of its geodesics to both neighbours. False where it has none. */
-static bool see_yarn(struct rim_cloth *cloth, const struct net_node *node, int32_t i, int32_t j,
-                     int family, const struct surface_point *at, struct vec3 *yarn) {
-    struct march *march = cloth->march;
-    struct vec3 sum = {0, 0, 0};
-    for (int side = 0; side < 2; side++) {
-        int step = side ? 1 : -1;
-        const struct net_node *other =
-            net_place(march->net, family ? i : i + step, family ? j + step : j);
-        double length = march->settings->spacing[family];
-        struct surface_point there;
-        struct vec3 start, end;
-        if (!other || net_is_parted_to(node, other, family, side) ||
-            !march_point_at(march, other, &there))
-            continue;
-        start = surface_point_tangent(at, vec3_sub(there.jet.r, at->jet.r));
-        if (fishnet_geodesic_between(march->surface, &march->cursor, at, &there, well_seen, &length,
-                                     &start, &end))
-            sum = vec3_axpy(step, start, sum);
+/* Beside the tip of a cut, where cells reach over it or have corners behind it: from the nearest
+ * node. Not where the net has broken. */
+static bool find_at_tip(struct rim_cloth *cloth, const struct rim_edge_point *spot,
+                        struct rim_cloth_point *place) {
+    struct surface_point to = {.uv = {spot->uv[0], spot->uv[1]}, .jet = spot->jet};
+    if (!surface_point_complete(rim_edges_surface(cloth->march, spot->face), &to) ||
+        !rim_cloth_see_well(cloth, &to, place))
+        return false;
+    for (int k = 0; k < 4; k++) {
+        int32_t i = (int32_t)floor(place->p) + (k & 1), j = (int32_t)floor(place->q) + k / 2;
+        const struct net_node *node = net_find(cloth->march->net, i, j);
+        bool failed = node && node->state == NET_FAILED;
+        if ((failed && march_breaks_net((enum drape_reason)node->reason)) ||
+            !march_in_extent(cloth->march, i, j))
+            return false;
     }
-    *yarn = vec3_unit(sum);
-    return vec3_norm2(sum) > 0;
-}
-
-bool rim_cloth_see_well(struct rim_cloth *cloth, const struct surface_point *to, double pq[2]) {
-    struct march *march = cloth->march;
-    const double *d = march->settings->spacing;
-    double least = HUGE_VAL;
-    for (int k = 0; k < 16 && !march->mesh; k++) {
-        int32_t i = (int32_t)floor(pq[0]) - 1 + k % 4, j = (int32_t)floor(pq[1]) - 1 + k / 4;
-        const struct net_node *node = seen_node(cloth, i, j);
-        double x = pq[0] - i, y = pq[1] - j, length = 0, ab[2];
-        struct surface_point at;
-        struct vec3 yarn[2], start, end;
-        if (!node || !(x * x + y * y < least) || !march_point_at(march, node, &at) ||
-            !see_yarn(cloth, node, i, j, 0, &at, &yarn[0]) ||
-            !see_yarn(cloth, node, i, j, 1, &at, &yarn[1]))
-            continue;
-        start = vec3_axpy(y * d[1], yarn[1], vec3_scale(x * d[0], yarn[0]));
-        length = vec3_norm(start);
-        start = vec3_unit(start);
-        if (!fishnet_geodesic_between(march->surface, &march->cursor, &at, to, well_seen, &length,
-                                      &start, &end))
-            continue;
-        const struct vec3 along[2] = {vec3_scale(d[0], yarn[0]), vec3_scale(d[1], yarn[1])};
-        if (!rim_cloth_components(along, vec3_scale(length, start), ab))
-            continue;
-        least = x * x + y * y;
-        pq[0] = i + ab[0];
-        pq[1] = j + ab[1];
-    }
-    return least < HUGE_VAL;
+    return true;
 }
 
 bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
@@ -599,6 +567,8 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
     for (int hop = 0; hop < HOPS; hop++) {
         if (!(fabs(place->p) < 1e9 && fabs(place->q) < 1e9))
             return false;
+        if (cloth->at_tip)
+            return find_at_tip(cloth, spot, place);
         (void)rim_cloth_patch(cloth, (int32_t)floor(place->p), (int32_t)floor(place->q));
         /* in the patch, or where it leads out of it: in space where that tells it, else along the
          * surface from corners that the net has */

@@ -53,6 +53,16 @@ struct rim_patch {
                                     for */
 };
 
+/* A node beside the tip of a cut, and its yarns towards the higher index. */
+struct rim_seer {
+    int32_t i, j;
+    bool searched, found;
+    struct surface_point point;
+    struct vec3 yarn[2];
+};
+
+enum { RIM_SEERS = 8 }; /* so many across are kept */
+
 struct rim_cloth {
     struct march *march;
     struct net_view view;      /* of the march's net */
@@ -63,7 +73,9 @@ struct rim_cloth {
     struct rim_patch *patches; /* those looked at last, that of a cell at a place of its own */
     struct rim_patch *patch;   /* the last of all */
     struct rim_node *nodes;    /* corners of patches, as patches are kept */
-    bool failed;               /* no memory */
+    bool at_tip;               /* the tip of a cut is near: */
+    struct rim_seer seers[RIM_SEERS * RIM_SEERS]; /* nodes there, as they are asked for */
+    bool failed;                                  /* no memory */
 };
 
 /* A point of the cloth. */
@@ -101,10 +113,12 @@ void rim_patch_point(const struct rim_patch *patch, double p, double q,
 bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
                     struct rim_cloth_point *place);
 
-/* p and q of a place of the rim, from about where they are, to rounding where the cloth is flat and
- * its edges are geodesics: by the geodesic from the nearest node that is seen, between that one's
- * yarns. False, with `pq` as it was, where there is none, and on meshes. */
-bool rim_cloth_see_well(struct rim_cloth *cloth, const struct surface_point *to, double pq[2]);
+/* The place of the cloth that is the place `to` of the part, from about where it is, to rounding
+ * where the cloth is flat and its edges are geodesics: by the geodesic from the nearest node that
+ * is seen, between that one's yarns (rim_seers.c). False, with `place` as it was, where there is
+ * none, and on meshes. */
+bool rim_cloth_see_well(struct rim_cloth *cloth, const struct surface_point *to,
+                        struct rim_cloth_point *place);
 
 /* The components (a, b) for which a along[0] + b along[1] is nearest to `step`; false where the two
  * are nearly parallel. */

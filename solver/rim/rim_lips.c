@@ -51,12 +51,12 @@ static double tip_direction(struct march *march, struct rim *rim, const struct l
         const struct rim_point *point = lip_point(rim, lip, k);
         const struct surface *surface = rim_edges_surface(march, point->face);
         struct surface_point at;
-        double pq[2] = {point->p, point->q};
+        struct rim_cloth_point seen = {.p = point->p, .q = point->q};
         rim_cloth_look(&rim->cloth, point->sight, point->beside);
         if (surface && surface_point_at(surface, &march->cursor, point->uv, &at))
-            (void)rim_cloth_see_well(&rim->cloth, &at, pq);
-        for (int c = 0; c < 2; c++)
-            xy[n][c] = pq[c] * d[c];
+            (void)rim_cloth_see_well(&rim->cloth, &at, &seen);
+        xy[n][0] = seen.p * d[0];
+        xy[n][1] = seen.q * d[1];
     }
     for (int n = 0; n < 2; n++)
         direction[n] = angle_atan2_deg(xy[n + 1][1] - xy[n][1], xy[n + 1][0] - xy[n][0]);
@@ -74,6 +74,17 @@ static double tip_angle(struct march *march, struct rim *rim, const struct lip l
     int32_t i = (int32_t)lround(point->p - 2 * cosine);
     int32_t j = (int32_t)lround(point->q - 2 * sine);
     return angle < 0 && net_state_at(march->net, i, j) != NET_INSIDE ? angle + 360 : angle;
+}
+
+/* A wedge of more than half a turn is closed by the arc about the tip, not by the chord from mouth
+ * to mouth, which runs over cloth: the area between the two, the mouths at their mean distance. */
+static double beyond_chord(const double tip[2], const double left[2], const double right[2],
+                           double angle_deg) {
+    double x[2] = {left[0] - tip[0], right[0] - tip[0]}, sine, cosine;
+    double y[2] = {left[1] - tip[1], right[1] - tip[1]};
+    double radius2 = sqrt((x[0] * x[0] + y[0] * y[0]) * (x[1] * x[1] + y[1] * y[1]));
+    angle_sincos_deg(angle_deg, &sine, &cosine);
+    return angle_deg > 180 ? radius2 * (angle_deg * M_PI / 180 - sine) / 2 : 0;
 }
 
 static void measure_cut(struct march *march, struct rim *rim, size_t number,
@@ -111,9 +122,11 @@ static void measure_cut(struct march *march, struct rim *rim, size_t number,
     area += (at[0] * last[1] - last[0] * at[1] + first[0] * at[1] - at[0] * first[1]) / 2;
     double width =
         sqrt((at[0] - first[0]) * (at[0] - first[0]) + (at[1] - first[1]) * (at[1] - first[1]));
-    cuts->tip_angle_deg[number] = tip_angle(march, rim, lip);
-    cuts->area[number] = area;
-    cuts->mouth_width[number] = area < 0 ? -width : width;
+    double angle = tip_angle(march, rim, lip), tip[2];
+    flat_place(march, lip_point(rim, &lip[1], lip[1].count - 1), tip);
+    cuts->tip_angle_deg[number] = angle;
+    cuts->area[number] = area + beyond_chord(tip, first, at, angle);
+    cuts->mouth_width[number] = cuts->area[number] < 0 ? -width : width;
 }
 
 enum status rim_lips_measure(struct march *march, struct rim *rim, struct drape_cuts *cuts) {

@@ -254,7 +254,8 @@ static bool cloth_shear_at(struct gathering *g, int32_t i, int32_t j, double p, 
 static const double least_share = 1e-9;
 
 /* Whether of a cell within the rim that is not whole the boundary alone leaves corners out, by less
- * than the rim is right to; p and q of `cell` become those of one of them. */
+ * than the rim is right to, or the tip of a cut touches an edge; p and q of `cell` become those of
+ * such a corner. */
 static bool is_left_out(struct rim *rim, struct rim_cell *cell) {
     bool out = false;
     for (int k = 0; k < 4; k++) {
@@ -263,7 +264,7 @@ static bool is_left_out(struct rim *rim, struct rim_cell *cell) {
         if (!node || node->state == NET_UNKNOWN ||
             (node->state == NET_FAILED && node->reason != DRAPE_REASON_BOUNDARY))
             return false;
-        if (node->state == NET_INSIDE)
+        if (node->state == NET_INSIDE && !node->parted)
             continue;
         out = true;
         cell->p = i;
@@ -318,20 +319,23 @@ static void add_cut_cells(struct gathering *g) {
         double sine, cosine, shear_deg, at_rim, share = cell->share, rest = 1 - share;
         struct rim_cloth_point middle;
         bool grown;
-        if (cell->loose || !patch->known || share < least_share)
+        if (cell->loose || share < least_share || (!g->march->cuts && !patch->known))
             continue;
-        rim_patch_point(patch, share * (cell->i + 0.5) + rest * cell->p,
-                        share * (cell->j + 0.5) + rest * cell->q, &middle);
-        (void)cloth_shear_at(g, cell->i, cell->j, middle.p, middle.q, &shear_deg, &grown);
+        double p = share * (cell->i + 0.5) + rest * cell->p;
+        double q = share * (cell->j + 0.5) + rest * cell->q;
+        (void)cloth_shear_at(g, cell->i, cell->j, p, q, &shear_deg, &grown);
         (void)cloth_shear_at(g, cell->i, cell->j, cell->p, cell->q, &at_rim, NULL);
         double shear = fabs(shear_deg), half = fabs(shear - fabs(at_rim));
-        list_cut(&g->result->cut, patch, shear_deg);
         angle_sincos_deg(90 - shear, &sine, &cosine);
         spread_area(&g->sums->spread, share * sine, shear - half, shear + half, shear);
-        add_turned(g, g->sums, share * sine, vec3_unit(middle.along[0]),
-                   vec3_unit(middle.along[1]));
         g->sums->flat += share;
         g->sums->grown += grown ? share * sine : 0;
+        if (!patch->known) /* beside the tip of a cut: corners lie behind it */
+            continue;
+        list_cut(&g->result->cut, patch, shear_deg);
+        rim_patch_point(patch, p, q, &middle);
+        add_turned(g, g->sums, share * sine, vec3_unit(middle.along[0]),
+                   vec3_unit(middle.along[1]));
     }
 }
 

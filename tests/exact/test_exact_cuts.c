@@ -1,0 +1,258 @@
+/* SPDX-License-Identifier: MIT */
+/* Cuts with exact answers: a cone to its apex, the corner of a box, a slit in a plane. */
+#include "shapes.h"
+#include "solver/drape.h"
+#include "solver/shell/shell.h"
+#include "solver/surface/trim.h"
+#include "tests/check.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const uint64_t SEED = 20261124;
+
+/* Nodes, in spacings; the angle at the tip, in degrees; and shear. */
+struct bounds {
+    enum drape_method method;
+    double node, tip_deg, shear_deg;
+};
+
+static struct surface *surface_of(struct shape *shape, struct arena *arena) {
+    struct nurbs nurbs = shape_nurbs(shape);
+    struct surface *surface;
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    return surface;
+}
+
+/* What all cuts of a developable part leave: everything covered, no shear, and the area. */
+static void check_cloth(const struct drape_result *result, double tip_deg,
+                        const struct bounds *bounds) {
+    assert_int_equal(result->cuts.count, 1);
+    printf("    %-8s %5zu nodes, covers %.6f, area off by %.1e, tip %.9f deg, shear %.1e deg\n",
+           drape_method_names[bounds->method], result->nodes.count, result->summary.cloth_coverage,
+           result->summary.cloth_area / result->summary.part_area - 1,
+           result->cuts.tip_angle_deg[0], result->summary.max_shear_deg);
+    check_below(1 - result->summary.cloth_coverage, 1e-12);
+    check_below(fabs(result->summary.cloth_area / result->summary.part_area - 1), 1e-4);
+    check_below(fabs(result->cuts.tip_angle_deg[0] - tip_deg), bounds->tip_deg);
+    for (size_t k = 0; k < result->nodes.count; k++)
+        check_below(fabs(result->nodes.shear_deg[k]), bounds->shear_deg);
+    for (size_t k = 0; k < result->cells.count; k++)
+        check_below(fabs(result->cells.shear_deg[k]), bounds->shear_deg);
+}
+
+/* A whole cone, cut along a generator to the apex and unrolled about that: a node (i, j) is at i e
+ * + j f, with e and f the directions of the yarns at the start. */
+static void check_cone(double base, double height, const struct bounds *bounds, uint64_t *seed) {
+    static struct shape shape;
+    const double round = 2 * M_PI, turn[2] = {0, round}, apex[2] = {0, height}, rim[2] = {base, 0};
+    struct arena *arena = arena_new((size_t)1 << 30);
+    struct drape_result result = {0};
+    double slant = sqrt(base * base + height * height), share = base / slant;
+    double cut = random_between(seed, 0, round), start = cut + random_between(seed, 1.5, 4.5);
+    double far = random_between(seed, 0.5, 0.7), d = slant / 30;
+    double angle = random_between(seed, 0, 90);
+    shape_frustum(&shape, turn, apex, rim, M_PI / 2);
+    const struct vec3 path[2] = {{base * cos(cut), base * sin(cut), 0}, {0, 0, height}};
+    const struct drape_cut_line line = {path, 2};
+    struct vec3 side = {-sin(start), cos(start), 0};
+    struct drape_settings settings = {
+        .method = bounds->method,
+        .spacing = {d, d},
+        .start_kind = DRAPE_START_POINT,
+        .start_point = {far * base * cos(start), far * base * sin(start), (1 - far) * height},
+        .direction_kind = DRAPE_DIRECTION_VECTOR,
+        .cuts = &line,
+        .cut_count = 1,
+        .max_nodes = 100000};
+    struct vec3 down = {base * cos(start) / slant, base * sin(start) / slant, -height / slant};
+    settings.direction_vector =
+        vec3_axpy(sin(angle * M_PI / 180), down, vec3_scale(cos(angle * M_PI / 180), side));
+    assert_int_equal(drape_solve(&(struct drape_part){.surface = surface_of(&shape, arena)},
+                                 &settings, NULL, arena, &result),
+                     STATUS_OK);
+    check_cloth(&result, 360 * (1 - share), bounds);
+    double worst = 0;
+    for (size_t k = 0; k < result.nodes.count; k++) {
+        double x = result.nodes.x[k], y = result.nodes.y[k], z = result.nodes.z[k];
+        double s = sqrt(x * x + y * y + (height - z) * (height - z)), longitude = atan2(y, x);
+        double behind = longitude - cut - round * floor((longitude - cut) / round);
+        double flat = (behind - (start - cut)) * share;
+        struct vec3 to =
+            vec3_axpy(s * cos(flat) - far * slant, down, vec3_scale(s * sin(flat), side));
+        double i = vec3_dot(to, result.start_warp) / d, j = vec3_dot(to, result.start_weft) / d;
+        worst = fmax(worst, hypot(i - result.nodes.i[k], j - result.nodes.j[k]));
+    }
+    printf("             nodes within %.1e spacings\n", worst);
+    check_below(worst, bounds->node);
+    arena_free(arena);
+}
+
+static void test_cone_cut_to_its_apex_is_flat(void **state) {
+    static const struct bounds all[] = {{DRAPE_GIB, 5e-4, 0.05, 0.05},
+                                        {DRAPE_GEODESIC, 1e-8, 5e-6, 0.05}};
+    uint64_t seed = SEED;
+    (void)state;
+    for (size_t m = 0; m < sizeof all / sizeof *all; m++)
+        for (int k = 0; k < 6; k++)
+            check_cone(100, random_between(&seed, 40, 200), &all[m], &seed);
+}
+
+/* Three planes that meet in a corner, cut along one of their edges. */
+static void test_box_corner_is_flat(void **state) {
+    static const struct bounds all[] = {{DRAPE_GIB, 1e-8, 1e-6, 1e-4},
+                                        {DRAPE_GIB4, 1e-8, 1e-6, 1e-4},
+                                        {DRAPE_GEODESIC, 1e-8, 1e-6, 1e-4}};
+    uint64_t seed = SEED;
+    (void)state;
+    for (int k = 0; k < 12; k++) {
+        static struct shape shape[3];
+        const struct bounds *bounds = &all[k % 3];
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct drape_result result = {0};
+        struct shell_patch patches[3] = {{0}};
+        struct shell_fault fault;
+        struct shell *shell;
+        double a = random_between(&seed, 60, 100), b = random_between(&seed, 60, 100);
+        double c = random_between(&seed, 40, 80), d = 4;
+        const double size[3][2] = {{a, b}, {b, c}, {c, a}};
+        /* the planes z = 0, x = 0, y = 0, by cyclic changes of axes */
+        for (int n = 0; n < 3; n++) {
+            const double x[2] = {n == 2 ? -size[n][0] : 0, n == 2 ? 0 : size[n][0]};
+            const double y[2] = {n == 1 ? -size[n][1] : 0, n == 1 ? 0 : size[n][1]};
+            struct motion motion = {.m = {{0}}};
+            shape_plane(&shape[n], x, y);
+            for (int row = 0; row < 3; row++)
+                motion.m[(row + n) % 3][row] = 1;
+            shape_move(&shape[n], &motion);
+            patches[n].surface = surface_of(&shape[n], arena);
+        }
+        assert_int_equal(shell_make(patches, 3, 0, arena, &shell, &fault), STATUS_OK);
+        double angle = random_between(&seed, 0, M_PI / 2);
+        const struct vec3 path[2] = {{0, 0, -c}, {0, 0, 0}};
+        const struct drape_cut_line line = {path, 2};
+        struct drape_settings settings = {
+            .method = bounds->method,
+            .spacing = {d, d},
+            .start_kind = DRAPE_START_POINT,
+            .start_point = {random_between(&seed, 20, 50), random_between(&seed, 20, 50), 0},
+            .direction_kind = DRAPE_DIRECTION_VECTOR,
+            .direction_vector = {cos(angle), sin(angle), 0},
+            .cuts = &line,
+            .cut_count = 1,
+            .max_nodes = 100000};
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result),
+            STATUS_OK);
+        check_cloth(&result, 90, bounds);
+        check_below(fabs(result.cuts.area[0] - c * c / 2), 1e-3 * c * c);
+        check_below(fabs(result.cuts.mouth_width[0] - c * sqrt(2)), 1e-3 * c);
+        double worst = 0; /* of nodes: the planes unfolded into z = 0 about x = 0 and y = 0 */
+        for (size_t n = 0; n < result.nodes.count; n++) {
+            struct vec3 flat = {result.nodes.x[n], result.nodes.y[n], 0};
+            bool on_x = fabs(result.nodes.x[n]) < 1e-9 && result.nodes.z[n] < 0;
+            flat.x += on_x ? result.nodes.z[n] : 0;
+            flat.y += !on_x && result.nodes.z[n] < 0 ? result.nodes.z[n] : 0;
+            struct vec3 to = vec3_sub(flat, settings.start_point);
+            double i = vec3_dot(to, result.start_warp) / d, j = vec3_dot(to, result.start_weft) / d;
+            worst = fmax(worst, hypot(i - result.nodes.i[n], j - result.nodes.j[n]));
+        }
+        printf("             nodes within %.1e spacings\n", worst);
+        check_below(worst, bounds->node);
+        arena_free(arena);
+    }
+}
+
+/* A slit opens nothing: all nodes are those of the sheet without it, but for a few that the cut
+ * leaves without a yarn between it and an edge, and its lips lie on each other. */
+static void test_slit_in_a_plane_changes_nothing(void **state) {
+    uint64_t seed = SEED;
+    (void)state;
+    for (int k = 0; k < 24; k++) {
+        static struct shape shape;
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct drape_result whole = {0}, slit = {0};
+        const double x[2] = {0, 100}, y[2] = {0, 80};
+        double angle = random_between(&seed, 0, M_PI);
+        shape_plane(&shape, x, y);
+        struct vec3 path[3] = {{random_between(&seed, 20, 80), 80, 0},
+                               {random_between(&seed, 20, 80), 60, 0},
+                               {random_between(&seed, 20, 80), random_between(&seed, 40, 50), 0}};
+        const struct drape_cut_line line = {path, 3};
+        struct drape_settings settings = {
+            .method = k % 2 ? DRAPE_GEODESIC : DRAPE_GIB,
+            .spacing = {4, 4},
+            .start_kind = DRAPE_START_POINT,
+            .start_point = {random_between(&seed, 10, 90), random_between(&seed, 5, 30), 0},
+            .direction_kind = DRAPE_DIRECTION_VECTOR,
+            .direction_vector = {cos(angle), sin(angle), 0},
+            .max_nodes = 100000};
+        const struct drape_part part = {.surface = surface_of(&shape, arena)};
+        assert_int_equal(drape_solve(&part, &settings, NULL, arena, &whole), STATUS_OK);
+        settings.cuts = &line;
+        settings.cut_count = 1;
+        assert_int_equal(drape_solve(&part, &settings, NULL, arena, &slit), STATUS_OK);
+        size_t at = 0;
+        for (size_t n = 0; n < slit.nodes.count; n++, at++) {
+            while (at < whole.nodes.count &&
+                   (whole.nodes.i[at] != slit.nodes.i[n] || whole.nodes.j[at] != slit.nodes.j[n]))
+                at++;
+            assert_true(at < whole.nodes.count);
+            check_below(
+                hypot(slit.nodes.x[n] - whole.nodes.x[at], slit.nodes.y[n] - whole.nodes.y[at]),
+                4e-9);
+        }
+        assert_true(slit.nodes.count + 3 >= whole.nodes.count);
+        check_below(1 - slit.summary.cloth_coverage, 1e-12);
+        check_below(fabs(slit.summary.cloth_area - 8000), 0.02);
+        check_below(fabs(slit.cuts.tip_angle_deg[0]), 1e-4);
+        check_below(fabs(slit.cuts.area[0]), 0.02);
+        assert_true(slit.cells.count < whole.cells.count);
+        arena_free(arena);
+    }
+}
+
+/* What cannot be a cut is told with its number. */
+static void test_what_is_no_cut_is_told(void **state) {
+    static struct shape shape;
+    const double x[2] = {0, 100}, y[2] = {0, 80};
+    static const struct {
+        struct vec3 path[2];
+        enum cut_fault_kind kind;
+    } cases[] = {{{{50, 60, 0}, {50, 30, 0}}, CUT_BEGINS_INSIDE},
+                 {{{50, 80, 0}, {50, 0, 0}}, CUT_SPLITS},
+                 {{{50, 80, 0}, {50, 78, 0}}, CUT_SHORT},
+                 {{{20, 80, 0}, {20, 10, 0}}, CUT_AT_START},
+                 {{{50, 80, 9}, {50, 30, 9}}, CUT_OFF_PART},
+                 {{{100, 60, 0}, {60, 60, 0}}, CUT_CROSSES}};
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct drape_result result = {0};
+        const struct vec3 first[2] = {{70, 80, 0}, {70, 30, 0}};
+        const struct drape_cut_line lines[2] = {{first, 2}, {cases[k].path, 2}};
+        shape_plane(&shape, x, y);
+        struct drape_settings settings = {.spacing = {4, 4},
+                                          .start_kind = DRAPE_START_POINT,
+                                          .start_point = {20, 20, 0},
+                                          .cuts = lines,
+                                          .cut_count = 2,
+                                          .max_nodes = 100000};
+        assert_int_equal(drape_solve(&(struct drape_part){.surface = surface_of(&shape, arena)},
+                                     &settings, NULL, arena, &result),
+                         STATUS_CUT);
+        assert_int_equal(result.faulty_cut.kind, cases[k].kind);
+        assert_int_equal(result.faulty_cut.cut, 1);
+        arena_free(arena);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_cone_cut_to_its_apex_is_flat),
+        cmocka_unit_test(test_box_corner_is_flat),
+        cmocka_unit_test(test_slit_in_a_plane_changes_nothing),
+        cmocka_unit_test(test_what_is_no_cut_is_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
