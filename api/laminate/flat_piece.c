@@ -11,10 +11,6 @@
  * it passes the rim; and how far beside a split the yarns are looked at. */
 static const double step = 0.5, beyond = 1.5, beside = 0.75;
 
-/* Posts next to each other may be so often their distance apart on the cloth, and so many spacings
- * more. */
-static const double stretch = 4, slack = 0.5;
-
 static const double degrees = 57.295779513082321;
 
 bool split_posts_make(const struct laminate_pieces *pieces, struct arena *arena,
@@ -111,24 +107,29 @@ static bool go_on(struct segments *segments, const double a[2], const double b[2
     return !(hypot(x, y) > 0) || segments_add(segments, b, end, (int32_t)number);
 }
 
-/* Adds the splits where they are on the cloth; each goes on a little where it leaves that. */
+/* Adds the splits, each from its first place on the cloth to its last, straight where it leaves the
+ * cloth or the cloth has collapsed between, so that it still divides; and a little beyond both. */
 static bool add_splits(const struct map_net *net, const struct split_posts *posts,
                        const struct traced *traced, struct segments *segments) {
     double far = beyond * net->spacing;
-    bool before = false, good = true; /* there is a segment to this post */
-    for (size_t k = 0; k < posts->count && good; k++) {
-        double length = posts->list[k].length;
-        const double *at = traced[k].at, *next = traced[k + (length > 0)].at;
-        bool follows =
-            length > 0 && traced[k].there && traced[k + 1].there &&
-            hypot(next[0] - at[0], next[1] - at[1]) <= stretch * length + slack * net->spacing;
-        if (before && !follows)
-            good = go_on(segments, traced[k - 1].at, at, far, k - 1);
-        if (follows && !before)
-            good = good && go_on(segments, next, at, far, k);
-        if (follows)
-            good = good && segments_add(segments, at, next, (int32_t)k);
-        before = follows;
+    bool good = true;
+    for (size_t first = 0, end; first < posts->count && good; first = end) {
+        size_t before = posts->count; /* the last post on the cloth; and the one before that */
+        const double *from = NULL;
+        for (end = first; end < posts->count && (end == first || posts->list[end - 1].length > 0);
+             end++) {
+            if (!traced[end].there)
+                continue;
+            if (before < posts->count) {
+                if (!from)
+                    good = good && go_on(segments, traced[end].at, traced[before].at, far, before);
+                from = traced[before].at;
+                good = good && segments_add(segments, from, traced[end].at, (int32_t)(end - 1));
+            }
+            before = end;
+        }
+        if (from)
+            good = good && go_on(segments, from, traced[before].at, far, before - 1);
     }
     return good;
 }
@@ -193,6 +194,14 @@ enum api_problem_id flat_piece_make(const struct map_net *net, const struct poly
     if (piece->region.count == 0)
         return api_problem_set(problem, API_INVALID_REQUEST,
                                "a piece starts beyond its own cloth: give it another start");
+    bool bounded = false;
+    for (size_t k = 0; k < piece->region.count; k++)
+        bounded = bounded || numbers[k] >= 0;
+    if (!bounded)
+        return api_problem_set(
+            problem, API_INVALID_REQUEST,
+            "no split bounds a piece on its own cloth, which collapses before it "
+            "gets there: give the piece another start or direction");
     piece->numbers = malloc(piece->region.count * sizeof *piece->numbers);
     piece->sides = calloc(posts->count, sizeof *piece->sides);
     if (!piece->numbers || !piece->sides)
