@@ -208,7 +208,8 @@ static size_t prune(struct edge *edges, size_t count, size_t *degree) {
     return count;
 }
 
-static struct edge *find_edges(const struct arrangement *a, struct meeting *m, size_t *count) {
+static struct edge *find_split_edges(const struct arrangement *a, struct meeting *m,
+                                     size_t *count) {
     struct edge *edges = arena_take(a->arena, m->count, sizeof *edges);
     size_t *degree = arena_alloc(a->arena, a->node_count, sizeof *degree), kept = 0;
     *count = 0;
@@ -296,7 +297,7 @@ struct arrangement *arrangement_make(const struct segments *segments, struct are
         a->reach = m.reach = same * hypot(high[0] - low[0], high[1] - low[1]);
     if (!find_meetings(&m, segments->count) || !name_nodes(a, &m))
         return NULL;
-    struct edge *edges = find_edges(a, &m, &count);
+    struct edge *edges = find_split_edges(a, &m, &count);
     return edges && sort_halves(a, edges, count) ? a : NULL;
 }
 

@@ -146,7 +146,7 @@ static size_t most_posts(const struct drape_cut_line *split, double size) {
 
 /* ---- regions ---- */
 
-static struct vec3 middle_of(const struct mesh *mesh, int32_t triangle) {
+static struct vec3 region_middle(const struct mesh *mesh, int32_t triangle) {
     struct vec3 p[3];
     mesh_corner_points(mesh, triangle, p);
     return vec3_scale(1.0 / 3, vec3_add(p[0], vec3_add(p[1], p[2])));
@@ -154,7 +154,7 @@ static struct vec3 middle_of(const struct mesh *mesh, int32_t triangle) {
 
 static bool is_cut_away(const struct drape_part *part, const struct mesh *mesh, int32_t triangle) {
     double uv[2];
-    const struct mesh_point at = {triangle, middle_of(mesh, triangle)};
+    const struct mesh_point at = {triangle, region_middle(mesh, triangle)};
     if (!part->surface || !part->trim)
         return false;
     mesh_parameters(mesh, &at, uv);
@@ -164,8 +164,8 @@ static bool is_cut_away(const struct drape_part *part, const struct mesh *mesh, 
 enum { UNSEEN = -2 };
 
 /* Gives a number to all triangles that are reached from one; their area. */
-static double flood(struct division *d, int32_t from, int32_t number, int32_t *queue,
-                    size_t *reached) {
+static double flood_region(struct division *d, int32_t from, int32_t number, int32_t *queue,
+                           size_t *reached) {
     double area = 0;
     size_t done = 0, count = 0;
     queue[count++] = from;
@@ -176,7 +176,8 @@ static double flood(struct division *d, int32_t from, int32_t number, int32_t *q
         for (int k = 0; k < 3; k++) {
             int32_t twin = d->mesh->twins[3 * t + k], next = twin / 3;
             if (twin == MESH_NONE || d->region[next] != UNSEEN ||
-                curtain_parts(d->curtain, middle_of(d->mesh, t), middle_of(d->mesh, next), NULL))
+                curtain_parts(d->curtain, region_middle(d->mesh, t), region_middle(d->mesh, next),
+                              NULL))
                 continue;
             d->region[next] = number;
             queue[count++] = next;
@@ -187,16 +188,16 @@ static double flood(struct division *d, int32_t from, int32_t number, int32_t *q
 }
 
 /* The place of a region nearest to the mean of its area; and its depth, by posts of the splits. */
-static void measure_region(const struct division *d, const int32_t *own, size_t count,
-                           const struct curtain_post *posts, size_t post_count,
-                           struct division_region *region) {
+static void measure_division(const struct division *d, const int32_t *own, size_t count,
+                             const struct curtain_post *posts, size_t post_count,
+                             struct division_region *region) {
     struct vec3 mean = {0, 0, 0};
     double least = HUGE_VAL;
     for (size_t k = 0; k < count; k++)
         mean = vec3_axpy(mesh_twice_area(d->mesh, own[k]) / (2 * region->area),
-                         middle_of(d->mesh, own[k]), mean);
+                         region_middle(d->mesh, own[k]), mean);
     for (size_t k = 0; k < count; k++) {
-        struct vec3 middle = middle_of(d->mesh, own[k]);
+        struct vec3 middle = region_middle(d->mesh, own[k]);
         double distance = vec3_distance(middle, mean), depth = HUGE_VAL;
         if (distance < least) {
             least = distance;
@@ -210,7 +211,7 @@ static void measure_region(const struct division *d, const int32_t *own, size_t 
     size_t number = (size_t)(region - d->regions);
     if (mesh_nearest(d->mesh, mean, MESH_ANY, &near, NULL) &&
         d->region[near.triangle] == (int32_t)number &&
-        !curtain_parts(d->curtain, near.r, middle_of(d->mesh, near.triangle), NULL))
+        !curtain_parts(d->curtain, near.r, region_middle(d->mesh, near.triangle), NULL))
         region->middle = near.r;
 }
 
@@ -224,7 +225,8 @@ int32_t division_region_at(const struct division *d, struct vec3 r) {
     queue[0] = near.triangle;
     for (size_t done = 0; done < count; done++) {
         int32_t t = queue[done];
-        if (d->region[t] >= 0 && !curtain_parts(d->curtain, near.r, middle_of(d->mesh, t), NULL))
+        if (d->region[t] >= 0 &&
+            !curtain_parts(d->curtain, near.r, region_middle(d->mesh, t), NULL))
             return d->region[t];
         for (int k = 0; k < 3 && count < ROUND; k++) {
             int32_t twin = d->mesh->twins[3 * t + k];
@@ -283,9 +285,9 @@ bool division_make(const struct drape_part *part, const struct mesh *mesh, doubl
         if (d->region[t] != UNSEEN)
             continue;
         struct division_region *own = &d->regions[d->count];
-        own->area = flood(d, (int32_t)t, (int32_t)d->count, queue, &reached);
+        own->area = flood_region(d, (int32_t)t, (int32_t)d->count, queue, &reached);
         if (own->area > sliver * size * size) {
-            measure_region(d, queue, reached, posts, count, own);
+            measure_division(d, queue, reached, posts, count, own);
             d->count++;
             continue;
         }

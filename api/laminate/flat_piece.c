@@ -100,8 +100,8 @@ static struct traced *trace_posts(const struct map_net *net, const struct split_
 }
 
 /* Goes on straight from b, to which it came from a. */
-static bool go_on(struct segments *segments, const double a[2], const double b[2], double length,
-                  size_t number) {
+static bool extend_piece(struct segments *segments, const double a[2], const double b[2],
+                         double length, size_t number) {
     double x = b[0] - a[0], y = b[1] - a[1], share = length / hypot(x, y);
     const double end[2] = {b[0] + share * x, b[1] + share * y};
     return !(hypot(x, y) > 0) || segments_add(segments, b, end, (int32_t)number);
@@ -122,14 +122,15 @@ static bool add_splits(const struct map_net *net, const struct split_posts *post
                 continue;
             if (before < posts->count) {
                 if (!from)
-                    good = good && go_on(segments, traced[end].at, traced[before].at, far, before);
+                    good = good &&
+                           extend_piece(segments, traced[end].at, traced[before].at, far, before);
                 from = traced[before].at;
                 good = good && segments_add(segments, from, traced[end].at, (int32_t)(end - 1));
             }
             before = end;
         }
         if (from)
-            good = good && go_on(segments, from, traced[before].at, far, before - 1);
+            good = good && extend_piece(segments, from, traced[before].at, far, before - 1);
     }
     return good;
 }

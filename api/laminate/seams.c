@@ -8,7 +8,7 @@
  * of which it lies; these ways are opposite, so that the lines differ by the difference of both.
  * Pieces that are seen from different sides have the same way.
  */
-static double angle_between(const struct split_side *a, const struct split_side *b) {
+static double yarns_angle(const struct split_side *a, const struct split_side *b) {
     double other = a->forward == b->forward ? -b->warp_deg : b->warp_deg;
     return fabs(remainder(a->warp_deg - other, 180));
 }
@@ -22,7 +22,7 @@ static void look_along(const struct flat_piece *a, const struct flat_piece *b,
         if (!a->sides[k].there || !b->sides[k].there)
             continue;
         seam->length += length;
-        double angle = angle_between(&a->sides[k], &b->sides[k]);
+        double angle = yarns_angle(&a->sides[k], &b->sides[k]);
         if (isnan(angle))
             continue;
         weight += length;

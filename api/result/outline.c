@@ -397,7 +397,7 @@ static int compare_sides(const void *a, const void *b) {
     return (x->at > y->at) - (x->at < y->at);
 }
 
-static int compare_places(const void *a, const void *b) {
+static int compare_outline_places(const void *a, const void *b) {
     const double *x = a, *y = b;
     return (*x > *y) - (*x < *y);
 }
@@ -410,7 +410,7 @@ static void add_rest(struct builder *b, const struct side *sides, size_t count) 
         places[found++] = sides[k].from;
         places[found++] = sides[k].to;
     }
-    qsort(places, found, sizeof *places, compare_places);
+    qsort(places, found, sizeof *places, compare_outline_places);
     for (size_t k = 0; k + 1 < found; k++) {
         double low = places[k], high = places[k + 1], line = sides->line;
         int sense = 0;

@@ -404,7 +404,7 @@ static bool source_make(struct source *source, const struct polygons *of, const 
            grid_make(&source->grid, of, source->ends, source->most);
 }
 
-static void source_free(struct source *source) {
+static void free_polygon_source(struct source *source) {
     grid_free(&source->grid);
     free(source->ends);
     free(source->before);
@@ -413,7 +413,7 @@ static void source_free(struct source *source) {
 /* Whether (x, y), of the parallel of an edge that is `own` away, is nearer to segment a than that
  * one's distance. Beyond an end it is the lesser one of both parts that meet there; and an edge of
  * another part may come near from within, as a lip does at a sharp corner. */
-static bool is_within(const struct source *source, size_t a, double own, double x, double y) {
+static bool lies_in_polygon(const struct source *source, size_t a, double own, double x, double y) {
     const struct polygons_point *points = source->grid.of->points;
     const struct polygons_point *p = &points[a], *q = &points[source->ends[a]];
     double dx = q->x - p->x, dy = q->y - p->y, wx = x - p->x, wy = y - p->y;
@@ -455,7 +455,7 @@ static bool is_parallel(const struct chains *chains, const struct chain *chain,
         for (int sx = from[0]; sx <= to[0]; sx++) {
             size_t square = (size_t)sy * (size_t)grid->size[0] + (size_t)sx;
             for (size_t m = grid->first[square]; m < grid->first[square + 1]; m++)
-                if (is_within(source, grid->entries[m], own, x, y))
+                if (lies_in_polygon(source, grid->entries[m], own, x, y))
                     return false;
         }
     return true;
@@ -573,7 +573,7 @@ bool polygons_widen(const struct polygons *polygons, const double *distance,
     polygons_free(&chains.points);
     free(chains.all);
     free(cuts.all);
-    source_free(&source);
+    free_polygon_source(&source);
     grid_free(&grid);
     free(raw_ends);
     return good;

@@ -53,8 +53,8 @@ static const struct rim_seer *find_seer(struct rim_cloth *cloth, int32_t i, int3
 /* The place `to` by its geodesic to a node, unless a cut parts that from what is looked at. It is
  * looked for from the place: rays that come to a tip end far apart on both sides of it, those that
  * leave it do not. They set off to the side of what is looked at. */
-static bool see_from(struct rim_cloth *cloth, const struct rim_seer *seer,
-                     const struct surface_point *to, struct rim_cloth_point *place) {
+static bool seen_along(struct rim_cloth *cloth, const struct rim_seer *seer,
+                       const struct surface_point *to, struct rim_cloth_point *place) {
     struct march *march = cloth->march;
     const double *d = march->settings->spacing;
     const struct vec3 along[2] = {vec3_scale(d[0], seer->yarn[0]), vec3_scale(d[1], seer->yarn[1])};
@@ -103,7 +103,7 @@ bool rim_cloth_see_well(struct rim_cloth *cloth, const struct surface_point *to,
             return false;
         tried |= 1u << nearest;
         const struct rim_seer *seer = find_seer(cloth, i + nearest % ACROSS, j + nearest / ACROSS);
-        if (seer && see_from(cloth, seer, to, place))
+        if (seer && seen_along(cloth, seer, to, place))
             return true;
         tries += seer != NULL;
     }
