@@ -28,6 +28,10 @@ struct passages {
 
 /* ---- shares ---- */
 
+/* Where the cloth ends on a side of cells, what does not reach the rim belongs to the cell beyond:
+ * so much of it is rounding. */
+static const double shortest_loose = 1e-9;
+
 /* Adds a piece to the passage of its cell: the last, or a new one. */
 static void add_passage(struct passages *c, const struct rim_piece *piece) {
     double p = (piece->from[0] + piece->to[0]) / 2, q = (piece->from[1] + piece->to[1]) / 2;
@@ -48,7 +52,7 @@ static void add_passage(struct passages *c, const struct rim_piece *piece) {
     own->length += weight;
     own->p += weight * p;
     own->q += weight * q;
-    own->loose = own->loose || piece->loose;
+    own->loose = own->loose || (piece->loose && weight > shortest_loose);
 }
 
 static int compare_passages(const void *a, const void *b) {

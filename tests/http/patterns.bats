@@ -52,9 +52,9 @@ stack() {
     jq '.direction.angle_deg = 0' "$BOX" >"$BATS_TEST_TMPDIR/box.json"
     "$DRAPE" "$BATS_TEST_TMPDIR/box.json" --format svg -o "$BATS_TEST_TMPDIR/box.svg" 2>/dev/null
     # A cross: the cells of the top and of each wall end at lines of the net, 95 and 60 from the start;
-    # the walls end at their own edge. Two corners are short of the last row of half a cell's seventh.
-    python3 -c "whole = 190 * 120 + 2 * (155.707963 - 95) * 120 + 2 * (115.707963 - 60) * 190
-assert abs($(area "$BATS_TEST_TMPDIR/box.svg") - whole) < 12, ($(area "$BATS_TEST_TMPDIR/box.svg"), whole)"
+    # the walls end at their own edge. All four corners are alike.
+    python3 -c "whole = 190 * 120 + 2 * (155.707963268 - 95) * 120 + 2 * (115.707963268 - 60) * 190
+assert abs($(area "$BATS_TEST_TMPDIR/box.svg") - whole) < 1e-3, ($(area "$BATS_TEST_TMPDIR/box.svg"), whole)"
 }
 
 @test "machines get no pattern that leaves some bare, unless it is asked for" {
