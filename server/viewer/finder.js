@@ -5,7 +5,7 @@ import { cancel, explain } from './api.js';
 import { drawScale } from './charts.js';
 import { element } from './dom.js';
 import { format, rangeOf, withUnit } from './fields.js';
-import { numbersOf } from './form.js';
+import { numberOf, numbersOf } from './form.js';
 import { drawFront, drawPolar } from './plots.js';
 import {
   frontOf,
@@ -41,7 +41,7 @@ export class Finder {
   }
 
   get #settings() {
-    const number = (id) => Number(element(id).value);
+    const number = (id) => numberOf(element(id).value);
     const optimise = element('find-optimise').checked;
     return {
       starts: number('find-starts'),
