@@ -96,12 +96,10 @@ static void decode_seam(const struct json_value *json, struct laminate_seam *sea
 
 static void decode_splits(const struct json_value *json, struct laminate_pieces *pieces) {
     static const char *const keys[] = {"path", "name", NULL};
-    size_t count = value_array(json, 1) ? value_length(json) : 0;
-    struct drape_cut_line *splits = json_tree_alloc(json->tree, count + 1, sizeof *splits);
-    if (count > LAMINATE_SPLITS_MAX) {
-        value_fault(json, "must have at most %d splits", LAMINATE_SPLITS_MAX);
+    size_t count;
+    if (!decode_count(json, 1, LAMINATE_SPLITS_MAX, "splits", &count))
         return;
-    }
+    struct drape_cut_line *splits = json_tree_alloc(json->tree, count + 1, sizeof *splits);
     for (size_t k = 0; k < count && splits; k++) {
         char name[LAMINATE_NAME_MAX + 1];
         struct json_value split = value_element(json, k), own = value_member(&split, "name");
@@ -121,12 +119,10 @@ static void decode_pieces(const struct json_value *json, const struct api_reques
     static const char *const keys[] = {"at",        "name",         "fabric", "start",
                                        "direction", "generators",   "method", "yarn_path",
                                        "extent",    "permeability", "cuts",   NULL};
-    size_t count = value_array(json, 0) ? value_length(json) : 0;
-    struct laminate_piece *list = json_tree_alloc(json->tree, count + 1, sizeof *list);
-    if (count > LAMINATE_PIECES_MAX) {
-        value_fault(json, "must have at most %d pieces", LAMINATE_PIECES_MAX);
+    size_t count;
+    if (!decode_count(json, 0, LAMINATE_PIECES_MAX, "pieces", &count))
         return;
-    }
+    struct laminate_piece *list = json_tree_alloc(json->tree, count + 1, sizeof *list);
     for (size_t k = 0; k < count && list; k++) {
         struct json_value own = value_element(json, k), at = value_member(&own, "at");
         struct json_value name = value_member(&own, "name");

@@ -156,19 +156,25 @@ void decode_cut_path(const struct json_value *json, struct drape_cut_line *cut) 
         }
 }
 
+bool decode_count(const struct json_value *json, size_t least, int most, const char *what,
+                  size_t *count) {
+    if (!value_array(json, least))
+        return false;
+    *count = value_length(json);
+    return *count <= (size_t)most || value_fault(json, "must have at most %d %s", most, what);
+}
+
 /* The cuts, their names and allowances beside them. */
 static void decode_cuts(const struct json_value *json, struct api_request *request) {
     static const char *const keys[] = {"path", "name", "allowance", NULL};
     static const struct value_range allowances = {0, 1e12, false};
     struct drape_settings *settings = &request->settings;
-    size_t count = value_array(json, 0) ? value_length(json) : 0;
+    size_t count;
+    if (!decode_count(json, 0, API_CUTS_MAX, "cuts", &count))
+        return;
     struct drape_cut_line *cuts = json_tree_alloc(json->tree, count + 1, sizeof *cuts);
     char(*names)[API_CUT_NAME_MAX + 1] = json_tree_alloc(json->tree, count + 1, sizeof *names);
     double *own = json_tree_alloc(json->tree, count + 1, sizeof *own);
-    if (count > API_CUTS_MAX) {
-        value_fault(json, "must have at most %d cuts", API_CUTS_MAX);
-        return;
-    }
     if (!cuts || !names || !own)
         return;
     for (size_t k = 0; k < count; k++) {

@@ -89,6 +89,11 @@ bool material_is_name(const char *text, size_t length);
  * False after a fault. */
 bool material_read(const struct json_value *json, struct api_material *material);
 
+/* How many elements an array has, between `least` and `most` of what it is called in the plural.
+ * False after a fault. */
+bool decode_count(const struct json_value *json, size_t least, int most, const char *what,
+                  size_t *count);
+
 /* The points of a cut or a split, at least two, none the same as the one before. */
 void decode_cut_path(const struct json_value *json, struct drape_cut_line *cut);
 

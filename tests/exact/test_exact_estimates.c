@@ -138,6 +138,16 @@ static uint64_t first_seed(void) {
     return text ? strtoull(text, NULL, 10) : SEED;
 }
 
+/* Prints what the tally of a kind of surfaces comes to, asks that it holds, and gives it back. */
+static void check_tally(struct tally *tally) {
+    double tight = median(tally);
+    printf("%.4f of %zu nodes contained, median tightness %.1f\n", contained(tally), tally->nodes,
+           tight);
+    check_at_least(contained(tally), CONTAINED);
+    check_below(tight, MEDIAN_TIGHTNESS);
+    free(tally->ratio);
+}
+
 static void test_exact_estimates_random(void **state) {
     static struct shape shape;
     static const int cells[LEVELS] = {8, 16, 32};
@@ -154,12 +164,7 @@ static void test_exact_estimates_random(void **state) {
             measure("random", &shape, uv, random_between(&seed, 0, 90), 0.5 / cells[level],
                     cells[level] / 2, &tally);
         }
-        double tight = median(&tally);
-        printf("%.4f of %zu nodes contained, median tightness %.1f\n", contained(&tally),
-               tally.nodes, tight);
-        check_at_least(contained(&tally), CONTAINED);
-        check_below(tight, MEDIAN_TIGHTNESS);
-        free(tally.ratio);
+        check_tally(&tally);
     }
 }
 
@@ -252,12 +257,7 @@ static void test_exact_estimates_over_fillets(void **state) {
         int n = (int)random_between(&seed, 8, 32);
         measure("fillets", &shape, uv, random_between(&seed, 0, 90), 0.45 / n, n, &tally);
     }
-    double tight = median(&tally);
-    printf("%.4f of %zu nodes contained, median tightness %.1f\n", contained(&tally), tally.nodes,
-           tight);
-    check_at_least(contained(&tally), CONTAINED);
-    check_below(tight, MEDIAN_TIGHTNESS);
-    free(tally.ratio);
+    check_tally(&tally);
 }
 
 /* A cubic sheet with waves in one direction of radii from one to some spacings, all but
@@ -296,12 +296,7 @@ static void test_exact_estimates_nearly_developable(void **state) {
         measure_by(MUCH_FINER, "waves", &shape, uv, random_between(&seed, 0, 90),
                    random_between(&seed, 0.07, 0.14), 10, &tally);
     }
-    double tight = median(&tally);
-    printf("%.4f of %zu nodes contained, median tightness %.1f\n", contained(&tally), tally.nodes,
-           tight);
-    check_at_least(contained(&tally), CONTAINED);
-    check_below(tight, MEDIAN_TIGHTNESS);
-    free(tally.ratio);
+    check_tally(&tally);
 }
 
 int main(void) {
