@@ -245,6 +245,33 @@ static void summarise(const struct api_request *request, const struct drape_resu
     verdict_judge(&judged, &summary->verdict);
 }
 
+/* What the header of a result tells beside its summary. */
+static void make_header(const struct api_request *request, const struct drape_result *result,
+                        bool on_faces, struct api_columns *header) {
+    const struct drape_settings *settings = &request->settings;
+    const struct drape_zero *zero = &settings->zero;
+    *header = (struct api_columns){
+        .grid = {.warp = {result->warp_range[0], result->warp_range[1]},
+                 .weft = {result->weft_range[0], result->weft_range[1]},
+                 .spacing = {settings->spacing[0], settings->spacing[1]}},
+        .start = {.face = on_faces ? result->start_face : -1,
+                  .uv = {result->start_uv[0], result->start_uv[1]},
+                  .point = result->start_point,
+                  .warp = result->start_warp,
+                  .weft = result->start_weft},
+        .unit = request->length_unit,
+        .cut_count = settings->cut_count,
+    };
+    if (zero->kind == DRAPE_ZERO_ROSETTE) {
+        header->start.zero = result->start_zero;
+        header->start.rosette =
+            (struct api_rosette){request->rosette_origin, zero->x,
+                                 vec3_norm2(zero->z) > 0 ? zero->z : result->start_side};
+    }
+    for (size_t k = 0; k < header->cut_count; k++)
+        memcpy(header->cut_names[k], request->cut_names[k], sizeof header->cut_names[k]);
+}
+
 enum api_problem_id api_run_in(struct arena *arena, const struct api_input *input,
                                const struct api_limits *limits, const struct drape_monitor *monitor,
                                const struct api_sink *sink, struct api_problem *problem) {
@@ -287,26 +314,8 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
                                       : 1;
     const struct warnings_subject subject = {&request, &result, part, components};
     struct api_fields fields;
-    struct api_columns header = {
-        .grid = {.warp = {result.warp_range[0], result.warp_range[1]},
-                 .weft = {result.weft_range[0], result.weft_range[1]},
-                 .spacing = {request.settings.spacing[0], request.settings.spacing[1]}},
-        .start = {.face = part->shell ? result.start_face : -1,
-                  .uv = {result.start_uv[0], result.start_uv[1]},
-                  .point = result.start_point,
-                  .warp = result.start_warp,
-                  .weft = result.start_weft},
-        .unit = request.length_unit,
-    };
-    const struct drape_zero *zero = &request.settings.zero;
-    if (zero->kind == DRAPE_ZERO_ROSETTE) {
-        header.start.zero = result.start_zero;
-        header.start.rosette = (struct api_rosette){
-            request.rosette_origin, zero->x, vec3_norm2(zero->z) > 0 ? zero->z : result.start_side};
-    }
-    header.cut_count = request.settings.cut_count;
-    for (size_t k = 0; k < header.cut_count; k++)
-        memcpy(header.cut_names[k], request.cut_names[k], sizeof header.cut_names[k]);
+    struct api_columns header;
+    make_header(&request, &result, part->shell, &header);
     summarise(&request, &result, solve_ms, &header.summary);
     warnings_make(&subject, &header.summary);
     if (api_fields_list(&fields, &request, &result, arena) != STATUS_OK)

@@ -206,6 +206,20 @@ void api_normalise_rosette(struct api_text *text, const struct api_request *requ
     api_text_raw(text, "}");
 }
 
+static void normalise_cuts(struct api_text *text, const struct api_request *request) {
+    api_text_key(text, "cuts");
+    for (size_t k = 0; k < request->settings.cut_count; k++) {
+        const struct drape_cut_line *cut = &request->settings.cuts[k];
+        api_text_raw(text, k ? ",{" : "[{");
+        api_text_key_rows(text, "path", &cut->path[0].x, 3, cut->count);
+        api_text_key_string(text, "name", request->cut_names[k]);
+        if (request->cut_allowances[k] > 0)
+            api_text_key_number(text, "allowance", request->cut_allowances[k]);
+        api_text_raw(text, "}");
+    }
+    api_text_raw(text, "]");
+}
+
 void api_normalise_cloth(struct api_text *text, const struct api_request *request,
                          const struct api_start *chosen) {
     const struct drape_settings *settings = &request->settings;
@@ -257,19 +271,8 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     api_text_raw(text, "}");
     api_text_key_string(text, "method", drape_method_names[settings->method]);
     api_text_key_string(text, "yarn_path", api_yarn_path_names[settings->yarn_path]);
-    if (settings->cut_count) {
-        api_text_key(text, "cuts");
-        for (size_t k = 0; k < settings->cut_count; k++) {
-            const struct drape_cut_line *cut = &settings->cuts[k];
-            api_text_raw(text, k ? ",{" : "[{");
-            api_text_key_rows(text, "path", &cut->path[0].x, 3, cut->count);
-            api_text_key_string(text, "name", request->cut_names[k]);
-            if (request->cut_allowances[k] > 0)
-                api_text_key_number(text, "allowance", request->cut_allowances[k]);
-            api_text_raw(text, "}");
-        }
-        api_text_raw(text, "]");
-    }
+    if (settings->cut_count)
+        normalise_cuts(text, request);
     if (!settings->has_extent[0] && !settings->has_extent[1])
         return;
     api_text_key_object(text, "extent");
