@@ -217,6 +217,7 @@ static void summarise(const struct api_request *request, const struct drape_resu
         .p95_shear_deg = s->p95_shear_deg,
         .mean_shear_deg = s->mean_shear_deg,
         .locked_cells = api_fields_count(COLUMN_CELLS_locked, request, &result->cells),
+        .severity_max = api_fields_most(COLUMN_CELLS_severity, request, &result->cells),
         .packing_exceeded_cells =
             api_fields_count(COLUMN_CELLS_packing_exceeded, request, &result->cells),
         .residual_max = s->residual_max,
@@ -238,7 +239,9 @@ static void summarise(const struct api_request *request, const struct drape_resu
     double whole = rigid ? summary->cloth_area * request->cavity.height : ply;
     summary->fiber_volume = given ? fraction * ply : -1;
     summary->pore_volume = given ? fmax(whole - fraction * ply, 0) : -1;
-    struct verdict_case judged = verdict_case_of(result, verdict_shear_limit(request));
+    double limit_deg[2];
+    verdict_shear_limits(request, limit_deg);
+    struct verdict_case judged = verdict_case_of(result, limit_deg);
     judged.packed_cells = summary->packing_exceeded_cells;
     judged.remedy =
         "another start or direction may do (a study finds it), else cut the cloth there";

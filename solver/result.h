@@ -108,6 +108,10 @@ struct drape_summary {
     double mean_shear_deg;       /* of the absolute shear, by area, the cells that the rim cuts
                                     included */
     double p95_shear_deg;        /* 95 % of the area has less */
+    struct drape_most {          /* of positive [0] and of negative shear: */
+        double shear_deg;        /* the largest absolute one, 0 where there is none, .. */
+        struct vec3 point;       /* .. and where */
+    } most[2];
     bool overlaps; /* in the flat the rim crosses itself: some of the cloth would have to be in two
                       places of the part */
     double residual_max;           /* largest |edge / promised length - 1| */
@@ -162,13 +166,14 @@ struct drape_statistics {
     double wanted_deg;  /* mean angle by area, 0..90, between warp and `wanted` projected on the
                            surface; of places where it has no projection 45 */
     double area[DRAPE_SHEAR_BINS]; /* whose absolute shear is DRAPE_SHEAR_BIN times b .. b + 1 */
-    double lower[2], upper[2];     /* the box round the unsheared cloth: least and greatest p and q,
-                                      of the rim if there is one, else of the nodes */
-    const struct vec3 *middle;     /* asked for: of so many divisions, to each of which belongs the
-                                      cloth that its middle is the nearest of */
-    size_t divisions;              /* at most DRAPE_DIVISIONS; 0: not asked */
-    double most[DRAPE_DIVISIONS];  /* the largest absolute shear of each, degrees; 0 without cloth.
-                                      The largest of all is `max_shear_deg` of the summary */
+    double negative[DRAPE_SHEAR_BINS]; /* of that, whose shear is negative */
+    double lower[2], upper[2];    /* the box round the unsheared cloth: least and greatest p and q,
+                                     of the rim if there is one, else of the nodes */
+    const struct vec3 *middle;    /* asked for: of so many divisions, to each of which belongs the
+                                     cloth that its middle is the nearest of */
+    size_t divisions;             /* at most DRAPE_DIVISIONS; 0: not asked */
+    double most[DRAPE_DIVISIONS]; /* the largest absolute shear of each, degrees; 0 without cloth.
+                                     The largest of all is `max_shear_deg` of the summary */
 };
 
 #endif

@@ -182,6 +182,7 @@ static const struct {
     {"95 % of the area below", MEMBER(p95_shear_deg), 1, " degrees", 0, false},
     {"Mean shear", MEMBER(mean_shear_deg), 1, " degrees", 0, false},
     {"Locked cells", MEMBER(locked_cells), 1, "", 0, true},
+    {"Greatest severity of shear", MEMBER(severity_max), 1, "", 0, true},
     {"Cells beyond the packing limit", MEMBER(packing_exceeded_cells), 1, "", 0, true},
     {"Area of the part", MEMBER(part_area), 1, "", 2, false},
     {"Area of the cloth", MEMBER(cloth_area), 1, "", 2, false},

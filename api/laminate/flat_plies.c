@@ -3,6 +3,7 @@
 
 #include "api/map/net.h"
 #include "api/result/flat_pattern.h"
+#include "api/result/shear_limit.h"
 #include "clip.h"
 #include "region.h"
 #include <math.h>
@@ -76,8 +77,8 @@ static struct cell *cells_passed(const struct region *region, size_t *count, str
  * its splits in the net alone, only those that it has whole. False when they cannot be read. */
 static bool add_cells_inside(const struct api_reader *reader, const struct api_columns *columns,
                              enum api_table table, const struct region *region,
-                             const struct cell *passed, size_t passed_count, double locking_deg,
-                             struct flat_ply *shape) {
+                             const struct cell *passed, size_t passed_count,
+                             const struct api_fabric *fabric, struct flat_ply *shape) {
     enum { BLOCK = 512, COLUMNS = 3 };
     static const char *const names[COLUMNS] = {"i", "j", "shear_deg"};
     double block[COLUMNS][BLOCK];
@@ -92,7 +93,7 @@ static bool add_cells_inside(const struct api_reader *reader, const struct api_c
         for (size_t k = 0; k < held; k++) {
             const double middle[2] = {block[0][k] + 0.5, block[1][k] + 0.5};
             const struct cell key = {(int32_t)block[0][k], (int32_t)block[1][k]};
-            double shear_deg = fabs(block[2][k]);
+            double signed_deg = block[2][k], shear_deg = fabs(signed_deg);
             bool cut = bsearch(&key, passed, passed_count, sizeof *passed, compare_ply_cells);
             if (shape->piece ? cut || !region_contains(region, middle)
                              : !cut && !region_contains(region, middle))
@@ -101,7 +102,7 @@ static bool add_cells_inside(const struct api_reader *reader, const struct api_c
             shape->cosine += cos(shear_deg / degrees);
             counted++;
             shape->locked_cells +=
-                table == API_TABLE_CELLS && locking_deg >= 0 && shear_deg > locking_deg;
+                table == API_TABLE_CELLS && shear_limit_locks(fabric, signed_deg);
         }
     }
     shape->cell_count += counted;
@@ -114,16 +115,16 @@ static enum api_problem_id count_cells(const struct laminate *laminate,
                                        const struct api_columns *columns,
                                        const struct region *region, struct arena *arena,
                                        struct flat_ply *shape, struct api_problem *problem) {
-    double locking_deg = laminate->plies[shape->ply].drape.fabric.locking_angle_deg;
+    const struct api_fabric *fabric = &laminate->plies[shape->ply].drape.fabric;
     size_t count;
     struct cell *passed = cells_passed(region, &count, arena);
     if (!passed)
         return api_problem_no_memory(problem, "the patterns");
     shape->max_shear_deg = shape->cosine = 0;
-    shape->locked_cells = locking_deg >= 0 ? 0 : -1;
+    shape->locked_cells = shear_limit_given(fabric) ? 0 : -1;
     for (int k = 0; k < 2; k++)
         if (!add_cells_inside(reader, columns, k ? API_TABLE_CUT : API_TABLE_CELLS, region, passed,
-                              count, locking_deg, shape))
+                              count, fabric, shape))
             return map_net_damaged(problem);
     shape->cosine = shape->cell_count ? shape->cosine / (double)shape->cell_count : 1;
     return API_OK;

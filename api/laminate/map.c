@@ -4,6 +4,7 @@
 #include "api/map/cavity.h"
 #include "api/map/map_columns.h"
 #include "api/result/permeability.h"
+#include "api/result/shear_limit.h"
 #include "ply_samples.h"
 #include "solver/angle.h"
 #include <stdio.h>
@@ -17,13 +18,15 @@ static const double boundary_away = 2;
 /* Columns that are filled row by row; NULL where they are left out. */
 struct filled {
     double *count, *shear, *thickness, *fraction, *porosity, *pressure;
-    double *k1, *k2, *k3, *direction[3], *locked, *packed, *out_of_table, *tensor[TENSOR_PARTS];
+    double *k1, *k2, *k3, *direction[3], *locked, *severity, *packed, *out_of_table,
+        *tensor[TENSOR_PARTS];
     double *distance, *extrapolated;
 };
 
 struct mapping {
     struct ply_samples at;
-    bool thickness, fraction, law, permeability, locking, table; /* what all, or any, plies have */
+    bool thickness, fraction, law, permeability, locking, limit,
+        table; /* what all, or any, plies have */
     struct filled out;
     struct cavity cavity;
     double *relieved[MAP_RELIEFS]; /* as in map_fields; NULL: nothing gives way */
@@ -52,6 +55,7 @@ static bool add_stack_columns(struct mapping *m) {
                    {permeability, COLUMN_CELLS_k3, &out->k3},
                    {permeability, COLUMN_CELLS_k1_direction, out->direction},
                    {m->locking, COLUMN_CELLS_locked, &out->locked},
+                   {m->limit, COLUMN_CELLS_severity, &out->severity},
                    {both, COLUMN_CELLS_packing_exceeded, &out->packed},
                    {m->table, COLUMN_CELLS_out_of_table, &out->out_of_table},
                    {permeability, COLUMN_CELLS_permeability, out->tensor},
@@ -133,8 +137,11 @@ static void add_ply(struct mapping *m, size_t element, const struct gathered *pl
     bool outside = false;
     if (fabs(shear) > fabs(m->out.shear[element]))
         m->out.shear[element] = shear;
-    if (drape->fabric.locking_angle_deg >= 0 && fabs(shear) > drape->fabric.locking_angle_deg)
+    if (shear_limit_locks(&drape->fabric, shear))
         m->out.locked[element] = 1;
+    if (drape->fabric.limit.rows > 0)
+        m->out.severity[element] =
+            fmax(m->out.severity[element], shear_limit_severity(&drape->fabric, shear));
     if (m->out.packed && pressed->fraction > api_packing_limit(&drape->permeability))
         m->out.packed[element] = 1;
     if (m->permeability) {
@@ -379,7 +386,8 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
         m.fraction = m.fraction && drape->fabric.fiber_volume_fraction > 0;
         m.permeability = m.permeability && drape->permeability.model != API_PERMEABILITY_NONE;
         m.table = m.table || drape->permeability.model == API_PERMEABILITY_TABLE;
-        m.locking = m.locking || drape->fabric.locking_angle_deg >= 0;
+        m.locking = m.locking || shear_limit_given(&drape->fabric);
+        m.limit = m.limit || drape->fabric.limit.rows > 0;
         m.law = m.law || laminate->plies[k].law.a > 0;
     }
     m.permeability = m.permeability && m.thickness;

@@ -156,7 +156,7 @@ double press_thickness(const struct api_request *cloth, double shear_deg) {
     return thickness;
 }
 
-/* Whether the cloth is locked is not the cavity's matter. */
+/* Whether the cloth is locked, and how severe its shear is, is not the cavity's matter. */
 bool press_row(const struct map_net *net, const struct api_request *cloth, double height,
                double shear_deg, double *row) {
     struct api_request pressed = *cloth;
@@ -178,7 +178,7 @@ bool press_row(const struct map_net *net, const struct api_request *cloth, doubl
             map_tensor_values(k.k1, k.k2, k.k3, k.along, k.across, own);
         else if (id == COLUMN_CELLS_out_of_table)
             *own = outside;
-        else if (id != COLUMN_CELLS_locked)
+        else if (id != COLUMN_CELLS_locked && id != COLUMN_CELLS_severity)
             (void)api_fields_derive(id, &pressed, shear_deg, own);
         packed = id == COLUMN_CELLS_packing_exceeded ? *own : packed;
     }

@@ -400,7 +400,7 @@ static void check_permeability(const struct json_value *root, const struct api_r
 static struct api_request default_request(const struct api_limits *limits) {
     return (struct api_request){
         .length_unit = &api_units[0],
-        .fabric = {.locking_angle_deg = -1, .plies = 1},
+        .fabric = {.locking_angle_deg = {-1, -1}, .plies = 1},
         .settings = {.method = DRAPE_GIB, .max_nodes = limits->max_nodes},
         .permeability = {.model = API_PERMEABILITY_NONE},
     };

@@ -25,15 +25,10 @@ static void decode_kinematics(const struct json_value *json, double *slide) {
 }
 
 void decode_fabric(const struct json_value *json, struct api_request *request) {
-    static const char *const keys[] = {"material",
-                                       "spacing",
-                                       "thickness",
-                                       "fiber_volume_fraction",
-                                       "locking_angle_deg",
-                                       "pre_shear_deg",
-                                       "plies",
-                                       "kinematics",
-                                       NULL};
+    static const char *const keys[] = {
+        "material",          "spacing",     "thickness",     "fiber_volume_fraction",
+        "locking_angle_deg", "limit_curve", "pre_shear_deg", "plies",
+        "kinematics",        NULL};
     if (!value_object(json, keys))
         return;
     struct json_value material = value_member(json, "material");

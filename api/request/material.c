@@ -36,14 +36,67 @@ const char *api_materials_heads(void) {
 
 /* ---- a document ---- */
 
-static const struct value_range locking_angles = {0, 90, false};   /* deg */
+static const struct value_range locking_angles = {0, 90, false}; /* deg */
+static const struct value_range limit_shears = {-90, 90, false}; /* deg */
+static const struct value_range severities = {0, 1, false};
 static const struct value_range law_factors = {1e-12, 1e3, false}; /* a */
 static const struct value_range law_exponents = {1e-3, 10, false}; /* b */
+
+/* One angle, or one for each sign of the shear. */
+static void decode_locking(const struct json_value *json, double angle_deg[2]) {
+    static const char *const keys[] = {"positive", "negative", NULL};
+    if (value_type(json) == VALUE_OBJECT && value_object(json, keys)) {
+        struct json_value positive = value_member(json, keys[0]);
+        struct json_value negative = value_member(json, keys[1]);
+        value_number(&positive, locking_angles, &angle_deg[0]);
+        value_number(&negative, locking_angles, &angle_deg[1]);
+    } else if (value_type(json) == VALUE_NUMBER) {
+        if (value_number(json, locking_angles, &angle_deg[0]))
+            angle_deg[1] = angle_deg[0];
+    } else if (value_type(json) != VALUE_OBJECT) {
+        value_fault(json, "must be a number or {\"positive\", \"negative\"}");
+    }
+}
+
+/* The severity must not fall where the shear grows, to either side of 0. */
+static void decode_limit_curve(const struct json_value *json, struct api_limit_curve *curve) {
+    static const char *const keys[] = {"shear_deg", "severity", NULL};
+    struct json_value shear = value_member(json, keys[0]), severity = value_member(json, keys[1]);
+    struct api_limit_curve own = {0};
+    size_t count;
+    if (!value_object(json, keys) ||
+        !value_numbers(&shear, limit_shears, 2, &own.shear_deg, &own.rows) ||
+        !decode_rising(&shear, own.shear_deg, own.rows) ||
+        !value_numbers(&severity, severities, 2, &own.severity, &count))
+        return;
+    if (count != own.rows) {
+        value_fault(&severity, "must have as many values as shear_deg");
+        return;
+    }
+    for (size_t k = 1; k < own.rows; k++) {
+        double rise = own.severity[k] - own.severity[k - 1];
+        bool from_zero = own.shear_deg[k - 1] >= 0, to_zero = own.shear_deg[k] <= 0;
+        struct json_value at = value_element(&severity, k);
+        if (from_zero && rise < 0)
+            value_fault(&at,
+                        "must not be less than the value before it: severity rises with the shear");
+        else if (to_zero && rise > 0)
+            value_fault(&at, "must not be greater than the value before it: severity rises with "
+                             "the shear to either side of 0");
+        else if (!from_zero && !to_zero)
+            value_fault(&shear, "must have the angle 0 between negative and positive ones");
+        else
+            continue;
+        return;
+    }
+    *curve = own;
+}
 
 void decode_figures(const struct json_value *json, double metres, struct api_request *request) {
     struct json_value thickness = value_member(json, "thickness");
     struct json_value fraction = value_member(json, "fiber_volume_fraction");
     struct json_value locking = value_member(json, "locking_angle_deg");
+    struct json_value limit = value_member(json, "limit_curve");
     struct api_fabric *fabric = &request->fabric;
     if (value_given(&thickness) && value_number(&thickness, decode_lengths, &fabric->thickness)) {
         if (metres != request->length_unit->metres)
@@ -53,7 +106,9 @@ void decode_figures(const struct json_value *json, double metres, struct api_req
     if (value_given(&fraction))
         value_number(&fraction, decode_fractions, &fabric->fiber_volume_fraction);
     if (value_given(&locking))
-        value_number(&locking, locking_angles, &fabric->locking_angle_deg);
+        decode_locking(&locking, fabric->locking_angle_deg);
+    if (value_given(&limit))
+        decode_limit_curve(&limit, &fabric->limit);
 }
 
 void decode_compaction(const struct json_value *json, struct api_compaction *law) {
@@ -70,7 +125,7 @@ void decode_material(const struct json_value *json, struct api_request *request)
                                        "example",      "areal_weight", "fabric",
                                        "permeability", "compaction",   NULL};
     static const char *const fabric_keys[] = {"thickness", "fiber_volume_fraction",
-                                              "locking_angle_deg", NULL};
+                                              "locking_angle_deg", "limit_curve", NULL};
     struct json_value fabric = value_member(json, "fabric");
     struct json_value permeability = value_member(json, "permeability");
     struct json_value weight = value_member(json, "areal_weight");
@@ -121,7 +176,7 @@ static void write_material_head(struct api_text *text, const struct head *head, 
 /* Its figures in its own unit. */
 static struct api_request read_figures(const struct json_value *json) {
     struct api_request figures = {.length_unit = &api_units[0],
-                                  .fabric = {.locking_angle_deg = -1},
+                                  .fabric = {.locking_angle_deg = {-1, -1}},
                                   .permeability = {.model = API_PERMEABILITY_NONE}};
     decode_material(json, &figures);
     return figures;
@@ -140,8 +195,7 @@ static void write_material(const struct json_value *json, const struct head *hea
         api_text_key_number(&text, "thickness", fabric->thickness);
     if (fabric->fiber_volume_fraction > 0)
         api_text_key_number(&text, "fiber_volume_fraction", fabric->fiber_volume_fraction);
-    if (fabric->locking_angle_deg >= 0)
-        api_text_key_number(&text, "locking_angle_deg", fabric->locking_angle_deg);
+    api_normalise_shear_limits(&text, fabric);
     api_text_raw(&text, "}");
     api_normalise_permeability(&text, &figures->permeability);
     api_normalise_compaction(&text, &fabric->compaction);

@@ -39,6 +39,10 @@ void decode_ply(const struct json_value *json, struct api_request *request);
  * `name` with its end; `name` stays as it is after a fault. */
 bool decode_name(const struct json_value *json, size_t most, char *name);
 
+/* Whether angles rise from value to value by no less than a measurement resolves, so that slopes
+ * between them are finite; otherwise reported at the first that does not. */
+bool decode_rising(const struct json_value *column, const double *values, size_t count);
+
 /* In any of the forms of the contract; one named by its id alone becomes API_SURFACE_NAMED. */
 bool decode_surface(const struct json_value *json, struct api_surface *surface);
 

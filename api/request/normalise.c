@@ -156,6 +156,25 @@ void api_normalise_permeability(struct api_text *text, const struct api_permeabi
     api_text_raw(text, "}");
 }
 
+void api_normalise_shear_limits(struct api_text *text, const struct api_fabric *fabric) {
+    const double *locking = fabric->locking_angle_deg;
+    const struct api_limit_curve *limit = &fabric->limit;
+    if (locking[0] >= 0 && locking[0] == locking[1]) {
+        api_text_key_number(text, "locking_angle_deg", locking[0]);
+    } else if (locking[0] >= 0) {
+        api_text_key_object(text, "locking_angle_deg");
+        api_text_key_number(text, "positive", locking[0]);
+        api_text_key_number(text, "negative", locking[1]);
+        api_text_raw(text, "}");
+    }
+    if (limit->rows == 0)
+        return;
+    api_text_key_object(text, "limit_curve");
+    api_text_key_numbers(text, "shear_deg", limit->shear_deg, limit->rows);
+    api_text_key_numbers(text, "severity", limit->severity, limit->rows);
+    api_text_raw(text, "}");
+}
+
 void api_normalise_compaction(struct api_text *text, const struct api_compaction *law) {
     if (law->a == 0)
         return;
@@ -234,8 +253,7 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     }
     if (fabric->fiber_volume_fraction > 0)
         api_text_key_number(text, "fiber_volume_fraction", fabric->fiber_volume_fraction);
-    if (fabric->locking_angle_deg >= 0)
-        api_text_key_number(text, "locking_angle_deg", fabric->locking_angle_deg);
+    api_normalise_shear_limits(text, fabric);
     api_text_key_number(text, "pre_shear_deg", settings->pre_shear_deg);
     api_text_key_integer(text, "plies", fabric->plies);
     if (settings->slide == 1) {

@@ -34,7 +34,8 @@ const char *api_normalise(const struct api_request *request, const struct api_st
                           struct arena *arena);
 
 /* Members of it, for documents that have them elsewhere: the surface and the unit (NULL: none);
- * the rosette, if there is one; fabric to extent; the permeability; the law of compaction, if there
+ * the rosette, if there is one; fabric to extent; the permeability; the
+ * locking angles and the limit curve, where there are any; the law of compaction, if there
  * is one; and loops as `trims`. */
 void api_normalise_ground(struct api_text *text, const struct api_surface *surface,
                           const struct api_unit *unit);
@@ -42,6 +43,7 @@ void api_normalise_rosette(struct api_text *text, const struct api_request *requ
 void api_normalise_cloth(struct api_text *text, const struct api_request *request,
                          const struct api_start *chosen);
 void api_normalise_permeability(struct api_text *text, const struct api_permeability *k);
+void api_normalise_shear_limits(struct api_text *text, const struct api_fabric *fabric);
 void api_normalise_compaction(struct api_text *text, const struct api_compaction *law);
 void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, size_t count);
 

@@ -8,8 +8,7 @@ static const struct value_range radii = {1e-9, 1, false};           /* m */
 static const struct value_range shears = {0, 90, false};            /* deg */
 static const double least_step = 1e-6;                              /* deg */
 
-/* By no less than a measurement resolves, so that slopes between values are finite. */
-static bool check_increasing(const struct json_value *column, const double *values, size_t count) {
+bool decode_rising(const struct json_value *column, const double *values, size_t count) {
     for (size_t i = 1; i < count; i++) {
         if (values[i] - values[i - 1] < least_step) {
             struct json_value value = value_element(column, i);
@@ -68,10 +67,10 @@ static bool decode_table(const struct json_value *json, struct api_permeability 
     value_object(json, keys);
     if (!value_numbers(&shear, shears, 1, &k->shear_deg, &k->rows))
         return false;
-    bool ok = check_increasing(&shear, k->shear_deg, k->rows);
+    bool ok = decode_rising(&shear, k->shear_deg, k->rows);
     if (value_given(&fraction) &&
         (!value_numbers(&fraction, decode_fractions, 2, &k->table_fractions, &k->fractions) ||
-         !check_increasing(&fraction, k->table_fractions, k->fractions)))
+         !decode_rising(&fraction, k->table_fractions, k->fractions)))
         return false;
     const struct {
         const char *key;

@@ -57,6 +57,9 @@ static void relocate_cloth(struct relocation *relocation, struct api_request *re
         relocate(relocation, &cut[k].path, cut[k].count, sizeof *cut[k].path);
     relocate(relocation, &request->cut_names, settings->cut_count, sizeof *request->cut_names);
     relocate(relocation, &request->cut_allowances, settings->cut_count, sizeof(double));
+    struct api_limit_curve *limit = &request->fabric.limit;
+    relocate(relocation, &limit->shear_deg, limit->rows, sizeof(double));
+    relocate(relocation, &limit->severity, limit->rows, sizeof(double));
     relocate(relocation, &table->table_fractions, table->fractions, sizeof(double));
     relocate(relocation, &table->shear_deg, table->rows, sizeof(double));
     relocate(relocation, &table->table_k1, cells, sizeof(double));

@@ -87,10 +87,18 @@ struct api_compaction {
     double a, b;
 };
 
+/* How severe a shear is, 0..1. The angles rise, -90..90, and the severity does with the absolute
+ * angle. */
+struct api_limit_curve {
+    size_t rows; /* 0: not given, else 2 or more */
+    const double *shear_deg, *severity;
+};
+
 struct api_fabric {
     double thickness;             /* of one ply before shear; 0: not given */
     double fiber_volume_fraction; /* before shear, 0..1; 0: not given */
-    double locking_angle_deg;     /* 0..90; negative: not given */
+    double locking_angle_deg[2]; /* of positive and of negative shear, 0..90; negative: not given */
+    struct api_limit_curve limit;
     int plies;
     double areal_weight; /* of one ply, kg/m^2, as the material says; 0: not known. Nothing is
                             solved  with it */

@@ -17,6 +17,7 @@ const char *const column_need_names[COLUMN_NEEDS] = {
     [COLUMN_THICKNESS] = "`fabric.thickness` t₀, `plies` n; or `cavity.height`",
     [COLUMN_FRACTION] = "`fabric.fiber_volume_fraction` Vf₀; rigid: `fabric.thickness` too",
     [COLUMN_LOCKING] = "`fabric.locking_angle_deg`",
+    [COLUMN_LIMIT] = "`fabric.limit_curve`",
     [COLUMN_PERMEABILITY] = "`permeability`",
     [COLUMN_TABLE] = "`permeability` by `table`",
     [COLUMN_CUTS] = "`cuts`",

@@ -50,6 +50,7 @@
     X(CELLS, k3, k3, SCALAR, "m²", PERMEABILITY, "permeability through the surface")               \
     X(CELLS, k1_direction, k1, VECTOR, "", PERMEABILITY, "unit direction of k1")                   \
     X(CELLS, locked, locked, FLAG, "", LOCKING, "1 where \\|γ\\| exceeds the locking angle")       \
+    X(CELLS, severity, severity, SCALAR, "", LIMIT, "how severe γ is, 0 to 1, by `limit_curve`")   \
     X(CELLS, packing_exceeded, packing_exceeded, FLAG, "", FRACTION,                               \
       "1 where Vf exceeds what fibres can be packed to")                                           \
     X(CELLS, out_of_table, out_of_table, FLAG, "", TABLE,                                             \
@@ -97,6 +98,7 @@
     X(VARIANTS, max_shear_deg, max_shear_deg, POSITIVE, "deg", JUDGED, "greatest \\|γ\\|")         \
     X(VARIANTS, p95_shear_deg, p95_shear_deg, POSITIVE, "deg", JUDGED, "\\|γ\\| that 95 % of the area has less than") \
     X(VARIANTS, locked_area, locked_area, POSITIVE, "length²", JUDGED, "area beyond the locking angle") \
+    X(VARIANTS, severity_area, severity_area, POSITIVE, "length²", JUDGED, "area times its severity") \
     X(VARIANTS, uncovered_area, uncovered_area, POSITIVE, "length²", JUDGED, "area of the part without cloth") \
     X(VARIANTS, waste_area, waste_area, POSITIVE, "length²", JUDGED, "area of the rectangle round the flat pattern, minus the pattern") \
     X(VARIANTS, angle_deviation_deg, angle_deviation_deg, POSITIVE, "deg", JUDGED, "mean angle between warp and `wanted_direction`") \
@@ -155,6 +157,7 @@ enum column_need {
     COLUMN_THICKNESS,
     COLUMN_FRACTION,
     COLUMN_LOCKING,
+    COLUMN_LIMIT,
     COLUMN_PERMEABILITY,
     COLUMN_TABLE,
     COLUMN_CUTS,

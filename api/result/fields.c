@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "fields.h"
 
+#include "shear_limit.h"
 #include "solver/permeability.h"
 #include <math.h>
 #include <string.h>
@@ -42,7 +43,11 @@ static double packing_exceeded(const struct api_request *request, double shear_d
 }
 
 static double is_locked(const struct api_request *request, double shear_deg) {
-    return fabs(shear_deg) > request->fabric.locking_angle_deg;
+    return shear_limit_locks(&request->fabric, shear_deg);
+}
+
+static double severity_of(const struct api_request *request, double shear_deg) {
+    return shear_limit_severity(&request->fabric, shear_deg);
 }
 
 /* The columns that follow from the shear of a cell. */
@@ -52,6 +57,7 @@ static double (*const derived[COLUMN_COUNT])(const struct api_request *request,
     [COLUMN_CELLS_fiber_volume_fraction] = api_fields_fiber_volume_fraction,
     [COLUMN_CELLS_porosity] = porosity_of,
     [COLUMN_CELLS_locked] = is_locked,
+    [COLUMN_CELLS_severity] = severity_of,
     [COLUMN_CELLS_packing_exceeded] = packing_exceeded,
 };
 
@@ -72,7 +78,9 @@ static bool is_given(const struct api_request *request, enum column_id id) {
     case COLUMN_FRACTION:
         return fabric->fiber_volume_fraction > 0 && (!rigid || fabric->thickness > 0);
     case COLUMN_LOCKING:
-        return fabric->locking_angle_deg >= 0;
+        return shear_limit_given(fabric);
+    case COLUMN_LIMIT:
+        return fabric->limit.rows > 0;
     default:
         return true;
     }
@@ -276,4 +284,12 @@ double api_fields_count(enum column_id flag, const struct api_request *request,
     for (size_t i = 0; i < cells->count; i++)
         count += derived[flag](request, cells->shear_deg[i]) > 0;
     return (double)count;
+}
+
+double api_fields_most(enum column_id id, const struct api_request *request,
+                       const struct drape_cells *cells) {
+    double most = -1;
+    for (size_t i = 0; i < cells->count && is_given(request, id); i++)
+        most = fmax(most, derived[id](request, cells->shear_deg[i]));
+    return most;
 }

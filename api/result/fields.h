@@ -56,4 +56,8 @@ bool api_fields_copy(const void *context, size_t first, size_t count, double *va
 double api_fields_count(enum column_id flag, const struct api_request *request,
                         const struct drape_cells *cells);
 
+/* The most that they have of such a column; -1 likewise, and without cells. */
+double api_fields_most(enum column_id id, const struct api_request *request,
+                       const struct drape_cells *cells);
+
 #endif

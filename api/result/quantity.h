@@ -15,6 +15,7 @@
     X(MAX_SHEAR, "max_shear_deg", OBJECTIVE, 0, 90)                                                \
     X(P95_SHEAR, "p95_shear_deg", OBJECTIVE, 0, 90)                                                \
     X(LOCKED_AREA, "locked_area", OBJECTIVE, 0, 1e24)                                              \
+    X(SEVERITY_AREA, "severity_area", OBJECTIVE, 0, 1e24)                                          \
     X(UNCOVERED_AREA, "uncovered_area", OBJECTIVE, 0, 1e24)                                        \
     X(WASTE_AREA, "waste_area", OBJECTIVE, 0, 1e24)                                                \
     X(ANGLE_DEVIATION, "angle_deviation_deg", OBJECTIVE, 0, 90)                                    \

@@ -36,6 +36,7 @@
     X(NUMBER, mean_shear_deg, "mean_shear_deg", "mean \\|γ\\| of the cloth up to its rim, by area")\
     X(NUMBER, p95_shear_deg, "p95_shear_deg", "\\|γ\\| that 95 % of that area has less than")      \
     X(POSITIVE, locked_cells, "locked_cells", "cells beyond the locking angle; null without one")  \
+    X(POSITIVE, severity_max, "severity_max", "greatest severity of the cells; null without a limit curve") \
     X(POSITIVE, packing_exceeded_cells, "packing_exceeded_cells",                                  \
       "cells with more fibres than can be packed; null without a fibre volume fraction")           \
     X(NUMBER, residual_max, "residual_max", "greatest \\|edge / promised length - 1\\|")           \

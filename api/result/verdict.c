@@ -15,9 +15,11 @@ static const double usual_limit_deg = 60;
 static const char *const obstacle_names[VERDICT_COUNT] = {"none",   "uncovered", "shear",
                                                           "fibres", "limit",     "failed"};
 
-double verdict_shear_limit(const struct api_request *request) {
-    double angle = request->fabric.locking_angle_deg;
-    return angle < 0 ? usual_limit_deg : angle;
+void verdict_shear_limits(const struct api_request *request, double limit_deg[2]) {
+    for (int k = 0; k < 2; k++) {
+        double angle = request->fabric.locking_angle_deg[k];
+        limit_deg[k] = angle < 0 ? usual_limit_deg : angle;
+    }
 }
 
 /* ---- where the cloth ends ---- */
@@ -70,14 +72,18 @@ bool verdict_find_end(const struct drape_result *result, struct verdict_end *end
 
 /* ---- judging ---- */
 
-struct verdict_case verdict_case_of(const struct drape_result *result, double limit_deg) {
+struct verdict_case verdict_case_of(const struct drape_result *result, const double limit_deg[2]) {
     const struct drape_summary *s = &result->summary;
     struct verdict_end end;
+    struct drape_most most = {s->max_shear_deg, s->max_shear_point};
+    int sign = s->most[1].shear_deg - limit_deg[1] > s->most[0].shear_deg - limit_deg[0];
+    if (limit_deg[0] != limit_deg[1])
+        most = s->most[sign];
     struct verdict_case c = {.coverage = s->cloth_coverage,
-                             .shear_deg = s->max_shear_deg,
-                             .limit_deg = limit_deg,
+                             .shear_deg = most.shear_deg,
+                             .limit_deg = limit_deg[sign],
                              .placed = true,
-                             .at = s->max_shear_point};
+                             .at = most.point};
     if (s->outcome == DRAPE_COMPLETE)
         return c;
     /* A net that ends by its extent alone covers what was asked. */

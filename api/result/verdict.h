@@ -38,8 +38,8 @@ struct api_verdict {
 struct verdict_case {
     bool bare;           /* the cloth ends within the part, where nobody asked it to */
     double coverage;     /* share of the part that is covered */
-    double shear_deg;    /* the greatest of the cloth */
-    double limit_deg;    /* that it may have, in degrees */
+    double shear_deg;    /* the greatest of the cloth, of the sign that goes furthest .. */
+    double limit_deg;    /* .. beyond what it may have, in degrees */
     double packed_cells; /* with more fibres than can be packed; none at or below 0 */
     bool placed;         /* whether `at` is known */
     struct vec3 at;      /* where it is bare, else of the greatest shear */
@@ -49,12 +49,13 @@ struct verdict_case {
 /* Sets all but `variant`, which becomes -1. */
 void verdict_judge(const struct verdict_case *c, struct api_verdict *verdict);
 
-/* The case of a drape, without `packed_cells` and `remedy`. */
-struct verdict_case verdict_case_of(const struct drape_result *result, double limit_deg);
+/* The case of a drape whose positive and negative shear may have so many degrees, without
+ * `packed_cells` and `remedy`. */
+struct verdict_case verdict_case_of(const struct drape_result *result, const double limit_deg[2]);
 
-/* The shear in degrees that the fabric of a request bears: its locking angle or, without one, what
- * hardly a woven fabric bears. */
-double verdict_shear_limit(const struct api_request *request);
+/* These limits of the fabric of a request: its locking angles or, without any, what hardly a woven
+ * fabric bears. */
+void verdict_shear_limits(const struct api_request *request, double limit_deg[2]);
 
 /* Where and why the cloth of a drape ends within the part: the reason of its front, with the place
  * that is nearest to the start in the net and how many there are; else DRAPE_REASON_BOUNDARY and

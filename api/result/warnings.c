@@ -2,6 +2,7 @@
 #include "warnings.h"
 
 #include "permeability.h"
+#include "shear_limit.h"
 #include "solver/permeability.h"
 #include <math.h>
 #include <stdarg.h>
@@ -50,27 +51,42 @@ double warnings_two_digits(double value) {
     return floor(value / digit) * digit;
 }
 
-static void check_fabric(const struct warnings_subject *s, struct api_summary *summary) {
-    const struct api_request *request = s->request;
-    const struct api_cavity *cavity = &request->cavity;
-    double angle = request->fabric.locking_angle_deg, most = summary->max_shear_deg;
+/* Of the sign of the shear that goes furthest beyond its locking angle. */
+static void check_locking(const struct warnings_subject *s, struct api_summary *summary) {
     static const char pointer[] = "/fabric/locking_angle_deg";
-    if (angle < 0 && most > verdict_shear_limit(request))
+    const struct api_fabric *fabric = &s->request->fabric;
+    double limit_deg[2];
+    verdict_shear_limits(s->request, limit_deg);
+    const struct verdict_case judged = verdict_case_of(s->result, limit_deg);
+    double most = judged.shear_deg, angle = judged.limit_deg;
+    if (!shear_limit_given(fabric) && most > angle)
         warnings_add(
             &summary->warnings, "locked", pointer,
             "the cloth shears by up to %.1f degrees; most woven fabrics wrinkle at 40 to 60, and "
             "the request has no locking angle",
             most);
-    else if (angle >= 0 && summary->locked_cells > 0)
+    else if (summary->locked_cells > 0 && !shear_limit_is_even(fabric))
+        warnings_add(&summary->warnings, "locked", pointer,
+                     "%.0f of %zu cells shear beyond the locking angles: up to %.1f degrees of %s "
+                     "shear, which locks at %g; the fabric would wrinkle there",
+                     summary->locked_cells, summary->cells, most,
+                     angle == limit_deg[1] ? "negative" : "positive", angle);
+    else if (summary->locked_cells > 0)
         warnings_add(
             &summary->warnings, "locked", pointer,
             "%.0f of %zu cells shear beyond the locking angle of %g degrees, and %.1f is the most: "
             "the fabric would wrinkle there",
             summary->locked_cells, summary->cells, angle, most);
-    else if (angle >= 0 && most > angle)
+    else if (shear_limit_given(fabric) && most > angle)
         warnings_add(&summary->warnings, "locked", pointer,
                      "at its rim the cloth shears by up to %.1f degrees; the locking angle is %g",
                      most, angle);
+}
+
+static void check_fabric(const struct warnings_subject *s, struct api_summary *summary) {
+    const struct api_request *request = s->request;
+    const struct api_cavity *cavity = &request->cavity;
+    check_locking(s, summary);
     if (!(summary->packing_exceeded_cells > 0))
         return;
     double fraction = request->fabric.fiber_volume_fraction;

@@ -192,13 +192,19 @@ struct shortfall {
     double part[3], value;
 };
 
-static struct shortfall shortfall_of(const struct verdict *v, size_t k, double limit_deg) {
+/* By how much its shear is beyond the limit of the study or, without one, what the fabric bears. */
+static double excess_shear(const struct verdict *v, const struct study_row *row) {
+    const struct study_limit *limit = &v->study->request.limit[QUANTITY_MAX_SHEAR];
+    return limit->has_max ? row->quantity[QUANTITY_MAX_SHEAR] - limit->max
+                          : row->shear_deg - row->limit_deg;
+}
+
+static struct shortfall shortfall_of(const struct verdict *v, size_t k) {
     const struct study_row *row = &v->rows[k];
     const struct study_limit *cover = &v->study->request.limit[QUANTITY_CLOTH_COVERAGE];
     double covered = row->quantity[QUANTITY_CLOTH_COVERAGE];
     bool bare = row->bare && !(cover->has_min && covered >= cover->min);
-    struct shortfall s = {{v->violation[k], bare ? 1 - covered : 0,
-                           fmax(row->quantity[QUANTITY_MAX_SHEAR] - limit_deg, 0)},
+    struct shortfall s = {{v->violation[k], bare ? 1 - covered : 0, fmax(excess_shear(v, row), 0)},
                           0};
     for (int id = QUANTITY_COUNT; id-- > 0;)
         s.value = v->study->request.objective[id] ? row->quantity[id] : s.value;
@@ -218,13 +224,12 @@ static void judge_rows(struct verdict *v) {
     const struct study_request *r = &v->study->request;
     const struct study_limit *limit = &r->limit[QUANTITY_MAX_SHEAR];
     struct api_verdict *verdict = &v->summary.verdict;
-    double limit_deg = limit->has_max ? limit->max : verdict_shear_limit(&r->drape);
     struct shortfall chosen = {{0}, 0};
     int row = -1;
     for (size_t k = 0; k < v->count; k++) {
         if (!is_eligible(&v->rows[k]))
             continue;
-        struct shortfall own = shortfall_of(v, k, limit_deg);
+        struct shortfall own = shortfall_of(v, k);
         int order = row < 0 ? -1 : compare_shortfalls(&own, &chosen);
         if (row < 0 || (r->sample > 0 ? order > 0 : order < 0)) {
             chosen = own;
@@ -239,8 +244,8 @@ static void judge_rows(struct verdict *v) {
     const struct verdict_case judged = {
         .bare = chosen.part[1] > 0,
         .coverage = best->quantity[QUANTITY_CLOTH_COVERAGE],
-        .shear_deg = best->quantity[QUANTITY_MAX_SHEAR],
-        .limit_deg = limit_deg,
+        .shear_deg = limit->has_max ? best->quantity[QUANTITY_MAX_SHEAR] : best->shear_deg,
+        .limit_deg = limit->has_max ? limit->max : best->limit_deg,
         .placed = best->placed,
         .at = best->at,
         .remedy = r->sample > 0 ? "that is the worst sample"

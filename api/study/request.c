@@ -5,6 +5,7 @@
 #include "api/request/digest.h"
 #include "api/request/members.h"
 #include "api/request/normalise.h"
+#include "api/result/shear_limit.h"
 #include <math.h>
 #include <string.h>
 
@@ -225,6 +226,7 @@ static void decode_wishes(const struct json_value *root, struct study_request *r
 static void check_needs(const struct json_value *root, const struct study_request *r) {
     struct json_value drape = value_member(root, "drape"), fabric = value_member(&drape, "fabric");
     struct json_value locking = value_member(&fabric, "locking_angle_deg");
+    struct json_value curve = value_member(&fabric, "limit_curve");
     struct json_value fraction = value_member(&fabric, "fiber_volume_fraction");
     struct json_value thickness = value_member(&fabric, "thickness");
     struct json_value cavity = value_member(&drape, "cavity");
@@ -236,8 +238,10 @@ static void check_needs(const struct json_value *root, const struct study_reques
         const struct json_value *json;
         enum quantity_id id;
     } needs[] = {
-        {study_judges(r, QUANTITY_LOCKED_AREA) && r->drape.fabric.locking_angle_deg < 0, &locking,
+        {study_judges(r, QUANTITY_LOCKED_AREA) && !shear_limit_given(&r->drape.fabric), &locking,
          QUANTITY_LOCKED_AREA},
+        {study_judges(r, QUANTITY_SEVERITY_AREA) && r->drape.fabric.limit.rows == 0, &curve,
+         QUANTITY_SEVERITY_AREA},
         {study_judges(r, QUANTITY_ANGLE_DEVIATION) && !value_given(&wanted), &wanted,
          QUANTITY_ANGLE_DEVIATION},
         {range && !(r->drape.fabric.fiber_volume_fraction > 0), &fraction, QUANTITY_FRACTION_RANGE},

@@ -6,6 +6,7 @@
 double study_range(const struct api_study *study, enum quantity_id id, double value) {
     switch (id) {
     case QUANTITY_LOCKED_AREA:
+    case QUANTITY_SEVERITY_AREA:
     case QUANTITY_UNCOVERED_AREA:
     case QUANTITY_WASTE_AREA:
         return study->part.area;

@@ -2,6 +2,7 @@
 #include "variant.h"
 
 #include "api/result/fields.h"
+#include "api/result/shear_limit.h"
 #include "api/result/verdict.h"
 #include "solver/angle.h"
 #include <math.h>
@@ -15,7 +16,8 @@ void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBE
     const double own[] = {row->round,       v->start.face, v->start.uv[0], v->start.uv[1],
                           v->start.r.x,     v->start.r.y,  v->start.r.z,   v->angle_deg,
                           v->pre_shear_deg, v->coarseness, row->failure,   row->bare,
-                          row->placed,      row->at.x,     row->at.y,      row->at.z};
+                          row->placed,      row->at.x,     row->at.y,      row->at.z,
+                          row->shear_deg,   row->limit_deg};
     memcpy(numbers, own, sizeof own);
     memcpy(numbers + sizeof own / sizeof *own, row->quantity, sizeof row->quantity);
 }
@@ -57,7 +59,9 @@ enum api_problem_id study_rows(const struct api_study *study,
             .failure = (enum failure)n[10],
             .bare = n[11] > 0,
             .placed = n[12] > 0,
-            .at = vec3_make(n[13], n[14], n[15])};
+            .at = vec3_make(n[13], n[14], n[15]),
+            .shear_deg = n[16],
+            .limit_deg = n[17]};
         memcpy(made[k].quantity, n + STUDY_ROW_NUMBERS - QUANTITY_COUNT, sizeof made[k].quantity);
         memcpy(made[k].most, n + STUDY_ROW_NUMBERS, divisions * sizeof *n);
     }
@@ -116,15 +120,35 @@ static double k1_quantile(const struct study_k1_ratio *k1,
     return 1;
 }
 
-/* The area beyond a shear, its bin shared out evenly. */
-static double area_beyond(const struct drape_statistics *statistics, double shear_deg) {
+/* The area of a bin whose shear is negative, or positive. */
+static double area_of_sign(const struct drape_statistics *statistics, int bin, bool negative) {
+    double area = statistics->negative[bin];
+    return negative ? area : fmax(statistics->area[bin] - area, 0);
+}
+
+/* The area beyond a shear of one sign, its bin shared out evenly. */
+static double area_beyond(const struct drape_statistics *statistics, double shear_deg,
+                          bool negative) {
     double at = shear_deg / DRAPE_SHEAR_BIN, sum = 0;
     int first = (int)at;
     if (first >= DRAPE_SHEAR_BINS)
         return 0;
     for (int bin = DRAPE_SHEAR_BINS - 1; bin > first; bin--)
-        sum += statistics->area[bin];
-    return sum + statistics->area[first] * (first + 1 - at);
+        sum += area_of_sign(statistics, bin, negative);
+    return sum + area_of_sign(statistics, first, negative) * (first + 1 - at);
+}
+
+/* The area, each bin times its severity. */
+static double severity_area(const struct api_fabric *fabric,
+                            const struct drape_statistics *statistics) {
+    double sum = 0;
+    for (int bin = 0; bin < DRAPE_SHEAR_BINS; bin++)
+        for (int negative = 0; negative < 2 && statistics->area[bin] > 0; negative++) {
+            double shear_deg = (negative ? -1 : 1) * (bin + 0.5) * DRAPE_SHEAR_BIN;
+            sum +=
+                area_of_sign(statistics, bin, negative) * shear_limit_severity(fabric, shear_deg);
+        }
+    return sum;
 }
 
 /* Vf of the greatest less that of the least shear: in a rigid cavity it grows with the shear. */
@@ -214,10 +238,14 @@ enum status study_variant_drape(const struct api_study *study, const struct stud
         const struct drape_summary *s = &result.summary;
         const double *low = statistics.lower, *high = statistics.upper;
         double width = (high[0] - low[0]) * settings.spacing[0], *q = row->quantity;
-        const struct verdict_case judged = verdict_case_of(&result, 0);
+        double limit_deg[2];
+        verdict_shear_limits(drape, limit_deg);
+        const struct verdict_case judged = verdict_case_of(&result, limit_deg);
         row->bare = judged.bare;
         row->placed = judged.placed;
         row->at = judged.at;
+        row->shear_deg = judged.shear_deg;
+        row->limit_deg = judged.limit_deg;
         memcpy(row->most, statistics.most, sizeof row->most);
         q[QUANTITY_MAX_SHEAR] = s->max_shear_deg;
         q[QUANTITY_P95_SHEAR] = s->p95_shear_deg;
@@ -228,7 +256,11 @@ enum status study_variant_drape(const struct api_study *study, const struct stud
         q[QUANTITY_WASTE_AREA] =
             fmax(width * (high[1] - low[1]) * settings.spacing[1] - s->flat_area, 0);
         if (study_judges(&study->request, QUANTITY_LOCKED_AREA))
-            q[QUANTITY_LOCKED_AREA] = area_beyond(&statistics, drape->fabric.locking_angle_deg);
+            q[QUANTITY_LOCKED_AREA] =
+                area_beyond(&statistics, drape->fabric.locking_angle_deg[0], false) +
+                area_beyond(&statistics, drape->fabric.locking_angle_deg[1], true);
+        if (study_judges(&study->request, QUANTITY_SEVERITY_AREA))
+            q[QUANTITY_SEVERITY_AREA] = severity_area(&drape->fabric, &statistics);
         if (study_judges(&study->request, QUANTITY_ANGLE_DEVIATION))
             q[QUANTITY_ANGLE_DEVIATION] = statistics.wanted_deg;
         if (study_judges(&study->request, QUANTITY_FRACTION_RANGE))

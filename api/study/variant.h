@@ -22,11 +22,12 @@ struct study_row {
     bool bare;                       /* the cloth ends within the part, where nobody asked it to */
     bool placed;                     /* whether `at` is known */
     struct vec3 at;                  /* where it ends, else of the largest shear */
+    double shear_deg, limit_deg;     /* as those of `struct verdict_case`, by the fabric */
     double most[DRAPE_DIVISIONS];    /* the largest shear of each of the study's divisions; 0 of a
                                         failure */
 };
 
-enum { STUDY_ROW_NUMBERS = 16 + QUANTITY_COUNT };
+enum { STUDY_ROW_NUMBERS = 18 + QUANTITY_COUNT };
 /* The numbers of a row; `most` is not among them. */
 void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBERS]);
 

@@ -42,6 +42,23 @@ static void spread_area(struct spread *s, double area, double low, double high, 
     s->moment += area * mean;
 }
 
+static void add_spread(struct spread *to, const struct spread *more) {
+    spread_to(to, more->end);
+    for (int bin = 0; bin <= more->end; bin++)
+        to->change[bin] += more->change[bin];
+    to->area += more->area;
+    to->moment += more->moment;
+}
+
+/* The area of each bin. */
+static void list_spread(const struct spread *s, double cell, double area[BINS]) {
+    double density = 0;
+    for (int bin = 0; bin < BINS; bin++) {
+        density += bin < s->end ? s->change[bin] : 0;
+        area[bin] = bin < s->end && density > 0 ? density * cell : 0;
+    }
+}
+
 /* The largest absolute shear so far, and where. */
 struct most {
     double shear_deg, p, q;
@@ -72,19 +89,24 @@ static size_t seek_node(const struct drape_nodes *n, size_t from, int32_t i, int
 /* What is gathered of cloth; in lines of the cache of its own. */
 struct sums {
     _Alignas(64) struct spread spread;
-    struct most most[2]; /* of cloth that is pinned, and that is grown */
-    double flat;         /* area of the unsheared cloth */
-    double grown;        /* sheared area of what is grown */
-    double turned;       /* area times its angle between warp and the direction wanted */
+    struct spread negative; /* of that, whose shear is negative; where statistics ask for it */
+    struct most most[2];    /* of cloth that is pinned, and that is grown */
+    struct most side[2];    /* of positive and of negative shear */
+    double flat;            /* area of the unsheared cloth */
+    double grown;           /* sheared area of what is grown */
+    double turned;          /* area times its angle between warp and the direction wanted */
 };
 
 /* No more of the many bins is touched than there is shear. */
 static void begin_sums(struct sums *sums) {
-    sums->spread.change[0] = 0;
-    sums->spread.end = 0;
-    sums->spread.area = sums->spread.moment = sums->flat = sums->turned = 0;
-    sums->grown = 0;
-    sums->most[0] = sums->most[1] = (struct most){0};
+    struct spread *const spreads[] = {&sums->spread, &sums->negative};
+    for (int k = 0; k < 2; k++) {
+        spreads[k]->change[0] = 0;
+        spreads[k]->end = 0;
+        spreads[k]->area = spreads[k]->moment = 0;
+        sums->most[k] = sums->side[k] = (struct most){0};
+    }
+    sums->flat = sums->turned = sums->grown = 0;
 }
 
 /* The measured cloth. */
@@ -103,8 +125,26 @@ struct gathering {
 /* Takes in the shear at a place of the cloth. */
 static void note_shear(const struct gathering *g, struct sums *sums, bool grown, double shear_deg,
                        double p, double q, struct vec3 r) {
+    const struct most own = {fabs(shear_deg), p, q, r};
     statistics_note_shear(g->statistics, shear_deg, r);
-    raise_most(&sums->most[grown], &(struct most){fabs(shear_deg), p, q, r});
+    raise_most(&sums->most[grown], &own);
+    raise_most(&sums->side[shear_deg < 0], &own);
+}
+
+/* Whether that would tell anything new. */
+static bool is_notable(const struct gathering *g, const struct sums *sums, bool grown,
+                       double shear_deg) {
+    return fabs(shear_deg) > sums->most[grown].shear_deg ||
+           fabs(shear_deg) > sums->side[shear_deg < 0].shear_deg ||
+           statistics_divides(g->statistics);
+}
+
+/* Area whose absolute shear lies evenly between two values; `mean` has its sign. */
+static void spread_signed(const struct gathering *g, struct sums *sums, double area, double low,
+                          double high, double mean) {
+    spread_area(&sums->spread, area, low, high, fabs(mean));
+    if (g->statistics && mean < 0)
+        spread_area(&sums->negative, area, low, high, fabs(mean));
 }
 
 /* Adds the angle of an area's warp from the direction wanted, in the plane of warp and weft; 0..90.
@@ -141,7 +181,7 @@ static void add_stretch(void *data, int number) {
             next++;
         bool cut = next < last && next->i == i && next->j == j && !next->loose;
         double share = cut ? next->share : 1;
-        double low = HUGE_VAL, high = 0, own = fabs(c->shear_deg[k]);
+        double low = HUGE_VAL, high = 0, own = c->shear_deg[k];
         bool grown = false;
         below = seek_node(n, below, i, j);
         above = seek_node(n, above, i, j + 1);
@@ -156,11 +196,11 @@ static void add_stretch(void *data, int number) {
         const struct vec3 weft = {c->weft_x[k], c->weft_y[k], c->weft_z[k]};
         double cosine = vec3_dot(warp, weft), square = 1 - cosine * cosine;
         double area = share * sqrt(square > 0 ? square : 0); /* by the sine of the yarns' angle */
-        spread_area(&sums->spread, area, low, high, own);
+        spread_signed(g, sums, area, low, high, own);
         add_turned(g, sums, area, warp, weft);
         sums->flat += share;
         sums->grown += grown ? area : 0;
-        if (own > sums->most[grown].shear_deg || statistics_divides(g->statistics)) {
+        if (is_notable(g, sums, grown, own)) {
             struct vec3 sum = {0, 0, 0};
             for (int m = 0; m < 4; m++)
                 sum = vec3_add(sum, node_point(n, corner[m]));
@@ -184,17 +224,15 @@ static enum status add_wholes(struct gathering *g) {
     team_run(count > 1 ? g->march->settings->team : NULL, (int)count, add_stretch, g);
     for (size_t k = 0; k < count && count > 1; k++) {
         const struct sums *more = &sums[k];
-        struct spread *to = &g->sums->spread;
-        spread_to(to, more->spread.end);
-        for (int bin = 0; bin <= more->spread.end; bin++)
-            to->change[bin] += more->spread.change[bin];
-        to->area += more->spread.area;
-        to->moment += more->spread.moment;
+        add_spread(&g->sums->spread, &more->spread);
+        add_spread(&g->sums->negative, &more->negative);
         g->sums->flat += more->flat;
         g->sums->turned += more->turned;
         g->sums->grown += more->grown;
-        for (int grown = 0; grown < 2; grown++)
-            raise_most(&g->sums->most[grown], &more->most[grown]);
+        for (int n = 0; n < 2; n++) {
+            raise_most(&g->sums->most[n], &more->most[n]);
+            raise_most(&g->sums->side[n], &more->side[n]);
+        }
     }
     arena_rewind(g->march->arena, mark);
     return STATUS_OK;
@@ -327,7 +365,7 @@ static void add_cut_cells(struct gathering *g) {
         (void)cloth_shear_at(g, cell->i, cell->j, cell->p, cell->q, &at_rim, NULL);
         double shear = fabs(shear_deg), half = fabs(shear - fabs(at_rim));
         angle_sincos_deg(90 - shear, &sine, &cosine);
-        spread_area(&g->sums->spread, share * sine, shear - half, shear + half, shear);
+        spread_signed(g, g->sums, share * sine, shear - half, shear + half, shear_deg);
         g->sums->flat += share;
         g->sums->grown += grown ? share * sine : 0;
         if (!patch->known) /* beside the tip of a cut: corners lie behind it */
@@ -367,8 +405,8 @@ static void find_most_of_rim(struct gathering *g) {
 static void find_most(struct gathering *g) {
     const struct drape_nodes *n = &g->result->nodes;
     for (size_t k = 0; k < n->count; k++) {
-        double shear_deg = fabs(n->shear_deg[k]);
-        if (shear_deg > g->sums->most[n->grown[k]].shear_deg || statistics_divides(g->statistics))
+        double shear_deg = n->shear_deg[k];
+        if (is_notable(g, g->sums, n->grown[k], shear_deg))
             note_shear(g, g->sums, n->grown[k], shear_deg, n->i[k], n->j[k], node_point(n, k));
     }
     find_most_of_rim(g);
@@ -405,13 +443,8 @@ static double cloth_coverage(const struct gathering *g) {
 
 static void fill_statistics(const struct gathering *g, struct drape_statistics *statistics) {
     const double *d = g->march->settings->spacing;
-    double density = 0;
-    for (int bin = 0; bin < BINS; bin++)
-        statistics->area[bin] = 0;
-    for (int bin = 0; bin < g->sums->spread.end; bin++) {
-        density += g->sums->spread.change[bin];
-        statistics->area[bin] = density > 0 ? density * d[0] * d[1] : 0;
-    }
+    list_spread(&g->sums->spread, d[0] * d[1], statistics->area);
+    list_spread(&g->sums->negative, d[0] * d[1], statistics->negative);
     statistics->wanted_deg = g->sums->spread.area > 0 ? g->sums->turned / g->sums->spread.area : 0;
     /* The box round the pattern. A surface without a rim is cut where the net meets itself. */
     const int32_t *range[2] = {g->result->warp_range, g->result->weft_range};
@@ -457,6 +490,8 @@ static enum status measure_cloth(struct march *march, struct rim *rim,
     s->max_shear_at[0] = sums.most[0].p;
     s->max_shear_at[1] = sums.most[0].q;
     s->max_shear_point = sums.most[0].r;
+    for (int k = 0; k < 2; k++)
+        s->most[k] = (struct drape_most){sums.side[k].shear_deg, sums.side[k].r};
     s->mean_shear_deg =
         spread->area > 0 ? fmin(spread->moment / spread->area, s->max_shear_deg) : 0;
     /* the shear that 95 % of the area have less than */

@@ -74,7 +74,7 @@ static void test_decode_fills_in_every_default(void **state) {
     assert_false(r->settings.has_extent[0] || r->settings.has_extent[1]);
     assert_int_equal(r->settings.max_nodes, api_limits_default.max_nodes);
     assert_true(r->fabric.thickness == 0 && r->fabric.fiber_volume_fraction == 0);
-    assert_true(r->fabric.locking_angle_deg < 0 && r->fabric.plies == 1);
+    assert_true(r->fabric.locking_angle_deg[0] < 0 && r->fabric.plies == 1);
     assert_false(r->cavity.rigid);
     assert_int_equal(r->permeability.model, API_PERMEABILITY_NONE);
 }
@@ -95,7 +95,7 @@ static void test_decode_takes_every_setting(void **state) {
     assert_true(r->length_unit->metres == 1e-3);
     assert_true(r->settings.spacing[0] == 0.1 && r->settings.spacing[1] == 0.2);
     assert_true(r->fabric.thickness == 0.3 && r->fabric.fiber_volume_fraction == 0.55);
-    assert_true(r->fabric.locking_angle_deg == 42 && r->fabric.plies == 3);
+    assert_true(r->fabric.locking_angle_deg[1] == 42 && r->fabric.plies == 3);
     assert_true(r->settings.pre_shear_deg == -5);
     assert_int_equal(r->settings.start_kind, DRAPE_START_UV);
     assert_true(r->settings.start_uv[0] == 0.25 && r->settings.start_uv[1] == 1);
@@ -176,7 +176,7 @@ static void test_decode_material_fills_in_what_is_not_said(void **state) {
     const struct api_permeability *k = &d->request.permeability;
     decode_material(d, "example-glass-plain-800", "", "");
     assert_true(fabric->thickness == 0.000625 && fabric->fiber_volume_fraction == 0.5);
-    assert_true(fabric->locking_angle_deg == 45 && k->k2 == 1.6e-10);
+    assert_true(fabric->locking_angle_deg[0] == 45 && k->k2 == 1.6e-10);
     decode_material(d, "example-glass-plain-800", "", ",\"length_unit\":\"mm\"");
     check_at_most(fabs(fabric->thickness / 0.625 - 1), 1e-15);
     decode_material(d, "example-glass-plain-800",
@@ -184,7 +184,7 @@ static void test_decode_material_fills_in_what_is_not_said(void **state) {
                     ",\"length_unit\":\"mm\",\"permeability\":{\"model\":\"gebart\","
                     "\"fiber_radius\":5e-6,\"packing\":\"quadratic\"}");
     assert_true(fabric->thickness == 0.7 && fabric->fiber_volume_fraction == 0.6);
-    assert_true(fabric->locking_angle_deg == 30);
+    assert_true(fabric->locking_angle_deg[0] == 30);
     assert_true(k->model == API_PERMEABILITY_GEBART && k->k1 == 0 && k->fiber_radius == 5e-6);
 }
 

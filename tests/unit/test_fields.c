@@ -11,7 +11,7 @@ static double shears[] = {0, 30, -60, 20, -20, 20.000001, 89.9};
 enum { CELLS = sizeof shears / sizeof *shears };
 
 static struct api_request plain_request(void) {
-    return (struct api_request){.fabric = {.locking_angle_deg = -1, .plies = 1},
+    return (struct api_request){.fabric = {.locking_angle_deg = {-1, -1}, .plies = 1},
                                 .permeability = {.model = API_PERMEABILITY_NONE}};
 }
 
@@ -142,14 +142,47 @@ static void test_fields_without_their_inputs_are_left_out(void **state) {
 static void test_fields_locked_is_beyond_the_locking_angle(void **state) {
     (void)state;
     struct api_request request = plain_request();
-    request.fabric.locking_angle_deg = 20;
-    static const double expected[CELLS] = {0, 1, 1, 0, 0, 1, 1};
-    double *locked = derive(&request, "locked");
-    assert_memory_equal(locked, expected, sizeof expected);
-    assert_true(api_fields_count(COLUMN_CELLS_locked, &request, &result.cells) == 4);
-    free(locked);
-    request.fabric.locking_angle_deg = -1;
+    static const struct {
+        double angle_deg[2], expected[CELLS];
+    } rows[] = {{{20, 20}, {0, 1, 1, 0, 0, 1, 1}},
+                {{60, 19}, {0, 0, 1, 0, 1, 0, 1}},
+                {{19, 60}, {0, 1, 0, 1, 0, 1, 1}}};
+    for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
+        double sum = 0;
+        memcpy(request.fabric.locking_angle_deg, rows[row].angle_deg, sizeof rows[row].angle_deg);
+        double *locked = derive(&request, "locked");
+        assert_memory_equal(locked, rows[row].expected, sizeof rows[row].expected);
+        for (int k = 0; k < CELLS; k++)
+            sum += locked[k];
+        assert_true(api_fields_count(COLUMN_CELLS_locked, &request, &result.cells) == sum);
+        free(locked);
+    }
+    request = plain_request();
     assert_true(api_fields_count(COLUMN_CELLS_locked, &request, &result.cells) == -1);
+}
+
+/* Straight between the rows, constant beyond; of both signs alike without negative angles. */
+static void test_fields_severity_is_read_off_the_curve(void **state) {
+    (void)state;
+    static const double even_deg[] = {10, 20, 60}, even[] = {0.1, 0.25, 0.75};
+    static const double uneven_deg[] = {-40, 0, 20, 60}, uneven[] = {1, 0, 0.5, 0.75};
+    const struct {
+        struct api_limit_curve curve;
+        double expected[CELLS], most;
+    } rows[] = {{{3, even_deg, even}, {0.1, 0.375, 0.75, 0.25, 0.25, 0.2500000125, 0.75}, 0.75},
+                {{4, uneven_deg, uneven}, {0, 0.5625, 1, 0.5, 0.5, 0.50000000625, 0.75}, 1}};
+    struct api_request request = plain_request();
+    assert_absent(&request, "severity");
+    assert_true(api_fields_most(COLUMN_CELLS_severity, &request, &result.cells) == -1);
+    for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
+        request.fabric.limit = rows[row].curve;
+        double *severity = derive(&request, "severity");
+        for (int k = 0; k < CELLS; k++)
+            check_at_most(fabs(severity[k] - rows[row].expected[k]), 1e-12);
+        assert_true(api_fields_most(COLUMN_CELLS_severity, &request, &result.cells) ==
+                    rows[row].most);
+        free(severity);
+    }
 }
 
 static void test_fields_packing_limit_is_that_of_the_model(void **state) {
@@ -267,6 +300,7 @@ int main(void) {
         cmocka_unit_test(test_fields_rigid_cavity_follows_mass_conservation),
         cmocka_unit_test(test_fields_without_their_inputs_are_left_out),
         cmocka_unit_test(test_fields_locked_is_beyond_the_locking_angle),
+        cmocka_unit_test(test_fields_severity_is_read_off_the_curve),
         cmocka_unit_test(test_fields_packing_limit_is_that_of_the_model),
         cmocka_unit_test(test_fields_are_finite_at_ninety_degrees),
         cmocka_unit_test(test_fields_permeability_of_a_table_needs_nothing_else),

@@ -320,7 +320,7 @@ static void test_study_gives_slow_methods_short_tasks(void **state) {
 
 /* A large grid has rounds, each as large as all before; together they have each variant once. */
 static void test_study_does_large_grids_in_rounds(void **state) {
-    enum { VARIANTS = 300, ROW = 16 + QUANTITY_COUNT };
+    enum { VARIANTS = 300, ROW = 18 + QUANTITY_COUNT };
     static double numbers[VARIANTS * ROW]; /* rows of zeros are sound */
     struct bytes coarse = studied_saddle(), part = text_replace(coarse.data, "0.25", "0.005");
     struct bytes text = studied_text(
@@ -403,6 +403,37 @@ static void test_study_marks_variants_that_crash(void **state) {
     bytes_free(&part);
 }
 
+/* There the shear of each sign has half of every area: one locks at 20 degrees, the other at 35,
+ * and its severity rises from 0 to 1 over 40 degrees and over 50. */
+static void test_study_judges_each_sign_of_the_shear(void **state) {
+    enum { N = 1500 };
+    struct bytes coarse = studied_saddle(), fine = text_replace(coarse.data, "0.25", "0.05");
+    struct bytes part =
+        text_replace(fine.data, "\"locking_angle_deg\":20",
+                     "\"locking_angle_deg\":{\"positive\":35,\"negative\":20},"
+                     "\"limit_curve\":{\"shear_deg\":[-50,0,40],\"severity\":[1,0,1]}");
+    struct studied f =
+        studied_make(part.data, "\"vary\":{\"start\":{\"points\":[[0,0,0]]},\"angle_deg\":[0]},"
+                                "\"objectives\":[\"locked_area\",\"severity_area\"]");
+    double locked = 0, severe = 0, all = 0, degree = acos(-1) / 180;
+    (void)state;
+    for (int k = 0; k < N * N; k++) {
+        double x = 2 * (k % N + 0.5) / N, y = 2 * (k / N + 0.5) / N;
+        double own = sqrt(1 + x * x + y * y), sine = x * y / sqrt((1 + x * x) * (1 + y * y));
+        double shear_deg = asin(sine) / degree;
+        locked += ((shear_deg > 35) + (shear_deg > 20)) * own / 2;
+        severe += (fmin(shear_deg / 40, 1) + fmin(shear_deg / 50, 1)) * own / 2;
+        all += own;
+    }
+    double cell = 4.0 * 4.0 / (N * (double)N);
+    check_at_most(fabs(studied_value(&f, "locked_area", 0) - locked * cell), 1e-3 * all * cell);
+    check_at_most(fabs(studied_value(&f, "severity_area", 0) - severe * cell), 1e-3 * all * cell);
+    studied_free(&f);
+    bytes_free(&part);
+    bytes_free(&fine);
+    bytes_free(&coarse);
+}
+
 /* ---- continuity ---- */
 
 /* While the start moves over half a spacing in hundredths of one, and turns, every quantity goes
@@ -449,6 +480,7 @@ int main(void) {
         cmocka_unit_test(test_study_keeps_what_it_does_not_vary),
         cmocka_unit_test(test_study_has_the_same_bits_on_any_threads),
         cmocka_unit_test(test_study_objectives_of_a_roof_are_exact),
+        cmocka_unit_test(test_study_judges_each_sign_of_the_shear),
         cmocka_unit_test(test_study_objectives_of_a_saddle_are_those_of_the_exact_net),
         cmocka_unit_test(test_study_front_is_what_nothing_dominates),
         cmocka_unit_test(test_study_says_which_limit_is_hardest),

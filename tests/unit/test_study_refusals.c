@@ -91,6 +91,7 @@ static void test_study_refuses_what_its_drape_lacks(void **state) {
     static const char vary[] = "\"vary\":{\"angle_deg\":[0]},\"objectives\":[\"";
     static const char *const cases[][2] = {
         {"locked_area", "/drape/fabric/locking_angle_deg"},
+        {"severity_area", "/drape/fabric/limit_curve"},
         {"k1_ratio_p95", "/drape/permeability"},
         {"fiber_volume_fraction_range", "/drape/fabric/fiber_volume_fraction"}};
     (void)state;

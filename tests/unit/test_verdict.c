@@ -54,6 +54,29 @@ static void test_verdict_of_a_drape_is_by_its_locking_angle(void **state) {
     }
 }
 
+/* The shear has the other sign in the corners where x and y have the same one. */
+static void test_verdict_of_a_drape_is_by_the_sign_that_locks(void **state) {
+    static const struct {
+        const char *fabric, *detail;
+        double sign; /* of x y there; 0: drapable */
+    } rows[] = {
+        {"\"fabric\":{\"spacing\":0.25,\"locking_angle_deg\":{\"positive\":50,\"negative\":53}}",
+         "not within 50 degrees", -1},
+        {"\"fabric\":{\"spacing\":0.25,\"locking_angle_deg\":{\"positive\":60,\"negative\":53}}",
+         "not within 53 degrees", 1},
+        {"\"fabric\":{\"spacing\":0.25,\"locking_angle_deg\":{\"positive\":60,\"negative\":54}}",
+         "within 54 degrees", 0}};
+    (void)state;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        struct bytes saddle = saddle_with(rows[k].fabric);
+        struct api_verdict v = drape_verdict(saddle.data);
+        assert_int_equal(v.obstacle, rows[k].sign == 0 ? VERDICT_DRAPABLE : VERDICT_SHEAR);
+        assert_non_null(strstr(v.detail, rows[k].detail));
+        assert_true(rows[k].sign == 0 || rows[k].sign * v.at.x * v.at.y > 3.9);
+        bytes_free(&saddle);
+    }
+}
+
 /* Where the cloth ends lies on the part, and not at its edge; where it was asked to end there is no
  * obstacle. */
 static void test_verdict_says_where_the_cloth_ends(void **state) {
@@ -111,6 +134,7 @@ static void test_verdict_of_a_study_is_by_its_best(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_verdict_of_a_drape_is_by_the_sign_that_locks),
         cmocka_unit_test(test_verdict_of_a_drape_is_by_its_locking_angle),
         cmocka_unit_test(test_verdict_says_where_the_cloth_ends),
         cmocka_unit_test(test_verdict_of_a_study_is_by_its_best),
