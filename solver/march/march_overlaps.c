@@ -10,8 +10,9 @@ static struct vec3 normal_of_node(void *context, const struct net_node *node) {
 }
 
 /* An index of the net's nodes, of which there may come to be so many, and if `shaped` of the shapes
- * of its patches. */
-static enum status index_net(struct march *march, size_t count, bool shaped) {
+ * of its patches; without tiles that are apart by `what`, unless that is NULL. */
+static enum status index_net(struct march *march, size_t count, bool shaped,
+                             const enum overlap_tile *what) {
     struct net_tile **tiles = net_sorted_tiles(march->net);
     double turn[2];
     for (int k = 0; k < 2; k++)
@@ -22,7 +23,8 @@ static enum status index_net(struct march *march, size_t count, bool shaped) {
                                   (struct overlap_normals){normal_of_node, march});
     enum status status = tiles && march->overlap ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net); t++)
-        status = overlap_add_tile(march->overlap, tiles[t], shaped);
+        if (!what || what[t] != OVERLAP_TILE_APART)
+            status = overlap_add_tile(march->overlap, tiles[t], shaped);
     return status;
 }
 
@@ -33,7 +35,7 @@ enum status march_watch_overlaps(struct march *march) {
     /* Of a net that begins, with some for shear. */
     double nodes = fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->max_nodes);
     return index_net(march, net_tile_count(march->net) ? march->counts.inside : (size_t)nodes,
-                     false);
+                     false, NULL);
 }
 
 /* The next node inside of those patches of a tile, as bits, from number *k on; NULL: none. */
@@ -56,10 +58,20 @@ enum status march_find_overlap(struct march *march, bool *found) {
     struct overlap *watched = march->overlap;
     struct arena_mark mark = arena_mark(march->arena);
     struct net_tile **tiles = net_sorted_tiles(march->net);
-    enum status status =
-        tiles ? index_net(march, march->counts.inside, true) : STATUS_OUT_OF_MEMORY;
+    enum overlap_tile *what =
+        tiles ? overlap_look(march->net, tiles, march->settings->spacing) : NULL;
+    size_t count = net_tile_count(march->net), suspects = 0, indexed = 0;
+    enum status status = what ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    for (size_t t = 0; what && t < count; t++) {
+        suspects += what[t] == OVERLAP_TILE_SUSPECT;
+        indexed += what[t] != OVERLAP_TILE_APART;
+    }
+    if (suspects > 0)
+        status = index_net(march, march->counts.inside * indexed / count, true, what);
     *found = false;
-    for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net) && !*found; t++) {
+    for (size_t t = 0; status == STATUS_OK && t < count && suspects > 0 && !*found; t++) {
+        if (what[t] != OVERLAP_TILE_SUSPECT)
+            continue;
         unsigned patches = overlap_layers(march->overlap, tiles[t], true);
         const struct net_node *node;
         struct surface_point point;
@@ -90,7 +102,7 @@ enum status march_separate_layers(struct march *march) {
         over = overlap_turns_over(march->net, tiles[t], march->settings->spacing, normals);
     if (march->watched && !over)
         return STATUS_OK;
-    enum status status = index_net(march, march->counts.inside, true);
+    enum status status = index_net(march, march->counts.inside, true, NULL);
     for (size_t t = 0; t < net_tile_count(march->net) && status == STATUS_OK; t++) {
         unsigned patches = overlap_layers(march->overlap, tiles[t], over);
         const struct net_node *node;

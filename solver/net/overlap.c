@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "overlap_patches.h"
+#include "overlap_tiles.h"
 
 #include "separation.h"
 
@@ -9,9 +9,6 @@ enum { NEIGHBOURS = 3, FRAMES = 256 };
 enum { PATCH_BITS = OVERLAP_PATCH_BITS, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
 _Static_assert((int)PATCH == (int)SEPARATION_SIDE, "patches are asked whether they lie apart");
 
-/* A sheet of the surface that is further away than half a spacing is another one. */
-static const double sheet_gap = 0.5;
-
 /* A place is well inside a cell this share of its sides away from them; cells that are narrower, by
  * the sine of their angle, are not asked. */
 static const double well_inside = 0.1, narrow = 0.2;
@@ -20,8 +17,9 @@ static const double well_inside = 0.1, narrow = 0.2;
  * which are no longer than a spacing, and the gap to another sheet. */
 static const double cells_reach = 2.1;
 
-/* The side of the cubes that space is hashed by, in spacings: about what a patch reaches over. */
-static const double cube_side = 6;
+/* The side of the cubes that space is hashed by, in spacings: about what a patch, or a tile,
+ * reaches over. */
+static const double cube_side = 6, tile_cube_side = 20;
 
 /* The frame of a patch, as long as the net does not change there; then of OVERLAP_NONE. */
 struct framed {
@@ -63,18 +61,7 @@ void overlap_pass_slit(struct overlap *overlap) {
     overlap->turn[0] = overlap->turn[1] = HUGE_VAL;
 }
 
-static void stretch_box(struct overlap_box *box, struct vec3 r, double by) {
-    const double at[3] = {r.x, r.y, r.z};
-    for (int k = 0; k < 3; k++) {
-        box->low[k] = at[k] - by < box->low[k] ? at[k] - by : box->low[k];
-        box->high[k] = at[k] + by > box->high[k] ? at[k] + by : box->high[k];
-    }
-}
-
 static const struct overlap_shape unknown_shape = {HUGE_VAL, 0};
-static const struct overlap_box nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
-                                           {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
-
 /* Whether the frame of a patch is known. */
 static bool has_frame(const struct overlap *overlap, int32_t number) {
     int32_t at = overlap->patches.patch[number].frame;
@@ -100,8 +87,8 @@ void overlap_forget(struct overlap *overlap, int32_t i, int32_t j) {
 enum status overlap_add(struct overlap *overlap, int32_t i, int32_t j, struct vec3 r) {
     overlap_forget(overlap, i, j);
     struct net_tile *tile = net_touch(overlap->net, i, j);
-    struct overlap_box box = nothing;
-    stretch_box(&box, r, overlap->reach);
+    struct overlap_box box = overlap_nothing;
+    overlap_stretch_box(&box, r, overlap->reach);
     return tile ? overlap_patches_stretch(&overlap->patches, i >> PATCH_BITS, j >> PATCH_BITS, tile,
                                           &box, unknown_shape)
                 : STATUS_OUT_OF_MEMORY;
@@ -162,10 +149,11 @@ enum status overlap_add_tile(struct overlap *overlap, const struct net_tile *til
     for (int at = 0; at < PATCHES * PATCHES && status == STATUS_OK; at++) {
         int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
         struct overlap_shape shape = shaped ? find_shape(&window, x, y) : unknown_shape;
-        struct overlap_box box = nothing; /* of what its nodes reach */
+        struct overlap_box box = overlap_nothing; /* of what its nodes reach */
         for (int row = y; row < y + PATCH; row++)
             for (unsigned bits = inside_row(tile, x, row); bits; bits &= bits - 1)
-                stretch_box(&box, tile->node[row][x + __builtin_ctz(bits)].r, overlap->reach);
+                overlap_stretch_box(&box, tile->node[row][x + __builtin_ctz(bits)].r,
+                                    overlap->reach);
         if (box.low[0] <= box.high[0])
             status = overlap_patches_stretch(&overlap->patches, tile->ti * PATCHES + x / PATCH,
                                              tile->tj * PATCHES + y / PATCH, tile, &box, shape);
@@ -191,45 +179,9 @@ struct look {
     struct separation_points points; /* of the patch */
 };
 
-/* Whether two boxes touch, and a cube is the first of those that they have in common: along each
- * axis one of them begins in it. `cubes` are those of the first box. */
-static bool touch_first_in(const struct overlap_patches *patches, const struct overlap_box *box,
-                           const struct overlap_cubes *cubes, const struct overlap_box *other,
-                           const int64_t at[3]) {
-    bool first = true;
-    for (int k = 0; k < 3; k++)
-        first =
-            first && box->low[k] <= other->high[k] && other->low[k] <= box->high[k] &&
-            (at[k] == cubes->first[k] || at[k] == (int64_t)floor(other->low[k] / patches->cube));
-    return first;
-}
-
-static bool look_round_patch(struct look *look, bool (*enough)(struct look *look, int32_t other)) {
-    struct overlap *overlap = look->overlap;
-    struct overlap_box inner = look->patch->box; /* of the nodes alone */
-    for (int k = 0; k < 3; k++) {
-        inner.low[k] += overlap->reach;
-        inner.high[k] -= overlap->reach;
-    }
-    struct overlap_cubes cubes = overlap_patches_cubes(&overlap->patches, &inner);
-    int64_t at[3];
-    for (at[0] = cubes.first[0]; at[0] <= cubes.last[0]; at[0]++)
-        for (at[1] = cubes.first[1]; at[1] <= cubes.last[1]; at[1]++)
-            for (at[2] = cubes.first[2]; at[2] <= cubes.last[2]; at[2]++) {
-                int32_t site = overlap_patches_first(&overlap->patches, at);
-                for (; site != OVERLAP_NONE; site = overlap->patches.sites[site].next) {
-                    int32_t other = overlap->patches.sites[site].patch;
-                    const struct overlap_box *box = &overlap->patches.patch[other].box;
-                    if (touch_first_in(&overlap->patches, &inner, &cubes, box, at) &&
-                        enough(look, other))
-                        return true;
-                }
-            }
-    return false;
-}
-
 /* Notes how far the other patch is in the net, in patches. */
-static bool note_away(struct look *look, int32_t other) {
+static bool note_away(void *context, int32_t other) {
+    struct look *look = context;
     const struct overlap_patch *p = look->patch, *q = &look->overlap->patches.patch[other];
     int32_t i = p->pi < q->pi ? q->pi - p->pi : p->pi - q->pi;
     int32_t j = p->pj < q->pj ? q->pj - p->pj : p->pj - q->pj;
@@ -266,7 +218,8 @@ static const struct separation_frame *separation_frame_of(struct overlap *overla
     return &framed->frame;
 }
 
-static bool may_meet(struct look *look, int32_t other) {
+static bool may_meet(void *context, int32_t other) {
+    struct look *look = context;
     const struct separation_frame *frame = separation_frame_of(look->overlap, other);
     return !frame || !separation_holds(frame, &look->points, look->overlap->reach,
                                        look->all ? least_of_all : NEIGHBOURS + 1);
@@ -313,13 +266,13 @@ static unsigned find_suspects(struct overlap *overlap, const struct net_tile *ti
         if (!patch)
             continue;
         struct look look = {.overlap = overlap, .patch = patch, .all = all, .away = 1};
-        (void)look_round_patch(&look, note_away);
+        (void)overlap_patches_meet(&overlap->patches, patch, overlap->reach, note_away, &look);
         if ((near && look.away <= 1) ||
             (look.away <= EVEN_MOST && is_evenly_bent(overlap, patch, look.away, all)))
             continue;
         struct net_window window = net_window(overlap->net, tile->ti, tile->tj);
         separation_points(&window, patch_column(patch), patch_row(patch), &look.points);
-        if (look_round_patch(&look, may_meet))
+        if (overlap_patches_meet(&overlap->patches, patch, overlap->reach, may_meet, &look))
             suspects |= 1u << at;
     }
     return suspects;
@@ -331,6 +284,12 @@ unsigned overlap_suspects(struct overlap *overlap, const struct net_tile *tile) 
 
 unsigned overlap_layers(struct overlap *overlap, const struct net_tile *tile, bool over) {
     return find_suspects(overlap, tile, true, !over);
+}
+
+enum overlap_tile *overlap_look(struct net *net, struct net_tile *const *tiles,
+                                const double spacing[2]) {
+    double longest = fmax(spacing[0], spacing[1]);
+    return overlap_tiles(net, tiles, tile_cube_side * longest, cells_reach * longest, NEIGHBOURS);
 }
 
 /* A node of the net that another one may lie on: at column x and row y of a tile. */
@@ -380,7 +339,8 @@ static bool within_cells(struct overlap *overlap, const struct target *at,
         b = vec3_scale(overlap->spacing[1], vec3_unit(vec3_cross(own, a)));
     struct vec3 across = vec3_cross(a, b);
     double area2 = vec3_norm2(across), height = vec3_dot(offset, across);
-    if (!(area2 > 0) || height * height > sheet_gap * sheet_gap * area2 * vec3_norm2(a))
+    if (!(area2 > 0) ||
+        height * height > overlap_sheet_gap * overlap_sheet_gap * area2 * vec3_norm2(a))
         return false;
     if (!(vec3_dot(across, normal) > 0))
         return false;
@@ -428,7 +388,7 @@ static bool lies_on_cell(const struct visitor *v, const struct target *at, int32
     struct vec3 offset = vec3_axpy(-0.25, sum, v->point), across = vec3_cross(a, b);
     double area2 = vec3_norm2(across), height = vec3_dot(offset, across);
     if (!(area2 > narrow * narrow * vec3_norm2(a) * vec3_norm2(b)) ||
-        height * height > sheet_gap * sheet_gap * area2 * vec3_norm2(a) / 4 ||
+        height * height > overlap_sheet_gap * overlap_sheet_gap * area2 * vec3_norm2(a) / 4 ||
         !(vec3_dot(across, v->normal) > sqrt(area2) / 2))
         return false;
     double x = vec3_dot(vec3_cross(offset, b), across) / area2;

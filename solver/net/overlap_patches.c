@@ -113,3 +113,40 @@ enum status overlap_patches_stretch(struct overlap_patches *patches, int32_t pi,
     bool fits = enter(patches, number, known ? &before : NULL);
     return fits || grow_sites(patches, 2 * patches->site_room) ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
+
+/* Whether two boxes touch, and a cube is the first of those that they have in common: along each
+ * axis one of them begins in it. `cubes` are those of the first box. */
+static bool touch_first_in(const struct overlap_patches *patches, const struct overlap_box *box,
+                           const struct overlap_cubes *cubes, const struct overlap_box *other,
+                           const int64_t at[3]) {
+    bool first = true;
+    for (int k = 0; k < 3; k++)
+        first =
+            first && box->low[k] <= other->high[k] && other->low[k] <= box->high[k] &&
+            (at[k] == cubes->first[k] || at[k] == (int64_t)floor(other->low[k] / patches->cube));
+    return first;
+}
+
+bool overlap_patches_meet(const struct overlap_patches *patches, const struct overlap_patch *patch,
+                          double reach, bool (*enough)(void *context, int32_t other),
+                          void *context) {
+    struct overlap_box inner = patch->box; /* of the nodes alone */
+    for (int k = 0; k < 3; k++) {
+        inner.low[k] += reach;
+        inner.high[k] -= reach;
+    }
+    struct overlap_cubes cubes = overlap_patches_cubes(patches, &inner);
+    int64_t at[3];
+    for (at[0] = cubes.first[0]; at[0] <= cubes.last[0]; at[0]++)
+        for (at[1] = cubes.first[1]; at[1] <= cubes.last[1]; at[1]++)
+            for (at[2] = cubes.first[2]; at[2] <= cubes.last[2]; at[2]++) {
+                int32_t site = overlap_patches_first(patches, at);
+                for (; site != OVERLAP_NONE; site = patches->sites[site].next) {
+                    int32_t other = patches->sites[site].patch;
+                    const struct overlap_box *box = &patches->patch[other].box;
+                    if (touch_first_in(patches, &inner, &cubes, box, at) && enough(context, other))
+                        return true;
+                }
+            }
+    return false;
+}

@@ -17,6 +17,20 @@ struct overlap_box {
     double low[3], high[3];
 };
 
+/* A sheet of the surface that is further away than half a spacing is another one. */
+static const double overlap_sheet_gap = 0.5;
+
+static const struct overlap_box overlap_nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
+                                                   {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+
+static inline void overlap_stretch_box(struct overlap_box *box, struct vec3 r, double by) {
+    const double at[3] = {r.x, r.y, r.z};
+    for (int k = 0; k < 3; k++) {
+        box->low[k] = at[k] - by < box->low[k] ? at[k] - by : box->low[k];
+        box->high[k] = at[k] + by > box->high[k] ? at[k] + by : box->high[k];
+    }
+}
+
 /* How a patch is bent: the square of the largest second difference of its yarns, and of the least
  * sine of the angle between them. */
 struct overlap_shape {
@@ -49,7 +63,8 @@ struct overlap_patches {
     size_t cube_count;
 };
 
-/* The cubes that a box touches: from the first to the last, along each axis. */
+/* The cubes that a box touches: from the first to the last, along each axis; none of an empty one.
+ */
 struct overlap_cubes {
     int64_t first[3], last[3];
 };
@@ -57,6 +72,12 @@ struct overlap_cubes {
 /* No patches, with room in the arena for those of about `nodes` nodes; false without memory. */
 bool overlap_patches_make(struct overlap_patches *patches, struct arena *arena, size_t nodes,
                           double cube);
+
+/* Asks of each patch that comes near the nodes of one, which reach so far, until that is `enough`:
+ * whether it was. */
+bool overlap_patches_meet(const struct overlap_patches *patches, const struct overlap_patch *patch,
+                          double reach, bool (*enough)(void *context, int32_t other),
+                          void *context);
 
 /* Stretches the patch (pi, pj) of a tile by a box, and sets how it is bent. Errors:
  * STATUS_OUT_OF_MEMORY. */
@@ -99,8 +120,8 @@ static inline int32_t overlap_patches_first(const struct overlap_patches *patche
 
 static inline struct overlap_cubes overlap_patches_cubes(const struct overlap_patches *patches,
                                                          const struct overlap_box *box) {
-    struct overlap_cubes cubes;
-    for (int k = 0; k < 3; k++) {
+    struct overlap_cubes cubes = {{0, 0, 0}, {-1, -1, -1}};
+    for (int k = 0; k < 3 && box->low[0] <= box->high[0]; k++) {
         cubes.first[k] = (int64_t)floor(box->low[k] / patches->cube);
         cubes.last[k] = (int64_t)floor(box->high[k] / patches->cube);
     }

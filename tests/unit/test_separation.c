@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Whether patches of nets lie apart (solver/net/separation.h), against their nodes one by one. */
+/* Whether patches of nets lie apart (solver/net/separation.h), and tiles from all the rest
+ * (solver/net/overlap_tiles.h), against their nodes one by one. */
+#include "solver/net/overlap.h"
 #include "solver/net/separation.h"
 
 #include "own_arena.h"
@@ -110,8 +112,79 @@ static void test_separation_is_right_of_every_node(void **state) {
     check_above(neighbours, ROUNDS / 4);
 }
 
+/* ---- tiles ---- */
+
+enum { NETS = 60, WIDE = 2 * NET_TILE };
+
+/* A net round the start on a bent strip, which may come round to itself. Beyond a column without
+ * nodes it may have slipped back onto what is near it or far off, or it is pressed together. */
+static void put_net(struct net *net, int round) {
+    const double slip[] = {0, 9, 34, 0}, pressed[] = {1, 1, 1, 0.1};
+    const int kind = round % 4, from = (int)(10 * roll());
+    double radius = round % 3 ? 40 + 200 * fabs(roll()) : 4 + 8 * fabs(roll()), rise = 0.3 * roll();
+    double shear = 0.6 * roll();
+    for (int j = -NET_TILE; j < NET_TILE; j++)
+        for (int i = -WIDE; i < WIDE; i++) {
+            double along = i > from ? from + pressed[kind] * (i - from) - slip[kind] : i;
+            double x = along + shear * j, turn = x / radius, out = radius + 0.1 * j;
+            struct vec3 r = {out * sin(turn), out * cos(turn), j + rise * x};
+            bool none = (slip[kind] > 0 && i == from) || (round % 5 == 0 && roll() > 0.95);
+            struct net_node node = {.r = r, .state = none ? NET_FAILED : NET_INSIDE};
+            assert_int_equal(net_put(net, i, j, &node), STATUS_OK);
+        }
+}
+
+/* Whether a node of a tile is in the cells round one that is no neighbour. */
+static bool tile_meets(struct net *net, const struct net_tile *tile, const double reach) {
+    for (int k = 0; k < NET_TILE * NET_TILE; k++) {
+        const struct net_node *node = &tile->node[k / NET_TILE][k % NET_TILE];
+        int32_t at[2] = {tile->ti * NET_TILE + k % NET_TILE, tile->tj * NET_TILE + k / NET_TILE};
+        for (int32_t j = -NET_TILE; node->state == NET_INSIDE && j < NET_TILE; j++)
+            for (int32_t i = -WIDE; i < WIDE; i++) {
+                const struct net_node *other = net_find(net, i, j);
+                bool near = abs(i - at[0]) <= 3 && abs(j - at[1]) <= 3;
+                if (near || other->state != NET_INSIDE ||
+                    !(vec3_distance(other->r, node->r) < reach))
+                    continue;
+                struct net_window w = net_window(net, i >> NET_TILE_BITS, j >> NET_TILE_BITS);
+                if (in_cells(&w, i & (NET_TILE - 1), j & (NET_TILE - 1), node->r))
+                    return true;
+            }
+    }
+    return false;
+}
+
+static void test_separation_of_tiles_is_right_of_every_node(void **state) {
+    const double spacing[2] = {1, 1};
+    int apart = 0, meet = 0;
+    (void)state;
+    dice = check_seed(2);
+    for (int round = 0; round < NETS; round++) {
+        struct arena_mark mark = arena_mark(arena);
+        struct net net;
+        assert_int_equal(net_make(&net, arena, false), STATUS_OK);
+        put_net(&net, round);
+        struct net_tile **tiles = net_sorted_tiles(&net);
+        const enum overlap_tile *what = tiles ? overlap_look(&net, tiles, spacing) : NULL;
+        assert_non_null(what);
+        for (size_t t = 0; t < net_tile_count(&net); t++) {
+            bool meets = tile_meets(&net, tiles[t], 2.1);
+            meet += meets;
+            apart += what[t] != OVERLAP_TILE_SUSPECT;
+            if (meets)
+                assert_int_equal(what[t], OVERLAP_TILE_SUSPECT);
+        }
+        arena_rewind(arena, mark);
+    }
+    printf("  tiles: %d apart, %d meet others\n", apart, meet);
+    check_above(apart, NETS);
+    check_above(meet, NETS);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_separation_is_right_of_every_node, set_up, tear_down)};
+        cmocka_unit_test_setup_teardown(test_separation_is_right_of_every_node, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_separation_of_tiles_is_right_of_every_node, set_up,
+                                        tear_down)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
