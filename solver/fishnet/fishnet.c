@@ -190,11 +190,10 @@ static bool predict(struct surface_cursor *cursor, const struct fishnet_cell *ce
 
 /* ---- from face to face of a shell ---- */
 
-/* The same as `predict` on a shell: the point on the continuation of the face of C or B, carried
- * to where it belongs; after those, what is nearest to the last ones. */
+/* The same as `predict` on a shell: the point on the continuation of the face of C or B; after
+ * those, what is nearest to the last ones. */
 static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell, int k,
                              struct surface_place *begin) {
-    struct surface_point point;
     if (k >= PREDICTORS) {
         const struct shell *shell = cell->c->surface->shell;
         struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
@@ -207,14 +206,16 @@ static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet
         begin->uv[1] = nearest.inner[1];
         return distance < cell->bd + cell->cd;
     }
-    if (!predict(cursor, cell, k, begin))
-        return false;
-    if (crossing_within(begin->surface, begin->uv))
-        return true;
-    if (!surface_point_at(begin->surface, cursor, begin->uv, &point) ||
+    return predict(cursor, cell, k, begin);
+}
+
+/* Carries a place on the continuation of a face to where it belongs. */
+static bool settle_place(struct surface_cursor *cursor, struct surface_place *place) {
+    struct surface_point point;
+    if (!surface_point_at(place->surface, cursor, place->uv, &point) ||
         !crossing_settle(cursor, &point))
         return false;
-    *begin = (struct surface_place){point.surface, {point.uv[0], point.uv[1]}};
+    *place = (struct surface_place){point.surface, {point.uv[0], point.uv[1]}};
     return true;
 }
 
@@ -232,11 +233,12 @@ static bool is_on_other_face(const struct surface_point *corner,
  * further off than this share of the shorter edge, and twice the gap. */
 static const double at_joint = 1e-4;
 
-/* Newton on a face; where it ends outside its region beyond a joint, on the next one. A point that
+/* Newton on a face; where it ends outside its region beyond a joint, on the next one, unless it is
+ * to `stay`: then there is none. A point that
  * either face of a joint carries to the other belongs to them next to the joint alone: at a sharp
  * crease the continuations of both may have a root, and neither face. */
 static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
-                            struct surface_place *begin, struct fishnet_node *node) {
+                            struct surface_place *begin, bool stay, struct fishnet_node *node) {
     const struct surface *last = NULL;
     const struct shell *shell = cell->c->surface->shell;
     double least = fmin(cell->bd, cell->cd);
@@ -263,6 +265,8 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
         }
         if (crossing->kind != CROSSING_JOINT)
             return true;
+        if (stay)
+            return false;
         if (crossing->beyond == last) {
             double gap = shell_edges(shell).largest_gap;
             return crossing->at_corner || crossing->distance <= at_joint * least + 2 * gap;
@@ -272,6 +276,26 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
             return false;
     }
     return false;
+}
+
+/* D by the k-th place to start from. Beyond the boundary, where most places outside their face are,
+ * it belongs to the face that they are on: that is tried before they are carried anywhere. */
+static bool solve_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell, int k,
+                           struct fishnet_node *node) {
+    struct surface_place begin;
+    if (!predict_on_shell(cursor, cell, k, &begin))
+        return false;
+    if (k < PREDICTORS && !crossing_within(begin.surface, begin.uv)) {
+        struct surface_place own = begin;
+        const int before = node->iterations;
+        if (newton_on_shell(cursor, cell, &own, true, node) &&
+            fishnet_right_root(cell, &node->point))
+            return true;
+        node->iterations = before;
+        if (!settle_place(cursor, &begin))
+            return false;
+    }
+    return newton_on_shell(cursor, cell, &begin, false, node);
 }
 
 bool fishnet_has_collapsed(const struct fishnet_cell *cell) {
@@ -295,8 +319,7 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
     const bool shell = surface->shell;
     for (int k = 0; k < PREDICTORS + (shell ? 2 : 0); k++) {
         struct surface_place begin;
-        bool found = shell ? predict_on_shell(cursor, cell, k, &begin) &&
-                                 newton_on_shell(cursor, cell, &begin, node)
+        bool found = shell ? solve_on_shell(cursor, cell, k, node)
                            : predict(cursor, cell, k, &begin) &&
                                  find_root(surface, cursor, cell, begin.uv, node);
         if (found && fishnet_right_root(cell, &node->point))
