@@ -224,10 +224,9 @@ static void edge_continued_at(const struct shell *shell, const struct face_edge 
         curve_beyond(shell, curve, from, t, place);
         return;
     }
-    curve_at(shell, curve, edge->t[end], place);
     for (int k = 0; k < 2; k++) {
         place->rate[k] = edge->beyond[end][k];
-        place->uv[k] += (t - place->t) * place->rate[k];
+        place->uv[k] = edge->tip[end][k] + (t - edge->t[end]) * place->rate[k];
     }
     place->t = t;
     surface_jet_at(&shell->faces[curve->face].surface, &cursor, place->uv[0], place->uv[1],

@@ -42,8 +42,9 @@ struct face_edge {
     int8_t inside; /* the face lies to the left (1) or right (-1) of it in inner (u, v) */
     bool open[2];  /* joints: that end lies on the boundary of the shell, where the joint goes on in
                       ghosts' land: */
-    bool straight[2];    /* in a straight line with the derivative `beyond` of inner (u, v) by t; */
-    double beyond[2][2]; /* else as its curve does, which sets out with it */
+    bool straight[2];    /* in a straight line from `tip` with the derivative `beyond` of inner */
+    double beyond[2][2]; /* (u, v) by t; else as its curve does, which sets out with it */
+    double tip[2][2];
     struct vec3 end[2];
     struct face_edge_end follow[2]; /* the free edge that goes on from that end of a free edge, or
                                        begins at the open end of a joint; else EDGE_FREE */

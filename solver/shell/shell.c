@@ -198,6 +198,8 @@ static void lead_beyond(const struct shell *shell, struct face_edge *joint, int 
     memcpy(joint->beyond[end], place.rate, sizeof place.rate);
     edge_normals(shell, joint, end, normal, &at);
     joint->straight[end] = vec3_dot(normal[0], normal[1]) > smooth;
+    curve_at(shell, curve, joint->t[end], &other);
+    memcpy(joint->tip[end], other.uv, sizeof other.uv);
     for (int k = 0; k < 2 && joint->straight[end]; k++) {
         const struct surface_axis *axis = &surface->axis[k];
         const double ends[2] = {surface_axis_lower(axis), surface_axis_upper(axis)};
