@@ -30,6 +30,7 @@ struct ray {
     const struct surface_point *from;
     double length, accuracy; /* of each step's share of it */
     bool stays;              /* on its face's continuation */
+    double reach;            /* as a path's */
     double error;            /* estimated, by its length */
     struct vec3 direction;   /* at its start: unit, tangential */
     struct surface_point end;
@@ -71,6 +72,7 @@ static bool aim_path(const struct ray *ray, struct path *path) {
     bool made = path_geodesic(path, ray->from->surface, ray->from, ray->direction);
     path->accuracy = ray->accuracy;
     path->stays = ray->stays;
+    path->reach = ray->reach;
     return made;
 }
 
@@ -85,8 +87,9 @@ static bool end_ray(struct surface_cursor *cursor, const struct path *path, stru
 
 /* ---- the cell ---- */
 
-/* Smooth cells whose rays have made this many steps are given up. */
-enum { SMOOTH_MOST = 2000 };
+/* Cells whose rays have made this many steps are given up. Over fillets of a tenth of the spacing
+ * they make a few hundred. */
+enum { TRIED_MOST = 2000 };
 
 /* Ends that come no nearer than to this share of the gap, so many rounds in a row, do not meet; to
  * a larger share than this, the Jacobi field is corrected by how they moved. */
@@ -102,14 +105,13 @@ struct meeting {
     struct vec3 gap, by[2], end_tangent;
     struct vec3 learnt[2]; /* what is added to the Jacobi fields in `by` */
     bool stalled;
-    int most; /* steps of all rays */
 };
 
 /* `tried` gathers the rays' steps. */
 static bool shoot_both(struct surface_cursor *cursor, struct meeting *m, int *tried) {
     struct path path[2];
     const double length[2] = {m->ray[0].length, m->ray[1].length};
-    if (*tried > m->most || !aim_path(&m->ray[0], &path[0]) || !aim_path(&m->ray[1], &path[1]))
+    if (*tried > TRIED_MOST || !aim_path(&m->ray[0], &path[0]) || !aim_path(&m->ray[1], &path[1]))
         return false;
     bool gone = path_advance_both(path, length);
     *tried += path[0].tried + path[1].tried;
@@ -336,8 +338,7 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
         return fishnet_right_root(cell, &node->point) ? FISHNET_FOUND : FISHNET_COLLAPSED;
     node->tried = 0;
     struct meeting m = {
-        .ray = {{.from = cell->b, .length = length[0]}, {.from = cell->c, .length = length[1]}},
-        .most = SMOOTH_MOST};
+        .ray = {{.from = cell->b, .length = length[0]}, {.from = cell->c, .length = length[1]}}};
     for (int k = 0; k < 2; k++)
         m.ray[k].direction =
             surface_point_tangent(m.ray[k].from, vec3_sub(node->point.jet.r, m.ray[k].from->jet.r));
@@ -349,10 +350,11 @@ enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct sur
                                        const double accuracy[2], struct fishnet_yarns *yarns,
                                        struct fishnet_node *node) {
     struct meeting m = {.ray = {{.from = cell->b, .length = bd, .direction = yarns->start[0]},
-                                {.from = cell->c, .length = cd, .direction = yarns->start[1]}},
-                        .most = yarns->most};
-    for (int k = 0; k < 2; k++)
+                                {.from = cell->c, .length = cd, .direction = yarns->start[1]}}};
+    for (int k = 0; k < 2; k++) {
         m.ray[k].stays = yarns->stays[k];
+        m.ray[k].reach = yarns->reach;
+    }
     node->iterations = 0;
     enum fishnet_end end =
         meet_rays(surface, cursor, cell, accuracy[0], accuracy[1], false, &m, node);

@@ -22,7 +22,7 @@
 struct fishnet_yarns {
     struct vec3 start[2], end[2];
     bool stays[2]; /* on the continuation of B's or C's face, over no joint */
-    int most;      /* steps after which they are given up */
+    double reach;  /* of the geodesics, as a path's */
 };
 
 /* Moves `node`, a point near D on the right side (`fishnet_solve` with the chords of `gib`), to
@@ -36,7 +36,7 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
 /* The same from the directions yarns->start, wherever that is: nothing is asked of chords, so that
  * folds of any angle may lie in the cell. Ends meet to accuracy[0] of their length, and geodesics
  * are followed to accuracy[1] a step. Sets node and all of `yarns`. Given up when node->tried, to
- * which the geodesics' steps are added, becomes more than yarns->most. */
+ * which the geodesics' steps are added, becomes too many. */
 enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct surface_cursor *cursor,
                                        const struct fishnet_cell *cell, double bd, double cd,
                                        const double accuracy[2], struct fishnet_yarns *yarns,

@@ -72,6 +72,10 @@ static double part_size(const struct march *march) {
 /* The continuation is trusted up to this share of the part's size from it. */
 static const double reach = 0.3;
 
+double march_reach(const struct march *march) {
+    return reach * march->size;
+}
+
 /* How often the net has passed the cut to its left on the way to (i, j), less the passages to its
  * right: by a neighbour, those towards the start first. */
 static int count_turns(struct march *march, int32_t i, int32_t j,
@@ -112,11 +116,10 @@ static enum surface_point_zone zone_of(struct march *march, const struct surface
     enum surface_point_zone zone = SURFACE_POINT_INSIDE;
     double uv[2];
     if (!march->mesh && point->surface->shell)
-        zone =
-            surface_point_zone_on_face(point, march_look_over(march, point), reach * march->size);
+        zone = surface_point_zone_on_face(point, march_look_over(march, point), march_reach(march));
     else if (!march->mesh)
         zone = surface_point_zone(march->surface, &march->cursor, cut_from, point,
-                                  reach * march->size, reason);
+                                  march_reach(march), reason);
     if (zone != SURFACE_POINT_INSIDE || start || !trim)
         return zone;
     (void)march_parameters(march, point, uv);

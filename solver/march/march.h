@@ -188,6 +188,9 @@ static inline const struct surface *march_surface(const struct march *march,
     return surface && surface->shell ? shell_surface(surface->shell, node->face) : surface;
 }
 
+/* The continuation is trusted up to so far from the boundary. */
+double march_reach(const struct march *march);
+
 /* Area to be covered. */
 double march_area(const struct march *march);
 

@@ -108,14 +108,8 @@ static bool nearest_outside(const struct march *march, const struct fishnet_cell
     return is_outside(march->surface, uv);
 }
 
-/* Whether what a place has beside it on a shell is the boundary: a free edge, or the end of a
- * joint. */
-static bool is_boundary(const struct crossing *crossing) {
-    return crossing->kind == CROSSING_FREE ||
-           (crossing->kind == CROSSING_JOINT && crossing->at_corner);
-}
-
-/* Whether either says so; on a shell, whether the place expected lies beyond the boundary. */
+/* Whether either says so; on a shell, whether the place expected lies beyond a free edge, or beyond
+ * the end of a joint. */
 static bool expected_outside(struct march *march, const struct fishnet_cell *cell) {
     const struct surface_point *c = cell->c;
     struct vec3 step = vec3_sub(cell->guess, c->jet.r);
@@ -127,13 +121,8 @@ static bool expected_outside(struct march *march, const struct fishnet_cell *cel
         !crossing_settle(&march->cursor, &there))
         return false;
     crossing_find(&there, NULL, &crossing);
-    return is_boundary(&crossing);
-}
-
-/* Whether a point lies beyond the boundary of the part, outside the domain of its surface. */
-static bool lies_beyond(struct march *march, const struct surface_point *point) {
-    return is_outside(point->surface, point->uv) &&
-           (!point->surface->shell || is_boundary(march_look_over(march, point)));
+    return crossing.kind == CROSSING_FREE ||
+           (crossing.kind == CROSSING_JOINT && crossing.at_corner);
 }
 
 const struct net_node *march_node_at(const struct march *march, int32_t i, int32_t j) {
@@ -236,25 +225,13 @@ static bool lies_over_joint(struct march *march, const struct surface_point *poi
     return joint && joint->kind == CROSSING_JOINT && joint->distance > shell_joint_width(shell);
 }
 
-/* Steps that the geodesics of a cell may make. Over fillets of a tenth of the spacing they make a
- * few hundred; beyond the boundary the continuation may be anything. */
-enum { STEPS_INSIDE = 2000, STEPS_BEYOND = 300 };
-
-/* Those of a cell whose D chords have `found`, or else may lie anywhere beside B and C. */
-static int most_steps(struct march *march, const struct fishnet_cell *cell,
-                      const struct surface_point *found) {
-    bool beyond = found ? lies_beyond(march, found)
-                        : lies_beyond(march, cell->b) && lies_beyond(march, cell->c);
-    return beyond ? STEPS_BEYOND : STEPS_INSIDE;
-}
-
 /* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. Where chords led
  * to a D, `found`, it may be enough to measure them. */
 static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
                                     const struct fishnet_cell *cell, bool found,
                                     struct fishnet_node *node) {
     const double *d = march->length;
-    struct fishnet_yarns yarns = {.stays = {false, false}};
+    struct fishnet_yarns yarns = {.reach = march_reach(march)};
     struct vec3 back[2];
     bool geodesic = march->method->yarn == DRAPE_YARN_GEODESIC;
     const struct fishnet_collocation wanted = {
@@ -281,7 +258,6 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     if (!march_turn_as_at_a(march, at, back, yarns.start))
         return FISHNET_NO_CONVERGENCE;
     node->tried = 0;
-    yarns.most = most_steps(march, cell, found ? &node->point : NULL);
     const struct fishnet_yarns begun = yarns;
     const double *accuracy = geodesic ? geodesic_accuracy : rough_accuracy;
     enum fishnet_end end = meet_as_geodesics(march, cell, accuracy, &yarns, node);

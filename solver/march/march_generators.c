@@ -100,6 +100,7 @@ bool march_straight_on(struct march *march, const struct surface_point *from, st
         return march_mesh_straight_on(march, from, direction, di, dj, point);
     if (!path_geodesic(&start.path, from->surface, from, direction))
         return false;
+    start.path.reach = march_reach(march);
     (void)find_stop_point(march, &start);
     end = start;
     if (!advance_stop(march, &end, d)) {
@@ -159,6 +160,7 @@ static struct arm make_arm(struct march *march, int number) {
     else
         arm.started =
             path_geodesic(&arm.at.path, march->surface, is_curve ? &curve->from : from, direction);
+    arm.at.path.reach = march_reach(march);
     if (arm.started && march->surface)
         (void)find_stop_point(march, &arm.at);
     return arm;

@@ -10,6 +10,7 @@ enum {
     JOINT_ROUNDS = 8,  /* steps, each half of the last, to a joint */
     FAILURES_MAX = 40, /* steps of one advance in one span that were too long */
     STEPS_MAX = 200,   /* steps of one advance in one span */
+    ASTRAY_MOST = 6,   /* steps that end where the continuation is not trusted */
 };
 
 /* Local error allowed, as a share of the step, unless the owner of the path says more. */
@@ -258,12 +259,29 @@ void path_follow_net(struct path *path, double d, int order) {
     path->accuracy = fmin(fmax(share, finest_of_order[!second]), coarsest_of_order[!second]);
 }
 
+/* Counts the steps that end beyond the boundary where the continuation is not trusted. Whether
+ * there have been so many that the path is lost there: over a ridge it takes a few. */
+static bool is_astray(struct path *path) {
+    struct surface_cursor cursor = {0, 0};
+    struct surface_point here;
+    double inside[2];
+    if (path->reach == 0 || path->stays || !path_clamp(path, inside))
+        return false;
+    if (!path->has_jet)
+        path_jet(path, path->uv, &path->jet);
+    path->has_jet = true;
+    path->astray += !path_surface_point(path, &cursor, &here, NULL) ||
+                    !surface_point_is_trusted(&here, &cursor, path->reach);
+    return path->astray > ASTRAY_MOST;
+}
+
 /* Steps, the first with the number `round`, until `remaining` is gone, or so many that the advance
  * leads nowhere. Towards a pole many are needed. */
 static bool go_on(struct path *path, double remaining, struct effort *effort, int round) {
     for (; round < rounds_max && remaining > 0 && !path->ended; round++) {
         double gone = 0, h = remaining;
-        if (past_pole(path) || (effort->steps++ >= STEPS_MAX && !path->surface->has_poles))
+        if ((round > 0 && is_astray(path)) || past_pole(path) ||
+            (effort->steps++ >= STEPS_MAX && !path->surface->has_poles))
             return false;
         const struct surface *surface = path->surface;
         const int span[2] = {path->span[0], path->span[1]};

@@ -36,10 +36,13 @@ struct path {
     double error;           /* the sum of the steps' estimated local errors, a length */
     struct surface_jet jet; /* of where it is, as its span has it, if `has_jet` */
     bool has_jet;
-    bool stays;        /* on the continuation of its face, over no joint */
-    int tried;         /* steps, those that were too long among them */
-    bool ended;        /* it has come to a fold of the surface back on itself */
-    double ahead;      /* length already gone of the next advance: a pole is left with a leap */
+    bool stays;   /* on the continuation of its face, over no joint */
+    double reach; /* beyond the boundary it is lost where the continuation is not trusted, which
+                     it is up to so far from it; 0: anywhere */
+    int astray;   /* steps that ended there */
+    int tried;    /* steps, those that were too long among them */
+    bool ended;   /* it has come to a fold of the surface back on itself */
+    double ahead; /* length already gone of the next advance: a pole is left with a leap */
     struct vec3 plane; /* PATH_SECTION: the normal, signed as the path goes */
     const double (
         *curve)[2]; /* PATH_CURVE: its points, the one ahead, and the sense it is walked */

@@ -416,6 +416,17 @@ enum surface_point_zone surface_point_zone_on_face(const struct surface_point *p
     return is_trusted(point, &border, reach) ? SURFACE_POINT_GHOST : SURFACE_POINT_BEYOND;
 }
 
+bool surface_point_is_trusted(const struct surface_point *point, struct surface_cursor *cursor,
+                              double reach) {
+    struct border border;
+    struct crossing crossing;
+    if (!point->surface->shell)
+        return nearest_border(point->surface, cursor, point->jet.r, point->uv, &border) &&
+               is_trusted(point, &border, reach);
+    crossing_find(point, NULL, &crossing);
+    return surface_point_zone_on_face(point, &crossing, reach) != SURFACE_POINT_BEYOND;
+}
+
 enum surface_point_zone surface_point_zone(const struct surface *surface,
                                            struct surface_cursor *cursor, const double centre[2],
                                            const struct surface_point *point, double reach,

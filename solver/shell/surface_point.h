@@ -99,6 +99,10 @@ struct crossing;
 enum surface_point_zone surface_point_zone_on_face(const struct surface_point *point,
                                                    const struct crossing *crossing, double reach);
 
+/* Whether the continuation is trusted at a point beyond the domain, as either zone asks. */
+bool surface_point_is_trusted(const struct surface_point *point, struct surface_cursor *cursor,
+                              double reach);
+
 /* Tangents this nearly parallel (sine of their angle) span no tangent plane. */
 #define SURFACE_POINT_PARALLEL 1e-9
 

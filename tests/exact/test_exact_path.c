@@ -261,12 +261,63 @@ static void test_exact_path_collocation_on_sphere(void **state) {
     arena_free(arena);
 }
 
+/* Of a surface whose polynomials go on wildly: a geodesic that leaves it, anywhere and where the
+ * continuation is trusted. */
+static bool leave_wildly(uint64_t *seed, struct path *anywhere, struct path *trusted) {
+    static struct shape shape;
+    struct arena *arena = arena_new((size_t)1 << 24);
+    struct surface *surface;
+    struct surface_cursor cursor = {0, 0};
+    struct surface_point from;
+    shape_random(&shape, seed);
+    struct nurbs nurbs = shape_nurbs(&shape);
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    const double uv[2] = {surface_axis_upper(&surface->axis[0]),
+                          surface_axis_lower(&surface->axis[1])};
+    assert_true(surface_point_at(surface, &cursor, uv, &from));
+    struct vec3 out = vec3_axpy(random_between(seed, -1, 1), from.jet.v, from.jet.u);
+    assert_true(path_geodesic(anywhere, surface, &from, out));
+    anywhere->accuracy = 1e-9;
+    *trusted = *anywhere;
+    trusted->reach = surface->size / 3;
+    (void)path_advance(anywhere, surface->size / 4);
+    bool gone = path_advance(trusted, surface->size / 4);
+    arena_free(arena);
+    return gone;
+}
+
+/* One that goes wild is given up after a few steps, others are followed as anywhere: also those of
+ * a step or two where the continuation is not trusted, as over a ridge. */
+static void test_exact_path_is_lost_where_nothing_is_trusted(void **state) {
+    uint64_t seed = check_seed(5);
+    int lost = 0, astray = 0, rounds = check_sized(400, 100);
+    double anywhere_steps = 0, steps = 0;
+    (void)state;
+    for (int round = 0; round < rounds; round++) {
+        struct path anywhere, trusted;
+        bool gone = leave_wildly(&seed, &anywhere, &trusted);
+        lost += !gone;
+        astray += gone && trusted.astray > 0;
+        anywhere_steps += gone ? 0 : anywhere.tried;
+        steps += gone ? 0 : trusted.tried;
+        if (gone)
+            assert_memory_equal(anywhere.uv, trusted.uv, sizeof anywhere.uv);
+    }
+    printf("  %d of %d lost, in %.0f%% of the steps; %d went astray and on\n", lost, rounds,
+           100 * steps / anywhere_steps, astray);
+    check_at_least(lost, rounds / 20);
+    check_at_most(lost, rounds / 2);
+    check_at_least(astray, rounds / 50);
+    check_below(steps, 0.8 * anywhere_steps);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_path_passes_corners_of_spans),
         cmocka_unit_test(test_exact_path_logarithms),
         cmocka_unit_test(test_exact_path_collocation_follows_geodesics),
         cmocka_unit_test(test_exact_path_collocation_on_sphere),
+        cmocka_unit_test(test_exact_path_is_lost_where_nothing_is_trusted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
