@@ -6,7 +6,7 @@
 
 /* The chord of an arc of the given length and curvature: 2 sin(length curvature / 2) / curvature;
  * 0 for arcs of a full turn and more. */
-INLINE NUMBER NAME(fishnet_arc_chord)(double length, NUMBER curvature) {
+INLINE NUMBER NAME(fishnet_arc_chord)(NUMBER length, NUMBER curvature) {
     NUMBER half = length * curvature / 2;
     MASK part = N(abs)(half) < ANGLE_PI;
     return N(select)(part, length * NAME(angle_sinc)(half), N(of)(0));

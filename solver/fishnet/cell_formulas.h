@@ -4,6 +4,7 @@
  * method for F(u, v) = (|r - B|^2 - bd^2, |r - C|^2 - cd^2) / 2, and which root of it is D.
  */
 #include "fishnet_limits.h"
+#include "slide_formulas.h"
 #include "solver/numbers.h"
 
 /* A cell, and D on the way to its corner; where that is, and the surface there, is kept apart: by
@@ -12,7 +13,8 @@ struct NAME(corner) {
     VECTOR a, b, c;
     NUMBER bd, cd, bd2, cd2, inverse[2]; /* chords, their squares, and one by these */
     VECTOR wb, wc;                       /* D - B, D - C */
-    NUMBER f[2], error;                  /* F, and the larger relative error of the lengths */
+    VECTOR gradient;    /* of F's second part: D - C, or less what cd^2 / 2 changes with D */
+    NUMBER f[2], error; /* F, and the larger relative error of the lengths */
     NUMBER iterations;
 };
 
@@ -28,6 +30,14 @@ INLINE void NAME(find_error)(struct NAME(corner) * d) {
     d->f[1] = (V(norm2)(d->wc) - d->cd2) / 2;
     NUMBER b = N(abs)(d->f[0]) * d->inverse[0], c = N(abs)(d->f[1]) * d->inverse[1];
     d->error = N(select)(b > c, b, c);
+}
+
+/* Of a cell whose weft slides: its chord for the D at hand. */
+INLINE void NAME(slide_chord)(struct NAME(corner) * d, struct NAME(slide) * slide) {
+    d->gradient = NAME(slide_take)(slide, d->wc);
+    d->cd = slide->chord;
+    d->cd2 = d->cd * d->cd;
+    d->inverse[1] = 1 / d->cd2;
 }
 
 /* The error of the lengths that is enough, `least` being the shorter chord. */
@@ -77,10 +87,11 @@ INLINE VECTOR NAME(model_step)(const JET *jet, const NUMBER s[2], VECTOR *there_
 
 /* Newton's step, and more of them for the paraboloid that has the derivatives at hand,
  * F + w . e + |e|^2 / 2 = 0: those cost a fraction of an evaluation, and leave the third
- * derivatives' share of the error alone. Which of those `wanted` have a step. */
-INLINE MASK NAME(newton_step)(const struct NAME(corner) * d, const JET *jet, MASK wanted,
-                              NUMBER step[2]) {
-    struct NAME(linear) linear = NAME(linear_make)(jet->u, jet->v, d->wb, d->wc);
+ * derivatives' share of the error alone. Which of those `wanted` have a step. `slide`: of a cell
+ * whose weft slides, or NULL. */
+INLINE MASK NAME(newton_step)(const struct NAME(corner) * d, const JET *jet,
+                              struct NAME(slide) * slide, MASK wanted, NUMBER step[2]) {
+    struct NAME(linear) linear = NAME(linear_make)(jet->u, jet->v, d->wb, d->gradient);
     NAME(linear_solve)(&linear, -d->f[0], -d->f[1], step);
     NUMBER whole = N(abs)(step[0]) + N(abs)(step[1]);
     MASK going = (d->error > FISHNET_MODEL_LEAST) & wanted;
@@ -88,10 +99,14 @@ INLINE MASK NAME(newton_step)(const struct NAME(corner) * d, const JET *jet, MAS
     for (int round = 0; round < FISHNET_MODEL_ROUNDS && N(any)(going); round++) {
         NUMBER more[2];
         VECTOR u, v, e = NAME(model_step)(jet, step, &u, &v);
-        NUMBER half = V(norm2)(e) / 2;
-        linear = NAME(linear_make)(u, v, V(add)(d->wb, e), V(add)(d->wc, e));
-        NAME(linear_solve)
-        (&linear, -(d->f[0] + V(dot)(d->wb, e) + half), -(d->f[1] + V(dot)(d->wc, e) + half), more);
+        NUMBER half = V(norm2)(e) / 2, second = d->f[1] + V(dot)(d->wc, e) + half;
+        VECTOR gradient = V(add)(d->wc, e);
+        if (slide) {
+            gradient = NAME(slide_take)(slide, gradient);
+            second += (d->cd2 - slide->chord * slide->chord) / 2;
+        }
+        linear = NAME(linear_make)(u, v, V(add)(d->wb, e), gradient);
+        NAME(linear_solve)(&linear, -(d->f[0] + V(dot)(d->wb, e) + half), -second, more);
         NUMBER size = N(abs)(more[0]) + N(abs)(more[1]);
         going &= N(finite)(linear.inverse) & (size < 0.5 * whole);
         for (int k = 0; k < 2; k++)
@@ -107,12 +122,13 @@ INLINE NUMBER NAME(spatial_size2)(const JET *jet, const NUMBER step[2]) {
 }
 
 /* The last step, next to nothing: D moves by it on the paraboloid, and needs no evaluation. */
-INLINE void NAME(settle)(struct NAME(corner) * d, NUMBER uv[2], JET *jet) {
+INLINE void NAME(settle)(struct NAME(corner) * d, struct NAME(slide) * slide, NUMBER uv[2],
+                         JET *jet) {
     NUMBER step[2];
     MASK moves = d->error > FISHNET_SETTLED;
     if (!N(any)(moves))
         return;
-    struct NAME(linear) linear = NAME(linear_make)(jet->u, jet->v, d->wb, d->wc);
+    struct NAME(linear) linear = NAME(linear_make)(jet->u, jet->v, d->wb, d->gradient);
     moves &= N(finite)(linear.inverse);
     NAME(linear_solve)(&linear, -d->f[0], -d->f[1], step);
     VECTOR u, v, e = NAME(model_step)(jet, step, &u, &v);
@@ -124,6 +140,8 @@ INLINE void NAME(settle)(struct NAME(corner) * d, NUMBER uv[2], JET *jet) {
     jet->v = V(select)(moves, v, jet->v);
     d->wb = V(add)(d->wb, e);
     d->wc = V(add)(d->wc, e);
+    if (slide)
+        NAME(slide_chord)(d, slide);
     NAME(find_error)(d);
     d->error = N(select)(moves, d->error, error);
 }

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "fishnet.h"
 
-#include "cell_formulas.h"
 #include "rough.h"
+
+#include "cell_formulas.h"
 #include "solver/path/relaxation.h"
 #include "solver/shell/crossing.h"
 #include "solver/shell/shell.h"
@@ -116,12 +117,14 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
     for (int round = 0; round < NEWTON_MAX; round++) {
         surface_jet_at(surface, cursor, point->uv[0], point->uv[1], &point->jet);
         d.wb = vec3_sub(point->jet.r, b);
-        d.wc = vec3_sub(point->jet.r, c);
+        d.wc = d.gradient = vec3_sub(point->jet.r, c);
+        if (cell->slide)
+            slide_chord(&d, cell->slide);
         find_error(&d);
         node->residual = d.error;
         node->iterations += 1;
         if (has_converged(d.error, limit, share2, previous)) {
-            settle(&d, point->uv, &point->jet);
+            settle(&d, cell->slide, point->uv, &point->jet);
             node->residual = d.error;
             struct surface_point own;
             bool regular = surface_point_complete(surface, point);
@@ -130,7 +133,7 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
             return regular;
         }
         if (d.error < previous) {
-            if (!newton_step(&d, &point->jet, true, step))
+            if (!newton_step(&d, &point->jet, cell->slide, true, step))
                 return false;
             previous = d.error;
             halvings = 0;

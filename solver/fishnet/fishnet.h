@@ -14,12 +14,15 @@
 #include "solver/method.h"
 #include "solver/shell/crossing.h"
 
+struct slide; /* slide_formulas.h */
+
 struct fishnet_cell {
     const struct surface_point *a, *b, *c;
     double bd, cd;          /* chord lengths wanted, > 0 */
     double curvature[2];    /* of BD and CD, where the chords come from it; else 0 */
     struct vec3 guess;      /* where D is expected, in space */
     const double *guess_uv; /* the same in parameters, if known, and then preferred; or NULL */
+    struct slide *slide;    /* of a cell whose weft slides: by it `cd` follows from D; else NULL */
     bool corrects;          /* the net before, as `gib4`: chords are hardly those of curvatures */
     int orientation; /* 1 when A, C, D, B turn counter-clockwise about the normal, -1 when not */
 };
@@ -54,8 +57,9 @@ bool fishnet_right_root(const struct fishnet_cell *cell, const struct surface_po
  * B and C are as far apart as the two chords together reach. */
 bool fishnet_has_collapsed(const struct fishnet_cell *cell);
 
-/* Solves |D - B| = bd, |D - C| = cd on the surface (paper, equations 20 to 27) to a residual of
- * 1e-12, from the guess and, should that fail, from other predictors. */
+/* Solves |D - B| = bd, |D - C| = cd, the chord of `slide` if there is one, on the surface (paper,
+ * equations 20 to 27) to a residual of 1e-12, from the guess and, should that fail, from other
+ * predictors. */
 enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cursor *cursor,
                                const struct fishnet_cell *cell, struct fishnet_node *node);
 

@@ -67,6 +67,11 @@ static bool is_sure(const struct departure *d) {
            fabs(gauss) * d->c2 > own_curvature;
 }
 
+double rough_aside(const struct surface_point *p, struct vec3 chord) {
+    struct departure d = depart(p, chord, normal_side(p));
+    return helix_angle(&d);
+}
+
 bool rough_leaves_surely(const struct surface_point *p, struct vec3 to) {
     struct departure d = depart_for(p, to);
     return is_sure(&d);

@@ -53,6 +53,9 @@ struct rough_end {
 struct vec3 rough_leave(struct surface_cursor *cursor, const struct surface_point *p,
                         const struct rough_end *end, bool *sure);
 
+/* The angle by which a yarn with this chord sets off from p to the left of it, taken as a helix. */
+double rough_aside(const struct surface_point *p, struct vec3 chord);
+
 /* Whether the edge from p to the point `to` is sure in that way. */
 bool rough_leaves_surely(const struct surface_point *p, struct vec3 to);
 

@@ -20,10 +20,12 @@
 #define SOLVER_FISHNET_SLIDE_H
 
 #include "solver/power.h"
+#include <math.h>
 
 /* p = (cos g)^-c by the sine of g, |sine| < 1. */
 static inline double slide_stretch(double c, double sine) {
-    return power_exp(-c / 2 * power_log(1 - sine * sine));
+    double cosine2 = 1 - sine * sine;
+    return c == 1 ? 1 / sqrt(cosine2) : power_exp(-c / 2 * power_log(cosine2));
 }
 
 /* l, in spacings of weft. */

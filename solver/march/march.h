@@ -285,6 +285,7 @@ struct march_cell {
     const struct surface_point *a, *b, *c;
     struct vec3 trend;      /* by which CD is expected to differ from AB */
     const double *guess_uv; /* the parameters expected of D, away from poles; or NULL */
+    struct slide *slide;    /* where weft slides: by it the chord of CD follows from D; else NULL */
     double excess;          /* by which CD's chord is to be longer than that of its length */
 };
 

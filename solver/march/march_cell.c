@@ -8,6 +8,7 @@
 #include "solver/fishnet/fishnet_length.h"
 #include "solver/fishnet/logarithm.h"
 #include "solver/fishnet/rough.h"
+#include "solver/fishnet/slide_formulas.h"
 #include "solver/fishnet/yarn.h"
 #include "solver/shell/crossing.h"
 #include <stdlib.h>
@@ -449,7 +450,15 @@ bool march_solve_lengths(struct march *march, const struct march_cell *from,
         fishnet_chords(&march->cursor, march->method->yarn, s->yarn_path, march->length, &cell);
         cell.bd = march_corrected_chord(&corrections, 0, cell.b, cell.curvature[0], cell.bd);
         cell.cd = march_corrected_chord(&corrections, 1, cell.c, cell.curvature[1], cell.cd);
+        if (at->slide)
+            at->slide->curvature = cell.curvature[1];
+        cell.slide = at->slide;
         end = fishnet_solve(march->surface, &march->cursor, &cell, node);
+        if (at->slide && end == FISHNET_FOUND) {
+            march->length[1] = at->slide->length;
+            cell.cd = at->slide->chord;
+        }
+        cell.slide = NULL; /* CD then has the length that was found */
     }
     if (end == FISHNET_FOUND && node->looked)
         march->look = (struct march_look){

@@ -167,7 +167,7 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
             continue;
         enum surface_point_zone zone = SURFACE_POINT_BEYOND;
         struct surface_point at_a, at_b, at_c;
-        struct march_cell cell = {i, j, si, sj, &at_a, &at_b, &at_c, {0, 0, 0}, NULL, 0};
+        struct march_cell cell = {i, j, si, sj, &at_a, &at_b, &at_c, {0, 0, 0}, NULL, NULL, 0};
         struct fishnet_node node;
         bool regular = march_point_at(march, a, &at_a) && march_point_at(march, b, &at_b) &&
                        march_point_at(march, c, &at_c);

@@ -64,8 +64,8 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
         *found = point_of(q, i - 1, r, &b);
         if (!*found)
             return STATUS_OK;
-        struct march_cell cell = {i * q->si, r * q->sj, q->si,     q->sj, &a,
-                                  &b,        point,     {0, 0, 0}, NULL,  0};
+        struct march_cell cell = {
+            .i = i * q->si, .j = r * q->sj, .si = q->si, .sj = q->sj, .a = &a, .b = &b, .c = point};
         *found = march_solve_corner(march, &cell, &node, &reason);
         if (!*found)
             return march_fail_cell(march, cell.i, cell.j, reason, cell.b);

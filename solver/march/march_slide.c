@@ -12,7 +12,7 @@
  */
 #include "march.h"
 
-#include "solver/fishnet/slide.h"
+#include "solver/fishnet/slide_formulas.h"
 #include <stdlib.h>
 
 enum { ROUNDS = 12, FOOT_MOST = 16 };
@@ -20,12 +20,9 @@ enum { ROUNDS = 12, FOOT_MOST = 16 };
 /* The law is kept to this share of the edge; worse than this it is not. */
 static const double kept = 2e-13, taken = 1e-9;
 
-/* A cell with more than this sine of the shear (85 degrees) has collapsed. */
-static const double steepest = 0.9962;
-
-/* Where a fibre's radius is less than two spacings of weft its parallels meet: a cell that cannot
- * be solved there has collapsed. */
-static const double meets_within = 0.5;
+/* Where a fibre's radius is less than two spacings of weft, or it is sheared by more than 60
+ * degrees, its parallels meet: a cell that cannot be solved there has collapsed. */
+static const double meets_within = 0.5, meets_beyond = 0.866;
 
 /* The fibre below a cell, as a parabola over its tangent at C: it is `aside` (to the left) at the
  * place `step` from C, counted in spacings away from A, where it has the slope and turns so much a
@@ -111,99 +108,129 @@ static bool lay_fibre(struct march *march, const struct march_cell *at, double f
     return true;
 }
 
-/* The sine of the shear between the unit vector `weft` at C and the fibre: by T, which depends on
- * it. */
-static double find_sine(const struct march *march, const struct fibre *f, struct vec3 weft) {
-    const double *d = march->settings->spacing;
-    double c = march->settings->slide, x = vec3_dot(weft, f->tangent), y = vec3_dot(weft, f->left);
-    double sine = x;
+/* What a cell's fibre has to do with its weft: the slope of the line from C to the foot, which is
+ * about `foot` spacings ahead, and the components of chords like AB's. */
+static struct slide make_slide(const struct march *march, const struct march_cell *at,
+                               const struct fibre *f, double foot) {
+    const struct drape_settings *s = march->settings;
+    struct vec3 ab = vec3_sub(at->b->jet.r, at->a->jet.r);
+    double aside = march->mesh && !march->smooth ? 0 : rough_aside(at->c, ab);
+    struct slide slide = {.c = s->slide,
+                          .spacing = {s->spacing[0], s->spacing[1]},
+                          .along = vec3_axpy(-aside, f->left, f->tangent),
+                          .across = vec3_axpy(aside, f->tangent, f->left),
+                          .rate = f->turn / 2,
+                          .excess = at->excess};
+    if (f->step != 0) {
+        double from = foot - f->step;
+        slide.mean = (f->aside + from * (f->slope + from * f->turn / 2)) / foot;
+        slide.rate = (f->slope + from * f->turn - slide.mean) / foot;
+        slide.foot = foot;
+    }
+    return slide;
+}
+
+/* Its sine, with the length that follows, where the weft goes along w. */
+static void settle_slide(struct slide *slide, struct vec3 w) {
     for (int round = 0; round < ROUNDS; round++) {
-        double before = sine, bounded = fmax(fmin(sine, steepest), -steepest);
-        double foot = slide_transport(c, bounded) * d[1] / d[0], from = foot - f->step;
-        double rise = f->aside + from * (f->slope + from * f->turn / 2);
-        double slope = f->step == 0 || fabs(foot) < 0.5 ? foot * f->turn / 2 : rise / foot;
-        sine = (x + slope * y) / sqrt(1 + slope * slope);
-        if (fabs(sine - before) < 1e-15)
+        double before = slide->sine;
+        (void)slide_take(slide, w);
+        if (fabs(slide->sine - before) < 1e-15)
             break;
     }
-    return sine;
 }
 
-/* How CD leaves C. */
-static struct vec3 leave_to(struct march *march, const struct march_cell *at,
-                            const struct surface_point *d) {
-    struct rough_end end = {d->surface, d->uv, d->jet.r, d};
-    if (march->edges.rough & NET_EDGE_BIT(1, at->sj < 0)) {
-        const struct net_edge *edge = &march->edges.yarns.edge[1];
-        return at->sj < 0 ? vec3_scale(-1, edge->higher) : edge->lower;
-    }
-    if (march->mesh && !march->smooth)
-        return surface_point_tangent(at->c, vec3_sub(d->jet.r, at->c->jet.r));
-    return rough_leave(&march->cursor, at->c, &end, NULL);
-}
-
-/* The shear as D was expected to have it, by the parameters if they are known. */
-static double expected_sine(struct march *march, const struct march_cell *at,
-                            const struct fibre *f) {
-    struct surface_point d;
+/* The edge CD of a cell as D is expected, by the trend, and the fibre below it. */
+static bool expect_slide(struct march *march, const struct march_cell *at, struct slide *slide,
+                         struct fibre *fibre) {
     struct vec3 edge = vec3_add(vec3_sub(at->b->jet.r, at->a->jet.r), at->trend);
-    march->edges.rough = 0;
-    if (!march->mesh && at->guess_uv &&
-        surface_point_at(at->c->surface, &march->cursor, at->guess_uv, &d))
-        return find_sine(march, f, leave_to(march, at, &d));
-    return find_sine(march, f, surface_point_tangent(at->c, edge));
+    double ratio = march->settings->spacing[1] / march->settings->spacing[0];
+    if (!lay_fibre(march, at, 0, fibre))
+        return false;
+    *slide = make_slide(march, at, fibre, 0);
+    settle_slide(slide, edge);
+    double sine = slide->sine, foot = slide_transport(slide->c, sine) * ratio;
+    if (fabs(foot) > 1) {
+        if (!lay_fibre(march, at, foot, fibre))
+            return false;
+        *slide = make_slide(march, at, fibre, foot);
+        slide->sine = sine;
+        settle_slide(slide, edge);
+    }
+    return true;
+}
+
+/* Of CD as it was laid: that of an arc by its chord, another's by how it leaves C. */
+static void measure_slide(struct march *march, const struct march_cell *at,
+                          const struct surface_point *d, struct slide *slide) {
+    bool rough = march->edges.rough & NET_EDGE_BIT(1, at->sj < 0);
+    bool arc = march->mesh || march->method->yarn == DRAPE_YARN_CHORD ||
+               rough_is_arc(at->c, d, slide->curvature, slide->length);
+    struct vec3 chord = vec3_sub(d->jet.r, at->c->jet.r);
+    struct rough_end end = {d->surface, d->uv, d->jet.r, d};
+    const struct net_edge *edge = &march->edges.yarns.edge[1];
+    if (!rough && arc) {
+        settle_slide(slide, chord);
+        return;
+    }
+    struct vec3 leave = !rough       ? rough_leave(&march->cursor, at->c, &end, NULL)
+                        : at->sj < 0 ? vec3_scale(-1, edge->higher)
+                                     : edge->lower;
+    double aside = rough_aside(at->c, vec3_sub(at->b->jet.r, at->a->jet.r));
+    settle_slide(slide, vec3_axpy(-aside, vec3_cross(at->c->normal, leave), leave));
 }
 
 bool march_slide_corner(struct march *march, const struct march_cell *from,
                         struct fishnet_node *node, enum drape_reason *reason) {
-    double c = march->settings->slide, b = march->settings->spacing[1];
+    const double *d = march->settings->spacing;
     struct march_cell at = *from;
-    struct vec3 ab = vec3_sub(at.b->jet.r, at.a->jet.r);
+    struct slide slide;
     struct fibre fibre;
-    double uv[2], last_length = 0, last_miss = 0, miss = HUGE_VAL;
-    *reason = DRAPE_REASON_DEGENERATE;
-    if (!lay_fibre(march, &at, 0, &fibre))
-        return false;
-    double sine = expected_sine(march, &at, &fibre), length = b;
-    double foot =
-        slide_transport(c, fmax(fmin(sine, steepest), -steepest)) * b / march->settings->spacing[0];
-    if (fabs(foot) > 1 && !lay_fibre(march, &at, foot, &fibre))
-        return false;
-    length = b * slide_stretch(c, fmax(fmin(sine, steepest), -steepest));
-    at.excess = march->before.net ? march_slide_excess(march, &at) : 0;
+    double last_length = 0, last_miss = 0, miss = HUGE_VAL, uv[2];
     int iterations = 0;
-    for (int round = 0; round < ROUNDS; round++) {
+    *reason = DRAPE_REASON_DEGENERATE;
+    at.excess = march->before.net ? march_slide_excess(march, &at) : 0;
+    if (!expect_slide(march, &at, &slide, &fibre))
+        return false;
+    /* Newton's method finds the length of arcs with D; secants that of other edges. */
+    at.slide = march->mesh ? NULL : &slide;
+    double length = slide.length;
+    bool meets = fabs(fibre.turn) * d[1] > meets_within * d[0] || fabs(slide.sine) > meets_beyond;
+    for (int round = 0; round < ROUNDS && !(fabs(miss) <= kept * length); round++) {
         march->length[1] = length;
         bool found = march_solve_lengths(march, &at, node, reason);
-        march->length[1] = b;
+        length = march->length[1];
+        march->length[1] = d[1];
         if (!found) {
-            bool meets = fabs(fibre.turn) * b > meets_within * march->settings->spacing[0];
             *reason =
                 meets && *reason == DRAPE_REASON_NO_CONVERGENCE ? DRAPE_REASON_COLLAPSED : *reason;
             return false;
         }
+        at.slide = NULL;
         iterations += node->iterations;
-        sine = find_sine(march, &fibre, leave_to(march, &at, &node->point));
+        measure_slide(march, &at, &node->point, &slide);
         *reason = DRAPE_REASON_COLLAPSED;
-        if (!(fabs(sine) < steepest))
+        double sine2 = slide.sine * slide.sine;
+        if (!(fabs(slide.sine) < SLIDE_STEEPEST))
             return false;
-        miss = b * slide_stretch(c, sine) - length;
-        if (fabs(miss) <= kept * length)
-            break;
-        double rate = 1 + c * sine * sine / (1 - sine * sine);
+        miss = slide.length - length;
+        double rate = 1 + slide.c * sine2 / (1 - sine2);
         double secant = (last_miss - miss) / (length - last_length);
         if (round > 0 && secant > rate / 4 && secant < 4 * rate)
             rate = secant;
         last_length = length;
         last_miss = miss;
+        if (fabs(miss) <= kept * length)
+            break;
         length += miss / rate;
-        at.trend = vec3_sub(vec3_sub(node->point.jet.r, at.c->jet.r), ab);
+        at.trend =
+            vec3_sub(vec3_sub(node->point.jet.r, at.c->jet.r), vec3_sub(at.b->jet.r, at.a->jet.r));
         uv[0] = node->point.uv[0];
         uv[1] = node->point.uv[1];
         at.guess_uv = !march->mesh && node->point.surface == at.c->surface ? uv : NULL;
     }
     node->iterations = iterations;
-    if (!(fabs(fibre.turn) * b > meets_within * march->settings->spacing[0]))
+    if (!meets)
         *reason = DRAPE_REASON_NO_CONVERGENCE;
     return fabs(miss) <= taken * length;
 }
@@ -216,7 +243,7 @@ double march_slide_length(struct march *march, int32_t i, int32_t j,
     if (!(c > 0) || !turn_fibre_on(march, i, j, di, point, &tangent, &turn))
         return b;
     double sine = vec3_dot(vec3_unit(surface_point_projection(point, weft)), tangent);
-    return b * slide_stretch(c, fmax(fmin(sine, steepest), -steepest));
+    return b * slide_stretch(c, fmax(fmin(sine, SLIDE_STEEPEST), -SLIDE_STEEPEST));
 }
 
 /* ---- the correction of a net before ---- */
@@ -266,8 +293,9 @@ static bool lawful_square(const struct march *march, const struct march_cell *at
     if (!smooth_derivative(march, at, i, j, 0, &s) || !smooth_derivative(march, at, i, j, 1, &t))
         return false;
     double dot = vec3_dot(s, t), sine2 = dot * dot / (vec3_norm2(s) * vec3_norm2(t));
-    double length = march->settings->spacing[1] *
-                    slide_stretch(march->settings->slide, sqrt(fmin(sine2, steepest * steepest)));
+    double length =
+        march->settings->spacing[1] *
+        slide_stretch(march->settings->slide, sqrt(fmin(sine2, SLIDE_STEEPEST * SLIDE_STEEPEST)));
     *square = length * length;
     return true;
 }

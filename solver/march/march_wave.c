@@ -339,8 +339,17 @@ static void correct_lane(struct quadrant *q, int32_t j, int k) {
     struct march *march = q->march;
     const struct wave_places *back1 = wave_at(wave, 1), *back2 = wave_at(wave, 2);
     struct surface_point a = {.surface = back2->surface[k]}, b, c;
-    struct march_cell cell = {
-        q->row[k + 1].count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c, {0, 0, 0}, NULL, 0};
+    struct march_cell cell = {q->row[k + 1].count * q->si,
+                              (j + k) * q->sj,
+                              q->si,
+                              q->sj,
+                              &a,
+                              &b,
+                              &c,
+                              {0, 0, 0},
+                              NULL,
+                              NULL,
+                              0};
     struct march_corrections corrections;
     double uv[2];
     a.uv[0] = back2->of[0][k];

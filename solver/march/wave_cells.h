@@ -78,7 +78,7 @@ INLINE void expect(struct wave *wave, const struct wave_places *c) {
 
 INLINE void arc_chords(struct wave *wave, int k, lanes curvature) {
     lanes_store(curvature, wave->curvature[k]);
-    lanes_store(fishnet_arc_chord_lanes(wave->length[k], curvature), wave->chord[k]);
+    lanes_store(fishnet_arc_chord_lanes(lanes_of(wave->length[k]), curvature), wave->chord[k]);
 }
 
 INLINE void find_chords(struct wave *wave, const struct wave_places *a, const struct wave_places *b,
@@ -189,6 +189,7 @@ INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lane
         lanes_jet_at(wave->surface, wave->cursor, d->uv[0], d->uv[1], &d->jet);
         cell->wb = lanes3_sub(d->jet.r, cell->b);
         cell->wc = lanes3_sub(d->jet.r, cell->c);
+        cell->gradient = cell->wc;
         find_error_lanes(cell);
         lanes error = cell->error, step[2];
         cell->iterations += lanes_select(going, lanes_of(1), none);
@@ -197,7 +198,7 @@ INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lane
         going &= ~end & (error < previous);
         if (!lanes_bits(going))
             break;
-        going = newton_step_lanes(cell, &d->jet, going, step);
+        going = newton_step_lanes(cell, &d->jet, NULL, going, step);
         lanes size2 = spatial_size2_lanes(&d->jet, step);
         going &= size2 <= longest * longest;
         if (wave->surface->has_poles) {
@@ -261,7 +262,7 @@ INLINE lanes_mask find_corner(struct wave *wave, lanes_mask wanted, struct lanes
     lanes_mask found = wanted & (cell->bd > 0) & (cell->cd > 0) &
                        (sign * triangle_turn_lanes(cell->a, cell->c, cell->b, normal_b) > 0);
     found &= newton(wave, wanted, cell, d);
-    settle_lanes(cell, d->uv, &d->jet);
+    settle_lanes(cell, NULL, d->uv, &d->jet);
     found &= surface_point_first_form_lanes(wave->surface, &d->jet, d->first, &d->normal);
     surface_point_second_form_lanes(&d->jet, d->normal, d->second);
     return found & (lanes3_norm2(d->normal) > 0) &
