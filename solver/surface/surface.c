@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "spans.h"
 
+#include "solver/power.h"
 #include <string.h>
 
-enum { ORDER_MAX = NURBS_DEGREE_MAX + 1, ROOT_ROUNDS = 1000 };
+enum { ORDER_MAX = NURBS_DEGREE_MAX + 1 };
 
 /* A tangent this short, as a share of the surface's size over its domain, has vanished. */
 static const double vanished_tangent = 1e-9;
@@ -245,21 +246,6 @@ static double corner_weight(const struct surface *surface, int end_u, int end_v)
                         end_v ? surface->axis[1].degree : 0)[3];
 }
 
-/* The p-th root of x >= 1 by Newton's method, which comes down to it from above. */
-static double root(double x, int p) {
-    double y = 1 + (x - 1) / p;
-    for (int round = 0; round < ROOT_ROUNDS; round++) {
-        double power = 1;
-        for (int k = 1; k < p; k++)
-            power *= y;
-        double next = y + (x / power - y) / p;
-        if (!(next < y))
-            break;
-        y = next;
-    }
-    return y;
-}
-
 /* Gives direction k the parameter in which the corners' weights balance: the points of a span from
  * a to b are multiplied by those of the factor's denominator, 1 / (1 + (c - 1) x / L), to the power
  * of the degree, whose Bezier points are products of its values at a and b. Affine changes of
@@ -267,12 +253,12 @@ static double root(double x, int p) {
  * which must stay closed. */
 static void balance(struct surface *surface, int k) {
     struct surface_axis *axis = &surface->axis[k];
-    double low = corner_weight(surface, 0, 0) *
-                 (k == 0 ? corner_weight(surface, 0, 1) : corner_weight(surface, 1, 0));
-    double high = corner_weight(surface, 1, 1) *
-                  (k == 0 ? corner_weight(surface, 1, 0) : corner_weight(surface, 0, 1));
-    double c =
-        high > low ? root(high / low, 2 * axis->degree) : 1 / root(low / high, 2 * axis->degree);
+    double logarithm = 0;
+    for (int end = 0; end < 2; end++)
+        for (int other = 0; other < 2; other++)
+            logarithm += (end ? 1 : -1) * power_log(k == 0 ? corner_weight(surface, end, other)
+                                                           : corner_weight(surface, other, end));
+    double c = power_exp(logarithm / (2 * axis->degree));
     if (!(fabs(c - 1) > balanced) || !(c > 1 / most_factor && c < most_factor))
         return;
     double length = axis->outer[1] - axis->outer[0], first = axis->breaks[0];

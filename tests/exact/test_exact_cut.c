@@ -288,6 +288,15 @@ static void test_exact_cut_ghosts_past_joints_that_overlap(void **state) {
         assert_int_equal(cut_overlapping_is_wrong(seeds[k]), 0);
 }
 
+/* Weights that spread over 1e24, as a projective change of parameter makes them of degree 6: they
+ * were balanced the wrong way, and Newton's method found nodes past infinite parameters. */
+static void test_exact_cut_weights_that_spread_far(void **state) {
+    (void)state;
+    static const uint64_t seeds[] = {20261724, 20261726, 20261732, 20261735, 20261878};
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(cut_any_is_wrong(seeds[k]), 0);
+}
+
 /* Through the apex, draped from there, from next to it and towards it. */
 static void test_exact_cut_domes_have_the_net_of_the_whole(void **state) {
     (void)state;
@@ -363,6 +372,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_cut_trims_overlap_or_leave_gaps),
         cmocka_unit_test(test_exact_cut_ghosts_past_joints_that_overlap),
+        cmocka_unit_test(test_exact_cut_weights_that_spread_far),
         cmocka_unit_test(test_exact_cut_node_on_a_pole),
         cmocka_unit_test(test_exact_cut_domes_have_the_net_of_the_whole),
         cmocka_unit_test(test_exact_cut_parts_have_the_net_of_the_whole),

@@ -301,6 +301,39 @@ static void test_surface_area_under_uneven_weights(void **state) {
     arena_free(arena);
 }
 
+/* The unit square with weights r^i along u, which a projective change of parameter takes away: in
+ * inner parameters a place moves evenly, of whatever degree, and however far the weights spread. */
+static void test_surface_inner_parameters_are_even_under_projective_weights(void **state) {
+    (void)state;
+    enum { ENDS = 2 * (NURBS_DEGREE_MAX + 1) };
+    static const double ratio[] = {1e-7, 1.4e-4, 0.3, 7, 1e4, 1e7}, knots_v[] = {0, 0, 1, 1};
+    for (int p = 1; p <= NURBS_DEGREE_MAX; p++)
+        for (size_t k = 0; k < sizeof ratio / sizeof *ratio; k++) {
+            double knots[ENDS] = {0}, weights[ENDS], low[2] = {0, 0.5}, high[2];
+            struct vec3 points[ENDS];
+            for (int i = 0; i <= p; i++)
+                for (int j = 0; j < 2; j++) {
+                    knots[p + 1 + i] = 1;
+                    points[2 * i + j] = vec3_make((double)i / p, j, 0);
+                    weights[2 * i + j] = pow(ratio[k], i);
+                }
+            size_t count = 2 * (size_t)(p + 1);
+            const struct nurbs nurbs = {
+                {p, p + 1, knots, count}, {1, 2, knots_v, 4}, points, count, weights, count};
+            struct arena *arena = arena_new(1 << 20);
+            struct surface *surface;
+            struct surface_cursor cursor = {0};
+            struct surface_jet first, last;
+            assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+            high[0] = surface_axis_upper(&surface->axis[0]);
+            high[1] = 0.5;
+            surface_jet_at(surface, &cursor, low[0], low[1], &first);
+            surface_jet_at(surface, &cursor, high[0], high[1], &last);
+            check_below(vec3_distance(first.u, last.u), 1e-8 * vec3_norm(first.u));
+            arena_free(arena);
+        }
+}
+
 static void test_surface_without_area_is_degenerate(void **state) {
     (void)state;
     static const double knots[] = {0, 0, 1, 1};
@@ -356,6 +389,7 @@ int main(void) {
         cmocka_unit_test(test_surface_grid_has_the_bits_of_places),
         cmocka_unit_test(test_surface_area_and_centroid_of_a_parallelogram),
         cmocka_unit_test(test_surface_area_under_uneven_weights),
+        cmocka_unit_test(test_surface_inner_parameters_are_even_under_projective_weights),
         cmocka_unit_test(test_surface_without_area_is_degenerate),
         cmocka_unit_test(test_surface_closed_direction_wraps),
     };
