@@ -81,6 +81,7 @@ struct drape_cuts {
                               they pass each other */
     double *area;          /* of the cloth between the lips and the chord or, round more than half a
                               turn, the arc from mouth to mouth; below 0 what one piece lacks */
+    uint8_t *covered;      /* cloth reaches the tip and both lips' ends; else the three are 0 */
     struct vec3 *mouth;    /* where they begin on the part */
 };
 

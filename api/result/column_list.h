@@ -77,6 +77,7 @@
     X(CUTS, tip_angle_deg, tip_angle_deg, SCALAR, "deg", CUTS, "between the lips at the tip, in the flat cloth: above 0 a dart, 0 a slit, below 0 the cloth would lie on itself") \
     X(CUTS, mouth_width, mouth_width, SCALAR, "length", CUTS, "between the lips' ends at the edge, in the flat cloth; below 0 where they pass each other") \
     X(CUTS, area, area, SCALAR, "length²", CUTS, "between the lips, in the flat cloth: cut out; below 0 lacking") \
+    X(CUTS, covered, covered, FLAG, "", CUTS, "0 where no cloth reaches the tip or an end of a lip: angle, width and area are 0 then") \
     X(CUTS, allowance, allowance, SCALAR, "length", CUTS, "of the request, along both lips in patterns") \
     X(PLIES, element, element, INTEGER, "", MAP, "number of the element, as `id` of the cells")    \
     X(PLIES, ply, ply, INTEGER, "", MAP, "number of the ply from 1, the first on the tool")        \

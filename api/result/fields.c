@@ -161,6 +161,7 @@ static const struct {
     CUTS(tip_angle_deg),
     CUTS(mouth_width),
     CUTS(area),
+    CUTS(covered),
     [COLUMN_CUTS_allowance] = {OWNER_REQUEST, {offsetof(struct api_request, cut_allowances)}},
 };
 
@@ -235,8 +236,8 @@ static void list_column(struct api_fields *fields, enum column_id id, bool cut) 
         } else {
             if (owner)
                 memcpy(&source.context, owner + stored[id].offset[part], sizeof source.context);
-            bool bytes =
-                spec->kind == COLUMN_REASON || id == COLUMN_NODES_grown || id == COLUMN_RIM_covered;
+            bool bytes = spec->kind == COLUMN_REASON ||
+                         (spec->kind == COLUMN_FLAG && stored[id].owner != OWNER_PERMEABILITY);
             source.fill = spec->kind == COLUMN_INTEGER ? fill_index
                           : bytes                      ? fill_byte
                                                        : api_fields_copy;

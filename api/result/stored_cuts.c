@@ -12,7 +12,7 @@ bool stored_cuts_read(const struct api_reader *reader, const struct api_columns 
     } members[] = {
 #define MEMBER(name) #name, offsetof(struct stored_cut, name)
         {MEMBER(length)}, {MEMBER(tip_angle_deg)}, {MEMBER(mouth_width)},
-        {MEMBER(area)},   {MEMBER(allowance)},
+        {MEMBER(area)},   {MEMBER(covered)},       {MEMBER(allowance)},
 #undef MEMBER
     };
     double values[API_CUTS_MAX];
@@ -38,7 +38,9 @@ void stored_cut_describe(const struct stored_cut *cut, const char *unit,
         snprintf(text, STORED_CUT_TEXT, "%s: %.4g %s long, ", cut->name, cut->length, unit);
     char *rest = text + length;
     size_t room = STORED_CUT_TEXT - (size_t)length;
-    if (angle < slight && width < narrow * cut->length)
+    if (cut->covered == 0)
+        snprintf(rest, room, "not covered");
+    else if (angle < slight && width < narrow * cut->length)
         snprintf(rest, room, "a slit");
     else
         snprintf(rest, room, "%s of %.4g degrees at its tip, %.4g %s %s at its mouth, %.4g %s2 %s",

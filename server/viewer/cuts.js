@@ -60,9 +60,10 @@ const textOf = (path) => path.map((point) => point.join(' ')).join('; ');
 
 /** What became of a cut: its row of the table `cuts`. */
 function describeCut(columns, k, unit) {
-  const [length, angle, width] = ['length', 'tip_angle_deg', 'mouth_width'].map(
+  const [length, angle, width, covered] = ['length', 'tip_angle_deg', 'mouth_width', 'covered'].map(
     (name) => columns[`cuts.${name}`][k],
   );
+  if (!covered) return `${format(length, 4)} ${unit} long; not covered`;
   const what = Math.abs(angle) < 0.05 ? 'slit' : angle > 0 ? 'dart' : 'opens';
   return `${format(length, 4)} ${unit} long; ${what}, ${format(angle, 4)}° at the tip, ${format(width, 4)} ${unit} at the mouth`;
 }

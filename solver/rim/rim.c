@@ -432,7 +432,6 @@ enum status rim_make(struct march *march, struct rim *rim) {
     if (!t.failed)
         rim_reach_front(rim);
     rim->loop_count = t.edges.loop_count;
-    rim->lips = t.edges.lips;
     rim->lip_of = t.edges.lip_of;
     rim->covered = rim->covered && rim->count > 0;
     return t.failed || rim->cloth.failed ? STATUS_OUT_OF_MEMORY : STATUS_OK;

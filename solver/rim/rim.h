@@ -34,8 +34,7 @@ struct rim {
     size_t loop_count;
     bool covered; /* all points are, and there are some */
     struct rim_cloth cloth;
-    const struct rim_lips *lips; /* of each cut */
-    const int32_t *lip_of;       /* as `rim_edges` */
+    const int32_t *lip_of; /* as `rim_edges` */
 };
 
 /* A straight piece of the rim within one cell, that on its left where it runs along a side. */

@@ -221,7 +221,6 @@ static enum status add_cut(struct rim_builder *b, const struct cut *cut, size_t 
         return STATUS_OUT_OF_MEMORY;
     int32_t sight = e->sights;
     e->sights += SIGHTS;
-    e->lips[number] = (struct rim_lips){sight, sight + 1};
     e->lip_of[sight] = (int32_t)number + 1;
     e->lip_of[sight + 1] = -(int32_t)number - 1;
     push_round(b, &mouth[0], spacing, sight + 2, to, &count);
@@ -256,9 +255,8 @@ enum status rim_builder_add_cuts(struct rim_builder *b, struct cut_fault *fault)
     enum status status = STATUS_OK;
     struct rim_edges *e = b->edges;
     size_t sights = (size_t)e->sights + SIGHTS * cuts->count;
-    e->lips = arena_alloc(b->march->arena, cuts->count, sizeof *e->lips);
     e->lip_of = arena_alloc(b->march->arena, sights, sizeof *e->lip_of);
-    if (!e->lips || !e->lip_of)
+    if (!e->lip_of)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < cuts->count && status == STATUS_OK; k++)
         status = add_cut(b, &cuts->cut[k], k, fault);

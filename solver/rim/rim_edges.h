@@ -33,17 +33,9 @@ struct rim_edges {
     struct rim_vertex *vertices;
     struct rim_loop *loops;
     size_t vertex_count, vertex_room, loop_count, loop_room;
-    int32_t sights;        /* numbers of sights: 1 without cuts */
-    int32_t *lip_of;       /* for each sight the lip of its pieces, as `drape_rim.cut` numbers them;
-                              NULL without cuts */
-    struct rim_lips *lips; /* of each of the march's cuts */
-};
-
-/* Where a cut lies on its chain: its lips begin at the vertices `left` and `right`, the tip
- * between.
- */
-struct rim_lips {
-    int32_t left, right; /* sights of its lips' pieces */
+    int32_t sights;  /* numbers of sights: 1 without cuts */
+    int32_t *lip_of; /* for each sight the lip of its pieces, as `drape_rim.cut` numbers them;
+                        NULL without cuts */
 };
 
 /* Finds the edges, in the march's arena; trims with as few vertices as keep them within
