@@ -140,11 +140,12 @@ static enum status push_waiting(struct growth *g) {
     return STATUS_OK;
 }
 
-/* Whether a yarn comes to the node at (i, j) from its neighbour on the side (di, dj). */
-static bool yarn_comes(struct net *net, const struct net_node *node, int32_t i, int32_t j, int di,
-                       int dj) {
-    const struct net_node *next = net_place(net, i + di, j + dj);
-    return next && !net_is_parted_to(node, next, di ? 0 : 1, di + dj > 0);
+/* The neighbour on the side (di, dj) from which a yarn comes to the node at (i, j); NULL where
+ * there is none, or a cut between. */
+static const struct net_node *yarn_from(struct net *net, int32_t i, int32_t j, int di, int dj) {
+    const struct net_node *node = net_place(net, i, j), *next = net_place(net, i + di, j + dj);
+    bool comes = node && next && !net_is_parted_to(node, next, di ? 0 : 1, di + dj > 0);
+    return comes ? next : NULL;
 }
 
 /* Tries the cells of which an unknown place is the fourth corner: one with the three others, of
@@ -202,9 +203,8 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
         const struct net_node *from = net_place(net, fi, fj);
         if (!from || from->state != NET_INSIDE)
             continue;
-        bool goes_on = yarn_comes(net, from, fi, fj, -di, -dj);
-        bool crosses =
-            yarn_comes(net, from, fi, fj, -dj, -di) || yarn_comes(net, from, fi, fj, dj, di);
+        bool goes_on = yarn_from(net, fi, fj, -di, -dj);
+        bool crosses = yarn_from(net, fi, fj, -dj, -di) || yarn_from(net, fi, fj, dj, di);
         if (!goes_on && !crosses)
             continue;
         if (g->waiting_length == g->waiting_room &&
@@ -222,7 +222,8 @@ static bool is_flat(struct vec3 across, struct vec3 along) {
 }
 
 /* The unit tangents of the yarn at (i, j), which is at `from`, towards its neighbour at (i + di, j
- * + dj), which is at `to`, and at that on from there: by its logarithm where it can be had. */
+ * + dj), which is at `to`, and at that on from there: by its logarithm where it can be had, but not
+ * beside a tip, where that may be of the way on its other side. */
 static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int dj,
                          const struct surface_point *from, const struct surface_point *to,
                          struct vec3 *leave, struct vec3 *arrive) {
@@ -232,16 +233,17 @@ static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int 
         !march_yarn(march, i + di, j + dj, -di, -dj, to, &back))
         return false;
     *arrive = vec3_scale(-1, back);
+    enum drape_yarn yarn = march->method->yarn;
+    bool exact = yarn == DRAPE_YARN_GEODESIC || march_is_beside_tip(march, from->jet.r);
     struct logarithm l;
-    if (march->method->yarn == DRAPE_YARN_ARC &&
+    if (!exact && yarn == DRAPE_YARN_ARC &&
         logarithm_find(&march->cursor, from, to, logarithm_accuracy, &l)) {
         *leave = l.leave;
         *arrive = l.arrive;
-    } else if (march->method->yarn != DRAPE_YARN_CHORD)
-        (void)fishnet_geodesic_between(
-            march->surface, &march->cursor, from, to,
-            march->method->yarn == DRAPE_YARN_GEODESIC ? geodesic_accuracy : arc_accuracy, &length,
-            leave, arrive);
+    } else if (yarn != DRAPE_YARN_CHORD)
+        (void)fishnet_geodesic_between(march->surface, &march->cursor, from, to,
+                                       exact ? geodesic_accuracy : arc_accuracy, &length, leave,
+                                       arrive);
     return true;
 }
 
@@ -254,8 +256,8 @@ static struct vec3 yarn_end(struct march *march, const struct free_end *e,
     int32_t i = e->i - di, j = e->j - dj;
     struct surface_point last, first;
     struct vec3 before, onward, end, arrive;
-    const struct net_node *node = net_place(march->net, i, j);
-    const struct net_node *third = net_place(march->net, i - di, j - dj);
+    const struct net_node *node = yarn_from(march->net, e->i, e->j, -di, -dj);
+    const struct net_node *third = node ? yarn_from(march->net, i, j, -di, -dj) : NULL;
     if (!node)
         return vec3_make(0, 0, 0);
     if (march->mesh) {
@@ -277,8 +279,8 @@ static struct vec3 yarn_end(struct march *march, const struct free_end *e,
 static struct vec3 direction_across(struct march *march, const struct free_end *e,
                                     const struct surface_point *from) {
     int8_t di = e->dj != 0, dj = e->di != 0;
-    const struct net_node *ahead = net_place(march->net, e->i + di, e->j + dj);
-    const struct net_node *behind = net_place(march->net, e->i - di, e->j - dj);
+    const struct net_node *ahead = yarn_from(march->net, e->i, e->j, di, dj);
+    const struct net_node *behind = yarn_from(march->net, e->i, e->j, -di, -dj);
     struct free_end forward = {e->i, e->j, (int8_t)-di, (int8_t)-dj, false, 0};
     struct free_end backward = {e->i, e->j, di, dj, false, 0};
     struct vec3 along = {0, 0, 0}, normal = from->normal;
@@ -323,10 +325,9 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
      * yarn leaves. */
     for (int side = -1; side <= 1 && !e->begins; side += 2) {
         int di = side * e->dj, dj = side * e->di;
-        const struct net_node *node = net_place(march->net, e->i + di, e->j + dj);
+        const struct net_node *node = yarn_from(march->net, e->i, e->j, di, dj);
         struct vec3 across;
-        if (node && yarn_comes(march->net, net_place(march->net, e->i, e->j), e->i, e->j, di, dj) &&
-            is_flat(vec3_sub(node->r, from.jet.r), direction) &&
+        if (node && is_flat(vec3_sub(node->r, from.jet.r), direction) &&
             (march->mesh || !march_yarn(march, e->i, e->j, di, dj, &from, &across) ||
              is_flat(across, direction)))
             return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
@@ -437,6 +438,7 @@ enum status march_growth(struct march *march) {
         if (status != STATUS_OK || !g.heap_length)
             break;
         struct free_end end = pop_end(&g);
+        end.begins = end.begins && !yarn_from(march->net, end.i, end.j, -end.di, -end.dj);
         if (net_state_at(march->net, end.i + end.di, end.j + end.dj) != NET_UNKNOWN)
             continue;
         status = march_watch_overlaps(march);
