@@ -31,7 +31,10 @@ static bool are_valid(const struct drape_settings *s) {
            in_range(s->slide, 0, 1) &&
            (s->slide == 0 ||
             (s->pre_shear_deg == 0 && s->generator[1].kind == DRAPE_GENERATOR_GEODESIC)) &&
-           valid_extent(s, 0) && valid_extent(s, 1) && s->max_nodes > 0;
+           valid_extent(s, 0) && valid_extent(s, 1) && s->max_nodes > 0 &&
+           s->generator[1].kind != DRAPE_GENERATOR_PLACES &&
+           (s->generator[0].kind != DRAPE_GENERATOR_PLACES ||
+            s->generator[0].place_start < s->generator[0].place_count);
 }
 
 /* ---- what many drapes share ---- */
@@ -162,11 +165,22 @@ static enum status begin(const struct drape_part *part, const struct shell_point
     const struct drape_settings *s = march->settings;
     const struct shell *shell = part->shell;
     const struct trim *trim = part->trim;
-    bool by_uv = s->start_kind == DRAPE_START_UV;
+    const struct drape_generator *warp = &s->generator[0];
+    bool by_places = warp->kind == DRAPE_GENERATOR_PLACES;
+    bool by_uv = s->start_kind == DRAPE_START_UV && !by_places;
     struct shell_point place = {.face = s->start_face};
     struct shell *oriented;
     if (part->mesh)
         return begin_on_mesh(march, faulty);
+    if (by_places) {
+        const struct drape_place *first = &warp->places[warp->place_start];
+        place.face = first->face;
+        if (shell && (place.face < 0 || (size_t)place.face >= shell_face_count(shell)))
+            return STATUS_START_OFF_SURFACE;
+        surface_inner(shell ? shell_surface(shell, place.face) : part->surface, first->uv,
+                      place.inner);
+        at = &place;
+    }
     if (shell && !at && by_uv) {
         if (place.face < 0 || (size_t)place.face >= shell_face_count(shell))
             return STATUS_START_OFF_SURFACE;
@@ -220,6 +234,42 @@ static enum status begin_cuts(struct march *march, struct cut_fault *fault) {
                : status;
 }
 
+/* The row that was asked for: from the column next to the start on to both sides, as long as there
+ * are places. */
+static enum status take_row(struct march *march, struct drape_row *row) {
+    enum { COLUMNS_TRIED = 4096 };
+    int32_t low = 0, high;
+    row->count = 0;
+    for (int32_t k = 1; k < COLUMNS_TRIED && !net_place(march->net, low, row->j); k++)
+        low = k % 2 ? -(k + 1) / 2 : k / 2;
+    if (!net_place(march->net, low, row->j) || march->mesh)
+        return STATUS_OK;
+    high = low;
+    while (net_place(march->net, low - 1, row->j))
+        low--;
+    while (net_place(march->net, high + 1, row->j))
+        high++;
+    size_t count = (size_t)(high - low) + 1;
+    *row = (struct drape_row){.j = row->j,
+                              .first = low,
+                              .places = arena_alloc(march->arena, count, sizeof *row->places),
+                              .r = arena_alloc(march->arena, count, sizeof *row->r),
+                              .inside = arena_alloc(march->arena, count, sizeof *row->inside),
+                              .count = count};
+    if (!row->places || !row->r || !row->inside)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < count; k++) {
+        const struct net_node *node = net_place(march->net, low + (int32_t)k, row->j);
+        row->places[k].face = node->face;
+        surface_outer(march_surface(march, node), node->uv, row->places[k].uv);
+        row->r[k] = node->r;
+        row->inside[k] = node->state == NET_INSIDE;
+    }
+    for (size_t k = 0; k < count; k++)
+        row->places[k].along = vec3_sub(row->r[k + 1 < count ? k + 1 : k], row->r[k ? k - 1 : k]);
+    return STATUS_OK;
+}
+
 enum status drape_solve(const struct drape_part *whole, const struct drape_settings *settings,
                         const struct drape_monitor *monitor, struct arena *arena,
                         struct drape_result *result) {
@@ -250,6 +300,8 @@ enum status drape_solve(const struct drape_part *whole, const struct drape_setti
             status = estimate_make(&march);
         if (status == STATUS_OK)
             status = march_separate_layers(&march);
+        if (status == STATUS_OK && settings->row)
+            status = take_row(&march, settings->row);
         if (status == STATUS_OK)
             status = report_make(&march, result);
         /* Where a start that nobody asked for lies where no cloth begins, on an edge or in a corner
@@ -257,7 +309,8 @@ enum status drape_solve(const struct drape_part *whole, const struct drape_setti
          * of shells are tried again. */
         const double *d = settings->spacing;
         bool unasked = settings->start_kind == DRAPE_START_CENTROID && !settings->has_extent[0] &&
-                       !settings->has_extent[1];
+                       !settings->has_extent[1] &&
+                       settings->generator[0].kind != DRAPE_GENERATOR_PLACES;
         bool nowhere =
             status == STATUS_START_STUCK || (status == STATUS_OK && result->cells.count == 0 &&
                                              march_area(&march) > 8 * d[0] * d[1]);

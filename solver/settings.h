@@ -30,7 +30,16 @@ enum drape_direction_kind {
 enum drape_generator_kind {
     DRAPE_GENERATOR_GEODESIC,
     DRAPE_GENERATOR_CURVE, /* a polyline in (u, v) through the start, to 1e-3 of the spacing */
-    DRAPE_GENERATOR_PLANE  /* the section by the plane through the start with this normal */
+    DRAPE_GENERATOR_PLANE, /* the section by the plane through the start with this normal */
+    DRAPE_GENERATOR_PLACES /* of warp: its nodes, past the last ones geodesics */
+};
+
+/* A node of a generator, on the part or on its continuation, and the direction of the yarn there.
+ */
+struct drape_place {
+    int32_t face;      /* on a shell: that uv are parameters of; else 0 */
+    double uv[2];      /* the caller's; of closed directions continuous from place to place */
+    struct vec3 along; /* tangent towards the next place, of any length */
 };
 
 /* The positive arm of warp runs with the points of its curve, of a plane to that side to which the
@@ -41,6 +50,10 @@ struct drape_generator {
                                  straight between them, past their ends a geodesic */
     size_t curve_count;       /* at least 2 */
     struct vec3 plane_normal; /* DRAPE_GENERATOR_PLANE: any length but zero */
+    const struct drape_place *places; /* DRAPE_GENERATOR_PLACES: owned by the caller, a spacing
+                                         apart along the line */
+    size_t place_count, place_start;  /* at least 1; which of them is the start, whatever
+                                         `start_kind` says: it may lie beyond the part */
 };
 
 /* A line over which the cloth is cut, from an edge of the part, of a hole or of a cut before it to
@@ -56,6 +69,18 @@ struct drape_cut_line {
 struct drape_team {
     void (*run)(void *context, int count, void (*task)(void *data, int k), void *data);
     void *context;
+};
+
+/* The places of one row of weft, j, without a break from the column next to the start that has one:
+ * i = first .. first + count - 1, ghosts beyond the part among them. Lies in the arena of the call.
+ */
+struct drape_row {
+    int32_t j; /* asked for */
+    int32_t first;
+    struct drape_place *places;
+    struct vec3 *r;
+    bool *inside;
+    size_t count;
 };
 
 struct drape_statistics;
@@ -87,6 +112,7 @@ struct drape_settings {
     size_t cut_count;
     size_t max_nodes;                      /* STATUS_TOO_MANY_NODES beyond */
     struct drape_statistics *statistics;   /* NULL, or the caller's, to be filled */
+    struct drape_row *row;                 /* NULL, or the caller's, to be filled; not on a mesh */
     const struct drape_prepared *prepared; /* what many drapes of the part share, by
                                               `drape_prepare`; NULL: each makes its own */
     const struct drape_team *team;         /* NULL: the calling thread alone */

@@ -121,6 +121,21 @@ static void normalise_generator(struct api_text *text, const char *key,
         api_text_key_numbers(text, "plane", &generator->plane_normal.x, 3);
         api_text_raw(text, "}");
         break;
+    case DRAPE_GENERATOR_PLACES:
+        api_text_raw(text, "{");
+        api_text_key(text, "places");
+        for (size_t k = 0; k < generator->place_count; k++) {
+            const struct drape_place *place = &generator->places[k];
+            const struct vec3 *along = &place->along;
+            const double row[] = {place->face, place->uv[0], place->uv[1],
+                                  along->x,    along->y,     along->z};
+            api_text_raw(text, k ? "," : "[");
+            api_text_numbers(text, row, 6);
+        }
+        api_text_raw(text, "]");
+        api_text_key_integer(text, "start", (int64_t)generator->place_start);
+        api_text_raw(text, "}");
+        break;
     }
 }
 

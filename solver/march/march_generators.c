@@ -121,6 +121,8 @@ struct arm {
     int32_t outside;  /* nodes since the last one inside */
     struct vec3 left; /* where it went there; not on a mesh */
     bool started, ended;
+    const struct drape_generator *through; /* along places that are given; else NULL */
+    int32_t next;                          /* the place ahead */
 };
 
 /* No hole is longer than the part: an arm that is outside for longer comes to it from behind. So
@@ -163,7 +165,33 @@ static struct arm make_arm(struct march *march, int number) {
     arm.at.path.reach = march_reach(march);
     if (arm.started && march->surface)
         (void)find_stop_point(march, &arm.at);
+    if (generator->kind == DRAPE_GENERATOR_PLACES) {
+        arm.through = generator;
+        arm.next = (int32_t)generator->place_start + sign;
+    }
     return arm;
+}
+
+/* To the place ahead of those that are given. False where there is none, or no tangent plane. */
+static bool advance_to_place(struct march *march, struct arm *arm) {
+    const struct drape_generator *through = arm->through;
+    int sign = arm->di;
+    if (!through || arm->next < 0 || (size_t)arm->next >= through->place_count)
+        return false;
+    const struct drape_place *place = &through->places[arm->next];
+    const struct surface *surface = march->surface;
+    struct stop to = {.known = true};
+    double uv[2];
+    if (surface->shell)
+        surface = shell_surface(surface->shell, place->face);
+    surface_inner(surface, place->uv, uv);
+    if (!surface_point_at(surface, &march->cursor, uv, &to.point) ||
+        !path_geodesic(&to.path, surface, &to.point, vec3_scale(sign, place->along)))
+        return false;
+    to.tangent = surface_point_tangent(&to.point, vec3_scale(sign, place->along));
+    arm->next += sign;
+    arm->at = to;
+    return true;
 }
 
 /* To node k in a second march, the edge's chord being the corrected one like those of the yarns
@@ -203,12 +231,14 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     if (gone && march->mesh && !march->surface) {
         gone = march_mesh_lay(march, &arm->yarn, arm->di, arm->dj, &on_mesh, &lost);
     } else if (gone && march->mesh) { /* along the generator of the surface it was made of */
-        struct surface_point ahead;
-        gone = path_advance_chord(&arm->at.path, &march->cursor, d) &&
+        struct surface_point ahead = arm->at.point;
+        gone = (advance_to_place(march, arm) ||
+                path_advance_chord(&arm->at.path, &march->cursor, d)) &&
                path_surface_point(&arm->at.path, &march->cursor, &ahead, NULL) &&
                march_mesh_towards(march, &arm->last, ahead.jet.r, d, &on_mesh, &lost);
         arm->last = gone ? on_mesh : arm->last;
-    } else if (gone && !(march->before.net && advance_corrected(march, arm, k, d)))
+    } else if (gone && !advance_to_place(march, arm) &&
+               !(march->before.net && advance_corrected(march, arm, k, d)))
         gone = advance_stop(march, &arm->at, d);
     if (!gone)
         return march_fail(march, i, j,

@@ -196,6 +196,10 @@ static enum status find_generator(const struct surface *surface,
     const struct surface_point *point = &start->point;
     if (generator->kind == DRAPE_GENERATOR_GEODESIC)
         return STATUS_OK;
+    if (generator->kind == DRAPE_GENERATOR_PLACES) {
+        *direction = surface_point_tangent(point, generator->places[generator->place_start].along);
+        return vec3_norm2(*direction) > 0 ? STATUS_OK : STATUS_GENERATOR_OFF_START;
+    }
     if (generator->kind == DRAPE_GENERATOR_CURVE)
         return find_on_curve(surface, generator, settings->spacing[k], point, &start->curve[k],
                              direction);
@@ -296,6 +300,7 @@ enum status start_find_on_mesh(struct march *march, int *faulty) {
     double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
     if (settings->start_kind == DRAPE_START_UV ||
         settings->generator[0].kind == DRAPE_GENERATOR_CURVE ||
+        settings->generator[0].kind == DRAPE_GENERATOR_PLACES ||
         settings->generator[1].kind == DRAPE_GENERATOR_CURVE)
         return STATUS_INVALID;
     bool by_point = settings->start_kind == DRAPE_START_POINT;

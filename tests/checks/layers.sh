@@ -8,7 +8,7 @@ bad=0
 # The tops of the libraries and programs: what lies in their folders may not include these, and
 # they may include all of their own tree. What else lies directly in solver/, api/ or server/ is
 # the ground that their folders stand on.
-tops='solver/drape.c|api/(run|problem|check).c|server/(main|config|flags|healthcheck|backup|status).c'
+tops='solver/(drape|courses).c|api/(run|problem|check).c|server/(main|config|flags|healthcheck|backup|status).c'
 
 # FOLDER, and those whose headers its files may include besides its own.
 rules='
@@ -16,6 +16,7 @@ solver                 -
 solver/surface         solver
 solver/shell           solver|solver/surface
 solver/path            solver|solver/surface|solver/shell
+solver/course          solver|solver/surface|solver/shell|solver/path
 solver/mesh            solver|solver/surface|solver/shell
 solver/net             solver|solver/surface|solver/shell
 solver/fishnet         solver|solver/surface|solver/shell|solver/path|solver/net

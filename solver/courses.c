@@ -1,0 +1,572 @@
+/* SPDX-License-Identifier: MIT */
+#include "courses.h"
+
+#include "solver/angle.h"
+#include "solver/course/line.h"
+#include "solver/shell/shell.h"
+#include "solver/surface/spans.h"
+#include <string.h>
+
+/* An edge of the part ends at corners of more than 30 degrees. */
+static const double corner_cosine = 0.866;
+
+/* A line is followed beyond the part so far, in sizes of the part. */
+static const double most_of_line = 4;
+
+struct layer {
+    const struct drape_part *part;
+    const struct courses_settings *settings;
+    const struct drape_monitor *monitor;
+    struct arena *arena;
+    const struct surface
+        *surface; /* of a shell any face, with all normals on the first one's side */
+    double size, part_area;
+};
+
+static double of_list(const double *list, size_t count, size_t k, double otherwise) {
+    return count == 0 ? otherwise : list[k < count ? k : count - 1];
+}
+
+/* Written so that NaN is refused. */
+static bool are_valid(const struct layer *l) {
+    const struct courses_settings *s = l->settings;
+    const struct drape_settings *d = &s->drape;
+    bool valid = s->width_count > 0 && s->most <= COURSES_MAX && s->ends >= 0 &&
+                 s->first.count <= COURSES_VALUES_MAX && d->spacing[0] > 0 && d->spacing[1] > 0 &&
+                 d->spacing[0] < l->size && d->cut_count == 0 && d->pre_shear_deg == 0;
+    for (size_t k = 0; k < s->width_count; k++)
+        valid = valid && s->widths[k] > 0 && s->widths[k] <= l->size &&
+                s->widths[k] / d->spacing[1] < (double)INT32_MAX / 4;
+    for (size_t k = 0; k < s->origin_count; k++)
+        valid = valid && s->origins[k] >= 0 && s->origins[k] <= 1;
+    for (size_t k = 0; k < s->gap_count; k++) {
+        valid = valid && s->gaps[k].count <= COURSES_VALUES_MAX;
+        for (size_t n = 0; valid && n < s->gaps[k].count; n++)
+            valid = s->gaps[k].values[n] > -of_list(s->widths, s->width_count, k, 0) &&
+                    s->gaps[k].values[n] < l->size;
+    }
+    for (size_t n = 0; valid && n < s->first.count; n++)
+        valid = fabs(s->first.values[n]) < l->size;
+    return valid && (s->along != COURSES_ALONG_PATH || s->path_count >= 2);
+}
+
+/* ---- the line along which the first course is laid ---- */
+
+static bool point_of(const struct layer *l, int32_t face, const double uv[2],
+                     struct surface_point *point) {
+    struct surface_cursor cursor = {0};
+    const struct surface *surface =
+        l->surface->shell ? shell_surface(l->surface->shell, face) : l->surface;
+    double inner[2];
+    surface_inner(surface, uv, inner);
+    return surface_point_at(surface, &cursor, inner, point);
+}
+
+static bool nearest_point(const struct layer *l, struct vec3 r, struct surface_point *point) {
+    const struct surface *surface = l->surface;
+    struct surface_cursor cursor = {0};
+    double uv[2], distance;
+    if (surface->shell) {
+        struct shell_point nearest;
+        shell_nearest(surface->shell, r, shell_component(surface->shell, surface->face), &nearest,
+                      &distance);
+        surface = shell_surface(surface->shell, nearest.face);
+        memcpy(uv, nearest.inner, sizeof uv);
+    } else {
+        surface_nearest_at(surface, r, uv, &distance);
+    }
+    return surface_point_at(surface, &cursor, uv, point) &&
+           distance <= l->settings->drape.spacing[0];
+}
+
+/* A net of a few nodes, which tells where the start is and what the part's edges are. */
+static enum status look(const struct layer *l, const struct drape_settings *settings,
+                        struct drape_result *seen) {
+    struct drape_settings s = *settings;
+    s.row = NULL;
+    s.statistics = NULL;
+    s.generator[0].kind = s.generator[1].kind = DRAPE_GENERATOR_GEODESIC;
+    for (int k = 0; k < 2; k++) {
+        s.has_extent[k] = true;
+        s.extent[k][0] = -1;
+        s.extent[k][1] = 1;
+    }
+    return drape_solve(l->part, &s, NULL, l->arena, seen);
+}
+
+static bool make_line(struct course_line *line, size_t count, struct arena *arena) {
+    *line = (struct course_line){.at = arena_alloc(arena, count, sizeof *line->at),
+                                 .tangent = arena_alloc(arena, count, sizeof *line->tangent),
+                                 .s = arena_alloc(arena, count, sizeof *line->s)};
+    return line->at && line->tangent && line->s;
+}
+
+static enum status along_direction(const struct layer *l, struct course_line *line) {
+    struct drape_result seen;
+    enum status status = look(l, &l->settings->drape, &seen);
+    if (status != STATUS_OK)
+        return status;
+    if (!make_line(line, 1, l->arena))
+        return STATUS_OUT_OF_MEMORY;
+    line->count = 1;
+    line->tangent[0] = seen.start_warp;
+    return point_of(l, seen.start_face, seen.start_uv, &line->at[0]) ? STATUS_OK
+                                                                     : STATUS_DEGENERATE_SURFACE;
+}
+
+static enum status along_path(const struct layer *l, struct course_line *line) {
+    const struct courses_settings *s = l->settings;
+    double step = s->drape.spacing[0];
+    size_t room = 1;
+    for (size_t k = 1; k < s->path_count; k++)
+        room += 1 + (size_t)fmin(vec3_distance(s->path[k - 1], s->path[k]) / step, 1e5);
+    if (!make_line(line, room, l->arena))
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < s->path_count; k++) {
+        struct vec3 from = s->path[k > 0 ? k - 1 : 0], way = vec3_sub(s->path[k], from);
+        size_t steps = k > 0 ? 1 + (size_t)fmin(vec3_norm(way) / step, 1e5) : 1;
+        for (size_t n = 1; n <= steps; n++) {
+            struct surface_point *at = &line->at[line->count];
+            if (!nearest_point(l, vec3_axpy((double)n / (double)steps, way, from), at))
+                return STATUS_START_OFF_SURFACE;
+            line->count += line->count == 0 || vec3_distance(at->jet.r, at[-1].jet.r) > step / 16;
+        }
+    }
+    if (line->count < 2)
+        return STATUS_START_OFF_SURFACE;
+    line_complete(line);
+    return STATUS_OK;
+}
+
+/* The rim's points from `first` on, `count` of them, as one line; whether the loop turns sharply at
+ * one. */
+static bool turns_at(const struct drape_rim *rim, size_t first, size_t count, size_t k) {
+    struct vec3 r[3];
+    for (size_t n = 0; n < 3; n++) {
+        size_t at = first + (k + count + n - 1) % count;
+        r[n] = vec3_make(rim->x[at], rim->y[at], rim->z[at]);
+    }
+    struct vec3 a = vec3_unit(vec3_sub(r[1], r[0])), b = vec3_unit(vec3_sub(r[2], r[1]));
+    return vec3_dot(a, b) < corner_cosine && vec3_norm2(a) > 0 && vec3_norm2(b) > 0;
+}
+
+/* The distance of a point from the piece between two points of the rim. */
+static double piece_distance(const struct drape_rim *rim, size_t from, size_t to, struct vec3 at) {
+    struct vec3 a = vec3_make(rim->x[from], rim->y[from], rim->z[from]);
+    struct vec3 way = vec3_sub(vec3_make(rim->x[to], rim->y[to], rim->z[to]), a);
+    double length2 = vec3_norm2(way), x = vec3_dot(vec3_sub(at, a), way);
+    x = length2 > 0 ? fmin(fmax(x / length2, 0), 1) : 0;
+    return vec3_distance(vec3_axpy(x, way, a), at);
+}
+
+/* Points of the surface on a run of the rim, a step apart: between its points the straight line in
+ * the parameters, which the part's edge is. */
+static enum status follow_rim(const struct layer *l, const struct drape_rim *rim, size_t first,
+                              size_t count, size_t begin, size_t pieces, struct course_line *line) {
+    double step = l->settings->drape.spacing[0], length = 0;
+    size_t room = 2;
+    for (size_t n = 0; n < pieces; n++)
+        length += vec3_distance(vec3_make(rim->x[first + (begin + n) % count],
+                                          rim->y[first + (begin + n) % count],
+                                          rim->z[first + (begin + n) % count]),
+                                vec3_make(rim->x[first + (begin + n + 1) % count],
+                                          rim->y[first + (begin + n + 1) % count],
+                                          rim->z[first + (begin + n + 1) % count]));
+    room += (size_t)fmin(2 * length / step, 1e6);
+    double own = length / fmax(floor(length / step), 1), ahead = 0, gone = 0;
+    if (!make_line(line, room, l->arena))
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t n = 0; n < pieces; n++) {
+        size_t a = first + (begin + n) % count, b = first + (begin + n + 1) % count;
+        int32_t face = rim->face ? rim->face[a] : 0;
+        double piece = vec3_distance(vec3_make(rim->x[a], rim->y[a], rim->z[a]),
+                                     vec3_make(rim->x[b], rim->y[b], rim->z[b]));
+        bool leaps = rim->face && rim->face[b] != face, last = n + 1 == pieces;
+        while (line->count < room && piece > 0 && !leaps &&
+               (ahead <= gone + piece || (last && ahead < length + own / 2))) {
+            double x = fmin((ahead - gone) / piece, 1);
+            const double uv[2] = {rim->u[a] + x * (rim->u[b] - rim->u[a]),
+                                  rim->v[a] + x * (rim->v[b] - rim->v[a])};
+            line->count += point_of(l, face, uv, &line->at[line->count]);
+            ahead += own;
+        }
+        gone += piece;
+    }
+    if (line->count < 2)
+        return STATUS_START_OFF_SURFACE;
+    line_complete(line);
+    return STATUS_OK;
+}
+
+static enum status along_edge(const struct layer *l, struct course_line *line) {
+    struct drape_settings s = l->settings->drape;
+    struct drape_result seen;
+    s.start_kind = DRAPE_START_POINT;
+    s.start_point = l->settings->edge;
+    s.direction_kind = DRAPE_DIRECTION_ANGLE;
+    enum status status = look(l, &s, &seen);
+    if (status != STATUS_OK)
+        return status;
+    const struct drape_rim *rim = &seen.rim;
+    size_t best = 0, first = 0, count = 0;
+    double least = HUGE_VAL;
+    for (size_t begin = 0, end; begin < rim->count; begin = end) {
+        for (end = begin; end < rim->count && rim->loop[end] == rim->loop[begin];)
+            end++;
+        for (size_t k = begin; k < end; k++) {
+            size_t next = k + 1 < end ? k + 1 : begin;
+            double distance = piece_distance(rim, k, next, l->settings->edge);
+            if (!(distance < least))
+                continue;
+            least = distance;
+            best = k - begin;
+            first = begin;
+            count = end - begin;
+        }
+    }
+    if (!(least <= s.spacing[0]))
+        return STATUS_START_OFF_SURFACE;
+    size_t begin = best, pieces = 1;
+    while (pieces < count && !turns_at(rim, first, count, begin)) {
+        begin = (begin + count - 1) % count;
+        pieces++;
+    }
+    while (pieces < count && !turns_at(rim, first, count, (begin + pieces) % count))
+        pieces++;
+    return follow_rim(l, rim, first, count, begin, pieces, line);
+}
+
+/* ---- a course ---- */
+
+/* Where a line is on the part: the arc lengths of its first and last place there; of one that is
+ * beyond it everywhere its ends. */
+static void find_range(const struct course_line *line, const bool *inside, double range[2]) {
+    bool found = false;
+    range[0] = line->s[0];
+    range[1] = line->s[line->count - 1];
+    for (size_t k = 0; k < line->count; k++) {
+        if (!inside[k])
+            continue;
+        range[0] = found ? range[0] : line->s[k];
+        range[1] = line->s[k];
+        found = true;
+    }
+}
+
+/* Whether places of a line are on the part. */
+static bool *find_inside(const struct layer *l, const struct course_line *line) {
+    const struct surface *surface = l->surface;
+    bool *inside = arena_alloc(l->arena, line->count, sizeof *inside);
+    for (size_t k = 0; inside && k < line->count; k++) {
+        const struct surface_point *at = &line->at[k];
+        const struct trim *trim =
+            surface->shell ? shell_trim(surface->shell, at->surface->face) : l->part->trim;
+        double uv[2], inner[2];
+        for (int x = 0; x < 2; x++)
+            inner[x] = surface_axis_wrap(&at->surface->axis[x], at->uv[x]);
+        surface_outer(at->surface, inner, uv);
+        inside[k] = !surface_point_is_beyond(at, SURFACE_POINT_BOUNDARY_WIDTH) &&
+                    (!trim || trim_contains(trim, uv));
+    }
+    return inside;
+}
+
+static double share_of(const double range[2], double share) {
+    return range[0] + share * (range[1] - range[0]);
+}
+
+/* The places of a near edge, and its origin, from the parallel of a line. */
+static enum status set_places(const struct layer *l, const struct course_line *edge, size_t middle,
+                              struct course *course) {
+    struct drape_place *places = arena_alloc(l->arena, edge->count, sizeof *places);
+    if (!places)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < edge->count; k++) {
+        const struct surface *surface = edge->at[k].surface;
+        places[k].face = surface->shell ? surface->face : 0;
+        surface_outer(surface, edge->at[k].uv, places[k].uv);
+        places[k].along = edge->tangent[k];
+    }
+    course->places = places;
+    course->place_count = edge->count;
+    course->place_start = middle;
+    return STATUS_OK;
+}
+
+/* Gap and overlap between a course's near edge and the line it is laid along, on the part, by the
+ * rule of Simpson; of the overlap the sign of the distance tells. */
+static void measure_gap(const struct line_distance *distance, const double range[2],
+                        struct course *course, bool first) {
+    enum { INTERVALS = 256 };
+    double h = (range[1] - range[0]) / INTERVALS;
+    for (int k = 0; k <= INTERVALS; k++) {
+        double at = line_distance_at(distance, range[0] + k * h), size = fabs(at);
+        double weight = (k == 0 || k == INTERVALS ? 1 : k % 2 ? 4 : 2) * h / 3;
+        course->gap[0] = k == 0 ? at : fmin(course->gap[0], at);
+        course->gap[1] = k == 0 ? at : fmax(course->gap[1], at);
+        if (!first)
+            *(at < 0 ? &course->overlap_area : &course->gap_area) += weight * size;
+    }
+}
+
+/* The near edge of a course at its distance from a line. */
+static enum status lay_edge(const struct layer *l, const struct course_line *line, size_t number,
+                            struct course *course, struct course_line *edge) {
+    const struct courses_settings *s = l->settings;
+    const struct courses_offset *offset = &s->first;
+    double values[COURSES_VALUES_MAX] = {0}, range[2];
+    if (number > 0)
+        offset =
+            s->gap_count ? &s->gaps[(number < s->gap_count ? number : s->gap_count) - 1] : NULL;
+    size_t count = offset && offset->count ? offset->count : 1, middle;
+    for (size_t k = 0; offset && k < offset->count; k++)
+        values[k] = (s->to_right ? -1 : 1) * offset->values[k];
+    bool *inside = find_inside(l, line);
+    if (!inside)
+        return STATUS_OUT_OF_MEMORY;
+    find_range(line, inside, range);
+    struct line_distance distance = {values, count, range[0], range[1]};
+    double origin = of_list(s->origins, s->origin_count, number, 0.5);
+    enum status status = line_parallel(line, &distance, share_of(range, origin),
+                                       s->drape.spacing[0], l->arena, edge, &middle);
+    if (status != STATUS_OK)
+        return status;
+    for (size_t k = 0; k < count; k++)
+        values[k] = offset && offset->count ? offset->values[k] : 0;
+    measure_gap(&distance, range, course, number == 0);
+    return set_places(l, edge, middle, course);
+}
+
+/* The greatest angle of a cell's warp from the wanted direction in the plane of its yarns. */
+static double most_from_wanted(const struct drape_cells *cells, struct vec3 wanted) {
+    double most = 0;
+    for (size_t k = 0; k < cells->count; k++) {
+        struct vec3 warp = {cells->warp_x[k], cells->warp_y[k], cells->warp_z[k]};
+        struct vec3 weft = {cells->weft_x[k], cells->weft_y[k], cells->weft_z[k]};
+        struct vec3 normal = vec3_unit(vec3_cross(warp, weft));
+        struct vec3 way = vec3_axpy(-vec3_dot(wanted, normal), normal, wanted);
+        if (vec3_norm2(way) > 0)
+            most = fmax(
+                most, angle_atan2_deg(vec3_norm(vec3_cross(way, warp)), fabs(vec3_dot(way, warp))));
+    }
+    return most;
+}
+
+/* Widens a range by the straight piece of the rim between two points, as far as it lies in the rows
+ * of the cloth; by that piece's line up to the row that it ends short of, if that is one cell away.
+ */
+static void add_piece(const struct drape_rim *rim, size_t from, size_t to, bool ends,
+                      const int32_t rows[2], double range[2]) {
+    const double slack = 1e-6;
+    double dp = rim->p[to] - rim->p[from], dq = rim->q[to] - rim->q[from], share[2] = {0, 1};
+    for (int side = 0; side < 2; side++) {
+        double inward = side ? -1 : 1, away = inward * (rows[side] - rim->q[from]);
+        double by = inward * dq;
+        if (by > slack * slack)
+            share[0] = fmax(share[0], away / by);
+        else if (away > slack)
+            return;
+        else if (by < -slack * slack)
+            share[1] = ends && away - by > -1 ? away / by : fmin(share[1], away / by);
+    }
+    for (int end = 0; end < 2 && share[0] <= share[1] + slack; end++) {
+        range[0] = fmin(range[0], rim->p[from] + share[end] * dp);
+        range[1] = fmax(range[1], rim->p[from] + share[end] * dp);
+    }
+}
+
+/* From end to end of the cloth on the part, in p: its nodes, and where the part's edge cuts it. */
+static void find_ends(const struct drape_result *net, const int32_t rows[2], double range[2]) {
+    const struct drape_nodes *nodes = &net->nodes;
+    const struct drape_rim *rim = &net->rim;
+    range[0] = HUGE_VAL;
+    range[1] = -HUGE_VAL;
+    for (size_t k = 0; k < nodes->count; k++) {
+        range[0] = fmin(range[0], nodes->i[k]);
+        range[1] = fmax(range[1], nodes->i[k]);
+    }
+    for (size_t begin = 0, end; begin < rim->count; begin = end) {
+        for (end = begin; end < rim->count && rim->loop[end] == rim->loop[begin];)
+            end++;
+        for (size_t n = 0, count = end - begin; n < count; n++) {
+            size_t at[4];
+            for (size_t k = 0; k < 4; k++)
+                at[k] = begin + (n + count - 1 + k) % count;
+            if (!rim->covered[at[1]] || !rim->covered[at[2]])
+                continue;
+            add_piece(rim, at[1], at[2], !rim->covered[at[3]], rows, range);
+            add_piece(rim, at[2], at[1], !rim->covered[at[0]], rows, range);
+        }
+    }
+}
+
+static void measure_course(const struct layer *l, const struct drape_settings *s,
+                           const struct drape_statistics *statistics, struct course *course) {
+    const struct courses_settings *settings = l->settings;
+    bool asked = vec3_norm2(settings->wanted) > 0;
+    find_ends(&course->net, s->extent[1], course->ends);
+    for (int k = 0; k < 2; k++)
+        course->ends[k] = s->spacing[0] * course->ends[k] + (k ? 1 : -1) * settings->ends;
+    course->cut_length = fmax(course->ends[1] - course->ends[0], 0);
+    course->area = course->width * course->cut_length;
+    course->net_area = course->net.summary.flat_area;
+    course->trim_area = fmax(course->area - course->net_area, 0);
+    course->wanted_deg = asked ? statistics->wanted_deg : 0;
+    if (asked)
+        course->wanted_most_deg = fmax(most_from_wanted(&course->net.cells, settings->wanted),
+                                       most_from_wanted(&course->net.cut.cells, settings->wanted));
+}
+
+/* The net of a course along its places; `row` gets its far edge. */
+static enum status drape_course(const struct layer *l, size_t number, struct course *course,
+                                struct drape_row *row) {
+    const struct courses_settings *settings = l->settings;
+    struct drape_settings s = settings->drape;
+    struct drape_statistics *statistics = arena_alloc(l->arena, 1, sizeof *statistics);
+    if (!statistics)
+        return STATUS_OUT_OF_MEMORY;
+    course->width = of_list(settings->widths, settings->width_count, number, 0);
+    course->rows = (int32_t)fmax(ceil(course->width / s.spacing[1] * (1 - 1e-9)), 1);
+    s.spacing[1] = course->width / course->rows;
+    memcpy(course->spacing, s.spacing, sizeof s.spacing);
+    s.generator[0] = (struct drape_generator){.kind = DRAPE_GENERATOR_PLACES,
+                                              .places = course->places,
+                                              .place_count = course->place_count,
+                                              .place_start = course->place_start};
+    s.generator[1] = (struct drape_generator){.kind = DRAPE_GENERATOR_GEODESIC};
+    /* Left of warp is that of the normal of the start's face. */
+    const struct shell *shell = l->surface->shell;
+    bool turned = shell && shell_side(shell, course->places[course->place_start].face) < 0;
+    bool right = settings->to_right != turned;
+    s.has_extent[0] = false;
+    s.has_extent[1] = true;
+    s.extent[1][0] = right ? -course->rows : 0;
+    s.extent[1][1] = right ? 0 : course->rows;
+    row->j = right ? -course->rows : course->rows;
+    s.row = row;
+    statistics->wanted = settings->wanted;
+    s.statistics = statistics;
+    enum status status = drape_solve(l->part, &s, l->monitor, l->arena, &course->net);
+    if (status == STATUS_OK)
+        measure_course(l, &s, statistics, course);
+    return status;
+}
+
+/* The far edge as a line, in the sense of warp. */
+static enum status line_of_row(const struct layer *l, const struct drape_row *row,
+                               struct course_line *line) {
+    if (row->count < 2)
+        return STATUS_NO_CONVERGENCE;
+    if (!make_line(line, row->count, l->arena))
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < row->count; k++)
+        if (!point_of(l, row->places[k].face, row->places[k].uv, &line->at[k]))
+            return STATUS_DEGENERATE_SURFACE;
+    line->count = row->count;
+    line_complete(line);
+    return STATUS_OK;
+}
+
+static void add_up(struct courses_result *result, const struct course *course, double part_area) {
+    const struct drape_summary *summary = &course->net.summary;
+    result->area += course->area;
+    result->net_area += course->net_area;
+    result->trim_area += course->trim_area;
+    result->gap_area += course->gap_area;
+    result->overlap_area += course->overlap_area;
+    result->max_shear_deg = fmax(result->max_shear_deg, summary->max_shear_deg);
+    result->wanted_most_deg = fmax(result->wanted_most_deg, course->wanted_most_deg);
+    result->cloth_coverage += (summary->cloth_area - course->overlap_area) / part_area;
+}
+
+/* One course after the other, each along the far edge of the one before. */
+static enum status lay_all(const struct layer *l, struct course_line *line,
+                           struct courses_result *result) {
+    const struct courses_settings *s = l->settings;
+    size_t most = s->most ? s->most : COURSES_MAX, before;
+    result->courses = arena_alloc(l->arena, most, sizeof *result->courses);
+    if (!result->courses)
+        return STATUS_OUT_OF_MEMORY;
+    for (bool more = true; more && result->count < most;) {
+        struct course *course = &result->courses[result->count];
+        struct course_line edge;
+        struct drape_row row = {0};
+        result->faulty = result->count;
+        enum status status =
+            line_extend(line, s->drape.spacing[0], most_of_line * l->size, l->arena, &before);
+        if (status == STATUS_OK)
+            status = lay_edge(l, line, result->count, course, &edge);
+        if (status == STATUS_OK)
+            status = drape_course(l, result->count, course, &row);
+        bool lies = status == STATUS_OK && course->net_area > 0;
+        if (result->count > 0 && (status == STATUS_START_STUCK || (status == STATUS_OK && !lies)))
+            return STATUS_OK;
+        if (status != STATUS_OK)
+            return status;
+        add_up(result, course, l->part_area);
+        result->count++;
+        more = false;
+        for (size_t k = 0; k < row.count; k++)
+            more = more || row.inside[k];
+        if (more)
+            status = line_of_row(l, &row, line);
+        if (status != STATUS_OK)
+            return status;
+    }
+    return STATUS_OK;
+}
+
+enum status courses_lay(const struct drape_part *part, const struct courses_settings *settings,
+                        const struct drape_monitor *monitor, struct arena *arena,
+                        struct courses_result *result) {
+    struct layer l = {.part = part,
+                      .settings = settings,
+                      .monitor = monitor,
+                      .arena = arena,
+                      .surface = part->surface};
+    struct course_line line;
+    *result = (struct courses_result){0};
+    if (part->mesh)
+        return STATUS_INVALID;
+    if (part->shell) {
+        struct shell *oriented;
+        struct shell_point nearest = {0};
+        double distance;
+        int32_t component = shell_largest_component(part->shell);
+        const struct drape_settings *d = &settings->drape;
+        if (settings->along == COURSES_ALONG_EDGE)
+            shell_nearest(part->shell, settings->edge, SHELL_ANY, &nearest, &distance);
+        else if (settings->along == COURSES_ALONG_PATH && settings->path_count > 0)
+            shell_nearest(part->shell, settings->path[0], SHELL_ANY, &nearest, &distance);
+        else if (d->start_kind == DRAPE_START_POINT)
+            shell_nearest(part->shell, d->start_point, SHELL_ANY, &nearest, &distance);
+        else if (d->start_kind == DRAPE_START_UV)
+            nearest.face = d->start_face;
+        else
+            while (shell_component(part->shell, nearest.face) != component)
+                nearest.face++;
+        if (nearest.face < 0 || (size_t)nearest.face >= shell_face_count(part->shell))
+            return STATUS_START_OFF_SURFACE;
+        component = shell_component(part->shell, nearest.face);
+        for (nearest.face = 0; shell_component(part->shell, nearest.face) != component ||
+                               shell_side(part->shell, nearest.face) < 0;)
+            nearest.face++;
+        enum status status = shell_orient(part->shell, nearest.face, arena, &oriented);
+        if (status != STATUS_OK)
+            return status;
+        l.surface = shell_surface(oriented, nearest.face);
+        l.part_area = shell_area(oriented, component, NULL);
+        l.size = shell_size(oriented);
+    } else {
+        struct vec3 centroid;
+        l.size = part->surface->size;
+        l.part_area =
+            part->trim ? trim_area(part->trim, &centroid) : surface_area(part->surface, NULL);
+    }
+    if (!are_valid(&l))
+        return STATUS_INVALID;
+    enum status status = settings->along == COURSES_ALONG_DIRECTION ? along_direction(&l, &line)
+                         : settings->along == COURSES_ALONG_EDGE    ? along_edge(&l, &line)
+                                                                    : along_path(&l, &line);
+    return status == STATUS_OK ? lay_all(&l, &line, result) : status;
+}

@@ -1,0 +1,445 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Courses against closed forms: congruent rectangles on surfaces that unroll, parallels of
+ * parallels on surfaces of revolution; and the gap between neighbours against an independent code
+ * for geodesics.
+ */
+#include "geodesic.h"
+#include "pieces.h"
+#include "solver/courses.h"
+#include "tests/check.h"
+#include <stdio.h>
+#include <string.h>
+
+static const double HALF_PI = 1.57079632679489662;
+
+#define check_near(value, wanted, by) check_at_most(fabs((value) - (wanted)), by)
+
+struct laid {
+    struct arena *arena;
+    struct surface *surface;
+    struct courses_result result;
+};
+
+static enum status lay(struct shape *shape, const struct courses_settings *settings,
+                       struct laid *laid) {
+    struct nurbs nurbs = shape_nurbs(shape);
+    laid->arena = arena_new((size_t)1 << 30);
+    assert_non_null(laid->arena);
+    assert_int_equal(surface_make(&nurbs, laid->arena, &laid->surface), STATUS_OK);
+    const struct drape_part part = {.surface = laid->surface};
+    return courses_lay(&part, settings, NULL, laid->arena, &laid->result);
+}
+
+static double surface_size(const struct laid *laid) {
+    struct vec3 low, high;
+    surface_bounds(laid->surface, &low, &high);
+    return vec3_distance(low, high);
+}
+
+static struct vec3 place_point(const struct laid *laid, const struct drape_place *place) {
+    struct surface_cursor cursor = {0};
+    struct surface_jet jet;
+    surface_evaluate(laid->surface, &cursor, place->uv[0], place->uv[1], &jet);
+    return jet.r;
+}
+
+/* Courses along a direction through (u, v), one width and one gap. */
+struct plan {
+    double width, gap, first;
+    struct courses_offset offsets[2];
+    struct courses_settings settings;
+};
+
+static void plan_make(struct plan *plan, double width, double gap, double first, double spacing) {
+    *plan = (struct plan){.width = width, .gap = gap, .first = first};
+    plan->offsets[0] = (struct courses_offset){&plan->first, 1};
+    plan->offsets[1] = (struct courses_offset){&plan->gap, 1};
+    plan->settings = (struct courses_settings){.drape = {.method = DRAPE_GIB,
+                                                         .spacing = {spacing, spacing},
+                                                         .start_kind = DRAPE_START_UV,
+                                                         .start_uv = {0.5, 0.5},
+                                                         .max_nodes = 1000000},
+                                               .widths = &plan->width,
+                                               .width_count = 1,
+                                               .first = plan->offsets[0],
+                                               .gaps = &plan->offsets[1],
+                                               .gap_count = 1};
+}
+
+/* ---- surfaces that unroll ---- */
+
+/* The frustum from a to b: where a point of it lies in the plane. */
+struct roll {
+    double radius[2], height[2];
+};
+
+static void unroll(const struct roll *roll, struct vec3 r, double at[2]) {
+    double turn = atan2(r.y, r.x), dr = roll->radius[1] - roll->radius[0];
+    double slant = hypot(dr, roll->height[1] - roll->height[0]);
+    if (dr == 0) {
+        at[0] = turn * roll->radius[0];
+        at[1] = r.z;
+        return;
+    }
+    double from_apex = hypot(r.x, r.y) * slant / fabs(dr);
+    double angle = turn * fabs(dr) / slant;
+    at[0] = from_apex * sin(angle);
+    at[1] = from_apex * cos(angle);
+}
+
+/* The places of all courses in the plane: each next near edge is straight, `pitch` beyond the one
+ * before, and its places are a spacing apart. */
+static void check_rectangles(const struct roll *roll, const struct laid *laid, double pitch,
+                             double spacing) {
+    const struct course *first = &laid->result.courses[0];
+    double origin[2], next[2];
+    unroll(roll, place_point(laid, &first->places[first->place_start]), origin);
+    unroll(roll, place_point(laid, &first->places[first->place_start + 1]), next);
+    double way[2] = {next[0] - origin[0], next[1] - origin[1]}, length = hypot(way[0], way[1]);
+    for (size_t k = 0; k < laid->result.count; k++) {
+        const struct course *c = &laid->result.courses[k];
+        double most = 0, uneven = 0, last[2] = {HUGE_VAL, HUGE_VAL};
+        for (size_t n = 0; n < c->place_count; n++) {
+            const double *uv = c->places[n].uv;
+            double at[2];
+            if (!(uv[0] >= 0 && uv[0] <= 1 && uv[1] >= 0 && uv[1] <= 1))
+                continue;
+            unroll(roll, place_point(laid, &c->places[n]), at);
+            double across = ((at[0] - origin[0]) * way[1] - (at[1] - origin[1]) * way[0]) / length;
+            double step = hypot(at[0] - last[0], at[1] - last[1]);
+            most = fmax(most, fabs(fabs(across) - (double)k * pitch));
+            if (step < HUGE_VAL)
+                uneven = fmax(uneven, fabs(step - spacing));
+            memcpy(last, at, sizeof last);
+        }
+        print_message("# course %zu: %.1e from its line, steps by %.1e, shear %.1e deg\n", k, most,
+                      uneven, c->net.summary.max_shear_deg);
+        check_at_most(most, 1e-8);
+        check_at_most(uneven, 1e-8);
+        check_at_most(c->net.summary.max_shear_deg, 0.01);
+    }
+}
+
+static void test_exact_courses_are_rectangles_where_surfaces_unroll(void **state) {
+    (void)state;
+    static const struct roll rolls[] = {{{1, 1}, {0, 2}}, {{2, 1}, {0, 2}}};
+    static const double turn[2] = {-1, 1};
+    for (size_t m = 0; m < sizeof rolls / sizeof *rolls; m++)
+        for (int angle = 0; angle <= 25; angle += 25) {
+            static struct shape shape;
+            const double a[2] = {rolls[m].radius[0], rolls[m].height[0]};
+            const double b[2] = {rolls[m].radius[1], rolls[m].height[1]};
+            struct plan plan;
+            struct laid laid;
+            shape_frustum(&shape, turn, a, b, HALF_PI);
+            plan_make(&plan, 0.31, 0.02, 0, 0.02);
+            plan.settings.drape.direction_deg = angle;
+            plan.settings.drape.method = DRAPE_GIB4;
+            assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
+            check_at_least((double)laid.result.count, 3);
+            check_rectangles(&rolls[m], &laid, 0.33, 0.02);
+            arena_free(laid.arena);
+        }
+}
+
+/* 4 x 2, courses of 0.35 with gaps of 0.01, the first 0.1 beyond the edge. */
+static void test_exact_courses_add_up_on_a_plane(void **state) {
+    (void)state;
+    static const double x[2] = {0, 4}, y[2] = {0, 2};
+    static struct shape shape;
+    struct plan plan;
+    struct laid laid;
+    shape_plane(&shape, x, y);
+    plan_make(&plan, 0.35, 0.01, -1.1, 0.05);
+    plan.settings.drape.start_uv[0] = 2;
+    plan.settings.drape.start_uv[1] = 1;
+    plan.settings.wanted = vec3_make(1, 1, 0);
+    assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
+    const struct courses_result *r = &laid.result;
+    assert_int_equal(r->count, 6);
+    check_near(r->area, 6 * 4 * 0.35, 1e-9);
+    check_near(r->net_area, 4 * (2 - 5 * 0.01), 1e-9);
+    check_near(r->trim_area, 4 * (0.1 + 6 * 0.35 + 5 * 0.01 - 2 - 0.1), 1e-9);
+    check_near(r->gap_area, 4 * 5 * 0.01, 1e-9);
+    check_near(r->cloth_coverage, 1 - 0.05 / 2, 1e-9);
+    check_near(r->wanted_most_deg, 45, 1e-9);
+    check_near(r->courses[1].wanted_deg, 45, 1e-9);
+    check_near(r->courses[0].net_area, 4 * 0.25, 1e-9);
+    arena_free(laid.arena);
+    /* the same to the right, overlapping, with cloth beyond the ends and another first width */
+    static const double widths[2] = {0.5, 0.35};
+    plan.gap = -0.02;
+    plan.settings.to_right = true;
+    plan.settings.ends = 0.05;
+    plan.settings.widths = widths;
+    plan.settings.width_count = 2;
+    assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
+    assert_int_equal(r->count, 6);
+    check_near(r->overlap_area, 4 * 5 * 0.02, 1e-9);
+    check_near(r->cloth_coverage, 1, 1e-9);
+    check_near(r->courses[0].area, 0.5 * 4.1, 1e-9);
+    check_near(r->courses[3].area, 0.35 * 4.1, 1e-9);
+    arena_free(laid.arena);
+}
+
+/* A gap that varies: of the Bezier polynomial the mean of its values is its mean. */
+static void test_exact_courses_steer_by_their_gaps(void **state) {
+    (void)state;
+    static const double x[2] = {0, 4}, y[2] = {0, 2}, values[4] = {0.01, 0.05, 0, 0.02};
+    static struct shape shape;
+    struct plan plan;
+    struct laid laid;
+    shape_plane(&shape, x, y);
+    plan_make(&plan, 0.5, 0, 0, 0.05);
+    plan.settings.drape.start_uv[0] = 2;
+    plan.settings.drape.start_uv[1] = 0;
+    plan.offsets[1] = (struct courses_offset){values, 4};
+    plan.settings.most = 2;
+    assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
+    assert_int_equal(laid.result.count, 2);
+    const struct course *c = &laid.result.courses[1];
+    check_near(c->gap_area, 4 * (0.01 + 0.05 + 0 + 0.02) / 4, 1e-8);
+    check_at_least(c->gap[0], 0.01 - 1e-12);
+    check_at_most(c->gap[1], 0.05);
+    for (size_t n = 0; n < c->place_count; n++) {
+        struct vec3 r = place_point(&laid, &c->places[n]);
+        double t = r.x / 4, s = 1 - t;
+        if (t < 0 || t > 1)
+            continue;
+        double gap = s * s * s * values[0] + 3 * s * s * t * values[1] + 3 * s * t * t * values[2] +
+                     t * t * t * values[3];
+        check_near(r.y, 0.5 + gap, 1e-8);
+    }
+    arena_free(laid.arena);
+}
+
+/* ---- surfaces of revolution ---- */
+
+/* The greatest deviation of the near edges of parallel fibres from the parallels at a length of
+ * `first` + k pitch along the profile, which begins at the tube angle `from`. */
+static double parallel_gap(const struct laid *laid, double major, double minor, double from,
+                           double pitch, double first) {
+    double most = 0;
+    for (size_t k = 0; k < laid->result.count; k++) {
+        const struct course *c = &laid->result.courses[k];
+        for (size_t n = 0; n < c->place_count; n++) {
+            const double *uv = c->places[n].uv;
+            if (!(uv[0] >= 0.2 && uv[0] <= 0.8 && uv[1] <= 1))
+                continue; /* beyond the part edges go on straight, and fibres next to it with them
+                           */
+            struct vec3 r = place_point(laid, &c->places[n]);
+            double tube = atan2(r.z, hypot(r.x, r.y) - major);
+            most = fmax(most, fabs((tube - from) * minor - (first + (double)k * pitch)));
+        }
+    }
+    return most;
+}
+
+static void test_exact_courses_of_parallel_fibers_follow_parallels(void **state) {
+    (void)state;
+    static const double turn[2] = {-1.2, 1.2}, tube[2] = {-0.4, 0.9};
+    for (int torus = 0; torus < 2; torus++) {
+        static struct shape shape;
+        double major = torus ? 3 : 0, minor = torus ? 1 : 2;
+        struct plan plan;
+        struct laid laid;
+        if (torus)
+            shape_torus(&shape, major, minor, turn, tube, HALF_PI);
+        else
+            shape_sphere(&shape, minor, turn, tube, HALF_PI);
+        plan_make(&plan, 0.25, 0.015, 0.1, 0.025);
+        plan.settings.along = COURSES_ALONG_EDGE;
+        double rho = major + minor * cos(tube[0]);
+        plan.settings.edge = vec3_make(rho, 0, minor * sin(tube[0]));
+        plan.settings.drape.slide = 1;
+        plan.settings.drape.method = DRAPE_GIB4;
+        assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
+        double gap = parallel_gap(&laid, major, minor, tube[0], 0.265, 0.1);
+        print_message("# %s: %zu courses, %.1e from the parallels\n", torus ? "torus" : "sphere",
+                      laid.result.count, gap);
+        check_at_least((double)laid.result.count, 4);
+        check_at_most(gap, 2e-6);
+        /* the first is equidistant from the edge itself */
+        laid.result.count = 1;
+        check_at_most(parallel_gap(&laid, major, minor, tube[0], 0.265, 0.1), 1e-8);
+        arena_free(laid.arena);
+    }
+}
+
+/* ---- gaps ---- */
+
+/* The least distance of a place from the curve through nodes of a far edge, about the nearest: of
+ * the squares of its geodesic distances from seven of them the polynomial's least. */
+static double distance_from_row(struct shape *shape, const struct course *before,
+                                const double uv[2]) {
+    enum { POINTS = 7 };
+    const struct drape_nodes *nodes = &before->net.nodes;
+    size_t best = 0, count = 0;
+    static size_t row[4096];
+    double least = HUGE_VAL, d2[POINTS], low = 0, high = POINTS - 1;
+    struct vec3 r = shape_point(shape, uv);
+    for (size_t k = 0; k < nodes->count && count < sizeof row / sizeof *row; k++)
+        if (nodes->j[k] == before->rows)
+            row[count++] = k;
+    for (size_t k = 0; k < count; k++) {
+        struct vec3 at = {nodes->x[row[k]], nodes->y[row[k]], nodes->z[row[k]]};
+        if (vec3_distance(at, r) < least) {
+            least = vec3_distance(at, r);
+            best = k;
+        }
+    }
+    if (best < POINTS / 2 + 3 || best + POINTS / 2 + 3 >= count)
+        return -1;
+    for (size_t k = 0; k < POINTS; k++) {
+        size_t n = row[best - POINTS / 2 + k];
+        const double from[2] = {nodes->u[n], nodes->v[n]};
+        double d = exact_geodesic_distance(shape, from, uv, NULL, NULL);
+        d2[k] = d * d;
+    }
+    for (int round = 0; round < 100; round++) { /* golden sections of Lagrange's polynomial */
+        double x[2] = {high - (high - low) * 0.618, low + (high - low) * 0.618}, value[2];
+        for (int side = 0; side < 2; side++) {
+            value[side] = 0;
+            for (int m = 0; m < POINTS; m++) {
+                double weight = d2[m];
+                for (int n = 0; n < POINTS; n++)
+                    weight *= n != m ? (x[side] - n) / (m - n) : 1;
+                value[side] += weight;
+            }
+            least = sqrt(fmax(value[side], 0));
+        }
+        *(value[0] < value[1] ? &high : &low) = x[value[0] < value[1]];
+    }
+    return least;
+}
+
+static void test_exact_courses_keep_their_gap_on_any_surface(void **state) {
+    (void)state;
+    static struct shape shape;
+    struct plan plan;
+    struct laid laid;
+    for (int k = 0; k < 2; k++) {
+        double most = 0;
+        size_t seen = 0;
+        if (k)
+            shape_bezier(&shape);
+        else
+            shape_quadric(&shape, 0.8, -0.5, (const double[2]){-1, 1}, (const double[2]){-1, 1});
+        double low[2], high[2];
+        shape_domain(&shape, low, high);
+        plan_make(&plan, 0.3, 0.06, -0.1, 0.01);
+        for (int x = 0; x < 2; x++)
+            plan.settings.drape.start_uv[x] = low[x] + 0.45 * (high[x] - low[x]);
+        plan.settings.drape.direction_deg = 12;
+        assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
+        check_at_least((double)laid.result.count, 2);
+        for (size_t c = 1; c < laid.result.count; c++)
+            for (size_t n = 0; n < laid.result.courses[c].place_count; n += 5) {
+                const double *uv = laid.result.courses[c].places[n].uv;
+                bool inside =
+                    uv[0] > low[0] && uv[0] < high[0] && uv[1] > low[1] && uv[1] < high[1];
+                double d = inside ? distance_from_row(&shape, &laid.result.courses[c - 1], uv) : -1;
+                if (d < 0)
+                    continue;
+                most = fmax(most, fabs(d - 0.06));
+                seen++;
+            }
+        print_message("# %zu courses, %zu gaps seen, wrong by %.1e\n", laid.result.count, seen,
+                      most);
+        check_at_least((double)seen, 20);
+        check_at_most(most, 1e-8 * surface_size(&laid));
+        arena_free(laid.arena);
+    }
+}
+
+/* ---- shells, trims and what is refused ---- */
+
+static void test_exact_courses_on_faces_are_those_of_the_whole(void **state) {
+    (void)state;
+    static const double turn[2] = {-1, 1}, latitude[2] = {-0.6, 0.7};
+    static struct shape shape;
+    static struct pieces pieces;
+    uint64_t seed = check_seed(7);
+    shape_sphere(&shape, 1, turn, latitude, HALF_PI);
+    for (int cutting = 0; cutting < CUT_BRICKS; cutting++) {
+        struct plan plan;
+        struct laid laid;
+        struct courses_result faces;
+        plan_make(&plan, 0.3, 0.01, -0.2, 0.02);
+        plan.settings.drape.start_kind = DRAPE_START_POINT;
+        plan.settings.drape.start_point = vec3_make(1, 0, 0);
+        plan.settings.drape.direction_kind = DRAPE_DIRECTION_VECTOR;
+        plan.settings.drape.direction_vector = vec3_make(0, 1, 0.2);
+        assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
+        pieces_cut(&pieces, (enum cutting)cutting, &shape, &seed);
+        const struct drape_part part = {.shell = pieces_shell(&pieces, laid.arena)};
+        /* the side of the first face is the whole's or the other */
+        bool other = false;
+        for (int side = 0; side < 2; side++) {
+            plan.settings.to_right = side;
+            assert_int_equal(courses_lay(&part, &plan.settings, NULL, laid.arena, &faces),
+                             STATUS_OK);
+            other = faces.count != laid.result.count ||
+                    fabs(faces.area - laid.result.area) > 0.01 * faces.area;
+            if (!other)
+                break;
+        }
+        print_message("# %s: %zu courses of %zu\n", cutting_name((enum cutting)cutting),
+                      faces.count, laid.result.count);
+        assert_false(other);
+        assert_int_equal(faces.count, laid.result.count);
+        for (size_t k = 0; k < faces.count; k++) {
+            const struct course *a = &faces.courses[k], *b = &laid.result.courses[k];
+            assert_int_equal(a->net.nodes.count, b->net.nodes.count);
+            check_near(a->cut_length, b->cut_length, 0.1 * 0.02);
+            check_near(a->net_area, b->net_area, 1e-6);
+            check_near(a->net.summary.mean_shear_deg, b->net.summary.mean_shear_deg, 1e-4);
+        }
+        arena_free(laid.arena);
+    }
+}
+
+static void test_exact_courses_refuse_what_cannot_be_laid(void **state) {
+    (void)state;
+    static const double x[2] = {0, 4}, y[2] = {0, 2};
+    static struct vec3 arc[40], off[2] = {{0, 0, 1}, {1, 0, 1}};
+    static struct shape shape;
+    struct laid laid;
+    shape_plane(&shape, x, y);
+    for (int k = 0; k < 40; k++)
+        arc[k] = vec3_make(2 + 0.5 * cos(0.05 * k), 1 + 0.5 * sin(0.05 * k), 0);
+    for (int k = 0; k < 7; k++) {
+        struct plan plan;
+        plan_make(&plan, 0.3, 0, 0, 0.05);
+        plan.settings.drape.start_uv[0] = 2;
+        plan.width = k == 0 ? 0 : k == 1 ? 5 : plan.width;
+        plan.gap = k == 2 ? -0.3 : 0;
+        plan.settings.drape.pre_shear_deg = k == 3 ? 5 : 0;
+        plan.settings.along = k == 4 || k == 5 ? COURSES_ALONG_PATH
+                              : k == 6         ? COURSES_ALONG_EDGE
+                                               : COURSES_ALONG_DIRECTION;
+        plan.settings.path = k == 4 ? off : arc;
+        plan.settings.path_count = k == 4 ? 2 : 40;
+        plan.first = k == 5 ? 0.6 : 0; /* beyond the centre of the arc */
+        plan.settings.edge = vec3_make(2, 1, 0);
+        assert_int_equal(lay(&shape, &plan.settings, &laid), k < 4 ? STATUS_INVALID
+                                                             : k == 4 || k == 6
+                                                                 ? STATUS_START_OFF_SURFACE
+                                                                 : STATUS_NO_CONVERGENCE);
+        arena_free(laid.arena);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_courses_are_rectangles_where_surfaces_unroll),
+        cmocka_unit_test(test_exact_courses_add_up_on_a_plane),
+        cmocka_unit_test(test_exact_courses_steer_by_their_gaps),
+        cmocka_unit_test(test_exact_courses_of_parallel_fibers_follow_parallels),
+        cmocka_unit_test(test_exact_courses_keep_their_gap_on_any_surface),
+        cmocka_unit_test(test_exact_courses_on_faces_are_those_of_the_whole),
+        cmocka_unit_test(test_exact_courses_refuse_what_cannot_be_laid),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
