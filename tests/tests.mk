@@ -128,11 +128,12 @@ freecad: all ## after a change of the import: parts that FreeCAD makes and write
 	@deploy/setup.sh freecad
 	@BUILD=$(B) /usr/bin/python3 tests/import/freecad.py
 
-BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell parts store)
+BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell courses parts store)
 bench: $(BENCHES) all $(B)/tests/import/make_parts ## after a change in solver/ or the store: ratios within one run
 	$<
 	$(B)/tests/bench/bench_surfaces
 	$(B)/tests/bench/bench_shell
+	$(B)/tests/bench/bench_courses
 	tests/bench/bench_parts.sh $(B)
 	tests/bench/bench_formats.sh $(B)
 	tests/bench/bench_map.sh $(B)
@@ -148,8 +149,8 @@ $(B)/tests/bench/bench_surfaces: $(call objects,$(addprefix tests/,bench/bench_s
         bench/surfaces.c exact/shapes.c exact/spline.c)) $(B)/libdrape.a
 	$(call say,LINK,$@)$(LINK) -o $@ $^ -lm
 
-$(B)/tests/bench/bench_shell: $(call objects,$(addprefix tests/,bench/bench_shell.c \
-        exact/shapes.c exact/spline.c)) $(B)/libdrape.a
+$(B)/tests/bench/bench_shell $(B)/tests/bench/bench_courses: $(B)/%: $(B)/%.o \
+        $(call objects,tests/exact/shapes.c tests/exact/spline.c) $(B)/libdrape.a
 	$(call say,LINK,$@)$(LINK) -o $@ $^ -lm
 
 $(B)/tests/bench/bench_store: $(B)/tests/bench/bench_store.o $(LIBS)
