@@ -203,9 +203,9 @@ bool way_slide(struct way *way, int k, double left) {
         return true;
     }
     struct crossing *joint = &way->joint[way->on[k] - WAY_JOINT];
-    double rate[2], sine = vec3_dot(joint->to.along, aside);
-    crossing_rate(before->surface, joint, rate);
-    struct vec3 by = vec3_axpy(rate[1], before->jet.v, vec3_scale(rate[0], before->jet.u));
+    double sine = vec3_dot(joint->to.along, aside);
+    struct vec3 by =
+        vec3_axpy(joint->rate[1], before->jet.v, vec3_scale(joint->rate[0], before->jet.u));
     double t = joint->t + left / (sine * vec3_dot(by, joint->from.along));
     if (!(fabs(sine) > least_crossing) || !crossing_move(before->surface, t, joint) ||
         joint->t != t || joint->continued)
@@ -242,12 +242,11 @@ static bool crosses_crease(const struct surface_point *from, const struct surfac
 bool way_holds(const struct way *way) {
     for (int k = 0; k < way->pieces; k++) {
         const struct surface_point *from = way->from[k], *to = way->to[k];
-        struct crossing joint;
         double share;
         if (from->surface->has_folds &&
             (crosses_crease(from, to, 0) || crosses_crease(from, to, 1)))
             return false;
-        if (way->joints > 0 && crossing_on_way(from->surface, from->uv, to->uv, &share, &joint) &&
+        if (way->joints > 0 && crossing_on_way(from->surface, from->uv, to->uv, &share, NULL) &&
             share < 1 - beside && share > beside)
             return false;
     }

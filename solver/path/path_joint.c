@@ -53,13 +53,12 @@ bool path_pass_joint(struct path *g, struct crossing *joint, double *length) {
     vec4 y = at.state[0];
     double here = 0, next = *length, least = 1e-15 * g->surface->size;
     for (int round = 0; round < PATH_ROUNDS; round++) {
-        double rate[2];
         if (fabs(next - here) <= path_nudge_share * *length && here > 0)
             path_short_step(g, next - here, &y);
         else if (next != 0 && !path_followed(path_try_step(g, &at, next, &y)))
             return false;
         here = next;
-        crossing_rate(g->surface, joint, rate);
+        const double rate[2] = {joint->rate[0], joint->rate[1]};
         double du = joint->edge[0] - y[0], dv = joint->edge[1] - y[1];
         double cross = y[2] * rate[1] - y[3] * rate[0];
         double step = (du * rate[1] - dv * rate[0]) / cross;

@@ -211,14 +211,18 @@ static struct hit nearest_free(const struct surface_point *point, struct hit fre
     return nearest.segment ? nearest : free;
 }
 
+static double inside_edge(const struct face_edge *edge, double t) {
+    double within = inside_end * (edge->t[1] - edge->t[0]);
+    return fmin(fmax(t, edge->t[0] + within), edge->t[1] - within);
+}
+
 /* The place at t of an edge, or of the line in which it goes on beyond an end, with the derivatives
  * that it has at the end: that may be a corner of its curve. */
 static void edge_continued_at(const struct shell *shell, const struct face_edge *edge, double t,
                               struct curve_place *place) {
     struct surface_cursor cursor = {0, 0};
     const struct face_curve *curve = &shell->curves[edge->curve];
-    double within = inside_end * (edge->t[1] - edge->t[0]);
-    double from = fmin(fmax(t, edge->t[0] + within), edge->t[1] - within);
+    double from = inside_edge(edge, t);
     int end = t > from;
     if (!edge->straight[end] || (t >= edge->t[0] && t <= edge->t[1])) {
         curve_beyond(shell, curve, from, t, place);
@@ -236,28 +240,21 @@ static void edge_continued_at(const struct shell *shell, const struct face_edge 
         vec3_axpy(place->rate[1], place->jet.v, vec3_scale(place->rate[0], place->jet.u));
 }
 
-static bool edge_frame_at(const struct shell *shell, const struct face_edge *edge, double t,
-                          struct vec3 along, bool out, double uv[2], struct crossing_frame *frame) {
-    const struct face_curve *curve = &shell->curves[edge->curve];
-    const struct surface *surface = &shell->faces[curve->face].surface;
-    struct curve_place place;
-    struct surface_point point;
-    edge_continued_at(shell, edge, t, &place);
-    point.uv[0] = place.uv[0];
-    point.uv[1] = place.uv[1];
-    point.jet = place.jet;
+static bool edge_frame(const struct shell *shell, const struct face_edge *edge,
+                       const struct curve_place *place, struct vec3 along, bool out,
+                       struct crossing_frame *frame) {
+    const struct surface *surface = &shell->faces[shell->curves[edge->curve].face].surface;
+    struct surface_point point = {.uv = {place->uv[0], place->uv[1]}, .jet = place->jet};
     if (!surface_point_complete(surface, &point))
         return false;
-    struct vec3 tangent = surface_point_tangent(&point, place.tangent);
+    struct vec3 tangent = surface_point_tangent(&point, place->tangent);
     struct vec3 inward =
         vec3_scale(edge->inside * surface->side, vec3_cross(point.normal, tangent));
-    frame->at = place.r;
+    frame->at = place->r;
     frame->along =
         vec3_norm2(along) > 0 && vec3_dot(along, tangent) < 0 ? vec3_scale(-1, tangent) : tangent;
     frame->across = vec3_scale(out ? -1 : 1, inward);
     frame->normal = point.normal;
-    uv[0] = place.uv[0];
-    uv[1] = place.uv[1];
     return vec3_norm2(tangent) > 0;
 }
 
@@ -306,7 +303,9 @@ static bool continue_joint(const struct surface *surface, double t, struct cross
     const struct face_edge *edge = &shell->edges[crossing->number],
                            *mate = &shell->edges[edge->mate];
     struct crossing on = *crossing;
-    if (!edge_frame_at(shell, edge, t, crossing->from.along, true, on.edge, &on.from))
+    struct curve_place here, beyond;
+    edge_continued_at(shell, edge, t, &here);
+    if (!edge_frame(shell, edge, &here, crossing->from.along, true, &on.from))
         return false;
     double there = go_near(shell, mate, on.from.at, mate_parameter(edge, mate, t));
     /* what the faces leave between them is not to take it back onto the mate itself */
@@ -314,12 +313,17 @@ static bool continue_joint(const struct surface *surface, double t, struct cross
     double least = inside_end * (mate->t[1] - mate->t[0]);
     there = after ? fmax(there, mate->t[1] + least) : fmin(there, mate->t[0] - least);
     double far = vec3_distance(on.from.at, crossing->from.at);
-    if (!isfinite(there) ||
-        !edge_frame_at(shell, mate, there, on.from.along, false, on.entry, &on.to) ||
+    if (!isfinite(there))
+        return false;
+    edge_continued_at(shell, mate, there, &beyond);
+    if (!edge_frame(shell, mate, &beyond, on.from.along, false, &on.to) ||
         !(vec3_dot(on.from.normal, crossing->from.normal) > turned) ||
         !(vec3_dot(on.to.normal, crossing->to.normal) > turned) ||
         !(vec3_distance(on.from.at, on.to.at) <= alike * far + 2 * shell->found.largest_gap))
         return false;
+    memcpy(on.edge, here.uv, sizeof on.edge);
+    memcpy(on.rate, here.rate, sizeof on.rate);
+    memcpy(on.entry, beyond.uv, sizeof on.entry);
     if (edge->straight[t > edge->t[1]] && !enter_nearest(crossing->beyond, &on))
         return false;
     on.continued = true;
@@ -357,20 +361,24 @@ static bool joint_at(const struct surface *surface, int32_t number, double t,
     const struct shell *shell = surface->shell;
     const struct face_edge *edge = &shell->edges[number], *mate = &shell->edges[edge->mate];
     const struct face_curve *curve = &shell->curves[mate->curve];
-    struct curve_place there;
+    struct curve_place here, there;
     double on_edge = fmin(fmax(t, edge->t[0]), edge->t[1]);
-    if (!edge_frame_at(shell, edge, on_edge, vec3_make(0, 0, 0), true, crossing->edge,
-                       &crossing->from))
+    edge_continued_at(shell, edge, on_edge, &here);
+    if (!edge_frame(shell, edge, &here, vec3_make(0, 0, 0), true, &crossing->from))
         return false;
     (void)curve_nearest(shell, curve, crossing->from.at, mate_parameter(edge, mate, t), mate->t,
                         &there);
+    if (there.t != inside_edge(mate, there.t))
+        edge_continued_at(shell, mate, there.t, &there);
+    memcpy(crossing->edge, here.uv, sizeof crossing->edge);
+    memcpy(crossing->rate, here.rate, sizeof crossing->rate);
+    memcpy(crossing->entry, there.uv, sizeof crossing->entry);
     crossing->kind = CROSSING_JOINT;
     crossing->continued = false;
     crossing->number = number;
     crossing->t = t;
     crossing->beyond = &shell->faces[curve->face].surface;
-    return edge_frame_at(shell, mate, there.t, crossing->from.along, false, crossing->entry,
-                         &crossing->to) &&
+    return edge_frame(shell, mate, &there, crossing->from.along, false, &crossing->to) &&
            (t == on_edge || continue_joint(surface, t, crossing) ||
             continue_alone(surface, t, crossing));
 }
@@ -415,12 +423,15 @@ static bool past_open_end(const struct surface_point *point, double distance,
         for (int k = 0; k < 2 && edge->mate != EDGE_FREE; k++) {
             struct crossing past = *crossing;
             struct crossing_frame line;
-            double far = vec3_distance(edge->end[k], point->jet.r), uv[2];
+            struct curve_place on;
+            double far = vec3_distance(edge->end[k], point->jet.r);
             if (!edge->open[k] || !(far < nearest))
                 continue;
             double t = go_near(shell, edge, point->jet.r, edge->t[k]);
-            if ((k ? t > edge->t[1] : t < edge->t[0]) &&
-                edge_frame_at(shell, edge, t, vec3_make(0, 0, 0), true, uv, &line) &&
+            if (k ? !(t > edge->t[1]) : !(t < edge->t[0]))
+                continue;
+            edge_continued_at(shell, edge, t, &on);
+            if (edge_frame(shell, edge, &on, vec3_make(0, 0, 0), true, &line) &&
                 vec3_dot(vec3_sub(point->jet.r, line.at), line.across) > 0 &&
                 joint_at(point->surface, number, t, &past) && past.continued) {
                 *crossing = past;
@@ -603,16 +614,6 @@ bool crossing_move(const struct surface *surface, double t, struct crossing *cro
         return false;
     put_near(surface, before, crossing->edge);
     return true;
-}
-
-void crossing_rate(const struct surface *surface, const struct crossing *crossing, double rate[2]) {
-    const struct shell *shell = surface->shell;
-    const struct face_edge *edge = &shell->edges[crossing->number];
-    struct curve_place place;
-    double t = crossing->continued ? crossing->t : fmin(fmax(crossing->t, edge->t[0]), edge->t[1]);
-    edge_continued_at(shell, edge, t, &place);
-    rate[0] = place.rate[0];
-    rate[1] = place.rate[1];
 }
 
 bool crossing_between(const struct surface_point *point, const struct surface *beyond,

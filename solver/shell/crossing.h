@@ -34,9 +34,9 @@ struct crossing {
     const struct surface *beyond; /* CROSSING_JOINT: the next face, and where on it */
     double entry[2];
     struct crossing_frame from, to;
-    int32_t number; /* of the edge, and its parameter there */
-    double t;
-    int32_t nearest; /* the edge that is nearest to the place, -1: none, and where on it */
+    int32_t number;    /* of the edge, and its parameter there */
+    double t, rate[2]; /* and the derivative of the edge's inner parameters by it */
+    int32_t nearest;   /* the edge that is nearest to the place, -1: none, and where on it */
     double nearest_t;
 };
 
@@ -78,14 +78,12 @@ bool crossing_within(const struct surface *surface, const double uv[2]);
 bool crossing_all_within(const struct surface *surface, const double low[2], const double high[2]);
 
 /* The joint over which the way from one place of a face to another first leaves its region: the
- * share of the way, 0..1, that lies before it. False when it meets none from inside. */
+ * share of the way, 0..1, that lies before it. `crossing` may be NULL. False when it meets none
+ * from inside. */
 bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
                      double *share, struct crossing *crossing);
 
 /* Moves a crossing along its edge to `t`, kept within it. False where it has no frame. */
 bool crossing_move(const struct surface *surface, double t, struct crossing *crossing);
-
-/* The derivative of the edge's inner parameters by t. */
-void crossing_rate(const struct surface *surface, const struct crossing *crossing, double rate[2]);
 
 #endif

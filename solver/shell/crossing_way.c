@@ -122,6 +122,8 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
     if (leaving.edge < 0)
         return false;
     *share = leaving.least;
+    if (!crossing)
+        return true;
     crossing->number = leaving.edge;
     crossing->distance = 0;
     for (int k = 0; k < 2; k++)
