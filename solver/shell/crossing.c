@@ -64,8 +64,9 @@ enum { TO_NOTHING, TO_FACE, TO_BEFORE, BEYONDS };
 struct edge_search {
     const struct surface *surface, *beyond, *before;
     const double *metric;
-    double at[2],
-        least[2]; /* what a way dx or dy, to whatever, measures at least, over its square */
+    double at[2];
+    double least[2]; /* what a way dx or dy, to whatever, measures at least, over its square; */
+    double share;    /* and a way (dx, dy), of E dx^2 + G dy^2 */
     const struct face_run *likely[BEYONDS]; /* that may be nearest; looked into first */
     struct hit hit[BEYONDS];
 };
@@ -83,16 +84,18 @@ static int beyond_run(const struct edge_search *search, const struct face_run *r
 }
 
 /* A square of the distance that no segment of a run falls short of: with dx and dy to its
- * rectangle, E x^2 + 2 F x y + G y^2 >= (E - F^2 / G) dx^2, and (G - F^2 / E) dy^2. */
+ * rectangle, E x^2 + 2 F x y + G y^2 >= (E - F^2 / G) dx^2, and (G - F^2 / E) dy^2, and
+ * (1 - |F| / sqrt(E G)) (E dx^2 + G dy^2). */
 static double least_to_run(const struct edge_search *search, const struct face_run *run) {
-    double least = 0;
+    double least = 0, sum = 0;
     for (int k = 0; k < 2; k++) {
         double off = fabs(face_way(&search->surface->axis[k], search->at[k], run->centre[k]));
         off = off > run->half[k] ? off - run->half[k] : 0;
         double bound = search->least[k] * off * off;
         least = bound > least ? bound : least;
+        sum += search->metric[2 * k] * off * off;
     }
-    return least;
+    return search->share * sum > least ? search->share * sum : least;
 }
 
 /* Takes the place of a run that is nearest, the first of equals. */
@@ -156,6 +159,8 @@ static void nearest_edges(const struct surface_point *point, const double metric
         search.at[k] = surface_axis_wrap(&point->surface->axis[k], point->uv[k]);
         search.least[k] = determinant > 0 ? (1 - as_near) * determinant / metric[2 - 2 * k] : 0;
     }
+    if (determinant > 0)
+        search.share = 1 - as_near - fabs(metric[1]) / sqrt(metric[0] * metric[2]);
     for (int b = 0; b < BEYONDS; b++)
         search.hit[b] = (struct hit){.distance2 = HUGE_VAL};
     /* first the run of each kind that may be nearest, the nearest of them first */
