@@ -5,24 +5,7 @@
 #include <string.h>
 
 static const struct value_range pre_shears = {-80, 80, false}; /* deg */
-static const struct value_range slides = {0, 1, false};
 enum { PLIES_MAX = 10000 };
-
-/* How the fabric gives way: by its name, or by how much its weft slides along warp. */
-static void decode_kinematics(const struct json_value *json, double *slide) {
-    static const char *const names[] = {"pin_jointed", "parallel_fibers"};
-    static const char *const keys[] = {"slide", NULL};
-    struct json_value share = value_member(json, "slide");
-    int index;
-    if (value_type(json) == VALUE_STRING) {
-        if (value_choice(json, names, 2, &index))
-            *slide = index;
-    } else if (value_type(json) != VALUE_OBJECT) {
-        value_fault(json, "must be \"pin_jointed\", \"parallel_fibers\" or {\"slide\": 0..1}");
-    } else if (value_object(json, keys)) {
-        value_number(&share, slides, slide);
-    }
-}
 
 void decode_fabric(const struct json_value *json, struct api_request *request) {
     static const char *const keys[] = {
@@ -35,7 +18,6 @@ void decode_fabric(const struct json_value *json, struct api_request *request) {
     struct json_value spacing = value_member(json, "spacing");
     struct json_value pre_shear = value_member(json, "pre_shear_deg");
     struct json_value plies = value_member(json, "plies");
-    struct json_value kinematics = value_member(json, "kinematics");
     const struct json_tree *tree = json->tree;
     const char *name;
     double *distance = request->settings.spacing;
@@ -68,8 +50,6 @@ void decode_fabric(const struct json_value *json, struct api_request *request) {
         }
     }
     decode_figures(json, request->length_unit->metres, request);
-    if (value_given(&kinematics))
-        decode_kinematics(&kinematics, &request->settings.slide);
     if (value_given(&pre_shear) &&
         value_number(&pre_shear, pre_shears, &request->settings.pre_shear_deg) &&
         request->settings.slide > 0 && request->settings.pre_shear_deg != 0)

@@ -38,7 +38,7 @@ const char *api_materials_heads(void) {
 
 static const struct value_range locking_angles = {0, 90, false}; /* deg */
 static const struct value_range limit_shears = {-90, 90, false}; /* deg */
-static const struct value_range severities = {0, 1, false};
+static const struct value_range severities = {0, 1, false}, slides = {0, 1, false};
 static const struct value_range law_factors = {1e-12, 1e3, false}; /* a */
 static const struct value_range law_exponents = {1e-3, 10, false}; /* b */
 
@@ -92,11 +92,28 @@ static void decode_limit_curve(const struct json_value *json, struct api_limit_c
     *curve = own;
 }
 
+/* How the fabric gives way: by its name, or by how much its weft slides along warp. */
+static void decode_kinematics(const struct json_value *json, double *slide) {
+    static const char *const names[] = {"pin_jointed", "parallel_fibers"};
+    static const char *const keys[] = {"slide", NULL};
+    struct json_value share = value_member(json, "slide");
+    int index;
+    if (value_type(json) == VALUE_STRING) {
+        if (value_choice(json, names, 2, &index))
+            *slide = index;
+    } else if (value_type(json) != VALUE_OBJECT) {
+        value_fault(json, "must be \"pin_jointed\", \"parallel_fibers\" or {\"slide\": 0..1}");
+    } else if (value_object(json, keys)) {
+        value_number(&share, slides, slide);
+    }
+}
+
 void decode_figures(const struct json_value *json, double metres, struct api_request *request) {
     struct json_value thickness = value_member(json, "thickness");
     struct json_value fraction = value_member(json, "fiber_volume_fraction");
     struct json_value locking = value_member(json, "locking_angle_deg");
     struct json_value limit = value_member(json, "limit_curve");
+    struct json_value kinematics = value_member(json, "kinematics");
     struct api_fabric *fabric = &request->fabric;
     if (value_given(&thickness) && value_number(&thickness, decode_lengths, &fabric->thickness)) {
         if (metres != request->length_unit->metres)
@@ -109,6 +126,8 @@ void decode_figures(const struct json_value *json, double metres, struct api_req
         decode_locking(&locking, fabric->locking_angle_deg);
     if (value_given(&limit))
         decode_limit_curve(&limit, &fabric->limit);
+    if (value_given(&kinematics))
+        decode_kinematics(&kinematics, &request->settings.slide);
 }
 
 void decode_compaction(const struct json_value *json, struct api_compaction *law) {
@@ -124,8 +143,9 @@ void decode_material(const struct json_value *json, struct api_request *request)
     static const char *const keys[] = {"name",         "about",        "source",
                                        "example",      "areal_weight", "fabric",
                                        "permeability", "compaction",   NULL};
-    static const char *const fabric_keys[] = {"thickness", "fiber_volume_fraction",
-                                              "locking_angle_deg", "limit_curve", NULL};
+    static const char *const fabric_keys[] = {"thickness",         "fiber_volume_fraction",
+                                              "locking_angle_deg", "limit_curve",
+                                              "kinematics",        NULL};
     struct json_value fabric = value_member(json, "fabric");
     struct json_value permeability = value_member(json, "permeability");
     struct json_value weight = value_member(json, "areal_weight");
@@ -196,6 +216,7 @@ static void write_material(const struct json_value *json, const struct head *hea
     if (fabric->fiber_volume_fraction > 0)
         api_text_key_number(&text, "fiber_volume_fraction", fabric->fiber_volume_fraction);
     api_normalise_shear_limits(&text, fabric);
+    api_normalise_kinematics(&text, figures->settings.slide);
     api_text_raw(&text, "}");
     api_normalise_permeability(&text, &figures->permeability);
     api_normalise_compaction(&text, &fabric->compaction);

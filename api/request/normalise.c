@@ -190,6 +190,16 @@ void api_normalise_shear_limits(struct api_text *text, const struct api_fabric *
     api_text_raw(text, "}");
 }
 
+void api_normalise_kinematics(struct api_text *text, double slide) {
+    if (slide == 1) {
+        api_text_key_string(text, "kinematics", "parallel_fibers");
+    } else if (slide > 0) {
+        api_text_key_object(text, "kinematics");
+        api_text_key_number(text, "slide", slide);
+        api_text_raw(text, "}");
+    }
+}
+
 void api_normalise_compaction(struct api_text *text, const struct api_compaction *law) {
     if (law->a == 0)
         return;
@@ -271,13 +281,7 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     api_normalise_shear_limits(text, fabric);
     api_text_key_number(text, "pre_shear_deg", settings->pre_shear_deg);
     api_text_key_integer(text, "plies", fabric->plies);
-    if (settings->slide == 1) {
-        api_text_key_string(text, "kinematics", "parallel_fibers");
-    } else if (settings->slide > 0) {
-        api_text_key_object(text, "kinematics");
-        api_text_key_number(text, "slide", settings->slide);
-        api_text_raw(text, "}");
-    }
+    api_normalise_kinematics(text, settings->slide);
     api_text_raw(text, "}");
     if (settings->start_kind == DRAPE_START_POINT) {
         api_text_key_object(text, "start");

@@ -35,7 +35,8 @@ const char *api_normalise(const struct api_request *request, const struct api_st
 
 /* Members of it, for documents that have them elsewhere: the surface and the unit (NULL: none);
  * the rosette, if there is one; fabric to extent; the permeability; the
- * locking angles and the limit curve, where there are any; the law of compaction, if there
+ * locking angles and the limit curve, where there are any; how the fabric gives way,
+ * unless as a weave; the law of compaction, if there
  * is one; and loops as `trims`. */
 void api_normalise_ground(struct api_text *text, const struct api_surface *surface,
                           const struct api_unit *unit);
@@ -44,6 +45,7 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
                          const struct api_start *chosen);
 void api_normalise_permeability(struct api_text *text, const struct api_permeability *k);
 void api_normalise_shear_limits(struct api_text *text, const struct api_fabric *fabric);
+void api_normalise_kinematics(struct api_text *text, double slide);
 void api_normalise_compaction(struct api_text *text, const struct api_compaction *law);
 void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, size_t count);
 

@@ -9,6 +9,8 @@ const FABRIC = {
   thickness: 'thickness',
   fraction: 'fiber_volume_fraction',
   locking: 'locking_angle_deg',
+  kinematics: 'kinematics',
+  limit: 'limit_curve',
 };
 const ROSETTE = ['origin', 'x', 'z'];
 const MODELS = {
@@ -52,6 +54,32 @@ function parse(text) {
   return numbers.length === 1 ? numbers[0] : numbers;
 }
 
+/** Of a field of the fabric, as the request has it. */
+const FABRIC_OF_TEXT = {
+  locking(text) {
+    const value = parse(text);
+    if (!Array.isArray(value) || value.length !== 2) return value;
+    return { positive: value[0], negative: value[1] };
+  },
+  kinematics: (text) => (text === 'slide' ? { slide: parse(element('slide').value) } : text),
+  limit(text) {
+    const rows = text.split(/[;\n]/).filter((row) => row.trim());
+    const of = (k) => rows.map((row) => numbersOf(row)[k] ?? NaN);
+    const curve = { shear_deg: of(0), severity: of(1) };
+    const good = rows.every((row) => numbersOf(row).length === 2);
+    return good && ![...curve.shear_deg, ...curve.severity].some(Number.isNaN) ? curve : text;
+  },
+};
+
+/** And as the field shows it. */
+const TEXT_OF_FABRIC = {
+  locking: (value) =>
+    typeof value === 'object' ? `${value.positive}, ${value.negative}` : show(value),
+  kinematics: (value) => (typeof value === 'object' ? 'slide' : show(value)),
+  limit: (value) =>
+    (value?.shear_deg ?? []).map((angle, k) => `${angle} ${value.severity[k]}`).join('; '),
+};
+
 const show = (value) => (value === undefined || value === null ? '' : [value].flat().join(', '));
 
 /** A round spacing for a shape: some sixty cells across it, or across those of its faces that are
@@ -69,6 +97,8 @@ function withoutDefaults(settings) {
   for (const [key, value] of Object.entries(DEFAULTS)) if (kept[key] === value) delete kept[key];
   const { warp = 'geodesic', weft = 'geodesic' } = kept.generators || {};
   if (warp === 'geodesic' && weft === 'geodesic') delete kept.generators;
+  if (kept.fabric.kinematics === 'pin_jointed' && !kept.fabric.material)
+    delete kept.fabric.kinematics;
   if (kept.fabric.pre_shear_deg === 0) delete kept.fabric.pre_shear_deg;
   if (kept.fabric.plies === 1) delete kept.fabric.plies;
   const { spacing } = kept.fabric;
@@ -100,6 +130,7 @@ export class Form {
     element('start').addEventListener('change', onSettled);
     element('spacing').addEventListener('input', () => (this.suggested = false));
     element('permeability').addEventListener('change', () => this.#showModel());
+    element('kinematics').addEventListener('change', () => this.#showSlide());
     element('unit').addEventListener('change', () => this.#showUnit());
   }
 
@@ -113,6 +144,11 @@ export class Form {
     for (const label of document.querySelectorAll('[data-unit="length"]'))
       label.textContent = this.unit;
     this.onUnit();
+  }
+
+  #showSlide() {
+    element('slide-of').hidden = element('kinematics').value !== 'slide';
+    if (!element('slide').value) element('slide').value = '0.5';
   }
 
   #showModel() {
@@ -140,7 +176,10 @@ export class Form {
     element('spacing').value = show(kept.fabric.spacing);
     this.suggested = kept.fabric.spacing === undefined;
     this.#suggest();
-    for (const [id, key] of Object.entries(FABRIC)) element(id).value = show(kept.fabric[key]);
+    for (const [id, key] of Object.entries(FABRIC))
+      element(id).value = (TEXT_OF_FABRIC[id] ?? show)(kept.fabric[key]);
+    element('slide').value = show(kept.fabric.kinematics?.slide);
+    this.#showSlide();
     this.materials.name = kept.fabric.material;
     const vector = kept.direction?.vector;
     element('angle').value = vector ? '' : show(kept.direction?.angle_deg ?? 0);
@@ -250,8 +289,17 @@ export class Form {
     return typeof figure === 'number' ? figure : null;
   }
 
+  /** The locking angles of positive and of negative shear; null without any. */
+  get lockings() {
+    const { value, placeholder } = element('locking');
+    const angles = [parse(value || placeholder)].flat();
+    if (angles.length > 2 || angles.some((angle) => typeof angle !== 'number')) return null;
+    return [angles[0], angles.at(-1)];
+  }
+
+  /** The lesser of them. */
   get locking() {
-    return this.#figure('locking');
+    return this.lockings && Math.min(...this.lockings);
   }
 
   /** What objectives of a study may need, and whether the request has it. */
@@ -261,7 +309,9 @@ export class Form {
     const permeability = Boolean(
       element('permeability').value || this.materials.figures.permeability,
     );
-    return { locking: has('locking'), cavity, permeability };
+    const { value } = element('limit');
+    const limit = Boolean(value || this.materials.figures.fabric?.limit_curve);
+    return { locking: this.locking !== null, limit, cavity, permeability };
   }
 
   /** The spacing along warp and weft; [1, 1] while it is no number. */
@@ -278,7 +328,8 @@ export class Form {
     if (this.materials.name) fabric.material = this.materials.name;
     for (const [id, key] of Object.entries(FABRIC)) {
       delete fabric[key];
-      if (element(id).value.trim()) fabric[key] = parse(element(id).value);
+      const text = element(id).value.trim();
+      if (text) fabric[key] = (FABRIC_OF_TEXT[id] ?? parse)(text);
     }
     return fabric;
   }

@@ -406,9 +406,8 @@ function refreshColours() {
   const scale = limited(scaleOf(field, range), page.limitsOf[field.key]);
   for (const slot of Object.keys(sets))
     if (values[slot]) view.setField(slot, values[slot], ofNodes(field), scale, map);
-  const locking = form.locking;
-  const marks =
-    isShear(field) && locking !== null ? (field.signed ? [-locking, locking] : [locking]) : [];
+  const [positive, negative] = (isShear(field) && form.lockings) || [];
+  const marks = positive === undefined ? [] : field.signed ? [-negative, positive] : [form.locking];
   page.scale = { range: scale, map, unit: field.unit(unitShown()), label: field.label, marks };
   drawScale(element('scale'), page.scale);
   mapped.colour(field, page.scale);

@@ -68,7 +68,10 @@ export class Materials {
     const metres = METRES[element('unit').value] ?? 1;
     element('thickness').placeholder = round(fabric.thickness && fabric.thickness / metres);
     element('fraction').placeholder = round(fabric.fiber_volume_fraction);
-    element('locking').placeholder = round(fabric.locking_angle_deg);
+    const { positive, negative } = fabric.locking_angle_deg ?? {};
+    element('locking').placeholder = positive
+      ? `${positive}, ${negative}`
+      : round(fabric.locking_angle_deg);
     element('permeability').options[0].text = permeability ? "the material's" : 'none';
   }
 }

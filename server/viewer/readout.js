@@ -15,6 +15,7 @@ const SUMMARY = [
   ['mean_shear_deg', 'Mean shear', (value) => `${format(value)}°`],
   ['locked_cells', 'Locked cells'],
   ['residual_max', 'Greatest edge error', (value) => format(value, 2)],
+  ['severity_max', 'Greatest severity'],
   ['error_estimate_max', 'Greatest error estimate'],
 ];
 
@@ -240,7 +241,7 @@ function summaryRows(summary, unit) {
 /** The numbers of a drape; `other`: [summary, label] of one to compare with, or null. */
 export function showSummary(list, summary, unit, other = null) {
   if (!summary) {
-    const names = SUMMARY.slice(1, -1).map(([, name]) => name);
+    const names = SUMMARY.slice(1, -2).map(([, name]) => name);
     const last = ['Grown cloth', 'Front', 'Verdict', 'Warnings', 'Queue, solve'];
     const rows = [...names, ...last].map((name) => [name, '–']);
     fill(list, [['Outcome', 'nothing is draped yet'], ...rows]);

@@ -10,6 +10,7 @@ export const OBJECTIVES = [
   { key: 'uncovered_area', label: 'Area without cloth', power: 2 },
   { key: 'waste_area', label: 'Waste of the rectangle to cut from', power: 2 },
   { key: 'locked_area', label: 'Area beyond the locking angle', power: 2, needs: 'locking' },
+  { key: 'severity_area', label: 'Area times its severity', power: 2, needs: 'limit' },
   { key: 'fiber_volume_fraction_range', label: 'Range of the fibre fraction', needs: 'cavity' },
   {
     key: 'k1_ratio_p95',

@@ -318,6 +318,38 @@ test('page: a material says what the form leaves empty', async () => {
   await other.context().close();
 });
 
+test('page: how the fabric gives way and what it bears are in its panel', async () => {
+  const other = await openPage(browser, page.url().split('#')[0]);
+  const draped = async () => {
+    const before = other.url();
+    await other.click('#drape');
+    await other.waitForFunction((url) => location.href !== url, before);
+    return ask(`v1/drapes/${idOf(other)}/request`);
+  };
+  assert.ok(await other.isHidden('#slide'));
+  await other.selectOption('#kinematics', 'slide');
+  await other.fill('#slide', '0.25');
+  await other.fill('#locking', '21, 11');
+  await other.fill('#limit', '-35 1; 0 0; 50 1');
+  const { fabric } = await draped();
+  assert.deepEqual(fabric.kinematics, { slide: 0.25 });
+  assert.deepEqual(fabric.locking_angle_deg, { positive: 21, negative: 11 });
+  assert.deepEqual(fabric.limit_curve, { shear_deg: [-35, 0, 50], severity: [1, 0, 1] });
+  await other.selectOption('#field', 'severity');
+  await other.waitForFunction(() =>
+    /Severity/.test(document.querySelector('#scale svg')?.getAttribute('aria-label')),
+  );
+  await other.selectOption('#field', 'shear_signed');
+  await other.waitForFunction(() => document.getElementById('scale').textContent.includes('21°'));
+  assert.match(await other.textContent('#scale'), /11°/);
+  await other.selectOption('#kinematics', 'parallel_fibers');
+  assert.equal((await draped()).fabric.kinematics, 'parallel_fibers');
+  await other.fill('#limit', '0 0; 20');
+  await other.click('#drape');
+  await other.waitForSelector('#fault-of-limit');
+  await other.context().close();
+});
+
 test('page: the front says why the net stops', async () => {
   const box = await page.locator('#pane-flat').boundingBox();
   // The outermost cell of a row, between a place that has one and a place that has none.

@@ -186,6 +186,12 @@ static void test_decode_material_fills_in_what_is_not_said(void **state) {
     assert_true(fabric->thickness == 0.7 && fabric->fiber_volume_fraction == 0.6);
     assert_true(fabric->locking_angle_deg[0] == 30);
     assert_true(k->model == API_PERMEABILITY_GEBART && k->k1 == 0 && k->fiber_radius == 5e-6);
+    decode_material(d, "nrel-glass-uni-1858", "", "");
+    assert_true(d->request.settings.slide == 1);
+    decode_material(d, "nrel-glass-uni-1858", ",\"kinematics\":{\"slide\":0.5}", "");
+    assert_true(d->request.settings.slide == 0.5);
+    decode_material(d, "nrel-glass-uni-1858", ",\"kinematics\":\"pin_jointed\"", "");
+    assert_true(d->request.settings.slide == 0);
 }
 
 /* Named or said, the request is the same. */
