@@ -21,7 +21,7 @@ enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_rea
 
 bool march_parameters(const struct march *march, const struct surface_point *point, double uv[2]) {
     bool inside = true;
-    if (march->mesh) {
+    if (!point->surface) {
         struct mesh_point place = march_mesh_point_of(point);
         mesh_parameters(march->mesh, &place, uv);
         return true;
@@ -107,24 +107,22 @@ const struct crossing *march_look_over(struct march *march, const struct surface
     return &look->crossing;
 }
 
-/* The zone of a point, that of the start or another; only the start may lie on a trim. What is next
- * to the edge of the trimmed region is on it, as at the domain's own. */
-static enum surface_point_zone zone_of(struct march *march, const struct surface_point *point,
-                                       bool start, enum drape_reason *reason) {
+enum surface_point_zone march_zone(struct march *march, const struct surface_point *point,
+                                   bool start, enum drape_reason *reason) {
     const double *cut_from = march->cut.passed ? point->uv : march->cut.centre;
     const struct trim *trim = march->trim;
     enum surface_point_zone zone = SURFACE_POINT_INSIDE;
     double uv[2];
-    if (!march->mesh && point->surface->shell)
+    if (point->surface && point->surface->shell)
         zone = surface_point_zone_on_face(point, march_look_over(march, point), march_reach(march));
-    else if (!march->mesh)
+    else if (point->surface)
         zone = surface_point_zone(march->surface, &march->cursor, cut_from, point,
                                   march_reach(march), reason);
     if (zone != SURFACE_POINT_INSIDE || start || !trim)
         return zone;
     (void)march_parameters(march, point, uv);
     bool away = !trim_contains(trim, uv);
-    for (int k = 0; k < 4 && away && !march->mesh; k++) {
+    for (int k = 0; k < 4 && away && point->surface; k++) {
         double beside[2];
         for (int axis = 0; axis < 2; axis++) {
             const double *outer = march->surface->axis[axis].outer;
@@ -140,7 +138,7 @@ static enum surface_point_zone zone_of(struct march *march, const struct surface
 enum status march_place(struct march *march, int32_t i, int32_t j,
                         const struct surface_point *point, enum surface_point_zone *zone) {
     enum drape_reason reason = DRAPE_REASON_BOUNDARY;
-    *zone = zone_of(march, point, i == 0 && j == 0, &reason);
+    *zone = march_zone(march, point, i == 0 && j == 0, &reason);
     march->edges.parted = march_find_parted(march, i, j, point);
     int turn = count_turns(march, i, j, point);
     if (turn != 0) {

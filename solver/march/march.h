@@ -181,10 +181,15 @@ static inline int32_t march_face(const struct march *march, const struct surface
     return point->surface ? point->surface->face : 0;
 }
 
-/* The surface that a node's parameters belong to; NULL on a mesh of the caller's. */
+/* What nodes have parameters of: NULL where they lie on triangles. */
+static inline const struct surface *march_whole(const struct march *march) {
+    return march->mesh ? NULL : march->surface;
+}
+
+/* The surface that a node's parameters belong to; NULL where it lies on triangles. */
 static inline const struct surface *march_surface(const struct march *march,
                                                   const struct net_node *node) {
-    const struct surface *surface = march->surface;
+    const struct surface *surface = march_whole(march);
     return surface && surface->shell ? shell_surface(surface->shell, node->face) : surface;
 }
 
@@ -197,6 +202,12 @@ double march_area(const struct march *march);
 /* Whether the net has left what is to be covered for good at a point that is not inside, as far
  * as is known: it is beyond the domain, or the box of the trimmed region. */
 bool march_has_left(const struct march *march, const struct surface_point *point);
+
+/* The zone of a point, that of the start or another, on the mesh or on the surface that it was made
+ * of, and unless it is inside why the net ends there; only the start may lie on a trim. What is
+ * next to the edge of the trimmed region is on it, as at the domain's own. */
+enum surface_point_zone march_zone(struct march *march, const struct surface_point *point,
+                                   bool start, enum drape_reason *reason);
 
 /* Puts a point at (i, j), inside or as a ghost; beyond healthy continuation, or
  * where the net is already, a failure with its reason. `zone` gets which. */
@@ -391,16 +402,37 @@ struct march_mesh_yarn {
     struct mesh_smooth_path smooth; /* on the smooth surface */
 };
 
+/* Flat triangles that turn by more than 10 degrees at an edge have a fold there, by the cosine,
+ * which no straight chord crosses as a yarn does: up to here it is too short by less than 0.4 %. */
+#define MARCH_MESH_CREASE 0.9848
+
+/* Whether the march goes over flat triangles among which there are folds. */
+bool march_mesh_folds(const struct march *march);
+
+/* A direction at a point on a fold as the point's own triangle has it, whichever of those round it
+ * the direction is in: a unit tangent. */
+struct vec3 march_mesh_unfolded(const struct march *march, const struct surface_point *point,
+                                struct vec3 way);
+
+/* Notes as march_note_edge the edge from `from` to `to`, neighbours on the side (di, dj), if it
+ * leads over a fold, `folded`, or one of them lies on a fold: a yarn that leaves there as `start`
+ * and comes as `end`. */
+void march_mesh_note(struct march *march, const struct surface_point *from,
+                     const struct surface_point *to, bool folded, int di, int dj, struct vec3 start,
+                     struct vec3 end);
+
 bool march_mesh_arm(const struct march *march, const struct surface_point *from,
                     const struct drape_generator *generator, struct vec3 direction,
                     struct march_mesh_yarn *yarn);
 bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
                     struct surface_point *point, bool *lost);
 
-/* From `from` to the place one chord away towards `target`, the next place of a generator on the
- * surface the mesh was made of: triangles turn a straight walk aside, the surface does not. */
+/* From `from` to the place one chord away towards `target`, the next place of the generator of a
+ * family, 0 warp and 1 weft, on the surface the mesh was made of: triangles turn a straight walk
+ * aside, the surface does not. When the generator is `folded` on the way there, to the place
+ * nearest to `target`. */
 bool march_mesh_towards(struct march *march, const struct surface_point *from, struct vec3 target,
-                        double chord, struct surface_point *point, bool *lost);
+                        int family, bool folded, struct surface_point *point, bool *lost);
 
 /* Of a net that is done: where it ends inside the part, what has gone on beside that may have come
  * to lie on other cells. Takes out the further of two that do, for the reason `fold`. Errors:

@@ -141,7 +141,7 @@ bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
     if (!here.node || !there.node ||
         net_is_parted_to(here.node, there.node, di ? 0 : 1, di + dj > 0))
         return false;
-    struct yarn_net yarns = {march->net, march->surface, &march->cursor};
+    struct yarn_net yarns = {march->net, march_whole(march), &march->cursor};
     *direction = yarn_leave(&yarns, &here, &there, di ? 0 : 1, di + dj > 0, point);
     return true;
 }

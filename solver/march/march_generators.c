@@ -20,6 +20,15 @@ static bool find_stop_point(struct march *march, struct stop *stop) {
     return stop->known;
 }
 
+/* Whether the surface folds between two places so that no straight chord is a yarn's: where
+ * triangles were made of it, as they do. */
+static bool folds_between(const struct march *march, const struct surface_point *from,
+                          const struct surface_point *to, double d) {
+    return march_mesh_folds(march) ? vec3_dot(from->normal, to->normal) < MARCH_MESH_CREASE &&
+                                         rough_is_rough(from, to, d)
+                                   : rough_is_fold(from, to, d);
+}
+
 /* To the next node, a spacing along the path: in a straight line by the method basic, unless that
  * leads over a fold. */
 static bool advance_stop(struct march *march, struct stop *stop, double d) {
@@ -30,7 +39,7 @@ static bool advance_stop(struct march *march, struct stop *stop, double d) {
     if (yarn == DRAPE_YARN_CHORD) {
         bool gone = path_advance_chord(&stop->path, &march->cursor, d);
         if (gone && find_stop_point(march, stop) &&
-            !(from.known && rough_is_fold(&from.point, &stop->point, d)))
+            !(from.known && folds_between(march, &from.point, &stop->point, d)))
             return true;
         *stop = from;
     }
@@ -226,16 +235,21 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
     bool lost = false;
+    enum drape_reason reason;
     struct stop before = arm->at;
     bool gone = arm->started;
     if (gone && march->mesh && !march->surface) {
         gone = march_mesh_lay(march, &arm->yarn, arm->di, arm->dj, &on_mesh, &lost);
     } else if (gone && march->mesh) { /* along the generator of the surface it was made of */
-        struct surface_point ahead = arm->at.point;
-        gone = (advance_to_place(march, arm) ||
-                path_advance_chord(&arm->at.path, &march->cursor, d)) &&
-               path_surface_point(&arm->at.path, &march->cursor, &ahead, NULL) &&
-               march_mesh_towards(march, &arm->last, ahead.jet.r, d, &on_mesh, &lost);
+        gone = (advance_to_place(march, arm) || advance_stop(march, &arm->at, d)) &&
+               march_zone(march, &arm->at.point, false, &reason) == SURFACE_POINT_INSIDE;
+        bool folded = gone && before.known && march_mesh_folds(march) &&
+                      folds_between(march, &before.point, &arm->at.point, d);
+        gone = gone && march_mesh_towards(march, &arm->last, arm->at.point.jet.r, arm->dj != 0,
+                                          folded, &on_mesh, &lost);
+        if (gone)
+            march_mesh_note(march, &arm->last, &on_mesh, folded, arm->di, arm->dj, before.tangent,
+                            arm->at.tangent);
         arm->last = gone ? on_mesh : arm->last;
     } else if (gone && !advance_to_place(march, arm) &&
                !(march->before.net && advance_corrected(march, arm, k, d)))

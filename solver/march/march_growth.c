@@ -249,7 +249,8 @@ static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int 
 
 /* The yarn's direction at its end, which is at `from`: in the surface, that of its last edge,
  * turned by half the angle by which it turns sideways at the node before; on a mesh the one-sided
- * difference of second order where there are three nodes. Zero when it is not known. */
+ * difference of second order where there are three nodes, but over folds of flat triangles. Zero
+ * when it is not known. */
 static struct vec3 yarn_end(struct march *march, const struct free_end *e,
                             const struct surface_point *from) {
     int di = e->di, dj = e->dj;
@@ -260,7 +261,7 @@ static struct vec3 yarn_end(struct march *march, const struct free_end *e,
     const struct net_node *third = node ? yarn_from(march->net, i, j, -di, -dj) : NULL;
     if (!node)
         return vec3_make(0, 0, 0);
-    if (march->mesh) {
+    if (march->mesh && (march->smooth || !march_mesh_folds(march))) {
         struct vec3 chord = vec3_sub(from->jet.r, node->r);
         return third ? vec3_axpy(0.5, vec3_sub(chord, vec3_sub(node->r, third->r)), chord) : chord;
     }

@@ -3,11 +3,16 @@
  * stand for. What is different there. */
 #include "march.h"
 
+#include "solver/fishnet/unfolding.h"
+#include "solver/mesh/ring.h"
 #include "solver/mesh/smooth_corner.h"
 
 /* A generator's next place this near to the mesh, as a share of the chord, is on it; where it is on
  * the mesh may be wrong by so much of the chord from the last. */
 static const double beside_mesh = 0.02, chord_gap = 1e-3;
+
+/* A place off the edge of the mesh by this share of the chord is on it. */
+static const double edge_gap = 1e-9;
 
 /* An edge that turns by more than this, or whose curvature changes by more along it, in radians, is
  * no arc of a circle. */
@@ -20,8 +25,12 @@ struct surface_point march_mesh_point(const struct march *march, const struct me
     struct surface_point point = {.uv = {place->triangle, 0},
                                   .jet.r = place->r,
                                   .normal = march->mesh->normals[place->triangle]};
-    if (!march->smooth)
+    point.first[0] = point.first[2] = 1;
+    if (!march->smooth) {
+        point.jet.u = vec3_unit(mesh_edge_vector(march->mesh, 3 * place->triangle));
+        point.jet.v = vec3_cross(point.normal, point.jet.u);
         return point;
+    }
     struct mesh_jet jet;
     mesh_smooth_jet(march->smooth, place, &jet);
     const struct mesh_fit *fit =
@@ -29,7 +38,6 @@ struct surface_point march_mesh_point(const struct march *march, const struct me
     point.normal = vec3_unit(jet.gradient);
     point.jet.u = vec3_unit(vec3_cross(fit->y, point.normal));
     point.jet.v = vec3_cross(point.normal, point.jet.u);
-    point.first[0] = point.first[2] = 1;
     point.second[0] = mesh_jet_form(&jet, point.jet.u, point.jet.u);
     point.second[1] = mesh_jet_form(&jet, point.jet.u, point.jet.v);
     point.second[2] = mesh_jet_form(&jet, point.jet.v, point.jet.v);
@@ -38,6 +46,63 @@ struct surface_point march_mesh_point(const struct march *march, const struct me
 
 struct mesh_point march_mesh_point_of(const struct surface_point *point) {
     return (struct mesh_point){.triangle = (int32_t)point->uv[0], .r = point->jet.r};
+}
+
+/* A place this near to an edge of its triangle, as a share of the edge, lies on it. */
+static const double on_edge = 1e-9;
+
+static struct vec3 more_across(struct vec3 normal, struct vec3 other, struct vec3 v) {
+    return fabs(vec3_dot(other, v)) < fabs(vec3_dot(normal, v)) ? other : normal;
+}
+
+bool march_mesh_folds(const struct march *march) {
+    return march->mesh && !march->smooth && march->mesh->sharpest < MARCH_MESH_CREASE;
+}
+
+/* Of the triangles in which a point lies, on an edge or a vertex of the mesh more than one, the
+ * normal of that whose plane has the direction `v`. */
+static struct vec3 normal_of_way(const struct march *march, const struct surface_point *point,
+                                 struct vec3 v) {
+    const struct mesh *mesh = march->mesh;
+    const struct mesh_point place = march_mesh_point_of(point), *at = &place;
+    struct vec3 normal = mesh->normals[at->triangle];
+    for (int k = 0; k < 3; k++) {
+        int32_t half = 3 * at->triangle + k, twin = mesh->twins[half];
+        struct vec3 edge = mesh_edge_vector(mesh, half);
+        struct vec3 from = vec3_sub(at->r, mesh_corner_point(mesh, at->triangle, k));
+        double size2 = vec3_norm2(edge), near2 = on_edge * on_edge * size2;
+        if (twin != MESH_NONE && vec3_norm2(vec3_cross(edge, from)) <= near2 * size2)
+            normal = more_across(normal, mesh->normals[twin / 3], v);
+        if (vec3_norm2(from) > near2)
+            continue;
+        const struct mesh_ring ring = mesh_ring_make(mesh, at->triangle, k);
+        int32_t around = ring.first;
+        do {
+            normal = more_across(normal, mesh->normals[around / 3], v);
+            around = mesh_ring_next(mesh, around);
+        } while (around != MESH_NONE && around != ring.first);
+    }
+    return normal;
+}
+
+static bool lies_on_fold(const struct march *march, const struct surface_point *point) {
+    return march_mesh_folds(march) &&
+           vec3_dot(normal_of_way(march, point, point->normal), point->normal) < MARCH_MESH_CREASE;
+}
+
+struct vec3 march_mesh_unfolded(const struct march *march, const struct surface_point *point,
+                                struct vec3 way) {
+    struct vec3 normal = normal_of_way(march, point, way);
+    return surface_point_tangent(point, unfolding_turned(way, normal, point->normal));
+}
+
+void march_mesh_note(struct march *march, const struct surface_point *from,
+                     const struct surface_point *to, bool folded, int di, int dj, struct vec3 start,
+                     struct vec3 end) {
+    march->edges.rough = 0;
+    if (folded || lies_on_fold(march, from) || lies_on_fold(march, to))
+        march_note_edge(march, di ? 0 : 1, di + dj, march_mesh_unfolded(march, from, start),
+                        march_mesh_unfolded(march, to, end));
 }
 
 static bool is_over_fold(const struct march *march, const struct mesh_point *a,
@@ -81,17 +146,56 @@ static enum mesh_corner_end solve_smooth(struct march *march, const struct march
     if (!rough && !geodesic)
         return end;
     struct mesh_corner other = {.steps = corner->steps};
+    const struct mesh_sheet sheet = {march->mesh, march->smooth};
     struct mesh_yarns yarns;
     struct vec3 back[2];
     enum mesh_corner_end other_end = MESH_CORNER_NO_CONVERGENCE;
     if (march_turn_as_at_a(march, at, back, yarns.start))
-        other_end = mesh_smooth_geodesics(march->smooth, &by_geodesics, back, &other, &yarns);
+        other_end = mesh_cell_geodesics(&sheet, &by_geodesics, back, &other, &yarns);
     if (other_end == MESH_CORNER_FOUND) {
         *corner = other;
         if (rough)
             march_note_edges(march, at, yarns.start, yarns.end);
     }
     bool settled = other_end == MESH_CORNER_FOUND || geodesic || (folded && !gentle);
+    return settled ? other_end : end;
+}
+
+/* Whether the triangles of two places are so far from parallel that there may be a fold between. */
+static bool may_fold(const struct surface_point *a, const struct surface_point *b) {
+    return vec3_dot(a->normal, b->normal) < MARCH_MESH_CREASE;
+}
+
+/* On flat triangles: straight chords but, over a fold, straight paths, which unfold it. */
+static enum mesh_corner_end solve_flat(struct march *march, const struct march_cell *at,
+                                       const struct mesh_cell *cell, struct mesh_corner *corner) {
+    const struct mesh_sheet sheet = {march->mesh, NULL};
+    enum mesh_corner_end end = mesh_corner_solve(march->mesh, cell, corner);
+    bool found = end == MESH_CORNER_FOUND;
+    if (!march_mesh_folds(march))
+        return end;
+    struct surface_point to = *at->a;
+    if (found)
+        to = march_mesh_point(march, &corner->at);
+    bool on_fold = lies_on_fold(march, at->a) || lies_on_fold(march, at->b) ||
+                   lies_on_fold(march, at->c) || lies_on_fold(march, &to);
+    if (found && !on_fold && !may_fold(at->a, at->b) && !may_fold(at->a, at->c) &&
+        !may_fold(at->b, &to) && !may_fold(at->c, &to))
+        return end;
+    struct mesh_corner other = {.steps = corner->steps};
+    struct mesh_yarns yarns;
+    struct vec3 back[2];
+    if (!march_turn_as_at_a(march, at, back, yarns.start))
+        return end;
+    enum mesh_corner_end other_end = mesh_cell_geodesics(&sheet, cell, back, &other, &yarns);
+    bool folded = yarns.sharpest < MARCH_MESH_CREASE || on_fold || !found;
+    if (folded && other_end == MESH_CORNER_FOUND) {
+        *corner = other;
+        march_note_edges(march, at, yarns.start, yarns.end);
+    }
+    bool gentle = found && vec3_dot(at->b->normal, to.normal) > gentle_cosine &&
+                  vec3_dot(at->c->normal, to.normal) > gentle_cosine;
+    bool settled = folded && (other_end == MESH_CORNER_FOUND || !gentle);
     return settled ? other_end : end;
 }
 
@@ -111,7 +215,7 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
                              .orientation = at->si * at->sj};
     struct mesh_corner corner;
     enum mesh_corner_end end = march->smooth ? solve_smooth(march, at, &cell, &corner)
-                                             : mesh_corner_solve(march->mesh, &cell, &corner);
+                                             : solve_flat(march, at, &cell, &corner);
     if (end != MESH_CORNER_FOUND) {
         *reason = reasons[end];
         return false;
@@ -147,11 +251,33 @@ static bool advance_yarn(const struct march *march, struct march_mesh_yarn *yarn
     return end == MESH_PATH_DONE;
 }
 
+/* A yarn over flat triangles goes on by a straight chord or, over a fold, by its own length. */
+static bool lay_flat(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
+                     struct surface_point *point, bool *lost) {
+    double d = march->length[dj != 0];
+    const struct mesh_path from = yarn->flat;
+    const struct surface_point start = march_mesh_point(march, &from.at);
+    bool gone = advance_yarn(march, yarn, d, point, lost);
+    bool folded = yarn->flat.sharpest < MARCH_MESH_CREASE && !(vec3_norm2(from.plane) > 0);
+    if (folded) {
+        yarn->flat = from;
+        enum mesh_path_end end = mesh_path_length(&yarn->flat, d);
+        gone = end == MESH_PATH_DONE;
+        *lost = end == MESH_PATH_LOST;
+        *point = march_mesh_point(march, &yarn->flat.at);
+    }
+    if (gone)
+        march_mesh_note(march, &start, point, folded, di, dj, from.direction, yarn->flat.direction);
+    return gone;
+}
+
 bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
                     struct surface_point *point, bool *lost) {
     double d = march->length[dj != 0];
     struct mesh_smooth_path from = yarn->smooth;
     march->edges.rough = 0;
+    if (!march->smooth)
+        return lay_flat(march, yarn, di, dj, point, lost);
     if (!advance_yarn(march, yarn, d, point, lost))
         return false;
     if (march->method->yarn == DRAPE_YARN_CHORD)
@@ -163,23 +289,40 @@ bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, i
     return true;
 }
 
+/* The place of the mesh that is nearest to `target`; false when it is not beside it. */
+static bool find_beside(struct march *march, const struct surface_point *from, struct vec3 target,
+                        double chord, struct surface_point *point) {
+    struct mesh_point place = march_mesh_point_of(from);
+    double distance;
+    bool found = mesh_nearest(march->mesh, target, march->mesh->component[place.triangle], &place,
+                              &distance);
+    *point = march_mesh_point(march, &place);
+    return found && distance <= beside_mesh * chord;
+}
+
 bool march_mesh_towards(struct march *march, const struct surface_point *from, struct vec3 target,
-                        double chord, struct surface_point *point, bool *lost) {
+                        int family, bool folded, struct surface_point *point, bool *lost) {
+    double chord = march->length[family];
+    bool geodesic = march->settings->generator[family].kind == DRAPE_GENERATOR_GEODESIC;
     struct march_mesh_yarn yarn;
     struct mesh_point place = march_mesh_point_of(from);
-    if (mesh_path_towards(&yarn.flat, march->mesh, &place, target) &&
-        advance_yarn(march, &yarn, chord, point, lost))
+    *lost = false;
+    if (folded || lies_on_fold(march, from))
+        return find_beside(march, from, target, chord, point);
+    bool leads = mesh_path_towards(&yarn.flat, march->mesh, &place, target);
+    if (leads && advance_yarn(march, &yarn, chord, point, lost))
         return true;
-    /* Along a curved edge of the surface the way lies beside the mesh by the height of a patch:
-     * there the nearest place is as good. */
-    double distance;
-    int32_t component = march->mesh->component[place.triangle];
-    *lost = !mesh_nearest(march->mesh, target, component, &place, &distance);
-    *point = march_mesh_point(march, &place);
-    if (*lost || distance > beside_mesh * chord)
-        return false;
-    *lost = fabs(vec3_distance(place.r, from->jet.r) - chord) > chord_gap * chord;
-    return !*lost;
+    /* Along a curved edge of the surface the way lies beside the mesh by the height of a patch, a
+     * geodesic above or below it: there the nearest place is as good, if it is a chord away; else a
+     * way that has come to the edge ends there. */
+    bool at_edge = leads && !*lost, beside = find_beside(march, from, target, chord, point);
+    struct vec3 off = vec3_sub(target, point->jet.r);
+    double above = vec3_dot(off, from->normal), aside2 = vec3_norm2(off) - above * above;
+    bool apart = fabs(vec3_distance(point->jet.r, from->jet.r) - chord) <= chord_gap * chord;
+    apart =
+        apart && (!geodesic || aside2 <= fmax(above * above, edge_gap * edge_gap * chord * chord));
+    *lost = beside && !apart && !at_edge;
+    return beside && apart;
 }
 
 bool march_mesh_straight_on(struct march *march, const struct surface_point *from,

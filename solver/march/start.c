@@ -287,8 +287,8 @@ enum status start_move_to_mesh(struct march *march) {
     start->smooth_direction[0] = start->warp;
     start->smooth_direction[1] = start->weft;
     start->point = march_mesh_point(march, &place);
-    start->warp = mesh_tangent(mesh, place.triangle, start->warp);
-    start->weft = mesh_tangent(mesh, place.triangle, start->weft);
+    start->warp = march_mesh_unfolded(march, &start->point, start->warp);
+    start->weft = march_mesh_unfolded(march, &start->point, start->weft);
     return STATUS_OK;
 }
 

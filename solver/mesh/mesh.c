@@ -90,9 +90,10 @@ static enum status find_normals(struct mesh *mesh, double least_height, struct m
     return STATUS_OK;
 }
 
-/* Areas and centroids of the components and of them all. */
+/* Areas and centroids of the components and of them all, and the sharpest edge. */
 static enum status find_areas(struct mesh *mesh, struct arena *arena) {
     mesh->components = arena_alloc(arena, mesh->component_count, sizeof *mesh->components);
+    mesh->sharpest = 1;
     if (!mesh->components)
         return STATUS_OUT_OF_MEMORY;
     for (size_t t = 0; t < mesh->triangle_count; t++) {
@@ -102,8 +103,13 @@ static enum status find_areas(struct mesh *mesh, struct arena *arena) {
         double area = mesh_twice_area(mesh, (int32_t)t) / 2;
         struct vec3 middle = vec3_scale(1.0 / 3, vec3_add(p[0], vec3_add(p[1], p[2])));
         component->triangle_count++;
-        for (int k = 0; k < 3; k++)
-            component->rim_count += mesh->twins[3 * t + (size_t)k] == MESH_NONE;
+        for (int k = 0; k < 3; k++) {
+            int32_t twin = mesh->twins[3 * t + (size_t)k];
+            component->rim_count += twin == MESH_NONE;
+            if (twin != MESH_NONE)
+                mesh->sharpest =
+                    fmin(mesh->sharpest, vec3_dot(mesh->normals[t], mesh->normals[twin / 3]));
+        }
         component->area += area;
         component->centroid = vec3_axpy(area, middle, component->centroid);
     }

@@ -95,6 +95,7 @@ struct mesh {
     double magnitude;         /* its largest absolute coordinate: what rounding scales with */
     double area;
     struct vec3 centroid;
+    double sharpest; /* the least cosine between the normals of two triangles at an edge */
     /* The tree (`tree.h`): leaf l has the triangles order[4 l ..]. */
     struct mesh_box *boxes;
     int32_t *order;

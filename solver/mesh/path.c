@@ -14,6 +14,9 @@ static const double bend_max = 0.6, bends_max = 1.2;
 /* What rounding leaves of a coordinate, in shares of `same`. */
 static const double rounding = 1e-5;
 
+/* What is to end this little beyond the edge of the mesh, by its length or chord, ends on it. */
+static const double beyond = 1e-9;
+
 /* The longest way to a chord, in chords. */
 static const double winding_max = 8;
 
@@ -21,6 +24,7 @@ static const double winding_max = 8;
  * `chord2` from `origin`, and for a search as soon as it passes `target`. */
 struct goal {
     double length, chord2;
+    double slack; /* by so much of the length the mesh may end before */
     struct vec3 origin;
     const struct mesh_point *target;
     double near; /* it counts as passed within this distance */
@@ -136,6 +140,7 @@ static bool pass_corner(struct mesh_path *path, int corner) {
 /* On to the goal, through as many triangles as a path passes that is not going in circles. */
 static enum mesh_path_end follow_path(struct mesh_path *path, struct goal *goal) {
     path->bent = 0;
+    path->sharpest = 1;
     for (size_t step = 10000 + 4 * path->mesh->triangle_count; step > 0; step--) {
         struct way_out way = find_way_out(path);
         if (way.edge == MESH_NONE)
@@ -172,7 +177,10 @@ static enum mesh_path_end follow_path(struct mesh_path *path, struct goal *goal)
         if (through_edge)
             path->at.r = vec3_axpy(way.share, mesh_edge_vector(path->mesh, half), path->at.r);
         if (!(through_edge ? enter_triangle(path, way.edge) : pass_corner(path, corner)))
-            return MESH_PATH_BOUNDARY;
+            return length - way.length <= goal->slack ? MESH_PATH_DONE : MESH_PATH_BOUNDARY;
+        const struct vec3 *normals = path->mesh->normals;
+        path->sharpest =
+            fmin(path->sharpest, vec3_dot(normals[half / 3], normals[path->at.triangle]));
     }
     return MESH_PATH_LOST;
 }
@@ -239,13 +247,15 @@ bool mesh_path_towards(struct mesh_path *path, const struct mesh *mesh,
 }
 
 enum mesh_path_end mesh_path_length(struct mesh_path *path, double length) {
-    struct goal goal = {.length = length, .chord2 = HUGE_VAL};
+    struct goal goal = {.length = length, .slack = beyond * length, .chord2 = HUGE_VAL};
     return follow_path(path, &goal);
 }
 
 enum mesh_path_end mesh_path_chord(struct mesh_path *path, double chord) {
-    struct goal goal = {
-        .length = winding_max * chord, .chord2 = chord * chord, .origin = path->at.r};
+    struct goal goal = {.length = winding_max * chord,
+                        .slack = beyond * chord,
+                        .chord2 = chord * chord,
+                        .origin = path->at.r};
     return follow_path(path, &goal);
 }
 

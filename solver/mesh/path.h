@@ -24,6 +24,8 @@ struct mesh_path {
     int entry;             /* edge of the triangle by which it has just come in, or MESH_NONE */
     int corner;            /* corner of the triangle that it sets off from, or MESH_NONE */
     double bent;           /* degrees turned in this move to stay on the mesh along its edge */
+    double sharpest;       /* the least cosine between the normals of triangles next to each other
+                              that this move has passed; 1: it has passed into none */
 };
 
 enum mesh_path_end {

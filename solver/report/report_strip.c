@@ -19,7 +19,7 @@ struct row_bits {
 };
 
 static struct yarn_net yarn_net(struct report_strip *strip) {
-    return (struct yarn_net){strip->march->net, strip->march->surface, &strip->cursor};
+    return (struct yarn_net){strip->march->net, march_whole(strip->march), &strip->cursor};
 }
 
 /* The node at (x, y) of a window, which is kept for the cells and nodes next to it; NULL where
@@ -220,7 +220,7 @@ INLINE void add_run(struct report_strip *strip, const struct net_tile *tile, int
                     int count, const struct shear_block *block, const double *shear_deg) {
     const struct drape_nodes *to = &strip->result->nodes;
     const struct net_node *nodes = &tile->node[y][x];
-    const struct surface *surface = strip->march->mesh ? NULL : march_surface(strip->march, nodes);
+    const struct surface *surface = march_surface(strip->march, nodes);
     const size_t at = strip->next.nodes;
     const unsigned grown = tile->bits[NET_BIT_GROWN][y] >> x;
     uint8_t *to_grown = to->grown + at;

@@ -274,12 +274,14 @@ static void list_cut(struct drape_cut *cut, const struct rim_patch *patch, doubl
 }
 
 /* The shear of the cloth at (p, q), in or beside the cell (i, j): between nodes and ghosts; on a
- * mesh, which has no ghosts, that of the cell's patch, whose corners are extrapolated. */
+ * mesh, which has no ghosts, that of the cell's patch, whose corners are extrapolated; near folds,
+ * where they may not be where yarns go, of the nodes that there are. */
 static bool cloth_shear_at(struct gathering *g, int32_t i, int32_t j, double p, double q,
                            double *shear_deg, bool *grown) {
     bool known = node_shear_between(&g->between, p, q, shear_deg, grown);
     const struct rim_patch *patch = g->march->mesh ? rim_cloth_patch(&g->rim->cloth, i, j) : NULL;
-    if (patch && patch->known) {
+    bool folded = patch && (patch->rough || (patch->extended && march_mesh_folds(g->march)));
+    if (patch && patch->known && !(known && folded)) {
         struct rim_cloth_point place;
         rim_patch_point(patch, p, q, &place);
         *shear_deg = shear_between_deg(place.along);

@@ -47,19 +47,6 @@
     "{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":4,\"knotvector_u\":[0,0,1,1],"         \
     "\"knotvector_v\":[0,0,1,2,3,3],\"control_points\":[" points "]}"
 
-/* A channel that is bent to a radius of 150, its flanges 30 wide, by an eighth of a turn. */
-#define ARC(a, z, b, y) ARC_OF(a, z, b, y)
-#define ARC_OF(a, a_middle, a_end, z, b, b_middle, b_end, y)                                       \
-    "{\"degree_u\":2,\"degree_v\":1,\"size_u\":3,\"size_v\":2,\"knotvector_u\":[0,0,0,1,1,1],"     \
-    "\"knotvector_v\":[0,0,1,1],\"control_points\":{\"weights\":[1,1,0.92387953251128674,"         \
-    "0.92387953251128674,1,1],\"points\":[[" a ",0," z "],[" b ",0," y "],[" a "," a_middle "," z  \
-    "],[" b "," b_middle "," y "],[" a_end "," a_end "," z "],[" b_end "," b_end "," y "]]}}"
-#define AT_150 "150", "62.132034355964265", "106.06601717798213"
-#define AT_180 "180", "74.558441227157118", "127.27922061357856"
-#define CHANNEL                                                                                    \
-    "{\"faces\":[" ARC(AT_180, "0", AT_150, "0") "," ARC(AT_150, "0", AT_150, "60") "," ARC(       \
-        AT_150, "60", AT_180, "60") "]}"
-
 #define SQUARES(gap)                                                                               \
     "{\"vertices\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[" gap ",0,0],[2,0,0],[2,1,0],[" gap ",1,0]]," \
     "\"triangles\":[[0,1,2],[0,2,3],[4,5,6],[4,6,7],[1,4,7],[1,7,2]]}"
@@ -116,8 +103,6 @@ static const struct expectation expectations[] = {
      "{\"surface\":" HILL("3") ",\"fabric\":{\"spacing\":0.1}}"},
     {"collapsed", "{\"surface\":" HILL("10") ",\"fabric\":{\"spacing\":0.1}}",
      "{\"surface\":" HILL("3") ",\"fabric\":{\"spacing\":0.1}}"},
-    {"uncovered", "{\"surface\":" CHANNEL ",\"method\":\"mosaic\",\"fabric\":{\"spacing\":5.7}}",
-     "{\"surface\":" CHANNEL ",\"fabric\":{\"spacing\":2}}"},
     {"size", "{\"surface\":" PLANE ",\"length_unit\":\"mm\",\"fabric\":{\"spacing\":0.1}}",
      "{\"surface\":" PLANE ",\"length_unit\":\"ft\",\"fabric\":{\"spacing\":0.1}}"},
     {"points_order",
