@@ -51,6 +51,7 @@
     X(JOB_TIMEOUT, "job-timeout", 500, "The drape took longer than allowed")                       \
     X(OUT_OF_MEMORY, "out-of-memory", 500, "The drape needs more memory than allowed")             \
     X(INTERNAL, "internal", 500, "The service failed")                                             \
+    X(DAMAGED, "damaged", 500, "What is stored is not what was written")                           \
     X(UNAVAILABLE, "unavailable", 503, "The service cannot answer now")                            \
     X(HTTP_VERSION, "http-version-not-supported", 505, "The service speaks HTTP/1.1")
 

@@ -140,7 +140,8 @@ void config_help(FILE *out) {
           "       draped hash-token NAME read|write|admin [--generate]\n"
           "       draped backup FOLDER [--keep N] [--data DIR] [--store URL]\n"
           "       draped restore FILE|FOLDER [--data DIR] [--store URL]\n"
-          "       draped status [--data DIR] [--store URL]\n\n"
+          "       draped status [--data DIR] [--store URL]\n"
+          "       draped check [--data DIR] [--store URL]\n\n"
           "Drapes woven fabrics over surfaces, as a service over HTTP.\n\n",
           out);
     flags_help(out);

@@ -291,6 +291,8 @@ int main(int argc, char **argv) {
         return id_init() ? restore_command(argc, argv) : EXIT_FAILED;
     if (argc >= 2 && !strcmp(argv[1], "status"))
         return id_init() ? status_command(argc, argv) : EXIT_FAILED;
+    if (argc >= 2 && !strcmp(argv[1], "check"))
+        return id_init() ? check_command(argc, argv) : EXIT_FAILED;
     switch (config_parse(argc, argv, &config)) {
     case CONFIG_DONE:
         return 0;

@@ -24,7 +24,7 @@ static struct {
 } histograms[METRICS_TIMES_COUNT];
 
 static atomic_long refusals[API_PROBLEM_COUNT];
-static atomic_long store_failures[2];
+static atomic_long store_failures[2], store_alterations;
 
 void metrics_time(size_t times, int64_t us) {
     size_t bucket = 0;
@@ -72,6 +72,14 @@ void metrics_store_failed(int busy) {
 
 long metrics_store_failures(int busy) {
     return atomic_load_explicit(&store_failures[busy != 0], memory_order_relaxed);
+}
+
+void metrics_store_altered(void) {
+    atomic_fetch_add_explicit(&store_alterations, 1, memory_order_relaxed);
+}
+
+long metrics_store_alterations(void) {
+    return atomic_load_explicit(&store_alterations, memory_order_relaxed);
 }
 
 int64_t metrics_resident(void) {

@@ -35,6 +35,9 @@ void metrics_refuse(enum api_problem_id problem);
 /* One more answer of the database that it is busy or cannot be used. */
 void metrics_store_failed(int busy);
 
+/* One more look at something stored that is not what was written. */
+void metrics_store_altered(void);
+
 /* How many answers of the route had the status of that number, from 0; false after the last. */
 bool metrics_answers(size_t route, size_t number, int *status, long *count);
 
@@ -51,6 +54,7 @@ int metrics_histogram(size_t times, struct metrics_histogram *histogram);
 
 long metrics_refused(enum api_problem_id problem);
 long metrics_store_failures(int busy);
+long metrics_store_alterations(void);
 
 /* Bytes of memory that the process has in use now; 0 when the system does not report it. */
 int64_t metrics_resident(void);

@@ -11,11 +11,17 @@
 
 enum { FAILED = 1, USAGE = 2, ARGUMENTS = 64 };
 
-static const char usage[] =
+static const char status_usage[] =
     "usage: draped status [--data DIR] [--store URL]\n\n"
     "Shows the queue, the hosts with their workers and when each last wrote to the store, and the\n"
     "drape that failed last. Exit status: 0; 1 when the store cannot be read, no host has written "
     "to\nit for half a minute, or drapes wait without workers; 2 for invalid arguments.\n";
+
+static const char check_usage[] =
+    "usage: draped check [--data DIR] [--store URL]\n\n"
+    "Reads everything in the store, beside a daemon that uses it or without any, and lists the "
+    "jobs,\nresults, surfaces and materials that are not what was written. Exit status: 0; 1 when "
+    "something is\ndamaged, or the store cannot be read; 2 for invalid arguments.\n";
 
 static int64_t seconds(int64_t us) {
     return us > 0 ? us / 1000000 : 0;
@@ -69,7 +75,32 @@ static int show_store(const char *url) {
     return well && fflush(stdout) == 0 ? 0 : FAILED;
 }
 
-int status_command(int argc, char **argv) {
+static void show_damage(const char *kind, const char *id, const char *what) {
+    printf("damaged  %s%s%s: %s\n", kind, *id ? " " : "", id, what);
+}
+
+/* 0 when all is what was written. */
+static int check_store(const char *url) {
+    char why[STORE_WHY_SIZE];
+    struct store_audit audit;
+    if (!audit_store(url, show_damage, &audit, why)) {
+        fprintf(stderr, "draped: the store cannot be read to its end: %s\n", why);
+        return FAILED;
+    }
+    printf("read     %" PRId64 " jobs, %" PRId64 " results, %" PRId64 " surfaces, %" PRId64
+           " materials, %.1f MB\n",
+           audit.jobs, audit.results, audit.surfaces, audit.materials, (double)audit.bytes / 1e6);
+    if (audit.damaged > 0)
+        printf("verdict  %" PRId64 " damaged: delete these and post them again, or restore a "
+               "back-up\n",
+               audit.damaged);
+    else
+        puts("verdict  well");
+    return audit.damaged == 0 && fflush(stdout) == 0 ? 0 : FAILED;
+}
+
+/* A command whose arguments name a store. */
+static int run_on_store(int argc, char **argv, const char *usage, int (*run)(const char *)) {
     struct config config;
     char url[PATH_MAX], *rest[ARGUMENTS];
     int count = argc > ARGUMENTS ? -1 : config_parse_store(argc - 2, argv + 2, &config, rest);
@@ -82,5 +113,13 @@ int status_command(int argc, char **argv) {
         return USAGE;
     }
     log_init(LOG_LEVEL_ERROR);
-    return config_store_url(&config, url) ? show_store(url) : USAGE;
+    return config_store_url(&config, url) ? run(url) : USAGE;
+}
+
+int status_command(int argc, char **argv) {
+    return run_on_store(argc, argv, status_usage, show_store);
+}
+
+int check_command(int argc, char **argv) {
+    return run_on_store(argc, argv, check_usage, check_store);
 }

@@ -10,4 +10,8 @@
  * life, or drapes wait without workers; 2 for arguments that make no sense. */
 int status_command(int argc, char **argv);
 
+/* `draped check [--data DIR] [--store URL]` reads everything in the store and lists what is
+ * damaged. 0: nothing is; 1: something is, or the store cannot be read; 2 as above. */
+int check_command(int argc, char **argv);
+
 #endif

@@ -14,8 +14,18 @@ const char *call_owner(const struct call *call) {
 }
 
 enum http_next call_store_failed(struct call *call, enum store_answer answer) {
+    if (answer == STORE_ALTERED)
+        return call_altered(call, call->request->parameter);
     reply_refuse_for(call->reply, answer == STORE_BUSY ? 1 : 10, API_UNAVAILABLE, "the store is %s",
                      store_answer_name(answer));
+    return HTTP_DONE;
+}
+
+enum http_next call_altered(struct call *call, const char *id) {
+    reply_refuse(call->reply, API_DAMAGED,
+                 "what the store has of %s is damaged: delete it and post it again, or restore a "
+                 "back-up of before",
+                 id);
     return HTTP_DONE;
 }
 
@@ -105,9 +115,17 @@ char *call_stored_request(struct call *call, const char *id, size_t *length) {
     return request;
 }
 
+/* What a result begins with is looked at before the answer begins, and then in memory: as much as
+ * is cheap, in steps that miss no chunk. */
+enum { AHEAD_BYTES = 1 << 20, STEP_BYTES = 1 << 16 };
+
 bool call_stored_result(struct call *call, const char *id, struct stored_result *stored) {
     stored->store = call->services->store;
     enum store_answer answer = store_result_find(stored->store, id, &stored->result);
+    const int64_t length = answer == STORE_OK ? stored->result.length : 0;
+    char byte;
+    for (int64_t at = 0; at < length && at < AHEAD_BYTES && answer == STORE_OK; at += STEP_BYTES)
+        answer = store_result_read(stored->store, &stored->result, at, &byte, 1);
     if (answer == STORE_EMPTY)
         reply_refuse(call->reply, API_GONE, "the result has been removed");
     else if (answer != STORE_OK)

@@ -49,8 +49,12 @@ enum {
 /* Whose things the caller sees, as the store takes it: NULL for everybody's. */
 const char *call_owner(const struct call *call);
 
-/* 503 for a store that is busy or down; also for answers that should not occur. HTTP_DONE. */
+/* 503 for a store that is busy or down; also for answers that should not occur; 500 for what is
+ * altered of what the path names. HTTP_DONE. */
 enum http_next call_store_failed(struct call *call, enum store_answer answer);
+
+/* 500: what the store has under that id is not what was written. HTTP_DONE. */
+enum http_next call_altered(struct call *call, const char *id);
 
 /* 503 while the service stops. HTTP_DONE. */
 enum http_next call_draining(struct call *call);

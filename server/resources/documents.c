@@ -122,6 +122,8 @@ static void write_status(struct api_text *text, const struct store_job *job, con
         write_member(text, "plies", plies);
     if (job->error)
         write_member(text, "error", job->error);
+    if (job->altered)
+        write_member(text, "damaged", "true");
     api_text_key_object(text, "links");
     write_link(text, "self", job, "");
     if (job->kind != STORE_LAMINATE)

@@ -207,6 +207,8 @@ static enum checking_state accept_body(struct call *call) {
         enum store_answer answer = forms_find(call, check, &waiting->form, &waiting->surface);
         if (answer == STORE_EMPTY)
             refuse_surface(call, check->surface);
+        else if (answer == STORE_ALTERED)
+            call_altered(call, check->surface);
         else if (answer != STORE_OK)
             reply_refuse(call->reply, API_UNAVAILABLE, "the store is %s",
                          store_answer_name(answer));

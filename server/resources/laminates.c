@@ -138,7 +138,8 @@ char *laminates_status(struct store *store, const struct store_job *job) {
     struct arena *arena = arena_new((size_t)1 << 26);
     char *document = NULL, *record = NULL;
     size_t length = 0;
-    if (arena && store_request(store, job->id, &record, &length) == STORE_OK &&
+    enum store_answer answer = store_request(store, job->id, &record, &length);
+    if (arena && answer == STORE_OK &&
         stack_get(store, job->id, record, length, &stack) == STORE_OK) {
         struct api_text text = api_text_growing(arena);
         char *at = stack.record;
@@ -165,7 +166,9 @@ char *laminates_status(struct store *store, const struct store_job *job) {
         const char *plies = api_text_finish(&text);
         document = plies ? documents_status(job, plies) : NULL;
     } else {
-        document = documents_status(job, NULL); /* what it consisted of has been removed */
+        struct store_job shown = *job; /* what it consisted of has been removed */
+        shown.altered = job->altered || answer == STORE_ALTERED;
+        document = documents_status(&shown, NULL);
     }
     stack_clear(&stack);
     arena_free(arena);

@@ -162,6 +162,9 @@ enum http_next meta_metrics(struct call *call) {
         for (int busy = 0; busy < 2; busy++)
             fprintf(out, "draped_store_errors_total{kind=\"%s\"} %ld\n", busy ? "busy" : "down",
                     metrics_store_failures(busy));
+        write_metric(out, "draped_store_altered_total", "counter",
+                     "Requests, results and surfaces that were read and are not what was written.",
+                     metrics_store_alterations());
         write_metric(out, "process_resident_memory_bytes", "gauge",
                      "Memory of the daemon without workers.", metrics_resident());
         write_metric(out, "process_open_fds", "gauge", "Descriptors that the daemon has open.",

@@ -153,6 +153,8 @@ bool results_ready(struct call *call, const struct store_job *job) {
     if (!store_status_ended(job->status)) {
         reply_refuse(reply, API_RESULT_NOT_READY, "the %s is %s", store_kind_name(job->kind),
                      store_status_name(job->status));
+    } else if (job->altered && job->status == STORE_FAILED) {
+        call_altered(call, job->id);
     } else if (job->status == STORE_FAILED) {
         int status;
         char *text = documents_job_problem(job, call->request->id, &status);

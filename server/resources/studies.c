@@ -19,6 +19,8 @@ bool studies_begin(struct call *call, struct document_pool_order *order, size_t 
         answer = store_item_get(call->services->store, STORE_SURFACES, NULL, job.surface, &surface);
     if (answer == STORE_EMPTY)
         reply_refuse(call->reply, API_GONE, "the surface of the study has been deleted");
+    else if (answer == STORE_ALTERED)
+        call_altered(call, job.surface);
     else if (answer != STORE_OK)
         call_store_failed(call, answer);
     else if (request && maps_take_columns(call, order, NULL)) {

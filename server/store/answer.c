@@ -6,6 +6,7 @@ const char *store_answer_name(enum store_answer answer) {
                                         "empty",
                                         "conflict",
                                         "full",
+                                        "altered",
                                         "busy",
                                         "down",
                                         "out of disk space",

@@ -13,6 +13,7 @@ enum store_answer {
     STORE_EMPTY,    /* nothing of that name, or nothing to hand out */
     STORE_CONFLICT, /* it exists, and its state forbids this */
     STORE_FULL,     /* a limit of the queue or of the owner is reached (submit only) */
+    STORE_ALTERED,  /* what is stored under the name is not what was written (logged) */
     /* Failures of the database, logged: 503. */
     STORE_BUSY,      /* it was locked for too long: try again */
     STORE_DOWN,      /* it cannot be used; these say why: */

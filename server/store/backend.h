@@ -13,6 +13,7 @@
 #include "reads.h"
 #include "store.h"
 #include <pthread.h>
+#include <stdatomic.h>
 
 /* Results are stored in chunks of this many bytes; only the last one may be shorter: few enough to
  * be read for a small piece of it, enough not to be many. A result has at most STORE_CHUNKS_MAX of
@@ -29,9 +30,14 @@ struct store_segment {
     int64_t index;  /* of the first chunk */
     unsigned char *const *chunks;
     size_t length;       /* of all of them */
-    int64_t total;       /* commit: the result's length */
+    int64_t total;       /* the result's length, at a commit; before that so far */
+    bool last;           /* commit */
     const char *summary; /* commit: the summary object */
 };
+
+/* The bytes in chunk k of the segment, 0 beyond its last one, and the seal of a chunk. */
+size_t segment_chunk_length(const struct store_segment *segment, size_t k);
+int64_t segment_seal(const struct store_segment *segment, size_t k);
 
 /* A running job whose claim has ended: its lease or, where that can be seen, its process. */
 struct store_ended {
@@ -60,7 +66,7 @@ enum store_step {
 int64_t store_rank(const struct store_submission *submission, int64_t now);
 
 /* The tables that this version of draped makes and uses, in both databases. */
-enum { STORE_SCHEMA = 11 };
+enum { STORE_SCHEMA = 12 };
 
 /* Whether tables of that version are these; else `why` says what to do. `what` names the store. */
 bool store_schema_known(const char *what, int64_t schema, char why[STORE_WHY_SIZE]);
@@ -148,6 +154,13 @@ struct store_uncommitted_list {
     struct store_uncommitted *first;
 };
 
+/* The results that were found altered lately, by their numbers. */
+enum { STORE_ALTERED_KEPT = 64 };
+struct store_altered {
+    atomic_uint next;
+    atomic_llong results[STORE_ALTERED_KEPT];
+};
+
 /* The head of every backend's own struct. A backend sets the first four. */
 struct store {
     const struct store_ops *ops;
@@ -158,6 +171,7 @@ struct store {
     struct store_cache *cache;
     struct store_health health;
     struct store_uncommitted_list uncommitted;
+    struct store_altered altered;
     unsigned char secret[CURSOR_SECRET_BYTES];
 };
 

@@ -38,6 +38,10 @@ bool query_row(struct query *query) {
     return !query->no_memory && query->driver->row(query);
 }
 
+bool query_is_null(const struct query *query, int column) {
+    return query->driver->column(query, column).null;
+}
+
 int64_t query_int(const struct query *query, int column) {
     return query->driver->column(query, column).integer;
 }

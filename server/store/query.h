@@ -77,6 +77,9 @@ void query_bind_values(struct query *query, const struct query_value *values, si
 /* Goes on to the next row, or executes; false at the end and at a failure. */
 bool query_row(struct query *query);
 
+/* Whether a column of the current row is SQL's null. */
+bool query_is_null(const struct query *query, int column);
+
 /* Columns of the current row, from 0; memory is valid until the next row. Null is 0, NULL or "". */
 int64_t query_int(const struct query *query, int column);
 double query_real(const struct query *query, int column);

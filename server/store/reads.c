@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "reads.h"
 #include "backend.h"
+#include "seal.h"
 #include "server/clock.h"
+#include "server/log.h"
+#include "server/metrics.h"
 #include "sql.h"
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,18 +14,37 @@ static struct query begin_read(const struct store *store, const char *sql) {
     return store->reader.query(store->reader.of, sql);
 }
 
+/* ------------------------------------------------------------------ seals */
+
+/* Says so once for each look at a thing that is not what was written. STORE_ALTERED. */
+static enum store_answer say_altered(const char *what, const char *id) {
+    metrics_store_altered();
+    log_error(log_event("store_altered"), log_text("what", what), log_text("id", id));
+    return STORE_ALTERED;
+}
+
+/* Whether the text in a column is that which the next column is the seal of. */
+static bool text_is_sealed(const struct query *query, int column) {
+    const char *text = query_text(query, column);
+    return query_is_null(query, column + 1) ? !text
+                                            : query_int(query, column + 1) == seal_of_text(text);
+}
+
 /* ------------------------------------------------------------------ jobs */
 
+/* A result has the digest and the owner of its job. */
 #define JOB_COLUMNS                                                                                \
     "j.sequence, j.id, j.status, j.progress, j.created, j.started, j.finished, j.attempts,"        \
-    " j.priority, j.expired, j.owner, j.surface, j.digest, j.error,"                               \
-    " coalesce(r.summary, j.summary), j.kind, j.done, j.total, j.position, j.round"                \
+    " j.priority, j.expired, j.owner, j.surface, j.digest, j.kind, j.done, j.total, j.position,"   \
+    " j.round, j.error, j.error_seal, coalesce(r.summary, j.summary),"                             \
+    " coalesce(r.summary_seal, j.summary_seal)"                                                    \
     " FROM draped.jobs j LEFT JOIN draped.results r ON r.number = j.result"
 
 /* Between two steps a study has no attempt, though it is at its first; what has begun a round is
  * running until it ends, and is as far as its parts. */
 static void read_job(struct query *query, struct store_job *job) {
-    int64_t status = query_int(query, 2), round = query_int(query, 19);
+    enum { ROUND = 17, ERROR, SUMMARY = ERROR + 2 };
+    int64_t status = query_int(query, 2), round = query_int(query, ROUND);
     bool begun = round > 0 && status < STORE_SUCCEEDED;
     job->sequence = query_int(query, 0);
     query_copy(query, 1, job->id, sizeof job->id);
@@ -36,12 +59,17 @@ static void read_job(struct query *query, struct store_job *job) {
     query_copy(query, 10, job->owner, sizeof job->owner);
     query_copy(query, 11, job->surface, sizeof job->surface);
     query_copy(query, 12, job->digest, sizeof job->digest);
-    query_duplicate(query, 13, &job->error, NULL);
-    query_duplicate(query, 14, &job->summary, NULL);
-    job->kind = (enum store_kind)query_int(query, 15);
-    job->done = query_int(query, 16);
-    job->total = query_int(query, 17);
-    job->position = query_int(query, 18);
+    job->kind = (enum store_kind)query_int(query, 13);
+    job->done = query_int(query, 14);
+    job->total = query_int(query, 15);
+    job->position = query_int(query, 16);
+    job->altered = !text_is_sealed(query, ERROR) || !text_is_sealed(query, SUMMARY);
+    if (job->altered)
+        (void)say_altered(store_kind_name(job->kind), job->id);
+    if (!job->altered) {
+        query_duplicate(query, ERROR, &job->error, NULL);
+        query_duplicate(query, SUMMARY, &job->summary, NULL);
+    }
     if (round > 0 && job->attempts == 0)
         job->attempts = 1;
     if (begun)
@@ -61,14 +89,19 @@ enum store_answer store_get(struct store *store, const char *id, struct store_jo
 enum store_answer store_request(struct store *store, const char *id, char **bytes, size_t *length) {
     *bytes = NULL;
     *length = 0;
-    struct query query = begin_read(store, "SELECT q.bytes FROM draped.jobs j"
+    struct query query = begin_read(store, "SELECT q.bytes, q.seal FROM draped.jobs j"
                                            " JOIN draped.requests q ON q.job = j.sequence"
                                            " WHERE j.id = $1");
     query_bind(&query, of_text(id));
-    bool found = query_row(&query);
-    if (found)
+    bool found = query_row(&query), sound = true;
+    if (found) {
+        const void *stored = query_bytes(&query, 0, length);
+        sound = query_int(&query, 1) == seal_of_request(id, stored, *length);
+    }
+    if (found && sound)
         query_duplicate(&query, 0, bytes, length);
-    return query_end_found(&query, found, STORE_EMPTY);
+    enum store_answer answer = query_end_found(&query, found, STORE_EMPTY);
+    return answer == STORE_OK && !sound ? say_altered("request", id) : answer;
 }
 
 /* The jobs of a statement, up to `limit`, into the page; one more tells that there is a next page.
@@ -236,13 +269,16 @@ enum store_answer store_numbers(struct store *store, const struct store_claim *c
                                 size_t *length) {
     char *all = malloc(1);
     size_t room = 1;
+    bool sound = true;
     *length = 0;
-    struct query query = begin_read(store, "SELECT bytes FROM draped.task_numbers WHERE parent = $1"
-                                           " ORDER BY round, position");
+    struct query query =
+        begin_read(store, "SELECT bytes, seal FROM draped.task_numbers WHERE parent = $1"
+                          " ORDER BY round, position");
     query_bind(&query, of_int(claim->sequence));
     while (all && query_row(&query)) {
         size_t count = 0;
         const void *more = query_bytes(&query, 0, &count);
+        sound = sound && query_int(&query, 1) == seal_of_numbers(claim->id, more, count);
         if (*length + count > room) {
             room = 2 * (*length + count);
             char *grown = realloc(all, room);
@@ -256,38 +292,79 @@ enum store_answer store_numbers(struct store *store, const struct store_claim *c
     }
     *bytes = all;
     enum store_answer answer = query_end(&query);
+    if (answer == STORE_OK && !sound)
+        return say_altered("numbers", claim->id);
     return all ? answer : STORE_DOWN;
 }
 
 /* ------------------------------------------------------------------ results */
 
+/* Results that were found altered, so that a caller learns of it before the first byte. */
+static void altered_note(struct store *store, int64_t number) {
+    struct store_altered *altered = &store->altered;
+    atomic_store(&altered->results[atomic_fetch_add(&altered->next, 1) % STORE_ALTERED_KEPT],
+                 number);
+}
+
+static bool altered_known(struct store *store, int64_t number) {
+    bool known = false;
+    for (int k = 0; k < STORE_ALTERED_KEPT; k++)
+        known = known || atomic_load(&store->altered.results[k]) == number;
+    return known;
+}
+
 enum store_answer store_result_find(struct store *store, const char *id,
                                     struct store_result *result) {
     memset(result, 0, sizeof *result);
     struct query query =
-        begin_read(store, "SELECT r.number, r.length FROM draped.jobs j JOIN draped.results r"
-                          " ON r.number = j.result WHERE j.id = $1 AND r.state = " SQL_COMPLETE);
+        begin_read(store, "SELECT r.number, r.length, r.job, r.token,"
+                          " r.owner = j.owner AND r.digest = j.digest"
+                          " FROM draped.jobs j JOIN draped.results r ON r.number = j.result"
+                          " WHERE j.id = $1 AND r.state = " SQL_COMPLETE);
     query_bind(&query, of_text(id));
-    bool found = query_row(&query);
+    bool found = query_row(&query), sound = true;
     if (found) {
+        snprintf(result->id, sizeof result->id, "%s", id);
         result->number = query_int(&query, 0);
         result->length = query_int(&query, 1);
+        result->job = query_int(&query, 2);
+        result->token = query_int(&query, 3);
+        sound = query_int(&query, 4) != 0 && result->length > 0 &&
+                !altered_known(store, result->number);
     }
-    return query_end_found(&query, found, STORE_EMPTY);
+    enum store_answer answer = query_end_found(&query, found, STORE_EMPTY);
+    return answer == STORE_OK && !sound ? say_altered("result", id) : answer;
 }
 
-enum store_answer reads_chunk(struct store *store, int64_t number, int64_t index, void *bytes,
-                              size_t length) {
+/* A chunk that is not there belongs to a result that has been removed, or it is lost. */
+enum store_answer reads_chunk(struct store *store, const struct store_result *result, int64_t index,
+                              void *bytes, size_t length) {
+    const struct seal_chunk chunk = {
+        .job = result->job,
+        .token = result->token,
+        .index = index,
+        .last = (index + 1) * STORE_CHUNK_BYTES >= result->length,
+    };
     size_t stored = 0;
     struct query query = begin_read(store, store->reader.dialect->chunk);
-    query_bind(&query, of_int(number), of_int(index));
+    query_bind(&query, of_int(result->number), of_int(index));
     bool found = query_row(&query);
     const void *from = found ? query_bytes(&query, 0, &stored) : NULL;
-    bool good = from && stored == length;
-    if (good)
+    bool sound =
+        from && stored == length && query_int(&query, 1) == seal_of_chunk(&chunk, from, length);
+    if (sound)
         memcpy(bytes, from, length);
-    enum store_answer answer = query_end_found(&query, found, STORE_EMPTY);
-    return answer == STORE_OK && !good ? STORE_DOWN : answer;
+    enum store_answer answer = query_end(&query);
+    if (answer != STORE_OK || sound)
+        return answer;
+    query = begin_read(store, "SELECT 1 FROM draped.results WHERE number = $1"
+                              " AND state = " SQL_COMPLETE);
+    query_bind(&query, of_int(result->number));
+    answer = query_find(&query, STORE_EMPTY);
+    if (answer != STORE_OK)
+        return answer;
+    altered_note(store, result->number);
+    return say_altered("result", result->id);
 }
 
 /* ------------------------------------------------------------------ surfaces and materials */
@@ -311,15 +388,20 @@ enum store_answer store_item_get(struct store *store, enum store_item_kind kind,
                                  const char *id, struct store_item *item) {
     memset(item, 0, sizeof *item);
     struct query query =
-        begin_read(store, OF_KIND(ITEM_COLUMNS ", definition",
+        begin_read(store, OF_KIND(ITEM_COLUMNS ", definition, seal",
                                   "id = $1 AND ($2 IS NULL OR owner = $2) LIMIT 1"));
     query_bind(&query, of_text(id), of_text(owner));
-    bool found = query_row(&query);
+    bool found = query_row(&query), sound = true;
     if (found) {
         read_item(&query, item);
         query_duplicate(&query, 5, &item->definition, &item->definition_length);
+        sound = query_int(&query, 6) == seal_of_item(item);
     }
-    return query_end_found(&query, found, STORE_EMPTY);
+    enum store_answer answer = query_end_found(&query, found, STORE_EMPTY);
+    if (answer != STORE_OK || sound)
+        return answer;
+    store_item_clear(item);
+    return say_altered(kind == STORE_SURFACES ? "surface" : "material", id);
 }
 
 enum store_answer store_form_get(struct store *store, const char *owner, const char *id,

@@ -18,8 +18,11 @@ struct dialect {
     /* How many hosts, their workers and those that are busy, of those seen $2 before $1, the time
      * or null, at the earliest. */
     const char *hosts;
-    /* The bytes of a chunk: result $1, index $2. */
+    /* The bytes of a chunk and their seal: result $1, index $2. */
     const char *chunk;
+    /* What is wrong with the database's own file, a sentence a row, "ok" for nothing; NULL: it
+     * cannot be asked. */
+    const char *check;
 };
 
 struct reader {
@@ -36,9 +39,9 @@ enum store_answer reads_counts(const struct reader *reader, int64_t now,
  * digest (0: none), owner, origin, kind, spent, task, id of its parent, how long it has waited. */
 void reads_claim(const struct query *query, struct store_claim *claim, int64_t *result);
 
-/* One chunk of a result, which has that length. STORE_EMPTY: it has been removed. */
-enum store_answer reads_chunk(struct store *store, int64_t number, int64_t index, void *bytes,
-                              size_t length) STORE_MUST_USE;
+/* One chunk of a result, which has that length. STORE_EMPTY: the result has been removed. */
+enum store_answer reads_chunk(struct store *store, const struct store_result *result, int64_t index,
+                              void *bytes, size_t length) STORE_MUST_USE;
 
 /* The attempts of a job that runs under the claim, and how many of them are excused: not held
  * against it. STORE_CONFLICT when it does not. */

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "seal.h"
 #include "server/clock.h"
 #include "uncommitted_result.h"
 #include <stdlib.h>
@@ -246,6 +247,22 @@ static struct store_segment segment_of(const struct store_writer *writer) {
     };
 }
 
+size_t segment_chunk_length(const struct store_segment *segment, size_t k) {
+    size_t at = k * STORE_CHUNK_BYTES;
+    size_t left = at < segment->length ? segment->length - at : 0;
+    return left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES;
+}
+
+int64_t segment_seal(const struct store_segment *segment, size_t k) {
+    const struct seal_chunk chunk = {
+        .job = segment->claim->sequence,
+        .token = segment->claim->token,
+        .index = segment->index + (int64_t)k,
+        .last = segment->last && (k + 1) * STORE_CHUNK_BYTES >= segment->length,
+    };
+    return seal_of_chunk(&chunk, segment->chunks[k], segment_chunk_length(segment, k));
+}
+
 enum store_answer store_writer_append(struct store_writer *writer, const void *bytes,
                                       size_t length) {
     struct store_uncommitted *uncommitted = writer->uncommitted;
@@ -281,6 +298,7 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
 enum store_answer store_writer_commit(struct store_writer *writer, const char *summary) {
     struct store_segment segment = segment_of(writer);
     segment.summary = summary;
+    segment.last = true;
     struct store *store = writer->store;
     if (segment.index == 0 && !writer->uncommitted->listed) {
         uncommitted_list(writer->uncommitted);
@@ -319,7 +337,7 @@ enum store_answer store_result_read(struct store *store, const struct store_resu
             size_t size = left < STORE_CHUNK_BYTES ? (size_t)left : STORE_CHUNK_BYTES;
             unsigned char *chunk = malloc(size);
             enum store_answer answer =
-                chunk ? reads_chunk(store, result->number, index, chunk, size) : STORE_DOWN;
+                chunk ? reads_chunk(store, result, index, chunk, size) : STORE_DOWN;
             if (answer != STORE_OK) {
                 free(chunk);
                 return answer;

@@ -12,6 +12,9 @@
  * key; an end is refused the second time.) Output arguments mean something only with STORE_OK,
  * unless a function says more.
  *
+ * Requests, results, surfaces and materials are stored with a checksum (`seal.h`), which is looked
+ * at when they are read. What is not what was written is logged and not handed out: STORE_ALTERED.
+ *
  * Claims are leases with a fencing token. `store_claim` counts the attempt and hands out the job
  * for a lease; the holder renews it; a holder of an older token than the job's is answered
  * STORE_CONFLICT and must drop its work. No transaction stays open between two calls. Setting a
@@ -163,6 +166,7 @@ struct store_job {
     int priority;
     int64_t position; /* its place in the laminate it belongs to, from 0 */
     bool expired;     /* request and result were removed by retention: answer 410 */
+    bool altered;     /* error or summary is not what was written: both are NULL */
     char owner[STORE_OWNER_SIZE];
     char surface[STORE_DIGEST_SIZE]; /* the stored surface it names; "" when it has its own */
     char digest[STORE_DIGEST_SIZE];  /* of the request as understood, with the solver's version */
@@ -479,8 +483,10 @@ bool store_uncommitted_kept(const struct store_uncommitted *uncommitted);
 
 /* A finished result. Its bytes never change; `digest` of the job names them. */
 struct store_result {
+    char id[ID_SIZE]; /* of the job that was asked for */
     int64_t number;
     int64_t length;
+    int64_t job, token; /* what wrote it */
 };
 
 /* The result of a succeeded job. STORE_EMPTY: no such job, not succeeded, or expired. */

@@ -28,13 +28,32 @@ struct survey {
  * be read, is none of ours, or has the tables of another version. */
 bool survey_store(const char *url, struct survey *survey, char why[STORE_WHY_SIZE]) STORE_MUST_USE;
 
-/* The same by a reader, by the time `survey->now`; when `why` is empty the database has failed. */
-struct reader;
-bool survey_read(const struct reader *reader, struct survey *survey,
+/* What is stored and was read: jobs with their requests and results, surfaces and materials. */
+struct store_audit {
+    int64_t jobs, results, surfaces, materials;
+    int64_t bytes;   /* of all */
+    int64_t damaged; /* of them, as told */
+};
+
+/* Reads everything and tells each thing that is not what was written: "drape", its id and "the
+ * result". What is removed meanwhile is none. False with a sentence in `why`, as above, or when the
+ * database itself finds its file damaged, which has then been told of as well. */
+typedef void store_audit_tell(const char *kind, const char *id, const char *what);
+bool audit_store(const char *url, store_audit_tell *tell, struct store_audit *audit,
                  char why[STORE_WHY_SIZE]) STORE_MUST_USE;
 
-/* Of each backend. */
-bool sqlite_survey(const char *path, struct survey *survey, char why[STORE_WHY_SIZE]);
-bool postgres_survey(const char *url, struct survey *survey, char why[STORE_WHY_SIZE]);
+/* Of each backend: has `look` read the store, by the time `now`. When it fails and `why` is empty
+ * the database has failed. */
+struct reader;
+typedef bool survey_look(const struct reader *reader, int64_t now, void *context,
+                         char why[STORE_WHY_SIZE]);
+bool sqlite_survey(const char *path, survey_look *look, void *context, char why[STORE_WHY_SIZE]);
+bool postgres_survey(const char *url, survey_look *look, void *context, char why[STORE_WHY_SIZE]);
+
+/* Whether the tables are those of this version; else `why` says what to do. */
+bool survey_schema(const struct reader *reader, int64_t *schema, char why[STORE_WHY_SIZE]);
+
+/* By `look`, with the backend of the URL. */
+bool survey_by(const char *url, survey_look *look, void *context, char why[STORE_WHY_SIZE]);
 
 #endif

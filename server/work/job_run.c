@@ -443,6 +443,16 @@ static size_t find_form(struct job_run *run, const char *request, size_t length)
     return run->form >= 0 ? form_length : 0;
 }
 
+/* The request, the surface or what tasks have found is not what was written: no try mends it. */
+static void set_altered(struct job_run *run) {
+    struct api_problem problem = {0};
+    api_problem_set(&problem, API_DAMAGED,
+                    "What the store has of this job, or of its surface, is damaged: post both "
+                    "again, or restore a back-up of before.");
+    run->text = api_problem_json(&problem, NULL);
+    end_run(run, run->text ? ENDED_PROBLEM : ENDED_RELEASED);
+}
+
 /* Fetches the documents of the job, and of a study the numbers so far, and has the worker do it. */
 static void solve_job(struct job_run *run) {
     struct store *store = run->shared->store;
@@ -472,6 +482,8 @@ static void solve_job(struct job_run *run) {
     /* None can be missing while the job is running: it was deleted. */
     if (answer == STORE_EMPTY)
         end_run(run, ENDED_LOST);
+    else if (answer == STORE_ALTERED)
+        set_altered(run);
     else if (answer != STORE_OK)
         end_run(run, ENDED_RELEASED);
     if (answer == STORE_OK) {

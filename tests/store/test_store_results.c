@@ -41,8 +41,8 @@ static unsigned char *random_bytes(uint64_t *state, size_t length) {
 static void test_store_result_of_every_size_reads_back(void **state) {
     struct scratch *scratch = *state;
     static const size_t chunk = STORE_CHUNK_BYTES, part = STORE_SEGMENT_BYTES;
-    const size_t sizes[] = {0,    1,        chunk - 1,    chunk,    chunk + 1,
-                            part, part + 1, 2 * part - 1, 2 * part, 2 * part + chunk + 5};
+    const size_t sizes[] = {1,        chunk - 1,    chunk,    chunk + 1,           part,
+                            part + 1, 2 * part - 1, 2 * part, 2 * part + chunk + 5};
     uint64_t seed = check_seed(1);
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
         char body[32];

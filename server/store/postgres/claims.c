@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
+#include "server/store/seal.h"
 #include "server/store/sql.h"
 
 /* ------------------------------------------------------------------ claim */
@@ -107,10 +108,10 @@ enum store_answer postgres_fail(struct store *store, const struct store_claim *c
                                 const char *error) {
     struct query query = postgres_held_query(
         store,
-        "UPDATE draped.jobs SET status = " SQL_FAILED ", error = $4, lease = NULL,"
+        "UPDATE draped.jobs SET status = " SQL_FAILED ", error = $4, error_seal = $5, lease = NULL,"
         " finished = " POSTGRES_NOW " WHERE" POSTGRES_HELD " RETURNING 1",
         claim);
-    query_bind(&query, of_text(error));
+    query_bind(&query, of_text(error), of_int(seal_of_text(error)));
     return query_find(&query, STORE_CONFLICT);
 }
 

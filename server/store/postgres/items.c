@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
+#include "server/store/seal.h"
 
 /* A statement for each kind of item, whose tables have the same columns. */
 #define OF_KIND(before, after)                                                                     \
@@ -8,12 +9,12 @@
 enum store_answer postgres_item_put(struct store *store, enum store_item_kind kind,
                                     const struct store_item *item, bool *created) {
     struct query query = postgres_query_now(
-        store, OF_KIND("INSERT INTO ", " (id, owner, created, description, definition, form)"
-                                       " VALUES ($2, $3, " POSTGRES_NOW
-                                       ", $4, $5, $6) ON CONFLICT (id, owner) DO NOTHING"
+        store, OF_KIND("INSERT INTO ", " (id, owner, created, seal, description, definition,"
+                                       " form) VALUES ($2, $3, " POSTGRES_NOW
+                                       ", $4, $5, $6, $7) ON CONFLICT (id, owner) DO NOTHING"
                                        " RETURNING 1"));
-    query_bind(&query, of_text(item->id), of_text(item->owner), of_text(item->description),
-               of_bytes(item->definition, item->definition_length),
+    query_bind(&query, of_text(item->id), of_text(item->owner), of_int(seal_of_item(item)),
+               of_text(item->description), of_bytes(item->definition, item->definition_length),
                of_bytes(item->form, item->form_length));
     *created = query_row(&query);
     return query_end(&query);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
+#include "server/store/seal.h"
 #include "server/store/sql.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -48,11 +49,11 @@ static const char submit_sql[] = SUBMIT_KNOWN
     "   created, started, finished, progress, result, request_bytes, origin, kind, total)"
     "  SELECT $2, CASE WHEN result IS NULL THEN " SQL_QUEUED " ELSE " SQL_SUCCEEDED " END,"
     "   now + $4, $3, $5, $6, $7, $8, CASE WHEN $8 IS NOT NULL THEN sha256($9) END, now, ended,"
-    "   ended, CASE WHEN result IS NULL THEN 0 ELSE 1 END, result, octet_length($9), $13, $14, $15"
+    "   ended, CASE WHEN result IS NULL THEN 0 ELSE 1 END, result, octet_length($9), $13, $14, $16"
     "  FROM (SELECT result, now, CASE WHEN result IS NULL THEN 0 ELSE now END AS ended"
     "   FROM fit, (SELECT " POSTGRES_NOW " AS now) clock WHERE answer = 0) fitting"
     "  RETURNING sequence, id, status),"
-    " kept AS (INSERT INTO draped.requests (job, bytes) SELECT sequence, $9 FROM made)"
+    " kept AS (INSERT INTO draped.requests (job, seal, bytes) SELECT sequence, $15, $9 FROM made)"
     " SELECT CASE WHEN same THEN 0 ELSE 2 END, id, status, id <> $2, 0" /* STORE_CONFLICT */
     "  FROM known"
     " UNION ALL SELECT 0, id, status, false, 0 FROM made"
@@ -63,15 +64,15 @@ _Static_assert(STORE_BOUND_QUEUE == 0 && STORE_BOUND_OWNER_QUEUED == 1 &&
                "as in submit_sql");
 _Static_assert(STORE_EMPTY == 1 && STORE_CONFLICT == 2 && STORE_FULL == 3, "as in submit_sql");
 
-/* A laminate with its drapes. Of these the first $15 are numbered from 0: $16 has their ids, $17
- * their digests, $18 where each ends in $19, which has all their requests; the texts are lists with
- * commas. A drape whose result is there finds it when it is claimed. */
+/* A laminate with its drapes. Of these the first $16 are numbered from 0: $17 has their ids, $18
+ * their digests, $19 where each ends in $20, which has all their requests, $21 the seals of these;
+ * the texts are lists with commas. A drape whose result is there finds it when it is claimed. */
 static const char submit_family_sql[] = SUBMIT_KNOWN SUBMIT_HAS
     " bound AS MATERIALIZED ("
-    " SELECT CASE WHEN $11 > 0 AND queued + $15 > $11 THEN 1"
-    "   WHEN $12 > 0 AND bytes + octet_length($9) + octet_length($19) > $12 THEN 2"
-    "   WHEN waiting + $15 > $10 THEN 0"
-    "   WHEN queued + $15 - 1 >= $10 - waiting - ($15 - 1) THEN 3 END AS reached FROM has),"
+    " SELECT CASE WHEN $11 > 0 AND queued + $16 > $11 THEN 1"
+    "   WHEN $12 > 0 AND bytes + octet_length($9) + octet_length($20) > $12 THEN 2"
+    "   WHEN waiting + $16 > $10 THEN 0"
+    "   WHEN queued + $16 - 1 >= $10 - waiting - ($16 - 1) THEN 3 END AS reached FROM has),"
     " fit AS MATERIALIZED ("
     " SELECT reached, CASE"
     "   WHEN $7::text IS NOT NULL AND NOT EXISTS (SELECT 1 FROM stored) THEN 1" /* STORE_EMPTY */
@@ -83,17 +84,20 @@ static const char submit_family_sql[] = SUBMIT_KNOWN SUBMIT_HAS
     "   created, started, request_bytes, origin, kind, round, open, total)"
     "  SELECT $2, " SQL_WAITING ", now + $4, $3, $5, $6, $7, $8,"
     "   CASE WHEN $8 IS NOT NULL THEN sha256($9) END, now, now, octet_length($9), $13, $14, 1,"
-    "   $15::integer, $15 FROM fit, (SELECT " POSTGRES_NOW " AS now) clock WHERE answer = 0"
+    "   $16::integer, $16 FROM fit, (SELECT " POSTGRES_NOW " AS now) clock WHERE answer = 0"
     "  RETURNING sequence, id, rank, created),"
-    " lists AS MATERIALIZED (SELECT string_to_array($16, ',') AS ids,"
-    "  string_to_array($17, ',') AS digests, ('{0,' || $18 || '}')::integer[] AS ends),"
+    " lists AS MATERIALIZED (SELECT string_to_array($17, ',') AS ids,"
+    "  string_to_array($18, ',') AS digests, ('{0,' || $19 || '}')::integer[] AS ends,"
+    "  ('{' || $21 || '}')::bigint[] AS seals),"
     " members AS (INSERT INTO draped.jobs (id, status, rank, priority, owner, digest, surface,"
     "   created, request_bytes, origin, total, parent, position)"
     "  SELECT ids[k], " SQL_QUEUED ", made.rank, $3, $5, digests[k], $7, made.created,"
     "   ends[k + 1] - ends[k], $13, 1, made.sequence, k - 1"
-    "  FROM made, lists, generate_series(1, $15::integer) k RETURNING sequence, position),"
-    " kept AS (INSERT INTO draped.requests (job, bytes) SELECT sequence, $9 FROM made UNION ALL"
-    "  SELECT sequence, substring($19 FROM ends[position + 1] + 1 FOR ends[position + 2] - "
+    "  FROM made, lists, generate_series(1, $16::integer) k RETURNING sequence, position),"
+    " kept AS (INSERT INTO draped.requests (job, seal, bytes)"
+    "  SELECT sequence, $15, $9 FROM made UNION ALL"
+    "  SELECT sequence, seals[position + 1], substring($20 FROM ends[position + 1] + 1 FOR "
+    "ends[position + 2] - "
     "ends[position + 1])"
     "  FROM members, lists)"
     " SELECT CASE WHEN same THEN 0 ELSE 2 END, id, status, id <> $2, 0" /* STORE_CONFLICT */
@@ -111,7 +115,8 @@ static struct query bind_submission(struct store *store, const char *sql,
                of_bytes(submission->request, submission->request_length),
                of_int(store->options.queue_limit), of_int(submission->quota.queued),
                of_int(submission->quota.bytes), of_text(submission->origin),
-               of_int(submission->kind));
+               of_int(submission->kind),
+               of_int(seal_of_request(id, submission->request, submission->request_length)));
     return query;
 }
 
@@ -152,7 +157,7 @@ enum store_answer postgres_submit(struct store *store, const struct store_submis
 
 enum store_answer postgres_submit_family(struct store *store, const struct store_family *family,
                                          struct store_receipt *receipt) {
-    enum { NUMBER_SIZE = 21 };
+    enum { NUMBER_SIZE = 22 };
     char id[ID_SIZE];
     size_t all = 0, end = 0;
     for (size_t k = 0; k < family->count; k++)
@@ -160,13 +165,17 @@ enum store_answer postgres_submit_family(struct store *store, const struct store
     /* The drapes as the statement takes them. */
     char *ids = malloc(family->count * ID_SIZE),
          *digests = malloc(family->count * STORE_DIGEST_SIZE);
-    char *ends = malloc(family->count * NUMBER_SIZE), *requests = malloc(all + 1);
-    char *digest = digests, *number = ends;
-    bool taken = ids && digests && ends && requests;
+    char *ends = malloc(family->count * NUMBER_SIZE), *seals = malloc(family->count * NUMBER_SIZE);
+    char *requests = malloc(all + 1), *digest = digests, *number = ends, *seal = seals;
+    bool taken = ids && digests && ends && seals && requests;
     for (size_t k = 0; k < family->count && taken; k++) {
         const struct store_member *member = &family->members[k];
         const char *comma = k + 1 < family->count ? "," : "";
         id_make(ids + k * ID_SIZE);
+        seal += snprintf(
+            seal, NUMBER_SIZE, "%lld%s",
+            (long long)seal_of_request(ids + k * ID_SIZE, member->request, member->request_length),
+            comma);
         ids[k * ID_SIZE + ID_SIZE - 1] = *comma;
         memcpy(requests + end, member->request, member->request_length);
         end += member->request_length;
@@ -178,12 +187,13 @@ enum store_answer postgres_submit_family(struct store *store, const struct store
     for (int k = 0; k < SUBMIT_TRIES && taken; k++) {
         struct query query = bind_submission(store, submit_family_sql, &family->parent, id);
         query_bind(&query, of_int((int64_t)family->count), of_text(ids), of_text(digests),
-                   of_text(ends), of_bytes(requests, all));
+                   of_text(ends), of_bytes(requests, all), of_text(seals));
         answer = read_receipt(query, receipt, &taken);
     }
     free(ids);
     free(digests);
     free(ends);
+    free(seals);
     free(requests);
     return answer;
 }

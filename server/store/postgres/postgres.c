@@ -54,7 +54,7 @@ enum store_answer postgres_grow(struct store *store) {
     char why[STORE_WHY_SIZE];
     bool good =
         pg_script(postgres_of(store)->pool,
-                  "INSERT INTO draped.chunks SELECT -1, pg_backend_pid(),"
+                  "INSERT INTO draped.chunks SELECT -1, pg_backend_pid(), 0,"
                   " decode(string_agg(md5(random()::text), ''), 'hex')"
                   " FROM generate_series(1, 65536);"
                   "DELETE FROM draped.chunks WHERE result = -1 AND index = pg_backend_pid()",
@@ -77,7 +77,7 @@ static const struct dialect dialect = {
     .hosts = "SELECT count(*), CAST(coalesce(sum(workers), 0) AS bigint),"
              " CAST(coalesce(sum(busy), 0) AS bigint) FROM draped.hosts"
              " WHERE seen > " POSTGRES_NOW " - $2",
-    .chunk = "SELECT bytes FROM draped.chunks WHERE result = $1 AND index = $2",
+    .chunk = "SELECT bytes, seal FROM draped.chunks WHERE result = $1 AND index = $2",
 };
 
 struct reader postgres_reader(struct pool *pool) {

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
+#include "server/store/seal.h"
 #include "server/store/sql.h"
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,11 +11,12 @@ enum { COMMIT_TRIES = 3 };
 /* ------------------------------------------------------------------ writing */
 
 /* The segment travels as one value and is cut by the server. $4: index of the first chunk, $5: the
- * bytes; `made` is a row with a `number`. A statement that runs once more finds its chunks.
- * Gives the number. */
+ * bytes, $6: the seals of all, a list; `made` is a row with a `number`. A statement that runs once
+ * more finds its chunks. Gives the number. */
 #define STORE_CHUNKS                                                                               \
-    " stored AS (INSERT INTO draped.chunks (result, index, bytes)"                                 \
-    " SELECT number, $4 + i, substring($5 FROM i * 65536 + 1 FOR 65536) FROM made,"                \
+    " stored AS (INSERT INTO draped.chunks (result, index, seal, bytes)"                           \
+    " SELECT number, $4 + i, ($6::bigint[])[i + 1],"                                               \
+    "  substring($5 FROM i * 65536 + 1 FOR 65536) FROM made,"                                      \
     " generate_series(0, (octet_length($5) + 65535) / 65536 - 1) i ON CONFLICT DO NOTHING)"        \
     " SELECT number"
 
@@ -42,16 +45,17 @@ static const char commit_new_sql[] =
     "WITH chosen AS MATERIALIZED (SELECT draped.next_number() AS number),"
     " ended AS (" END_JOB "sequence, token, owner, digest, chosen.number),"
     " made AS (INSERT INTO draped.results"
-    "  (number, owner, digest, state, job, token, length, summary)"
-    "  SELECT number, owner, digest, " SQL_COMPLETE ", sequence, token, $6, $7 FROM ended"
+    "  (number, owner, digest, state, job, token, length, summary, summary_seal)"
+    "  SELECT number, owner, digest, " SQL_COMPLETE ", sequence, token, $7, $8, $9 FROM ended"
     "  RETURNING number)," STORE_CHUNKS " FROM made";
 
 static const char commit_begun_sql[] =
-    "WITH chosen AS MATERIALIZED (SELECT number FROM draped.results WHERE number = $8"
+    "WITH chosen AS MATERIALIZED (SELECT number FROM draped.results WHERE number = $10"
     "  AND state = " SQL_BUILDING " FOR UPDATE),"
     " ended AS (" END_JOB "chosen.number),"
-    " made AS (UPDATE draped.results r SET state = " SQL_COMPLETE ", length = $6, summary = $7"
-    "  FROM ended WHERE r.number = ended.number RETURNING r.number)," STORE_CHUNKS " FROM made";
+    " made AS (UPDATE draped.results r SET state = " SQL_COMPLETE ", length = $7, summary = $8,"
+    "  summary_seal = $9 FROM ended WHERE r.number = ended.number RETURNING r.number)," STORE_CHUNKS
+    " FROM made";
 
 static const char commit_twin_sql[] =
     "WITH chosen AS MATERIALIZED (SELECT r.number FROM draped.jobs j JOIN draped.results r"
@@ -69,10 +73,19 @@ static unsigned char *join_chunks(const struct store_segment *segment) {
     return bytes;
 }
 
+/* The seals of a segment as a value of the server. */
+enum { SEALS_SIZE = 21 * STORE_SEGMENT_CHUNKS + 3 };
+
+/* `seals` is to be there until the first row. */
 static void bind_segment(struct query *query, const struct store_segment *segment,
-                         const unsigned char *bytes) {
+                         const unsigned char *bytes, char seals[SEALS_SIZE]) {
+    size_t used = 0;
+    for (size_t k = 0; segment_chunk_length(segment, k) > 0; k++)
+        used += (size_t)snprintf(seals + used, SEALS_SIZE - used, "%c%lld", k ? ',' : '{',
+                                 (long long)segment_seal(segment, k));
+    snprintf(seals + used, SEALS_SIZE - used, "%s", used ? "}" : "{}");
     query_bind(query, of_int(segment->claim->sequence), of_int(segment->claim->token),
-               of_int(segment->index), of_bytes(bytes, segment->length));
+               of_int(segment->index), of_bytes(bytes, segment->length), of_text(seals));
 }
 
 enum store_answer postgres_result_append(struct store *store, struct store_segment *segment) {
@@ -80,8 +93,9 @@ enum store_answer postgres_result_append(struct store *store, struct store_segme
     if (!bytes)
         return STORE_DOWN;
     struct query query = postgres_query(store, segment->index ? append_sql : append_first_sql);
+    char seals[SEALS_SIZE];
     query_bind(&query, of_int(segment->number));
-    bind_segment(&query, segment, bytes);
+    bind_segment(&query, segment, bytes, seals);
     bool found = query_row(&query);
     if (found)
         segment->number = query_int(&query, 0);
@@ -96,8 +110,10 @@ enum store_answer postgres_result_commit(struct store *store, struct store_segme
     for (int k = 0; k < COMMIT_TRIES && answer == STORE_CONFLICT; k++) {
         struct query query =
             postgres_query_now(store, segment->number ? commit_begun_sql : commit_new_sql);
-        bind_segment(&query, segment, bytes);
-        query_bind(&query, of_int(segment->total), of_text(segment->summary));
+        char seals[SEALS_SIZE];
+        bind_segment(&query, segment, bytes, seals);
+        query_bind(&query, of_int(segment->total), of_text(segment->summary),
+                   of_int(seal_of_text(segment->summary)));
         if (segment->number)
             query_bind(&query, of_int(segment->number));
         bool found = query_row(&query);

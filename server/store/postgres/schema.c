@@ -33,13 +33,15 @@ static const char tables[] =
     " job bigint NOT NULL,"
     " token bigint NOT NULL,"
     " length bigint NOT NULL,"
-    " summary text);"
+    " summary text,"
+    " summary_seal bigint);"
     "CREATE UNIQUE INDEX results_digest ON draped.results (owner, digest) WHERE state = 1;"
     "CREATE INDEX results_unfinished ON draped.results (state) WHERE state <> 1;"
 
     "CREATE TABLE draped.chunks ("
     " result bigint NOT NULL,"
     " index integer NOT NULL,"
+    " seal bigint NOT NULL,"
     " bytes bytea NOT NULL,"
     " PRIMARY KEY (result, index));"
     "ALTER TABLE draped.chunks ALTER bytes SET STORAGE EXTERNAL;" /* doubles do not compress */
@@ -67,7 +69,9 @@ static const char tables[] =
     " lease bigint,"
     " result bigint REFERENCES draped.results (number),"
     " summary text,"
+    " summary_seal bigint,"
     " error text,"
+    " error_seal bigint,"
     " expired smallint NOT NULL DEFAULT 0,"
     " request_bytes bigint NOT NULL DEFAULT 0,"
     " parent bigint,"
@@ -93,12 +97,16 @@ static const char tables[] =
     "CREATE UNIQUE INDEX jobs_key ON draped.jobs (owner, key) WHERE key IS NOT NULL;";
 
 static const char more_tables[] =
-    "CREATE TABLE draped.requests (job bigint PRIMARY KEY, bytes bytea NOT NULL);"
+    "CREATE TABLE draped.requests ("
+    " job bigint PRIMARY KEY,"
+    " seal bigint NOT NULL,"
+    " bytes bytea NOT NULL);"
 
     "CREATE TABLE draped.task_numbers ("
     " parent bigint NOT NULL,"
     " round integer NOT NULL,"
     " position integer NOT NULL,"
+    " seal bigint NOT NULL,"
     " bytes bytea NOT NULL,"
     " PRIMARY KEY (parent, round, position));"
     "ALTER TABLE draped.task_numbers ALTER bytes SET STORAGE EXTERNAL;"
@@ -255,6 +263,7 @@ static const char more_counting[] =
     " id text NOT NULL,"                                                                           \
     " owner text NOT NULL,"                                                                        \
     " created bigint NOT NULL,"                                                                    \
+    " seal bigint NOT NULL,"                                                                       \
     " description text NOT NULL,"                                                                  \
     " definition bytea NOT NULL,"                                                                  \
     " form bytea,"                                                                                 \
@@ -302,6 +311,7 @@ static const char families[] =
     "  status = CASE WHEN failed THEN " SQL_FAILED " WHEN open > 1 THEN " SQL_WAITING
     "   WHEN kind = " SQL_LAMINATE " THEN " SQL_SUCCEEDED " ELSE " SQL_QUEUED " END,"
     "  error = CASE WHEN failed THEN new.error END,"
+    "  error_seal = CASE WHEN failed THEN new.error_seal END,"
     "  finished = CASE WHEN failed OR open = 1 AND kind = " SQL_LAMINATE
     "   THEN new.finished ELSE 0 END"
     "  WHERE sequence = new.parent AND status = " SQL_WAITING ";"

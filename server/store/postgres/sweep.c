@@ -8,7 +8,8 @@
 #define EXPIRE_DUE                                                                                 \
     " gone AS (DELETE FROM draped.requests USING due WHERE job = due.sequence),"                   \
     " done AS (UPDATE draped.jobs j SET expired = 1, result = NULL,"                               \
-    "  summary = (SELECT r.summary FROM draped.results r WHERE r.number = due.result)"             \
+    "  (summary, summary_seal) = (SELECT r.summary, r.summary_seal FROM draped.results r"          \
+    "   WHERE r.number = due.result)"                                                              \
     "  FROM due WHERE j.sequence = due.sequence RETURNING due.result)"                             \
     " SELECT count(*), draped.forget_results(array_agg(result)) FROM done"
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "server/store/seal.h"
 #include "server/store/sql.h"
 #include "sqlite.h"
 #include <string.h>
@@ -132,11 +133,12 @@ enum store_answer sqlite_renew(struct store *store, const struct store_claim *cl
 
 enum store_answer sqlite_fail(struct store *store, const struct store_claim *claim,
                               const char *error) {
-    struct query query = {
-        .sql = "UPDATE jobs SET status = " SQL_FAILED ", finished = ?, error = ?, lease = NULL,"
-               " holder = NULL WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING};
+    struct query query = {.sql = "UPDATE jobs SET status = " SQL_FAILED
+                                 ", finished = ?, error = ?, error_seal = ?,"
+                                 " lease = NULL, holder = NULL WHERE sequence = ? AND token = ? "
+                                 "AND status = " SQL_RUNNING};
     query_bind(&query, of_int(sqlite_now(sqlite_of(store))), of_text(error),
-               of_int(claim->sequence), of_int(claim->token));
+               of_int(seal_of_text(error)), of_int(claim->sequence), of_int(claim->token));
     return sqlite_change(store, DB_DURABLE, &query, STORE_CONFLICT);
 }
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "server/store/seal.h"
 #include "server/store/sql.h"
 #include "sqlite.h"
 
@@ -9,12 +10,12 @@
 enum store_answer sqlite_item_put(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created) {
     struct query query = {.sql = OF_KIND("INSERT INTO ",
-                                         " (id, owner, created, description, definition, form)"
-                                         " VALUES (?, ?, ?, ?, ?, ?)"
+                                         " (id, owner, created, seal, description, definition,"
+                                         " form) VALUES (?, ?, ?, ?, ?, ?, ?)"
                                          " ON CONFLICT (id, owner) DO NOTHING")};
     query_bind(&query, of_text(item->id), of_text(item->owner),
-               of_int(sqlite_now(sqlite_of(store))), of_text(item->description),
-               of_bytes(item->definition, item->definition_length),
+               of_int(sqlite_now(sqlite_of(store))), of_int(seal_of_item(item)),
+               of_text(item->description), of_bytes(item->definition, item->definition_length),
                of_bytes(item->form, item->form_length));
     enum store_answer answer = sqlite_room_for(store, item->definition_length + item->form_length);
     if (answer == STORE_OK)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "server/share.h"
+#include "server/store/seal.h"
 #include "server/store/sql.h"
 #include "sqlite.h"
 #include <sodium.h>
@@ -100,8 +101,10 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
     enum store_answer answer = query_run(&query);
     if (answer != STORE_OK)
         return answer;
-    query = db_query(db, "INSERT INTO requests (job, bytes) VALUES (?, ?)");
+    query = db_query(db, "INSERT INTO requests (job, seal, bytes) VALUES (?, ?, ?)");
     query_bind(&query, of_int(db_last_row(db)),
+               of_int(seal_of_request(submit->receipt->id, submission->request,
+                                      submission->request_length)),
                of_bytes(submission->request, submission->request_length));
     return query_run(&query);
 }

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "server/store/seal.h"
 #include "server/store/sql.h"
 #include "sqlite.h"
 
@@ -9,12 +10,10 @@ enum { PACE_CHUNKS = 64 }; /* of a result, 4 MiB, that go to the disk together *
 static enum store_answer insert_chunks(struct db *db, const struct store_segment *segment) {
     enum store_answer answer = STORE_OK;
     int64_t row = segment->number * STORE_CHUNKS_MAX + segment->index;
-    for (size_t at = 0; at < segment->length && answer == STORE_OK; at += STORE_CHUNK_BYTES) {
-        size_t left = segment->length - at;
-        struct query query = db_query(db, "INSERT INTO chunks (id, bytes) VALUES (?, ?)");
-        query_bind(&query, of_int(row++),
-                   of_bytes(segment->chunks[at / STORE_CHUNK_BYTES],
-                            left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES));
+    for (size_t k = 0; segment_chunk_length(segment, k) > 0 && answer == STORE_OK; k++) {
+        struct query query = db_query(db, "INSERT INTO chunks (id, seal, bytes) VALUES (?, ?, ?)");
+        query_bind(&query, of_int(row++), of_int(segment_seal(segment, k)),
+                   of_bytes(segment->chunks[k], segment_chunk_length(segment, k)));
         answer = query_run(&query);
     }
     return answer;
@@ -23,11 +22,13 @@ static enum store_answer insert_chunks(struct db *db, const struct store_segment
 /* A result of the claim's job, which must still be running under it. */
 static enum store_answer insert_result(struct db *db, struct store_segment *segment, int state) {
     struct query query =
-        db_query(db, "INSERT INTO results (owner, digest, state, job, token, length, summary)"
-                     " SELECT owner, digest, ?, sequence, token, ?, ? FROM jobs"
+        db_query(db, "INSERT INTO results"
+                     " (owner, digest, state, job, token, length, summary, summary_seal)"
+                     " SELECT owner, digest, ?, sequence, token, ?, ?, ? FROM jobs"
                      " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind(&query, of_int(state), of_int(segment->total), of_text(segment->summary),
-               of_int(segment->claim->sequence), of_int(segment->claim->token));
+               of_int(seal_of_text(segment->summary)), of_int(segment->claim->sequence),
+               of_int(segment->claim->token));
     enum store_answer answer = db_change(&query, STORE_CONFLICT);
     segment->number = db_last_row(db);
     return answer;
@@ -82,10 +83,10 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
     } else {
         if (segment->number) {
             query =
-                db_query(db, "UPDATE results SET state = " SQL_COMPLETE ", length = ?, summary = ?"
-                             " WHERE number = ? AND state = " SQL_BUILDING);
+                db_query(db, "UPDATE results SET state = " SQL_COMPLETE ", length = ?, summary = ?,"
+                             " summary_seal = ? WHERE number = ? AND state = " SQL_BUILDING);
             query_bind(&query, of_int(segment->total), of_text(segment->summary),
-                       of_int(segment->number));
+                       of_int(seal_of_text(segment->summary)), of_int(segment->number));
             answer = db_change(&query, STORE_CONFLICT);
         } else {
             answer = insert_result(db, segment, RESULT_COMPLETE);

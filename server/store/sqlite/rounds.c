@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The rounds of a study: its tasks, and the numbers they give. */
+#include "server/store/seal.h"
 #include "server/store/sql.h"
 #include "sqlite.h"
 
@@ -20,12 +21,13 @@ static enum store_answer begin_operation(struct sqlite_store *store, struct db *
     const struct step *step = context;
     const struct store_round *round = step->round;
     struct query query = db_query(
-        db,
-        "UPDATE jobs SET status = " SQL_WAITING ", round = round + 1, open = ?,"
-        " done = ?, total = ?, summary = ?, attempts = 0, excused = 0, lease = NULL, holder = NULL"
-        " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
+        db, "UPDATE jobs SET status = " SQL_WAITING ", round = round + 1, open = ?,"
+            " done = ?, total = ?, summary = ?, summary_seal = ?, attempts = 0, excused = 0,"
+            " lease = NULL, holder = NULL"
+            " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind(&query, of_int((int64_t)round->count), of_int(round->done), of_int(round->total),
-               of_text(round->best), of_int(step->claim->sequence), of_int(step->claim->token));
+               of_text(round->best), of_int(seal_of_text(round->best)),
+               of_int(step->claim->sequence), of_int(step->claim->token));
     enum store_answer answer = db_change(&query, STORE_CONFLICT);
     for (size_t k = 0; k < round->count && answer == STORE_OK; k++) {
         char id[ID_SIZE];
@@ -55,10 +57,12 @@ enum store_answer sqlite_begin_round(struct store *store, const struct store_cla
 
 static enum store_answer end_operation(struct sqlite_store *store, struct db *db, void *context) {
     const struct step *step = context;
-    struct query query = db_query(db, "INSERT INTO task_numbers (parent, round, position, bytes)"
-                                      " SELECT parent, round, position, ? FROM jobs WHERE sequence "
-                                      "= ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind(&query, of_bytes(step->numbers, step->length), of_int(step->claim->sequence),
+    struct query query =
+        db_query(db, "INSERT INTO task_numbers (parent, round, position, seal, bytes)"
+                     " SELECT parent, round, position, ?, ? FROM jobs WHERE sequence "
+                     "= ? AND token = ? AND status = " SQL_RUNNING);
+    query_bind(&query, of_int(seal_of_numbers(step->claim->parent, step->numbers, step->length)),
+               of_bytes(step->numbers, step->length), of_int(step->claim->sequence),
                of_int(step->claim->token));
     enum store_answer answer = db_change(&query, STORE_CONFLICT);
     if (answer != STORE_OK)

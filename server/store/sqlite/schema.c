@@ -17,6 +17,8 @@
  * and total variants or drapes; a task has its variants in total, itself in task and, when it has
  * ended, its numbers in `task_numbers`. spent is the time of tasks, in microseconds. A parent that
  * waits has the status -1.
+ *
+ * Each seal is the checksum (seal.h) of what stands beside it.
  */
 static const char tables[] =
     "CREATE TABLE schema_version (version INTEGER NOT NULL, applied INTEGER NOT NULL);"
@@ -35,12 +37,13 @@ static const char tables[] =
     " job INTEGER NOT NULL,"
     " token INTEGER NOT NULL,"
     " length INTEGER NOT NULL,"
-    " summary TEXT);"
+    " summary TEXT,"
+    " summary_seal INTEGER);"
     "CREATE UNIQUE INDEX results_digest ON results (owner, digest) WHERE state = 1;"
     "CREATE INDEX results_unfinished ON results (state) WHERE state <> 1;"
 
     /* id is the number of the result * 2^24 + index. */
-    "CREATE TABLE chunks (id INTEGER PRIMARY KEY, bytes BLOB NOT NULL);"
+    "CREATE TABLE chunks (id INTEGER PRIMARY KEY, seal INTEGER NOT NULL, bytes BLOB NOT NULL);"
 
     "CREATE TABLE jobs ("
     " sequence INTEGER PRIMARY KEY AUTOINCREMENT,"
@@ -66,7 +69,9 @@ static const char tables[] =
     " holder TEXT,"
     " result INTEGER REFERENCES results (number),"
     " summary TEXT,"
+    " summary_seal INTEGER,"
     " error TEXT,"
+    " error_seal INTEGER,"
     " expired INTEGER NOT NULL DEFAULT 0,"
     " request_bytes INTEGER NOT NULL DEFAULT 0,"
     " parent INTEGER,"
@@ -90,12 +95,16 @@ static const char tables[] =
     "CREATE UNIQUE INDEX jobs_key ON jobs (owner, key) WHERE key IS NOT NULL;";
 
 static const char more_tables[] =
-    "CREATE TABLE requests (job INTEGER PRIMARY KEY, bytes BLOB NOT NULL);"
+    "CREATE TABLE requests ("
+    " job INTEGER PRIMARY KEY,"
+    " seal INTEGER NOT NULL,"
+    " bytes BLOB NOT NULL);"
 
     "CREATE TABLE task_numbers ("
     " parent INTEGER NOT NULL,"
     " round INTEGER NOT NULL,"
     " position INTEGER NOT NULL,"
+    " seal INTEGER NOT NULL,"
     " bytes BLOB NOT NULL,"
     " PRIMARY KEY (parent, round, position));"
 
@@ -212,6 +221,7 @@ static const char counting[] =
     " id TEXT NOT NULL,"                                                                           \
     " owner TEXT NOT NULL,"                                                                        \
     " created INTEGER NOT NULL,"                                                                   \
+    " seal INTEGER NOT NULL,"                                                                      \
     " description TEXT NOT NULL,"                                                                  \
     " definition BLOB NOT NULL,"                                                                   \
     " form BLOB,"                                                                                  \
@@ -244,6 +254,7 @@ static const char families[] =
     "    THEN " SQL_FAILED " WHEN open > 1 THEN " SQL_WAITING " WHEN kind = " SQL_LAMINATE
     "    THEN " SQL_SUCCEEDED " ELSE " SQL_QUEUED " END,"
     "  error = CASE WHEN new.kind = " SQL_TASK " THEN new.error END,"
+    "  error_seal = CASE WHEN new.kind = " SQL_TASK " THEN new.error_seal END,"
     "  finished = CASE WHEN open = 1 AND kind = " SQL_LAMINATE " OR new.kind = " SQL_TASK
     "   AND new.status <> " SQL_SUCCEEDED " THEN new.finished ELSE 0 END"
     "  WHERE sequence = new.parent AND status = " SQL_WAITING "; END;"
@@ -276,30 +287,38 @@ static bool read_one_number(struct db *db, const char *sql, int64_t *number) {
     return query_number(&query, STORE_OK, number) == STORE_OK;
 }
 
-bool sqlite_prepare_tables(struct db *db, char why[STORE_WHY_SIZE]) {
+bool sqlite_check_tables(struct db *db, bool *empty, char why[STORE_WHY_SIZE]) {
     int64_t tables_there = 0, application = 0, version = 0;
     bool good =
         read_one_number(db, "SELECT count(*) FROM sqlite_schema", &tables_there) &&
         read_one_number(db, "SELECT application_id FROM pragma_application_id", &application);
-    if (good && tables_there > 0 && application != SQLITE_APPLICATION) {
+    *empty = tables_there == 0;
+    if (good && !*empty && application != SQLITE_APPLICATION) {
         snprintf(why, STORE_WHY_SIZE, "the database %s belongs to another program", db_path(db));
         return false;
     }
-    if (good && tables_there > 0) {
+    if (good && !*empty)
         good = read_one_number(db, "SELECT max(version) FROM schema_version", &version);
-    } else if (good) {
-        /* SQLITE_APPLICATION */
-        good = db_script(db, "PRAGMA application_id = 0x64726170") == STORE_OK &&
-               db_script(db, tables) == STORE_OK && db_script(db, more_tables) == STORE_OK &&
-               db_script(db, counting) == STORE_OK && db_script(db, items) == STORE_OK &&
-               db_script(db, families) == STORE_OK;
-        if (good) {
-            struct query query = db_query(db, "INSERT INTO schema_version VALUES (?, ?)");
-            query_bind(&query, of_int(STORE_SCHEMA), of_int(clock_utc_us()));
-            good = query_run(&query) == STORE_OK;
-        }
+    if (!good)
+        db_explain(db, why);
+    return good && (*empty || store_schema_known(db_path(db), version, why));
+}
+
+bool sqlite_prepare_tables(struct db *db, char why[STORE_WHY_SIZE]) {
+    bool empty, good = sqlite_check_tables(db, &empty, why);
+    if (!good || !empty)
+        return good;
+    /* SQLITE_APPLICATION */
+    good = db_script(db, "PRAGMA application_id = 0x64726170") == STORE_OK &&
+           db_script(db, tables) == STORE_OK && db_script(db, more_tables) == STORE_OK &&
+           db_script(db, counting) == STORE_OK && db_script(db, items) == STORE_OK &&
+           db_script(db, families) == STORE_OK;
+    if (good) {
+        struct query query = db_query(db, "INSERT INTO schema_version VALUES (?, ?)");
+        query_bind(&query, of_int(STORE_SCHEMA), of_int(clock_utc_us()));
+        good = query_run(&query) == STORE_OK;
     }
     if (!good)
         db_explain(db, why);
-    return good && (tables_there == 0 || store_schema_known(db_path(db), version, why));
+    return good;
 }

@@ -288,19 +288,20 @@ static bool open_connections(struct sqlite_store *store, char why[STORE_WHY_SIZE
         snprintf(why, STORE_WHY_SIZE, "the database %s cannot be written", store->path);
         return false;
     }
-    if (!db_set_up(db,
-                   "PRAGMA page_size=8192;"
-                   "PRAGMA auto_vacuum=INCREMENTAL;"
-                   "PRAGMA journal_mode=WAL;"
-                   "PRAGMA synchronous=FULL;"
-                   "PRAGMA foreign_keys=ON;"
-                   "PRAGMA temp_store=MEMORY;"
-                   "PRAGMA cache_size=-32768;"
-                   "PRAGMA secure_delete=FAST;"
-                   "PRAGMA journal_size_limit=67108864;"
-                   "PRAGMA wal_autocheckpoint=16384;"
-                   "BEGIN IMMEDIATE",
-                   why))
+    bool empty; /* what is not ours is not even set up */
+    if (!sqlite_check_tables(db, &empty, why) || !db_set_up(db,
+                                                            "PRAGMA page_size=8192;"
+                                                            "PRAGMA auto_vacuum=INCREMENTAL;"
+                                                            "PRAGMA journal_mode=WAL;"
+                                                            "PRAGMA synchronous=FULL;"
+                                                            "PRAGMA foreign_keys=ON;"
+                                                            "PRAGMA temp_store=MEMORY;"
+                                                            "PRAGMA cache_size=-32768;"
+                                                            "PRAGMA secure_delete=FAST;"
+                                                            "PRAGMA journal_size_limit=67108864;"
+                                                            "PRAGMA wal_autocheckpoint=16384;"
+                                                            "BEGIN IMMEDIATE",
+                                                            why))
         return false;
     bool good = sqlite_prepare_tables(db, why) && db_set_up(db, "COMMIT", why);
     if (!good && db_in_transaction(db))
@@ -360,7 +361,8 @@ static const struct dialect dialect = {
               " UNION ALL SELECT 10 + status, n FROM draped.ended",
     .hosts = "SELECT count(*), coalesce(sum(workers), 0), coalesce(sum(busy), 0)"
              " FROM draped.hosts WHERE seen > $1 - $2",
-    .chunk = "SELECT bytes FROM draped.chunks WHERE id = $1 * (1 << 24) + $2",
+    .chunk = "SELECT bytes, seal FROM draped.chunks WHERE id = $1 * (1 << 24) + $2",
+    .check = "PRAGMA integrity_check",
 };
 
 _Static_assert(STORE_CHUNKS_BITS == 24, "as in the statement of a chunk");

@@ -82,6 +82,9 @@ void sqlite_leave(struct store *store, const char *name);
 /* Marks a file as ours: "drap". */
 enum { SQLITE_APPLICATION = 0x64726170 };
 
+/* Whether the file is empty, or has the tables of this version; else false with `why`. */
+bool sqlite_check_tables(struct db *db, bool *empty, char why[STORE_WHY_SIZE]);
+
 /* Makes the tables in an empty file; checks whose they are, and of which version, in another. Runs
  * in a transaction. False with `why`. */
 bool sqlite_prepare_tables(struct db *db, char why[STORE_WHY_SIZE]);

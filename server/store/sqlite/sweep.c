@@ -55,8 +55,9 @@ static enum store_answer retire(struct sqlite_store *store, struct db *db, void 
                                  sequence);
         if (answer == STORE_OK && !records)
             answer = db_run_with(db,
-                                 "UPDATE jobs SET expired = 1, result = NULL, summary ="
-                                 " (SELECT summary FROM results WHERE number = jobs.result)"
+                                 "UPDATE jobs SET expired = 1, result = NULL,"
+                                 " (summary, summary_seal) = (SELECT summary, summary_seal"
+                                 " FROM results WHERE number = jobs.result)"
                                  " WHERE sequence = ?",
                                  sequence);
         if (answer == STORE_OK && !records && result)
