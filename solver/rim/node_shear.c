@@ -104,41 +104,52 @@ static const struct node_shear_place *find_place(struct node_shear *shear, int32
     return place;
 }
 
-/* By all of the four by four nodes and ghosts around; false where one is not known, or rough edges
- * are near. */
-static bool cubic_between(struct node_shear *shear, double p, double q, double *shear_deg) {
-    int32_t i = (int32_t)floor(p), j = (int32_t)floor(q);
-    double fp[4], fq[4], unused[4], sum = 0;
-    rim_cloth_cubics(p - i, fp, unused);
-    rim_cloth_cubics(q - j, fq, unused);
-    for (int k = 0; k < 16; k++) {
-        int a = k & 3, b = k / 4;
+/* The places that shear is found between in the cell (i, j). */
+static void load_cell(struct node_shear *shear, int32_t i, int32_t j) {
+    struct node_shear_cell *cell = &shear->cell;
+    *cell = (struct node_shear_cell){.i = i, .j = j, .loaded = true, .cubic = true};
+    for (int b = 0; b < 4 && cell->cubic; b++)
+        for (int a = 0; a < 4 && cell->cubic; a++) {
+            const struct node_shear_place *place = find_place(shear, i + a - 1, j + b - 1);
+            cell->cubic = place->known && !place->rough;
+            cell->shear_deg[b][a] = place->shear_deg;
+        }
+    for (int k = 0; k < 4; k++) {
+        int a = 1 + (k & 1), b = 1 + k / 2;
         const struct node_shear_place *place = find_place(shear, i + a - 1, j + b - 1);
-        if (!place->known || place->rough)
-            return false;
-        sum += fp[a] * fq[b] * place->shear_deg;
+        cell->shear_deg[b][a] = place->shear_deg;
+        cell->known[k] = place->known;
+        cell->grown = cell->grown || place->grown;
     }
-    *shear_deg = sum;
-    return true;
+}
+
+/* By all of the four by four nodes and ghosts around. */
+static double cubic_between(const struct node_shear_cell *cell, double x, double y) {
+    double fp[4], fq[4], unused[4], sum = 0;
+    rim_cloth_cubics(x, fp, unused);
+    rim_cloth_cubics(y, fq, unused);
+    for (int b = 0; b < 4; b++)
+        for (int a = 0; a < 4; a++)
+            sum += fp[a] * fq[b] * cell->shear_deg[b][a];
+    return sum;
 }
 
 bool node_shear_between(struct node_shear *shear, double p, double q, double *shear_deg,
                         bool *grown) {
+    const struct node_shear_cell *cell = &shear->cell;
+    int32_t i = (int32_t)floor(p), j = (int32_t)floor(q);
     double x = p - floor(p), y = q - floor(q), weights = 0, sum = 0;
-    bool any = false;
+    if (!cell->loaded || cell->i != i || cell->j != j)
+        load_cell(shear, i, j);
+    if (grown)
+        *grown = cell->grown;
     for (int k = 0; k < 4; k++) {
         double weight = (k & 1 ? x : 1 - x) * (k / 2 ? y : 1 - y);
-        const struct node_shear_place *place =
-            find_place(shear, (int32_t)floor(p) + (k & 1), (int32_t)floor(q) + k / 2);
-        any = any || place->grown;
-        if (!place->known)
+        if (!cell->known[k])
             continue;
-        sum += weight * place->shear_deg;
+        sum += weight * cell->shear_deg[1 + k / 2][1 + (k & 1)];
         weights += weight;
     }
-    if (grown)
-        *grown = any;
-    if (!cubic_between(shear, p, q, shear_deg))
-        *shear_deg = weights > 0 ? sum / weights : 0;
+    *shear_deg = cell->cubic ? cubic_between(cell, x, y) : weights > 0 ? sum / weights : 0;
     return weights > 0;
 }

@@ -19,12 +19,22 @@ struct node_shear_place {
     double shear_deg;
 };
 
+/* A cell with the places around it, those of its corners in the middle. */
+struct node_shear_cell {
+    int32_t i, j;
+    bool loaded, grown; /* a corner is */
+    bool known[4];      /* the corners, (i, j), (i + 1, j), .. */
+    bool cubic;         /* all places are known, and none is rough */
+    double shear_deg[4][4];
+};
+
 struct node_shear {
     struct march *march;
     const struct drape_nodes *nodes; /* sorted by j, then i */
     struct net_view view;
     struct node_shear_place *places; /* nodes and ghosts, those looked at last, .. */
     int32_t across;                  /* .. of a square, a power of two */
+    struct node_shear_cell cell;     /* the last one */
     bool rough;                      /* the net has rough edges */
     enum shear_order order;          /* of ghosts, as of nodes */
 };
