@@ -6,7 +6,7 @@
 #include "solver/shell/shell.h"
 #include "unfolding.h"
 
-enum { ROUNDS = 30, HALVINGS_MAX = 8, STALLS_MAX = 3 };
+enum { ROUNDS = 30, HALVINGS_MAX = 8, STALLS_MAX = 2 };
 
 /* How far the two ends of geodesic edges may be apart, against the shorter length, and where
  * rounding hides it. */
@@ -104,7 +104,7 @@ struct meeting {
     struct ray ray[2];
     struct vec3 gap, by[2], end_tangent;
     struct vec3 learnt[2]; /* what is added to the Jacobi fields in `by` */
-    bool stalled;
+    bool stalled, astray;  /* shorter steps and smaller angles do not help */
 };
 
 /* `tried` gathers the rays' steps. */
@@ -115,6 +115,7 @@ static bool shoot_both(struct surface_cursor *cursor, struct meeting *m, int *tr
         return false;
     bool gone = path_advance_both(path, length);
     *tried += path[0].tried + path[1].tried;
+    m->astray = path_is_astray(&path[0]) || path_is_astray(&path[1]);
     if (!gone || !end_ray(cursor, &path[0], &m->ray[0]) || !end_ray(cursor, &path[1], &m->ray[1]))
         return false;
     struct unfolding_side from = unfolding_point(&m->ray[0].end);
@@ -287,6 +288,9 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
         }
         bool followed = shoot_both(cursor, &next, &node->tried);
         double closer = followed ? vec3_norm(next.gap) / to.least : HUGE_VAL;
+        m->astray = next.astray;
+        if (m->astray)
+            break;
         bool right = closer < to.gap && (chords ? fishnet_right_root(cell, &next.ray[0].end)
                                                 : crosses_rightly(cell, &next));
         going = right ? come_closer(&to, closer, &next, m)
@@ -305,7 +309,8 @@ static double jump_at_joints(const struct surface *surface) {
 static const double rough_gap = 1e-4;
 
 /* Roughly at first and, should that fail, once more with rays that are right from the start; not
- * where even rough ones cannot be followed, or come no nearer to each other. */
+ * where even rough ones cannot be followed, or come no nearer to each other, or one is led to where
+ * the continuation is not trusted. */
 static enum fishnet_end meet_rays(const struct surface *surface, struct surface_cursor *cursor,
                                   const struct fishnet_cell *cell, double accuracy, double last,
                                   bool chords, struct meeting *m, struct fishnet_node *node) {
@@ -315,7 +320,7 @@ static enum fishnet_end meet_rays(const struct surface *surface, struct surface_
     const double roughly[2] = {fmax(first_accuracy, last), last};
     const double finest = fmax(finest_accuracy, last / 100), strictly[2] = {finest, finest};
     enum fishnet_end end = approach_by(surface, cursor, cell, accuracy, roughly, chords, m, node);
-    if (end != FISHNET_NO_CONVERGENCE || node->iterations == before || m->stalled ||
+    if (end != FISHNET_NO_CONVERGENCE || node->iterations == before || m->stalled || m->astray ||
         !(node->residual < rough_gap))
         return end;
     *m = begun;

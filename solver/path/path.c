@@ -259,9 +259,13 @@ void path_follow_net(struct path *path, double d, int order) {
     path->accuracy = fmin(fmax(share, finest_of_order[!second]), coarsest_of_order[!second]);
 }
 
-/* Counts the steps that end beyond the boundary where the continuation is not trusted. Whether
- * there have been so many that the path is lost there: over a ridge it takes a few. */
-static bool is_astray(struct path *path) {
+bool path_is_astray(const struct path *path) {
+    return path->astray > ASTRAY_MOST;
+}
+
+/* Counts the steps that end beyond the boundary where the continuation is not trusted, for the path
+ * is lost after a few. */
+static bool goes_astray(struct path *path) {
     struct surface_cursor cursor = {0, 0};
     struct surface_point here;
     double inside[2];
@@ -272,7 +276,7 @@ static bool is_astray(struct path *path) {
     path->has_jet = true;
     path->astray += !path_surface_point(path, &cursor, &here, NULL) ||
                     !surface_point_is_trusted(&here, &cursor, path->reach);
-    return path->astray > ASTRAY_MOST;
+    return path_is_astray(path);
 }
 
 /* Steps, the first with the number `round`, until `remaining` is gone, or so many that the advance
@@ -280,7 +284,7 @@ static bool is_astray(struct path *path) {
 static bool go_on(struct path *path, double remaining, struct effort *effort, int round) {
     for (; round < rounds_max && remaining > 0 && !path->ended; round++) {
         double gone = 0, h = remaining;
-        if ((round > 0 && is_astray(path)) || past_pole(path) ||
+        if ((round > 0 && goes_astray(path)) || past_pole(path) ||
             (effort->steps++ >= STEPS_MAX && !path->surface->has_poles))
             return false;
         const struct surface *surface = path->surface;

@@ -79,6 +79,10 @@ bool path_advance(struct path *path, double length);
  * followed; both are then unusable. */
 bool path_advance_both(struct path path[2], const double length[2]);
 
+/* Whether it is lost where the continuation is not trusted: more than a few steps, as many as it
+ * takes over a ridge, have ended there. */
+bool path_is_astray(const struct path *path);
+
 /* Moves on until it is the chord d away from where it was: one advance, then Newton on the length,
  * for which the chord grows at the cosine between chord and tangent, in steps next to nothing.
  * False as above, or when there is no such point. */
