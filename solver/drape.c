@@ -9,6 +9,8 @@
 #include "solver/report/report.h"
 #include "solver/rim/rim.h"
 #include "solver/shell/offset.h"
+#include "solver/steer/slope.h"
+#include "solver/steer/steer.h"
 #include <float.h>
 
 /* Patches of the mosaic against the spacing (paper, Fig. 9), and how many there may be against the
@@ -25,12 +27,36 @@ static bool valid_extent(const struct drape_settings *s, int k) {
     return !s->has_extent[k] || (s->extent[k][0] <= 0 && s->extent[k][1] >= 0);
 }
 
+/* The curvature of one that is steered, and of one that is sought the lengths, if any. */
+static bool is_valid_curvature(const struct drape_generator *generator) {
+    const struct drape_curvature *c = &generator->curvature;
+    bool steered = generator->kind == DRAPE_GENERATOR_STEERED;
+    if (!steered && generator->kind != DRAPE_GENERATOR_LEAST)
+        return true;
+    return c->points >= 1 && c->points <= DRAPE_CURVATURE_POINTS &&
+           in_range(c->length[0], steered ? DBL_MIN : 0, DBL_MAX) &&
+           in_range(c->length[1], steered ? DBL_MIN : 0, DBL_MAX) &&
+           (!steered || curvature_most(c) <= DBL_MAX);
+}
+
+static bool are_valid_energies(const struct drape_settings *s) {
+    const struct drape_energy *e = &s->energy;
+    bool valid = e->shear_count != 1;
+    for (size_t k = 1; k < e->shear_count; k++)
+        valid = valid && e->shear_curve[k][0] > e->shear_curve[k - 1][0] &&
+                e->shear_curve[k][1] >= e->shear_curve[k - 1][1];
+    return valid && (e->norm == 0 || in_range(e->norm, 1, 64)) &&
+           in_range(e->bending, 0, DBL_MAX) && in_range(e->min_radius, 0, DBL_MAX) &&
+           is_valid_curvature(&s->generator[0]) && is_valid_curvature(&s->generator[1]);
+}
+
 static bool are_valid(const struct drape_settings *s) {
     return in_range(s->spacing[0], DBL_MIN, DBL_MAX) && in_range(s->spacing[1], DBL_MIN, DBL_MAX) &&
            in_range(s->direction_deg, -1e6, 1e6) && in_range(s->pre_shear_deg, -80, 80) &&
-           in_range(s->slide, 0, 1) &&
+           in_range(s->slide, 0, 1) && are_valid_energies(s) &&
            (s->slide == 0 ||
-            (s->pre_shear_deg == 0 && s->generator[1].kind == DRAPE_GENERATOR_GEODESIC)) &&
+            (s->pre_shear_deg == 0 && s->generator[0].kind != DRAPE_GENERATOR_LEAST &&
+             s->generator[1].kind == DRAPE_GENERATOR_GEODESIC)) &&
            valid_extent(s, 0) && valid_extent(s, 1) && s->max_nodes > 0 &&
            s->generator[1].kind != DRAPE_GENERATOR_PLACES &&
            (s->generator[0].kind != DRAPE_GENERATOR_PLACES ||
@@ -270,14 +296,13 @@ static enum status take_row(struct march *march, struct drape_row *row) {
     return STATUS_OK;
 }
 
-enum status drape_solve(const struct drape_part *whole, const struct drape_settings *settings,
-                        const struct drape_monitor *monitor, struct arena *arena,
-                        struct drape_result *result) {
-    const struct drape_part part = without_joints(whole);
+/* A `steer_lay` of a part: the drape of settings that seek no generator. */
+static enum status lay(const void *context, const struct drape_settings *settings,
+                       const struct drape_monitor *monitor, struct arena *arena,
+                       struct drape_result *result) {
+    const struct drape_part *whole = context, part = without_joints(whole);
     struct shell_point inside, *at = NULL;
     enum status status = STATUS_OK;
-    if (!are_valid(settings))
-        return STATUS_INVALID;
     if (whole->shell && part.surface && settings->start_kind == DRAPE_START_UV &&
         settings->start_face != 0)
         return STATUS_START_OFF_SURFACE;
@@ -296,6 +321,8 @@ enum status drape_solve(const struct drape_part *whole, const struct drape_setti
             status = begin_cuts(&march, &result->faulty_cut);
         if (status == STATUS_OK)
             status = march_run(&march);
+        if (status == STATUS_OK && settings->slope)
+            status = steer_slope_make(&march);
         if (status == STATUS_OK && march.before.net)
             status = estimate_make(&march);
         if (status == STATUS_OK)
@@ -324,6 +351,17 @@ enum status drape_solve(const struct drape_part *whole, const struct drape_setti
     result->nodes.face = arena_alloc(arena, result->nodes.count, sizeof *result->nodes.face);
     result->rim.face = arena_alloc(arena, result->rim.count, sizeof *result->rim.face);
     return result->nodes.face && result->rim.face ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+enum status drape_solve(const struct drape_part *part, const struct drape_settings *settings,
+                        const struct drape_monitor *monitor, struct arena *arena,
+                        struct drape_result *result) {
+    const struct steer_lay of_part = {lay, part};
+    if (!are_valid(settings))
+        return STATUS_INVALID;
+    if (!steer_seeks(settings))
+        return lay(part, settings, monitor, arena, result);
+    return part->mesh ? STATUS_INVALID : steer_solve(&of_part, settings, monitor, arena, result);
 }
 
 double drape_least_radius(const struct drape_part *part) {

@@ -6,6 +6,7 @@
 #ifndef SOLVER_RESULT_H
 #define SOLVER_RESULT_H
 
+#include "curvature.h"
 #include "reason.h"
 #include "vec.h"
 #include <stdbool.h>
@@ -138,6 +139,16 @@ struct cut_fault {
     struct vec3 at;    /* where */
 };
 
+/* Of a drape whose generators were to cost the least energy (`steer/energy.h`). */
+struct drape_steering {
+    bool sought[2];   /* whether warp and weft were; else nothing below speaks of it */
+    double energy[2]; /* with geodesics in their place, and of the drape; without bending */
+    bool fell;        /* it is less; else the drape is that with geodesics */
+    int iterations;   /* of the minimiser */
+    struct drape_curvature
+        curvature[2]; /* what was found: DRAPE_GENERATOR_STEERED gives the drape */
+};
+
 /* Everything lies in the arena of the call. */
 struct drape_result {
     int32_t warp_range[2], weft_range[2]; /* least and greatest i and j among the nodes */
@@ -156,6 +167,7 @@ struct drape_result {
     struct drape_cut cut;
     struct drape_cuts cuts;
     struct drape_summary summary;
+    struct drape_steering steering;
 };
 
 /* Numbers of the cloth up to its rim beyond those of the summary, for those who compare many

@@ -8,6 +8,7 @@
 #ifndef SOLVER_SETTINGS_H
 #define SOLVER_SETTINGS_H
 
+#include "curvature.h"
 #include "method.h"
 #include "vec.h"
 #include "zero.h"
@@ -29,9 +30,11 @@ enum drape_direction_kind {
 
 enum drape_generator_kind {
     DRAPE_GENERATOR_GEODESIC,
-    DRAPE_GENERATOR_CURVE, /* a polyline in (u, v) through the start, to 1e-3 of the spacing */
-    DRAPE_GENERATOR_PLANE, /* the section by the plane through the start with this normal */
-    DRAPE_GENERATOR_PLACES /* of warp: its nodes, past the last ones geodesics */
+    DRAPE_GENERATOR_CURVE,   /* a polyline in (u, v) through the start, to 1e-3 of the spacing */
+    DRAPE_GENERATOR_PLANE,   /* the section by the plane through the start with this normal */
+    DRAPE_GENERATOR_STEERED, /* with this geodesic curvature from the start in its direction */
+    DRAPE_GENERATOR_LEAST,   /* steered so that the cloth costs the least energy */
+    DRAPE_GENERATOR_PLACES   /* of warp: its nodes, past the last ones geodesics */
 };
 
 /* A node of a generator, on the part or on its continuation, and the direction of the yarn there.
@@ -54,6 +57,9 @@ struct drape_generator {
                                          apart along the line */
     size_t place_count, place_start;  /* at least 1; which of them is the start, whatever
                                          `start_kind` says: it may lie beyond the part */
+    struct drape_curvature curvature; /* DRAPE_GENERATOR_STEERED; of _LEAST its points, its
+                                         lengths or 0: those of the geodesic's two sides, and the
+                                         values to begin at */
 };
 
 /* A line over which the cloth is cut, from an edge of the part, of a hole or of a cut before it to
@@ -83,8 +89,21 @@ struct drape_row {
     size_t count;
 };
 
+/* What cloth is to cost the least of (`steer/energy.h`), in any unit of work. */
+struct drape_energy {
+    const double (*shear_curve)[2]; /* rows of an angle, degrees, rising from 0 or above, and the
+                                       force by length, not falling; owned by the caller */
+    size_t shear_count;             /* at least 2; 0: work g^2 by area */
+    double norm;                    /* p, 1..64; 0: 2 */
+    double bending;    /* moment by curvature and by width of a family of yarns; the work by area
+                          is half of it times their squared curvature. 0: the least that keeps yarns
+                          smooth */
+    double min_radius; /* no generator that is sought bends tighter; 0: any */
+};
+
 struct drape_statistics;
 struct drape_prepared;
+struct steer_slope;
 
 /* What to drape. Zero-initialised fields are the defaults, but spacing and max_nodes are required.
  * Index 0 of a pair is warp, 1 is weft. */
@@ -106,6 +125,8 @@ struct drape_settings {
                      the weft generator is a geodesic at right angles to warp, beside which
                      cloth is not sheared (`fishnet/slide.h`) */
     struct drape_generator generator[2];
+    struct drape_energy energy; /* DRAPE_GENERATOR_LEAST */
+    struct steer_slope *slope;  /* NULL, or to be filled by a search (`steer/slope.h`) */
     bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */
     int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */
     const struct drape_cut_line *cuts; /* `cut_count` of them */

@@ -116,6 +116,8 @@ static void normalise_generator(struct api_text *text, const char *key,
         api_text_key_rows(text, "uv", generator->curve[0], 2, generator->curve_count);
         api_text_raw(text, "}");
         break;
+    case DRAPE_GENERATOR_STEERED:
+    case DRAPE_GENERATOR_LEAST:
     case DRAPE_GENERATOR_PLANE:
         api_text_raw(text, "{");
         api_text_key_numbers(text, "plane", &generator->plane_normal.x, 3);

@@ -160,6 +160,20 @@ enum status march_generators(struct march *march) STATUS_MUST_USE;
 enum status march_quadrants(struct march *march) STATUS_MUST_USE;
 enum status march_growth(struct march *march) STATUS_MUST_USE;
 
+/* A place of an arm: the arc length to it, the unit tangent and what is to the left of it, and the
+ * Gaussian curvature there and half way from the place before; 0 where there is none. */
+struct march_stop {
+    double gone;
+    struct vec3 r, tangent, left;
+    double gauss, gauss_before;
+};
+
+/* The places 0, 1, .. of the arm with this number (positive and negative arm of warp, then of
+ * weft), as exact as paths can be, by arcs or chords of the spacing; how many of `count` there are.
+ * Not on a mesh. */
+int32_t march_arm_stops(struct march *march, int number, int32_t count,
+                        struct march_stop *stops) STATUS_MUST_USE;
+
 /* Whether (i, j) lies in the extent asked for. */
 bool march_in_extent(const struct march *march, int32_t i, int32_t j);
 

@@ -30,10 +30,11 @@ static bool folds_between(const struct march *march, const struct surface_point 
 }
 
 /* To the next node, a spacing along the path: in a straight line by the method basic, unless that
- * leads over a fold. */
+ * leads over a fold. What is steered is as exact as can be: it is compared with others next to it.
+ */
 static bool advance_stop(struct march *march, struct stop *stop, double d) {
     enum drape_yarn yarn = march->method->yarn;
-    if (yarn != DRAPE_YARN_GEODESIC)
+    if (yarn != DRAPE_YARN_GEODESIC && !stop->path.curvature)
         path_follow_net(&stop->path, d, march->before.net ? 4 : 2);
     const struct stop from = *stop;
     if (yarn == DRAPE_YARN_CHORD) {
@@ -168,6 +169,9 @@ static struct arm make_arm(struct march *march, int number) {
     else if (generator->kind == DRAPE_GENERATOR_PLANE)
         arm.started = path_section(&arm.at.path, march->surface, from,
                                    vec3_unit(generator->plane_normal), direction);
+    else if (generator->kind == DRAPE_GENERATOR_STEERED)
+        arm.started = path_steered(&arm.at.path, march->surface, from, direction,
+                                   &generator->curvature, sign);
     else
         arm.started =
             path_geodesic(&arm.at.path, march->surface, is_curve ? &curve->from : from, direction);
@@ -270,6 +274,38 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     arm->outside = zone == SURFACE_POINT_GHOST ? arm->outside + 1 : 0;
     arm->ended = zone == SURFACE_POINT_BEYOND || goes_round(march, arm, d);
     return status;
+}
+
+static double gauss_at(const struct stop *stop) {
+    double gauss = stop->known ? surface_point_gauss_curvature(&stop->point) : 0;
+    return isfinite(gauss) ? gauss : 0;
+}
+
+int32_t march_arm_stops(struct march *march, int number, int32_t count, struct march_stop *stops) {
+    struct arm arm = make_arm(march, number);
+    struct stop *at = &arm.at, before, middle;
+    double d = march->settings->spacing[arm.dj != 0], gauss_before = 0;
+    bool chords = march->method->yarn == DRAPE_YARN_CHORD;
+    for (int32_t k = 0; k < count; k++) {
+        if (!arm.started || !at->known)
+            return k;
+        stops[k] = (struct march_stop){.gone = at->path.gone,
+                                       .r = at->point.jet.r,
+                                       .tangent = at->tangent,
+                                       .left = vec3_cross(at->point.normal, at->tangent),
+                                       .gauss = gauss_at(at),
+                                       .gauss_before = gauss_before};
+        before = *at;
+        arm.started = (chords ? path_advance_chord(&at->path, &march->cursor, d)
+                              : path_advance(&at->path, d)) &&
+                      find_stop_point(march, at);
+        middle = before;
+        gauss_before = path_advance(&middle.path, (at->path.gone - before.path.gone) / 2) &&
+                               find_stop_point(march, &middle)
+                           ? gauss_at(&middle)
+                           : 0;
+    }
+    return count;
 }
 
 /* All four side by side, so that on a closed surface they meet half way. */

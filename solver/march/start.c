@@ -194,7 +194,7 @@ static enum status find_generator(const struct surface *surface,
                                   struct march_start *start, struct vec3 *direction) {
     const struct drape_generator *generator = &settings->generator[k];
     const struct surface_point *point = &start->point;
-    if (generator->kind == DRAPE_GENERATOR_GEODESIC)
+    if (generator->kind == DRAPE_GENERATOR_GEODESIC || generator->kind == DRAPE_GENERATOR_STEERED)
         return STATUS_OK;
     if (generator->kind == DRAPE_GENERATOR_PLACES) {
         *direction = surface_point_tangent(point, generator->places[generator->place_start].along);
@@ -292,16 +292,19 @@ enum status start_move_to_mesh(struct march *march) {
     return STATUS_OK;
 }
 
+static bool needs_surface(const struct drape_generator *generator) {
+    return generator->kind == DRAPE_GENERATOR_CURVE || generator->kind == DRAPE_GENERATOR_PLACES ||
+           generator->kind == DRAPE_GENERATOR_STEERED;
+}
+
 enum status start_find_on_mesh(struct march *march, int *faulty) {
     const struct drape_settings *settings = march->settings;
     const struct mesh *mesh = march->mesh;
     struct march_start *start = &march->start;
     struct mesh_point place;
     double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
-    if (settings->start_kind == DRAPE_START_UV ||
-        settings->generator[0].kind == DRAPE_GENERATOR_CURVE ||
-        settings->generator[0].kind == DRAPE_GENERATOR_PLACES ||
-        settings->generator[1].kind == DRAPE_GENERATOR_CURVE)
+    if (settings->start_kind == DRAPE_START_UV || needs_surface(&settings->generator[0]) ||
+        needs_surface(&settings->generator[1]))
         return STATUS_INVALID;
     bool by_point = settings->start_kind == DRAPE_START_POINT;
     int32_t component = by_point ? MESH_ANY : mesh_largest_component(mesh);

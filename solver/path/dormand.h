@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * One step of the explicit Runge-Kutta method of order 8 by Dormand and Prince for y' = f(y), y of
- * four components, with the two error estimates of its authors' program DOP853.
+ * One step of the explicit Runge-Kutta method of order 8 by Dormand and Prince for y' = f(s, y), y
+ * of four components, with the two error estimates of its authors' program DOP853.
  */
 #ifndef SOLVER_PATH_DORMAND_H
 #define SOLVER_PATH_DORMAND_H
@@ -10,8 +10,8 @@
 
 enum { DORMAND_STAGES = 12 };
 
-/* slope = f(y) */
-typedef void dormand_slope(const void *context, const vec4 *y, vec4 *slope);
+/* slope = f(s, y), s counted from where the step begins */
+typedef void dormand_slope(const void *context, double s, const vec4 *y, vec4 *slope);
 
 /* The differences to the embedded solutions of order 5 and 3. With |.| a norm, the error of the
  * step is about |fifth|^2 / sqrt(|fifth|^2 + 0.01 |third|^2), of order h^8. */
@@ -19,7 +19,7 @@ struct dormand_error {
     vec4 fifth, third;
 };
 
-/* y after a step of h from y = from[0], where f is from[1]. */
+/* y after a step of h from y = from[0], where f is from[1]; s = 0 there. */
 void dormand_step(dormand_slope *slope_at, const void *context, double h, const vec4 *from,
                   vec4 *to, struct dormand_error *error);
 

@@ -90,6 +90,17 @@ bool path_geodesic(struct path *path, const struct surface *surface,
     return path_put(path, from->uv, tangent) && (!surface->shell || path_set_off(path));
 }
 
+bool path_steered(struct path *path, const struct surface *surface,
+                  const struct surface_point *from, struct vec3 direction,
+                  const struct drape_curvature *curvature, int sense) {
+    if (!path_geodesic(path, surface, from, direction))
+        return false;
+    path->curvature = curvature_is_none(curvature) ? NULL : curvature;
+    path->sense = sense;
+    path->gone = path->ahead;
+    return true;
+}
+
 bool path_section(struct path *path, const struct surface *surface,
                   const struct surface_point *from, struct vec3 plane, struct vec3 direction) {
     struct vec3 along = vec3_cross(plane, from->normal);
@@ -166,6 +177,7 @@ struct attempt {
     double h;
     struct path_event knot; /* the knot line, if the step is to end there */
     bool at_knot;
+    bool cut_short; /* it ends at a knot of the curvature */
     vec4 y;
     double error;
 };
@@ -174,6 +186,10 @@ struct attempt {
 static struct attempt plan_step(const struct path *g, double h) {
     struct attempt a = {.at = path_footing_of(g)};
     h = fmin(h, g->pace > 0 ? g->pace : path_first_pace(g, &a.at));
+    double bend =
+        g->curvature ? curvature_to_knot(g->curvature, g->sense * g->gone, g->sense) : HUGE_VAL;
+    a.cut_short = bend < h;
+    h = fmin(h, bend);
     double knot = path_length_to_knot(g, &a.at, &a.knot);
     a.at_knot = knot <= h;
     a.h = a.at_knot ? knot : h;
@@ -187,7 +203,7 @@ static bool take_step(struct path *g, struct attempt *a, struct effort *effort, 
     g->tried++;
     while (!path_followed(a->error)) {
         a->h *= fmin(path_rescaling(a->error), 0.85);
-        a->at_knot = false;
+        a->at_knot = a->cut_short = false;
         if (++effort->failures > FAILURES_MAX || !(a->h > shortest * effort->whole))
             return false;
         g->tried++;
@@ -195,7 +211,7 @@ static bool take_step(struct path *g, struct attempt *a, struct effort *effort, 
     }
     double pace = a->h * path_rescaling(a->error);
     g->error += a->error * path_allowed_error(g, &a->at, a->h);
-    g->pace = a->at_knot && g->pace > 0 ? fmax(g->pace, pace) : pace;
+    g->pace = (a->at_knot || a->cut_short) && g->pace > 0 ? fmax(g->pace, pace) : pace;
     *length = a->h;
     if (a->at_knot && g->kind != PATH_CURVE && path_touch_knot(g, &a->knot, &a->y, length))
         return true;
@@ -297,6 +313,7 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
                                                                              &gone))
             return false;
         path->ahead = 0;
+        path->gone += gone;
         remaining -= gone;
         if (path->surface != surface || path->span[0] != span[0] || path->span[1] != span[1])
             effort->steps = effort->failures = 0;
@@ -348,6 +365,7 @@ bool path_advance_both(struct path path[2], const double length[2]) {
                 return false;
             continue;
         }
+        path[k].gone += gone;
         if (!taken || !go_on(&path[k], length[k] - gone, &effort, 1))
             return false;
     }
@@ -364,7 +382,7 @@ static bool nudge(struct path *g, double length) {
     double share;
     if (!path_parabola(g, &at, length, &y)) {
         y = at.state[0];
-        path_short_step(g, length, &y);
+        path_short_step(g, 0, length, &y);
     }
     const double uv[2] = {y[0], y[1]};
     if (g->surface->shell && crossing_on_way(g->surface, g->uv, uv, &share, &joint))
@@ -372,6 +390,7 @@ static bool nudge(struct path *g, double length) {
     if (g->ahead > 0 || path_first_event(g, &y, &event))
         return false;
     path_accept(g, &y);
+    g->gone += length;
     return true;
 }
 

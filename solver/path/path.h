@@ -9,6 +9,8 @@
  *
  *   (paper, equations 33-36, with the Christoffel symbols multiplied out; I is the first
  *   fundamental form).
+ * - The same steered sideways by a curvature k(s), n x t being the tangent turned to the left: k
+ *   (n x t) is added, (-(F p + G q), E p + F q) k / |r_u x r_v|.
  * - Sections by a plane: (u', v') along (n . r_v, -n . r_u).
  * - Polylines in the caller's (u, v), past their ends geodesics.
  *
@@ -19,6 +21,7 @@
 #ifndef SOLVER_PATH_PATH_H
 #define SOLVER_PATH_PATH_H
 
+#include "solver/curvature.h"
 #include "solver/shell/surface_point.h"
 
 enum path_kind { PATH_GEODESIC, PATH_SECTION, PATH_CURVE };
@@ -43,7 +46,10 @@ struct path {
     int tried;    /* steps, those that were too long among them */
     bool ended;   /* it has come to a fold of the surface back on itself */
     double ahead; /* length already gone of the next advance: a pole is left with a leap */
-    struct vec3 plane; /* PATH_SECTION: the normal, signed as the path goes */
+    double gone;  /* the length of the way to (u, v) */
+    const struct drape_curvature *curvature; /* of a steered geodesic, along it by `sense`; NULL:
+                                                straight */
+    struct vec3 plane;                       /* PATH_SECTION: the normal, signed as the path goes */
     const double (
         *curve)[2]; /* PATH_CURVE: its points, the one ahead, and the sense it is walked */
     size_t curve_count, next;
@@ -55,6 +61,12 @@ struct path {
  * it is normal to the surface, or leads out of it at a pole. */
 bool path_geodesic(struct path *path, const struct surface *surface,
                    const struct surface_point *from, struct vec3 direction);
+
+/* The same along the geodesic that is steered by `curvature`, which is borrowed: its positive arm
+ * (sense 1) or the other (-1), along which s falls and the left is on the right. */
+bool path_steered(struct path *path, const struct surface *surface,
+                  const struct surface_point *from, struct vec3 direction,
+                  const struct drape_curvature *curvature, int sense);
 
 /* Sets off along the section by the plane through `from` with the normal `plane`, to that side to
  * which `direction` points. False when the plane is the tangent plane. */

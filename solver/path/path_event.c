@@ -142,7 +142,7 @@ static bool find_event(const struct path *g, const struct path_event *event, dou
     double slack = 1e-14 * (surface_axis_upper(axis) - surface_axis_lower(axis));
     for (int round = 0; round < PATH_ROUNDS; round++) {
         if (fabs(next - last) <= path_nudge_share * h)
-            path_short_step(g, next - last, y);
+            path_short_step(g, last, next - last, y);
         else if (!path_followed(path_try_step(g, &at, next, y))) {
             *length = next;
             return false;
@@ -244,7 +244,7 @@ bool path_touch_knot(struct path *g, const struct path_event *event, const vec4 
         }
         if (!(fabs(by) <= path_nudge_share * *length))
             return false;
-        path_short_step(g, by, &y);
+        path_short_step(g, gone, by, &y);
         gone += by;
     }
     return false;

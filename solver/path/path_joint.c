@@ -54,7 +54,7 @@ bool path_pass_joint(struct path *g, struct crossing *joint, double *length) {
     double here = 0, next = *length, least = 1e-15 * g->surface->size;
     for (int round = 0; round < PATH_ROUNDS; round++) {
         if (fabs(next - here) <= path_nudge_share * *length && here > 0)
-            path_short_step(g, next - here, &y);
+            path_short_step(g, here, next - here, &y);
         else if (next != 0 && !path_followed(path_try_step(g, &at, next, &y)))
             return false;
         here = next;

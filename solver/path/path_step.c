@@ -43,8 +43,18 @@ void path_given_velocity(const struct path *g, const double uv[2], const struct 
     velocity[1] = b / speed;
 }
 
-/* The slope of the state y where the jet is that of (u, v). */
-static vec4 slope_of(const struct path *g, const struct surface_jet *jet, vec4 y) {
+/* What steering adds to the change of the velocity (p, q) `s` further on: the curvature there times
+ * the unit tangent turned to the left, n x (r_u p + r_v q) = (-(F p + G q), E p + F q) / |r_u x
+ * r_v| in parameters. */
+static vec4 steered_change(const struct path *g, const struct tangent_basis *basis, double s,
+                           double p, double q) {
+    double k = g->sense * curvature_at(g->curvature, g->sense * (g->gone + s));
+    k *= g->surface->side * sqrt(basis->inverse);
+    return (vec4){0, 0, -k * (basis->f * p + basis->g * q), k * (basis->e * p + basis->f * q)};
+}
+
+/* The slope of the state y, `s` further on than the path, where the jet is that of (u, v). */
+static vec4 slope_of(const struct path *g, const struct surface_jet *jet, double s, vec4 y) {
     double given[2], change[2], uv[2] = {y[0], y[1]}, p = y[2], q = y[3];
     if (g->kind != PATH_GEODESIC) {
         path_given_velocity(g, uv, jet, given);
@@ -52,22 +62,23 @@ static vec4 slope_of(const struct path *g, const struct surface_jet *jet, vec4 y
     }
     struct tangent_basis basis = tangent_basis_of(jet->u, jet->v);
     tangent_components(&basis, jet_bend(jet, (const double[2]){p, q}), change);
-    return (vec4){p, q, -change[0], -change[1]};
+    vec4 straight = {p, q, -change[0], -change[1]};
+    return g->curvature ? straight + steered_change(g, &basis, s, p, q) : straight;
 }
 
-void path_slope(const void *context, const vec4 *y, vec4 *slope) {
+void path_slope(const void *context, double s, const vec4 *y, vec4 *slope) {
     const struct path *g = context;
     struct surface_jet jet;
     double uv[2] = {(*y)[0], (*y)[1]};
     path_jet(g, uv, &jet);
-    *slope = slope_of(g, &jet, *y);
+    *slope = slope_of(g, &jet, s, *y);
 }
 
 void path_redirect(const struct path *g, vec4 *y) {
     vec4 slope;
     if (g->kind == PATH_GEODESIC)
         return;
-    path_slope(g, y, &slope);
+    path_slope(g, 0, y, &slope);
     *y = (vec4){(*y)[0], (*y)[1], slope[0], slope[1]};
 }
 
@@ -95,7 +106,7 @@ struct path_footing path_footing_of(const struct path *g) {
         at.jet = g->jet;
     else
         path_jet(g, g->uv, &at.jet);
-    at.state[1] = slope_of(g, &at.jet, at.state[0]);
+    at.state[1] = slope_of(g, &at.jet, 0, at.state[0]);
     return at;
 }
 
@@ -136,15 +147,15 @@ bool path_parabola(const struct path *g, const struct path_footing *at, double h
     return g->kind == PATH_GEODESIC && share * share < parabola_share * g->accuracy;
 }
 
-void path_short_step(const struct path *g, double h, vec4 *y) {
+void path_short_step(const struct path *g, double s, double h, vec4 *y) {
     vec4 k[4], at;
-    path_slope(g, y, &k[0]);
+    path_slope(g, s, y, &k[0]);
     at = *y + h / 2 * k[0];
-    path_slope(g, &at, &k[1]);
+    path_slope(g, s + h / 2, &at, &k[1]);
     at = *y + h / 2 * k[1];
-    path_slope(g, &at, &k[2]);
+    path_slope(g, s + h / 2, &at, &k[2]);
     at = *y + h * k[2];
-    path_slope(g, &at, &k[3]);
+    path_slope(g, s + h, &at, &k[3]);
     *y += h / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3]);
     path_redirect(g, y);
 }

@@ -55,9 +55,9 @@ void path_given_velocity(const struct path *g, const double uv[2], const struct 
 /* A path that is given by its direction has no other velocity at y than that. */
 void path_redirect(const struct path *g, vec4 *y);
 
-/* The slope of a state, a dormand_slope whose context is the path: the equations at the top of
- * path.h. */
-void path_slope(const void *context, const vec4 *y, vec4 *slope);
+/* The slope of a state `s` further on, a dormand_slope whose context is the path: the equations at
+ * the top of path.h. */
+void path_slope(const void *context, double s, const vec4 *y, vec4 *slope);
 
 /* One step of h, however long, and its error as below. */
 double path_try_step(const struct path *g, const struct path_footing *at, double h, vec4 *out);
@@ -86,8 +86,8 @@ double path_first_pace(const struct path *g, const struct path_footing *at);
  * not do: the step is not next to nothing by the accuracy of a geodesic's velocity. */
 bool path_parabola(const struct path *g, const struct path_footing *at, double h, vec4 *y);
 
-/* Moves the state y on by a step so short, of either sign, that the classical Runge-Kutta rule will
- * do. */
-void path_short_step(const struct path *g, double h, vec4 *y);
+/* Moves the state y, which is `s` further on than the path, by a step so short, of either sign,
+ * that the classical Runge-Kutta rule will do. */
+void path_short_step(const struct path *g, double s, double h, vec4 *y);
 
 #endif

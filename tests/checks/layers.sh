@@ -22,6 +22,7 @@ solver/net             solver|solver/surface|solver/shell
 solver/fishnet         solver|solver/surface|solver/shell|solver/path|solver/net
 solver/march           solver|solver/surface|solver/shell|solver/path|solver/mesh|solver/net|solver/fishnet
 solver/rim             solver|solver/surface|solver/shell|solver/path|solver/net|solver/fishnet|solver/march
+solver/steer           solver|solver/surface|solver/shell|solver/path|solver/net|solver/fishnet|solver/march
 solver/report          solver|solver/surface|solver/net|solver/fishnet|solver/march|solver/rim
 api                    solver
 api/json               api|solver
