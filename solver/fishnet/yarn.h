@@ -15,7 +15,7 @@
 /* A net and the surface that it lies on. */
 struct yarn_net {
     const struct net *net;
-    const struct surface *surface;
+    const struct surface *surface; /* NULL where it lies on triangles */
     struct surface_cursor *cursor;
 };
 

@@ -4,6 +4,7 @@
 #include "solver/mesh/mesh.h"
 #include "solver/net/curtain.h"
 #include "solver/shell/crossing.h"
+#include "solver/surface/trim.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,8 +22,10 @@ static const double change = 1e-12;
  * chords of yarns rise less, and beyond lies the other side of a tube. */
 static const double curtain_height = 1, curtain_radii = 0.7;
 
-/* A line goes on beyond the edge at which it begins as far as ghosts do. */
-static const double beyond = 1;
+/* A line goes on beyond the edge at which it begins as far as ghosts do, in spacings, or to where
+ * the part begins again: on the other side of a hole. It may begin so far inside, or beside a cut
+ * before it, at which it then begins. */
+static const double beyond = 10, inside_edge = 0.5, on_part = 0.1;
 
 /* A start, or a line, that is nearer to a cut than this share of a spacing lies on it. */
 static const double on_cut = 1e-6;
@@ -36,6 +39,7 @@ struct path_line {
 
 struct maker {
     struct march *march;
+    const struct cuts *laid; /* the cuts before */
     struct path_line line;
     double spacing, aside;
     double *stops; /* lengths at which the line is looked at, rising */
@@ -190,6 +194,44 @@ static double height_at(const struct maker *m, const struct surface_point *place
     return fmin(height, curtain_radii / (fabs(mean) + spread));
 }
 
+/* The place of a cut's left lip that is nearest to a place, and how far that is. */
+static double nearest_on_cut(const struct cut *cut, struct vec3 r, struct vec3 *nearest) {
+    double least = HUGE_VAL;
+    for (size_t k = 0; k + 1 < cut->count[0]; k++) {
+        struct vec3 from = cut->lip[0][k].r, along = vec3_sub(cut->lip[0][k + 1].r, from);
+        double share = vec3_dot(vec3_sub(r, from), along) / vec3_norm2(along);
+        struct vec3 at = vec3_axpy(share > 0 ? fmin(share, 1) : 0, along, from);
+        if (!(vec3_distance(at, r) < least))
+            continue;
+        least = vec3_distance(at, r);
+        *nearest = at;
+    }
+    return least;
+}
+
+/* Whether a place in space lies on what is to be covered. */
+static bool is_on_part(const struct maker *m, struct vec3 r) {
+    struct march *march = m->march;
+    struct surface_point place;
+    double uv[2];
+    if (!cuts_nearest(march, r, &place) || vec3_distance(place.jet.r, r) > on_part * m->spacing)
+        return false;
+    return !march->trim || (march_parameters(march, &place, uv) && trim_contains(march->trim, uv));
+}
+
+/* Where the curtain of a line begins that comes from `start` in the direction `along`. */
+static struct vec3 begin_curtain(const struct maker *m, struct vec3 start, struct vec3 along) {
+    const double *d = m->march->settings->spacing;
+    struct vec3 nearest = start;
+    for (size_t k = 0; k < m->laid->count; k++)
+        if (nearest_on_cut(&m->laid->cut[k], start, &nearest) <= inside_edge * m->spacing)
+            return nearest;
+    double far = inside_edge * m->spacing, most = beyond * fmax(d[0], d[1]);
+    while (far < most && !is_on_part(m, vec3_axpy(-far, along, start)))
+        far += path_step * m->spacing;
+    return vec3_axpy(-far, along, start);
+}
+
 /* The lips of a cut, and the posts of its curtain, which begins beyond the edge. */
 static enum status lay_cut(struct maker *m, struct cut *cut, struct curtain_line *line,
                            struct cut_fault *fault) {
@@ -230,25 +272,9 @@ static enum status lay_cut(struct maker *m, struct cut *cut, struct curtain_line
         cut->length += vec3_distance(posts[k].r, posts[k - 1].r);
     if (!(cut->length >= m->spacing))
         return STATUS_CUT;
-    double size = m->march->surface ? m->march->surface->size : m->march->mesh->size;
-    if (m->march->surface && m->march->surface->shell)
-        size = shell_size(m->march->surface->shell);
-    struct vec3 back = vec3_unit(vec3_sub(posts[1].r, posts[2].r));
     posts[0] = posts[1];
-    posts[0].r = vec3_axpy(beyond * size, back, posts[1].r);
+    posts[0].r = begin_curtain(m, posts[1].r, vec3_unit(vec3_sub(posts[2].r, posts[1].r)));
     return STATUS_OK;
-}
-
-/* The distance of a place from a cut, by its left lip. */
-static double distance_from(const struct cut *cut, struct vec3 r) {
-    double least = HUGE_VAL;
-    for (size_t k = 0; k + 1 < cut->count[0]; k++) {
-        struct vec3 from = cut->lip[0][k].r, along = vec3_sub(cut->lip[0][k + 1].r, from);
-        double share = vec3_dot(vec3_sub(r, from), along) / vec3_norm2(along);
-        share = share > 0 ? fmin(share, 1) : 0;
-        least = fmin(least, vec3_distance(vec3_axpy(share, along, from), r));
-    }
-    return least;
 }
 
 /* Whether a cut crosses one before it: a step of it pierces that one's curtain, but the first, with
@@ -285,6 +311,7 @@ enum status cuts_make(struct march *march, struct cut_fault *fault) {
     struct curtain_line *lines = arena_alloc(arena, s->cut_count, sizeof *lines);
     if (!cuts || !lines || !(cuts->cut = arena_alloc(arena, s->cut_count, sizeof *cuts->cut)))
         return STATUS_OUT_OF_MEMORY;
+    m.laid = cuts;
     m.aside = beside * m.spacing;
     if (march->surface && march->surface->shell)
         m.aside = fmax(m.aside, beside_joint * shell_joint_width(march->surface->shell));
@@ -301,7 +328,9 @@ enum status cuts_make(struct march *march, struct cut_fault *fault) {
         struct cut *cut = &cuts->cut[cuts->count];
         status = lay_cut(&m, cut, &lines[cuts->count], fault);
         fault->kind = status == STATUS_OK ? CUT_AT_START : fault->kind;
-        if (status == STATUS_OK && distance_from(cut, march->start.point.jet.r) < 1e-3 * m.spacing)
+        struct vec3 nearest;
+        if (status == STATUS_OK &&
+            nearest_on_cut(cut, march->start.point.jet.r, &nearest) < 1e-3 * m.spacing)
             status = STATUS_CUT;
         if (status == STATUS_OK)
             status = find_crossed_cut(&m, lines, cuts->count, fault);

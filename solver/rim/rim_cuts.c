@@ -186,15 +186,29 @@ static void push_round(struct rim_builder *b, const struct meeting *at, double s
     b->edges->lip_of[sight] = b->edges->lip_of[old];
 }
 
+/* The parameters of a place of a lip by those of the vertex before it: round closed directions
+ * without a jump, as the net is cut open. */
+static void go_on_round(const struct rim_builder *b, const struct rim_vertex *before,
+                        struct rim_vertex *vertex) {
+    const struct surface *surface = rim_edges_surface(b->march, vertex->face);
+    for (int k = 0; k < 2 && surface && before->face == vertex->face; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        double turn = surface_axis_length(axis);
+        if (axis->closed)
+            vertex->uv[k] += turn * round((before->uv[k] - vertex->uv[k]) / turn);
+    }
+}
+
 /* Adds a lip from vertex number `from` to the one before `end`, or back from there to `from`. */
-static void push_lip(const struct cut *cut, int side, size_t from, int32_t sight,
-                     struct rim_vertex *to, size_t *count) {
+static void push_lip(const struct rim_builder *b, const struct cut *cut, int side, size_t from,
+                     int32_t sight, struct rim_vertex *to, size_t *count) {
     size_t end = cut->count[side];
     to[*count - 1].sight = sight;
     for (size_t k = from; k < end; k++) {
         const struct cut_vertex *own = &cut->lip[side][side ? end - 1 - (k - from) : k];
         struct rim_vertex vertex = {
             .face = own->face, .uv = {own->uv[0], own->uv[1]}, .r = own->r, .sight = sight};
+        go_on_round(b, &to[*count - 1], &vertex);
         push(to, count, &vertex);
     }
 }
@@ -224,11 +238,11 @@ static enum status add_cut(struct rim_builder *b, const struct cut *cut, size_t 
     e->lip_of[sight] = (int32_t)number + 1;
     e->lip_of[sight + 1] = -(int32_t)number - 1;
     push_round(b, &mouth[0], spacing, sight + 2, to, &count);
-    push_lip(cut, 0, mouth[0].vertex, sight, to, &count);
+    push_lip(b, cut, 0, mouth[0].vertex, sight, to, &count);
     size_t end = count - 1;
     if (through)
         push_round(b, &tip, spacing, sight + 3, to, &count);
-    push_lip(cut, 1, mouth[1].vertex, sight + 1, to, &count);
+    push_lip(b, cut, 1, mouth[1].vertex, sight + 1, to, &count);
     to[end].leaps = true; /* beside the tip, or onto the other edge */
     to[count - cut->count[1] + mouth[1].vertex - 1].leaps = true;
     push(to, &count, &to[0]);

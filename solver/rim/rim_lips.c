@@ -112,7 +112,9 @@ static double tip_direction(struct march *march, struct rim *rim, const struct l
 }
 
 /* The angle from the left lip to the right one at the tip. Of two that differ by a whole turn it is
- * the one below 0 if there is cloth on the far side of the tip, too. */
+ * the one below 0 if there is cloth on the far side of the tip, too, or if it is all but 0. */
+static const double slit_angle = 0.5;
+
 static double tip_angle(struct march *march, struct rim *rim, const struct lip lip[2],
                         double length) {
     double left = tip_direction(march, rim, &lip[0], false, length);
@@ -121,7 +123,8 @@ static double tip_angle(struct march *march, struct rim *rim, const struct lip l
     angle_sincos_deg(left + angle / 2, &sine, &cosine);
     int32_t i = (int32_t)lround(tip_of(lip)->p - 2 * cosine);
     int32_t j = (int32_t)lround(tip_of(lip)->q - 2 * sine);
-    return angle < 0 && net_state_at(march->net, i, j) != NET_INSIDE ? angle + 360 : angle;
+    return angle < -slit_angle && net_state_at(march->net, i, j) != NET_INSIDE ? angle + 360
+                                                                               : angle;
 }
 
 /* A wedge of more than half a turn is closed by the arc about the tip, not by the chord from mouth

@@ -164,7 +164,8 @@ static void test_box_corner_is_flat(void **state) {
 }
 
 /* A slit opens nothing: all nodes are those of the sheet without it, but for a few that the cut
- * leaves without a yarn between it and an edge, and its lips lie on each other. */
+ * leaves without a yarn between it and an edge, and its lips lie on each other. Every third has
+ * another that begins on it, on the left or on the right. */
 static void test_slit_in_a_plane_changes_nothing(void **state) {
     uint64_t seed = SEED;
     (void)state;
@@ -178,7 +179,14 @@ static void test_slit_in_a_plane_changes_nothing(void **state) {
         struct vec3 path[3] = {{random_between(&seed, 20, 80), 80, 0},
                                {random_between(&seed, 20, 80), 60, 0},
                                {random_between(&seed, 20, 80), random_between(&seed, 40, 50), 0}};
-        const struct drape_cut_line line = {path, 3};
+        struct vec3 along = vec3_unit(vec3_sub(path[2], path[1]));
+        double turn = vec3_cross(along, vec3_sub(path[0], path[1])).z;
+        double side = turn > 0 ? -8 : 8; /* away from where the cut comes from */
+        const struct vec3 middle = vec3_scale(0.5, vec3_add(path[1], path[2]));
+        const struct vec3 branch[2] = {middle,
+                                       vec3_axpy(side, vec3_make(-along.y, along.x, 0), middle)};
+        const struct drape_cut_line lines[2] = {{path, 3}, {branch, 2}};
+        size_t count = k % 3 ? 1 : 2;
         struct drape_settings settings = {
             .method = k % 2 ? DRAPE_GEODESIC : DRAPE_GIB,
             .spacing = {4, 4},
@@ -189,8 +197,8 @@ static void test_slit_in_a_plane_changes_nothing(void **state) {
             .max_nodes = 100000};
         const struct drape_part part = {.surface = surface_of(&shape, arena)};
         assert_int_equal(drape_solve(&part, &settings, NULL, arena, &whole), STATUS_OK);
-        settings.cuts = &line;
-        settings.cut_count = 1;
+        settings.cuts = lines;
+        settings.cut_count = count;
         assert_int_equal(drape_solve(&part, &settings, NULL, arena, &slit), STATUS_OK);
         size_t at = 0;
         for (size_t n = 0; n < slit.nodes.count; n++, at++) {
@@ -202,12 +210,138 @@ static void test_slit_in_a_plane_changes_nothing(void **state) {
                 hypot(slit.nodes.x[n] - whole.nodes.x[at], slit.nodes.y[n] - whole.nodes.y[at]),
                 4e-9);
         }
-        assert_true(slit.nodes.count + 3 >= whole.nodes.count);
+        assert_true(slit.nodes.count + 3 * count >= whole.nodes.count);
         check_below(1 - slit.summary.cloth_coverage, 1e-12);
         check_below(fabs(slit.summary.cloth_area - 8000), 0.02);
-        check_below(fabs(slit.cuts.tip_angle_deg[0]), 1e-4);
-        check_below(fabs(slit.cuts.area[0]), 0.02);
+        for (size_t n = 0; n < count; n++) {
+            assert_true(slit.cuts.covered[n]);
+            check_below(fabs(slit.cuts.tip_angle_deg[n]), n ? 1e-3 : 1e-4);
+            check_below(fabs(slit.cuts.area[n]), 0.02);
+        }
+        check_below(fabs(slit.cuts.length[0] - vec3_distance(path[0], path[1]) -
+                         vec3_distance(path[1], path[2])),
+                    0.01);
         assert_true(slit.cells.count < whole.cells.count);
+        arena_free(arena);
+    }
+}
+
+/* A frustum that closes is cut open opposite the start; a cut on either side of that, from below or
+ * from above, changes nothing. By all methods. */
+static void test_slit_in_a_frustum_changes_nothing(void **state) {
+    const double round = 2 * M_PI, turn[2] = {0, round}, low[2] = {100, 0}, high[2] = {50, 80};
+    uint64_t seed = SEED;
+    (void)state;
+    for (int k = 0; k < 20; k++) {
+        static struct shape shape;
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct drape_result whole = {0}, slit = {0};
+        double start = random_between(&seed, 0, round), cut = start + random_between(&seed, 0.3, 6);
+        double tip = random_between(&seed, 0.3, 0.7), from = k % 2 ? 1 : 0;
+        double angle = random_between(&seed, 0, M_PI);
+        bool opposite = fabs(cut - start - M_PI) < 0.2;
+        if (opposite)
+            cut += 0.5;
+        shape_frustum(&shape, turn, low, high, M_PI / 2);
+        const struct vec3 path[2] = {
+            {(100 - 50 * from) * cos(cut), (100 - 50 * from) * sin(cut), 80 * from},
+            {(100 - 50 * tip) * cos(cut), (100 - 50 * tip) * sin(cut), 80 * tip}};
+        const struct drape_cut_line line = {path, 2};
+        struct drape_settings settings = {
+            .method = (enum drape_method)(k % DRAPE_METHOD_COUNT),
+            .spacing = {4, 4},
+            .start_kind = DRAPE_START_POINT,
+            .start_point = {75 * cos(start), 75 * sin(start), 40},
+            .direction_kind = DRAPE_DIRECTION_VECTOR,
+            .direction_vector = {-sin(start) * cos(angle), cos(start) * cos(angle), sin(angle)},
+            .max_nodes = 100000};
+        const struct drape_part part = {.surface = surface_of(&shape, arena)};
+        assert_int_equal(drape_solve(&part, &settings, NULL, arena, &whole), STATUS_OK);
+        settings.cuts = &line;
+        settings.cut_count = 1;
+        assert_int_equal(drape_solve(&part, &settings, NULL, arena, &slit), STATUS_OK);
+        printf("    %-8s covers %.6f, whole %.6f; tip %.4f deg, shear %.4f, whole %.4f deg\n",
+               drape_method_names[settings.method], slit.summary.cloth_coverage,
+               whole.summary.cloth_coverage, slit.cuts.tip_angle_deg[0], slit.summary.max_shear_deg,
+               whole.summary.max_shear_deg);
+        bool flat = settings.method == DRAPE_MOSAIC;
+        assert_true(flat || slit.cuts.covered[0]);
+        check_below(whole.summary.cloth_coverage - slit.summary.cloth_coverage, 1e-3);
+        check_below(slit.summary.max_shear_deg - whole.summary.max_shear_deg, flat ? 2 : 0.1);
+        check_below(fabs(slit.cuts.length[0] - fabs(tip - from) * hypot(50, 80)), 0.01);
+        check_below(flat ? 0 : fabs(slit.cuts.tip_angle_deg[0]), 0.05);
+        arena_free(arena);
+    }
+}
+
+/* A dome with a dart, by method, moved by shares of its spacing. */
+static void drape_dome(enum drape_method method, double scale, double mirror, double aside,
+                       struct arena *arena, struct drape_result *result) {
+    enum { POINTS = 13 };
+    static struct shape shape;
+    const double side[2] = {-100, 100}, d = 5 * scale;
+    struct vec3 path[POINTS];
+    shape_quadric(&shape, -1.0 / 120, -1.0 / 120, side, side);
+    struct motion motion = motion_stretch(scale, scale, scale);
+    shape_move(&shape, &motion);
+    for (int k = 0; k < POINTS; k++) {
+        double share = k / (POINTS - 1.0);
+        double x = mirror * (70 + 5 * aside - 25 * share), y = 100 - 60 * share;
+        path[k] = vec3_scale(scale, vec3_make(x, y, -(x * x + y * y) / 240));
+    }
+    const struct drape_cut_line line = {path, POINTS};
+    struct drape_settings settings = {
+        .method = method,
+        .spacing = {d, d},
+        .start_kind = DRAPE_START_POINT,
+        .start_point = {mirror * 3 * scale, 4 * scale, -25 * scale / 240},
+        .direction_kind = DRAPE_DIRECTION_VECTOR,
+        .direction_vector = {mirror, 0.3, 0},
+        .cuts = &line,
+        .cut_count = 1,
+        .max_nodes = 100000};
+    assert_int_equal(drape_solve(&(struct drape_part){.surface = surface_of(&shape, arena)},
+                                 &settings, NULL, arena, result),
+                     STATUS_OK);
+    check_above(result->summary.cloth_coverage, method == DRAPE_MOSAIC ? 0.999 : 1 - 1e-6);
+    assert_true(result->cuts.covered[0]);
+}
+
+/* Where nodes differ, in spacings; those of a mirrored net are looked for as (i, -j). */
+static double dome_gap(const struct drape_result *a, const struct drape_result *b, double scale,
+                       double mirror) {
+    double worst = 0;
+    assert_int_equal(a->nodes.count, b->nodes.count);
+    for (size_t k = 0; k < a->nodes.count; k++) {
+        size_t n = 0;
+        while (n < b->nodes.count &&
+               (b->nodes.i[n] != a->nodes.i[k] || mirror * b->nodes.j[n] != a->nodes.j[k]))
+            n++;
+        assert_true(n < b->nodes.count);
+        struct vec3 other = {mirror * b->nodes.x[n], b->nodes.y[n], b->nodes.z[n]};
+        struct vec3 own = {a->nodes.x[k], a->nodes.y[k], a->nodes.z[k]};
+        worst = fmax(worst, vec3_distance(own, vec3_scale(1 / scale, other)) / 5);
+    }
+    return worst;
+}
+
+static void test_dart_in_a_dome_moves_as_its_part_does(void **state) {
+    (void)state;
+    for (int m = 0; m < DRAPE_METHOD_COUNT; m++) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct drape_result own = {0}, moved = {0}, large = {0}, mirrored = {0};
+        bool flat = m == DRAPE_MOSAIC; /* its triangles are not those of the mirrored part */
+        drape_dome((enum drape_method)m, 1, 1, 0, arena, &own);
+        drape_dome((enum drape_method)m, 1, 1, 1e-6, arena, &moved);
+        drape_dome((enum drape_method)m, 1024, 1, 0, arena, &large);
+        drape_dome((enum drape_method)m, 1, -1, 0, arena, &mirrored);
+        check_below(dome_gap(&own, &moved, 1, 1), 1e-5);
+        check_below(dome_gap(&own, &large, 1024, 1), 1e-9);
+        check_below(flat ? 0 : dome_gap(&own, &mirrored, 1, -1), 1e-9);
+        check_below(fabs(moved.cuts.tip_angle_deg[0] - own.cuts.tip_angle_deg[0]), 1e-3);
+        check_below(fabs(large.cuts.tip_angle_deg[0] - own.cuts.tip_angle_deg[0]), 1e-6);
+        check_below(flat ? 0 : fabs(mirrored.cuts.tip_angle_deg[0] - own.cuts.tip_angle_deg[0]),
+                    1e-6);
         arena_free(arena);
     }
 }
@@ -252,6 +386,8 @@ int main(void) {
         cmocka_unit_test(test_cone_cut_to_its_apex_is_flat),
         cmocka_unit_test(test_box_corner_is_flat),
         cmocka_unit_test(test_slit_in_a_plane_changes_nothing),
+        cmocka_unit_test(test_slit_in_a_frustum_changes_nothing),
+        cmocka_unit_test(test_dart_in_a_dome_moves_as_its_part_does),
         cmocka_unit_test(test_what_is_no_cut_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
