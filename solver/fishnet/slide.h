@@ -22,6 +22,9 @@
 #include "solver/power.h"
 #include <math.h>
 
+/* Cloth with more than this sine of the shear (85 degrees) has collapsed. */
+#define SLIDE_STEEPEST 0.9962
+
 /* p = (cos g)^-c by the sine of g, |sine| < 1. */
 static inline double slide_stretch(double c, double sine) {
     double cosine2 = 1 - sine * sine;

@@ -31,9 +31,6 @@ struct NAME(slide) {
     NUMBER sine, length, chord; /* as they are for the last D */
 };
 
-/* A cell with more than this sine of the shear (85 degrees) has collapsed. */
-#define SLIDE_STEEPEST 0.9962
-
 /* s by a step of Newton's from the sine at hand; m = x + t y, and g' there. */
 INLINE void NAME(slide_step)(struct NAME(slide) * s, NUMBER x, NUMBER y, NUMBER *t, NUMBER *rate) {
     NUMBER sine = s->sine, sine2 = sine * sine, cosine2 = 1 - sine2;

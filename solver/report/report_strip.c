@@ -3,6 +3,7 @@
 
 #include "estimate.h"
 #include "solver/angle.h"
+#include "solver/fishnet/slide.h"
 #include "solver/net/shear.h"
 #include "solver/wide.h"
 
@@ -340,7 +341,9 @@ static void measure_rough(struct report_strip *strip, const struct net_window *w
             vec3_to_columns(weft, c->weft_x, c->weft_y, c->weft_z, at);
             c->shear_deg[at] = shear_rounded(90 - w);
             angle_sincos_deg(w, &sine, &cosine);
-            strip->covered += d[0] * d[1] * fabs(sine);
+            double c_slide = strip->march->settings->slide;
+            double stretch = c_slide > 0 ? slide_stretch(c_slide, cosine) : 1;
+            strip->covered += d[0] * d[1] * fabs(sine) * stretch;
         }
         first.nodes += bits->inside >> bit & 1;
         first.cells += bits->cells >> bit & 1;

@@ -4,6 +4,7 @@
 #include "node_shear.h"
 #include "rim_lips.h"
 #include "solver/angle.h"
+#include "solver/fishnet/slide.h"
 #include "solver/team.h"
 #include "statistics.h"
 
@@ -147,6 +148,13 @@ static void spread_signed(const struct gathering *g, struct sums *sums, double a
         spread_area(&sums->negative, area, low, high, fabs(mean));
 }
 
+/* By how much weft that slides is longer, by the sine of the shear; where parallels meet no more
+ * than at 85 degrees. */
+static double stretch_at(const struct gathering *g, double sine) {
+    double c = g->march->settings->slide;
+    return c > 0 ? slide_stretch(c, fmin(fabs(sine), SLIDE_STEEPEST)) : 1;
+}
+
 /* Adds the angle of an area's warp from the direction wanted, in the plane of warp and weft; 0..90.
  */
 static void add_turned(const struct gathering *g, struct sums *sums, double area, struct vec3 warp,
@@ -195,7 +203,8 @@ static void add_stretch(void *data, int number) {
         const struct vec3 warp = {c->warp_x[k], c->warp_y[k], c->warp_z[k]};
         const struct vec3 weft = {c->weft_x[k], c->weft_y[k], c->weft_z[k]};
         double cosine = vec3_dot(warp, weft), square = 1 - cosine * cosine;
-        double area = share * sqrt(square > 0 ? square : 0); /* by the sine of the yarns' angle */
+        /* by the sine of the yarns' angle, and where weft slides its length */
+        double area = share * sqrt(square > 0 ? square : 0) * stretch_at(g, cosine);
         spread_signed(g, sums, area, low, high, own);
         add_turned(g, sums, area, warp, weft);
         sums->flat += share;
@@ -367,6 +376,7 @@ static void add_cut_cells(struct gathering *g) {
         (void)cloth_shear_at(g, cell->i, cell->j, cell->p, cell->q, &at_rim, NULL);
         double shear = fabs(shear_deg), half = fabs(shear - fabs(at_rim));
         angle_sincos_deg(90 - shear, &sine, &cosine);
+        sine *= stretch_at(g, cosine);
         spread_signed(g, g->sums, share * sine, shear - half, shear + half, shear_deg);
         g->sums->flat += share;
         g->sums->grown += grown ? share * sine : 0;

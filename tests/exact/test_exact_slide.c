@@ -143,6 +143,191 @@ static void test_exact_slide_parallel_fibers_of_torus(void **state) {
         check_round(&torus, 0.6, &asked[m]);
 }
 
+/* ---- any slide on surfaces of revolution, by lines ---- */
+
+/* The fibre as values at Chebyshev points of -reach <= s <= reach, which moves over the surface
+ * along weft: with e = r_s and its curvature k = r_ss . (n x e) the shear is what
+ * g_s = k / (1 + c tan^2 g) gives from g = 0 at s = 0, and r_t = (cos g)^-c (sin g e + cos g n x
+ * e).
+ */
+enum { LINE_POINTS = 25, LINE_MIDDLE = LINE_POINTS / 2, LINE_STEPS = 8 };
+
+struct line {
+    const struct round *round;
+    double c, reach, s[LINE_POINTS], weight[LINE_POINTS], derive[LINE_POINTS][LINE_POINTS];
+    double integrate[LINE_POINTS][LINE_POINTS]; /* from 0 to each point, by Gauss */
+    struct vec3 r[LINE_POINTS];
+};
+
+/* Lagrange's polynomials at s, by barycentric weights. */
+static void line_basis(const struct line *line, double s, double basis[LINE_POINTS]) {
+    double sum = 0;
+    for (int k = 0; k < LINE_POINTS; k++) {
+        bool there = fabs(s - line->s[k]) < 1e-14;
+        for (int n = 0; n < LINE_POINTS && there; n++)
+            basis[n] = n == k;
+        if (there)
+            return;
+        basis[k] = line->weight[k] / (s - line->s[k]);
+        sum += basis[k];
+    }
+    for (int k = 0; k < LINE_POINTS; k++)
+        basis[k] /= sum;
+}
+
+static void line_make(struct line *line) {
+    static const double at[] = {-0.7745966692414834, 0, 0.7745966692414834};
+    static const double share[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    enum { PARTS = 40 };
+    for (int k = 0; k < LINE_POINTS; k++) {
+        line->s[k] = -line->reach * cos(2 * HALF_PI * k / (LINE_POINTS - 1));
+        line->weight[k] = (k % 2 ? -1 : 1) * (k == 0 || k == LINE_POINTS - 1 ? 0.5 : 1);
+    }
+    line->s[LINE_MIDDLE] = 0;
+    for (int k = 0; k < LINE_POINTS; k++) {
+        line->derive[k][k] = 0;
+        for (int n = 0; n < LINE_POINTS; n++)
+            if (n != k) {
+                line->derive[k][n] = line->weight[n] / line->weight[k] / (line->s[k] - line->s[n]);
+                line->derive[k][k] -= line->derive[k][n];
+            }
+        memset(line->integrate[k], 0, sizeof line->integrate[k]);
+        for (int part = 0; part < PARTS * 3; part++) {
+            double basis[LINE_POINTS], width = line->s[k] / PARTS;
+            line_basis(line, width * (part / 3 + 0.5 + at[part % 3] / 2), basis);
+            for (int n = 0; n < LINE_POINTS; n++)
+                line->integrate[k][n] += width * share[part % 3] * basis[n];
+        }
+    }
+}
+
+/* The shear from the curvature: g by fixed points of its integral, which contract. */
+static void line_shear(const struct line *line, const double *curvature, double *shear) {
+    double slope[LINE_POINTS];
+    memset(shear, 0, LINE_POINTS * sizeof *shear);
+    for (int round = 0; round < 30; round++) {
+        for (int k = 0; k < LINE_POINTS; k++)
+            slope[k] = curvature[k] / (1 + line->c * pow(tan(shear[k]), 2));
+        for (int k = 0; k < LINE_POINTS; k++) {
+            shear[k] = 0;
+            for (int n = 0; n < LINE_POINTS; n++)
+                shear[k] += line->integrate[k][n] * slope[n];
+        }
+    }
+}
+
+static void line_move(const struct line *line, const struct vec3 *r, struct vec3 *moved) {
+    struct vec3 e[LINE_POINTS], left[LINE_POINTS];
+    double curvature[LINE_POINTS], shear[LINE_POINTS];
+    for (int k = 0; k < LINE_POINTS; k++) {
+        e[k] = vec3_make(0, 0, 0);
+        for (int n = 0; n < LINE_POINTS; n++)
+            e[k] = vec3_axpy(line->derive[k][n], r[n], e[k]);
+        double across = hypot(r[k].x, r[k].y), ring = 1 - line->round->major / across;
+        left[k] = vec3_unit(vec3_cross(vec3_make(r[k].x * ring, r[k].y * ring, r[k].z), e[k]));
+    }
+    for (int k = 0; k < LINE_POINTS; k++) {
+        struct vec3 turn = {0, 0, 0};
+        for (int n = 0; n < LINE_POINTS; n++)
+            turn = vec3_axpy(line->derive[k][n], e[n], turn);
+        curvature[k] = vec3_dot(turn, left[k]);
+    }
+    line_shear(line, curvature, shear);
+    for (int k = 0; k < LINE_POINTS; k++)
+        moved[k] = vec3_scale(pow(cos(shear[k]), -line->c),
+                              vec3_axpy(sin(shear[k]), e[k], vec3_scale(cos(shear[k]), left[k])));
+}
+
+/* To the next fibre, d further along weft, by Runge and Kutta's steps. */
+static void line_advance(struct line *line, double d) {
+    static const double ahead[] = {0, 0.5, 0.5, 1}, share[] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+    double h = d / LINE_STEPS;
+    for (int step = 0; step < LINE_STEPS; step++) {
+        struct vec3 rate[LINE_POINTS], at[LINE_POINTS], next[LINE_POINTS];
+        memcpy(next, line->r, sizeof next);
+        memset(rate, 0, sizeof rate);
+        for (int stage = 0; stage < 4; stage++) {
+            for (int k = 0; k < LINE_POINTS; k++)
+                at[k] = vec3_axpy(h * ahead[stage], rate[k], line->r[k]);
+            line_move(line, at, rate);
+            for (int k = 0; k < LINE_POINTS; k++)
+                next[k] = vec3_axpy(h * share[stage], rate[k], next[k]);
+        }
+        memcpy(line->r, next, sizeof next);
+    }
+}
+
+/* The largest distance of nodes that rest on cloth alone from those fibres, by the minor radius. */
+static double off_lines(const struct round *round, const struct drape_run *run, double c, double d,
+                        int n, bool meridian) {
+    struct line line = {.round = round, .c = c, .reach = 1.1 * n * d};
+    double most = 0, rho = round->major + round->minor * cos(round->start);
+    line_make(&line);
+    for (int side = -1; side <= 1; side += 2) {
+        for (int k = 0; k < LINE_POINTS; k++)
+            line.r[k] = meridian ? round_point(round, 0, round->start + line.s[k] / round->minor)
+                                 : round_point(round, line.s[k] / rho, round->start);
+        for (int j = 1; j <= n; j++) {
+            line_advance(&line, side * d);
+            for (int i = -n / 2; i <= n / 2; i++) {
+                double basis[LINE_POINTS];
+                struct vec3 exact = {0, 0, 0};
+                line_basis(&line, i * d, basis);
+                for (int k = 0; k < LINE_POINTS; k++)
+                    exact = vec3_axpy(basis[k], line.r[k], exact);
+                int at = grid_find(&run->grid, i, side * j);
+                assert_true(at >= 0);
+                most = fmax(most, vec3_distance(exact, node_point(&run->result.nodes, at)));
+            }
+        }
+    }
+    return most / round->minor;
+}
+
+static void test_exact_slide_on_surfaces_of_revolution_by_lines(void **state) {
+    (void)state;
+    static const struct {
+        double major, start, c;
+        bool meridian;
+    } rows[] = {{0, 0, 1, false},       {0, 0, 0, false},       {0, 0, 0.3, false},
+                {0, 0, 0.7, false},     {1.5, 0.3, 0.5, false}, {1.5, 0.3, 0.5, true},
+                {1.5, 0.3, 0.25, true}, {1.5, 0.3, 1, true}};
+    static const struct {
+        enum drape_method method;
+        double order, most;
+    } asked[] = {{DRAPE_GIB, 1.9, 5e-7}, {DRAPE_GIB4, 3.2, 1e-9}};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        for (size_t m = 0; m < sizeof asked / sizeof *asked; m++) {
+            struct round round;
+            double last = 0;
+            round_make(&round, rows[k].major, 1, rows[k].start);
+            for (int n = N_FIRST; n <= 2 * N_FIRST; n *= 2) {
+                struct drape_settings settings = round_settings(&round, asked[m].method, 0.45, n);
+                struct drape_run run;
+                settings.slide = rows[k].c;
+                if (rows[k].meridian) {
+                    settings.generator[0].kind = DRAPE_GENERATOR_GEODESIC;
+                    settings.direction_vector =
+                        vec3_make(-sin(rows[k].start), 0, cos(rows[k].start));
+                }
+                drape_begin(&run, &round.shape, &settings);
+                double most =
+                    off_lines(&round, &run, rows[k].c, settings.spacing[0], n, rows[k].meridian);
+                printf("# %s, along a %s, slide %.2f, %s n %d: %.2e, order %.2f; shear %.1f deg\n",
+                       rows[k].major > 0 ? "torus" : "sphere",
+                       rows[k].meridian ? "meridian" : "parallel", rows[k].c,
+                       drape_method_names[asked[m].method], n, most, order_of(last, most),
+                       run.result.summary.max_shear_deg);
+                if (n > N_FIRST) {
+                    check_at_least(order_of(last, most), asked[m].order);
+                    check_at_most(most, asked[m].most);
+                }
+                last = most;
+                drape_end(&run);
+            }
+        }
+}
+
 /* ---- developables, and no slide ---- */
 
 static const enum drape_method METHODS[] = {DRAPE_BASIC, DRAPE_GIB, DRAPE_GEODESIC, DRAPE_GIB4};
@@ -346,6 +531,46 @@ static void test_exact_slide_keeps_the_law(void **state) {
 
 /* ---- other parts ---- */
 
+/* Where all is covered the cloth has the area of the part, that of its pattern less what shear
+ * takes: nothing of parallel fibres. */
+static void test_exact_slide_cloth_has_the_area_of_the_part(void **state) {
+    (void)state;
+    static const double slides[] = {0, 0.5, 1};
+    static const struct vec3 points[] = {{-1, -1, 0}, {-1, 0, 1}, {-1, 1, 0},
+                                         {0, -1, -1}, {0, 0, 0},  {0, 1, -1},
+                                         {1, -1, 0},  {1, 0, 1},  {1, 1, 0}};
+    static const double knots[] = {0, 0, 0, 1, 1, 1};
+    const struct nurbs_axis axis = {2, 3, knots, 6};
+    const struct nurbs nurbs = {axis, axis, points, 9, NULL, 0};
+    for (size_t k = 0; k < sizeof slides / sizeof *slides; k++) {
+        struct arena *arena = arena_new((size_t)1 << 28);
+        struct surface *saddle;
+        struct drape_result result;
+        const struct drape_settings settings = {.method = DRAPE_GIB,
+                                                .spacing = {0.02, 0.02},
+                                                .start_kind = DRAPE_START_UV,
+                                                .start_uv = {0.5, 0.5},
+                                                .direction_deg = 45,
+                                                .max_nodes = 1000000,
+                                                .slide = slides[k]};
+        assert_int_equal(surface_make(&nurbs, arena, &saddle), STATUS_OK);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.surface = saddle}, &settings, NULL, arena, &result),
+            STATUS_OK);
+        const struct drape_summary *s = &result.summary;
+        double off = fabs(s->cloth_area / s->part_area - 1), kept = s->cloth_area / s->flat_area;
+        printf("# slide %.1f: area off by %.1e, %.4f of the pattern's, shear up to %.1f deg\n",
+               slides[k], off, kept, s->max_shear_deg);
+        assert_int_equal(s->outcome, DRAPE_COMPLETE);
+        check_at_most(off, 2e-3);
+        if (slides[k] == 1)
+            check_at_most(fabs(kept - 1), 1e-9);
+        else
+            check_at_most(kept, 0.999);
+        arena_free(arena);
+    }
+}
+
 /* The unit sphere about its equator as a mesh of n x n quadrilaterals of two triangles. */
 static struct mesh *zone_mesh(int n, struct arena *arena) {
     struct round unit = {.minor = 1};
@@ -496,10 +721,12 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_slide_parallel_fibers_of_sphere),
         cmocka_unit_test(test_exact_slide_parallel_fibers_of_torus),
+        cmocka_unit_test(test_exact_slide_on_surfaces_of_revolution_by_lines),
         cmocka_unit_test(test_exact_slide_leaves_developables_flat),
         cmocka_unit_test(test_exact_slide_of_nothing_is_a_weave),
         cmocka_unit_test(test_exact_slide_fibers_keep_their_distance),
         cmocka_unit_test(test_exact_slide_keeps_the_law),
+        cmocka_unit_test(test_exact_slide_cloth_has_the_area_of_the_part),
         cmocka_unit_test(test_exact_slide_on_triangles),
         cmocka_unit_test(test_exact_slide_on_shells),
         cmocka_unit_test(test_exact_slide_ends_where_parallels_meet),

@@ -222,7 +222,11 @@ figure_study() {
     "$here/study.py" "$drape" "$out/best_start.svg"
 }
 
-for figure in ${FIGURES:-sphere saddle error time freeform small_radii containment study dart}; do figure_$figure; done
+figure_sliding() {
+    "$here/sliding.py" "$drape" "$out/sliding.svg"
+}
+
+for figure in ${FIGURES:-sphere saddle error time freeform small_radii containment study dart sliding}; do figure_$figure; done
 
 # They are read in a browser beside the README, and every change of them stays in the history.
 find "$out" -name '*.svg' -size +60000c | sed 's/$/ is larger than 60 kB/' | { ! grep .; }

@@ -62,4 +62,5 @@ def main():
     open(OUT, "w").write("\n".join(parts + ["</g>"] + words + ["</svg>\n"]))
 
 
-main()
+if __name__ == "__main__":
+    main()
