@@ -204,7 +204,8 @@ static bool take_step(struct path *g, struct attempt *a, struct effort *effort, 
     while (!path_followed(a->error)) {
         a->h *= fmin(path_rescaling(a->error), 0.85);
         a->at_knot = a->cut_short = false;
-        if (++effort->failures > FAILURES_MAX || !(a->h > shortest * effort->whole))
+        bool many = ++effort->failures > FAILURES_MAX && !g->surface->has_poles;
+        if (many || !(a->h > shortest * effort->whole))
             return false;
         g->tried++;
         a->error = path_try_step(g, &a->at, a->h, &a->y);
@@ -296,7 +297,7 @@ static bool goes_astray(struct path *path) {
 }
 
 /* Steps, the first with the number `round`, until `remaining` is gone, or so many that the advance
- * leads nowhere. Towards a pole many are needed. */
+ * leads nowhere. Towards a pole many are needed, and each may be tried more than once. */
 static bool go_on(struct path *path, double remaining, struct effort *effort, int round) {
     for (; round < rounds_max && remaining > 0 && !path->ended; round++) {
         double gone = 0, h = remaining;

@@ -4,9 +4,9 @@
 #include "crossing.h"
 #include "shell.h"
 
-/* The continuation is trusted while its normal has turned less than 60 degrees from the boundary;
- * a line from a pole points somewhere when it does so by less. */
-static const double normal_cosine = 0.5;
+/* The continuation is trusted while its normal and its parameter lines have turned by less than 60
+ * degrees from the boundary; a line from a pole points somewhere when it does so by less. */
+static const double turned_cosine = 0.5;
 
 /* It is trusted as far as this share of the way to where the lines at right angles to the boundary
  * meet. */
@@ -154,7 +154,7 @@ static bool turn_to(const struct surface *surface, struct surface_cursor *cursor
         double square = vec3_norm2(line), area = vec3_norm(normal);
         *speed = sqrt(square);
         double sine = vec3_dot(aside, normal) / (area * *speed);
-        if (!(vec3_dot(line, direction) > normal_cosine * *speed) || !(fabs(sine) <= 1))
+        if (!(vec3_dot(line, direction) > turned_cosine * *speed) || !(fabs(sine) <= 1))
             return false;
         *w += sine * square / area;
         if (fabs(sine) < pole_sine)
@@ -162,7 +162,7 @@ static bool turn_to(const struct surface *surface, struct surface_cursor *cursor
         if (around->closed || (*w > low - width / 2 && *w < high + width / 2))
             continue;
         *w = *w < low ? low - width / POLE_SAMPLES : high + width / POLE_SAMPLES;
-        return pole_alignment(surface, cursor, pole, *w, direction, speed) > normal_cosine;
+        return pole_alignment(surface, cursor, pole, *w, direction, speed) > turned_cosine;
     }
     return false;
 }
@@ -204,7 +204,7 @@ static bool search_line(const struct surface *surface, struct surface_cursor *cu
     }
     *w = (a + b) / 2;
     best = pole_alignment(surface, cursor, pole, *w, direction, speed);
-    return best > normal_cosine && *speed > 0;
+    return best > turned_cosine && *speed > 0;
 }
 
 /* The pole's own chart: direction and distance from it. The line that points at `target` is found
@@ -358,15 +358,37 @@ static bool nearest_border(const struct surface *surface, struct surface_cursor 
     return least < HUGE_VAL;
 }
 
+/* Whether the parameter lines that lead from the boundary to a point have turned by less than 60
+ * degrees on the way: where they turn back, or come round from infinite parameters, the polynomials
+ * say nothing of the part. They are the same lines whatever the parametrisation, and wherever faces
+ * are cut. */
+static bool lines_lead_on(const struct surface_point *point, struct surface_cursor *cursor) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &point->surface->axis[k];
+        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        double uv[2] = {point->uv[0], point->uv[1]};
+        struct surface_jet border;
+        uv[k] = axis->closed ? uv[k] : fmin(fmax(uv[k], low), high);
+        if (uv[k] == point->uv[k])
+            continue;
+        surface_jet_at(point->surface, cursor, uv[0], uv[1], &border);
+        struct vec3 before = k ? border.v : border.u, here = k ? point->jet.v : point->jet.u;
+        if (!(vec3_dot(before, here) > turned_cosine * vec3_norm(before) * vec3_norm(here)))
+            return false;
+    }
+    return true;
+}
+
 /* Whether the continuation is to be trusted at a point, by the boundary where that is nearest: not
- * far from it, turned by less than 60 degrees, and not near where the lines at right angles to the
- * boundary meet. */
+ * far from it, turned by less than 60 degrees, not near where the lines at right angles to the
+ * boundary meet, and where parameters still lead somewhere. */
 static bool is_trusted(const struct surface_point *point, const struct border *border,
                        double reach) {
     struct vec3 offset = vec3_sub(point->jet.r, border->point.jet.r);
+    struct surface_cursor cursor = {0, 0};
     return vec3_norm(offset) < reach &&
-           vec3_dot(point->normal, border->point.normal) > normal_cosine &&
-           vec3_dot(offset, border->bend) < before_focus;
+           vec3_dot(point->normal, border->point.normal) > turned_cosine &&
+           vec3_dot(offset, border->bend) < before_focus && lines_lead_on(point, &cursor);
 }
 
 double surface_point_cut_turn(const struct surface *surface, int k) {

@@ -297,6 +297,22 @@ static void test_exact_cut_weights_that_spread_far(void **state) {
         assert_int_equal(cut_any_is_wrong(seeds[k]), 0);
 }
 
+/* Where parameter lines turn back beyond the boundary nothing goes on: the whole found nodes there
+ * that cut parts did not. */
+static void test_exact_cut_where_parameters_turn_back(void **state) {
+    (void)state;
+    static const uint64_t seeds[] = {20261813, 20261830, 20262000, 20262017};
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(cut_overlapping_is_wrong(seeds[k]), 0);
+}
+
+/* Past a pole at a distance of a hundredth of a spacing steps get shorter and shorter, and each is
+ * tried twice: the whole ended there. */
+static void test_exact_cut_arm_that_all_but_meets_a_pole(void **state) {
+    (void)state;
+    assert_int_equal(cut_dome_is_wrong(20262057), 0);
+}
+
 /* Through the apex, draped from there, from next to it and towards it. */
 static void test_exact_cut_domes_have_the_net_of_the_whole(void **state) {
     (void)state;
@@ -373,6 +389,8 @@ int main(void) {
         cmocka_unit_test(test_exact_cut_trims_overlap_or_leave_gaps),
         cmocka_unit_test(test_exact_cut_ghosts_past_joints_that_overlap),
         cmocka_unit_test(test_exact_cut_weights_that_spread_far),
+        cmocka_unit_test(test_exact_cut_where_parameters_turn_back),
+        cmocka_unit_test(test_exact_cut_arm_that_all_but_meets_a_pole),
         cmocka_unit_test(test_exact_cut_node_on_a_pole),
         cmocka_unit_test(test_exact_cut_domes_have_the_net_of_the_whole),
         cmocka_unit_test(test_exact_cut_parts_have_the_net_of_the_whole),
