@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden mould-quality soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures page-figures filling validate freecad \
+.PHONY: tests golden mould-quality soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures page-figures filling validate blade freecad \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
@@ -123,6 +123,11 @@ validate: all ## drapes what others have draped, prints both beside each other: 
 	@tests/validation/validate.py $(B)/drape $(B)/validation
 	@gnuplot -e "data = '$(B)/validation'" tests/validation/course.gp
 	@awk -f tests/figures/compact.awk $(B)/validation/course.svg >docs/figures/course.svg
+
+blade: $(B)/tests/validation/blade ## a layer of courses on the blade-like mould, searched three times: docs/validation.md
+	@$< tests/validation/blade.json
+$(B)/tests/validation/blade: $(B)/tests/validation/blade.o $(B)/libdrapeapi.a $(B)/libdrape.a
+	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
 
 freecad: all ## after a change of the import: parts that FreeCAD makes and writes as STEP and IGES
 	@deploy/setup.sh freecad
