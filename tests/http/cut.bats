@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Requests whose parts are cut as CAD systems cut them, by the command line: as the whole.
+bats_require_minimum_version 1.5.0
 load helper
 
 # drape NAME: the summary of tests/requests/NAME.json.
@@ -74,4 +75,70 @@ alike() {
         [$nodes[] | . as [$i, $j, $x, $y, $z] | ($at["\($i + 1) \($j)"], $at["\($i) \($j + 1)"]) |
             select(.) | [$x - .[0], $y - .[1], $z - .[2]] | map(. * .) | add | sqrt] |
         length == 673 and max < 4.5356'
+}
+
+@test "cut: all cells at the edge are cloth, whatever the part" {
+    for part in rim_of_revolved rim_of_swept rim_of_freeform; do
+        holds "$(drape cut/$part)" '.cloth_coverage == 1 and (.cloth_area / .part_area - 1 | fabs) < 3e-4'
+    done
+}
+
+@test "cut: a trimmed part is that of faces in its shape" {
+    local whole faces
+    whole=$(drape trims_of_a_t) faces=$(drape cut/faces_of_a_t)
+    jq -e -n --argjson a "$whole" --argjson b "$faces" '[$a, $b | .cloth_coverage == 1] == [true, true] and
+        ($a.part_area / $b.part_area - 1 | fabs) < 1e-10 and ($a.max_shear_deg - $b.max_shear_deg | fabs) < 0.05' ||
+        { echo "$whole" "$faces"; return 1; }
+}
+
+@test "cut: a polyline closes alike by a line of its own and by the one understood" {
+    alike "$(drape closing_line)" "$(drape cut/closed_polyline)" 1e-9
+}
+
+@test "cut: a part far from the origin has the same net" {
+    local far
+    far=$(jq '.surface.control_points.points |= map(map(. + 1e4)) |
+        if .start.point then .start.point |= map(. + 1e4) else . end' tests/requests/revolved.json |
+        "$DRAPE" - 2>/dev/null | jq -c .summary)
+    alike "$(drape revolved)" "$far" 1e-8
+}
+
+@test "cut: basic goes on over a sharp fold with nodes on it" {
+    holds "$(jq '.method = "basic"' tests/requests/fold_of_140.json | "$DRAPE" - 2>/dev/null | jq -c .summary)" \
+        '.nodes == 14641 and .coverage == 1 and .max_shear_deg < 1e-9'
+}
+
+@test "cut: mosaic covers a sharp fold" {
+    for part in roof fold fold_of_120 fold_of_140; do
+        holds "$(jq '.method = "mosaic"' tests/requests/$part.json | "$DRAPE" - 2>/dev/null | jq -c .summary)" \
+            '.outcome == "complete" and .max_shear_deg < 1e-6'
+    done
+}
+
+# square X0 X1: a flat face of 80 beside others, as JSON.
+square() {
+    echo '{"degree_u":1,"degree_v":1,"knotvector_u":[0,0,1,1],"knotvector_v":[0,0,1,1],"size_u":2,"size_v":2,' \
+        '"control_points":[['"$1"',0,0],['"$1"',80,0],['"$2"',0,0],['"$2"',80,0]]}'
+}
+
+# overlapping BY: two flat faces that overlap by that much, draped.
+overlapping() {
+    echo '{"surface":{"faces":['"$(square 0 "$(jq -n "50 + $1")")"','"$(square 50 100)"']},
+        "fabric":{"spacing":4}}' | "$DRAPE" - 2>/dev/null
+}
+
+@test "cut: faces that overlap by more than the tolerance are apart, and it is said" {
+    for by in 0.01 0.1 1 5; do
+        overlapping $by | jq -e '(.summary.warnings | map(.code) | index("components")) != null and
+            .summary.outcome == "complete" and .summary.max_shear_deg < 1e-9' || { overlapping $by; return 1; }
+    done
+    overlapping 0.0005 | jq -e '.summary | .cloth_coverage == 1 and (.warnings | map(.code) | index("components")) == null'
+}
+
+@test "cut: a trim that does not close is refused with its place" {
+    run --separate-stderr "$DRAPE" - <<<"{\"surface\":$(square 0 100 | jq -c '.trims = [{"degree": 1,
+        "knotvector": [0, 0, 1, 2, 3, 4, 4], "reversed": true,
+        "control_points": [[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9], [0.1, 0.101]]}]'),\"fabric\":{\"spacing\":4}}"
+    [ "$status" -ne 0 ]
+    [[ "$stderr" == *"/surface/trims/0: trim 0 of the surface is open"* ]]
 }
