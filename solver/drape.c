@@ -371,3 +371,13 @@ double drape_least_radius(const struct drape_part *part) {
                                                  shell_trim(part->shell, (int32_t)k)));
     return least;
 }
+
+int32_t drape_find_hole(const struct drape_part *part, double least, struct vec3 *at,
+                        double *spread) {
+    int32_t faces = part->shell ? (int32_t)shell_face_count(part->shell) : part->surface != NULL;
+    for (int32_t k = 0; k < faces; k++)
+        if (surface_has_spread_pole(part->shell ? shell_surface(part->shell, k) : part->surface,
+                                    least, at, spread))
+            return k;
+    return -1;
+}

@@ -57,4 +57,9 @@ enum status drape_prepare(const struct drape_part *part, int32_t component,
  * of a mesh. */
 double drape_least_radius(const struct drape_part *part);
 
+/* The first face whose border should be a pole, but is a hole less than `least` wide
+ * (`surface_has_spread_pole`); -1 when there is none. */
+int32_t drape_find_hole(const struct drape_part *part, double least, struct vec3 *at,
+                        double *spread);
+
 #endif

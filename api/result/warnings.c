@@ -293,6 +293,26 @@ static void check_collapsed(const struct warnings_subject *s, struct api_summary
                      end.at.x, end.at.y, end.at.z, end.count);
 }
 
+/* Faces with a hole in place of a pole, by its width in spacings. */
+static const double hole_least = 0.1;
+
+static void check_poles(const struct warnings_subject *s, struct api_summary *summary) {
+    const double *d = s->request->settings.spacing;
+    char pointer[40] = "/surface"; /* as long as one may be */
+    struct vec3 at;
+    double spread;
+    int32_t face = drape_find_hole(s->part, hole_least * fmin(d[0], d[1]), &at, &spread);
+    if (face < 0)
+        return;
+    if (s->request->surface.kind == API_SURFACE_SHELL)
+        snprintf(pointer, sizeof pointer, "/surface/faces/%d", (int)face);
+    warnings_add(&summary->warnings, "hole", pointer,
+                 "an edge of face %d should be a point, but its control points are up to %.2g %s "
+                 "apart at (%.6g, %.6g, %.6g): the part has a hole there, round which the net has "
+                 "to go. Give them one position",
+                 (int)face, spread, s->request->length_unit->name, at.x, at.y, at.z);
+}
+
 void warnings_make(const struct warnings_subject *subject, struct api_summary *summary) {
     struct api_warnings *warnings = &summary->warnings;
     const struct api_request *request = subject->request;
@@ -310,6 +330,7 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
             summary->cells, summary->cells == 1 ? "cell" : "cells", spacing, unit, many_cells);
     }
     check_components(subject, summary);
+    check_poles(subject, summary);
     check_uncovered(subject, summary);
     check_collapsed(subject, summary);
     check_cuts(subject, summary);

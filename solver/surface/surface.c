@@ -314,6 +314,24 @@ static void find_poles(struct surface *surface, int direction) {
         }
 }
 
+bool surface_has_spread_pole(const struct surface *surface, double least, struct vec3 *at,
+                             double *spread) {
+    for (int border = 0; border < 4; border++) {
+        int direction = border / 2, end = border % 2;
+        const struct surface_axis *other = &surface->axis[1 - direction];
+        *at = space_point(border_point(surface, direction, end, 0, 0));
+        *spread = 0;
+        for (int span = 0; span < other->span_count; span++)
+            for (int along = 0; along <= other->degree; along++) {
+                vec4 point = border_point(surface, direction, end, span, along);
+                *spread = fmax(*spread, vec3_distance(space_point(point), *at));
+            }
+        if (other->closed && !surface->axis[direction].pole[end] && *spread < least)
+            return true;
+    }
+    return false;
+}
+
 enum status surface_finish(struct surface *surface) {
     const struct surface_axis *a = surface->axis;
     surface->has_poles = a[0].pole[0] || a[0].pole[1] || a[1].pole[0] || a[1].pole[1];

@@ -67,6 +67,12 @@ double surface_least_radius(const struct surface *surface, const struct trim *tr
  * between two of 32 by 32 samples, and where: at a cusp, at a fold, or where it is inside out. */
 bool surface_turns_back(const struct surface *surface, const struct trim *trim, struct vec3 *at);
 
+/* Whether a border that is closed, and should be a pole, is none: its control points are not one,
+ * but lie within `least` of each other. `at` gets the first of them and `spread` how far another is
+ * from it. */
+bool surface_has_spread_pole(const struct surface *surface, double least, struct vec3 *at,
+                             double *spread);
+
 /* The point of the surface nearest to `point`: its parameters, inside the domain, and its distance,
  * to 1e-10 of the surface's size; by branch and bound over the spans, then Newton on the distance.
  */
