@@ -220,6 +220,7 @@ static void summarise(const struct api_request *request, const struct drape_resu
         .severity_max = api_fields_most(COLUMN_CELLS_severity, request, &result->cells),
         .packing_exceeded_cells =
             api_fields_count(COLUMN_CELLS_packing_exceeded, request, &result->cells),
+        .steering = result->steering,
         .residual_max = s->residual_max,
         .newton_iterations_mean = s->newton_iterations_mean,
         .error_estimate_max = s->error_estimate_max,

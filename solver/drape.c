@@ -34,8 +34,7 @@ static bool is_valid_curvature(const struct drape_generator *generator) {
     if (!steered && generator->kind != DRAPE_GENERATOR_LEAST)
         return true;
     return c->points >= 1 && c->points <= DRAPE_CURVATURE_POINTS &&
-           in_range(c->length[0], steered ? DBL_MIN : 0, DBL_MAX) &&
-           in_range(c->length[1], steered ? DBL_MIN : 0, DBL_MAX) &&
+           in_range(c->length[0], 0, DBL_MAX) && in_range(c->length[1], 0, DBL_MAX) &&
            (!steered || curvature_most(c) <= DBL_MAX);
 }
 

@@ -57,9 +57,9 @@ struct drape_generator {
                                          apart along the line */
     size_t place_count, place_start;  /* at least 1; which of them is the start, whatever
                                          `start_kind` says: it may lie beyond the part */
-    struct drape_curvature curvature; /* DRAPE_GENERATOR_STEERED; of _LEAST its points, its
-                                         lengths or 0: those of the geodesic's two sides, and the
-                                         values to begin at */
+    struct drape_curvature curvature; /* DRAPE_GENERATOR_STEERED; of _LEAST its points and the
+                                         values to begin at. Lengths of 0: those of the
+                                         geodesic's two sides */
 };
 
 /* A line over which the cloth is cut, from an edge of the part, of a hole or of a cut before it to

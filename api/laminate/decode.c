@@ -116,9 +116,9 @@ static void decode_splits(const struct json_value *json, struct laminate_pieces 
 /* The pieces that the request speaks of; what one does not say is as the ply says. */
 static void decode_pieces(const struct json_value *json, const struct api_request *ply,
                           struct laminate_pieces *pieces) {
-    static const char *const keys[] = {"at",        "name",         "fabric", "start",
-                                       "direction", "generators",   "method", "yarn_path",
-                                       "extent",    "permeability", "cuts",   NULL};
+    static const char *const keys[] = {
+        "at",        "name",   "fabric",       "start", "direction", "generators", "method",
+        "yarn_path", "extent", "permeability", "cuts",  "energy",    NULL};
     size_t count;
     if (!decode_count(json, 0, LAMINATE_PIECES_MAX, "pieces", &count))
         return;
@@ -174,10 +174,11 @@ static void decode_division(const struct json_value *json, struct laminate_ply *
 
 static void decode_laminate_ply(const struct json_value *json, const struct api_request *common,
                                 size_t number, struct laminate_ply *ply) {
-    static const char *const keys[] = {
-        "name",         "repeat",     "compaction", "boundary",  "fabric", "start",
-        "direction",    "generators", "method",     "yarn_path", "extent", "permeability",
-        "areal_weight", "cuts",       "splits",     "seam",      "pieces", NULL};
+    static const char *const keys[] = {"name",         "repeat",    "compaction", "boundary",
+                                       "fabric",       "start",     "direction",  "generators",
+                                       "method",       "yarn_path", "extent",     "permeability",
+                                       "areal_weight", "cuts",      "splits",     "seam",
+                                       "pieces",       "energy",    NULL};
     struct json_value name = value_member(json, "name"), repeat = value_member(json, "repeat");
     struct json_value law = value_member(json, "compaction");
     struct json_value boundary = value_member(json, "boundary");

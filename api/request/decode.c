@@ -106,12 +106,22 @@ void decode_start(const struct json_value *json, struct api_request *request) {
 }
 
 static void decode_generator(const struct json_value *json, struct drape_generator *generator) {
-    static const char *const names[] = {"geodesic"};
+    static const char *const names[] = {"geodesic", "least_energy"};
+    struct json_value steered = value_member(json, "steered");
     struct json_value curve = value_member(json, "uv"), plane = value_member(json, "plane");
     double *rows;
     int index;
     if (value_type(json) == VALUE_STRING) {
-        value_choice(json, names, 1, &index);
+        if (value_choice(json, names, 2, &index) && index == 1) {
+            generator->kind = DRAPE_GENERATOR_LEAST;
+            generator->curvature = (struct drape_curvature){.points = DECODE_STEERED_POINTS};
+        }
+        return;
+    }
+    if (value_given(&steered)) {
+        static const char *const keys[] = {"steered", NULL};
+        if (value_object(json, keys))
+            decode_steered(&steered, generator);
         return;
     }
     int which = read_alternative(json, "uv", "plane");
@@ -216,10 +226,11 @@ static void decode_method(const struct json_value *root, struct api_request *req
                     "to fourth order");
     if (on_mesh && settings->yarn_path == DRAPE_PATH_RELAXATION)
         value_fault(&path, "relaxation needs a surface with parameters, not a triangle mesh");
-    for (int k = 0; k < 2 && on_mesh; k++) {
+    for (int k = 0; k < 2; k++) {
         struct json_value generators = value_member(root, "generators");
         struct json_value generator = value_member(&generators, yarn_keys[k]);
-        if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
+        decode_check_steered(&generator, settings, k, on_mesh);
+        if (on_mesh && settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
             value_fault(&generator,
                         "must not be a curve in u and v, which a triangle mesh does not have");
     }
@@ -329,6 +340,7 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
     struct json_value fabric = value_member(root, "fabric"), start = value_member(root, "start");
     struct json_value direction = value_member(root, "direction");
     struct json_value generators = value_member(root, "generators");
+    struct json_value energy = value_member(root, "energy");
     struct json_value extent = value_member(root, "extent"), cuts = value_member(root, "cuts");
     struct json_value permeability = value_member(root, "permeability");
     struct drape_settings *settings = &request->settings;
@@ -358,6 +370,8 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
                 value_fault(&generator, "must be \"geodesic\" where weft slides along warp "
                                         "(fabric.kinematics): fibres follow the warp generator");
         }
+    if (value_given(&energy))
+        decode_energy(&energy, &settings->energy);
     decode_method(root, request);
     if (value_given(&extent) && value_object(&extent, yarn_keys))
         for (int k = 0; k < 2; k++) {
@@ -411,7 +425,7 @@ void decode_drape(const struct json_value *json, const struct api_input *input,
     static const char *const keys[] = {"surface",   "length_unit", "offset",     "fabric",
                                        "start",     "direction",   "generators", "method",
                                        "yarn_path", "extent",      "cavity",     "permeability",
-                                       "rosette",   "cuts",        NULL};
+                                       "rosette",   "cuts",        "energy",     NULL};
     static const char *const cavity_keys[] = {"height", NULL}, *const cavity_names[] = {"flexible"};
     int index;
     struct json_value cavity = value_member(json, "cavity"), offset = value_member(json, "offset");

@@ -11,7 +11,7 @@ void decode_fabric(const struct json_value *json, struct api_request *request) {
     static const char *const keys[] = {
         "material",          "spacing",     "thickness",     "fiber_volume_fraction",
         "locking_angle_deg", "limit_curve", "pre_shear_deg", "plies",
-        "kinematics",        NULL};
+        "kinematics",        "shear_curve", "bending",       NULL};
     if (!value_object(json, keys))
         return;
     struct json_value material = value_member(json, "material");
@@ -50,6 +50,7 @@ void decode_fabric(const struct json_value *json, struct api_request *request) {
         }
     }
     decode_figures(json, request->length_unit->metres, request);
+    decode_shear_energy(json, &request->settings.energy);
     if (value_given(&pre_shear) &&
         value_number(&pre_shear, pre_shears, &request->settings.pre_shear_deg) &&
         request->settings.slide > 0 && request->settings.pre_shear_deg != 0)

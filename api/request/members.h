@@ -76,6 +76,19 @@ bool decode_permeability(const struct json_value *json, struct api_permeability 
 /* `fabric`, with the figures of the material that it names or has; the unit of lengths is known. */
 void decode_fabric(const struct json_value *json, struct api_request *request);
 
+/* A steered generator: {"points", "values", "length"} or the values alone; without values it is to
+ * be sought. */
+enum { DECODE_STEERED_POINTS = 4 };
+void decode_steered(const struct json_value *json, struct drape_generator *generator);
+
+/* What cloth costs: `shear_curve` and `bending` of a fabric; and {"norm", "min_radius"}. */
+void decode_shear_energy(const struct json_value *fabric, struct drape_energy *energy);
+void decode_energy(const struct json_value *json, struct drape_energy *energy);
+
+/* Whether steered generator k suits all else, once that is known. */
+void decode_check_steered(const struct json_value *generator, const struct drape_settings *settings,
+                          int k, bool on_mesh);
+
 /* The figures of a fabric, of a request or of a material: lengths are in `metres`, and become the
  * request's. */
 void decode_figures(const struct json_value *json, double metres, struct api_request *request);

@@ -104,6 +104,47 @@ static void normalise_definition(struct api_text *text, const struct api_surface
     api_text_raw(text, "}");
 }
 
+void api_normalise_steered(struct api_text *text, const struct drape_curvature *curvature,
+                           bool values) {
+    api_text_raw(text, "{");
+    api_text_key_object(text, "steered");
+    api_text_key_integer(text, "points", curvature->points);
+    if (values)
+        api_text_key_numbers(text, "values", curvature->value, 2 * (size_t)curvature->points);
+    if (curvature->length[0] > 0)
+        api_text_key_numbers(text, "length", curvature->length, 2);
+    api_text_raw(text, "}}");
+}
+
+/* What cloth costs, as far as it is not the default. */
+static void normalise_energy(struct api_text *text, const struct drape_energy *energy) {
+    if (!(energy->norm > 0) && !(energy->min_radius > 0))
+        return;
+    api_text_key_object(text, "energy");
+    if (energy->norm > 0)
+        api_text_key_number(text, "norm", energy->norm);
+    if (energy->min_radius > 0)
+        api_text_key_number(text, "min_radius", energy->min_radius);
+    api_text_raw(text, "}");
+}
+
+static void normalise_shear_energy(struct api_text *text, const struct drape_energy *energy) {
+    if (energy->bending > 0)
+        api_text_key_number(text, "bending", energy->bending);
+    if (energy->shear_count == 0)
+        return;
+    api_text_key_object(text, "shear_curve");
+    for (int column = 0; column < 2; column++) {
+        api_text_key(text, column ? "force" : "shear_deg");
+        for (size_t k = 0; k < energy->shear_count; k++) {
+            api_text_raw(text, k ? "," : "[");
+            api_text_number(text, energy->shear_curve[k][column]);
+        }
+        api_text_raw(text, "]");
+    }
+    api_text_raw(text, "}");
+}
+
 static void normalise_generator(struct api_text *text, const char *key,
                                 const struct drape_generator *generator) {
     api_text_key(text, key);
@@ -118,6 +159,9 @@ static void normalise_generator(struct api_text *text, const char *key,
         break;
     case DRAPE_GENERATOR_STEERED:
     case DRAPE_GENERATOR_LEAST:
+        api_normalise_steered(text, &generator->curvature,
+                              generator->kind == DRAPE_GENERATOR_STEERED);
+        break;
     case DRAPE_GENERATOR_PLANE:
         api_text_raw(text, "{");
         api_text_key_numbers(text, "plane", &generator->plane_normal.x, 3);
@@ -284,6 +328,7 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     api_text_key_number(text, "pre_shear_deg", settings->pre_shear_deg);
     api_text_key_integer(text, "plies", fabric->plies);
     api_normalise_kinematics(text, settings->slide);
+    normalise_shear_energy(text, &settings->energy);
     api_text_raw(text, "}");
     if (settings->start_kind == DRAPE_START_POINT) {
         api_text_key_object(text, "start");
@@ -308,6 +353,7 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     normalise_generator(text, "warp", &settings->generator[0]);
     normalise_generator(text, "weft", &settings->generator[1]);
     api_text_raw(text, "}");
+    normalise_energy(text, &settings->energy);
     api_text_key_string(text, "method", drape_method_names[settings->method]);
     api_text_key_string(text, "yarn_path", api_yarn_path_names[settings->yarn_path]);
     if (settings->cut_count)

@@ -56,4 +56,8 @@ void api_normalise_notes(struct api_text *text, const struct api_surface *surfac
 /* The definition of a surface (not API_SURFACE_NAMED). */
 const char *api_normalise_surface(const struct api_surface *surface, struct arena *arena);
 
+/* A steered generator as it can be posted, with its values or to be sought. */
+void api_normalise_steered(struct api_text *text, const struct drape_curvature *curvature,
+                           bool values);
+
 #endif

@@ -51,6 +51,8 @@ static void relocate_cloth(struct relocation *relocation, struct api_request *re
         relocate(relocation, &generator->curve, generator->curve_count, sizeof *generator->curve);
     }
     struct drape_settings *settings = &request->settings;
+    relocate(relocation, &settings->energy.shear_curve, settings->energy.shear_count,
+             sizeof *settings->energy.shear_curve);
     struct drape_cut_line *cut =
         relocate_once(relocation, &settings->cuts, settings->cut_count, sizeof *cut);
     for (size_t k = 0; cut && k < settings->cut_count; k++)

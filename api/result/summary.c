@@ -3,6 +3,7 @@
 
 #include "api/json/text.h"
 #include "api/json/value.h"
+#include "steering.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -68,6 +69,10 @@ void summary_write(struct api_text *text, const struct api_summary *summary, dou
         const struct summary_member *member = &summary_members[m];
         const void *value = (const char *)summary + member->offset;
         const double *number = value;
+        if (member->kind == SUMMARY_STEERING) {
+            steering_write(text, member->key, value);
+            continue;
+        }
         api_text_key(text, member->key);
         switch (member->kind) {
         case SUMMARY_OUTCOME:
@@ -96,6 +101,8 @@ void summary_write(struct api_text *text, const struct api_summary *summary, dou
             for (int k = 0; k < 2; k++)
                 api_text_key_numbers(text, axes_names[k], number + (size_t)k * 3, 3);
             api_text_raw(text, "}");
+            break;
+        case SUMMARY_STEERING:
             break;
         case SUMMARY_REASONS:
             api_text_raw(text, "{");
@@ -187,6 +194,9 @@ void summary_read(const struct json_value *json, struct api_summary *summary) {
                 part = value_member(&own, axes_names[k]);
                 value_vector(&part, any, 3, (double *)value + (size_t)k * 3);
             }
+            break;
+        case SUMMARY_STEERING:
+            steering_read(&own, value);
             break;
         case SUMMARY_REASONS:
             for (int k = 0; k < DRAPE_REASON_COUNT; k++) {

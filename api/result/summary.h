@@ -46,6 +46,7 @@
     X(POSITIVE, fiber_volume, "fiber_volume",                                                      \
       "of the fibres in the cloth; null without thickness and fibre volume fraction")              \
     X(POSITIVE, pore_volume, "pore_volume", "left for the resin; null without thickness and fibre volume fraction")              \
+    X(STEERING, steering, "steering", "of generators of least energy; left out without them: `energy_before` with geodesics, `energy_after`, `fell`, `iterations`, and `generators` that give this drape") \
     X(REASONS, front_reasons, "front_reasons", "rows of the table front, counted by reason")                    \
     X(WARNINGS, warnings, "warnings", "warnings about the drape: `code`, `detail`, `pointer`")\
     X(TIMING, solve_ms, "timing_ms", "`solve`: time of the solver; `queue`: this job's wait")      \
@@ -72,6 +73,7 @@ enum summary_kind {
     SUMMARY_POSITIVE, /* null when negative: there is none */
     SUMMARY_PLACE,    /* p, q, x, y, z */
     SUMMARY_AXES,     /* two vectors */
+    SUMMARY_STEERING, /* nothing where no generator was sought */
     SUMMARY_REASONS,
     SUMMARY_WARNINGS,
     SUMMARY_TIMING,
@@ -85,6 +87,7 @@ enum summary_kind {
 #define SUMMARY_MEMBER_POSITIVE(name) double name;
 #define SUMMARY_MEMBER_PLACE(name) double name[SUMMARY_PLACE_SIZE];
 #define SUMMARY_MEMBER_AXES(name) double name[SUMMARY_AXES_SIZE];
+#define SUMMARY_MEMBER_STEERING(name) struct drape_steering name;
 #define SUMMARY_MEMBER_REASONS(name) size_t name[DRAPE_REASON_COUNT];
 #define SUMMARY_MEMBER_WARNINGS(name) struct api_warnings name;
 #define SUMMARY_MEMBER_TIMING(name) double name;

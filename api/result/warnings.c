@@ -102,6 +102,29 @@ static void check_fabric(const struct warnings_subject *s, struct api_summary *s
         api_packing_limit(&request->permeability), cavity->rigid ? "; make the cavity higher" : "");
 }
 
+/* Of generators that were sought, or that end where they begin. */
+static void check_steering(const struct warnings_subject *s, struct api_summary *summary) {
+    static const char *const pointers[2] = {"/generators/warp", "/generators/weft"};
+    const struct drape_steering *steering = &summary->steering;
+    const struct drape_generator *generator = s->request->settings.generator;
+    bool sought = steering->sought[0] || steering->sought[1];
+    if (sought && !steering->fell)
+        warnings_add(&summary->warnings, "not_steered", "/generators",
+                     "no generators were found that cost less than geodesics (%.6g): the drape is "
+                     "theirs",
+                     steering->energy[0]);
+    for (int k = 0; k < 2; k++) {
+        const int32_t *reach = k ? s->result->weft_range : s->result->warp_range;
+        bool steered = generator[k].kind == DRAPE_GENERATOR_STEERED || steering->sought[k];
+        if (steered && (reach[0] == 0 || reach[1] == 0))
+            warnings_add(&summary->warnings, "steers_nothing", pointers[k],
+                         "the generator leaves the part where it begins, at (%.6g, %.6g, %.6g): "
+                         "the curvature of one of its sides has no effect",
+                         s->result->start_point.x, s->result->start_point.y,
+                         s->result->start_point.z);
+    }
+}
+
 /* The diagonal of the box round the nodes and the rim. */
 static double size_of_part(const struct warnings_subject *s) {
     const struct drape_nodes *nodes = &s->result->nodes;
@@ -334,6 +357,7 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
     check_uncovered(subject, summary);
     check_collapsed(subject, summary);
     check_cuts(subject, summary);
+    check_steering(subject, summary);
     if (subject->result->summary.overlaps)
         warnings_add(
             warnings, "overlap", "/start",

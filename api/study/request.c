@@ -162,7 +162,7 @@ static void decode_vary(const struct json_value *root, struct study_request *r) 
     for (int k = 0; k < 2; k++) { /* generators fix what is to be varied */
         enum drape_generator_kind kind = r->drape.settings.generator[k].kind;
         struct json_value json = value_member(&generators, names[k]);
-        bool fixed = kind != DRAPE_GENERATOR_GEODESIC;
+        bool fixed = kind == DRAPE_GENERATOR_CURVE || kind == DRAPE_GENERATOR_PLANE;
         if (kind == DRAPE_GENERATOR_CURVE && r->starts != STUDY_STARTS_KEPT)
             value_fault(&json, "must not be a curve, which passes one start, when starts vary");
         else if (fixed && (k == 0 ? turned : sheared))

@@ -23,9 +23,20 @@ static const double turn_most = 0.25;
 
 static const double damping_first = 1e-3, damping_least = 1e-7;
 
+static bool is_sought(const struct drape_generator *generator) {
+    return generator->kind == DRAPE_GENERATOR_LEAST;
+}
+
+/* Whether its values stand on the sides of a geodesic, which are to be measured. */
+static bool is_unmeasured(const struct drape_generator *generator) {
+    bool steered = generator->kind == DRAPE_GENERATOR_STEERED || is_sought(generator);
+    return steered && !(generator->curvature.length[0] > 0 && generator->curvature.length[1] > 0);
+}
+
 bool steer_seeks(const struct drape_settings *settings) {
-    return settings->generator[0].kind == DRAPE_GENERATOR_LEAST ||
-           settings->generator[1].kind == DRAPE_GENERATOR_LEAST;
+    const struct drape_generator *generator = settings->generator;
+    return is_sought(&generator[0]) || is_sought(&generator[1]) || is_unmeasured(&generator[0]) ||
+           is_unmeasured(&generator[1]);
 }
 
 /* The fractions of part of a run as those of the whole: `from` to `to`. */
@@ -246,19 +257,23 @@ static enum status search_from(struct search *s, const struct drape_settings *as
     if (!next)
         return STATUS_OUT_OF_MEMORY;
     struct drape_settings straight = s->settings;
-    make_geodesics(&straight, s->slope->varied);
+    for (int k = 0; k < 2; k++)
+        if (s->slope->varied[k] || is_unmeasured(&straight.generator[k]))
+            straight.generator[k].kind = DRAPE_GENERATOR_GEODESIC;
     enum status status = s->lay->lay(s->lay->context, &straight, &monitor, s->arena, &result);
     if (status != STATUS_OK)
         return status;
     const double *d = s->settings.spacing;
     for (int k = 0; k < 2; k++)
-        if (s->slope->varied[k]) {
+        if (s->slope->varied[k] || is_unmeasured(&s->settings.generator[k])) {
             s->settings.generator[k].kind = DRAPE_GENERATOR_STEERED;
             measure_sides(&result.nodes, k, d[k], s->settings.generator[k].curvature.length);
         }
     s->area = result.summary.part_area;
     s->slope->stiffness = steer_bending(&s->settings.energy, s->area);
     arena_rewind(s->arena, mark);
+    if (!s->slope->varied[0] && !s->slope->varied[1])
+        return STATUS_OK;
     s->most = turn_most / fmax(d[0], d[1]);
     if (s->settings.energy.min_radius > 0)
         s->most = fmin(s->most, 1 / s->settings.energy.min_radius);
@@ -305,6 +320,10 @@ enum status steer_solve(const struct steer_lay *lay, const struct drape_settings
     enum status status = search_from(&s, settings);
     if (status != STATUS_OK)
         return status;
+    if (!s.slope->varied[0] && !s.slope->varied[1]) {
+        s.settings.statistics = settings->statistics;
+        return lay->lay(lay->context, &s.settings, monitor, arena, result);
+    }
     struct drape_steering found = {.iterations = s.iterations};
     struct arena_mark mark = arena_mark(arena);
     s.stage = (struct stage){monitor, 0.5, 0.75};

@@ -15,7 +15,7 @@
 #include "solver/status.h"
 #include <stdbool.h>
 
-/* Lays a drape of the same part with these settings, none of whose generators is to be sought. */
+/* Lays a drape of the same part with these settings, whose generators are known. */
 struct steer_lay {
     enum status (*lay)(const void *context, const struct drape_settings *settings,
                        const struct drape_monitor *monitor, struct arena *arena,
@@ -23,7 +23,7 @@ struct steer_lay {
     const void *context;
 };
 
-/* Whether a generator is to be sought. */
+/* Whether a generator is to be sought, or its values stand on sides that are to be measured. */
 bool steer_seeks(const struct drape_settings *settings);
 
 /* Seeks them and lays the drape, or that with geodesics in their place, which then costs less: the
