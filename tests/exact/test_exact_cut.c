@@ -12,8 +12,8 @@
 #include <stdio.h>
 
 static const uint64_t SEED = 20261124;
-static const double SAME = 1e-6, SAME_GROWN = 1e-3;                             /* of a spacing */
-static const double DOMES_MOST = 0.02, PARTS_MOST = 0.03, OVERLAPS_MOST = 0.03; /* that differ */
+static const double SAME = 1e-6, SAME_GROWN = 1e-3;                              /* of a spacing */
+static const double DOMES_MOST = 0.015, PARTS_MOST = 0.02, OVERLAPS_MOST = 0.03; /* that differ */
 static const double GAPS = 4;  /* that a node may be off by, for what a yarn adds up over some */
 static const double MOVED = 4; /* times as far as the whole's when it is moved by: */
 static const double ROUNDING = 1e-13; /* of the size */
@@ -210,6 +210,8 @@ static struct cut_case make_case(uint64_t seed, enum whole_kind kind, double ove
     return c;
 }
 
+static int silent_count; /* of the wrong ones: complete, and no place says that it may be wrong */
+
 static int cut_is_wrong(uint64_t seed, enum whole_kind kind, double overlap) {
     static struct shape shape;
     static struct pieces pieces;
@@ -240,6 +242,7 @@ static int cut_is_wrong(uint64_t seed, enum whole_kind kind, double overlap) {
             drape_end(&wholes.moved[m]);
     }
     bool silent = status == STATUS_OK && result.summary.outcome == DRAPE_COMPLETE;
+    silent_count += silent && is_wrong(&t);
     if (is_wrong(&t) || getenv("DRAPED_VERBOSE"))
         print_case(&c, seed, pieces.count, silent, &t, &wholes.as_it_is.result, &result);
     arena_free(arena);
@@ -251,8 +254,10 @@ static int cut_is_wrong(uint64_t seed, enum whole_kind kind, double overlap) {
 static void check_share(const char *name, double most, int (*wrong_of)(uint64_t)) {
     const char *text = getenv("DRAPED_ROUNDS");
     int rounds = text ? atoi(text) : check_sized(WHOLE_ROUNDS, LEAST_ROUNDS);
+    silent_count = 0;
     int wrong = check_rounds(SEED, WHOLE_ROUNDS, LEAST_ROUNDS, wrong_of);
     printf("  share: %d of %d %s differ\n", wrong, rounds, name);
+    printf("  share: %d of %d %s differ and say nothing\n", silent_count, rounds, name);
     check_at_most(wrong, 1 + rounds * most);
 }
 
