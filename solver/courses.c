@@ -28,7 +28,7 @@ static double of_list(const double *list, size_t count, size_t k, double otherwi
 }
 
 /* Written so that NaN is refused. */
-static bool are_valid(const struct layer *l) {
+static bool layer_is_valid(const struct layer *l) {
     const struct courses_settings *s = l->settings;
     const struct drape_settings *d = &s->drape;
     bool valid = s->width_count > 0 && s->most <= COURSES_MAX && s->ends >= 0 &&
@@ -52,8 +52,8 @@ static bool are_valid(const struct layer *l) {
 
 /* ---- the line along which the first course is laid ---- */
 
-static bool point_of(const struct layer *l, int32_t face, const double uv[2],
-                     struct surface_point *point) {
+static bool layer_point(const struct layer *l, int32_t face, const double uv[2],
+                        struct surface_point *point) {
     struct surface_cursor cursor = {0};
     const struct surface *surface =
         l->surface->shell ? shell_surface(l->surface->shell, face) : l->surface;
@@ -94,24 +94,17 @@ static enum status look(const struct layer *l, const struct drape_settings *sett
     return drape_solve(l->part, &s, NULL, l->arena, seen);
 }
 
-static bool make_line(struct course_line *line, size_t count, struct arena *arena) {
-    *line = (struct course_line){.at = arena_alloc(arena, count, sizeof *line->at),
-                                 .tangent = arena_alloc(arena, count, sizeof *line->tangent),
-                                 .s = arena_alloc(arena, count, sizeof *line->s)};
-    return line->at && line->tangent && line->s;
-}
-
 static enum status along_direction(const struct layer *l, struct course_line *line) {
     struct drape_result seen;
     enum status status = look(l, &l->settings->drape, &seen);
     if (status != STATUS_OK)
         return status;
-    if (!make_line(line, 1, l->arena))
+    if (!line_alloc(line, 1, l->arena))
         return STATUS_OUT_OF_MEMORY;
     line->count = 1;
     line->tangent[0] = seen.start_warp;
-    return point_of(l, seen.start_face, seen.start_uv, &line->at[0]) ? STATUS_OK
-                                                                     : STATUS_DEGENERATE_SURFACE;
+    return layer_point(l, seen.start_face, seen.start_uv, &line->at[0]) ? STATUS_OK
+                                                                        : STATUS_DEGENERATE_SURFACE;
 }
 
 static enum status along_path(const struct layer *l, struct course_line *line) {
@@ -120,7 +113,7 @@ static enum status along_path(const struct layer *l, struct course_line *line) {
     size_t room = 1;
     for (size_t k = 1; k < s->path_count; k++)
         room += 1 + (size_t)fmin(vec3_distance(s->path[k - 1], s->path[k]) / step, 1e5);
-    if (!make_line(line, room, l->arena))
+    if (!line_alloc(line, room, l->arena))
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < s->path_count; k++) {
         struct vec3 from = s->path[k > 0 ? k - 1 : 0], way = vec3_sub(s->path[k], from);
@@ -174,7 +167,7 @@ static enum status follow_rim(const struct layer *l, const struct drape_rim *rim
                                           rim->z[first + (begin + n + 1) % count]));
     room += (size_t)fmin(2 * length / step, 1e6);
     double own = length / fmax(floor(length / step), 1), ahead = 0, gone = 0;
-    if (!make_line(line, room, l->arena))
+    if (!line_alloc(line, room, l->arena))
         return STATUS_OUT_OF_MEMORY;
     for (size_t n = 0; n < pieces; n++) {
         size_t a = first + (begin + n) % count, b = first + (begin + n + 1) % count;
@@ -187,7 +180,7 @@ static enum status follow_rim(const struct layer *l, const struct drape_rim *rim
             double x = fmin((ahead - gone) / piece, 1);
             const double uv[2] = {rim->u[a] + x * (rim->u[b] - rim->u[a]),
                                   rim->v[a] + x * (rim->v[b] - rim->v[a])};
-            line->count += point_of(l, face, uv, &line->at[line->count]);
+            line->count += layer_point(l, face, uv, &line->at[line->count]);
             ahead += own;
         }
         gone += piece;
@@ -254,7 +247,7 @@ static void find_range(const struct course_line *line, const bool *inside, doubl
 }
 
 /* Whether places of a line are on the part. */
-static bool *find_inside(const struct layer *l, const struct course_line *line) {
+static bool *mark_inside(const struct layer *l, const struct course_line *line) {
     const struct surface *surface = l->surface;
     bool *inside = arena_alloc(l->arena, line->count, sizeof *inside);
     for (size_t k = 0; inside && k < line->count; k++) {
@@ -271,7 +264,7 @@ static bool *find_inside(const struct layer *l, const struct course_line *line) 
     return inside;
 }
 
-static double share_of(const double range[2], double share) {
+static double range_share(const double range[2], double share) {
     return range[0] + share * (range[1] - range[0]);
 }
 
@@ -321,13 +314,13 @@ static enum status lay_edge(const struct layer *l, const struct course_line *lin
     size_t count = offset && offset->count ? offset->count : 1, middle;
     for (size_t k = 0; offset && k < offset->count; k++)
         values[k] = (s->to_right ? -1 : 1) * offset->values[k];
-    bool *inside = find_inside(l, line);
+    bool *inside = mark_inside(l, line);
     if (!inside)
         return STATUS_OUT_OF_MEMORY;
     find_range(line, inside, range);
     struct line_distance distance = {values, count, range[0], range[1]};
     double origin = of_list(s->origins, s->origin_count, number, 0.5);
-    enum status status = line_parallel(line, &distance, share_of(range, origin),
+    enum status status = line_parallel(line, &distance, range_share(range, origin),
                                        s->drape.spacing[0], l->arena, edge, &middle);
     if (status != STATUS_OK)
         return status;
@@ -355,8 +348,8 @@ static double most_from_wanted(const struct drape_cells *cells, struct vec3 want
 /* Widens a range by the straight piece of the rim between two points, as far as it lies in the rows
  * of the cloth; by that piece's line up to the row that it ends short of, if that is one cell away.
  */
-static void add_piece(const struct drape_rim *rim, size_t from, size_t to, bool ends,
-                      const int32_t rows[2], double range[2]) {
+static void add_rim_piece(const struct drape_rim *rim, size_t from, size_t to, bool ends,
+                          const int32_t rows[2], double range[2]) {
     const double slack = 1e-6;
     double dp = rim->p[to] - rim->p[from], dq = rim->q[to] - rim->q[from], share[2] = {0, 1};
     for (int side = 0; side < 2; side++) {
@@ -376,7 +369,8 @@ static void add_piece(const struct drape_rim *rim, size_t from, size_t to, bool 
 }
 
 /* From end to end of the cloth on the part, in p: its nodes, and where the part's edge cuts it. */
-static void find_ends(const struct drape_result *net, const int32_t rows[2], double range[2]) {
+static void find_cloth_ends(const struct drape_result *net, const int32_t rows[2],
+                            double range[2]) {
     const struct drape_nodes *nodes = &net->nodes;
     const struct drape_rim *rim = &net->rim;
     range[0] = HUGE_VAL;
@@ -394,8 +388,8 @@ static void find_ends(const struct drape_result *net, const int32_t rows[2], dou
                 at[k] = begin + (n + count - 1 + k) % count;
             if (!rim->covered[at[1]] || !rim->covered[at[2]])
                 continue;
-            add_piece(rim, at[1], at[2], !rim->covered[at[3]], rows, range);
-            add_piece(rim, at[2], at[1], !rim->covered[at[0]], rows, range);
+            add_rim_piece(rim, at[1], at[2], !rim->covered[at[3]], rows, range);
+            add_rim_piece(rim, at[2], at[1], !rim->covered[at[0]], rows, range);
         }
     }
 }
@@ -404,7 +398,7 @@ static void measure_course(const struct layer *l, const struct drape_settings *s
                            const struct drape_statistics *statistics, struct course *course) {
     const struct courses_settings *settings = l->settings;
     bool asked = vec3_norm2(settings->wanted) > 0;
-    find_ends(&course->net, s->extent[1], course->ends);
+    find_cloth_ends(&course->net, s->extent[1], course->ends);
     for (int k = 0; k < 2; k++)
         course->ends[k] = s->spacing[0] * course->ends[k] + (k ? 1 : -1) * settings->ends;
     course->cut_length = fmax(course->ends[1] - course->ends[0], 0);
@@ -457,10 +451,10 @@ static enum status line_of_row(const struct layer *l, const struct drape_row *ro
                                struct course_line *line) {
     if (row->count < 2)
         return STATUS_NO_CONVERGENCE;
-    if (!make_line(line, row->count, l->arena))
+    if (!line_alloc(line, row->count, l->arena))
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < row->count; k++)
-        if (!point_of(l, row->places[k].face, row->places[k].uv, &line->at[k]))
+        if (!layer_point(l, row->places[k].face, row->places[k].uv, &line->at[k]))
             return STATUS_DEGENERATE_SURFACE;
     line->count = row->count;
     line_complete(line);
@@ -516,6 +510,41 @@ static enum status lay_all(const struct layer *l, struct course_line *line,
     return STATUS_OK;
 }
 
+/* The component of a shell that the line lies on, with all normals on the side of its first face.
+ */
+static enum status open_shell(struct layer *l) {
+    const struct courses_settings *s = l->settings;
+    const struct shell *shell = l->part->shell;
+    struct shell *oriented;
+    struct shell_point nearest = {0};
+    double distance;
+    bool by_point = s->drape.start_kind == DRAPE_START_POINT;
+    int32_t component = shell_largest_component(shell), first = 0;
+    if (s->along == COURSES_ALONG_EDGE)
+        shell_nearest(shell, s->edge, SHELL_ANY, &nearest, &distance);
+    else if (s->along == COURSES_ALONG_PATH && s->path_count > 0)
+        shell_nearest(shell, s->path[0], SHELL_ANY, &nearest, &distance);
+    else if (by_point)
+        shell_nearest(shell, s->drape.start_point, SHELL_ANY, &nearest, &distance);
+    else if (s->drape.start_kind == DRAPE_START_UV)
+        nearest.face = s->drape.start_face;
+    else
+        while (shell_component(shell, nearest.face) != component)
+            nearest.face++;
+    if (nearest.face < 0 || (size_t)nearest.face >= shell_face_count(shell))
+        return STATUS_START_OFF_SURFACE;
+    component = shell_component(shell, nearest.face);
+    while (shell_component(shell, first) != component || shell_side(shell, first) < 0)
+        first++;
+    enum status status = shell_orient(shell, first, l->arena, &oriented);
+    if (status != STATUS_OK)
+        return status;
+    l->surface = shell_surface(oriented, first);
+    l->part_area = shell_area(oriented, component, NULL);
+    l->size = shell_size(oriented);
+    return STATUS_OK;
+}
+
 enum status courses_lay(const struct drape_part *part, const struct courses_settings *settings,
                         const struct drape_monitor *monitor, struct arena *arena,
                         struct courses_result *result) {
@@ -524,49 +553,25 @@ enum status courses_lay(const struct drape_part *part, const struct courses_sett
                       .monitor = monitor,
                       .arena = arena,
                       .surface = part->surface};
+    enum status status = STATUS_OK;
     struct course_line line;
+    struct vec3 centroid;
     *result = (struct courses_result){0};
     if (part->mesh)
         return STATUS_INVALID;
     if (part->shell) {
-        struct shell *oriented;
-        struct shell_point nearest = {0};
-        double distance;
-        int32_t component = shell_largest_component(part->shell);
-        const struct drape_settings *d = &settings->drape;
-        if (settings->along == COURSES_ALONG_EDGE)
-            shell_nearest(part->shell, settings->edge, SHELL_ANY, &nearest, &distance);
-        else if (settings->along == COURSES_ALONG_PATH && settings->path_count > 0)
-            shell_nearest(part->shell, settings->path[0], SHELL_ANY, &nearest, &distance);
-        else if (d->start_kind == DRAPE_START_POINT)
-            shell_nearest(part->shell, d->start_point, SHELL_ANY, &nearest, &distance);
-        else if (d->start_kind == DRAPE_START_UV)
-            nearest.face = d->start_face;
-        else
-            while (shell_component(part->shell, nearest.face) != component)
-                nearest.face++;
-        if (nearest.face < 0 || (size_t)nearest.face >= shell_face_count(part->shell))
-            return STATUS_START_OFF_SURFACE;
-        component = shell_component(part->shell, nearest.face);
-        for (nearest.face = 0; shell_component(part->shell, nearest.face) != component ||
-                               shell_side(part->shell, nearest.face) < 0;)
-            nearest.face++;
-        enum status status = shell_orient(part->shell, nearest.face, arena, &oriented);
-        if (status != STATUS_OK)
-            return status;
-        l.surface = shell_surface(oriented, nearest.face);
-        l.part_area = shell_area(oriented, component, NULL);
-        l.size = shell_size(oriented);
+        status = open_shell(&l);
     } else {
-        struct vec3 centroid;
         l.size = part->surface->size;
         l.part_area =
             part->trim ? trim_area(part->trim, &centroid) : surface_area(part->surface, NULL);
     }
-    if (!are_valid(&l))
-        return STATUS_INVALID;
-    enum status status = settings->along == COURSES_ALONG_DIRECTION ? along_direction(&l, &line)
-                         : settings->along == COURSES_ALONG_EDGE    ? along_edge(&l, &line)
-                                                                    : along_path(&l, &line);
+    if (status == STATUS_OK && !layer_is_valid(&l))
+        status = STATUS_INVALID;
+    if (status != STATUS_OK)
+        return status;
+    status = settings->along == COURSES_ALONG_DIRECTION ? along_direction(&l, &line)
+             : settings->along == COURSES_ALONG_EDGE    ? along_edge(&l, &line)
+                                                        : along_path(&l, &line);
     return status == STATUS_OK ? lay_all(&l, &line, result) : status;
 }

@@ -66,10 +66,10 @@ void line_complete(struct course_line *line) {
     measure_arcs(line, true);
 }
 
-static bool make_room(struct course_line *line, size_t count, struct arena *arena) {
-    line->at = arena_alloc(arena, count, sizeof *line->at);
-    line->tangent = arena_alloc(arena, count, sizeof *line->tangent);
-    line->s = arena_alloc(arena, count, sizeof *line->s);
+bool line_alloc(struct course_line *line, size_t count, struct arena *arena) {
+    *line = (struct course_line){.at = arena_alloc(arena, count, sizeof *line->at),
+                                 .tangent = arena_alloc(arena, count, sizeof *line->tangent),
+                                 .s = arena_alloc(arena, count, sizeof *line->s)};
     return line->at && line->tangent && line->s;
 }
 
@@ -92,8 +92,9 @@ static bool is_beyond(const struct surface_point *point, const struct surface_po
 
 /* Goes on from an end to the side `side`, 0 before the first point: up to `most` points, the next
  * one at `points` and then away from it by `sign`; how many there are. */
-static size_t go_on(const struct surface_point *from, struct vec3 tangent, int side, double step,
-                    size_t most, struct surface_point *points, struct vec3 *tangents) {
+static size_t continue_line(const struct surface_point *from, struct vec3 tangent, int side,
+                            double step, size_t most, struct surface_point *points,
+                            struct vec3 *tangents) {
     struct surface_cursor cursor = {0};
     struct path path;
     int sign = side ? 1 : -1;
@@ -114,15 +115,15 @@ enum status line_extend(struct course_line *line, double step, double most, stru
                         size_t *before) {
     struct course_line own = *line;
     size_t side = (size_t)fmin(most / step, 1e6) + 1;
-    if (!make_room(line, own.count + 2 * side, arena))
+    if (!line_alloc(line, own.count + 2 * side, arena))
         return STATUS_OUT_OF_MEMORY;
     memcpy(line->at + side, own.at, own.count * sizeof *own.at);
     memcpy(line->tangent + side, own.tangent, own.count * sizeof *own.tangent);
     size_t end = side + own.count;
-    size_t low = go_on(&own.at[0], own.tangent[0], 0, step, side, line->at + side - 1,
-                       line->tangent + side - 1);
-    size_t high = go_on(&own.at[own.count - 1], own.tangent[own.count - 1], 1, step, side,
-                        line->at + end, line->tangent + end);
+    size_t low = continue_line(&own.at[0], own.tangent[0], 0, step, side, line->at + side - 1,
+                               line->tangent + side - 1);
+    size_t high = continue_line(&own.at[own.count - 1], own.tangent[own.count - 1], 1, step, side,
+                                line->at + end, line->tangent + end);
     line->at += side - low;
     line->tangent += side - low;
     line->count = low + own.count + high;
@@ -261,7 +262,7 @@ static enum status find_feet(const struct course_line *line, const struct line_d
     struct surface_cursor cursor = {0};
     size_t begin = interval_of(line, foot), low = begin, high = begin;
     *s = arena_alloc(arena, line->count, sizeof **s);
-    if (!*s || !make_room(feet, line->count, arena))
+    if (!*s || !line_alloc(feet, line->count, arena))
         return STATUS_OUT_OF_MEMORY;
     bool found = shoot(line, distance, line->s[begin], &cursor, &feet->at[begin]);
     for (int side = 0; side < 2 && found; side++)
@@ -305,7 +306,7 @@ enum status line_parallel(const struct course_line *line, const struct line_dist
     double length = feet.s[feet.count - 1];
     x = fmin(fmax(x, 0), length);
     size_t before = (size_t)(x / step), count = before + (size_t)((length - x) / step) + 1;
-    if (!make_room(parallel, count, arena))
+    if (!line_alloc(parallel, count, arena))
         return STATUS_OUT_OF_MEMORY;
     size_t low = 0;
     parallel->count = 0;

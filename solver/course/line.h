@@ -31,6 +31,9 @@ struct course_line {
     size_t count;         /* at least 2, but before `line_extend` */
 };
 
+/* An empty line with room for so many points. False without memory. */
+bool line_alloc(struct course_line *line, size_t count, struct arena *arena);
+
 /* From points that are set, the tangents and arc lengths: each tangent by the polynomial through
  * seven points, each arc from the turn between its chord's ends. `count` >= 2. */
 void line_complete(struct course_line *line);
