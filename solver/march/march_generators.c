@@ -313,6 +313,8 @@ enum status march_generators(struct march *march) {
     struct arm arms[4];
     enum surface_point_zone zone;
     enum status status = march_place(march, 0, 0, &march->start.point, &zone);
+    if (status == STATUS_OK && zone == SURFACE_POINT_BEYOND)
+        return STATUS_START_STUCK;
     for (int a = 0; a < 4; a++)
         arms[a] = make_arm(march, a);
     bool going = true;

@@ -403,13 +403,17 @@ static void test_exact_courses_on_faces_are_those_of_the_whole(void **state) {
 static void test_exact_courses_refuse_what_cannot_be_laid(void **state) {
     (void)state;
     static const double x[2] = {0, 4}, y[2] = {0, 2};
+    static const enum status answers[] = {STATUS_INVALID,           STATUS_INVALID,
+                                          STATUS_INVALID,           STATUS_INVALID,
+                                          STATUS_START_OFF_SURFACE, STATUS_NO_CONVERGENCE,
+                                          STATUS_START_OFF_SURFACE, STATUS_START_STUCK};
     static struct vec3 arc[40], off[2] = {{0, 0, 1}, {1, 0, 1}};
     static struct shape shape;
     struct laid laid;
     shape_plane(&shape, x, y);
     for (int k = 0; k < 40; k++)
         arc[k] = vec3_make(2 + 0.5 * cos(0.05 * k), 1 + 0.5 * sin(0.05 * k), 0);
-    for (int k = 0; k < 7; k++) {
+    for (int k = 0; k < 8; k++) {
         struct plan plan;
         plan_make(&plan, 0.3, 0, 0, 0.05);
         plan.settings.drape.start_uv[0] = 2;
@@ -421,12 +425,9 @@ static void test_exact_courses_refuse_what_cannot_be_laid(void **state) {
                                                : COURSES_ALONG_DIRECTION;
         plan.settings.path = k == 4 ? off : arc;
         plan.settings.path_count = k == 4 ? 2 : 40;
-        plan.first = k == 5 ? 0.6 : 0; /* beyond the centre of the arc */
+        plan.first = k == 5 ? 0.6 : k == 7 ? -3.5 : 0; /* beyond the arc's centre, and the part */
         plan.settings.edge = vec3_make(2, 1, 0);
-        assert_int_equal(lay(&shape, &plan.settings, &laid), k < 4 ? STATUS_INVALID
-                                                             : k == 4 || k == 6
-                                                                 ? STATUS_START_OFF_SURFACE
-                                                                 : STATUS_NO_CONVERGENCE);
+        assert_int_equal(lay(&shape, &plan.settings, &laid), answers[k]);
         arena_free(laid.arena);
     }
 }
