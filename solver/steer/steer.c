@@ -191,24 +191,20 @@ static enum status raise_norm(struct search *s, struct steer_slope *next) {
         if (status == STATUS_OK)
             status = descend(s, next);
     }
+    set_norm(s, norm);
     if (status == STATUS_OK)
-        set_norm(s, norm);
-    return status;
+        status = try_values(s, &s->settings, s->slope, &s->energy);
+    return status == STATUS_OK ? descend(s, next) : status;
 }
 
-/* Descends on a net of `enough` nodes from the values at hand. */
-static enum status descend_on(struct search *s, const struct drape_settings *asked, double enough,
-                              struct steer_slope *next) {
-    bool rough = enough < nodes_enough;
+/* Begins on a net of `enough` nodes with the values at hand. */
+static enum status begin_on(struct search *s, const struct drape_settings *asked, double enough) {
     struct drape_generator generator[2];
     memcpy(generator, s->settings.generator, sizeof generator);
     s->settings = *asked;
     memcpy(s->settings.generator, generator, sizeof generator);
     coarsen(&s->settings, s->area, enough);
-    enum status status = rough ? raise_norm(s, next) : STATUS_OK;
-    if (status == STATUS_OK)
-        status = try_values(s, &s->settings, s->slope, &s->energy);
-    return status == STATUS_OK ? descend(s, next) : status;
+    return try_values(s, &s->settings, s->slope, &s->energy);
 }
 
 /* Numbers that have nothing to do with each other, -1..1: the golden ratio's multiples. */
@@ -247,6 +243,31 @@ static enum status look_round(struct search *s, struct steer_slope *next) {
     return status;
 }
 
+/* Ends on a finer net, from what was found on the rough one or, where that does not resolve the
+ * part, as fillets, and geodesics are better, from these. */
+static enum status refine(struct search *s, const struct drape_settings *asked,
+                          struct steer_slope *next) {
+    struct search straight = *s;
+    struct steer_slope *slope = arena_alloc(s->arena, 1, sizeof *slope);
+    if (!slope)
+        return STATUS_OUT_OF_MEMORY;
+    *slope = *s->slope;
+    straight.slope = slope;
+    for (int k = 0; k < 2; k++)
+        if (slope->varied[k])
+            memset(straight.settings.generator[k].curvature.value, 0,
+                   sizeof straight.settings.generator[k].curvature.value);
+    enum status status = begin_on(&straight, asked, nodes_enough);
+    if (status == STATUS_OK)
+        status = begin_on(s, asked, nodes_enough);
+    if (straight.energy < s->energy) {
+        s->settings = straight.settings;
+        s->energy = straight.energy;
+        *s->slope = *slope;
+    }
+    return status == STATUS_OK ? descend(s, next) : status;
+}
+
 /* Lays the geodesics once for what is to be known beforehand, then searches from the values given,
  * first on a rough net. */
 static enum status search_from(struct search *s, const struct drape_settings *asked) {
@@ -279,10 +300,12 @@ static enum status search_from(struct search *s, const struct drape_settings *as
         s->most = fmin(s->most, 1 / s->settings.energy.min_radius);
     struct drape_settings own = *asked;
     own.statistics = s->statistics;
-    status = descend_on(s, &own, nodes_rough, next);
+    status = begin_on(s, &own, nodes_rough);
+    if (status == STATUS_OK)
+        status = raise_norm(s, next);
     if (status == STATUS_OK)
         status = look_round(s, next);
-    return status == STATUS_OK ? descend_on(s, &own, nodes_enough, next) : status;
+    return status == STATUS_OK ? refine(s, &own, next) : status;
 }
 
 /* Lays the drape as it was asked for with the generators found, or straight ones; its energy. */
