@@ -263,6 +263,15 @@ static void test_exact_courses_of_parallel_fibers_follow_parallels(void **state)
         /* the first is equidistant from the edge itself */
         laid.result.count = 1;
         check_at_most(parallel_gap(&laid, major, minor, tube[0], 0.265, 0.1), 1e-8);
+        const struct course *c = &laid.result.courses[0];
+        for (size_t n = 1; n < c->place_count; n++) {
+            struct vec3 from = place_point(&laid, &c->places[n - 1]);
+            struct vec3 to = place_point(&laid, &c->places[n]);
+            double around = hypot(from.x, from.y);
+            double arc = 2 * around * asin(vec3_distance(from, to) / (2 * around));
+            if (c->places[n].uv[0] < 0.8 && c->places[n].uv[0] > 0.2)
+                check_near(arc, 0.025, 1e-8);
+        }
         arena_free(laid.arena);
     }
 }
