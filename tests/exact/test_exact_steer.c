@@ -69,6 +69,21 @@ static void test_exact_steer_bends_by_its_values(void **state) {
     drape_end(&run);
 }
 
+/* One that bends so much that it closes within the part ends there, and does not go round for ever. */
+static void test_exact_steer_ends_where_it_closes(void **state) {
+    (void)state;
+    static const double side[2] = {-1, 1};
+    struct shape shape;
+    struct drape_run run;
+    shape_plane(&shape, side, side);
+    struct drape_settings settings = steer_settings(DRAPE_GENERATOR_STEERED, 20);
+    for (int n = 0; n < 2 * POINTS; n++)
+        settings.generator[0].curvature.value[n] = 3;
+    assert_int_equal(drape_try(&run, &shape, &settings), STATUS_OK);
+    check_below(run.result.warp_range[1], 25);
+    drape_end(&run);
+}
+
 /* ---- derivatives ---- */
 
 static struct vec3 node_at(const struct drape_run *run, int i, int j) {
@@ -389,6 +404,7 @@ static void test_exact_steer_refuses_what_makes_no_sense(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_steer_bends_by_its_values),
+        cmocka_unit_test(test_exact_steer_ends_where_it_closes),
         cmocka_unit_test(test_exact_steer_derivatives_are_those_of_the_net),
         cmocka_unit_test(test_exact_steer_finds_translation_curves),
         cmocka_unit_test(test_exact_steer_leaves_symmetric_nets),
