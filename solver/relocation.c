@@ -11,6 +11,10 @@ enum { ALIGNMENT = ARENA_ALIGNMENT };
 static bool place_of(const struct relocation *relocation, uintptr_t address, size_t bytes,
                      size_t *place) {
     size_t before = ALIGNMENT;
+    if (relocation->packed) {
+        *place = relocation->packed[address / ALIGNMENT] * ALIGNMENT + address % ALIGNMENT;
+        return true; /* the first walk has looked */
+    }
     if (!relocation->pieces) {
         *place = address;
         return address >= ALIGNMENT && address <= relocation->length &&
@@ -25,6 +29,14 @@ static bool place_of(const struct relocation *relocation, uintptr_t address, siz
         before += piece->length;
     }
     return false;
+}
+
+/* Of an image being made: these bytes of the copy are part of it. */
+static void reach(struct relocation *relocation, const char *target, size_t bytes) {
+    size_t place = (size_t)(target - relocation->bytes);
+    size_t first = place / ALIGNMENT, end = (place + bytes + !bytes - 1) / ALIGNMENT + 1;
+    if (relocation->reached)
+        memset(relocation->reached + first, 1, end - first);
 }
 
 void *relocate(struct relocation *relocation, void *field, size_t count, size_t size) {
@@ -42,6 +54,7 @@ void *relocate(struct relocation *relocation, void *field, size_t count, size_t 
         memcpy(field, &place, sizeof place);
     else
         memcpy(field, &target, sizeof target);
+    reach(relocation, target, bytes);
     return target;
 }
 
@@ -62,8 +75,11 @@ void *relocate_once(struct relocation *relocation, void *field, size_t count, si
 
 void relocate_text(struct relocation *relocation, const char **field) {
     const char *text = relocate(relocation, field, 1, 1);
-    if (text && !memchr(text, '\0', relocation->length - (size_t)(text - relocation->bytes)))
-        relocation->failed = true;
+    const char *end = relocation->bytes + relocation->length;
+    const char *zero = text ? memchr(text, '\0', (size_t)(end - text)) : NULL;
+    relocation->failed = relocation->failed || (text && !zero);
+    if (zero)
+        reach(relocation, text, (size_t)(zero - text) + 1);
 }
 
 /* Walks over the copy from its root on. */
@@ -89,12 +105,13 @@ static bool is_whole(const struct relocation *relocation, const char *root, size
     return whole;
 }
 
-const void *relocation_take(struct relocation *relocation, const struct arena *from,
-                            const void *root, size_t root_size, struct arena *to, size_t *length) {
+/* Copies all that the arena holds to `to`, behind the pointer to the root. */
+static bool copy_pieces(struct relocation *relocation, const struct arena *from, const void *root,
+                        struct arena *to) {
     size_t count = arena_pieces(from, NULL, 0);
     struct arena_piece *pieces = arena_take(to, count, sizeof *pieces);
     if (!pieces)
-        return NULL;
+        return false;
     (void)arena_pieces(from, pieces, count);
     relocation->pieces = pieces;
     relocation->piece_count = count;
@@ -103,7 +120,7 @@ const void *relocation_take(struct relocation *relocation, const struct arena *f
         relocation->length += pieces[k].length;
     char *at = relocation->bytes = arena_take(to, relocation->length, 1);
     if (!at)
-        return NULL;
+        return false;
     memset(at, 0, ALIGNMENT);
     memcpy(at, &root, sizeof root);
     at += ALIGNMENT;
@@ -111,9 +128,42 @@ const void *relocation_take(struct relocation *relocation, const struct arena *f
         memcpy(at, pieces[k].bytes, pieces[k].length);
         at += pieces[k].length;
     }
-    *length = relocation->length;
+    return true;
+}
+
+/* Moves what has been reached together, and the pointers with it: arenas hold much that was only
+ * needed while the structures were made. */
+static const void *pack(struct relocation *relocation, size_t root_size, struct arena *arena) {
+    size_t units = relocation->length / ALIGNMENT, used = 0;
+    size_t *packed = arena_take(arena, units, sizeof *packed);
+    if (!packed)
+        return NULL;
+    for (size_t k = 0; k < units; k++) {
+        packed[k] = used;
+        if (relocation->reached[k])
+            memmove(relocation->bytes + used++ * ALIGNMENT, relocation->bytes + k * ALIGNMENT,
+                    ALIGNMENT);
+    }
+    relocation->packed = packed;
+    relocation->reached = NULL;
+    relocation->length = used * ALIGNMENT;
+    return walk_from_root(relocation, root_size, arena) ? relocation->bytes : NULL;
+}
+
+const void *relocation_take(struct relocation *relocation, const struct arena *from,
+                            const void *root, size_t root_size, struct arena *to, size_t *length) {
+    if (!copy_pieces(relocation, from, root, to))
+        return NULL;
+    relocation->reached = arena_alloc(to, relocation->length / ALIGNMENT, 1);
+    if (!relocation->reached)
+        return NULL;
+    reach(relocation, relocation->bytes, sizeof root);
     const char *copy = walk_from_root(relocation, root_size, to);
-    return copy && is_whole(relocation, copy, root_size) ? relocation->bytes : NULL;
+    if (!copy || !is_whole(relocation, copy, root_size))
+        return NULL;
+    const void *image = pack(relocation, root_size, to);
+    *length = relocation->length;
+    return image;
 }
 
 void *relocation_open(struct relocation *relocation, const void *bytes, size_t length,

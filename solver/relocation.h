@@ -2,10 +2,10 @@
 /*
  * Structures that point at each other, as one piece of memory that can be kept and put anywhere.
  *
- * An *image* is a copy of all that an arena holds. It begins with a pointer to the root of the
- * structures, and every pointer that can be reached from there has been *relocated*: it counts
- * bytes from the image's beginning. Where an image is to be used it is copied to memory, and the
- * same walk over the same structures relocates the pointers back to addresses.
+ * An *image* is a copy of what an arena holds, as far as it can be reached from a root. It begins
+ * with the pointer to that, and every pointer has been *relocated*: it counts bytes from the
+ * image's beginning. Where an image is to be used it is copied to memory, and the same walk over
+ * the same structures relocates the pointers back to addresses.
  *
  * The walk is written once for each structure, beside it: `shell_relocate` and its like relocate
  * the pointer at `field` and go on with what it leads to, once. A pointer that leads out of the
@@ -26,6 +26,8 @@ struct relocation {
     size_t length;
     const struct arena_piece *pieces; /* of an image being made: what it is a copy of, in order */
     size_t piece_count;
+    uint8_t *reached;     /* of an image being made: whether each ARENA_ALIGNMENT bytes are of it */
+    const size_t *packed; /* of one being packed: where those go, likewise counted */
     uint8_t *seen; /* of every eight bytes a bit: whether `relocation_first` was asked there */
     bool failed;   /* a pointer led elsewhere, or memory ran out */
 };
@@ -44,9 +46,9 @@ void *relocate_once(struct relocation *relocation, void *field, size_t count, si
 /* A pointer to a text, which ends with a zero. */
 void relocate_text(struct relocation *relocation, const char **field);
 
-/* The image of all that `from` holds, with `root` in it, in the arena `to`: its bytes, and how many
- * in `length`. NULL without memory, when it has a pointer that leads elsewhere, or one in the root
- * itself that the walk has left out. */
+/* The image of what is reached from `root`, all of it in `from`, in the arena `to`: its bytes, and
+ * how many in `length`. NULL without memory, when it has a pointer that leads elsewhere, or one in
+ * the root itself that the walk has left out. */
 const void *relocation_take(struct relocation *relocation, const struct arena *from,
                             const void *root, size_t root_size, struct arena *to, size_t *length);
 

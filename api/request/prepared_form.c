@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "prepared_form.h"
 
+#include "api/checksum.h"
 #include "digest.h"
 #include "prepared_form_build.h"
 #include "solver/mesh/mesh.h"
 #include "solver/relocation.h"
 #include "solver/surface/spans.h"
+#include <stddef.h>
 #include <string.h>
 
 /* ---- its pointers ---- */
@@ -86,9 +88,11 @@ static void relocate_form(struct relocation *relocation, void *root) {
 
 /* ---- bytes ---- */
 
-/* Before the image. Its digest is of all that follows it here, and of the image. */
+/* Before the image. The key tells forms apart, a digest made once; the checksum, made whenever a
+ * form is opened, tells that nothing has changed by accident since. */
 struct form_head {
-    unsigned char digest[PREPARED_FORM_KEY];
+    unsigned char key[PREPARED_FORM_KEY]; /* of the members below and of the image */
+    int64_t checksum;                     /* of the same and of the key, this being 0 */
     char build[64]; /* the solver's version and what its structures look like */
     char source[API_ID_SIZE];
     uint64_t length; /* of the image */
@@ -98,15 +102,24 @@ static const char build[] = "draped form " DRAPE_VERSION " " PREPARED_FORM_BUILD
 _Static_assert((int)PREPARED_FORM_KEY == (int)API_DIGEST_BYTES, "the digest is the key");
 _Static_assert(sizeof build <= sizeof((struct form_head *)0)->build, "the build's name fits");
 
-/* The bytes between its members are zeros and belong to what is digested. */
+static int64_t form_checksum(const struct form_head *head, const void *image) {
+    struct form_head summed;
+    memcpy(&summed, head, sizeof summed); /* the bytes between its members as well */
+    summed.checksum = 0;
+    return checksum_of(checksum_of(0, &summed, sizeof summed), image, head->length);
+}
+
+/* The bytes between its members are zeros. */
 static void fill_head(struct form_head *head, const char source[API_ID_SIZE], const void *image,
                       size_t length) {
+    const size_t described = offsetof(struct form_head, build);
     memset(head, 0, sizeof *head);
     memcpy(head->build, build, sizeof build);
     memcpy(head->source, source, API_ID_SIZE);
     head->length = length;
-    api_digest_pieces((unsigned char *)head + sizeof head->digest,
-                      sizeof *head - sizeof head->digest, image, length, head->digest);
+    api_digest_pieces((unsigned char *)head + described, sizeof *head - described, image, length,
+                      head->key);
+    head->checksum = form_checksum(head, image);
 }
 
 static int unit_number(const struct api_unit *unit) {
@@ -153,16 +166,14 @@ size_t prepared_form_write(const struct api_request *request, const struct prepa
 }
 
 bool prepared_form_sound(const void *bytes, size_t length, const char source[API_ID_SIZE]) {
-    struct form_head head, wanted;
+    struct form_head head;
     if (length < sizeof head)
         return false;
     memcpy(&head, bytes, sizeof head);
     source = source ? source : head.source;
-    if (memcmp(head.build, build, sizeof build) || memcmp(head.source, source, API_ID_SIZE) ||
-        head.length != length - sizeof head)
-        return false;
-    fill_head(&wanted, source, (const char *)bytes + sizeof head, head.length);
-    return !memcmp(&head, &wanted, sizeof head);
+    return !memcmp(head.build, build, sizeof build) && !memcmp(head.source, source, API_ID_SIZE) &&
+           head.length == length - sizeof head &&
+           head.checksum == form_checksum(&head, (const char *)bytes + sizeof head);
 }
 
 const struct prepared_form *prepared_form_open(const void *bytes, size_t length,

@@ -11,8 +11,8 @@
  *
  * Bytes are never trusted to be a form: of another source, by another version or build of the
  * program, or with a bit that has changed they are none, and what they would have had is made anew.
- * (Of whoever can write a digest, too, only this is kept off: pointers out of the form. What opens
- * forms is as much shut in as what reads definitions.)
+ * (Whoever can write the checksum, too, is only kept from this: pointers out of the form. What
+ * opens forms is as much shut in as what reads definitions.)
  */
 #ifndef API_REQUEST_PREPARED_FORM_H
 #define API_REQUEST_PREPARED_FORM_H
@@ -21,7 +21,7 @@
 #include "api/sink.h"
 #include "prepared_part.h"
 
-/* The first bytes of a form, its digest, which tell it from any other. */
+/* The first bytes of a form, a digest made with it, which tell it from any other. */
 enum { PREPARED_FORM_KEY = 32 };
 
 /* Longer forms are not made: what they save is little against what they take of memory. */

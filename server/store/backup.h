@@ -13,7 +13,7 @@
 #define SERVER_STORE_BACKUP_H
 
 #include "answer.h"
-#include "checksum.h"
+#include "api/checksum.h"
 #include <stddef.h>
 #include <stdint.h>
 

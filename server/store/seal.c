@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "seal.h"
-#include "checksum.h"
+#include "api/checksum.h"
 
 int64_t seal_of_chunk(const struct seal_chunk *chunk, const void *bytes, size_t length) {
     const int64_t of[] = {chunk->job, chunk->token, chunk->index, chunk->last};

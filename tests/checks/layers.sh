@@ -84,5 +84,6 @@ only zlib.h 'api/format/(npz|lcmsim|png)\.c|server/http/compress\.c'
 only hdf5.h 'api/format/hdf5\.c'
 only seccomp.h 'server/work/sandbox\.c'
 only zstd.h 'server/http/compress\.c'
-only sodium.h 'api/request/digest\.c|server/store/checksum\.c|server/store/cursor\.c|server/id\.c|server/store/sqlite/jobs\.c|server/http/tokens\.c'
+only xxhash.h 'api/checksum\.c'
+only sodium.h 'api/request/digest\.c|server/store/cursor\.c|server/id\.c|server/store/sqlite/jobs\.c|server/http/tokens\.c'
 exit $bad

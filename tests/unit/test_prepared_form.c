@@ -83,6 +83,8 @@ static struct bytes form_of_request(const char *text) {
         size_t written = prepared_form_write(&request, &part, source, arena, &sink);
         assert_int_equal(written, form.length);
         check_above(written, 0);
+        /* only what is reached, not what its making left behind */
+        assert_true(2 * form.length < arena_held(arena));
     }
     arena_free(arena);
     return form;
@@ -216,6 +218,31 @@ static void test_prepared_forms_keep_the_whole_request(void **state) {
     }
 }
 
+/* Texts are kept to their ends, however long. */
+static void test_prepared_forms_keep_long_names(void **state) {
+    (void)state;
+    enum { LONG = 200 };
+    char name[LONG + 1], source[API_ID_SIZE];
+    memset(name, 'n', LONG);
+    name[LONG] = '\0';
+    struct bytes file = file_read("tests/requests/swept_in_faces.json");
+    json_t *request = json_loadb(file.data, file.length, 0, NULL);
+    json_t *faces = json_object_get(json_object_get(request, "surface"), "faces");
+    json_object_set_new(json_array_get(faces, 1), "name", json_string(name));
+    char *text = json_dumps(request, 0);
+    struct bytes form = form_of_request(text);
+    struct arena *arena = arena_new((size_t)1 << 28);
+    api_digest_bytes(text, strlen(text), source);
+    const struct prepared_form *opened = prepared_form_open(form.data, form.length, source, arena);
+    assert_non_null(opened);
+    assert_string_equal(opened->request.surface.faces[1].face_name, name);
+    arena_free(arena);
+    bytes_free(&form);
+    bytes_free(&file);
+    free(text);
+    json_decref(request);
+}
+
 /* A tent of triangles, two faces with a trim, and a patch. */
 static const char *const small[] = {"tent", "trimmed", "saddle", "fibres"};
 enum { SMALL = sizeof small / sizeof *small };
@@ -292,6 +319,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_prepared_forms_give_the_same_bits),
         cmocka_unit_test(test_prepared_forms_keep_the_whole_request),
+        cmocka_unit_test(test_prepared_forms_keep_long_names),
         cmocka_unit_test(test_prepared_forms_of_a_changed_bit_are_none),
         cmocka_unit_test(test_prepared_forms_of_another_source_are_none),
         cmocka_unit_test(test_prepared_forms_without_memory_are_none),

@@ -2,10 +2,11 @@
 /*
  * Checksums that tell bytes from others by accident, not by intent (XXH3, as fast as memory). By
  * short ones each thing that is stored is known to be what was written, wherever the database put
- * it: `stored.h`. By long ones a back-up is compared with what was read of the database.
+ * it (`server/store/seal.h`), and prepared forms are. By long ones a back-up is compared with what
+ * was read of the database.
  */
-#ifndef SERVER_STORE_CHECKSUM_H
-#define SERVER_STORE_CHECKSUM_H
+#ifndef API_CHECKSUM_H
+#define API_CHECKSUM_H
 
 #include <stddef.h>
 #include <stdint.h>
