@@ -65,7 +65,7 @@ teardown() {
     done
     # Of the guide's blocks those of a shell have names, and the tests below run them.
     [ "$(sed -n 's/^```//p' operations.md | grep . | sort | tr '\n' ' ')" = \
-        'nginx sh back-up sh back-up-postgresql sh install sh kubernetes-secret sh restore sh restore-postgresql sh status ' ]
+        'nginx sh back-up sh back-up-postgresql sh check sh install sh kubernetes-secret sh restore sh restore-postgresql sh status ' ]
 }
 
 @test "deploy: the block for Kubernetes makes the files that it names (kubectl is a stand-in)" {
@@ -198,6 +198,7 @@ result_inside() { inside curl -sS --fail --max-time 50 "http://127.0.0.1:8080/v1
     kept=$(jq -r .id "$BATS_TEST_TMPDIR/result")
     result_inside "$kept" >"$BATS_TEST_TMPDIR/before"
     documented status | grep -x 'verdict  well'
+    documented check | grep -x 'verdict  well'
     documented back-up
     drape_inside $EXAMPLES/sphere.json >"$BATS_TEST_TMPDIR/result"
     later=$(jq -r .id "$BATS_TEST_TMPDIR/result")
