@@ -106,15 +106,23 @@ static bool may_reach(struct rim_cloth *cloth, int32_t i, int32_t j) {
     return !ended && march_in_extent(cloth->march, i, j);
 }
 
+/* Keeps the corner at (i, j) as one of that layer, or of which so many layers were tried. */
+static void keep_corner(struct rim_cloth *cloth, int32_t i, int32_t j, struct net_node corner,
+                        int layers) {
+    corner.yarns = (uint32_t)layers & NET_YARNS_MOST;
+    enum status status = net_put(cloth->beyond[cloth->sight], i, j, &corner);
+    cloth->failed = cloth->failed || status != STATUS_OK;
+}
+
 /* The corner at (i, j): of the net, or else extrapolated along the yarns from the nodes on each
  * side, as the mean of what those of the highest order say, and at most `layers` beyond it; NULL
- * when it cannot be had. An extrapolated one has its layer in `yarns`, a place that has none the
- * layers that were tried: each would else be asked for by all places behind it, again and again. */
+ * when it cannot be had. What was tried is kept before the next layer is, as the places beside it
+ * ask for each other. */
 static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, int32_t j,
                                            int layers) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     const struct net_node *node = seen_node(cloth, i, j);
-    if (node || layers == 0)
+    if (node || layers == 0 || cloth->failed)
         return node;
     node = net_find(cloth->beyond[cloth->sight], i, j);
     int tried = node && node->state == NET_FAILED ? (int)node->yarns : 0;
@@ -125,6 +133,7 @@ static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, i
     int count[3] = {0, 0, 0}, best = 0; /* by the order; and that which is taken */
     struct vec3 sum[3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
     for (; tried < layers && best == 0; tried++) {
+        keep_corner(cloth, i, j, (struct net_node){.state = NET_FAILED}, tried);
         for (int k = 0; k < 4; k++) {
             int di = sides[k][0], dj = sides[k][1];
             const struct net_node *a = cloth_corner(cloth, i - di, j - dj, tried), *b, *c;
@@ -145,11 +154,10 @@ static const struct net_node *cloth_corner(struct rim_cloth *cloth, int32_t i, i
         }
         best = count[2] ? 2 : count[1] ? 1 : 0;
     }
-    struct net_node made = {.state = best ? NET_GHOST : NET_FAILED,
-                            .yarns = (uint32_t)tried & NET_YARNS_MOST};
+    struct net_node made = {.state = best ? NET_GHOST : NET_FAILED};
     if (best)
         made.r = vec3_scale(1.0 / count[best], sum[best]);
-    cloth->failed = net_put(cloth->beyond[cloth->sight], i, j, &made) != STATUS_OK || cloth->failed;
+    keep_corner(cloth, i, j, made, tried);
     return best ? net_place(cloth->beyond[cloth->sight], i, j) : NULL;
 }
 
