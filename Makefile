@@ -55,7 +55,8 @@ HDF5_LIBS := -l:libhdf5_serial.a -l:libsz.a -l:libaec.a
 API_LIBS := $(HDF5_LIBS) -ljansson -lsodium -lz -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 
-.PHONY: all help demo check test lint format install install-import deb sbom release clean
+.PHONY: all library help demo check test lint format install install-import install-library deb sbom \
+    release clean
 all: $(B)/draped $(B)/drape $(B)/drape-import ## build/draped, build/drape and build/drape-import
 
 # Installs what the build needs, once; `make test` asks for more. One step after the other, since dpkg
@@ -134,6 +135,26 @@ $(B)/draped: $(B)/server/main.o $(LIBS)
 $(B)/drape: $(CLI_OBJ) $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
 
+# The library for programs of others. Its code can lie anywhere in memory and what is not in
+# libdrape.map is seen by nobody; HDF5, for one format of maps, would bring 30 libraries into them.
+# It stays loaded: jansson calls it back.
+SONAME := libdrape.so.1
+PIC := $(patsubst $(B)/%,$(B)/pic/%,$(filter-out %/hdf5.o %/lcmsim_h5.o,$(SOLVER_OBJ) $(API_OBJ)) \
+           $(call objects,library/library.c))
+PIC_FLAGS := -fPIC -fvisibility=hidden -DWITHOUT_HDF5
+$(B)/pic/%.o: %.c Makefile | $(B)/.setup
+	@mkdir -p $(@D)
+	$(call say,CC,$< for $(SONAME))$(CC) $(CPPFLAGS) $(CFLAGS) $(PIC_FLAGS) $(DEPFLAGS) -c -o $@ $<
+$(B)/pic/%.o: %.cc Makefile | $(B)/.setup
+	@mkdir -p $(@D)
+	$(call say,CXX,$< for $(SONAME))$(CXX) $(CPPFLAGS) $(CXXFLAGS) $(PIC_FLAGS) $(DEPFLAGS) -c -o $@ $<
+$(PIC): | $(addprefix $(B)/gen/,prepared_form_build.h materials.h powers.h)
+$(B)/$(SONAME): library/libdrape.map $(PIC)
+	$(call say,LINK,$@)$(CC) -shared -Wl,-soname,$(SONAME) -Wl,--version-script=$< $(LDFLAGS) \
+	    -Wl,-z,relro,-z,now,-z,noexecstack,-z,defs,-z,nodelete -o $@ $(PIC) \
+	    -ljansson -lsodium -lz -lstdc++ -lpthread -lm
+$(B)/libdrape.so: $(B)/$(SONAME)
+	@ln -sf $(SONAME) $@
 
 # The importer of CAD files alone has Open CASCADE.
 OCC_LIBS := -lTKXDESTEP -lTKXDEIGES -lTKSTEP -lTKSTEPBase -lTKIGES -lTKXSBase -lTKXCAF -lTKLCAF \
@@ -144,6 +165,8 @@ $(B)/import/%.o: CXXFLAGS := $(filter-out -fno-exceptions -fno-rtti $(OPT),$(CXX
 $(patsubst %.cc,$(B)/%.o,$(wildcard import/*.cc)): | $(B)/.setup-import
 $(B)/drape-import: $(IMPORT_OBJ) $(LIBS)
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(OCC_LIBS) -lseccomp $(API_LIBS)
+
+library: $(B)/libdrape.so ## build/libdrape.so, the solver for programs in C and what calls C
 
 include tests/tests.mk
 
@@ -169,7 +192,7 @@ lint: all .test-tools ## the checks of the source alone: format, layers, what th
 	@for check in tests/checks/*.sh; do echo $$check; $$check $(B) || exit 1; done
 
 format: tests/browser/node_modules ## clang-format 14, prettier
-	find solver api cli import server tests -name node_modules -prune -o \
+	find solver api library cli import server tests -name node_modules -prune -o \
 	    \( -name '*.[ch]' -o -name '*.cc' \) -print | xargs $(CLANG_FORMAT) -i
 	node $</prettier/bin/prettier.cjs --log-level warn --write server/viewer/*.js tests/*/*.mjs
 
@@ -201,6 +224,16 @@ install-import: $(B)/drape-import $(B)/drape-import.1 ## drape-import, which rea
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/drape-import
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 $(B)/drape-import.1
 
+LIBDIR ?= $(PREFIX)/lib
+install-library: library ## libdrape.so, drape.h and drape.pc, likewise (LIBDIR: PREFIX/lib)
+	install -D -m 644 -t $(DESTDIR)$(LIBDIR) $(B)/$(SONAME)
+	ln -sf $(SONAME) $(DESTDIR)$(LIBDIR)/libdrape.so
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/include library/drape.h
+	mkdir -p $(DESTDIR)$(LIBDIR)/pkgconfig
+	sed 's|@PREFIX@|$(PREFIX)|; s|@LIBDIR@|$(LIBDIR)|; s|@VERSION@|$(VERSION)|' library/drape.pc.in \
+	    >$(DESTDIR)$(LIBDIR)/pkgconfig/drape.pc
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/libdrape-dev/examples library/examples/cloth.[cp]*
+
 # Manual pages, their flags from --help.
 $(B)/%.1: deploy/man/%.1.in deploy/man/options.awk $(B)/%
 	awk -f deploy/man/options.awk <($(B)/$* --help) $< >$@
@@ -209,7 +242,7 @@ sbom: $(B)/draped.cdx.json ## the bill of materials, in build
 $(B)/draped.cdx.json: deploy/sbom.py $(B)/draped $(B)/drape
 	python3 $< $(VERSION) $(B)/draped $(B)/drape >$@.new && mv $@.new $@
 
-deb: all sbom $(B)/draped.1 $(B)/drape.1 $(B)/drape-import.1 ## the Debian packages, in build/deb
+deb: all library sbom $(B)/draped.1 $(B)/drape.1 $(B)/drape-import.1 ## the Debian packages, in build/deb
 	@deploy/setup.sh package
 	@deploy/deb.sh $(B) $(VERSION)
 

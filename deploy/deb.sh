@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 build=$(realpath "$1") out=$(realpath -m "$1/deb") tree=$1/deb/draped-$2
 rm -rf "$tree" "$out"/*.deb
 mkdir -p "$tree"
-cp -a Makefile LICENSE README.md api cli docs import server solver deploy "$tree"
+cp -a Makefile LICENSE README.md api library cli docs import server solver deploy "$tree"
 install -D -m 644 -t "$tree/tests" tests/tests.mk
 for lock in tests/*/package-lock.json; do # for the bill of materials
     install -D -m 644 "$lock" "$tree/$lock"
@@ -18,4 +18,4 @@ mv "$tree/deploy/debian" "$tree/debian"
 deploy/version.py --debian >"$tree/debian/changelog"
 (cd "$tree" && OBJECTS=$build dpkg-buildpackage --build=binary --no-pre-clean -us -uc) \
     >"$out/log" 2>&1 || { cat "$out/log" >&2; exit 1; }
-ls "$out"/draped_"$2"_*.deb "$out"/draped-import_"$2"_*.deb
+ls "$out"/{draped,draped-import,libdrape1,libdrape-dev}_"$2"_*.deb

@@ -12,7 +12,8 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 helper_folders = $(dir $(1)) $(if $(filter tests/server/%,$(1)),tests/store/)
 test_helpers = $(call objects,$(foreach folder,$(call helper_folders,$(1)),\
-                   $(filter-out $(folder)test_%,$(wildcard $(folder)*.c))))
+                   $(filter-out $(folder)test_%,$(wildcard $(folder)*.c)))) \
+               $(if $(filter %/test_library.c,$(1)),$(B)/library/library.o)
 
 # A fuzz target is tests/fuzz/fuzz_NAME.c; without a fuzzer it replays corpus/NAME.
 FUZZ := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
@@ -47,7 +48,7 @@ $(B)/tests/import/make_parts: tests/import/make_parts.cc | $(B)/.setup-import
 
 # Both builds in one make. What both would fetch or install is there already.
 SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
-.plain: all tests sbom $(B)/draped.1 $(B)/drape.1 $(B)/drape-import.1
+.plain: all library tests sbom $(B)/draped.1 $(B)/drape.1 $(B)/drape-import.1
 .sanitized:
 	@$(MAKE) --no-print-directory B=$(B)/sanitized $(SANITIZED) all tests
 # What the tests need beside the build; the installation in a make of its own, because what is to be

@@ -6,7 +6,7 @@
 set -u
 bad=0
 for page in $(grep -rhoE --include='*.[ch]' --include='*.cc' --exclude-dir=node_modules \
-    '[A-Za-z_./-]+\.md\b' solver api cli import server tests | sort -u); do
+    '[A-Za-z_./-]+\.md\b' solver api library cli import server tests | sort -u); do
     [ -e "$page" ] || { echo "a comment names $page, which is not there"; bad=1; }
 done
 python3 tests/checks/references.py README.md CONTRIBUTING.md docs/*.md api/examples/*.md || bad=1

@@ -34,6 +34,7 @@ api/map                api|api/json|api/request|api/result|api/format|solver|sol
 api/laminate           api|api/json|api/request|api/result|api/format|api/map|solver|solver/surface|solver/mesh|solver/net|solver/shell
 api/study              api|api/json|api/map|api/request|api/result|solver|solver/surface|solver/mesh
 cli                    api|api/[a-z]*
+library                api|api/[a-z]*
 import                 api|api/[a-z]*|cli|solver/surface|server/work
 server                 api|api/json
 server/store           api|server
@@ -49,7 +50,7 @@ forbidden='^(solver/[a-z]+/.* solver/drape.h|api/(json|request|result|format|map
 
 # Every include line of our own, as "FILE HEADER".
 includes() {
-    find solver api cli import server -name node_modules -prune -o \
+    find solver api library cli import server -name node_modules -prune -o \
         \( -name '*.[ch]' -o -name '*.cc' \) -print |
         xargs grep -oE '^ *# *include +[<"][^>"]+' | sed -E 's/: *# *include +[<"]/ /'
 }
@@ -72,7 +73,7 @@ done < <(includes)
 # only HEADER FILES: the files, a pattern, that alone may include it.
 only() {
     local found
-    found=$(grep -rlE "^ *# *include +<$1>" solver api cli import server | grep -vxE "$2")
+    found=$(grep -rlE "^ *# *include +<$1>" solver api library cli import server | grep -vxE "$2")
     [ -z "$found" ] || { echo "$1 belongs in $2 alone, but is included in:" $found; bad=1; }
 }
 

@@ -43,6 +43,21 @@ teardown() {
     expect 201
 }
 
+@test "deploy: the library is two packages, which need neither the daemon nor its libraries" {
+    mkdir "$BATS_TEST_TMPDIR/root"
+    for package in libdrape1 libdrape-dev; do
+        deb=$(realpath "${BUILD:-build}"/deb/${package}_*.deb)
+        run lintian --fail-on error,warning "$deb"
+        echo "$output"
+        [ "$status" = 0 ]
+        not grep -qE 'draped|libmicrohttpd|libpq|libhdf5' <(dpkg-deb -f "$deb" Depends)
+        dpkg-deb -x "$deb" "$BATS_TEST_TMPDIR/root"
+    done
+    cd "$BATS_TEST_TMPDIR/root/usr"
+    [ -e lib/*/libdrape.so ]
+    [ "$(cat lib/*/pkgconfig/drape.pc include/drape.h share/doc/libdrape-dev/examples/cloth.c | wc -l)" -gt 150 ]
+}
+
 @test "deploy: the package is of this version, and builds from what setup.sh installs" {
     [ "$(dpkg-deb -f "$DEB" Version)" = "$("$DRAPED" --version | sed 's/draped //')" ]
     # What `make` needs is a build dependency, but for compilers and what the demo calls.
