@@ -136,8 +136,32 @@ static void decode_starts(const struct json_value *json, struct study_request *r
         r->start_count = (size_t)number;
 }
 
+/* Both generators of each variant are sought, with so many points a side. */
+static void decode_varied_steering(const struct json_value *json, struct study_request *r) {
+    static const char *const keys[] = {"points", NULL};
+    struct json_value points = value_member(json, "points");
+    struct drape_settings *settings = &r->drape.settings;
+    r->steering = DECODE_STEERED_POINTS;
+    if (!value_object(json, keys))
+        return;
+    if (value_given(&points))
+        value_integer(&points, 1, DRAPE_CURVATURE_POINTS, &r->steering);
+    for (int k = 0; k < 2; k++) {
+        struct drape_generator *own = &settings->generator[k];
+        if (own->kind != DRAPE_GENERATOR_GEODESIC && own->kind != DRAPE_GENERATOR_LEAST) {
+            value_fault(json,
+                        "needs drape.generators that are \"geodesic\": it seeks them anew for "
+                        "each variant");
+            return;
+        }
+        own->kind = DRAPE_GENERATOR_LEAST;
+        own->curvature = (struct drape_curvature){.points = r->steering};
+        decode_check_steered(json, settings, k, r->drape.surface.kind == API_SURFACE_MESH);
+    }
+}
+
 static void decode_vary(const struct json_value *root, struct study_request *r) {
-    static const char *const keys[] = {"start", "angle_deg", "pre_shear_deg", NULL};
+    static const char *const keys[] = {"start", "angle_deg", "pre_shear_deg", "steering", NULL};
     static const char *const names[] = {"warp", "weft"};
     struct json_value drape = value_member(root, "drape"), vary = value_member(root, "vary");
     struct json_value generators = value_member(&drape, "generators");
@@ -146,8 +170,12 @@ static void decode_vary(const struct json_value *root, struct study_request *r) 
     struct json_value pre_shear = value_member(&vary, "pre_shear_deg");
     if (!value_object(&vary, keys))
         return;
-    if (!value_given(&start) && !value_given(&angle) && !value_given(&pre_shear))
-        value_fault(&vary, "has nothing to vary: give start, angle_deg or pre_shear_deg");
+    struct json_value steering = value_member(&vary, "steering");
+    if (!value_given(&start) && !value_given(&angle) && !value_given(&pre_shear) &&
+        !value_given(&steering))
+        value_fault(&vary, "has nothing to vary: give start, angle_deg, pre_shear_deg or steering");
+    if (value_given(&steering))
+        decode_varied_steering(&steering, r);
     if (value_given(&start))
         decode_starts(&start, r);
     if (value_given(&angle))
@@ -387,6 +415,11 @@ static const char *write_study(const struct study_request *r, const char *drape,
     write_starts(&text, r);
     write_angles(&text, "angle_deg", &r->angle);
     write_angles(&text, "pre_shear_deg", &r->pre_shear);
+    if (r->steering > 0) {
+        api_text_key_object(&text, "steering");
+        api_text_key_integer(&text, "points", r->steering);
+        api_text_raw(&text, "}");
+    }
     api_text_raw(&text, "}");
     bool first = true;
     api_text_key(&text, "objectives");

@@ -52,6 +52,8 @@ struct study_request {
     const struct study_point *points;
     double radius;
     struct study_angles angle, pre_shear;
+    int steering; /* points a side of the generators that each variant seeks; 0: it has the drape's
+                   */
     bool objective[QUANTITY_COUNT];
     struct study_limit limit[QUANTITY_COUNT];
     enum study_search search;

@@ -76,6 +76,28 @@ columns() {
     no_tasks
 }
 
+@test "http: a study steers each variant, as its own request does, and the values can be posted" {
+    start --workers 2
+    jq '{drape: ., vary: {angle_deg: [0, 30], steering: {points: 2}}, objectives: ["max_shear_deg"]}' \
+        $EXAMPLES/freeform.json | submit_study
+    wait_study "$id" succeeded
+    call GET "/v1/studies/$id/result"
+    shear=$(field '.variants.max_shear_deg[1]')
+    call GET "/v1/studies/$id/variants/1/request"
+    expect 200
+    jq -c .generators "$body" | grep -q '"steered":{"points":2}'
+    post /v1/drapes "$body" -H 'Prefer: wait=20'
+    expect 200
+    [ "$(field .summary.max_shear_deg)" = "$shear" ]
+    [ "$(field '.summary.steering | .fell and .energy_after < .energy_before')" = true ]
+    jq -c .nodes.x "$body" >"$BATS_TEST_TMPDIR/sought"
+    generators=$(field .summary.steering.generators)
+    jq --argjson generators "$generators" '.direction = {angle_deg: 30} | .generators = $generators' \
+        $EXAMPLES/freeform.json | post /v1/drapes - -H 'Prefer: wait=20'
+    expect 200
+    jq -c .nodes.x "$body" | cmp - "$BATS_TEST_TMPDIR/sought"
+}
+
 @test "http: the result of a study is json, csv and npz, in ranges and compressed" {
     start --workers 2
     study 0.4 3 | post /v1/studies - -H 'Prefer: wait=30'
