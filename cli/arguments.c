@@ -45,6 +45,9 @@ static const char help_tail[] =
     "  --within D         nastran, abaqus: elements share a stack that is at most D\n"
     "                     degrees and D % of thickness from their own; default: 2; 0:\n"
     "                     no rounding\n"
+    "  --plies-as HOW     decks: woven plies as yarns (a layer along warp and one along\n"
+    "                     weft), bisector (one layer between both, with the constants\n"
+    "                     of fabric.lamina) or warp (one along warp); default: warp\n"
     "  --lcmsim-version N 2 or 3; default: 3\n"
     "  --at-most-fiber-volume-fraction F\n"
     "                     lcmsim: give denser elements this value; without it, elements\n"
@@ -167,6 +170,7 @@ static const struct option option_table[] = {
     {"outlet", required_argument, NULL, 0},
     {"reference", required_argument, NULL, 0},
     {"within", required_argument, NULL, 0},
+    {"plies-as", required_argument, NULL, 0},
     {"edge-channel", required_argument, NULL, 0},
     {"cavity-height", required_argument, NULL, 0},
     {"punch", required_argument, NULL, 0},

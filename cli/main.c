@@ -136,6 +136,7 @@ static bool write_map(const struct arguments *arguments, const struct api_input 
     if (ok && !mesh.elements && arguments->format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE,
                         "%s needs elements, but the mesh has only points", arguments->format->name);
+    mesh.wants_yarns = ok && arguments->format->yarns;
     ok = ok && problem->id == API_OK &&
          (stack || cavity_take_cloth(&mesh, reader, input, &arguments->limits, arena, problem)) &&
          (stack ? laminate_map(&stack->laminate, stack->nets, &mesh, NULL, arena, &map, problem)

@@ -66,6 +66,21 @@ static void write_group_section(struct encoder *encoder, const struct deck_item 
     }
 }
 
+/* E1, E2, nu12, G12, G13, G23: across the layer as in it. */
+static void write_lamina(struct encoder *encoder, const struct deck_item *item) {
+    struct lamina own;
+    if (!deck_lamina(encoder, item->ply, &own))
+        return;
+    const double values[] = {own.e1, own.e2, own.nu12, own.g12, own.g12, own.g12};
+    api_text_format(&encoder->piece, "*MATERIAL, NAME=MATERIAL_%d\n*ELASTIC, TYPE=LAMINA\n",
+                    item->ply + 1);
+    for (size_t k = 0; k < sizeof values / sizeof *values; k++) {
+        api_text_raw(&encoder->piece, k ? ", " : "");
+        deck_real(encoder, values[k], WIDTH);
+    }
+    api_text_raw(&encoder->piece, "\n");
+}
+
 /* A point on x, one in the xy plane, the origin. */
 static void write_abaqus_system(struct encoder *encoder, const struct deck_axes *axes) {
     const struct vec3 points[3] = {vec3_add(axes->origin, axes->x), vec3_add(axes->origin, axes->y),
@@ -81,8 +96,7 @@ static const struct deck deck = {
     .mark = "**",
     .about = "The mesh with a composite *SHELL SECTION for each group of like thicknesses. Layers "
              "from the bottom: thickness, 3 points, MATERIAL_k, the orientation PLY_k, whose "
-             "1-direction is the warp of ply k on each element. The shear between warp and weft is "
-             "not here.",
+             "1-direction is the fibre of ply k on each element, of a woven ply the warp.",
     .text = "*NODE\n",
     .id_max = INT32_MAX,
     .rosette = write_abaqus_system,
@@ -93,7 +107,8 @@ static const struct deck deck = {
                  {DECK_ONCE, NULL, "*DISTRIBUTION TABLE, NAME=DIRECTIONS\nCOORD3D, COORD3D\n"},
                  {DECK_PLY_ELEMENTS, write_ply_directions, NULL},
                  {DECK_MEMBERS, write_set_member, NULL},
-                 {DECK_GROUPS, write_group_section, NULL}}};
+                 {DECK_GROUPS, write_group_section, NULL},
+                 {DECK_PLIES, write_lamina, NULL}}};
 
 const struct format format_abaqus = {
     .name = "abaqus",

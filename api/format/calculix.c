@@ -84,6 +84,24 @@ static void write_shell_section(struct encoder *encoder, const struct deck_item 
     }
 }
 
+/* E1 E2 E3 nu12 nu13 nu23 G12 G13, G23: through the layer as across its fibres, but with nu13 and
+ * nu23 of 0, as the layers of an element change their thickness together. */
+static void write_engineering_constants(struct encoder *encoder, const struct deck_item *item) {
+    struct lamina own;
+    if (!deck_lamina(encoder, item->ply, &own))
+        return;
+    const double values[] = {own.e1, own.e2, own.e2, own.nu12, 0, 0, own.g12, own.g12, own.g12};
+    enum { ROW = 8 };
+    api_text_format(&encoder->piece,
+                    "*MATERIAL, NAME=MATERIAL_%d\n*ELASTIC, TYPE=ENGINEERING CONSTANTS",
+                    item->ply + 1);
+    for (size_t k = 0; k < sizeof values / sizeof *values; k++) {
+        api_text_raw(&encoder->piece, k % ROW ? "," : "\n");
+        deck_real(encoder, values[k], WIDTH);
+    }
+    api_text_raw(&encoder->piece, "\n");
+}
+
 /* Directions of x and y: systems have no origin there. */
 static void write_calculix_system(struct encoder *encoder, const struct deck_axes *axes) {
     api_text_raw(&encoder->piece, "*ORIENTATION, NAME=ROSETTE\n");
@@ -97,7 +115,7 @@ static const struct deck deck = {
     .mark = "**",
     .about = "The mesh with mid-edge nodes, numbered after its own nodes, and a "
              "composite *SHELL SECTION for each element: thickness, MATERIAL_k, the direction of "
-             "the warp of ply k. For *INCLUDE. The shear between warp and weft is not here.",
+             "the fibre of ply k, of a woven ply the warp. For *INCLUDE.",
     .text = "*NODE, NSET=DRAPED\n",
     .id_max = INT32_MAX / 2,
     .rosette = write_calculix_system,
@@ -106,7 +124,8 @@ static const struct deck deck = {
     .sections = {{DECK_VERTICES, deck_write_vertex, NULL},
                  {DECK_MIDDLES, write_middle, NULL},
                  {DECK_STACKS, write_s6_or_s8r, NULL},
-                 {DECK_STACKS, write_shell_section, NULL}}};
+                 {DECK_STACKS, write_shell_section, NULL},
+                 {DECK_PLIES, write_engineering_constants, NULL}}};
 
 const struct format format_calculix = {
     .name = "calculix",

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "deck.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,6 +29,39 @@ static int32_t largest_id(const struct map_fields *fields) {
     return largest;
 }
 
+static size_t most_layers(const struct map_fields *fields) {
+    size_t most = 0;
+    for (size_t e = 0; e < fields->element_count; e++)
+        most = stack_layers(fields, e) > most ? stack_layers(fields, e) : most;
+    return most;
+}
+
+/* Shows layers in place of plies, if these are asked for, or constants of any are known. */
+static bool take_layers(struct encoder *encoder, struct api_problem *problem) {
+    struct deck_state *state = encoder->state;
+    const struct map_plies *plies = encoder->fields.plies;
+    enum format_plies_as as = encoder->options.plies_as;
+    bool known = false;
+    for (size_t k = 0; k < plies->ply_count; k++)
+        known = known || yarn_plies_kind(plies, (int)k).lamina.e1 > 0;
+    if (as <= PLIES_AS_WARP && !known)
+        return true;
+    if (!yarn_plies_make(&state->layers, &encoder->fields, as, format_within(&encoder->options),
+                         encoder->format->name, problem))
+        return false;
+    encoder->fields.plies = &state->layers.plies;
+    if (most_layers(&encoder->fields) > DECK_PLIES_MAX)
+        api_problem_set(problem, API_TOO_LARGE,
+                        "%s can hold at most %d layers, and with plies_as an element has %zu",
+                        encoder->format->name, DECK_PLIES_MAX, most_layers(&encoder->fields));
+    else if (encoder->fields.plies->ply_count > DECK_NUMBERS_MAX)
+        api_problem_set(problem, API_TOO_LARGE,
+                        "%s can hold at most %d kinds of layers, and with plies_as there are %zu: "
+                        "choose a larger within, or plies_as=yarns",
+                        encoder->format->name, DECK_NUMBERS_MAX, encoder->fields.plies->ply_count);
+    return problem->id == API_OK;
+}
+
 /* Whether one sequence of plies serves all elements; sets `upward`. */
 static bool check_sides(const struct encoder *encoder, bool *upward, struct api_problem *problem) {
     const struct map_fields *fields = &encoder->fields;
@@ -40,7 +74,7 @@ static bool check_sides(const struct encoder *encoder, bool *upward, struct api_
         *(is_up ? &up : &down) += 1;
     }
     *upward = up >= down;
-    if (up == 0 || down == 0 || fields->plies->ply_count == 1)
+    if (up == 0 || down == 0 || most_layers(fields) == 1)
         return true;
     return !api_problem_set(
         problem, API_INVALID_REQUEST,
@@ -70,6 +104,8 @@ bool deck_begin(struct encoder *encoder, struct api_problem *problem) {
         api_problem_set(problem, API_TOO_LARGE,
                         "%s cannot hold the element or vertex number %d; the largest is %d", name,
                         largest_id(fields), deck->id_max);
+    else if (!take_layers(encoder, problem))
+        return false;
     else if (deck->one_sequence && !check_sides(encoder, &state->upward, problem))
         return false;
     else if (deck->reference && !plies->reference)
@@ -88,6 +124,7 @@ bool deck_begin(struct encoder *encoder, struct api_problem *problem) {
 
 void deck_end(struct encoder *encoder) {
     struct deck_state *state = encoder->state;
+    yarn_plies_free(&state->layers);
     stack_groups_free(&state->groups);
     free(state->middle);
     free(state->edge);
@@ -147,6 +184,41 @@ static void write_rosette(struct encoder *encoder) {
     deck->rosette(encoder, &axes);
 }
 
+/* Each ply, with its constants where they are known. */
+static void write_plies(struct encoder *encoder) {
+    char words[400];
+    struct lamina own;
+    for (size_t k = 0; k < encoder->fields.plies->ply_count; k++) {
+        int length =
+            snprintf(words, sizeof words, "Ply %zu: %s", k + 1, encoder->fields.plies->names[k]);
+        if (deck_lamina(encoder, (int)k, &own))
+            (void)snprintf(words + length, sizeof words - (size_t)length,
+                           "; E1 %.6g, E2 %.6g, nu12 %.6g, G12 %.6g", own.e1, own.e2, own.nu12,
+                           own.g12);
+        write_comment(encoder, words);
+    }
+}
+
+/* What became of the yarns of woven plies. */
+static void write_plies_as(struct encoder *encoder) {
+    char words[400];
+    enum format_plies_as as = encoder->options.plies_as;
+    double off = fmax(format_within(&encoder->options) / 4, YARN_PLIES_FINEST / 2);
+    if (as == PLIES_AS_BISECTOR)
+        (void)snprintf(words, sizeof words,
+                       "Woven plies are a layer along the bisector of warp and weft, whose "
+                       "constants are those of both yarns at a shear that is off by at most %g "
+                       "degrees.",
+                       off);
+    else
+        (void)snprintf(words, sizeof words, "%s",
+                       as == PLIES_AS_YARNS
+                           ? "Woven plies are two unidirectional layers, along warp and weft."
+                           : "The shear between warp and weft is not here; plies_as=yarns and "
+                             "plies_as=bisector have it.");
+    write_comment(encoder, words);
+}
+
 /* The drape, the unit, what `about` says, the plies, bare elements, warnings and the groups. */
 static void write_deck_head(struct encoder *encoder) {
     const struct map_fields *fields = &encoder->fields;
@@ -157,17 +229,16 @@ static void write_deck_head(struct encoder *encoder) {
     for (size_t e = 0; e < fields->element_count; e++)
         bare += stack_layers(fields, e) == 0;
     snprintf(words, sizeof words,
-             "%s%s on %zu elements, %zu %s. Lengths in %s, angles in degrees; ply k has "
-             "material k, which you must define.",
+             "%s%s on %zu elements, %zu %s. Lengths in %s, angles in degrees%s; ply k has "
+             "material k%s.",
              encoder->id[0] ? "Drape " : "Laminate", encoder->id, fields->element_count,
              fields->plies->ply_count, fields->plies->ply_count == 1 ? "ply" : "plies",
-             fields->unit->name);
+             fields->unit->name, state->layers.lamina ? ", forces in N" : "",
+             state->layers.lamina ? "" : ", which you must define");
     write_comment(encoder, words);
     write_comment(encoder, deck->about);
-    for (size_t k = 0; k < fields->plies->ply_count; k++) {
-        snprintf(words, sizeof words, "Ply %zu: %s", k + 1, fields->plies->names[k]);
-        write_comment(encoder, words);
-    }
+    write_plies_as(encoder);
+    write_plies(encoder);
     if (bare > 0) {
         snprintf(words, sizeof words, "%zu elements have no ply and are left out.", bare);
         write_comment(encoder, words);
@@ -263,6 +334,33 @@ void deck_write_point(struct encoder *encoder, int32_t id, struct vec3 point) {
         api_text_raw(&encoder->piece, form->before[k]);
         deck_real(encoder, x[k], form->width);
     }
+    api_text_raw(&encoder->piece, "\n");
+}
+
+bool deck_lamina(const struct encoder *encoder, int ply, struct lamina *lamina) {
+    const struct yarn_plies *layers = &((const struct deck_state *)encoder->state)->layers;
+    double area = encoder->fields.unit->metres * encoder->fields.unit->metres;
+    if (!layers->lamina || layers->lamina[ply].e1 == 0)
+        return false;
+    *lamina = layers->lamina[ply];
+    lamina->e1 *= area;
+    lamina->e2 *= area;
+    lamina->g12 *= area;
+    return true;
+}
+
+/* MID E1 E2 NU12, G12; shear across the layer is rigid where G1Z and G2Z are left out. */
+void deck_write_mat8(struct encoder *encoder, const struct deck_item *item) {
+    enum { WIDTH = 16 };
+    struct lamina own;
+    if (!deck_lamina(encoder, item->ply, &own))
+        return;
+    api_text_format(&encoder->piece, "MAT8*   %16d", item->ply + 1);
+    deck_real(encoder, own.e1, WIDTH);
+    deck_real(encoder, own.e2, WIDTH);
+    deck_real(encoder, own.nu12, WIDTH);
+    api_text_raw(&encoder->piece, "\n*       ");
+    deck_real(encoder, own.g12, WIDTH);
     api_text_raw(&encoder->piece, "\n");
 }
 

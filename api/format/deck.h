@@ -4,19 +4,22 @@
  * hold for it, what its head says, and sections that are written one after the other, each item by
  * item.
  *
- * Numbers of elements and vertices are the caller's. Plies are numbered from 1, and ply k is of
- * material k, which is the caller's to define. An element without plies is bare: it is left out,
- * and the head says how many are.
+ * Numbers of elements and vertices are the caller's. Plies, or what `plies_as` makes of them, are
+ * numbered from 1, and ply k is of material k. Its constants are here where the request has them
+ * (`fabric.lamina`); else it is the caller's to define. An element without plies is bare: it is
+ * left out, and the head says how many are.
  */
 #ifndef API_FORMAT_DECK_H
 #define API_FORMAT_DECK_H
 
 #include "encoder.h"
 #include "stack.h"
+#include "yarn_plies.h"
 
 enum {
-    DECK_PLIES_MAX = 200,  /* of one element: an item holds its stack */
-    DECK_ITEM = 48 * 1024, /* bytes of an item at most */
+    DECK_PLIES_MAX = 200,    /* of one element: an item holds its stack */
+    DECK_NUMBERS_MAX = 1000, /* of all: the head lists them */
+    DECK_ITEM = 48 * 1024,   /* bytes of an item at most */
     DECK_SECTIONS_MAX = 8
 };
 
@@ -83,6 +86,7 @@ struct deck {
 
 /* The state of a format whose `own` is a deck. */
 struct deck_state {
+    struct yarn_plies layers; /* where they are not the plies of the map */
     struct stack_groups groups;
     bool upward;      /* the plies follow each other along the elements' normals */
     size_t field;     /* on the line of a list that is being written */
@@ -96,14 +100,20 @@ struct deck_state {
 
 /* What a format is beside its name, media type and texts; `deck` is a struct deck. */
 #define DECK_FORMAT(deck)                                                                          \
-    .uses = FORMAT_MAP, .elements = true, .own = &(deck), .state_size = sizeof(struct deck_state), \
-    .begin = deck_begin, .next = deck_next, .end = deck_end
+    .uses = FORMAT_MAP, .elements = true, .yarns = true, .own = &(deck),                           \
+    .state_size = sizeof(struct deck_state), .begin = deck_begin, .next = deck_next,               \
+    .end = deck_end
 
 /* Refused are maps without a ply on an element, without thicknesses, with too many plies, with an
  * id that is too large, and what the deck says. */
 bool deck_begin(struct encoder *encoder, struct api_problem *problem);
 void deck_next(struct encoder *encoder);
 void deck_end(struct encoder *encoder);
+
+/* The constants of a ply's material, from 0, in newtons per square of the mesh's unit; false where
+ * they are not known. MAT8 in large fields, of Nastran's kind, writes them, if they are. */
+bool deck_lamina(const struct encoder *encoder, int ply, struct lamina *lamina);
+void deck_write_mat8(struct encoder *encoder, const struct deck_item *item);
 
 /* A vector of real numbers behind each other, in fields of `width` with `between` before all but
  * the first. */

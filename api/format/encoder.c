@@ -168,6 +168,11 @@ static bool open_map(struct encoder *encoder, const struct map_fields *source, c
                                 "table: a map onto points has one table");
     if (encoder->options.table != API_TABLE_PLIES)
         encoder->options.table = API_TABLE_CELLS;
+    if (encoder->options.plies_as && !encoder->format->yarns)
+        return !api_problem_set(problem, API_INVALID_REQUEST,
+                                "plies_as: %s shows every ply as it is, with its shear; it is for "
+                                "decks, such as calculix or nastran, and for abd",
+                                encoder->format->name);
     if (source->column_count == 0 || source->column_count > API_COLUMNS_MAX)
         return !api_problem_set(problem, API_INTERNAL, "the fields have no columns, or too many");
     if (!select_columns(encoder, source->columns, source->column_count, fields, problem))

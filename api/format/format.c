@@ -11,7 +11,7 @@
 /* The registry; of each use the default first. */
 extern const struct format format_json, format_csv, format_vtp, format_glb, format_npz, format_vtu,
     format_lcmsim, format_lcmsim_h5, format_nastran, format_optistruct, format_radioss,
-    format_lsdyna, format_abaqus, format_calculix, format_svg, format_dxf, format_html;
+    format_lsdyna, format_abaqus, format_calculix, format_abd, format_svg, format_dxf, format_html;
 static const struct format *const formats[] = {
     &format_json,      &format_csv,        &format_vtp,     &format_glb,    &format_npz,
     &format_vtu,       &format_lcmsim,
@@ -19,7 +19,7 @@ static const struct format *const formats[] = {
     &format_lcmsim_h5,
 #endif
     &format_nastran,   &format_optistruct, &format_radioss, &format_lsdyna, &format_abaqus,
-    &format_calculix,  &format_svg,        &format_dxf,     &format_html,
+    &format_calculix,  &format_abd,        &format_svg,     &format_dxf,    &format_html,
 };
 
 enum { COUNT = sizeof formats / sizeof *formats };
@@ -59,6 +59,17 @@ static bool set_table(struct format_options *options, const char *value) {
     return false;
 }
 
+static bool set_plies_as(struct format_options *options, const char *value) {
+    static const char *const names[] = {
+        [PLIES_AS_WARP] = "warp", [PLIES_AS_YARNS] = "yarns", [PLIES_AS_BISECTOR] = "bisector"};
+    for (int k = PLIES_AS_WARP; k <= PLIES_AS_BISECTOR; k++)
+        if (strcmp(value, names[k]) == 0) {
+            options->plies_as = (enum format_plies_as)k;
+            return true;
+        }
+    return false;
+}
+
 /* A number from `least` to `most`, both included. */
 static bool set_number(double *option, const char *value, double least, double most) {
     double number;
@@ -88,6 +99,7 @@ bool format_option(struct format_options *options, const char *name, const char 
         VERSION,
         FRACTION,
         WITHIN,
+        PLIES_AS,
         ALLOWANCE,
         PARTIAL,
         PART,
@@ -104,6 +116,7 @@ bool format_option(struct format_options *options, const char *name, const char 
         [VERSION] = {"lcmsim_version", "must be 2 or 3"},
         [FRACTION] = {"at_most_fiber_volume_fraction", "must be a number between 0 and 1"},
         [WITHIN] = {"within", "must be a number from 0 to 10, in degrees and percent of thickness"},
+        [PLIES_AS] = {"plies_as", "must be yarns, bisector or warp"},
         [ALLOWANCE] = {"allowance", "must be 0 or more, in the drape's length unit"},
         [PARTIAL] = {"partial", "must be 0 or 1"},
         [PART] = {"part", "must have at most 63 ASCII characters, none of them <>&\"'%"},
@@ -131,6 +144,9 @@ bool format_option(struct format_options *options, const char *name, const char 
     case WITHIN:
         good = set_number(&options->within, value, 0, 10);
         options->within_given = true;
+        break;
+    case PLIES_AS:
+        good = set_plies_as(options, value);
         break;
     case ALLOWANCE:
         good = set_number(&options->allowance, value, 0, 1e12);

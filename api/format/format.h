@@ -11,6 +11,7 @@
 #include "api/problem.h"
 #include "api/request/request.h"
 #include "api/result/columns.h"
+#include "solver/lamina.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -34,6 +35,7 @@ struct format {
     unsigned uses;          /* enum format_use, or-ed */
     bool one_table;         /* of a result: holds the table of the options alone */
     bool elements;          /* of a map: needs elements, so cannot show points */
+    bool yarns;             /* of a map: has to know what its plies are made of */
     bool tables;            /* of a result: shows any tables there are, those of a study too */
     const void *own;        /* data that formats sharing their functions differ by */
     size_t state_size;      /* bytes of `encoder->state`; 0: it keeps none */
@@ -58,6 +60,14 @@ const struct format *format_for_media_type(enum format_use use, const char *medi
  * hundred groups for thousands of elements. */
 enum { FORMAT_NAME_SIZE = 64, FORMAT_WITHIN = 2 };
 
+/* As what a deck has a woven ply, whose warp and weft are not square (`yarn_plies.h`). */
+enum format_plies_as {
+    PLIES_AS_DEFAULT, /* what suits the format */
+    PLIES_AS_WARP,    /* one layer along the warp, as if it were square */
+    PLIES_AS_YARNS,   /* two unidirectional layers, along warp and along weft */
+    PLIES_AS_BISECTOR /* one layer along the bisector of both, with the constants of the two */
+};
+
 struct format_options {
     int precision;      /* significant digits, 1..17; 0: the shortest that reads back the same */
     const char *fields; /* "nodes.x,cells.k1": only these columns; of a map also "k1"; NULL or
@@ -69,6 +79,7 @@ struct format_options {
     double within;    /* of formats that group stacks: how far an element's may be from the group's,
                          in degrees and in percent of thickness; 0: not at all */
     bool within_given; /* not: FORMAT_WITHIN */
+    enum format_plies_as plies_as;
     /* of lcmsim */
     int lcmsim_version;           /* 2 or 3; 0: 3 */
     double fiber_volume_fraction; /* what denser elements are taken to have; 0: they are left out */
@@ -79,10 +90,10 @@ struct format_options {
 };
 
 /* Sets the option that a query parameter or command-line flag `name` (precision, fields, table,
- * within, lcmsim_version, at_most_fiber_volume_fraction, allowance, partial, part, ply) stands for;
- * `fields` is kept as a pointer to `value`. False with `problem` set (invalid-request, naming the
- * option) when `value` is not in its range; false with `problem` unset when there is no option of
- * that name. */
+ * within, plies_as, lcmsim_version, at_most_fiber_volume_fraction, allowance, partial, part, ply)
+ * stands for; `fields` is kept as a pointer to `value`. False with `problem` set (invalid-request,
+ * naming the option) when `value` is not in its range; false with `problem` unset when there is no
+ * option of that name. */
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem);
 
@@ -108,6 +119,12 @@ struct map_ply_row {
 
 enum { MAP_PLIES_MAX = INT16_MAX };
 
+/* What a ply is made of. */
+struct map_ply_kind {
+    double warp_share;    /* of its yarns, 0..1; 1: it is unidirectional, along warp */
+    struct lamina lamina; /* a unidirectional layer of its yarns, Pa; e1 is 0: not known */
+};
+
 /* The stack of plies on a mesh, which of a single drape has one ply. All arrays are the caller's.
  */
 struct map_plies {
@@ -118,10 +135,11 @@ struct map_plies {
                                  that, 0 where the ply is of one; NULL: all are */
     const struct map_ply_row *rows; /* by element, then ply; none where the ply does not reach */
     size_t row_count;
-    const size_t *first;          /* `element_count` + 1: the rows of element e are first[e] to
-                                     first[e + 1] - 1, none of a bare one */
-    bool thickness, fraction;     /* whether the rows know them; then all do */
-    const struct vec3 *reference; /* the caller's direction; NULL: each element's first edge */
+    const size_t *first;              /* `element_count` + 1: the rows of element e are first[e] to
+                                         first[e + 1] - 1, none of a bare one */
+    bool thickness, fraction;         /* whether the rows know them; then all do */
+    const struct vec3 *reference;     /* the caller's direction; NULL: each element's first edge */
+    const struct map_ply_kind *kinds; /* of each ply; NULL: not asked for */
 };
 
 /* Fields on a mesh or at points. All arrays are the caller's and outlive the encoder. */

@@ -43,9 +43,8 @@ static void write_lsdyna_system(struct encoder *encoder, const struct deck_axes 
 static const struct deck deck = {
     .mark = "$",
     .about = "The mesh as part 1, in place of its own *NODE and *ELEMENT_SHELL; for *INCLUDE. "
-             "Layers from the bottom: material, thickness, angle of the warp from side N1-N2 "
-             "(AOPT 0, and no invariant node numbering). The shear between warp and weft is not "
-             "here.",
+             "Layers from the bottom: material, thickness, angle of the fibre, of a woven ply's "
+             "warp, from side N1-N2 (AOPT 0, and no invariant node numbering).",
     .text = "*NODE\n",
     .id_max = 99999999,
     .rosette = write_lsdyna_system,

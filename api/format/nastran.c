@@ -45,15 +45,15 @@ static const struct deck deck = {
     .mark = "$",
     .about =
         "The mesh with THETA of the bottom ply, from side G1-G2, and a PCOMPG for each group of "
-        "like stacks, in place of the mesh's own GRID and shell elements. Plies are of the "
-        "warp; the shear between warp and weft is not here.",
+        "like stacks, in place of the mesh's own GRID and shell elements.",
     .id_max = INT32_MAX,
     .rosette = deck_write_cord2r,
     .grouping = DECK_BY_STACK,
     .point = {"GRID*   ", WIDTH, {"                ", "", "\n*       "}, WIDTH},
     .sections = {{DECK_VERTICES, deck_write_vertex, NULL},
                  {DECK_STACKS, write_theta_shell, NULL},
-                 {DECK_GROUPS, write_pcompg, NULL}}};
+                 {DECK_GROUPS, write_pcompg, NULL},
+                 {DECK_PLIES, deck_write_mat8, NULL}}};
 
 const struct format format_nastran = {
     .name = "nastran",

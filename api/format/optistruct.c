@@ -76,15 +76,15 @@ static const struct deck deck = {
     .about = "Plies for elements whose property is a PCOMPP and whose material x-axis is side 1-2, "
              "as it is without THETA or MCID; with a direction of the caller's, the system with "
              "that x-axis. DRAPE k, SET k and PLY k are of ply k; its T is the least on the mesh, "
-             "times the thinning factor of DRAPE that of the element.\n"
-             "The shear between warp and weft is not here.",
+             "times the thinning factor of DRAPE that of the element.",
     .id_max = INT32_MAX,
     .rosette = deck_write_cord2r,
     .one_sequence = true,
     .sections = {{DECK_PLY_ELEMENTS, write_drape_entry, NULL},
                  {DECK_PLY_ELEMENTS, write_set, NULL},
                  {DECK_PLIES, write_ply_entry, NULL},
-                 {DECK_ONCE, write_stack_entry, NULL}}};
+                 {DECK_ONCE, write_stack_entry, NULL},
+                 {DECK_PLIES, deck_write_mat8, NULL}}};
 
 const struct format format_optistruct = {
     .name = "optistruct",

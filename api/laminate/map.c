@@ -318,7 +318,11 @@ static bool map_elements(struct mapping *m) {
                              .names = rows ? unique_names(m) : NULL,
                              .thickness = m->thickness,
                              .fraction = m->fraction};
-    if (!plies.ply || !plies.pressed || !number_pieces(m, &kept.numbers) ||
+    struct map_ply_kind *kinds = arena_alloc(m->at.arena, laminate->count, sizeof *kinds);
+    kept.kinds = kinds;
+    for (size_t k = 0; kinds && k < laminate->count; k++)
+        kinds[k] = map_ply_kind_of(&laminate->plies[k].drape);
+    if (!kinds || !plies.ply || !plies.pressed || !number_pieces(m, &kept.numbers) ||
         (rows &&
          (!kept.names || !map_stack_begin(stack, m->at.target, &kept, m->at.rows, m->at.arena))))
         return ply_samples_no_memory(&m->at);

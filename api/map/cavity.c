@@ -132,7 +132,7 @@ bool cavity_take_cloth(struct map_target *target, const struct api_reader *reade
     const struct api_column *thickness =
         api_columns_find(columns, API_TABLE_CELLS, column_specs[COLUMN_CELLS_thickness].name);
     bool may_be_rigid = thickness && thickness->form == API_FORM_REPEATED;
-    if (!cavity_given(target) && !may_be_rigid)
+    if (!cavity_given(target) && !may_be_rigid && !target->wants_yarns)
         return true;
     if (api_decode(input, limits, arena, cloth, problem) != API_OK)
         return false;
@@ -143,6 +143,11 @@ bool cavity_take_cloth(struct map_target *target, const struct api_reader *reade
         cloth->fabric.thickness *= cloth->length_unit->metres / columns->unit->metres;
     if (cavity_given(target) || cloth->cavity.rigid)
         target->cloth = cloth;
+    struct map_ply_kind *kind = arena_alloc(arena, 1, sizeof *kind);
+    if (!kind)
+        return map_target_no_memory(problem);
+    *kind = map_ply_kind_of(cloth);
+    target->yarns = kind;
     return true;
 }
 

@@ -36,9 +36,9 @@ double cavity_height(const struct cavity *cavity, size_t number, struct vec3 nor
  * or "laminate". */
 void cavity_warn(const struct cavity *cavity, struct api_map *map, const char *whose);
 
-/* Has the target know whose cloth it is that its heights press, or the drape's own rigid cavity:
- * that of the request whose result `reader` has. A stored surface need not be among the input.
- * False with the problem set. */
+/* Has the target know whose cloth it is that its heights press, or the drape's own rigid cavity,
+ * and where it `wants_yarns` what that is made of: that of the request whose result `reader` has. A
+ * stored surface need not be among the input. False with the problem set. */
 bool cavity_take_cloth(struct map_target *target, const struct api_reader *reader,
                        const struct api_input *input, const struct api_limits *limits,
                        struct arena *arena, struct api_problem *problem);

@@ -224,6 +224,7 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
         const struct map_plies plies = {.ply_count = 1,
                                         .side = 1,
                                         .names = names,
+                                        .kinds = target->yarns,
                                         .thickness = mapping->thickness >= 0,
                                         .fraction = mapping->fraction >= 0};
         mapping->stack = &map->stack;

@@ -1,6 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "plies.h"
 
+#include "api/request/request.h"
+
+struct map_ply_kind map_ply_kind_of(const struct api_request *cloth) {
+    double balance = cloth->fabric.balance > 0 ? cloth->fabric.balance : 0.5;
+    return (struct map_ply_kind){.warp_share = cloth->settings.slide == 1 ? 1 : balance,
+                                 .lamina = cloth->fabric.lamina};
+}
+
 bool map_stack_begin(struct map_stack *stack, const struct map_target *target,
                      const struct map_plies *plies, size_t room, struct arena *arena) {
     *stack = (struct map_stack){.plies = *plies, .target = target, .room = room};

@@ -37,6 +37,10 @@ struct map_ply {
     double thickness, fiber_volume_fraction; /* 0: not known */
 };
 
+/* What the cloth of a request is made of: unidirectional where its fibres stay parallel, otherwise
+ * half warp and half weft unless it says so. */
+struct map_ply_kind map_ply_kind_of(const struct api_request *cloth);
+
 /* An empty stack of `plies->ply_count` plies with their `names` and what they know, with room for
  * `room` rows in `arena`; false without memory. `target` has elements; both outlive the stack. */
 bool map_stack_begin(struct map_stack *stack, const struct map_target *target,

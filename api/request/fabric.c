@@ -8,10 +8,20 @@ static const struct value_range pre_shears = {-80, 80, false}; /* deg */
 enum { PLIES_MAX = 10000 };
 
 void decode_fabric(const struct json_value *json, struct api_request *request) {
-    static const char *const keys[] = {
-        "material",          "spacing",     "thickness",     "fiber_volume_fraction",
-        "locking_angle_deg", "limit_curve", "pre_shear_deg", "plies",
-        "kinematics",        "shear_curve", "bending",       NULL};
+    static const char *const keys[] = {"material",
+                                       "spacing",
+                                       "thickness",
+                                       "fiber_volume_fraction",
+                                       "locking_angle_deg",
+                                       "limit_curve",
+                                       "pre_shear_deg",
+                                       "plies",
+                                       "kinematics",
+                                       "shear_curve",
+                                       "bending",
+                                       "balance",
+                                       "lamina",
+                                       NULL};
     if (!value_object(json, keys))
         return;
     struct json_value material = value_member(json, "material");

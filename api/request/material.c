@@ -39,6 +39,8 @@ const char *api_materials_heads(void) {
 static const struct value_range locking_angles = {0, 90, false}; /* deg */
 static const struct value_range limit_shears = {-90, 90, false}; /* deg */
 static const struct value_range severities = {0, 1, false}, slides = {0, 1, false};
+static const struct value_range moduli = {1, 1e13, false}; /* Pa */
+static const struct value_range poissons = {-1, 10, false};
 static const struct value_range law_factors = {1e-12, 1e3, false}; /* a */
 static const struct value_range law_exponents = {1e-3, 10, false}; /* b */
 
@@ -108,12 +110,30 @@ static void decode_kinematics(const struct json_value *json, double *slide) {
     }
 }
 
+/* A unidirectional layer of the fabric's yarns and their resin. */
+static void decode_lamina(const struct json_value *json, struct lamina *lamina) {
+    static const char *const keys[] = {"e1", "e2", "nu12", "g12", NULL};
+    struct lamina own = {0};
+    double *const values[] = {&own.e1, &own.e2, &own.nu12, &own.g12};
+    bool good = value_object(json, keys);
+    for (int k = 0; good && k < 4; k++) {
+        struct json_value value = value_member(json, keys[k]);
+        good = value_number(&value, k == 2 ? poissons : moduli, values[k]);
+    }
+    if (good && !lamina_is_sound(&own))
+        value_fault(json, "must have a nu12 below the square root of e1 / e2");
+    else if (good)
+        *lamina = own;
+}
+
 void decode_figures(const struct json_value *json, double metres, struct api_request *request) {
     struct json_value thickness = value_member(json, "thickness");
     struct json_value fraction = value_member(json, "fiber_volume_fraction");
     struct json_value locking = value_member(json, "locking_angle_deg");
     struct json_value limit = value_member(json, "limit_curve");
     struct json_value kinematics = value_member(json, "kinematics");
+    struct json_value balance = value_member(json, "balance");
+    struct json_value lamina = value_member(json, "lamina");
     struct api_fabric *fabric = &request->fabric;
     if (value_given(&thickness) && value_number(&thickness, decode_lengths, &fabric->thickness)) {
         if (metres != request->length_unit->metres)
@@ -128,6 +148,10 @@ void decode_figures(const struct json_value *json, double metres, struct api_req
         decode_limit_curve(&limit, &fabric->limit);
     if (value_given(&kinematics))
         decode_kinematics(&kinematics, &request->settings.slide);
+    if (value_given(&balance))
+        value_number(&balance, decode_fractions, &fabric->balance);
+    if (value_given(&lamina))
+        decode_lamina(&lamina, &fabric->lamina);
 }
 
 void decode_compaction(const struct json_value *json, struct api_compaction *law) {
@@ -143,9 +167,14 @@ void decode_material(const struct json_value *json, struct api_request *request)
     static const char *const keys[] = {"name",         "about",        "source",
                                        "example",      "areal_weight", "fabric",
                                        "permeability", "compaction",   NULL};
-    static const char *const fabric_keys[] = {"thickness",         "fiber_volume_fraction",
-                                              "locking_angle_deg", "limit_curve",
-                                              "kinematics",        NULL};
+    static const char *const fabric_keys[] = {"thickness",
+                                              "fiber_volume_fraction",
+                                              "locking_angle_deg",
+                                              "limit_curve",
+                                              "kinematics",
+                                              "balance",
+                                              "lamina",
+                                              NULL};
     struct json_value fabric = value_member(json, "fabric");
     struct json_value permeability = value_member(json, "permeability");
     struct json_value weight = value_member(json, "areal_weight");
@@ -217,6 +246,7 @@ static void write_material(const struct json_value *json, const struct head *hea
         api_text_key_number(&text, "fiber_volume_fraction", fabric->fiber_volume_fraction);
     api_normalise_shear_limits(&text, fabric);
     api_normalise_kinematics(&text, figures->settings.slide);
+    api_normalise_yarns(&text, fabric);
     api_text_raw(&text, "}");
     api_normalise_permeability(&text, &figures->permeability);
     api_normalise_compaction(&text, &fabric->compaction);

@@ -246,6 +246,20 @@ void api_normalise_kinematics(struct api_text *text, double slide) {
     }
 }
 
+void api_normalise_yarns(struct api_text *text, const struct api_fabric *fabric) {
+    const struct lamina *lamina = &fabric->lamina;
+    if (fabric->balance > 0)
+        api_text_key_number(text, "balance", fabric->balance);
+    if (lamina->e1 == 0)
+        return;
+    api_text_key_object(text, "lamina");
+    api_text_key_number(text, "e1", lamina->e1);
+    api_text_key_number(text, "e2", lamina->e2);
+    api_text_key_number(text, "nu12", lamina->nu12);
+    api_text_key_number(text, "g12", lamina->g12);
+    api_text_raw(text, "}");
+}
+
 void api_normalise_compaction(struct api_text *text, const struct api_compaction *law) {
     if (law->a == 0)
         return;
@@ -328,6 +342,7 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     api_text_key_number(text, "pre_shear_deg", settings->pre_shear_deg);
     api_text_key_integer(text, "plies", fabric->plies);
     api_normalise_kinematics(text, settings->slide);
+    api_normalise_yarns(text, fabric);
     normalise_shear_energy(text, &settings->energy);
     api_text_raw(text, "}");
     if (settings->start_kind == DRAPE_START_POINT) {

@@ -46,6 +46,7 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
 void api_normalise_permeability(struct api_text *text, const struct api_permeability *k);
 void api_normalise_shear_limits(struct api_text *text, const struct api_fabric *fabric);
 void api_normalise_kinematics(struct api_text *text, double slide);
+void api_normalise_yarns(struct api_text *text, const struct api_fabric *fabric);
 void api_normalise_compaction(struct api_text *text, const struct api_compaction *law);
 void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, size_t count);
 

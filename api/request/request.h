@@ -7,6 +7,7 @@
 #define API_REQUEST_REQUEST_H
 
 #include "solver/drape.h"
+#include "solver/lamina.h"
 #include "solver/surface/nurbs.h"
 #include "solver/surface/trim.h"
 #include "solver/vec.h"
@@ -103,6 +104,10 @@ struct api_fabric {
     double areal_weight; /* of one ply, kg/m^2, as the material says; 0: not known. Nothing is
                             solved  with it */
     struct api_compaction compaction; /* as the material says, for laminates */
+    double balance;       /* the share of warp in the yarns, 0..1; 0: not given. For solvers of
+                             structures, as the next */
+    struct lamina lamina; /* a unidirectional layer of its yarns with their resin, Pa; e1 is 0: not
+                             given */
     const char *material; /* whose thickness it is, in the request's unit, as JSON: a name of the
                              library in quotes, or a document; NULL: its own */
 };

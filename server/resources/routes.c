@@ -27,13 +27,13 @@ struct route {
     const char *method, *pattern;
     call_handler *handler;
     unsigned flags;
-    const char *query[16]; /* the query parameters it knows, up to a NULL */
+    const char *query[20]; /* the query parameters it knows, up to a NULL */
 };
 
 #define RESULT_QUERY "format", "table", "fields", "precision"
 #define MAP_QUERY                                                                                  \
-    "format", "table", "fields", "precision", "reference", "within", "inlet", "inlet_elements",    \
-        "outlet", "edge_channel", "cavity_height", "punch", "lcmsim_version",                      \
+    "format", "table", "fields", "precision", "reference", "within", "plies_as", "inlet",          \
+        "inlet_elements", "outlet", "edge_channel", "cavity_height", "punch", "lcmsim_version",    \
         "at_most_fiber_volume_fraction"
 
 #define JSON_WORK (ROUTE_BODY | ROUTE_WORK)

@@ -145,6 +145,7 @@ static bool make_map(const struct checker_task *task, const struct format *forma
         drape_variant(task, monitor, arena, &input, &columns, problem) != API_OK)
         return false;
     const struct api_reader reader = api_reader_of(&columns);
+    mesh->wants_yarns = format->yarns;
     return cavity_take_cloth(mesh, &reader, &input, &order->limits, arena, problem) &&
            api_map_make(&reader, mesh, monitor, arena, &map, problem) == API_OK;
 }

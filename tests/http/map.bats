@@ -131,10 +131,10 @@ calculix text/x-calculix
 END
     map_bulk '?format=glb'
     expect_problem 406 not-acceptable
-    [[ $(field .detail) == *'json, csv, vtu, lcmsim, lcmsim-h5, nastran, optistruct, radioss, lsdyna, abaqus, calculix' ]]
+    [[ $(field .detail) == *'json, csv, vtu, lcmsim, lcmsim-h5, nastran, optistruct, radioss, lsdyna, abaqus, calculix, abd' ]]
     map_bulk '' -H 'Accept: image/png'
     expect_problem 406 not-acceptable
-    for format in vtu lcmsim nastran calculix; do
+    for format in vtu lcmsim nastran calculix abd; do
         map "$POINTS" "?format=$format"
         expect_problem 406 not-acceptable
         [[ $(field .detail) == *'json, csv' ]]
@@ -484,4 +484,21 @@ END
     pids=
     [ "$(<"$BATS_TEST_TMPDIR/code")" = 503 ]
     jq -e '.type == "/problems/unavailable"' "$BATS_TEST_TMPDIR/cut"
+}
+
+@test "map: plies_as is for decks, which say what they lack" {
+    map_bulk '?format=nastran&plies_as=yarns'
+    expect 200
+    grep -q 'Ply 2: ply_1, weft' "$body"
+    map_bulk '?format=nastran&plies_as=bisector'
+    expect_problem 422 invalid-request
+    [[ $(field .detail) == *'needs fabric.lamina'*'plies_as=yarns needs none' ]]
+    map_bulk '?format=vtu&plies_as=yarns'
+    expect_problem 422 invalid-request
+    [[ $(field .detail) == *'it is for decks, such as calculix'* ]]
+    map_bulk '?format=nastran&plies_as=weft'
+    expect_problem 422 invalid-request
+    map_bulk '?format=abd'
+    expect_problem 422 invalid-request
+    [[ $(field .detail) == *'fabric.lamina of ply_1' ]]
 }

@@ -120,6 +120,10 @@ write_map() {
             write_map $format "$folder/deck" --reference 1,0.2,0
             $PYTHON tests/readers/cards.py $format "$folder/mesh.json" "$folder/map.json" \
                 "$folder/deck" 1,0.2,0
+            [[ $format =~ optistruct|radioss ]] && continue # one sequence, on one side
+            write_map $format "$folder/deck" --reference 1,0.2,0 --plies-as yarns
+            $PYTHON tests/readers/cards.py $format "$folder/mesh.json" "$folder/map.json" \
+                "$folder/deck" 1,0.2,0 0 0 yarns
         done
     done
 }
@@ -248,6 +252,53 @@ write_map() {
             $PYTHON tests/readers/curved.py "$folder/mesh.json" "$folder/map.json" "$folder/deck.inp" \
                 "$folder/run" $side
         done
+    done
+}
+
+# sheet UNIT_PLIES: a request of those plies on a flat sheet of 70 x 210 mm.
+sheet() {
+    jq -n --argjson plies "$1" '{length_unit: "mm", surface: {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2,
+        knotvector_u: [0, 0, 1, 1], knotvector_v: [0, 0, 1, 1],
+        control_points: {points: [[0, 0, 0], [0, 70, 0], [210, 0, 0], [210, 70, 0]]}}, plies: $plies}' \
+        >"$folder/request.json"
+}
+
+# ply ANGLE SHEAR THICKNESS LAMINA [FABRIC]
+ply() {
+    jq -nc --argjson lamina "$4" --argjson more "${5:-{\}}" '{direction: {angle_deg: '"$1"'},
+        fabric: ({spacing: 10, thickness: '"$3"', lamina: $lamina} + $more)} |
+        if '"$2"' != 0 then .fabric.pre_shear_deg = '"$2"' else . end'
+}
+CARBON='{"e1": 110e9, "e2": 6e9, "nu12": 0.3, "g12": 2e9}'
+GLASS='{"e1": 45e9, "e2": 12e9, "nu12": 0.28, "g12": 5e9}'
+
+@test "readers: a sheet whose yarns are turned to 57 degrees is 5 times as stiff in CalculiX" {
+    folder=$BATS_TEST_TMPDIR
+    mkdir "$folder/run"
+    $PYTHON tests/readers/lamination.py mesh 210 70 10 >"$folder/mesh.json"
+    for shear in 0 33; do
+        sheet "[$(ply "(-(90 - $shear) / 2)" $shear 0.2 "$CARBON")]"
+        for as in warp yarns bisector; do
+            write_map calculix "$folder/deck.inp" --plies-as $as
+            declare $as$shear="$($PYTHON tests/readers/lamination.py stretch "$folder/deck.inp" "$folder/run")"
+        done
+    done
+    echo "square $warp0 $yarns0 $bisector0 N/mm, sheared $warp33 $yarns33 $bisector33"
+    awk "BEGIN { exit !($yarns33 / $yarns0 > 4 && $yarns33 / $yarns0 < 6 && $warp33 < 2 * $warp0 &&
+        ($yarns33 / $bisector33 - 1)^2 < 1e-4 && ($yarns0 / $warp0 - 1)^2 < 1e-4 && $warp0 == $bisector0) }"
+}
+
+@test "readers: CalculiX has the A, B and D of abd, with yarns, on the bisector and along the warp" {
+    folder=$BATS_TEST_TMPDIR
+    mkdir "$folder/run"
+    $PYTHON tests/readers/lamination.py mesh 210 70 35 turned >"$folder/mesh.json"
+    uni=$(ply -20 0 0.035 "$GLASS" '{"kinematics": "parallel_fibers"}')
+    for as in yarns warp bisector; do
+        balance=$([ $as = bisector ] || echo '{"balance": 0.6}')
+        sheet "[$(ply 10 33 0.045 "$CARBON" "${balance:-{\}}"), $(ply 50 -20 0.025 "$GLASS"), $uni]"
+        write_map calculix "$folder/deck.inp" --plies-as $as
+        write_map abd "$folder/abd" --reference 1,0,0 $([ $as = bisector ] || echo --plies-as $as)
+        $PYTHON tests/readers/lamination.py abd "$folder/deck.inp" "$folder/abd" "$folder/run"
     done
 }
 

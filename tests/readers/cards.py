@@ -4,11 +4,11 @@
 compares the fibre of every ply on every element, as a direction in space, and its thickness with
 the JSON document of the same map.
 
-usage: cards.py FORMAT MESH.json MAP.json DECK [REFERENCE|- [SIDE [WITHIN]]]
+usage: cards.py FORMAT MESH.json MAP.json DECK [REFERENCE|- [SIDE [WITHIN [yarns]]]]
 
 REFERENCE is x,y,z. With SIDE, 1 or -1, plies follow each other along that side of z, on elements that
 are nowhere upright: their layers from the bottom are compared; 0: they are not. WITHIN: degrees and percent by
-which the deck is rounded.
+which the deck is rounded. With yarns plies 2 k - 1 and 2 k are warp and weft of ply k, half of it each.
 """
 
 import collections
@@ -229,6 +229,23 @@ def read_calculix(path, corners, reference):
     return rows, layers
 
 
+def split(plies, cells, corners):
+    """Rows of warp and weft in place of those of plies; a weft is 90 degrees less the shear from the
+    warp, to the side that warp x weft has of the element."""
+    split = {"element": [], "ply": [], "angle_deg": [], "thickness": []}
+    yarns = {e: [np.array(v) for v in w] for e, *w in zip(
+        cells["id"], zip(*(cells[f"warp_{x}"] for x in "xyz")), zip(*(cells[f"weft_{x}"] for x in "xyz")))}
+    for e, ply, angle, shear, t in zip(*(plies[k] for k in ("element", "ply", "angle_deg", "shear_deg",
+                                                           "thickness"))):
+        normal = frame(corners[e])[2]
+        turn = (90 - shear) * np.sign(normal @ np.cross(*yarns[e]))
+        for weft in (0, 1):
+            for key, value in (("element", e), ("ply", 2 * ply - 1 + weft),
+                               ("angle_deg", angle + weft * turn), ("thickness", t / 2)):
+                split[key].append(value)
+    return split
+
+
 def check_order(layers, corners, side):
     """Along the element's normal: with the plies where it looks to their side, else against them."""
     for element, found in layers.items():
@@ -237,7 +254,7 @@ def check_order(layers, corners, side):
     assert any(len(found) > 1 for found in layers.values())
 
 
-def compare(name, mesh, expected, rows, layers, reference, side, within):
+def compare(name, mesh, expected, rows, layers, reference, side, within, yarns=False):
     mesh = mesh["mesh"]
     shapes = mesh.get("triangles", []) + mesh.get("quads", [])
     ids = mesh.get("ids") or range(1, len(shapes) + 1)
@@ -248,6 +265,8 @@ def compare(name, mesh, expected, rows, layers, reference, side, within):
     warp = {}
     if "warp_x" in cells:  # of a drape; a stack has many
         warp = dict(zip(ids, map(np.array, zip(cells["warp_x"], cells["warp_y"], cells["warp_z"]))))
+    if yarns:
+        plies, warp = split(plies, cells, {s: corners[number[s]] for s in number}), {}
     keys = [(number[e], p) for e, p in zip(plies["element"], plies["ply"])]
     assert set(rows) == set(keys), set(rows) ^ set(keys)
     if side:
@@ -283,4 +302,4 @@ if __name__ == "__main__":
     places = {i: [mesh_text["mesh"]["vertices"][v] for v in s] for i, s in zip(numbers, shapes)}
     found, order = globals()["read_" + name](deck, places, own)
     compare(name, mesh_text, map_text, found, order, own, towards,
-            float(sys.argv[7]) if len(sys.argv) > 7 else 0)
+            float(sys.argv[7]) if len(sys.argv) > 7 else 0, len(sys.argv) > 8)

@@ -374,9 +374,12 @@ static void test_formats_of_decks_say_what_they_cannot_hold(void **state) {
     check_refused("radioss", &fields, API_INVALID_REQUEST, "1 elements face one side and 1, such");
     fields.ids = large;
     check_refused("lsdyna", &fields, API_TOO_LARGE, "100000000");
+    struct map_ply_row rows[3];
+    memcpy(rows, plies.rows, sizeof rows);
+    rows[2].mirrored = false;
+    plies.rows = rows;
     fields.plies = &plies;
     plies.reference = NULL;
-    plies.ply_count = 1;
     check_refused("radioss", &fields, API_INVALID_REQUEST, "reference=x,y,z");
     plies.ply_count = 201;
     check_refused("calculix", &fields, API_TOO_LARGE, "at most 200");
