@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden mould-quality soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures page-figures filling validate blade freecad \
+.PHONY: tests golden mould-quality soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures page-figures filling validate blade \
+    benchmark benchmark-cases freecad \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
@@ -129,6 +130,23 @@ blade: $(B)/tests/validation/blade ## a layer of courses on the blade-like mould
 	@$< tests/validation/blade.json
 $(B)/tests/validation/blade: $(B)/tests/validation/blade.o $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
+
+# The open benchmark: its cases, written by programs that share no code with the solver's march, and
+# the scores of all methods here.
+CASE_HELPERS := $(call objects,$(filter-out tests/exact/test_%,$(wildcard tests/exact/*.c)))
+$(B)/tests/benchmark/make_cases: $(B)/tests/benchmark/make_cases.o $(CASE_HELPERS) $(B)/libdrape.a
+	$(call say,LINK,$@)$(LINK) -o $@ $^ -lcmocka -ljansson -lm
+$(B)/tests/benchmark/make_steps: tests/benchmark/make_steps.cc | $(B)/.setup-import
+	@mkdir -p $(@D)
+	$(call say,LINK,$@)$(CXX) -std=c++17 -O1 -isystem /usr/include/opencascade -o $@ $< -lTKSTEP \
+	    $(OCC_LIBS)
+benchmark-cases: $(B)/tests/benchmark/make_cases $(B)/tests/benchmark/make_steps ## writes the cases of benchmark/ anew
+	@mkdir -p $(addprefix benchmark/cases/,cylinder cone hat folds torus dome sphere saddle mould \
+	    rational freeform blade)
+	@$(B)/tests/benchmark/make_cases benchmark/cases tests/validation/blade.json
+	@$(B)/tests/benchmark/make_steps benchmark/cases
+benchmark: all ## drapes and scores the cases of benchmark/ by all methods: benchmark/README.md
+	@python3 tests/benchmark/run.py $(B)/drape $(B)/benchmark
 
 freecad: all ## after a change of the import: parts that FreeCAD makes and writes as STEP and IGES
 	@deploy/setup.sh freecad

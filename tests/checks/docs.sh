@@ -9,7 +9,7 @@ for page in $(grep -rhoE --include='*.[ch]' --include='*.cc' --exclude-dir=node_
     '[A-Za-z_./-]+\.md\b' solver api library cli import server tests | sort -u); do
     [ -e "$page" ] || { echo "a comment names $page, which is not there"; bad=1; }
 done
-python3 tests/checks/references.py README.md CONTRIBUTING.md docs/*.md api/examples/*.md || bad=1
+python3 tests/checks/references.py README.md CONTRIBUTING.md docs/*.md api/examples/*.md benchmark/README.md || bad=1
 if ! diff docs/settings.md <("${1:-build}/draped" --help | awk -f docs/settings.awk); then
     echo 'docs/settings.md differs from --help: make golden writes it'
     bad=1

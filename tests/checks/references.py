@@ -15,7 +15,7 @@ import re
 import subprocess
 import sys
 
-TOP = ("api/", "cli/", "deploy/", "docs/", "import/", "server/", "solver/", "tests/")
+TOP = ("api/", "benchmark/", "cli/", "deploy/", "docs/", "import/", "server/", "solver/", "tests/")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 CODE = re.compile(r"`([^`\s]+)`")
 SOURCE = re.compile(r"[\w./-]+/[\w.-]+\.(?:c|cc|h|py|sh|bats|mjs)")

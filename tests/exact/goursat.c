@@ -167,7 +167,7 @@ struct exact_net *exact_net_make(const struct exact_net_setup *setup) {
     assert(net);
     net->setup = *setup;
     chebyshev_make(&net->rule, setup->order);
-    for (int which = 0; which < 4; which++) {
+    for (int which = 0; which < (setup->one_quadrant ? 1 : 4); which++) {
         net_quadrant(net, which);
     }
     return net;

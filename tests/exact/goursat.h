@@ -27,11 +27,12 @@ struct exact_net_setup {
     struct vec3 warp, weft; /* unit tangents at the start */
     double length[2];
     int blocks, order;
+    bool one_quadrant; /* that of s, t >= 0 alone: from a corner of the surface */
 };
 
 struct exact_net;
 
-/* All four quadrants, |s| <= length[0] and |t| <= length[1]. */
+/* |s| <= length[0] and |t| <= length[1]. */
 struct exact_net *exact_net_make(const struct exact_net_setup *setup);
 void exact_net_free(struct exact_net *net);
 void exact_net_at(const struct exact_net *net, double s, double t, struct exact_net_point *point);

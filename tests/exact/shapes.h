@@ -15,7 +15,7 @@
 #include <stdint.h>
 
 enum {
-    SHAPE_SIZE_MAX = 40, /* control points along one direction */
+    SHAPE_SIZE_MAX = 48, /* control points along one direction */
     SHAPE_KNOTS_MAX = SHAPE_SIZE_MAX + NURBS_DEGREE_MAX + 1
 };
 
