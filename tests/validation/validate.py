@@ -9,6 +9,10 @@ import math
 import pathlib
 import subprocess
 import sys
+import time
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "benchmark"))
+import kinematic  # noqa: E402
 
 DRAPE, DATA = sys.argv[1], pathlib.Path(sys.argv[2])
 HERE = pathlib.Path(__file__).parent
@@ -143,6 +147,44 @@ def closed_forms():
     sheared_plane("picture frame", (200 * math.sqrt(2) + 60) / (200 * math.sqrt(2)))
 
 
+def along_parabola(length):
+    """x at an arc length of z = x^2 / 100 from its apex, by Newton's method."""
+    x = length
+    for _ in range(20):
+        q = x / 50
+        x -= (x / 2 * math.hypot(1, q) + 25 * math.asinh(q) - length) / math.hypot(1, q)
+    return x
+
+
+def saddle_point(s, t):
+    """The exact net of z = (x^2 - y^2) / 100 from its middle: a sum of two curves."""
+    x, y = along_parabola(s), along_parabola(t)
+    return x, y, (x * x - y * y) / 100
+
+
+def strips():
+    """KinDrape's algorithm with the middle of its first cell in the middle of the saddle, where its straight
+    strips are about the yarns that the exact net has as geodesics; beside it `basic`, from the same middle."""
+    folder = pathlib.Path(__file__).resolve().parents[2] / "benchmark" / "cases" / "saddle"
+    surface, task = (json.loads((folder / name).read_text()) for name in ("surface.json", "task.json"))
+    print("\nspacing, mm  cells   KinDrape   seconds      basic   seconds")
+    for cells in 10, 20, 40:
+        d = 60 / cells
+        begun = time.perf_counter()
+        nodes = kinematic.lay(kinematic.Spline(surface), saddle_point(-d / 2, -d / 2), math.pi / 2, 0, d,
+                              ((1 - cells, cells), (1 - cells, cells)))
+        seconds = time.perf_counter() - begun
+        apart = max(math.dist(p, saddle_point((i - 0.5) * d, (j - 0.5) * d)) for (i, j), p in nodes.items())
+        result = drape({"surface": surface, "length_unit": "mm", "fabric": {"spacing": d}, "method": "basic",
+                        "start": {"uv": task["start_uv"]}, "direction": {"vector": task["warp"]},
+                        "extent": {"warp": [-cells, cells], "weft": [-cells, cells]}})
+        ours = zip(*(result["nodes"][c] for c in "ijxyz"))
+        other = max(math.dist(p, saddle_point(i * d, j * d)) for i, j, *p in ours)
+        print(f"{d:11.1f}{2 * cells:7d}{apart:11.2e}{seconds:10.3f}{other:11.2e}"
+              f"{result['summary']['timing_ms']['solve'] / 1e3:10.4f}")
+
+
 if __name__ == "__main__":
     course()
+    strips()
     closed_forms()
