@@ -19,8 +19,8 @@ static const char help_head[] =
     "may be given as \"unit\". Select faces as for a stored surface.\n"
     "\n"
     "A laminate has plies, and each is draped. Without --map the outcome of every ply\n"
-    "is written, with --map the fields of the whole stack. The formats svg and dxf give\n"
-    "the flat patterns of all layers on a roll, html gives the ply book.\n"
+    "is written, with --map the fields of the whole stack. The formats svg, dxf, astm\n"
+    "and hpgl give the flat patterns of all layers on a roll, html gives the ply book.\n"
     "\n"
     "A study has a drape and what to vary. All variants are written (json, csv, npz),\n"
     "and the best are shown as a table: on standard output, or on standard error when\n"
@@ -57,9 +57,16 @@ static const char help_tail[] =
     "  --fields LIST      only these columns: nodes.x,cells.shear_deg; of a map: k1,k2\n"
     "  --precision P      round numbers to P significant digits, 1..17\n"
     "  --report           the same as --format html\n"
-    "  --partial          dxf: cut what is draped though some of the part stays bare\n"
-    "  --allowance L      svg, dxf, html: a second line L outside the cut, in the length\n"
-    "                     unit\n"
+    "  --partial          dxf, astm, hpgl: cut what is draped though some of the part stays\n"
+    "                     bare\n"
+    "  --allowance L      of a drape's pattern: a second line L outside the cut, in the\n"
+    "                     length unit\n"
+    "  --width W          of a laminate: the width of its rolls, in the length unit;\n"
+    "                     default: that of the widest pattern\n"
+    "  --gap G            of a laminate: between patterns on a roll\n"
+    "  --turn D           of a laminate: 180 (default): patterns may lie turned by half a\n"
+    "                     turn; 0: they may not\n"
+    "  --roll N           of a laminate of several cloths: roll N alone\n"
     "  --part NAME        svg, dxf, html: for the title\n"
     "  --ply NAME         svg, dxf, html: for the title\n"
     "  --table TABLE      for csv: nodes (default) or cells; of a map cells or plies\n"
@@ -158,6 +165,8 @@ static bool take_argument(struct arguments *arguments, const char *name, const c
         limits->threads = (int)threads;
         return ok;
     }
+    if (laminate_roll_option(&arguments->roll, name, value, &problem) || problem.id != API_OK)
+        return problem.id == API_OK;
     return format_option(&arguments->options, arguments_parameter(name), value, &problem);
 }
 
@@ -180,6 +189,10 @@ static const struct option option_table[] = {
     {"allowance", required_argument, NULL, 0},
     {"partial", no_argument, NULL, 0},
     {"report", no_argument, NULL, 0},
+    {"width", required_argument, NULL, 0},
+    {"gap", required_argument, NULL, 0},
+    {"turn", required_argument, NULL, 0},
+    {"roll", required_argument, NULL, 0},
     {"part", required_argument, NULL, 0},
     {"ply", required_argument, NULL, 0},
     {"precision", required_argument, NULL, 0},

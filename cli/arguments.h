@@ -4,6 +4,7 @@
 #define CLI_ARGUMENTS_H
 
 #include "api/format/format.h"
+#include "api/laminate/patterns.h"
 #include "api/request/digest.h"
 #include "material.h"
 
@@ -24,6 +25,7 @@ struct arguments {
     const char *format_name;
     const struct format *format;
     struct format_options options;
+    struct laminate_roll roll; /* of a laminate's patterns; `partial` is in the options */
     struct api_limits limits;
     char id[API_ID_SIZE]; /* that the service would know the result by */
 };

@@ -228,8 +228,9 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
         /* On a mesh, or the outcome of each ply, or their patterns. */
         struct laminate_job job;
         const struct format *format = arguments->format;
-        const struct laminate_roll roll = {.partial = arguments->options.partial};
+        struct laminate_roll roll = arguments->roll;
         const struct api_sink sink = {.write = files_append, .context = output->stream};
+        roll.partial = arguments->options.partial;
         ok = laminate_job_run(&job, &input, &arguments->limits, &problem);
         if (ok && arguments->map)
             ok = write_map(arguments, NULL, NULL, &job, output, &problem);

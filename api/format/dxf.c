@@ -10,6 +10,7 @@ static void draw_dxf_head(struct api_text *text, const struct pattern_sheet *she
         {"COLLAPSED", DXF_CYAN}, {"ROSETTE", DXF_BLUE},   {"TITLE", DXF_WHITE}};
     const double low[2] = {sheet->low[0], sheet->low[1] - 7 * sheet->letter};
     dxf_head(text, sheet->unit, low, sheet->high, layers, sizeof layers / sizeof *layers);
+    dxf_section(text, "ENTITIES");
 }
 
 static void draw_dxf_corner(struct api_text *text, enum pattern_group shape, double x, double y,
@@ -55,6 +56,7 @@ static void draw_dxf_foot(struct api_text *text, const struct pattern_sheet *she
         dxf_line(text, "TITLE", x, bottom - 7 * h, x, bottom - (k % 5 ? 6.5 : 6) * h);
     }
     dxf_letters(text, "TITLE", left + sheet->bar + h, bottom - 7 * h, h, sheet->bar_label);
+    dxf_section_end(text);
     dxf_foot(text);
 }
 

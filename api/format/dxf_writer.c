@@ -41,11 +41,35 @@ void dxf_head(struct api_text *text, const char *unit, const double low[2], cons
     for (int k = 0; k < count; k++)
         api_text_format(text, "0\nLAYER\n2\n%s\n70\n0\n62\n%d\n6\nCONTINUOUS\n", layers[k].name,
                         layers[k].colour);
-    api_text_raw(text, "0\nENDTAB\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n");
+    api_text_raw(text, "0\nENDTAB\n0\nENDSEC\n");
+}
+
+void dxf_section(struct api_text *text, const char *name) {
+    api_text_format(text, "0\nSECTION\n2\n%s\n", name);
+}
+
+void dxf_section_end(struct api_text *text) {
+    api_text_raw(text, "0\nENDSEC\n");
 }
 
 void dxf_foot(struct api_text *text) {
-    api_text_raw(text, "0\nENDSEC\n0\nEOF\n");
+    api_text_raw(text, "0\nEOF\n");
+}
+
+void dxf_block(struct api_text *text, const char *layer, const char *name) {
+    api_text_format(text, "0\nBLOCK\n8\n%s\n2\n%s\n70\n0\n10\n0\n20\n0\n30\n0\n3\n%s\n", layer,
+                    name, name);
+}
+
+void dxf_block_end(struct api_text *text, const char *layer) {
+    api_text_format(text, "0\nENDBLK\n8\n%s\n", layer);
+}
+
+void dxf_insert(struct api_text *text, const char *layer, const char *name, double x, double y,
+                double degrees) {
+    api_text_format(text, "0\nINSERT\n8\n%s\n2\n%s\n", layer, name);
+    write_xy(text, 10, x, y);
+    write_number(text, 50, degrees);
 }
 
 void dxf_line(struct api_text *text, const char *layer, double x, double y, double to_x,
@@ -53,6 +77,14 @@ void dxf_line(struct api_text *text, const char *layer, double x, double y, doub
     api_text_format(text, "0\nLINE\n8\n%s\n", layer);
     write_xy(text, 10, x, y);
     write_xy(text, 11, to_x, to_y);
+}
+
+void dxf_point(struct api_text *text, const char *layer, double x, double y, double z,
+               double degrees) {
+    api_text_format(text, "0\nPOINT\n8\n%s\n", layer);
+    write_xy(text, 10, x, y);
+    write_number(text, 30, z);
+    write_number(text, 50, degrees);
 }
 
 void dxf_circle(struct api_text *text, const char *layer, double x, double y, double radius) {

@@ -71,19 +71,9 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
     api_text_raw(&text, "\n");
     api_text_raw(&text, document ? document : "");
     const char *record = document ? api_text_finish(&text) : NULL;
-    /* The id: of what was understood, its surface by id, and the solver's version. */
-    struct laminate named = laminate;
-    named.unit_of_surface = false;
-    if (!record || !api_digest_surface(&laminate.surface, arena, named.surface.id))
+    if (!record)
         return api_problem_no_memory(problem, "the laminate");
-    text = api_text_growing(arena);
-    document = laminate_normalise(&named, arena);
-    api_text_raw(&text, document ? document : "");
-    api_text_raw(&text, DRAPE_VERSION);
-    const char *all = api_text_finish(&text);
-    if (!document || !all)
-        return api_problem_no_memory(problem, "the laminate");
-    api_digest_bytes(all, strlen(all), check->digest);
+    memcpy(check->digest, laminate.revision, sizeof check->digest);
     (void)snprintf(line, sizeof line, "%zu %zu\n", laminate.net_count, strlen(record));
     bool good = sink_text(sink, line) && put_requests(&laminate, true, arena, sink) &&
                 sink_text(sink, "\n") && put_requests(&laminate, false, arena, sink) &&
@@ -168,19 +158,9 @@ enum api_problem_id laminate_pattern_record(const char *record, size_t length, c
     struct laminate_roll roll = {.width = 0};
     for (const char *at = options; at < options + options_length;) {
         const char *name = at, *value = name + strlen(name) + 1;
-        char *end;
-        double given = strtod(value, &end);
-        bool width = strcmp(name, "width") == 0, gap = strcmp(name, "gap") == 0;
         at = value + strlen(value) + 1;
-        if (strcmp(name, "partial") == 0 && strcmp(value, "0") != 0 && strcmp(value, "1") != 0)
-            return api_problem_set(problem, API_INVALID_REQUEST,
-                                   "the query parameter 'partial' must be 0 or 1");
-        roll.partial = strcmp(name, "partial") == 0 ? *value == '1' : roll.partial;
-        if ((width || gap) && !(end != value && !*end && given > 0 && given <= 1e12))
-            return api_problem_set(problem, API_INVALID_REQUEST,
-                                   "the query parameter '%s' must be a positive length", name);
-        roll.width = width ? given : roll.width;
-        roll.gap = gap ? given : roll.gap;
+        if (!laminate_roll_option(&roll, name, value, problem) && problem->id != API_OK)
+            return problem->id;
     }
     if (open_record(record, length, columns, columns_length, limits, arena, &laminate, &nets,
                     problem) != API_OK)

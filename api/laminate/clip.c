@@ -36,16 +36,6 @@ static bool next_polygon_edge(const struct polygons *p, size_t *k, size_t *first
     return true;
 }
 
-bool clip_contains(const struct polygons *polygons, double x, double y) {
-    size_t k = 0, first = 0;
-    double a[2], b[2];
-    bool inside = false;
-    while (next_polygon_edge(polygons, &k, &first, a, b))
-        if ((a[1] <= y) != (b[1] <= y) && a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) <= x)
-            inside = !inside;
-    return inside;
-}
-
 static int compare_shares(const void *a, const void *b) {
     const double *x = a, *y = b;
     return (*x > *y) - (*x < *y);
@@ -81,7 +71,7 @@ static bool add_pieces(struct pieces *pieces, const struct polygons *own,
             }
             double x = (from[0] + to[0]) / 2 - nudge * (b[1] - a[1]);
             double y = (from[1] + to[1]) / 2 + nudge * (b[0] - a[0]);
-            if (!clip_contains(other, x, y) ||
+            if (!polygons_contain(other, x, y) ||
                 hypot(to[0] - from[0], to[1] - from[1]) <= pieces->reach)
                 continue;
             if (pieces->count == pieces->capacity) {

@@ -5,9 +5,6 @@
 
 #include "api/result/polygons.h"
 
-/* Whether a point is inside an odd number of the polygons. */
-bool clip_contains(const struct polygons *polygons, double x, double y);
-
 /* The boundary of what both enclose, into `both` (zero-initialised): pieces of the edges of each
  * that are inside the other, joined where they cross; edges on each other count as those of `a`.
  * O(n m). False without memory; the caller frees `both` in any case. */

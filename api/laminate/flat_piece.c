@@ -235,7 +235,7 @@ static bool band_contains(const struct band *band, double x, double y) {
         if (!p[k].last)
             continue;
         struct polygons one = {.points = band->shapes.points + first, .count = k + 1 - first};
-        inside = clip_contains(&one, x, y);
+        inside = polygons_contain(&one, x, y);
         first = k + 1;
     }
     return inside;
@@ -243,10 +243,11 @@ static bool band_contains(const struct band *band, double x, double y) {
 
 static bool is_of_piece(const void *context, const double at[2]) {
     const struct band *band = context;
-    bool own = clip_contains(band->region, at[0], at[1]);
+    bool own = polygons_contain(band->region, at[0], at[1]);
     if (!band->outside)
         return own && !band_contains(band, at[0], at[1]);
-    return own || (clip_contains(band->cloth, at[0], at[1]) && band_contains(band, at[0], at[1]));
+    return own ||
+           (polygons_contain(band->cloth, at[0], at[1]) && band_contains(band, at[0], at[1]));
 }
 
 /* A fan about a point from one direction over an angle, counter-clockwise. */

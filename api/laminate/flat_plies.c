@@ -2,7 +2,6 @@
 #include "flat_plies.h"
 
 #include "api/map/net.h"
-#include "api/result/flat_pattern.h"
 #include "api/result/shear_limit.h"
 #include "clip.h"
 #include "region.h"
@@ -33,7 +32,7 @@ static bool oriented_loops(const struct region *region, struct polygons *loops) 
                 good = polygons_add(&one, region->points[k][0], region->points[k][1]);
             polygons_close(&one);
             depth += good && m != n &&
-                     clip_contains(&one, region->points[low][0], region->points[low][1]);
+                     polygons_contain(&one, region->points[low][0], region->points[low][1]);
             polygons_free(&one);
             if (!good)
                 return false;
@@ -160,6 +159,56 @@ static enum api_problem_id clip_to_boundary(const struct laminate *laminate,
     return problem->id;
 }
 
+/* ---- notches ---- */
+
+/* Whether (x, y) lies on an edge of the polygons, up to `slack`. */
+static bool lies_on_edge(const struct polygons *polygons, double x, double y, double slack) {
+    const struct polygons_point *p = polygons->points;
+    for (size_t k = 0, first = 0; k < polygons->count; k++) {
+        const struct polygons_point *next = &p[p[k].last ? first : k + 1];
+        double way[2] = {next->x - p[k].x, next->y - p[k].y}, at[2] = {x - p[k].x, y - p[k].y};
+        double length2 = way[0] * way[0] + way[1] * way[1];
+        double share = length2 > 0 ? (at[0] * way[0] + at[1] * way[1]) / length2 : 0;
+        share = fmin(fmax(share, 0), 1);
+        first = p[k].last ? k + 1 : first;
+        if (hypot(at[0] - share * way[0], at[1] - share * way[1]) <= slack)
+            return true;
+    }
+    return false;
+}
+
+/* Keeps the notches of lips. */
+static bool take_lip_notches(const struct flat_pattern *flat, const double d[2],
+                             struct flat_ply *shape) {
+    shape->notches = calloc(flat->notch_count + 1, sizeof *shape->notches);
+    for (size_t k = flat->generator_notches; shape->notches && k < flat->notch_count; k++) {
+        const struct pattern_notch *own = &flat->notches[k];
+        /* at right angles to a lip, and so by the other spacing each */
+        double in[2] = {own->in[0] * d[1], own->in[1] * d[0]}, size = hypot(in[0], in[1]);
+        shape->notches[shape->lip_notches++] =
+            (struct pattern_notch){own->p * d[0], own->q * d[1], {in[0] / size, in[1] / size}};
+    }
+    shape->notch_count = shape->lip_notches;
+    return shape->notches != NULL;
+}
+
+/* Then, of the cut as it has become: the notches of lips that are still on its edge, and where the
+ * generators cross it. */
+static bool find_notches(struct flat_ply *shape, const double d[2]) {
+    size_t kept = 0;
+    struct pattern_notch *notches =
+        realloc(shape->notches, (shape->lip_notches + 2 * shape->cut.count + 1) * sizeof *notches);
+    if (!notches)
+        return false;
+    for (size_t k = 0; k < shape->lip_notches; k++)
+        if (lies_on_edge(&shape->cut, notches[k].p, notches[k].q, 4 * tolerance * fmin(d[0], d[1])))
+            notches[kept++] = notches[k];
+    shape->notches = notches;
+    shape->lip_notches = kept;
+    shape->notch_count = kept + flat_pattern_generator_notches(&shape->cut, notches + kept);
+    return true;
+}
+
 /* ---- pieces ---- */
 
 /* Whether the boundary of a piece, but its splits, runs along where the net ended though the part
@@ -248,6 +297,8 @@ static enum api_problem_id sew_piece(const struct laminate *laminate,
         return api_problem_no_memory(problem, "the patterns");
     shape->area = polygons_area(&shape->cut);
     polygons_bounds(&shape->cut, shape->low, shape->high);
+    if (!find_notches(shape, cloth->columns.grid.spacing))
+        return api_problem_no_memory(problem, "the patterns");
     return count_cells(laminate, reader, &cloth->columns, &region, arena, shape, problem);
 }
 
@@ -299,6 +350,8 @@ static enum api_problem_id make_flat_ply(const struct laminate *laminate,
     (void)!flat_pattern_make(&flat, reader, &cloth->columns, tolerance, problem);
     shape->cut = flat.polygons;
     flat.polygons = (struct polygons){0};
+    if (problem->id == API_OK && !take_lip_notches(&flat, cloth->columns.grid.spacing, shape))
+        api_problem_no_memory(problem, "the patterns");
     if (problem->id == API_OK && laminate->plies[shape->ply].pieces) {
         (void)!find_region(laminate, reader, cloth, &flat, arena, shape, problem);
         flat_pattern_free(&flat);
@@ -315,6 +368,8 @@ static enum api_problem_id make_flat_ply(const struct laminate *laminate,
     if (problem->id == API_OK)
         scale_polygons(&shape->cut, cloth->columns.grid.spacing);
     polygons_bounds(&shape->cut, shape->low, shape->high);
+    if (problem->id == API_OK && !find_notches(shape, cloth->columns.grid.spacing))
+        api_problem_no_memory(problem, "the patterns");
     return problem->id;
 }
 
@@ -359,6 +414,7 @@ void flat_plies_free(struct flat_plies *shapes) {
         struct flat_ply *shape = &shapes->shapes[k];
         polygons_free(&shape->cut);
         polygons_free(&shape->cloth);
+        free(shape->notches);
         if (shape->piece)
             flat_piece_free(shape->piece);
         free(shape->piece);

@@ -5,7 +5,7 @@
 #define API_LAMINATE_FLAT_PLIES_H
 
 #include "api/result/columns.h"
-#include "api/result/polygons.h"
+#include "api/result/flat_pattern.h"
 #include "flat_piece.h"
 #include "laminate.h"
 
@@ -16,8 +16,11 @@ enum { LAMINATE_ALL = -1 };
 struct flat_ply {
     struct polygons cut;
     double low[2], high[2];
-    double area;    /* of one layer, flat; without a boundary the `flat_area` of its drape */
-    double covered; /* share of what it is to cover that has cloth */
+    struct pattern_notch *notches; /* on the edge of `cut`, places in lengths; malloc'ed */
+    size_t notch_count;
+    size_t lip_notches; /* the first of them, which are of lips of cuts */
+    double area;        /* of one layer, flat; without a boundary the `flat_area` of its drape */
+    double covered;     /* share of what it is to cover that has cloth */
     double
         max_shear_deg; /* of the cloth, within a boundary of the cells that are in it or pass it */
     double locked_cells; /* those of them beyond the locking angle; -1: there is none */

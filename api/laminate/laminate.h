@@ -92,6 +92,8 @@ struct laminate {
     size_t net_count;
     const size_t *net_ply;           /* the first ply of each net */
     char (*net_digest)[API_ID_SIZE]; /* of each net: `api_digest_request` */
+    char revision[API_ID_SIZE]; /* the digest of all of it, its surface and the solver's version:
+                                   what is made of it bears this */
 };
 
 /* Layers of a ply. */

@@ -212,9 +212,9 @@ static void write_ply_section(struct ply_book *book, size_t k) {
 /* ---- the whole ---- */
 
 /* What all patterns take together. */
-static void write_sums(const struct ply_book *book, double width, double length) {
+static void write_sums(const struct ply_book *book, const struct cut_sheet *sheet) {
     const struct laminate *laminate = book->laminate;
-    const char *unit = laminate->length_unit->name;
+    char summary[CUT_TEXT_SIZE];
     struct api_text *text = book->text;
     double area = 0, mass = 0;
     size_t weighed = 0;
@@ -230,8 +230,13 @@ static void write_sums(const struct ply_book *book, double width, double length)
                  weighed < laminate->count ? " of those plies whose "
                                              "areal weight is known"
                                            : "");
-    html_say(text, "; %.5g x %.5g %s of roll, the warp along it. Areas are those of one layer.",
-             length, width, unit);
+    html_say(text, "; areas are those of one layer.");
+    for (size_t r = 0; r < sheet->roll_count; r++) {
+        const struct cut_roll *roll = &sheet->rolls[r];
+        cut_sheet_summary(sheet, roll, summary);
+        api_text_raw(text, "<br>");
+        html_say(text, "%s%s%s.", roll->cloth, *roll->cloth ? ": " : "", summary);
+    }
     api_text_raw(text, "</p>\n");
 }
 
@@ -280,7 +285,7 @@ static void write_seams(struct ply_book *book) {
 }
 
 void ply_book_write(const struct laminate *laminate, const struct api_reader *const *nets,
-                    const struct flat_plies *shapes, double roll_width, double roll_length,
+                    const struct flat_plies *shapes, const struct cut_sheet *sheet,
                     struct api_text *text) {
     struct ply_book *book = arena_alloc(text->arena, 1, sizeof *book);
     int layers = 0;
@@ -327,7 +332,7 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
     for (size_t k = 0; k < laminate->count; k++)
         write_ply_row(book, k);
     api_text_raw(text, "</table>\n");
-    write_sums(book, roll_width, roll_length);
+    write_sums(book, sheet);
     write_seams(book);
     for (size_t k = 0; k < laminate->count; k++)
         write_ply_section(book, k);

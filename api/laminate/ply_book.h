@@ -7,13 +7,13 @@
 #ifndef API_LAMINATE_PLY_BOOK_H
 #define API_LAMINATE_PLY_BOOK_H
 
-#include "api/json/text.h"
+#include "api/format/cut_sheet.h"
 #include "flat_plies.h"
 
-/* Of a laminate with its nets and their shapes, on a roll of that width, of which that length is
- * taken. A net that cannot be read is said to be so. */
+/* Of a laminate with its nets and their shapes, as they are cut from rolls. A net that cannot be
+ * read is said to be so. */
 void ply_book_write(const struct laminate *laminate, const struct api_reader *const *nets,
-                    const struct flat_plies *shapes, double roll_width, double roll_length,
+                    const struct flat_plies *shapes, const struct cut_sheet *sheet,
                     struct api_text *text);
 
 #endif

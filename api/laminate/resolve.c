@@ -383,6 +383,24 @@ static enum api_problem_id expand_plies(struct boundary_surface *on) {
     return API_OK;
 }
 
+/* Of what was understood, its surface by id, and the solver's version. */
+static bool find_revision(struct laminate *laminate, const char surface[API_ID_SIZE],
+                          struct arena *arena) {
+    struct laminate named = *laminate;
+    struct arena_mark mark = arena_mark(arena);
+    named.unit_of_surface = false;
+    memcpy(named.surface.id, surface, sizeof named.surface.id);
+    const char *document = laminate_normalise(&named, arena);
+    struct api_text text = api_text_growing(arena);
+    api_text_raw(&text, document ? document : "");
+    api_text_raw(&text, DRAPE_VERSION);
+    const char *all = api_text_finish(&text);
+    if (document && all)
+        api_digest_bytes(all, strlen(all), laminate->revision);
+    arena_rewind(arena, mark);
+    return document && all;
+}
+
 enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api_limits *limits,
                                      struct arena *arena, struct api_problem *problem) {
     struct boundary_surface on = {
@@ -414,5 +432,6 @@ enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api
         memcpy(laminate->net_digest[laminate->net_count], digest, sizeof digest);
         net_ply[laminate->net_count++] = k;
     }
-    return API_OK;
+    return find_revision(laminate, id, arena) ? API_OK
+                                              : api_problem_no_memory(problem, "the laminate");
 }

@@ -181,9 +181,11 @@ static enum api_problem_id make_polygons(struct flat_pattern *pattern,
 }
 
 /* Where the polygons cross the lines x = 0 and y = 0: outwards is the way to their right. */
-static void add_generator_notches(struct flat_pattern *pattern) {
-    for (size_t k = 0, first = 0; k < pattern->polygons.count; k++) {
-        const struct polygons_point *at = pattern->polygons.points;
+size_t flat_pattern_generator_notches(const struct polygons *polygons,
+                                      struct pattern_notch *notches) {
+    size_t count = 0;
+    for (size_t k = 0, first = 0; k < polygons->count; k++) {
+        const struct polygons_point *at = polygons->points;
         const struct polygons_point *a = &at[k], *b = &at[a->last ? first : k + 1];
         first = a->last ? k + 1 : first;
         const double across[2][2] = {{a->y, b->y}, {a->x, b->x}};
@@ -192,12 +194,13 @@ static void add_generator_notches(struct flat_pattern *pattern) {
             if ((from < 0) == (to < 0))
                 continue;
             double share = from / (from - to), in = (family == 0) == (to > from) ? -1 : 1;
-            pattern->notches[pattern->notch_count++] =
+            notches[count++] =
                 (struct pattern_notch){.p = family ? 0 : a->x + share * (b->x - a->x),
                                        .q = family ? a->y + share * (b->y - a->y) : 0,
                                        .in = {family ? 0 : in, family ? in : 0}};
         }
     }
+    return count;
 }
 
 /* The point of the rim at which the right lip of a cut begins: its tip, behind the left lip. */
@@ -265,7 +268,8 @@ enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct
     if (problem->id == API_OK && !pattern->notches)
         api_problem_no_memory(problem, "the pattern");
     if (problem->id == API_OK) {
-        add_generator_notches(pattern);
+        pattern->notch_count = pattern->generator_notches =
+            flat_pattern_generator_notches(&pattern->polygons, pattern->notches);
         if (covered)
             add_lip_notches(pattern, &rim, columns->cut_count);
     }

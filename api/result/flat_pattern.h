@@ -29,6 +29,7 @@ struct flat_pattern {
     size_t front_count;
     struct pattern_notch *notches; /* malloc'ed */
     size_t notch_count;
+    size_t generator_notches; /* the first of them; the others are of lips */
 };
 
 /* Makes the polygons, within `tolerance` of the rim, of what `pattern` (zero-initialised) is to
@@ -37,6 +38,11 @@ struct flat_pattern {
 enum api_problem_id flat_pattern_make(struct flat_pattern *pattern, const struct api_reader *reader,
                                       const struct api_columns *columns, double tolerance,
                                       struct api_problem *problem) STATUS_MUST_USE;
+
+/* The marks where the generators, x = 0 and y = 0, cross polygons in any unit, at most two for each
+ * of their points: how many. */
+size_t flat_pattern_generator_notches(const struct polygons *polygons,
+                                      struct pattern_notch *notches);
 
 void flat_pattern_free(struct flat_pattern *pattern);
 

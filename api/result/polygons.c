@@ -40,15 +40,35 @@ void polygons_free(struct polygons *polygons) {
     *polygons = (struct polygons){0};
 }
 
-double polygons_area(const struct polygons *polygons) {
+double polygons_loop_area(const struct polygons *polygons, size_t first, size_t *end) {
     double sum = 0;
-    for (size_t k = 0, first = 0; k < polygons->count; k++) {
+    for (size_t k = first, last = 0; !last; k++) {
         const struct polygons_point *a = &polygons->points[k];
         const struct polygons_point *b = &polygons->points[a->last ? first : k + 1];
         sum += (a->x * b->y - b->x * a->y) / 2;
+        last = a->last;
+        *end = k + 1;
+    }
+    return sum;
+}
+
+double polygons_area(const struct polygons *polygons) {
+    double sum = 0;
+    for (size_t first = 0; first < polygons->count;)
+        sum += polygons_loop_area(polygons, first, &first);
+    return fabs(sum);
+}
+
+bool polygons_contain(const struct polygons *polygons, double x, double y) {
+    bool inside = false;
+    for (size_t k = 0, first = 0; k < polygons->count; k++) {
+        const struct polygons_point *a = &polygons->points[k];
+        const struct polygons_point *b = &polygons->points[a->last ? first : k + 1];
+        if ((a->y <= y) != (b->y <= y) && a->x + (y - a->y) / (b->y - a->y) * (b->x - a->x) <= x)
+            inside = !inside;
         first = a->last ? k + 1 : first;
     }
-    return fabs(sum);
+    return inside;
 }
 
 void polygons_bounds(const struct polygons *polygons, double low[2], double high[2]) {

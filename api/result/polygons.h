@@ -33,6 +33,13 @@ void polygons_simplify(struct polygons *polygons, double tolerance);
 /* The area that they enclose, holes taken off. */
 double polygons_area(const struct polygons *polygons);
 
+/* The area within the polygon that begins at point `first`, below 0 for a hole; and the first point
+ * behind it. */
+double polygons_loop_area(const struct polygons *polygons, size_t first, size_t *end);
+
+/* Whether a point is inside an odd number of the polygons. */
+bool polygons_contain(const struct polygons *polygons, double x, double y);
+
 /* The box round them; all 0 when there are none. */
 void polygons_bounds(const struct polygons *polygons, double low[2], double high[2]);
 

@@ -335,7 +335,7 @@ for other in volumes[1:]:
     grep -q '2 ply_2' "$body"
     call GET "/v1/laminates/$id/patterns?width=20&gap=0.01" && expect 200
     [ "$(grep -c '<path' "$body")" -eq 4 ]
-    grep -qE '4 patterns on [0-9.]+ x 20 m of roll, warp along it; cloth [0-9.]+ m2, waste [0-9.]+ %' "$body"
+    grep -qE '4 patterns on [0-9.]+ x 20 m of roll, warp along it; cloth [0-9.]+ m2, utilisation [0-9.]+ %, waste [0-9.]+ %' "$body"
     call GET "/v1/laminates/$id/patterns?width=1" && expect_problem 422 invalid-request
     call GET "/v1/laminates/$id/patterns?width=x" && expect_problem 422 invalid-request
     call GET "/v1/laminates/$id/plies/4/pattern" && expect_problem 404 not-found

@@ -55,7 +55,7 @@ Mesh = Union[str, os.PathLike, Mapping[str, Any]]
 SURFACE_FORMATS = {"step": "step", "stp": "step", "iges": "iges", "igs": "iges", "stl": "stl",
                    "obj": "obj", "bdf": "nastran", "nas": "nastran"}  # by the name's ending
 RESULT_FORMATS = ("json", "csv", "vtp", "glb", "npz")
-PATTERN_FORMATS = ("svg", "dxf")
+PATTERN_FORMATS = ("svg", "dxf", "astm", "hpgl")
 REPORT_FORMATS = ("html",)
 RESULT_TABLES = ("nodes", "cells", "front", "rim", "cuts")
 RETRIES = 4  # after a connection that failed, or an answer that asks to come later
@@ -283,8 +283,8 @@ class Client:
 
     def save_patterns(self, laminate: str, path: Union[str, os.PathLike],
                       width: Optional[float] = None) -> None:
-        """Saves the cut patterns of all plies on a roll of this width, svg or dxf by the name's
-        ending, or as html the ply book."""
+        """Saves the cut patterns of all plies on a roll of this width, svg, dxf, astm or hpgl by
+        the name's ending, or as html the ply book."""
         name = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
         what = "report" if name in REPORT_FORMATS else "patterns"
         self._write(self._open("GET", f"/v1/laminates/{laminate}/{what}", format=name,
@@ -392,8 +392,8 @@ class Client:
 
     def save(self, drape: str, path: Union[str, os.PathLike], format: Optional[str] = None,
              **options: Any) -> None:
-        """Saves the result (json, csv, vtp, glb, npz), the flat cut pattern (svg, dxf) or a report to
-        print (html) to a file; the format by its name's ending unless given. `options` are the
+        """Saves the result (json, csv, vtp, glb, npz), the flat cut pattern (svg, dxf, astm,
+        hpgl) or a report to print (html) to a file; the format by its name's ending unless given. `options` are the
         query parameters `table`, `fields` and `precision`, or `allowance`, `part` and `ply`."""
         name = format or os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
         documents = {"result": RESULT_FORMATS, "pattern": PATTERN_FORMATS, "report": REPORT_FORMATS}
@@ -460,7 +460,8 @@ def main() -> int:
     parser.add_argument("request", help="a drape request, JSON; - for the standard input. Its "
                         "surface may be a file, by its path from there")
     parser.add_argument("-o", "--output", required=True,
-                        help="json, csv, vtp, glb, npz, svg, dxf or html, by its ending")
+                        help="json, csv, vtp, glb, npz, svg, dxf, astm, hpgl or html, by its "
+                        "ending")
     parser.add_argument("--url", default=os.environ.get("DRAPED_URL", "http://127.0.0.1:8080"))
     parser.add_argument("--token", default=os.environ.get("DRAPED_TOKEN"))
     arguments = parser.parse_args()

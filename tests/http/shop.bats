@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+# What the shop floor gets of a laminate: patterns for cutters, lines for laser projectors, the ply
+# book, and all of it in one bundle, under one revision.
+load helper
+
+SHOP="/usr/bin/python3 tests/readers/shop.py"
+
+setup_file() { start_shared_daemon; }
+teardown_file() { end_file; }
+
+# stack EXPRESSION: two layers of a frame of 3 m by 2 m less 1 m by 1 m on a plane of 4 m, and all of
+# the plane, of one cloth; changed by jq.
+stack() {
+    jq -nc "{surface: {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2, knotvector_u: [0, 0, 1, 1],
+                 knotvector_v: [0, 0, 1, 1],
+                 control_points: [[0, 0, 0], [0, 4, 0], [4, 0, 0], [4, 4, 0]]},
+             plies: [{name: \"frame\", repeat: 2, direction: {angle_deg: 30}, boundary: {polygons: [
+                        [[0.5, 1, 0], [3.5, 1, 0], [3.5, 3, 0], [0.5, 3, 0]],
+                        [[1.5, 1.5, 0], [2.5, 1.5, 0], [2.5, 2.5, 0], [1.5, 2.5, 0]]]}},
+                     {name: \"skin\"}]}
+            | .plies[].fabric = {spacing: 0.2, thickness: 0.002, fiber_volume_fraction: 0.5}
+            | $1" >"$BATS_TEST_TMPDIR/stack.json"
+}
+
+# write EXPRESSION FORMAT [ARGUMENT...]: by the command, into the file `out`.
+write() {
+    stack "$1"
+    local format=$2
+    shift 2
+    out=$BATS_TEST_TMPDIR/out.$format
+    "$DRAPE" "$BATS_TEST_TMPDIR/stack.json" --format "$format" -o "$out" "$@" 2>"$BATS_TEST_TMPDIR/err"
+}
+
+# refused TEXT ARGUMENT...: `write` with these fails and says that.
+refused() {
+    local text=$1
+    shift
+    not write "$@"
+    grep -qF "$text" "$BATS_TEST_TMPDIR/err"
+}
+
+@test "ezdxf reads pieces by ASTM D6673: layers, grain, notches, names, quantities, areas" {
+    write . astm
+    $SHOP astm "$out" | jq -cs 'sort_by(.name) | map([.name, .quantity, (.area / 1e4 | round)])' \
+        >"$BATS_TEST_TMPDIR/pieces"
+    [ "$(cat "$BATS_TEST_TMPDIR/pieces")" = '[["1 frame","2,0",500],["2 skin","1,0",1600]]' ]
+    $SHOP astm "$out" | jq -se 'sort_by(.name) | map(.notches) == [8, 4]'
+    # The sewn pieces of a ply, and a dart with the notches of its lips.
+    write '.plies |= [.[1]] | .plies[0] += {splits: [{path: [[2, 0, 0], [2, 4, 0]]}],
+        seam: {overlap: 0.1}, pieces: [{at: [3, 1, 0], name: "right"}]}' astm
+    $SHOP astm "$out" | jq -es 'map(.name) | sort == ["1.1 piece_1", "1.2 right"] or
+        sort == ["1.1 right", "1.2 piece_2"]'
+    $SHOP astm "$out" | jq -es 'map(.area / 1e4 | round) == [820, 820]'
+    "$DRAPE" "$EXAMPLES/tray.json" --format astm --partial -o "$BATS_TEST_TMPDIR/tray.dxf" 2>/dev/null
+    $SHOP astm "$BATS_TEST_TMPDIR/tray.dxf" | jq -e '.quantity == "1,0"'
+}
+
+@test "the knife of HP-GL goes round every pattern, on the roll" {
+    write . hpgl --width 5
+    $SHOP hpgl "$out" | jq -e '(.area / 1e4 | round) == 2600 and .low[0] > -0.1 and .low[1] > -0.1 and
+        .high[1] < 5000.1 and any(.labels[]; . == "1 frame (2 of 2)") and
+        any(.labels[]; test("utilisation [0-9.]+ %"))'
+    write . hpgl --width 5 --turn 0 --gap 0.1
+    $SHOP hpgl "$out" | jq -e '(.area / 1e4 | round) == 2600'
+    "$DRAPE" "$EXAMPLES/saddle.json" --format hpgl -o "$BATS_TEST_TMPDIR/saddle.plt"
+    "$DRAPE" "$EXAMPLES/saddle.json" -o "$BATS_TEST_TMPDIR/saddle.json"
+    $SHOP hpgl "$BATS_TEST_TMPDIR/saddle.plt" |
+        jq -e --slurpfile drape "$BATS_TEST_TMPDIR/saddle.json" \
+            '(.area / 1e6 / $drape[0].summary.flat_area - 1 | fabs) < 1e-3'
+}
+
+@test "every cloth has a roll of its own" {
+    local two='.plies[1].fabric.thickness = 0.003'
+    write "$two" svg
+    grep -q ' on 2 rolls, ' "$out"
+    grep -q '>0.003 m<' "$out"
+    refused 'the plies are of 2 cloths: ask for roll=1 to roll=2' "$two" hpgl
+    refused 'roll: there are 2' "$two" hpgl --roll 3
+    write "$two" hpgl --roll 2
+    $SHOP hpgl "$out" | jq -e '(.area / 1e4 | round) == 1600'
+    write "$two" astm
+    $SHOP astm "$out" | jq -es 'map(.material) == ["0.002 m", "0.003 m"]'
+    # How its net is spaced does not make another cloth.
+    write '.plies[1].fabric.spacing = 0.1' svg
+    not grep -q ' on 2 rolls, ' "$out"
+}
+
+@test "what a machine cannot do is refused, and the command and the service agree" {
+    refused 'width: a roll of 1' . hpgl --width 1
+    not write . hpgl --width wide
+    not write . hpgl --turn 90
+    refused 'hpgl holds 209.715 m of roll' '.plies[0].repeat = 400' hpgl
+    stack .
+    post /v1/laminates "$BATS_TEST_TMPDIR/stack.json" -H 'Prefer: wait=40' && expect 200
+    local id=$(field .id)
+    for format in svg dxf astm hpgl; do
+        "$DRAPE" "$BATS_TEST_TMPDIR/stack.json" --format "$format" --width 5 -o "$BATS_TEST_TMPDIR/file"
+        call GET "/v1/laminates/$id/patterns?format=$format&width=5" && expect 200
+        cmp "$body" "$BATS_TEST_TMPDIR/file"
+    done
+    call GET "/v1/laminates/$id/patterns?turn=90"
+    expect_problem 422 invalid-request
+    call GET "/v1/laminates/$id/patterns?roll=0"
+    expect_problem 422 invalid-request
+    call GET "/v1/laminates/$id/patterns?format=hpgl&roll=2"
+    expect_problem 422 invalid-request
+    call GET "/v1/laminates/$id/plies/1/pattern?format=hpgl" && expect 200
+    $SHOP hpgl "$body" | jq -e '(.area / 1e4 | round) == 1600'
+}
