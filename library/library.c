@@ -415,6 +415,7 @@ char *drape_map(struct drape *drape, const char *mesh, size_t mesh_length, const
     if (good && !target.elements && format->elements)
         good = !api_problem_set(problem, API_NOT_ACCEPTABLE,
                                 "%s needs elements, but the mesh has only points", format->name);
+    target.wants_yarns = good && format->yarns;
     if (good &&
         cavity_take_cloth(&target, &reader, &drape->input, &drape->limits, arena, problem) &&
         api_map_make(&reader, &target, NULL, arena, map, problem) == API_OK) {

@@ -131,7 +131,7 @@ calculix text/x-calculix
 END
     map_bulk '?format=glb'
     expect_problem 406 not-acceptable
-    [[ $(field .detail) == *'json, csv, vtu, lcmsim, lcmsim-h5, nastran, optistruct, radioss, lsdyna, abaqus, calculix, abd' ]]
+    [[ $(field .detail) == *'json, csv, vtu, lcmsim, lcmsim-h5, nastran, optistruct, radioss, lsdyna, abaqus, calculix, abd, acp' ]]
     map_bulk '' -H 'Accept: image/png'
     expect_problem 406 not-acceptable
     for format in vtu lcmsim nastran calculix abd; do

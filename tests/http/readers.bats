@@ -115,6 +115,8 @@ write_map() {
             write_map $format "$folder/deck"
             $PYTHON tests/readers/cards.py $format "$folder/mesh.json" "$folder/map.json" "$folder/deck"
         done
+        write_map acp "$folder/table.csv"
+        $PYTHON tests/readers/cards.py acp "$folder/mesh.json" "$folder/map.json" "$folder/table.csv" - 0 0 yarns
         write_map json "$folder/map.json" --reference 1,0.2,0
         for format in nastran optistruct radioss lsdyna abaqus calculix; do
             write_map $format "$folder/deck" --reference 1,0.2,0

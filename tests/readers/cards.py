@@ -246,6 +246,23 @@ def split(plies, cells, corners):
     return split
 
 
+def read_acp(path, corners, reference):
+    """Warp and weft as halves of a ply; elements by their middles."""
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    middles = {e: np.mean(places, 0) for e, places in corners.items()}
+    rows = {}
+    for row in table:
+        place = np.array([row[x] for x in "xyz"])
+        element = min(middles, key=lambda e: np.linalg.norm(middles[e] - place))
+        assert np.allclose(middles[element], place, rtol=1e-14, atol=1e-14)
+        for k in range(1, sum(name.startswith("thickness") for name in table.dtype.names) + 1):
+            for weft, yarn in enumerate(("warp", "weft")):
+                way = np.array([row[f"{yarn}_{k}_{x}"] for x in "xyz"])
+                if not np.isnan(way[0]):
+                    rows[element, 2 * k - 1 + weft] = way, row[f"thickness_{k}"] / 2
+    return rows, {}
+
+
 def check_order(layers, corners, side):
     """Along the element's normal: with the plies where it looks to their side, else against them."""
     for element, found in layers.items():

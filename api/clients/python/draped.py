@@ -440,7 +440,7 @@ class Client:
     def save_map(self, drape: str, mesh: Mesh, path: Union[str, os.PathLike],
                  format: Optional[str] = None, **options: Any) -> Optional[str]:
         """Saves them to a file: json, csv, vtu, lcmsim (a zip), or a solver's deck (nastran,
-        optistruct, radioss, lsdyna, abaqus, calculix), or abd; the format by its name's ending
+        optistruct, radioss, lsdyna, abaqus, calculix), abd or acp; the format by its name's ending
         unless given, the options as above. For lcmsim: what the binning costs, as the service tells
         it in the header Draped-Binning."""
         return self._save_map(drape, mesh, path, format, options, "drapes")
