@@ -193,7 +193,8 @@ static void write_ply_section(struct ply_book *book, size_t k) {
                  shape->max_shear_deg);
     if (shape && shape->locked_cells > 0)
         html_say(text, ", and %.0f cells shear beyond the locking angle", shape->locked_cells);
-    api_text_raw(text, ".</p>\n");
+    html_say(text, ". Revision %s.", book->laminate->revision);
+    api_text_raw(text, "</p>\n");
     if (shape)
         draw_pattern(book, shape);
     api_text_raw(text, "<ul>\n");

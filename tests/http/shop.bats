@@ -107,3 +107,16 @@ refused() {
     call GET "/v1/laminates/$id/plies/1/pattern?format=hpgl" && expect 200
     $SHOP hpgl "$body" | jq -e '(.area / 1e4 | round) == 1600'
 }
+
+@test "every page of the ply book, every pattern and every piece bear one revision" {
+    write . html
+    local revision=$(grep -o 'Revision [0-9a-f]*' "$out" | sort | uniq -c)
+    [[ $revision =~ ^\ *2\ Revision\ ([0-9a-f]{32})$ ]]
+    revision=${BASH_REMATCH[1]}
+    for format in html svg dxf astm hpgl; do
+        write . $format --width 5
+        [ "$(grep -ao 'revision [0-9a-f]*' "$out" | sort -u)" = "revision $revision" ]
+    done
+    write '.plies[1].direction.angle_deg = 1' svg
+    not grep -q "$revision" "$out"
+}
