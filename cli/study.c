@@ -120,7 +120,7 @@ void study_print(const struct api_reader *result, FILE *stream, struct api_probl
         return;
     table.rows = api_columns_rows(columns, API_TABLE_VARIANTS);
     while (columns->column[columns->count - 1].table != API_TABLE_VARIANTS)
-        columns->count--; /* those of the bands come behind */
+        columns->count--; /* those of other tables come behind */
     table.values = calloc(columns->count * table.rows + 1, sizeof *table.values);
     bool ok = table.values != NULL;
     if (!ok)

@@ -130,7 +130,8 @@ static bool select_columns(struct encoder *encoder, const struct api_column_sour
 /* ---- the encoder ---- */
 
 /* The stored result with all its columns but those of cut cells. Its table is, of a drape, the
- * nodes, the cells or the cuts, of a study the variants or the bands. */
+ * nodes, the cells or the cuts, of a study the variants, the
+ * bands or the proposed cuts. */
 static bool open_result(struct encoder *encoder, const char *fields, struct api_problem *problem) {
     struct api_column_source columns[API_COLUMNS_MAX];
     enum api_table *table = &encoder->options.table;
@@ -150,13 +151,15 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
     enum api_table first = study ? API_TABLE_VARIANTS : API_TABLE_NODES;
     if (!encoder->options.table_given)
         *table = first;
-    bool cuts = *table == API_TABLE_CUTS && encoder->columns.cut_count > 0;
+    bool cuts = (*table == API_TABLE_CUTS && encoder->columns.cut_count > 0) ||
+                (*table == API_TABLE_PROPOSED && study);
     if (*table == first || *table == (study ? API_TABLE_BANDS : API_TABLE_CELLS) || cuts)
         return select_columns(encoder, columns, count, fields, problem);
     return !api_problem_set(
         problem, API_INVALID_REQUEST,
-        study ? "table: a study has the tables variants and bands; those of one of its "
-                "drapes come with the parameter sample"
+        study ? "table: a study has the tables variants and bands, and proposed where it proposes "
+                "cuts; "
+                "those of one of its drapes come with the parameter sample"
               : "table: a drape has the tables nodes and cells, and with cuts the table cuts");
 }
 

@@ -50,8 +50,9 @@ const struct format *format_for_media_type(enum format_use use, const char *medi
 /* ---- options ---- */
 
 static bool set_table(struct format_options *options, const char *value) {
-    static const enum api_table tables[] = {API_TABLE_NODES, API_TABLE_CELLS,    API_TABLE_CUTS,
-                                            API_TABLE_PLIES, API_TABLE_VARIANTS, API_TABLE_BANDS};
+    static const enum api_table tables[] = {API_TABLE_NODES,   API_TABLE_CELLS,    API_TABLE_CUTS,
+                                            API_TABLE_PLIES,   API_TABLE_VARIANTS, API_TABLE_BANDS,
+                                            API_TABLE_PROPOSED};
     for (size_t k = 0; k < sizeof tables / sizeof *tables; k++)
         if (strcmp(value, api_table_name(tables[k])) == 0) {
             options->table = tables[k];
@@ -113,8 +114,8 @@ bool format_option(struct format_options *options, const char *name, const char 
         const char *name, *wanted;
     } known[OPTIONS] = {
         [PRECISION] = {"precision", "must be a whole number from 1 to 17"},
-        [TABLE] = {"table",
-                   "must be nodes or cells; of a map cells or plies; of a study variants or bands"},
+        [TABLE] = {"table", "must be nodes or cells; of a map cells or plies; of a study variants, "
+                            "bands or proposed"},
         [VERSION] = {"lcmsim_version", "must be 2 or 3"},
         [FRACTION] = {"at_most_fiber_volume_fraction", "must be a number between 0 and 1"},
         [WITHIN] = {"within", "must be a number from 0 to 10, in degrees and percent of thickness"},

@@ -2,8 +2,8 @@
 /*
  * The contract's result document, tables of columns; and the map document, whose tables are `cells`
  * and on a mesh `plies`. What is true or false by the contract (`extrapolated`) is written so, and
- * the reasons of the front and the cuts by their names. A study has the one table
- * `variants`.
+ * the reasons of the front and the cuts by their names. A study has the table
+ * `variants`, and what it was asked for besides.
  */
 #include "encoder.h"
 #include <string.h>
@@ -12,12 +12,13 @@ struct state {
     enum api_table table; /* the one that is open */
 };
 
-/* Closes the open table, and those after it that have no columns and belong to a result, until
- * `table` is open. */
+/* Closes the open table, and those after it that have no columns and belong to a drape's result,
+ * until `table` is open. */
 static void enter_table(struct encoder *encoder, enum api_table table) {
     struct state *state = encoder->state;
+    bool each = encoder->reader && encoder->columns.document == API_DOCUMENT_DRAPE;
     while (state->table < table) {
-        state->table = encoder->reader ? state->table + 1 : table;
+        state->table = each ? state->table + 1 : table;
         api_text_format(&encoder->piece, "},\"%s\":{", api_table_name(state->table));
     }
 }

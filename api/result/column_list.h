@@ -105,6 +105,7 @@
     X(VARIANTS, angle_deviation_deg, angle_deviation_deg, POSITIVE, "deg", JUDGED, "mean angle between warp and `wanted_direction`") \
     X(VARIANTS, fiber_volume_fraction_range, fiber_volume_fraction_range, POSITIVE, "", JUDGED, "greatest minus least Vf") \
     X(VARIANTS, k1_ratio_p95, k1_ratio_p95, POSITIVE, "", JUDGED, "factor between k1 and that of the unsheared fabric: 95 % of the area has less") \
+    X(VARIANTS, cut_length, cut_length, POSITIVE, "length", JUDGED, "of all cuts on the part together") \
     X(VARIANTS, cloth_coverage, cloth_coverage, POSITIVE, "", ALWAYS, "share of the part under cloth") \
     X(VARIANTS, mean_shear_deg, mean_shear_deg, POSITIVE, "deg", JUDGED, "mean \\|γ\\| by area")   \
     X(VARIANTS, feasible, feasible, FLAG, "", ALWAYS, "1 where the variant keeps all limits")               \
@@ -114,7 +115,15 @@
     X(BANDS, j, j, INTEGER, "", ALWAYS, "the nominal cell, in steps from its start")               \
     X(BANDS, x, x, SCALAR, "length", ALWAYS, "middle of the cell")                                 \
     X(BANDS, y, y, SCALAR, "length", ALWAYS, "middle of the cell")                                 \
-    X(BANDS, z, z, SCALAR, "length", ALWAYS, "middle of the cell")
+    X(BANDS, z, z, SCALAR, "length", ALWAYS, "middle of the cell")                                 \
+    X(PROPOSED, variant, variant, INTEGER, "", ALWAYS, "whose cut it is, counted from 0")          \
+    X(PROPOSED, cut, cut, INTEGER, "", ALWAYS, "number of the cut, counted from 1")                \
+    X(PROPOSED, mouth_x, mouth_x, SCALAR, "length", ALWAYS, "where it begins, at the edge")        \
+    X(PROPOSED, mouth_y, mouth_y, SCALAR, "length", ALWAYS, "where it begins, at the edge")        \
+    X(PROPOSED, mouth_z, mouth_z, SCALAR, "length", ALWAYS, "where it begins, at the edge")        \
+    X(PROPOSED, tip_x, tip_x, SCALAR, "length", ALWAYS, "where it ends")                           \
+    X(PROPOSED, tip_y, tip_y, SCALAR, "length", ALWAYS, "where it ends")                           \
+    X(PROPOSED, tip_z, tip_z, SCALAR, "length", ALWAYS, "where it ends")
 /* clang-format on */
 
 enum api_table {
@@ -127,10 +136,12 @@ enum api_table {
     API_TABLE_PLIES,    /* of maps onto meshes alone */
     API_TABLE_VARIANTS, /* of studies alone */
     API_TABLE_BANDS,    /* of studies that draw samples alone */
+    API_TABLE_PROPOSED, /* of studies that propose cuts alone */
     API_TABLE_COUNT
 };
 
-/* "nodes", "cells", "front", "rim", "cuts", "cut", "plies", "variants", "bands". */
+/* "nodes", "cells", "front", "rim", "cuts", "cut", "plies", "variants", "bands",
+ * "proposed". */
 extern const char *const column_tables[API_TABLE_COUNT];
 static inline const char *api_table_name(enum api_table table) {
     return column_tables[table];

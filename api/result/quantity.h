@@ -21,6 +21,7 @@
     X(ANGLE_DEVIATION, "angle_deviation_deg", OBJECTIVE, 0, 90)                                    \
     X(FRACTION_RANGE, "fiber_volume_fraction_range", OBJECTIVE, 0, 1e30)                           \
     X(K1_RATIO, "k1_ratio_p95", OBJECTIVE, 1, 1e30)                                                \
+    X(CUT_LENGTH, "cut_length", OBJECTIVE, 0, 1e12)                                                \
     X(CLOTH_COVERAGE, "cloth_coverage", BOUND, 0, 1)                                               \
     X(MEAN_SHEAR, "mean_shear_deg", BOUND, 0, 90)
 /* clang-format on */
@@ -53,6 +54,7 @@ extern const struct quantity quantities[QUANTITY_COUNT];
     X(TOO_MANY_NODES, "too-many-nodes")                                                            \
     X(OUT_OF_MEMORY, "out-of-memory")                                                              \
     X(NO_CLOTH, "no-cloth")                                                                        \
+    X(CUT, "cut")                                                                                  \
     X(CRASHED, "solver-crashed")
 
 enum failure {

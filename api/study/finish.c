@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What all variants of a study say together: which keep its limits, which are the best, which no
  * other beats in everything; and its result as columns. */
+#include "cut_search.h"
 #include "sample.h"
 #include "score.h"
 
@@ -248,7 +249,8 @@ static void judge_rows(struct verdict *v) {
         .limit_deg = limit->has_max ? limit->max : best->limit_deg,
         .placed = best->placed,
         .at = best->at,
-        .remedy = r->sample > 0 ? "that is the worst sample"
+        .remedy = r->sample > 0   ? "that is the worst sample"
+                  : r->splits > 0 ? "no cuts that were tried do, so divide the ply there"
                   : r->search == STUDY_SEARCH_OPTIMISE && r->starts == STUDY_STARTS_GRID
                       ? "no variant does better, so cut the cloth there"
                       : "vary more starts and directions, or cut the cloth there"};
@@ -346,6 +348,12 @@ static enum api_problem_id write_study_columns(const struct verdict *v,
             return api_problem_no_memory(problem, "the study");
         count += more;
     }
+    if (v->study->request.splits > 0) {
+        size_t more = cut_search_columns(v->rows, v->count, arena, sources + count);
+        if (more == SIZE_MAX)
+            return api_problem_no_memory(problem, "the study");
+        count += more;
+    }
     return api_columns_write(&header, sources, count, sink, arena, problem);
 }
 
@@ -400,12 +408,16 @@ enum api_problem_id api_study_variant_request(const struct api_study *study,
             return api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
     }
     variant.start.face = (int32_t)face; /* by the number in the part */
+    struct arena_mark mark = arena_mark(arena);
+    if (study->request.splits > 0 &&
+        !(cut_search_read(study, result, &columns, k, arena, &variant, problem) == API_OK &&
+          cut_search_name(study, &variant, arena, &request, problem) == API_OK))
+        return problem->id;
     request.settings = study_variant_settings(study, &variant);
     if (study->request.starts != STUDY_STARTS_KEPT)
         request.start_on_face = study->part.geometry.shell != NULL;
     else if (request.start_on_face)
         request.settings.start_face = study->part.shell.numbers[request.settings.start_face];
-    struct arena_mark mark = arena_mark(arena);
     const char *text = api_normalise(&request, NULL, arena);
     if (!text)
         api_problem_no_memory(problem, "the study");

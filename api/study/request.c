@@ -1,17 +1,26 @@
 /* SPDX-License-Identifier: MIT */
 #include "request.h"
 
+#include "study.h"
+
 #include "api/json/text.h"
 #include "api/request/digest.h"
 #include "api/request/members.h"
 #include "api/request/normalise.h"
 #include "api/result/shear_limit.h"
+#include "api/result/verdict.h"
 #include <math.h>
 #include <string.h>
 
 const char *const study_search_names[STUDY_SEARCH_COUNT] = {"grid", "optimise"};
 
-enum { STARTS_MAX = 1000000000, BUDGET = 500, BUDGET_MIN = 20, BUDGET_MAX = 1000000 };
+enum {
+    STARTS_MAX = 1000000000,
+    BUDGET = 500,
+    BUDGET_CUTS = 200,
+    BUDGET_MIN = 20,
+    BUDGET_MAX = 1000000
+};
 static const struct value_range angles = {-1e6, 1e6, false};
 static const struct value_range pre_shears = {-80, 80, false};
 static const struct value_range steps = {1e-9, 1e6, false};
@@ -37,7 +46,7 @@ static bool is_drawn(const struct study_request *r) {
 
 static double count_variants(const struct study_request *r) {
     double starts = r->starts == STUDY_STARTS_KEPT ? 1 : (double)r->start_count;
-    return r->search == STUDY_SEARCH_OPTIMISE ? (double)r->budget
+    return r->search == STUDY_SEARCH_OPTIMISE || r->splits > 0 ? (double)r->budget
            : r->sample > 0
                ? (double)r->sample
                : starts * fmax((double)r->angle.count, 1) * fmax((double)r->pre_shear.count, 1);
@@ -160,20 +169,47 @@ static void decode_varied_steering(const struct json_value *json, struct study_r
     }
 }
 
+/* "proposed" or {"proposed": n}. */
+static void decode_splits(const struct json_value *json, struct study_request *r) {
+    static const char *const keys[] = {"proposed", NULL}, *const words[] = {"proposed"};
+    struct json_value most = value_member(json, "proposed");
+    int number = API_STUDY_CUTS, index;
+    if (value_type(json) == VALUE_OBJECT) {
+        if (!value_object(json, keys) || !value_integer(&most, 1, API_STUDY_CUTS, &number))
+            return;
+    } else if (!value_choice(json, words, 1, &index)) {
+        return;
+    }
+    r->splits = (size_t)number;
+    if (r->drape.settings.cut_count + r->splits > API_CUTS_MAX)
+        value_fault(json, "must leave room: the drape has %zu cuts, and %d are allowed together",
+                    r->drape.settings.cut_count, API_CUTS_MAX);
+}
+
 static void decode_vary(const struct json_value *root, struct study_request *r) {
-    static const char *const keys[] = {"start", "angle_deg", "pre_shear_deg", "steering", NULL};
+    static const char *const keys[] = {"start",    "angle_deg", "pre_shear_deg",
+                                       "steering", "splits",    NULL};
     static const char *const names[] = {"warp", "weft"};
     struct json_value drape = value_member(root, "drape"), vary = value_member(root, "vary");
     struct json_value generators = value_member(&drape, "generators");
     struct json_value start = value_member(&vary, "start");
     struct json_value angle = value_member(&vary, "angle_deg");
     struct json_value pre_shear = value_member(&vary, "pre_shear_deg");
+    struct json_value splits = value_member(&vary, "splits");
     if (!value_object(&vary, keys))
         return;
     struct json_value steering = value_member(&vary, "steering");
-    if (!value_given(&start) && !value_given(&angle) && !value_given(&pre_shear) &&
-        !value_given(&steering))
-        value_fault(&vary, "has nothing to vary: give start, angle_deg, pre_shear_deg or steering");
+    bool other = value_given(&start) || value_given(&angle) || value_given(&pre_shear) ||
+                 value_given(&steering);
+    if (!other && !value_given(&splits))
+        value_fault(&vary, "has nothing to vary: give start, angle_deg, pre_shear_deg, "
+                           "steering or splits");
+    if (other && value_given(&splits))
+        value_fault(&splits,
+                    "must be alone: cuts are proposed for one start and direction, which a "
+                    "study without them finds first");
+    if (value_given(&splits))
+        decode_splits(&splits, r);
     if (value_given(&steering))
         decode_varied_steering(&steering, r);
     if (value_given(&start))
@@ -201,6 +237,24 @@ static void decode_vary(const struct json_value *root, struct study_request *r) 
 
 /* ---- what is wanted ---- */
 
+/* What a search for cuts is to reach where the study does not say: the whole part is covered within
+ * the locking angle, with the least length of cut. */
+static void want_few_cuts(struct study_request *r) {
+    struct study_limit *shear = &r->limit[QUANTITY_MAX_SHEAR];
+    struct study_limit *cover = &r->limit[QUANTITY_CLOTH_COVERAGE];
+    bool wished = false;
+    double limit_deg[2];
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        wished = wished || r->objective[k];
+    r->objective[QUANTITY_CUT_LENGTH] = r->objective[QUANTITY_CUT_LENGTH] || !wished;
+    verdict_shear_limits(&r->drape, limit_deg);
+    if (!shear->has_max)
+        shear->max = fmin(limit_deg[0], limit_deg[1]);
+    shear->has_max = true;
+    if (!cover->has_min && !cover->has_max)
+        *cover = (struct study_limit){.has_min = true, .min = DRAPE_COMPLETE_COVERAGE};
+}
+
 static void decode_wishes(const struct json_value *root, struct study_request *r) {
     static const char *const ends[] = {"min", "max", NULL};
     struct json_value list = value_member(root, "objectives");
@@ -219,7 +273,8 @@ static void decode_wishes(const struct json_value *root, struct study_request *r
     bool sampled = value_given(&sample) && !value_given(&list);
     if (sampled)
         r->objective[QUANTITY_MAX_SHEAR] = true;
-    size_t objectives = !sampled && value_array(&list, 1) ? value_length(&list) : 0;
+    bool settled = sampled || (r->splits > 0 && !value_given(&list));
+    size_t objectives = !settled && value_array(&list, 1) ? value_length(&list) : 0;
     for (size_t k = 0; k < objectives; k++) {
         struct json_value name = value_element(&list, k);
         if (!value_choice(&name, names, count, &index))
@@ -243,6 +298,8 @@ static void decode_wishes(const struct json_value *root, struct study_request *r
         if (limit->has_min && limit->has_max && limit->min > limit->max)
             value_fault(&min, "must not be greater than \"max\": no variant could keep both");
     }
+    if (r->splits > 0)
+        want_few_cuts(r);
     if (value_given(&wanted) && value_vector(&wanted, decode_coordinates, 3, v)) {
         r->wanted = vec3_make(v[0], v[1], v[2]);
         if (vec3_norm(r->wanted) < decode_lengths.low)
@@ -311,6 +368,8 @@ static void decode_sample(const struct json_value *root, const struct api_limits
         value_fault(&search, "must not be \"optimise\" with \"sample\"");
     /* Before any memory is taken for the variants. A budget holds for whatever makes them. */
     double variants = count_variants(r);
+    if (r->splits > 0 && (optimise || value_given(&sample)))
+        value_fault(optimise ? &search : &sample, "must be left out with \"splits\"");
     if (value_given(&budget) && variants > (double)r->budget)
         value_fault(&budget,
                     "must be at least the %.6g variants that \"%s\" makes, or be given with "
@@ -330,7 +389,7 @@ enum api_problem_id study_decode(const struct api_input *input, const struct api
     static const char *const keys[] = {"drape",  "vary",   "objectives",       "limits", "search",
                                        "budget", "sample", "wanted_direction", "seed",   NULL};
     struct json_tree tree;
-    int index = 0, number = BUDGET;
+    int index = 0, number;
     *request = (struct study_request){.search = STUDY_SEARCH_GRID};
     if (json_tree_parse(&tree, input->request, input->request_length, limits, arena, problem) !=
         API_OK)
@@ -340,6 +399,8 @@ enum api_problem_id study_decode(const struct api_input *input, const struct api
     struct json_value budget = value_member(&root, "budget");
     if (value_object(&root, keys)) {
         decode_drape(&drape, input, limits, &request->drape);
+        decode_vary(&root, request);
+        number = request->splits > 0 ? BUDGET_CUTS : BUDGET;
         decode_wishes(&root, request);
         check_needs(&root, request);
         if (value_given(&search))
@@ -348,7 +409,6 @@ enum api_problem_id study_decode(const struct api_input *input, const struct api
             value_integer(&budget, BUDGET_MIN, BUDGET_MAX, &number);
         request->search = (enum study_search)index;
         request->budget = (size_t)number;
-        decode_vary(&root, request);
         decode_sample(&root, limits, request);
     }
     json_tree_free(&tree);
@@ -420,6 +480,11 @@ static const char *write_study(const struct study_request *r, const char *drape,
         api_text_key_integer(&text, "points", r->steering);
         api_text_raw(&text, "}");
     }
+    if (r->splits > 0) {
+        api_text_key_object(&text, "splits");
+        api_text_key_integer(&text, "proposed", (int64_t)r->splits);
+        api_text_raw(&text, "}");
+    }
     api_text_raw(&text, "}");
     bool first = true;
     api_text_key(&text, "objectives");
@@ -453,7 +518,7 @@ static const char *write_study(const struct study_request *r, const char *drape,
     } else {
         api_text_key_string(&text, "search", study_search_names[r->search]);
     }
-    if (r->search == STUDY_SEARCH_OPTIMISE)
+    if (r->search == STUDY_SEARCH_OPTIMISE || r->splits > 0)
         api_text_key_integer(&text, "budget", (int64_t)r->budget);
     api_text_raw(&text, "}");
     return api_text_finish(&text);

@@ -52,8 +52,9 @@ struct study_request {
     const struct study_point *points;
     double radius;
     struct study_angles angle, pre_shear;
-    int steering; /* points a side of the generators that each variant seeks; 0: it has the drape's
-                   */
+    int steering;  /* points a side of the generators that each variant seeks; 0: it has the drape's
+                    */
+    size_t splits; /* cuts that may be proposed; 0: none are */
     bool objective[QUANTITY_COUNT];
     struct study_limit limit[QUANTITY_COUNT];
     enum study_search search;

@@ -4,6 +4,7 @@
 #define API_STUDY_SETUP_H
 
 #include "part.h"
+#include "proposal.h"
 #include "request.h"
 #include "study.h"
 
@@ -31,6 +32,7 @@ struct api_study {
     struct study_variant *obvious; /* that a search begins with */
     size_t obvious_count;
     struct sample_nominal *nominal; /* of a study that draws samples, else NULL */
+    struct proposal_edge edge;      /* of the part, where cuts are proposed */
     size_t field_numbers; /* that each of its rows has behind it: cells times fields; else 0 */
 };
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "study.h"
 
+#include "cut_search.h"
 #include "rounds.h"
 #include "sample.h"
 #include "score.h"
@@ -124,6 +125,8 @@ static enum api_problem_id prepare_study(struct api_study *study, const struct a
         return api_problem_no_memory(problem, "the study");
     if (status != STATUS_OK)
         own->prepared = NULL;
+    if (study->request.splits > 0 && cut_search_prepare(study) != STATUS_OK)
+        return api_problem_no_memory(problem, "the study");
     return study->request.sample > 0 ? sample_prepare(study, limits, problem) : API_OK;
 }
 
@@ -220,10 +223,15 @@ enum api_problem_id api_study_run_task(const struct api_study *study,
         return api_problem_set(problem, API_INTERNAL, "this is not a task of a study");
     for (size_t k = 0; problem->id == API_OK && k < (size_t)task->variants; k++) {
         struct arena_mark mark = arena_mark(arena);
-        const struct study_variant variant =
-            task->kind == STUDY_TASK_LIST ? task_variant(study, task, k)
-                                          : numbered[task->kind](study, (size_t)task->first + k);
+        struct study_variant variant = {.coarseness = 1};
         struct study_row row;
+        if (task->kind == STUDY_TASK_LIST)
+            variant = task_variant(study, task, k);
+        else if (task->kind != STUDY_TASK_CUTS)
+            variant = numbered[task->kind](study, (size_t)task->first + k);
+        else if (cut_search_lay(study, (const struct study_cut *)(const void *)task->cuts,
+                                (size_t)task->first, arena, &variant) != STATUS_OK)
+            return api_problem_no_memory(problem, "the study");
         watch.variant = k;
         if (task_drape(&run, k, &variant, &row, problem) == API_OK &&
             task->kind == STUDY_TASK_SAMPLE)
@@ -260,6 +268,8 @@ enum api_problem_id api_study_plan(const struct api_study *study,
     }
     if (study->nominal)
         return sample_plan(study, count, arena, plan, problem);
+    if (study->request.splits > 0)
+        return cut_search_plan(study, rows, count, arena, plan, problem);
     bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
     return (optimise ? optimise_plan : grid_plan)(study, rows, count, arena, plan, problem);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Studies: many drapes of one part that differ in start, direction and pre-shear, and of each a few
- * numbers instead of a result.
+ * Studies: many drapes of one part that differ in start, direction and pre-shear, or in their cuts,
+ * and of each a few numbers instead of a result.
  *
  * A study proceeds in rounds. A round has tasks that do not depend on each other, each of about
  * 0.1 s at the most unless one drape takes longer; a task gives numbers. What the tasks of a round
@@ -61,19 +61,22 @@ void api_study_close(struct api_study *study);
 
 /* One piece of work, to be stored and sent as these bytes: without padding, and little-endian on
  * all machines that the service runs on. */
-enum { API_STUDY_CRASHES = 4, API_STUDY_LISTED = 7 };
+enum { API_STUDY_CRASHES = 4, API_STUDY_LISTED = 7, API_STUDY_CUTS = 8 };
 struct api_study_task {
     int32_t kind;        /* `enum study_task_kind` */
     int32_t variants;    /* that it looks at, at the most */
     int32_t round;       /* counted from 0 */
     int32_t crash_count; /* of the variants that crashed the process, by their number in the task */
     int32_t crashed[API_STUDY_CRASHES];
-    int64_t first;     /* of numbered variants: the number of the first */
+    int64_t first; /* of numbered variants: the number of the first; of one with cuts: how many */
     double coarseness; /* of listed ones */
-    struct api_study_listed {
-        double start[3]; /* the face and its parameters u and v; on a mesh x, y and z */
-        double angle_deg, pre_shear_deg;
-    } listed[API_STUDY_LISTED];
+    union {
+        struct api_study_listed {
+            double start[3]; /* the face and its parameters u and v; on a mesh x, y and z */
+            double angle_deg, pre_shear_deg;
+        } listed[API_STUDY_LISTED];
+        double cuts[API_STUDY_CUTS][6]; /* mouth and tip of each */
+    };
 };
 
 /* Notes that variant `k` of the task (as its monitor counts them) crashed the process: when the

@@ -93,6 +93,8 @@ enum api_problem_id task_join(struct arena *arena, struct api_study_plan *plan,
 
 bool task_is_sound(const struct api_study_task *task) {
     bool listed = task->kind == STUDY_TASK_LIST;
+    if (task->kind == STUDY_TASK_CUTS && !(task->variants == 1 && task->first <= API_STUDY_CUTS))
+        return false;
     return task->kind >= 0 && task->kind < STUDY_TASK_KINDS && task->first >= 0 &&
            task->variants >= 0 && task->variants <= (listed ? API_STUDY_LISTED : VARIANTS_MOST) &&
            task->crash_count >= 0 && task->crash_count <= API_STUDY_CRASHES;
@@ -139,7 +141,8 @@ enum api_problem_id task_drape(const struct task_run *run, size_t k,
                                struct api_problem *problem) {
     const struct drape_monitor *monitor = run->monitor;
     struct study_variant tried = *variant;
-    double numbers[STUDY_ROW_NUMBERS];
+    struct study_cut proposed[API_STUDY_CUTS];
+    double numbers[STUDY_ROW_NUMBERS], cuts[STUDY_CUT_NUMBERS];
     /* What is known to crash is not tried again. */
     const struct api_study_task *task = run->task;
     bool known =
@@ -149,11 +152,15 @@ enum api_problem_id task_drape(const struct task_run *run, size_t k,
     if (known)
         tried.failure = FAILURE_CRASHED;
     if ((monitor && !monitor->progress(monitor->context, 0)) ||
-        study_variant_drape(run->study, &tried, monitor, run->arena, row) != STATUS_OK)
+        study_variant_drape(run->study, &tried, monitor, run->arena, proposed, row) != STATUS_OK)
         return api_problem_set(problem, API_CANCELLED, "the study was cancelled");
     row->round = task->round;
     study_row_store(row, numbers);
     if (task_send(run, numbers, STUDY_ROW_NUMBERS, problem) != API_OK)
         return problem->id;
-    return task_send(run, row->most, run->study->divisions, problem);
+    if (task_send(run, row->most, run->study->divisions, problem) != API_OK ||
+        run->study->request.splits == 0)
+        return problem->id;
+    study_row_store_cuts(row, cuts);
+    return task_send(run, cuts, STUDY_CUT_NUMBERS, problem);
 }

@@ -11,6 +11,7 @@ enum study_task_kind {
     STUDY_TASK_OPTIMISE, /* `optimise_variant`, of the first round */
     STUDY_TASK_SAMPLE,   /* `sample_variant` */
     STUDY_TASK_LIST,     /* `task_variant` */
+    STUDY_TASK_CUTS,     /* one, with cuts */
     STUDY_TASK_KINDS
 };
 

@@ -22,6 +22,27 @@ void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBE
     memcpy(numbers + sizeof own / sizeof *own, row->quantity, sizeof row->quantity);
 }
 
+void study_row_store_cuts(const struct study_row *row, double numbers[STUDY_CUT_NUMBERS]) {
+    const struct study_cut *cuts[] = {row->variant.cuts, row->proposed};
+    const size_t count[] = {row->variant.cut_count, row->proposed_count};
+    memset(numbers, 0, STUDY_CUT_NUMBERS * sizeof *numbers);
+    for (int k = 0; k < 2; k++) {
+        double *own = numbers + k * (STUDY_CUT_NUMBERS / 2);
+        own[0] = (double)count[k];
+        if (count[k])
+            memcpy(own + 1, cuts[k], count[k] * sizeof *cuts[k]);
+    }
+}
+
+/* The cuts at half of such numbers; false where there are more than can be. */
+static bool read_cuts(const double *numbers, const struct study_cut **cuts, size_t *count) {
+    if (!(numbers[0] >= 0 && numbers[0] <= API_STUDY_CUTS))
+        return false;
+    *count = (size_t)numbers[0];
+    *cuts = (const struct study_cut *)(const void *)(numbers + 1);
+    return true;
+}
+
 /* A search of the largest budget has fewer rounds. */
 enum { ROUNDS_MOST = 1000 };
 
@@ -30,12 +51,17 @@ static bool is_whole_below(double x, double most) {
     return x >= 0 && x < most && x == floor(x);
 }
 
+static size_t study_row_stride(const struct api_study *study) {
+    size_t cuts = study->request.splits ? STUDY_CUT_NUMBERS : 0;
+    return STUDY_ROW_NUMBERS + study->divisions + cuts + study->field_numbers;
+}
+
 enum api_problem_id study_rows(const struct api_study *study,
                                const struct api_study_numbers *numbers, struct arena *arena,
                                const struct study_row **rows, size_t *count,
                                struct api_problem *problem) {
     size_t divisions = study->divisions;
-    size_t stride = STUDY_ROW_NUMBERS + divisions + study->field_numbers;
+    size_t stride = study_row_stride(study);
     *count = numbers->count / stride;
     struct study_row *made = arena_take(arena, *count, sizeof *made);
     *rows = made;
@@ -64,6 +90,11 @@ enum api_problem_id study_rows(const struct api_study *study,
             .limit_deg = n[17]};
         memcpy(made[k].quantity, n + STUDY_ROW_NUMBERS - QUANTITY_COUNT, sizeof made[k].quantity);
         memcpy(made[k].most, n + STUDY_ROW_NUMBERS, divisions * sizeof *n);
+        const double *cuts = n + STUDY_ROW_NUMBERS + divisions;
+        if (study->request.splits)
+            good =
+                read_cuts(cuts, &made[k].variant.cuts, &made[k].variant.cut_count) &&
+                read_cuts(cuts + STUDY_CUT_NUMBERS / 2, &made[k].proposed, &made[k].proposed_count);
     }
     return good ? API_OK
                 : api_problem_set(problem, API_INTERNAL, "these are not numbers of a study");
@@ -176,6 +207,7 @@ static const enum failure failures[] = {
     [STATUS_DEGENERATE_SURFACE] = FAILURE_DEGENERATE_SURFACE,
     [STATUS_GENERATOR_OFF_START] = FAILURE_GENERATOR,
     [STATUS_GENERATOR_PARALLEL] = FAILURE_GENERATOR,
+    [STATUS_CUT] = FAILURE_CUT,
     [STATUS_NO_CONVERGENCE] = FAILURE_DEGENERATE_SURFACE,
 };
 
@@ -197,6 +229,10 @@ struct drape_settings study_variant_settings(const struct api_study *study,
     }
     if (r->pre_shear.count > 0 || r->pre_shear.deviation > 0)
         s.pre_shear_deg = variant->pre_shear_deg;
+    if (variant->lines) {
+        s.cuts = variant->lines;
+        s.cut_count += variant->cut_count;
+    }
     return s;
 }
 
@@ -212,9 +248,25 @@ void study_note_direction(const struct api_study *study, const struct drape_sett
                             vec3_dot(along, result->start_warp));
 }
 
+/* What the net of a drape asks for. */
+static enum status propose_cuts(const struct api_study *study, const struct drape_result *result,
+                                struct study_cut cuts[API_STUDY_CUTS], struct arena *arena,
+                                struct study_row *row) {
+    const double *d = study->request.drape.settings.spacing;
+    const struct proposal_case c = {.part = &study->part,
+                                    .edge = &study->edge,
+                                    .result = result,
+                                    .limit_deg = study->request.limit[QUANTITY_MAX_SHEAR].max,
+                                    .bare = row->bare && row->placed,
+                                    .at = row->at,
+                                    .spacing = fmax(d[0], d[1])};
+    row->proposed = cuts;
+    return proposal_find(&c, cuts, study->request.splits, arena, &row->proposed_count);
+}
+
 enum status study_variant_drape(const struct api_study *study, const struct study_variant *variant,
                                 const struct drape_monitor *monitor, struct arena *arena,
-                                struct study_row *row) {
+                                struct study_cut proposed[API_STUDY_CUTS], struct study_row *row) {
     struct drape_statistics statistics = {
         .wanted = study->request.wanted, .middle = study->middle, .divisions = study->divisions};
     struct drape_settings settings = study_variant_settings(study, variant);
@@ -267,7 +319,13 @@ enum status study_variant_drape(const struct api_study *study, const struct stud
             q[QUANTITY_FRACTION_RANGE] = fraction_range(drape, &statistics, s->max_shear_deg);
         if (study->k1)
             q[QUANTITY_K1_RATIO] = k1_quantile(study->k1, &statistics);
+        q[QUANTITY_CUT_LENGTH] = 0;
+        for (size_t k = 0; k < result.cuts.count; k++)
+            q[QUANTITY_CUT_LENGTH] += result.cuts.length[k];
     }
+    if (row->failure == FAILURE_NONE && study->request.splits > 0 &&
+        propose_cuts(study, &result, proposed, arena, row) != STATUS_OK)
+        row->failure = FAILURE_OUT_OF_MEMORY;
     arena_rewind(arena, mark);
     return status == STATUS_CANCELLED ? status : STATUS_OK;
 }

@@ -11,6 +11,10 @@ struct study_variant {
     double angle_deg, pre_shear_deg;
     double coarseness;    /* its spacing over the drape's own */
     enum failure failure; /* it is not draped, for this reason; FAILURE_NONE: it is */
+    const struct study_cut *cuts;
+    size_t cut_count;
+    const struct drape_cut_line *lines; /* those of the study's drape, then `cuts`; NULL: none of
+                                           its own */
 };
 
 /* As the numbers of tasks have it. */
@@ -25,11 +29,18 @@ struct study_row {
     double shear_deg, limit_deg;     /* as those of `struct verdict_case`, by the fabric */
     double most[DRAPE_DIVISIONS];    /* the largest shear of each of the study's divisions; 0 of a
                                         failure */
+    const struct study_cut
+        *proposed; /* where cuts are: those that the net asks for, beside its own */
+    size_t proposed_count;
 };
 
 enum { STUDY_ROW_NUMBERS = 18 + QUANTITY_COUNT };
-/* The numbers of a row; `most` is not among them. */
+enum { STUDY_CUT_NUMBERS = 2 + 2 * API_STUDY_CUTS * 6 };
+/* The numbers of a row; `most` is not among them, and neither are cuts. */
 void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBERS]);
+
+/* The numbers of its cuts, which in a study that proposes cuts are behind those. */
+void study_row_store_cuts(const struct study_row *row, double numbers[STUDY_CUT_NUMBERS]);
 
 /* All rows of a study's numbers, in `arena`. API_OUT_OF_MEMORY, API_INTERNAL for other numbers. */
 enum api_problem_id study_rows(const struct api_study *study,
@@ -57,9 +68,11 @@ struct drape_settings study_variant_settings(const struct api_study *study,
 
 /* Drapes a variant in `arena`, which is then as before, and fills the row but for its round.
  * Returns STATUS_CANCELLED when the monitor (may be NULL) said so, else STATUS_OK: a drape that
- * cannot be done is a row with a failure. */
+ * cannot be done is a row with a failure. `proposed` holds the cuts that its net asks for, where
+ * the study proposes some. */
 enum status study_variant_drape(const struct api_study *study, const struct study_variant *variant,
                                 const struct drape_monitor *monitor, struct arena *arena,
+                                struct study_cut proposed[API_STUDY_CUTS],
                                 struct study_row *row) STATUS_MUST_USE;
 
 #endif

@@ -71,12 +71,19 @@ static void test_study_refuses_by_pointer(void **state) {
         {"\"vary\":{\"start\":{\"radius\":1}}," MAX, "/sample"},
         {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"sample\":9", "/vary"},
         {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"colour\":9", "/colour"},
+        {"\"vary\":{\"splits\":\"drawn\"}", "/vary/splits"},
+        {"\"vary\":{\"splits\":{\"proposed\":9}}", "/vary/splits/proposed"},
+        {"\"vary\":{\"splits\":{\"proposed\":0}}", "/vary/splits/proposed"},
+        {"\"vary\":{\"splits\":{}}", "/vary/splits/proposed"},
+        {"\"vary\":{\"splits\":\"proposed\",\"angle_deg\":[0]}", "/vary/splits"},
+        {"\"vary\":{\"splits\":\"proposed\"},\"search\":\"optimise\"", "/search"},
+        {"\"vary\":{\"splits\":\"proposed\"},\"budget\":5", "/budget"},
     };
     (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
         check_refused(cases[k][0], cases[k][1]);
     check_refused_by("\"vary\":{\"angle_deg\":[0]},\"objectives\":[\"beauty\"]", "/objectives/0",
-                     " or \"k1_ratio_p95\"");
+                     " or \"cut_length\"");
 }
 
 static void check_drape_refused(const char *drape, const char *rest, const char *pointer) {
