@@ -109,6 +109,8 @@ static void test_encode_memory_of_meshes(void **state) {
     memcpy(rows, plies.rows, sizeof rows);
     rows[2].mirrored = false;
     plies.rows = rows;
+    const struct map_ply_kind kind = {0.5, {110e9, 6e9, 0.3, 2e9}}, kinds[] = {kind, kind};
+    plies.kinds = kinds;
     fields.plies = &plies;
     const struct format_source source = {.id = "small", .fields = &fields};
     (void)state;
