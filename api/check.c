@@ -49,7 +49,9 @@ static enum api_problem_id check_part(struct api_request *request, const struct 
     if (prepared_part_is_large(&request->surface))
         return API_OK;
     bool wanted = forms && api_check_expects_form(request, arena);
-    if (prepared_part_make(request, limits, arena, &part, problem) == API_OK && wanted)
+    struct drape_settings settings = request->settings;
+    if (prepared_part_make(request, limits, arena, &part, problem) == API_OK &&
+        prepared_part_settle(&part, arena, &settings, problem) == API_OK && wanted)
         api_check_write_form(request, &part, arena, forms, check);
     return problem->id;
 }

@@ -94,6 +94,9 @@ static enum api_problem_id set_solve_problem(struct api_problem *problem, enum s
     case STATUS_CUT:
         return set_cut_problem(problem, &result->faulty_cut, settings);
     case STATUS_INVALID:
+        if (settings->generator[0].kind == DRAPE_GENERATOR_PLACES)
+            return api_problem_set_at(problem, API_INVALID_REQUEST, "/generators/warp/places",
+                                      "must be a spacing apart, and go on from each other");
         /* Ranges were checked; that the direction has a part in the tangent plane was not. */
         if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
             return api_problem_set_at(problem, API_INVALID_REQUEST, "/direction/vector",
@@ -289,7 +292,8 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     if (prepared_part_make(&request, limits, arena, &prepared, problem) != API_OK)
         return problem->id;
     const struct drape_part *part = &prepared.part;
-    request.settings.start_face = prepared.shell.start_face;
+    if (prepared_part_settle(&prepared, arena, &request.settings, problem) != API_OK)
+        return problem->id;
     struct api_threads threads;
     request.settings.team = api_threads_make(&threads, limits->threads);
     double begin = now_ms();

@@ -2,6 +2,7 @@
 #include "laminate.h"
 
 #include "api/json/text.h"
+#include "api/laminate/courses.h"
 #include "api/laminate/flat_plies.h"
 #include "api/laminate/run.h"
 #include "api/laminate/seams.h"
@@ -126,27 +127,46 @@ static bool report_ply(const struct laminate_job *job, size_t k, const struct fl
     return true;
 }
 
-/* The pieces of a ply whose first is ply k, and its seams. */
+/* The sums over the courses of a ply. */
+static void report_courses(const struct laminate_pieces *pieces, struct api_text *text) {
+    double sums[COURSE_FIGURES];
+    courses_sum_up(pieces, sums);
+    api_text_key_object(text, "courses");
+    api_text_key_integer(text, "count", (int64_t)pieces->count);
+    courses_write_figures(text, sums);
+    api_text_raw(text, "}");
+}
+
+/* The pieces of a ply whose first is ply k, and its seams, or what its courses are together. */
 static bool report_pieces(const struct laminate_job *job, size_t k, const struct flat_plies *shapes,
                           bool known, const struct api_problem *fault, struct api_text *text,
                           struct api_problem *problem) {
     const struct laminate_pieces *pieces = job->laminate.plies[k].pieces;
-    const struct flat_ply *siblings[LAMINATE_PIECES_MAX] = {NULL};
+    const struct flat_ply *siblings[LAMINATE_SIBLINGS_MAX] = {NULL};
     const struct seam *seams;
     size_t count = 0;
     if (known && shapes->count)
         (void)flat_plies_siblings(shapes, &job->laminate, 0, siblings);
     if (known && shapes->count)
         api_text_key_number(text, "cloth_coverage", shapes->shapes[0].covered);
+    if (pieces->courses)
+        report_courses(pieces, text);
     api_text_key(text, "pieces");
     for (size_t n = 0; n < pieces->count; n++) {
         api_text_raw(text, n ? ",{" : "[{");
         api_text_key_string(text, "name", pieces->pieces[n].name);
+        if (pieces->courses) {
+            api_text_key_object(text, "course");
+            courses_write_figures(text, pieces->pieces[n].figures);
+            api_text_raw(text, "}");
+        }
         if (!report_ply(job, k + n, siblings[n], fault, text, problem))
             return false;
         api_text_raw(text, "}");
     }
     api_text_raw(text, "]");
+    if (pieces->courses)
+        return true;
     if (known && shapes->count &&
         !seams_make(&job->laminate, shapes, 0, job->arena, &seams, &count))
         return !api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the seams");

@@ -10,6 +10,9 @@
 /* An edge of the part ends at corners of more than 30 degrees. */
 static const double corner_cosine = 0.866;
 
+/* Points of the rim nearer to each other than this share of a spacing are one. */
+static const double rim_slack = 1e-6;
+
 /* A line is followed beyond the part so far, in sizes of the part. */
 static const double most_of_line = 4;
 
@@ -21,6 +24,7 @@ struct layer {
     const struct surface
         *surface; /* of a shell any face, with all normals on the first one's side */
     double size, part_area;
+    bool to_right; /* of the courses that are being laid */
 };
 
 static double of_list(const double *list, size_t count, size_t k, double otherwise) {
@@ -131,22 +135,24 @@ static enum status along_path(const struct layer *l, struct course_line *line) {
     return STATUS_OK;
 }
 
-/* The rim's points from `first` on, `count` of them, as one line; whether the loop turns sharply at
- * one. */
-static bool turns_at(const struct drape_rim *rim, size_t first, size_t count, size_t k) {
-    struct vec3 r[3];
-    for (size_t n = 0; n < 3; n++) {
-        size_t at = first + (k + count + n - 1) % count;
-        r[n] = vec3_make(rim->x[at], rim->y[at], rim->z[at]);
-    }
-    struct vec3 a = vec3_unit(vec3_sub(r[1], r[0])), b = vec3_unit(vec3_sub(r[2], r[1]));
-    return vec3_dot(a, b) < corner_cosine && vec3_norm2(a) > 0 && vec3_norm2(b) > 0;
+static struct vec3 rim_point(const struct drape_rim *rim, size_t k) {
+    return vec3_make(rim->x[k], rim->y[k], rim->z[k]);
+}
+
+/* Whether the loop of the rim's points from `first` on, `count` of them, turns sharply at point k
+ * of it. Points nearer to it than `near` are that point once more, as rims have at corners. */
+static bool turns_at(const struct drape_rim *rim, size_t first, size_t count, size_t k,
+                     double near) {
+    struct vec3 r = rim_point(rim, first + k), way[2] = {{0, 0, 0}, {0, 0, 0}};
+    for (int side = 0; side < 2; side++)
+        for (size_t n = 1; n < count && !(vec3_norm(way[side]) > near); n++)
+            way[side] = vec3_sub(rim_point(rim, first + (k + (side ? n : count - n)) % count), r);
+    return vec3_dot(vec3_unit(way[0]), vec3_unit(way[1])) > -corner_cosine;
 }
 
 /* The distance of a point from the piece between two points of the rim. */
 static double piece_distance(const struct drape_rim *rim, size_t from, size_t to, struct vec3 at) {
-    struct vec3 a = vec3_make(rim->x[from], rim->y[from], rim->z[from]);
-    struct vec3 way = vec3_sub(vec3_make(rim->x[to], rim->y[to], rim->z[to]), a);
+    struct vec3 a = rim_point(rim, from), way = vec3_sub(rim_point(rim, to), a);
     double length2 = vec3_norm2(way), x = vec3_dot(vec3_sub(at, a), way);
     x = length2 > 0 ? fmin(fmax(x / length2, 0), 1) : 0;
     return vec3_distance(vec3_axpy(x, way, a), at);
@@ -159,12 +165,8 @@ static enum status follow_rim(const struct layer *l, const struct drape_rim *rim
     double step = l->settings->drape.spacing[0], length = 0;
     size_t room = 2;
     for (size_t n = 0; n < pieces; n++)
-        length += vec3_distance(vec3_make(rim->x[first + (begin + n) % count],
-                                          rim->y[first + (begin + n) % count],
-                                          rim->z[first + (begin + n) % count]),
-                                vec3_make(rim->x[first + (begin + n + 1) % count],
-                                          rim->y[first + (begin + n + 1) % count],
-                                          rim->z[first + (begin + n + 1) % count]));
+        length += vec3_distance(rim_point(rim, first + (begin + n) % count),
+                                rim_point(rim, first + (begin + n + 1) % count));
     room += (size_t)fmin(2 * length / step, 1e6);
     double own = length / fmax(floor(length / step), 1), ahead = 0, gone = 0;
     if (!line_alloc(line, room, l->arena))
@@ -172,8 +174,7 @@ static enum status follow_rim(const struct layer *l, const struct drape_rim *rim
     for (size_t n = 0; n < pieces; n++) {
         size_t a = first + (begin + n) % count, b = first + (begin + n + 1) % count;
         int32_t face = rim->face ? rim->face[a] : 0;
-        double piece = vec3_distance(vec3_make(rim->x[a], rim->y[a], rim->z[a]),
-                                     vec3_make(rim->x[b], rim->y[b], rim->z[b]));
+        double piece = vec3_distance(rim_point(rim, a), rim_point(rim, b));
         bool leaps = rim->face && rim->face[b] != face, last = n + 1 == pieces;
         while (line->count < room && piece > 0 && !leaps &&
                (ahead <= gone + piece || (last && ahead < length + own / 2))) {
@@ -220,48 +221,86 @@ static enum status along_edge(const struct layer *l, struct course_line *line) {
     if (!(least <= s.spacing[0]))
         return STATUS_START_OFF_SURFACE;
     size_t begin = best, pieces = 1;
-    while (pieces < count && !turns_at(rim, first, count, begin)) {
+    double near = rim_slack * s.spacing[0];
+    while (pieces < count && !turns_at(rim, first, count, begin, near)) {
         begin = (begin + count - 1) % count;
         pieces++;
     }
-    while (pieces < count && !turns_at(rim, first, count, (begin + pieces) % count))
+    while (pieces < count && !turns_at(rim, first, count, (begin + pieces) % count, near))
         pieces++;
     return follow_rim(l, rim, first, count, begin, pieces, line);
 }
 
 /* ---- a course ---- */
 
-/* Where a line is on the part: the arc lengths of its first and last place there; of one that is
- * beyond it everywhere its ends. */
-static void find_range(const struct course_line *line, const bool *inside, double range[2]) {
-    bool found = false;
-    range[0] = line->s[0];
-    range[1] = line->s[line->count - 1];
-    for (size_t k = 0; k < line->count; k++) {
-        if (!inside[k])
-            continue;
-        range[0] = found ? range[0] : line->s[k];
-        range[1] = line->s[k];
-        found = true;
-    }
+static bool is_on_part(const struct layer *l, const struct surface_point *at) {
+    const struct surface *surface = l->surface;
+    const struct trim *trim =
+        surface->shell ? shell_trim(surface->shell, at->surface->face) : l->part->trim;
+    double uv[2], inner[2];
+    for (int x = 0; x < 2; x++)
+        inner[x] = surface_axis_wrap(&at->surface->axis[x], at->uv[x]);
+    surface_outer(at->surface, inner, uv);
+    return !surface_point_is_beyond(at, SURFACE_POINT_BOUNDARY_WIDTH) &&
+           (!trim || trim_contains(trim, uv));
 }
 
 /* Whether places of a line are on the part. */
 static bool *mark_inside(const struct layer *l, const struct course_line *line) {
-    const struct surface *surface = l->surface;
     bool *inside = arena_alloc(l->arena, line->count, sizeof *inside);
-    for (size_t k = 0; inside && k < line->count; k++) {
-        const struct surface_point *at = &line->at[k];
-        const struct trim *trim =
-            surface->shell ? shell_trim(surface->shell, at->surface->face) : l->part->trim;
-        double uv[2], inner[2];
-        for (int x = 0; x < 2; x++)
-            inner[x] = surface_axis_wrap(&at->surface->axis[x], at->uv[x]);
-        surface_outer(at->surface, inner, uv);
-        inside[k] = !surface_point_is_beyond(at, SURFACE_POINT_BOUNDARY_WIDTH) &&
-                    (!trim || trim_contains(trim, uv));
-    }
+    for (size_t k = 0; inside && k < line->count; k++)
+        inside[k] = is_on_part(l, &line->at[k]);
     return inside;
+}
+
+/* The arc length at which a line leaves the part, between one that is on it and one that is not. */
+static double find_exit(const struct layer *l, const struct course_line *line, double on,
+                        double off) {
+    enum { HALVINGS = 24 };
+    struct surface_cursor cursor = {0};
+    for (int k = 0; k < HALVINGS; k++) {
+        struct surface_point at;
+        struct vec3 tangent;
+        double middle = (on + off) / 2;
+        bool there = line_point(line, middle, &cursor, &at, &tangent) && is_on_part(l, &at);
+        *(there ? &on : &off) = middle;
+    }
+    return on;
+}
+
+/* The run of places on the part, or of those that are not, from place k on: the place after it. */
+static size_t end_of_run(const struct course_line *line, const bool *inside, size_t k) {
+    size_t end = k + 1;
+    while (end < line->count && inside[end] == inside[k])
+        end++;
+    return end;
+}
+
+/* From where to where the run from k to before `end` is on the part. */
+static void find_run(const struct layer *l, const struct course_line *line, size_t k, size_t end,
+                     double range[2]) {
+    range[0] = k > 0 ? find_exit(l, line, line->s[k], line->s[k - 1]) : line->s[k];
+    range[1] =
+        end < line->count ? find_exit(l, line, line->s[end - 1], line->s[end]) : line->s[end - 1];
+}
+
+/* Where a line is on the part, from the first end of a run to the last; of one that is beyond it
+ * everywhere its ends. */
+static void find_range(const struct layer *l, const struct course_line *line, const bool *inside,
+                       double range[2]) {
+    bool found = false;
+    double run[2];
+    range[0] = line->s[0];
+    range[1] = line->s[line->count - 1];
+    for (size_t k = 0, end; k < line->count; k = end) {
+        end = end_of_run(line, inside, k);
+        if (!inside[k])
+            continue;
+        find_run(l, line, k, end, run);
+        range[0] = found ? range[0] : run[0];
+        range[1] = run[1];
+        found = true;
+    }
 }
 
 static double range_share(const double range[2], double share) {
@@ -286,20 +325,38 @@ static enum status set_places(const struct layer *l, const struct course_line *e
     return STATUS_OK;
 }
 
-/* Gap and overlap between a course's near edge and the line it is laid along, on the part, by the
- * rule of Simpson; of the overlap the sign of the distance tells. */
-static void measure_gap(const struct line_distance *distance, const double range[2],
-                        struct course *course, bool first) {
+/* Gap and overlap between a course's near edge and a run of the line it is laid along, on the part,
+ * by the rule of Simpson; of the overlap the sign of the distance tells. */
+static void add_gap(const struct line_distance *distance, double from, double to,
+                    struct course *course, bool first) {
     enum { INTERVALS = 256 };
-    double h = (range[1] - range[0]) / INTERVALS;
+    double h = (to - from) / INTERVALS;
     for (int k = 0; k <= INTERVALS; k++) {
-        double at = line_distance_at(distance, range[0] + k * h), size = fabs(at);
+        double at = line_distance_at(distance, from + k * h), size = fabs(at);
         double weight = (k == 0 || k == INTERVALS ? 1 : k % 2 ? 4 : 2) * h / 3;
-        course->gap[0] = k == 0 ? at : fmin(course->gap[0], at);
-        course->gap[1] = k == 0 ? at : fmax(course->gap[1], at);
+        course->gap[0] = fmin(course->gap[0], at);
+        course->gap[1] = fmax(course->gap[1], at);
         if (!first)
             *(at < 0 ? &course->overlap_area : &course->gap_area) += weight * size;
     }
+}
+
+/* The same of all runs of the line that are on the part. */
+static void measure_gap(const struct layer *l, const struct line_distance *distance,
+                        const struct course_line *line, const bool *inside, struct course *course,
+                        bool first) {
+    course->gap[0] = HUGE_VAL;
+    course->gap[1] = -HUGE_VAL;
+    for (size_t k = 0, end; k < line->count; k = end) {
+        end = end_of_run(line, inside, k);
+        if (!inside[k])
+            continue;
+        double run[2];
+        find_run(l, line, k, end, run);
+        add_gap(distance, run[0], run[1], course, first);
+    }
+    if (course->gap[0] > course->gap[1]) /* it is beyond the part */
+        course->gap[0] = course->gap[1] = line_distance_at(distance, distance->from);
 }
 
 /* The near edge of a course at its distance from a line. */
@@ -313,11 +370,11 @@ static enum status lay_edge(const struct layer *l, const struct course_line *lin
             s->gap_count ? &s->gaps[(number < s->gap_count ? number : s->gap_count) - 1] : NULL;
     size_t count = offset && offset->count ? offset->count : 1, middle;
     for (size_t k = 0; offset && k < offset->count; k++)
-        values[k] = (s->to_right ? -1 : 1) * offset->values[k];
+        values[k] = (l->to_right ? -1 : 1) * offset->values[k];
     bool *inside = mark_inside(l, line);
     if (!inside)
         return STATUS_OUT_OF_MEMORY;
-    find_range(line, inside, range);
+    find_range(l, line, inside, range);
     struct line_distance distance = {values, count, range[0], range[1]};
     double origin = of_list(s->origins, s->origin_count, number, 0.5);
     enum status status = line_parallel(line, &distance, range_share(range, origin),
@@ -326,7 +383,7 @@ static enum status lay_edge(const struct layer *l, const struct course_line *lin
         return status;
     for (size_t k = 0; k < count; k++)
         values[k] = offset && offset->count ? offset->values[k] : 0;
-    measure_gap(&distance, range, course, number == 0);
+    measure_gap(l, &distance, line, inside, course, number == 0);
     return set_places(l, edge, middle, course);
 }
 
@@ -346,9 +403,8 @@ static double most_from_wanted(const struct drape_cells *cells, struct vec3 want
 }
 
 /* Widens a range by the straight piece of the rim between two points, as far as it lies in the rows
- * of the cloth; by that piece's line up to the row that it ends short of, if that is one cell away.
- */
-static void add_rim_piece(const struct drape_rim *rim, size_t from, size_t to, bool ends,
+ * of the cloth. */
+static void add_rim_piece(const struct drape_rim *rim, size_t from, size_t to,
                           const int32_t rows[2], double range[2]) {
     const double slack = 1e-6;
     double dp = rim->p[to] - rim->p[from], dq = rim->q[to] - rim->q[from], share[2] = {0, 1};
@@ -360,7 +416,7 @@ static void add_rim_piece(const struct drape_rim *rim, size_t from, size_t to, b
         else if (away > slack)
             return;
         else if (by < -slack * slack)
-            share[1] = ends && away - by > -1 ? away / by : fmin(share[1], away / by);
+            share[1] = fmin(share[1], away / by);
     }
     for (int end = 0; end < 2 && share[0] <= share[1] + slack; end++) {
         range[0] = fmin(range[0], rim->p[from] + share[end] * dp);
@@ -368,13 +424,32 @@ static void add_rim_piece(const struct drape_rim *rim, size_t from, size_t to, b
     }
 }
 
-/* From end to end of the cloth on the part, in p: its nodes, and where the part's edge cuts it. */
+/* Widens a range by where an edge of the cloth, whose point k is that of column `first` + k, is on
+ * the part. */
+static bool add_edge(const struct layer *l, const struct course_line *edge, int32_t first,
+                     double range[2]) {
+    bool *inside = mark_inside(l, edge);
+    double run[2];
+    for (size_t k = 0, end; inside && k < edge->count; k = end) {
+        end = end_of_run(edge, inside, k);
+        if (!inside[k])
+            continue;
+        find_run(l, edge, k, end, run);
+        double before = k > 0 ? (edge->s[k] - run[0]) / (edge->s[k] - edge->s[k - 1]) : 0;
+        double after =
+            end < edge->count ? (run[1] - edge->s[end - 1]) / (edge->s[end] - edge->s[end - 1]) : 0;
+        range[0] = fmin(range[0], first + (double)k - before);
+        range[1] = fmax(range[1], first + (double)(end - 1) + after);
+    }
+    return inside;
+}
+
+/* From end to end of the cloth on the part, in p: its nodes, where the part's edge cuts it, and its
+ * own edges. */
 static void find_cloth_ends(const struct drape_result *net, const int32_t rows[2],
                             double range[2]) {
     const struct drape_nodes *nodes = &net->nodes;
     const struct drape_rim *rim = &net->rim;
-    range[0] = HUGE_VAL;
-    range[1] = -HUGE_VAL;
     for (size_t k = 0; k < nodes->count; k++) {
         range[0] = fmin(range[0], nodes->i[k]);
         range[1] = fmax(range[1], nodes->i[k]);
@@ -382,38 +457,32 @@ static void find_cloth_ends(const struct drape_result *net, const int32_t rows[2
     for (size_t begin = 0, end; begin < rim->count; begin = end) {
         for (end = begin; end < rim->count && rim->loop[end] == rim->loop[begin];)
             end++;
-        for (size_t n = 0, count = end - begin; n < count; n++) {
-            size_t at[4];
-            for (size_t k = 0; k < 4; k++)
-                at[k] = begin + (n + count - 1 + k) % count;
-            if (!rim->covered[at[1]] || !rim->covered[at[2]])
-                continue;
-            add_rim_piece(rim, at[1], at[2], !rim->covered[at[3]], rows, range);
-            add_rim_piece(rim, at[2], at[1], !rim->covered[at[0]], rows, range);
+        for (size_t k = begin; k < end; k++) {
+            size_t next = k + 1 < end ? k + 1 : begin;
+            if (rim->covered[k] && rim->covered[next])
+                add_rim_piece(rim, k, next, rows, range);
         }
     }
 }
 
-static void measure_course(const struct layer *l, const struct drape_settings *s,
-                           const struct drape_statistics *statistics, struct course *course) {
+/* What a course is, by its ends on the part in p. */
+static void measure_course(const struct layer *l, const double ends[2], struct course *course) {
     const struct courses_settings *settings = l->settings;
-    bool asked = vec3_norm2(settings->wanted) > 0;
-    find_cloth_ends(&course->net, s->extent[1], course->ends);
     for (int k = 0; k < 2; k++)
-        course->ends[k] = s->spacing[0] * course->ends[k] + (k ? 1 : -1) * settings->ends;
+        course->ends[k] = course->spacing[0] * ends[k] + (k ? 1 : -1) * settings->ends;
     course->cut_length = fmax(course->ends[1] - course->ends[0], 0);
     course->area = course->width * course->cut_length;
     course->net_area = course->net.summary.flat_area;
     course->trim_area = fmax(course->area - course->net_area, 0);
-    course->wanted_deg = asked ? statistics->wanted_deg : 0;
-    if (asked)
+    if (vec3_norm2(settings->wanted) > 0)
         course->wanted_most_deg = fmax(most_from_wanted(&course->net.cells, settings->wanted),
                                        most_from_wanted(&course->net.cut.cells, settings->wanted));
 }
 
-/* The net of a course along its places; `row` gets its far edge. */
+/* The net of a course along its places; `row` gets its far edge, `ends` are widened by its cloth.
+ */
 static enum status drape_course(const struct layer *l, size_t number, struct course *course,
-                                struct drape_row *row) {
+                                struct drape_row *row, double ends[2]) {
     const struct courses_settings *settings = l->settings;
     struct drape_settings s = settings->drape;
     struct drape_statistics *statistics = arena_alloc(l->arena, 1, sizeof *statistics);
@@ -431,7 +500,8 @@ static enum status drape_course(const struct layer *l, size_t number, struct cou
     /* Left of warp is that of the normal of the start's face. */
     const struct shell *shell = l->surface->shell;
     bool turned = shell && shell_side(shell, course->places[course->place_start].face) < 0;
-    bool right = settings->to_right != turned;
+    bool right = l->to_right != turned;
+    course->to_right = right;
     s.has_extent[0] = false;
     s.has_extent[1] = true;
     s.extent[1][0] = right ? -course->rows : 0;
@@ -441,9 +511,12 @@ static enum status drape_course(const struct layer *l, size_t number, struct cou
     statistics->wanted = settings->wanted;
     s.statistics = statistics;
     enum status status = drape_solve(l->part, &s, l->monitor, l->arena, &course->net);
-    if (status == STATUS_OK)
-        measure_course(l, &s, statistics, course);
-    return status;
+    if (status != STATUS_OK)
+        return status;
+    find_cloth_ends(&course->net, s.extent[1], ends);
+    if (vec3_norm2(settings->wanted) > 0)
+        course->wanted_deg = statistics->wanted_deg;
+    return STATUS_OK;
 }
 
 /* The far edge as a line, in the sense of warp. */
@@ -473,41 +546,75 @@ static void add_up(struct courses_result *result, const struct course *course, d
     result->cloth_coverage += (summary->cloth_area - course->overlap_area) / part_area;
 }
 
-/* One course after the other, each along the far edge of the one before. */
-static enum status lay_all(const struct layer *l, struct course_line *line,
-                           struct courses_result *result) {
-    const struct courses_settings *s = l->settings;
-    size_t most = s->most ? s->most : COURSES_MAX, before;
-    result->courses = arena_alloc(l->arena, most, sizeof *result->courses);
-    if (!result->courses)
+/* The course beside a line: its near edge, its net, its figures; `line` becomes its far edge, or
+ * stays where it has none. `more`: whether that is on the part. */
+static enum status lay_course(const struct layer *l, size_t number, struct course *course,
+                              struct course_line *line, struct course_line *near, bool *more) {
+    struct drape_row row = {0};
+    double ends[2] = {HUGE_VAL, -HUGE_VAL};
+    size_t before;
+    *more = false;
+    enum status status =
+        line_extend(line, l->settings->drape.spacing[0], most_of_line * l->size, l->arena, &before);
+    if (status == STATUS_OK)
+        status = lay_edge(l, line, number, course, near);
+    if (status == STATUS_OK)
+        status = drape_course(l, number, course, &row, ends);
+    if (status != STATUS_OK)
+        return status;
+    for (size_t k = 0; k < row.count; k++)
+        *more = *more || row.inside[k];
+    if (*more || row.count >= 2)
+        status = line_of_row(l, &row, line);
+    if (status == STATUS_OK && row.count >= 2 && !add_edge(l, line, row.first, ends))
         return STATUS_OUT_OF_MEMORY;
+    if (!add_edge(l, near, -(int32_t)course->place_start, ends))
+        return STATUS_OUT_OF_MEMORY;
+    measure_course(l, ends, course);
+    return status;
+}
+
+/* One course after the other, the next one along a line, each other along the far edge of the one
+ * before. `near` gets the near edge of the first of them. */
+static enum status lay_side(const struct layer *l, struct course_line *line, size_t most,
+                            struct courses_result *result, struct course_line *near) {
+    size_t begin = result->count;
     for (bool more = true; more && result->count < most;) {
         struct course *course = &result->courses[result->count];
         struct course_line edge;
-        struct drape_row row = {0};
         result->faulty = result->count;
-        enum status status =
-            line_extend(line, s->drape.spacing[0], most_of_line * l->size, l->arena, &before);
-        if (status == STATUS_OK)
-            status = lay_edge(l, line, result->count, course, &edge);
-        if (status == STATUS_OK)
-            status = drape_course(l, result->count, course, &row);
+        enum status status = lay_course(l, result->count, course, line, &edge, &more);
         bool lies = status == STATUS_OK && course->net_area > 0;
         if (result->count > 0 && (status == STATUS_START_STUCK || (status == STATUS_OK && !lies)))
             return STATUS_OK;
         if (status != STATUS_OK)
             return status;
+        if (result->count == begin)
+            *near = edge;
         add_up(result, course, l->part_area);
         result->count++;
-        more = false;
-        for (size_t k = 0; k < row.count; k++)
-            more = more || row.inside[k];
-        if (more)
-            status = line_of_row(l, &row, line);
-        if (status != STATUS_OK)
-            return status;
     }
     return STATUS_OK;
+}
+
+/* All courses: those of one side, and from the first one's near edge those of the other. */
+static enum status lay_all(struct layer *l, struct course_line *line,
+                           struct courses_result *result) {
+    size_t most = l->settings->most ? l->settings->most : COURSES_MAX;
+    struct course_line near = {.count = 0}, other;
+    result->courses = arena_alloc(l->arena, most, sizeof *result->courses);
+    if (!result->courses)
+        return STATUS_OUT_OF_MEMORY;
+    enum status status = lay_side(l, line, most, result, &near);
+    if (status != STATUS_OK || !l->settings->both || near.count == 0)
+        return status;
+    bool *inside = mark_inside(l, &near), any = false;
+    if (!inside)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < near.count; k++)
+        any = any || inside[k];
+    l->to_right = !l->to_right;
+    return any ? lay_side(l, &near, most, result, &other) : STATUS_OK;
 }
 
 /* The component of a shell that the line lies on, with all normals on the side of its first face.
@@ -552,7 +659,8 @@ enum status courses_lay(const struct drape_part *part, const struct courses_sett
                       .settings = settings,
                       .monitor = monitor,
                       .arena = arena,
-                      .surface = part->surface};
+                      .surface = part->surface,
+                      .to_right = settings->to_right};
     enum status status = STATUS_OK;
     struct course_line line;
     struct vec3 centroid;

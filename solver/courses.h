@@ -38,6 +38,7 @@ struct courses_settings {
     struct vec3 edge; /* COURSES_ALONG_EDGE: a point next to it */
     const struct vec3 *path;
     size_t path_count;    /* COURSES_ALONG_PATH: at least 2 */
+    bool both;            /* then to the other side too, from the first course's near edge on */
     bool to_right;        /* the courses follow each other to the right of warp, else to the left:
                              against the normal of the part, of several faces on the first's side */
     const double *widths; /* of the courses in order, > 0, the last of all that follow */
@@ -57,15 +58,16 @@ struct courses_settings {
 /* A course. Lengths and areas are those of the flat cloth where nothing else is said. */
 struct course {
     double width;
-    int32_t rows;      /* cells across; weft's index is 0 at the near edge */
-    double spacing[2]; /* of its net */
-    double ends[2];    /* where it is cut, as lengths along warp from its origin */
-    double cut_length; /* between them: from end to end of the part, to a tenth of a spacing, and
-                          `ends` twice */
-    double area;       /* that is cut from the roll: width times cut length */
-    double net_area;   /* of it on the part */
-    double trim_area;  /* the rest */
-    double wanted_deg; /* mean angle by area between warp and the wanted direction, and */
+    bool to_right;          /* of its near edge, at which weft's index is 0 */
+    int32_t rows;           /* cells across */
+    double spacing[2];      /* of its net */
+    double ends[2];         /* where it is cut, as lengths along warp from its origin */
+    double cut_length;      /* between them: from end to end of the part, and
+                               `ends` twice */
+    double area;            /* that is cut from the roll: width times cut length */
+    double net_area;        /* of it on the part */
+    double trim_area;       /* the rest */
+    double wanted_deg;      /* mean angle by area between warp and the wanted direction, and */
     double wanted_most_deg; /* the greatest of a cell, 0..90; 0 where it is not asked for */
     double gap[2];          /* least and greatest distance from the course before, on the part;
                                of the first one from the line */
@@ -86,7 +88,8 @@ struct courses_result {
 };
 
 /*
- * Lays courses until the far edge of one has no place on the part. Of a shell the component of the
+ * Lays courses until the far edge of one has no place on the part; where that is so of the first
+ * one it is the only one, and may have no cloth there. Of a shell the component of the
  * start's face, or of that nearest to the edge or path, is covered.
  *
  * Errors: as `drape_solve`; STATUS_INVALID of a mesh, of a width, gap or origin out of range, and

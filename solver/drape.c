@@ -183,6 +183,31 @@ static enum status begin_on_mesh(struct march *march, int *faulty) {
     return status == STATUS_OK ? start_find_on_mesh(march, faulty) : status;
 }
 
+/* Whether the places of a generator are of the part's faces, and each about a spacing from the one
+ * before: a chord is shorter, and the continuation of a part bends, so that they spread there. */
+static bool are_places(const struct drape_part *part, const struct drape_generator *warp,
+                       double spacing) {
+    static const double shortest = 0.3, longest = 1.5;
+    struct surface_cursor cursor = {0};
+    struct surface_point before, at;
+    for (size_t k = 0; k < warp->place_count; k++, before = at) {
+        const struct drape_place *place = &warp->places[k];
+        if (part->shell &&
+            (place->face < 0 || (size_t)place->face >= shell_face_count(part->shell)))
+            return false;
+        const struct surface *surface =
+            part->shell ? shell_surface(part->shell, place->face) : part->surface;
+        double inner[2];
+        surface_inner(surface, place->uv, inner);
+        if (!surface_point_at(surface, &cursor, inner, &at))
+            return false;
+        double step = k > 0 ? vec3_distance(at.jet.r, before.jet.r) / spacing : 1;
+        if (!(step >= shortest && step <= longest))
+            return false;
+    }
+    return true;
+}
+
 /* Where the march is to start: as its settings have it or, unless it is NULL, at a place `at` of
  * the part, by its inner parameters. */
 static enum status begin(const struct drape_part *part, const struct shell_point *at,
@@ -196,12 +221,12 @@ static enum status begin(const struct drape_part *part, const struct shell_point
     struct shell_point place = {.face = s->start_face};
     struct shell *oriented;
     if (part->mesh)
-        return begin_on_mesh(march, faulty);
+        return by_places ? STATUS_INVALID : begin_on_mesh(march, faulty);
     if (by_places) {
         const struct drape_place *first = &warp->places[warp->place_start];
         place.face = first->face;
-        if (shell && (place.face < 0 || (size_t)place.face >= shell_face_count(shell)))
-            return STATUS_START_OFF_SURFACE;
+        if (!are_places(part, warp, s->spacing[0]))
+            return STATUS_INVALID;
         surface_inner(shell ? shell_surface(shell, place.face) : part->surface, first->uv,
                       place.inner);
         at = &place;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/json/value.h"
 #include "api/request/members.h"
-#include "laminate.h"
+#include "courses.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -10,6 +10,10 @@ enum { POLYGON_MAX = 100000 };
 
 int laminate_layers(const struct laminate_ply *ply) {
     return ply->repeat * ply->drape.fabric.plies;
+}
+
+bool laminate_is_split(const struct laminate_ply *ply) {
+    return ply->pieces && !ply->pieces->courses;
 }
 
 struct api_request laminate_drape(const struct laminate *laminate, size_t k) {
@@ -118,14 +122,15 @@ static void decode_pieces(const struct json_value *json, const struct api_reques
                           struct laminate_pieces *pieces) {
     static const char *const keys[] = {
         "at",        "name",   "fabric",       "start", "direction", "generators", "method",
-        "yarn_path", "extent", "permeability", "cuts",  "energy",    NULL};
+        "yarn_path", "extent", "permeability", "cuts",  "energy",    "course",     NULL};
     size_t count;
-    if (!decode_count(json, 0, LAMINATE_PIECES_MAX, "pieces", &count))
+    bool laid = pieces->courses != NULL;
+    if (!decode_count(json, 0, laid ? LAMINATE_COURSES_MAX : LAMINATE_PIECES_MAX, "pieces", &count))
         return;
     struct laminate_piece *list = json_tree_alloc(json->tree, count + 1, sizeof *list);
     for (size_t k = 0; k < count && list; k++) {
         struct json_value own = value_element(json, k), at = value_member(&own, "at");
-        struct json_value name = value_member(&own, "name");
+        struct json_value name = value_member(&own, "name"), course = value_member(&own, "course");
         char *text = json_tree_alloc(json->tree, LAMINATE_NAME_MAX + 1, 1);
         list[k] = (struct laminate_piece){.name = text, .drape = *ply};
         list[k].drape.settings.start_kind = DRAPE_START_CENTROID;
@@ -134,7 +139,13 @@ static void decode_pieces(const struct json_value *json, const struct api_reques
         (void)snprintf(text, LAMINATE_NAME_MAX + 1, "piece_%zu", k + 1);
         if (value_given(&name))
             decode_name(&name, LAMINATE_NAME_MAX, text);
-        value_vector(&at, decode_coordinates, 3, &list[k].at.x);
+        if (laid)
+            courses_decode_figures(&course, list[k].figures);
+        else
+            value_vector(&at, decode_coordinates, 3, &list[k].at.x);
+        if (value_given(laid ? &at : &course))
+            value_fault(laid ? &at : &course,
+                        laid ? "must be left out of a course" : "is of pieces that are courses");
         decode_ply(&own, &list[k].drape);
         for (size_t n = 0; n < k; n++)
             if (strcmp(list[n].name, text) == 0)
@@ -142,6 +153,19 @@ static void decode_pieces(const struct json_value *json, const struct api_reques
     }
     pieces->pieces = list;
     pieces->count = list ? count : 0;
+}
+
+/* `courses` of a ply; and `pieces`, as what was understood has them. */
+static void decode_courses_of_ply(const struct json_value *json, struct laminate_ply *ply) {
+    struct json_value list = value_member(json, "pieces");
+    struct laminate_pieces *pieces = json_tree_alloc(json->tree, 1, sizeof *pieces);
+    if (!pieces)
+        return;
+    pieces->ply = ply->drape;
+    pieces->courses = courses_decode(json, &ply->drape);
+    ply->pieces = pieces->courses ? pieces : NULL;
+    if (value_given(&list) && pieces->courses)
+        decode_pieces(&list, &ply->drape, pieces);
 }
 
 /* `splits`, `seam` and `pieces` of a ply. */
@@ -178,7 +202,8 @@ static void decode_laminate_ply(const struct json_value *json, const struct api_
                                        "fabric",       "start",     "direction",  "generators",
                                        "method",       "yarn_path", "extent",     "permeability",
                                        "areal_weight", "cuts",      "splits",     "seam",
-                                       "pieces",       "energy",    NULL};
+                                       "pieces",       "energy",    "courses",    NULL};
+    struct json_value courses = value_member(json, "courses");
     struct json_value name = value_member(json, "name"), repeat = value_member(json, "repeat");
     struct json_value law = value_member(json, "compaction");
     struct json_value boundary = value_member(json, "boundary");
@@ -202,7 +227,10 @@ static void decode_laminate_ply(const struct json_value *json, const struct api_
         decode_compaction(&law, &ply->law);
     if (value_given(&boundary))
         decode_boundary(&boundary, &common->surface, &ply->boundary);
-    decode_division(json, ply);
+    if (value_given(&courses))
+        decode_courses_of_ply(json, ply);
+    else
+        decode_division(json, ply);
 }
 
 /* ---- the stack ---- */

@@ -261,14 +261,13 @@ static enum api_problem_id find_region(const struct laminate *laminate,
         return problem->id;
     shape->partial = ends_bare(flat, shape->piece, cloth->columns.grid.spacing);
     shape->region_area = polygons_area(&shape->piece->region);
-    shape->part_area = cloth->columns.summary.part_area;
     return API_OK;
 }
 
 bool flat_plies_siblings(const struct flat_plies *shapes, const struct laminate *laminate,
-                         size_t first, const struct flat_ply *siblings[LAMINATE_PIECES_MAX]) {
+                         size_t first, const struct flat_ply *siblings[LAMINATE_SIBLINGS_MAX]) {
     const struct laminate_ply *own = &laminate->plies[shapes->shapes[first].ply];
-    memset(siblings, 0, LAMINATE_PIECES_MAX * sizeof *siblings);
+    memset(siblings, 0, LAMINATE_SIBLINGS_MAX * sizeof *siblings);
     for (size_t n = first; own->pieces && n < shapes->count; n++) {
         const struct laminate_ply *ply = &laminate->plies[shapes->shapes[n].ply];
         if (ply->number == own->number)
@@ -315,12 +314,28 @@ static void cover_with_pieces(const struct laminate_pieces *pieces, struct flat_
         first[n].covered = whole ? 1 : fmin(area / first[n].part_area, 1);
 }
 
+/* Likewise of courses, whose gaps are asked for. */
+static void cover_with_courses(const struct laminate *laminate, struct flat_ply *first,
+                               size_t count) {
+    double covered = 0, gaps = 0;
+    for (size_t n = 0; n < count; n++) {
+        const struct laminate_ply *ply = &laminate->plies[first[n].ply];
+        const double *own = ply->pieces->pieces[ply->piece].figures;
+        covered += own[COURSE_COVERAGE];
+        gaps += own[COURSE_GAP_AREA] / first[n].part_area;
+    }
+    for (size_t n = 0; n < count; n++) {
+        first[n].covered = fmin(covered, 1);
+        first[n].partial = covered + gaps < DRAPE_COMPLETE_COVERAGE;
+    }
+}
+
 /* The pieces of the ply whose first shape that is. */
 static enum api_problem_id sew_pieces(const struct laminate *laminate,
                                       const struct api_reader *const *nets, size_t first,
                                       struct map_net *cloth, struct arena *arena,
                                       struct flat_plies *shapes, struct api_problem *problem) {
-    const struct flat_ply *siblings[LAMINATE_PIECES_MAX];
+    const struct flat_ply *siblings[LAMINATE_SIBLINGS_MAX];
     size_t count = 0;
     if (!flat_plies_siblings(shapes, laminate, first, siblings))
         return API_OK;
@@ -330,11 +345,16 @@ static enum api_problem_id sew_pieces(const struct laminate *laminate,
         if (!siblings[n])
             continue;
         struct flat_ply *own = &shapes->shapes[first + count++];
+        if (ply->pieces->courses)
+            continue;
         (void)!sew_piece(laminate, siblings, nets[laminate->plies[own->ply].net], cloth, arena, own,
                          problem);
         arena_rewind(arena, mark);
     }
-    cover_with_pieces(ply->pieces, &shapes->shapes[first], count);
+    if (ply->pieces->courses)
+        cover_with_courses(laminate, &shapes->shapes[first], count);
+    else
+        cover_with_pieces(ply->pieces, &shapes->shapes[first], count);
     return problem->id;
 }
 
@@ -348,11 +368,12 @@ static enum api_problem_id make_flat_ply(const struct laminate *laminate,
         return problem->id;
     const struct api_summary *summary = &cloth->columns.summary;
     (void)!flat_pattern_make(&flat, reader, &cloth->columns, tolerance, problem);
+    shape->part_area = summary->part_area;
     shape->cut = flat.polygons;
     flat.polygons = (struct polygons){0};
     if (problem->id == API_OK && !take_lip_notches(&flat, cloth->columns.grid.spacing, shape))
         api_problem_no_memory(problem, "the patterns");
-    if (problem->id == API_OK && laminate->plies[shape->ply].pieces) {
+    if (problem->id == API_OK && laminate_is_split(&laminate->plies[shape->ply])) {
         (void)!find_region(laminate, reader, cloth, &flat, arena, shape, problem);
         flat_pattern_free(&flat);
         return problem->id;

@@ -43,7 +43,7 @@ struct flat_plies {
 /* The shapes of the pieces of the ply that shape `first` is a piece of: as many as the ply has from
  * there on, NULL where one has no net. False where the ply is of one. */
 bool flat_plies_siblings(const struct flat_plies *shapes, const struct laminate *laminate,
-                         size_t first, const struct flat_ply *siblings[LAMINATE_PIECES_MAX]);
+                         size_t first, const struct flat_ply *siblings[LAMINATE_SIBLINGS_MAX]);
 
 /* Of one ply (from 0) with all its pieces, or of all; plies whose net is NULL have none.
  * API_INVALID_REQUEST (a boundary that cannot be followed), API_INTERNAL, API_OUT_OF_MEMORY. To be

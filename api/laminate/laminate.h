@@ -7,9 +7,10 @@
  * itself, h_k = side (sum_(i<k) n_i t_i + n_k t_k / 2) for plies of n layers of the thickness t.
  * Plies whose drapes are the same in every respect share one.
  *
- * A ply may be divided along splits into pieces. Each is a drape of the whole part, of which the
- * cloth in its region is kept. Once a laminate is resolved, every piece has an entry of its own
- * among `plies`; those of one ply follow each other.
+ * A ply may be divided along splits into pieces, each a drape of the whole part, of which the cloth
+ * in its region is kept; or be laid in courses, each a drape as wide as its roll. Once a laminate
+ * is resolved, every piece has an entry of its own among `plies`; those of one ply follow each
+ * other.
  */
 #ifndef API_LAMINATE_LAMINATE_H
 #define API_LAMINATE_LAMINATE_H
@@ -19,12 +20,18 @@
 #include "api/problem.h"
 #include "api/request/request.h"
 #include "solver/arena.h"
+#include "solver/courses.h"
 #include "solver/stack.h"
 
 enum { LAMINATE_PLIES_MAX = 1000, LAMINATE_NAME_MAX = 64, LAMINATE_REPEAT_MAX = 10000 };
 
-/* Splits of a ply and its pieces, at the most. */
-enum { LAMINATE_SPLITS_MAX = 64, LAMINATE_PIECES_MAX = 64 };
+/* Splits of a ply, pieces between them, and its courses, at the most. */
+enum {
+    LAMINATE_SPLITS_MAX = 64,
+    LAMINATE_PIECES_MAX = 64,
+    LAMINATE_COURSES_MAX = COURSES_MAX - 1,
+    LAMINATE_SIBLINGS_MAX = COURSES_MAX
+};
 
 /* A closed line of points in space. */
 struct laminate_loop {
@@ -50,15 +57,46 @@ struct laminate_seam {
     enum laminate_over over;
 };
 
+/* The figures of a course, as of `struct course`; names are in `course_figure_names`. */
+enum course_figure {
+    COURSE_WIDTH,
+    COURSE_CUT_LENGTH,
+    COURSE_AREA,
+    COURSE_NET_AREA,
+    COURSE_TRIM_AREA,
+    COURSE_COVERAGE, /* share of the part under it, but not under the one beside it */
+    COURSE_MEAN_SHEAR,
+    COURSE_MAX_SHEAR,
+    COURSE_WANTED,
+    COURSE_WANTED_MOST,
+    COURSE_GAP_LEAST,
+    COURSE_GAP_MOST,
+    COURSE_GAP_AREA,
+    COURSE_OVERLAP_AREA,
+    COURSE_STAGGER, /* least distance of its near edge, in space, from such of the nearest ply below
+                       that has courses; -1: there is none */
+    COURSE_FIGURES
+};
+extern const char *const course_figure_names[COURSE_FIGURES + 1]; /* then NULL */
+
+/* What is asked for: all of `lay` but its drape. */
+struct laminate_courses {
+    struct courses_settings lay;
+    double stagger; /* each ply with courses but the first is laid back by so much more */
+};
+
 struct laminate_piece {
     const char *name;
-    struct vec3 at; /* a place in its region */
+    struct vec3 at; /* a place in its region; not of a course */
+    double figures[COURSE_FIGURES];
     struct api_request drape;
 };
 
-/* How a ply is divided. Its pieces are those of the request, once resolved those of all regions. */
+/* How a ply is divided: along splits, or into courses, whose drapes are their pieces. Pieces are
+ * those of the request, once resolved those of all regions, or all courses. */
 struct laminate_pieces {
-    const struct drape_cut_line *splits; /* lines on the part from edge to edge, or closed */
+    const struct laminate_courses *courses; /* NULL: along splits */
+    const struct drape_cut_line *splits;    /* lines on the part from edge to edge, or closed */
     size_t split_count;
     struct laminate_seam seam;
     const struct laminate_piece *pieces;
@@ -99,6 +137,9 @@ struct laminate {
 /* Layers of a ply. */
 int laminate_layers(const struct laminate_ply *ply);
 
+/* Whether the ply is of several pieces between splits. */
+bool laminate_is_split(const struct laminate_ply *ply);
+
 /* What to call a ply, or a piece of one: "skin", "skin, left". */
 enum { LAMINATE_TITLE_SIZE = 2 * LAMINATE_NAME_MAX + 3 };
 void laminate_title(const struct laminate_ply *ply, char title[LAMINATE_TITLE_SIZE]);
@@ -124,10 +165,10 @@ enum api_problem_id laminate_decode(const struct api_input *input, const struct 
 
 /*
  * Then, with the surface at hand: divides plies into their pieces, each of which starts in the
- * middle of its region unless it says where; makes of boundaries in the surface's parameters such
- * in space; lets a ply with a boundary and no start of its own start in the middle of that; and
- * finds out which plies share a drape. API_OK, API_DEGENERATE_SURFACE, API_INVALID_REQUEST or
- * API_OUT_OF_MEMORY.
+ * middle of its region unless it says where; lays courses; makes of boundaries in the surface's
+ * parameters such in space; lets a ply with a boundary and no start of its own start in the middle
+ * of that; and finds out which plies share a drape. API_OK, API_DEGENERATE_SURFACE,
+ * API_INVALID_REQUEST or API_OUT_OF_MEMORY.
  */
 enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api_limits *limits,
                                      struct arena *arena,

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/request/normalise.h"
-#include "laminate.h"
+#include "courses.h"
 
-/* The splits and the seam of a ply, and all of its pieces. */
-static void normalise_pieces(struct api_text *text, const struct laminate_pieces *pieces) {
+/* The splits and the seam of a ply. */
+static void normalise_splits(struct api_text *text, const struct laminate_pieces *pieces) {
     static const char *const over[] = {NULL, "first", "last"};
     const struct laminate_seam *seam = &pieces->seam;
     api_text_key(text, "splits");
@@ -21,12 +21,26 @@ static void normalise_pieces(struct api_text *text, const struct laminate_pieces
             api_text_key_string(text, "over", over[seam->over]);
         api_text_raw(text, "}");
     }
+}
+
+/* How a ply is divided, and all of its pieces. */
+static void normalise_pieces(struct api_text *text, const struct laminate_pieces *pieces) {
+    if (pieces->courses)
+        courses_normalise(text, pieces->courses);
+    else
+        normalise_splits(text, pieces);
     api_text_key(text, "pieces");
     for (size_t k = 0; k < pieces->count; k++) {
         const struct laminate_piece *own = &pieces->pieces[k];
         api_text_raw(text, k ? ",{" : "[{");
         api_text_key_string(text, "name", own->name);
-        api_text_key_numbers(text, "at", &own->at.x, 3);
+        if (pieces->courses) {
+            api_text_key_object(text, "course");
+            courses_write_figures(text, own->figures);
+            api_text_raw(text, "}");
+        } else {
+            api_text_key_numbers(text, "at", &own->at.x, 3);
+        }
         api_normalise_cloth(text, &own->drape, NULL);
         if (own->drape.settings.cut_count == 0 && pieces->ply.settings.cut_count)
             api_text_key_rows(text, "cuts", NULL, 1, 0);

@@ -4,6 +4,7 @@
 #include "api/format/html.h"
 #include "api/format/pattern.h"
 #include "api/result/stored_cuts.h"
+#include "courses.h"
 #include "seams.h"
 #include <math.h>
 
@@ -94,7 +95,10 @@ static void write_ply_row(struct ply_book *book, size_t k) {
     next_table_cell(text);
     write_start_point(book);
     next_table_cell(text);
-    api_text_raw(text, ply->boundary.count ? "its own" : ply->pieces ? "its splits" : "the part");
+    api_text_raw(text, ply->boundary.count      ? "its own"
+                       : laminate_is_split(ply) ? "its splits"
+                       : ply->pieces            ? "its roll"
+                                                : "the part");
     next_table_cell(text);
     if (shape_of(book, k))
         html_say(text, "%.5g", ply_area(book, k));
@@ -250,7 +254,7 @@ static void write_seams(struct ply_book *book) {
         const struct laminate_ply *ply = &book->laminate->plies[shapes->shapes[n].ply];
         const struct seam *seams;
         size_t count = 0;
-        if (!ply->pieces ||
+        if (!laminate_is_split(ply) ||
             (n > 0 && book->laminate->plies[shapes->shapes[n - 1].ply].number == ply->number))
             continue;
         if (!seams_make(book->laminate, shapes, n, text->arena, &seams, &count)) {
@@ -279,6 +283,56 @@ static void write_seams(struct ply_book *book) {
             html_say(text, "%.5g", seams[k].overlap_area);
             next_table_cell(text);
             html_say(text, "%.5g", seams[k].gap_area);
+            api_text_raw(text, "</td></tr>\n");
+        }
+    }
+    api_text_raw(text, any ? "</table>\n" : "");
+}
+
+/* The courses of all plies that have them: of each, and of the ply. */
+static void write_courses(struct ply_book *book) {
+    static const char *const heads[COURSE_FIGURES] = {"Width",
+                                                      "Cut length",
+                                                      "From the roll, area",
+                                                      "On the part, area",
+                                                      "Trimmed, area",
+                                                      "Share of the part",
+                                                      "Shear, mean",
+                                                      "greatest",
+                                                      "Deviation, mean",
+                                                      "greatest",
+                                                      "Gap, least",
+                                                      "greatest",
+                                                      "Gap, area",
+                                                      "Overlap, area",
+                                                      "Stagger"};
+    struct api_text *text = book->text;
+    bool any = false;
+    for (size_t k = 0; k < book->laminate->count; k++) {
+        const struct laminate_ply *ply = &book->laminate->plies[k];
+        const struct laminate_pieces *pieces = ply->pieces;
+        if (!pieces || !pieces->courses)
+            continue;
+        if (!any)
+            api_text_raw(text, "<h2>Courses</h2>\n<table>\n<tr><th>Ply</th><th>Course</th>");
+        for (int n = 0; n < COURSE_FIGURES && !any; n++)
+            html_say(text, n ? "</th><th>%s" : "<th>%s", heads[n]);
+        api_text_raw(text, any ? "" : "</th></tr>\n");
+        any = true;
+        double sums[COURSE_FIGURES];
+        courses_sum_up(pieces, sums);
+        bool last = ply->piece + 1 == pieces->count;
+        for (int row = 0; row <= last; row++) {
+            const double *figures = row ? sums : pieces->pieces[ply->piece].figures;
+            api_text_raw(text, "<tr><td>");
+            html_say(text, "%zu %s", ply->number + 1, ply->name);
+            next_table_cell(text);
+            html_say(text, "%s", row ? "all" : pieces->pieces[ply->piece].name);
+            for (int n = 0; n < COURSE_FIGURES; n++) {
+                next_table_cell(text);
+                if (!isnan(figures[n]))
+                    html_say(text, "%.4g", figures[n]);
+            }
             api_text_raw(text, "</td></tr>\n");
         }
     }
@@ -335,6 +389,7 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
     api_text_raw(text, "</table>\n");
     write_sums(book, sheet);
     write_seams(book);
+    write_courses(book);
     for (size_t k = 0; k < laminate->count; k++)
         write_ply_section(book, k);
     api_text_raw(text, "</body>\n</html>\n");

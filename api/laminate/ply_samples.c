@@ -122,7 +122,7 @@ static bool read_ply_net(struct ply_samples *m, size_t net, const struct api_rea
             continue;
         struct bounded *own = &bounded[count++];
         own->inside = m->inside[k];
-        if (ply->pieces) {
+        if (laminate_is_split(ply)) {
             own->region = m->pieces[k];
             continue;
         }
@@ -149,7 +149,7 @@ static bool find_pieces(struct ply_samples *m, const struct api_reader *const *n
     bool any = false, good = true;
     m->pieces = arena_alloc(m->arena, laminate->count, sizeof *m->pieces);
     for (size_t k = 0; k < laminate->count; k++)
-        any = any || laminate->plies[k].pieces;
+        any = any || laminate_is_split(&laminate->plies[k]);
     if (!m->pieces)
         return ply_samples_no_memory(m);
     if (any)
@@ -183,7 +183,8 @@ bool ply_samples_read(struct ply_samples *m, const struct api_reader *const *net
     for (size_t k = 0; k < count; k++)
         m->distance[k] = HUGE_VAL;
     for (size_t k = 0; k < laminate->count; k++) {
-        bool bounded = laminate->plies[k].boundary.count > 0 || laminate->plies[k].pieces;
+        const struct laminate_ply *ply = &laminate->plies[k];
+        bool bounded = ply->boundary.count > 0 || laminate_is_split(ply);
         m->inside[k] = bounded ? arena_alloc(m->arena, count, 1) : NULL;
         if (bounded && !m->inside[k])
             return ply_samples_no_memory(m);

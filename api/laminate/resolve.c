@@ -2,7 +2,7 @@
 #include "api/request/digest.h"
 #include "api/request/prepared_part.h"
 #include "division.h"
-#include "laminate.h"
+#include "laid_courses.h"
 #include "solver/mesh/mesh.h"
 #include <stdio.h>
 #include <string.h>
@@ -18,12 +18,16 @@ void laminate_fault_of_ply(const struct laminate *laminate, size_t k, const stru
         bool common = strncmp(error->pointer, "/surface", 8) == 0 ||
                       strncmp(error->pointer, "/rosette", 8) == 0;
         bool moved = strcmp(error->pointer, "/offset") == 0;
+        bool course = ply->pieces && ply->pieces->courses;
+        bool edge = course && strncmp(error->pointer, "/generators", 11) == 0;
         char pointer[API_POINTER_MAX], piece[32] = "", title[LAMINATE_TITLE_SIZE];
         laminate_title(ply, title);
-        if (ply->pieces)
+        if (ply->pieces && !course)
             (void)snprintf(piece, sizeof piece, "/pieces/%zu", ply->piece);
         (void)snprintf(pointer, sizeof pointer, "/plies/%zu%s%.80s", ply->number, piece,
-                       moved ? "" : error->pointer);
+                       moved  ? ""
+                       : edge ? "/courses"
+                              : error->pointer);
         if (common)
             (void)snprintf(pointer, sizeof pointer, "%s", error->pointer);
         if (own->id == API_INVALID_REQUEST)
@@ -46,6 +50,8 @@ struct boundary_surface {
     struct prepared_part shape;
     const struct mesh *mesh; /* of it, for splits; NULL: not made */
     double mesh_size;
+    size_t courses;      /* so many plies before have them, */
+    struct joints below; /* the last one's joints */
 };
 
 /* The part of the laminate. Whether a net fits is another question, asked for each ply. */
@@ -350,7 +356,12 @@ static enum api_problem_id expand_plies(struct boundary_surface *on) {
         if (stated) {
             *own = *stated;
             laminate->plies[k].pieces = own;
-            if (laminate->surface.kind != API_SURFACE_NAMED && divide_ply(on, k, own) != API_OK)
+            bool known = laminate->surface.kind != API_SURFACE_NAMED;
+            if (known && !own->courses && divide_ply(on, k, own) != API_OK)
+                return on->problem->id;
+            if (known && own->courses &&
+                laid_courses_make(laminate, k, on->courses++, on->limits, on->arena, &on->below,
+                                  own, on->problem) != API_OK)
                 return on->problem->id;
         }
         count += stated ? own->count : 1;

@@ -34,13 +34,15 @@ static void look_along(const struct flat_piece *a, const struct flat_piece *b,
 
 bool seams_make(const struct laminate *laminate, const struct flat_plies *shapes, size_t first,
                 struct arena *arena, const struct seam **seams, size_t *count) {
-    const struct flat_ply *siblings[LAMINATE_PIECES_MAX];
+    const struct flat_ply *siblings[LAMINATE_SIBLINGS_MAX];
     const struct flat_piece *all[LAMINATE_PIECES_MAX];
     struct split_posts posts;
     *count = 0;
-    if (!flat_plies_siblings(shapes, laminate, first, siblings))
+    const struct laminate_ply *ply = &laminate->plies[shapes->shapes[first].ply];
+    const struct laminate_pieces *pieces = ply->pieces;
+    if (!laminate_is_split(ply))
         return true;
-    const struct laminate_pieces *pieces = laminate->plies[shapes->shapes[first].ply].pieces;
+    (void)flat_plies_siblings(shapes, laminate, first, siblings);
     struct seam *list = arena_alloc(arena, pieces->count * pieces->count, sizeof *list);
     if (!list || !split_posts_make(pieces, arena, &posts))
         return false;

@@ -108,6 +108,7 @@ void decode_start(const struct json_value *json, struct api_request *request) {
 static void decode_generator(const struct json_value *json, struct drape_generator *generator) {
     static const char *const names[] = {"geodesic", "least_energy"};
     struct json_value steered = value_member(json, "steered");
+    struct json_value places = value_member(json, "places");
     struct json_value curve = value_member(json, "uv"), plane = value_member(json, "plane");
     double *rows;
     int index;
@@ -122,6 +123,10 @@ static void decode_generator(const struct json_value *json, struct drape_generat
         static const char *const keys[] = {"steered", NULL};
         if (value_object(json, keys))
             decode_steered(&steered, generator);
+        return;
+    }
+    if (value_given(&places)) {
+        decode_places(json, generator);
         return;
     }
     int which = read_alternative(json, "uv", "plane");
@@ -230,6 +235,10 @@ static void decode_method(const struct json_value *root, struct api_request *req
         struct json_value generators = value_member(root, "generators");
         struct json_value generator = value_member(&generators, yarn_keys[k]);
         decode_check_steered(&generator, settings, k, on_mesh);
+        if (settings->generator[k].kind == DRAPE_GENERATOR_PLACES && (k == 1 || on_mesh))
+            value_fault(&generator, k == 1 ? "must not be places, which only warp can follow"
+                                           : "must not be places of parameters, which a triangle "
+                                             "mesh does not have");
         if (on_mesh && settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
             value_fault(&generator,
                         "must not be a curve in u and v, which a triangle mesh does not have");
@@ -370,6 +379,8 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
                 value_fault(&generator, "must be \"geodesic\" where weft slides along warp "
                                         "(fabric.kinematics): fibres follow the warp generator");
         }
+    if (settings->generator[0].kind == DRAPE_GENERATOR_PLACES && value_given(&start))
+        value_fault(&start, "must be left out: the warp generator's places have their own");
     if (value_given(&energy))
         decode_energy(&energy, &settings->energy);
     decode_method(root, request);

@@ -81,6 +81,10 @@ void decode_fabric(const struct json_value *json, struct api_request *request);
 enum { DECODE_STEERED_POINTS = 4 };
 void decode_steered(const struct json_value *json, struct drape_generator *generator);
 
+/* A generator's nodes, {"places", "start"}: rows of face, u, v and the direction there, and which
+ * of them is the start. */
+void decode_places(const struct json_value *json, struct drape_generator *generator);
+
 /* What cloth costs: `shear_curve` and `bending` of a fabric; and {"norm", "min_radius"}. */
 void decode_shear_energy(const struct json_value *fabric, struct drape_energy *energy);
 void decode_energy(const struct json_value *json, struct drape_energy *energy);

@@ -345,7 +345,9 @@ void api_normalise_cloth(struct api_text *text, const struct api_request *reques
     api_normalise_yarns(text, fabric);
     normalise_shear_energy(text, &settings->energy);
     api_text_raw(text, "}");
-    if (settings->start_kind == DRAPE_START_POINT) {
+    if (settings->generator[0].kind == DRAPE_GENERATOR_PLACES) {
+        /* they have the start */
+    } else if (settings->start_kind == DRAPE_START_POINT) {
         api_text_key_object(text, "start");
         api_text_key_numbers(text, "point", &settings->start_point.x, 3);
         api_text_raw(text, "}");

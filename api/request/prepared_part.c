@@ -7,6 +7,8 @@
 #include "prepared_mesh.h"
 #include "prepared_surface.h"
 #include "solver/surface/measure.h"
+#include <stdio.h>
+#include <string.h>
 
 bool prepared_part_is_large(const struct api_surface *surface) {
     return surface->kind == API_SURFACE_SHELL
@@ -31,6 +33,39 @@ enum api_problem_id prepared_part_make(const struct api_request *request,
     default:
         return prepared_surface_make(request, limits, arena, &prepared->part, problem);
     }
+}
+
+/* The places with faces as a shell counts them; a face that it does not have is faulty. */
+static enum api_problem_id settle_places(const struct prepared_shell *shell,
+                                         struct drape_generator *generator, struct arena *arena,
+                                         struct api_problem *problem) {
+    size_t count = generator->place_count;
+    struct drape_place *places = arena_alloc(arena, count, sizeof *places);
+    char pointer[API_POINTER_MAX];
+    if (!places)
+        return api_problem_no_memory(problem, "the drape");
+    memcpy(places, generator->places, count * sizeof *places);
+    for (size_t k = 0; k < count; k++) {
+        size_t at = 0, faces = shell->shell ? shell->count : 1;
+        while (at < faces && places[k].face != (shell->shell ? shell->numbers[at] : 0))
+            at++;
+        (void)snprintf(pointer, sizeof pointer, "/generators/warp/places/%zu", k);
+        if (at == faces)
+            return api_problem_add(problem, pointer, "is on face %d, which the part does not have",
+                                   (int)places[k].face);
+        places[k].face = (int32_t)at;
+    }
+    generator->places = places;
+    return API_OK;
+}
+
+enum api_problem_id prepared_part_settle(const struct prepared_part *prepared, struct arena *arena,
+                                         struct drape_settings *settings,
+                                         struct api_problem *problem) {
+    settings->start_face = prepared->shell.start_face;
+    return settings->generator[0].kind == DRAPE_GENERATOR_PLACES
+               ? settle_places(&prepared->shell, &settings->generator[0], arena, problem)
+               : API_OK;
 }
 
 enum api_problem_id prepared_part_make_whole(const struct api_surface *surface, struct arena *arena,

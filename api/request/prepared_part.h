@@ -14,7 +14,7 @@
 struct prepared_part {
     struct drape_part part;
     struct prepared_shell shell; /* with the numbers of its faces, if it is one; the solver counts
-                                    the start's face by shell.start_face */
+                                    faces by their places among these (`prepared_part_settle`) */
 };
 
 /* Whether its spans take more than PREPARED_SPANS_MAX. */
@@ -30,6 +30,13 @@ enum api_problem_id prepared_part_make(const struct api_request *request,
                                        const struct api_limits *limits, struct arena *arena,
                                        struct prepared_part *prepared,
                                        struct api_problem *problem) STATUS_MUST_USE;
+
+/* The settings of that request with faces as the solver counts them. Problems:
+ * API_INVALID_REQUEST (a generator's place on a face that the part does not have),
+ * API_OUT_OF_MEMORY. */
+enum api_problem_id prepared_part_settle(const struct prepared_part *prepared, struct arena *arena,
+                                         struct drape_settings *settings,
+                                         struct api_problem *problem) STATUS_MUST_USE;
 
 /*
  * What follows from a surface alone, whatever is asked for: the part of all of it, and of a shell

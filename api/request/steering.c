@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* Generators that are steered, and what those that are sought are to cost the least of. */
+/* Generators that are steered, or have their places, and what those that are sought are to cost the
+ * least of. */
 #include "api/json/value.h"
 #include "members.h"
+#include "solver/shell/shell.h"
+#include <limits.h>
+#include <math.h>
 
 static const struct value_range curvatures = {-1e12, 1e12, false};
 static const struct value_range steered_lengths = {1e-12, 1e12, false};
@@ -44,6 +48,34 @@ void decode_steered(const struct json_value *json, struct drape_generator *gener
     }
     if (value_given(&length))
         value_vector(&length, steered_lengths, 2, curvature->length);
+}
+
+void decode_places(const struct json_value *json, struct drape_generator *generator) {
+    static const char *const keys[] = {"places", "start", NULL};
+    struct json_value list = value_member(json, keys[0]), start = value_member(json, keys[1]);
+    double *rows;
+    size_t count;
+    int number = 0;
+    if (!value_object(json, keys) || !value_rows(&list, decode_coordinates, 6, 1, &rows, &count))
+        return;
+    if (value_given(&start) && value_integer(&start, 0, INT_MAX, &number) &&
+        (size_t)number >= count)
+        value_fault(&start, "must be less than %zu, the number of places", count);
+    struct drape_place *places = json_tree_alloc(json->tree, count, sizeof *places);
+    for (size_t k = 0; places && k < count; k++) {
+        const double *row = rows + 6 * k;
+        struct json_value own = value_element(&list, k);
+        places[k] = (struct drape_place){
+            (int32_t)row[0], {row[1], row[2]}, vec3_make(row[3], row[4], row[5])};
+        if (!(row[0] >= 0 && row[0] < SHELL_FACES_MAX && row[0] == floor(row[0]))) {
+            value_fault(&own, "must begin with the number of a face, 0 of a part of one");
+            return;
+        }
+    }
+    generator->kind = DRAPE_GENERATOR_PLACES;
+    generator->places = places;
+    generator->place_count = count;
+    generator->place_start = (size_t)number;
 }
 
 /* Rows of an angle and a force, from two columns. */

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT */
+/* The courses of a ply as a document has them, and what became of them. */
+#ifndef API_LAMINATE_COURSES_H
+#define API_LAMINATE_COURSES_H
+
+#include "api/json/text.h"
+#include "api/json/value.h"
+#include "laminate.h"
+
+/* `courses` of a ply (`docs/laminates.md`), whose cloth is decoded, in the arena; NULL without
+ * memory. Faults: also of what the ply must not have beside them. */
+struct laminate_courses *courses_decode(const struct json_value *ply,
+                                        const struct api_request *cloth);
+
+/* The member as it was understood. */
+void courses_normalise(struct api_text *text, const struct laminate_courses *courses);
+
+/* `course` of a piece: its figures by name, those that are NaN left out; and back. */
+void courses_write_figures(struct api_text *text, const double figures[COURSE_FIGURES]);
+void courses_decode_figures(const struct json_value *json, double figures[COURSE_FIGURES]);
+
+/* Of all courses of a ply: areas and coverage summed, of angles the greatest, of the stagger the
+ * least; the rest NaN. */
+void courses_sum_up(const struct laminate_pieces *pieces, double sums[COURSE_FIGURES]);
+
+#endif
