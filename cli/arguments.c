@@ -28,7 +28,8 @@ static const char help_head[] =
     "\n"
     "  --format FORMAT    default: json; the formats of\n";
 static const char help_tail[] =
-    "  --map MESH         write the fields on this mesh: Nastran bulk data, STL, OBJ, or\n"
+    "  --map MESH         write the fields on this mesh: Nastran bulk data, decks of\n"
+    "                     Abaqus (.inp) and LS-DYNA (.k), Gmsh (.msh), UNV, STL, OBJ, or\n"
     "                     points or elements as JSON, by the end of the name\n"
     "  --inlet LIST       elements of the inlet, for lcmsim: 17,18,pid:3, by the file's\n"
     "                     ids, by property, or by place: sphere:x:y:z:radius,\n"

@@ -81,7 +81,7 @@ char *drape_document(struct drape *drape, const char *format, const char *option
 
 /*
  * The result's fields on a mesh or at points of the caller's: `mesh` of `mesh_length` bytes in
- * `mesh_format`, json (`points` or `mesh`) or a file's (docs/formats.md, Maps: nastran, ...).
+ * `mesh_format`, json (`points` or `mesh`), nastran, abaqus, lsdyna, gmsh, unv, stl or obj.
  * `format` is json, csv, vtu, lcmsim or a solver's deck; `options` are also those of the mesh
  * (inlet, outlet, reference, edge_channel, cavity_height). The document as of `drape_document`.
  */

@@ -9,11 +9,15 @@
 #include <strings.h>
 
 const struct file_format file_formats[FILE_FORMATS] = {
-    {"step", "model/step", {".step", ".stp", ".p21"}, true},
-    {"iges", "model/iges", {".iges", ".igs"}, true},
-    {"stl", "model/stl", {".stl"}, false},
-    {"obj", "model/obj", {".obj"}, false},
-    {"nastran", "text/x-nastran", {".bdf", ".nas", ".dat"}, false},
+    {"step", "model/step", {".step", ".stp", ".p21"}, true, NULL},
+    {"iges", "model/iges", {".iges", ".igs"}, true, NULL},
+    {"stl", "model/stl", {".stl"}, false, NULL},
+    {"obj", "model/obj", {".obj"}, false, NULL},
+    {"nastran", "text/x-nastran", {".bdf", ".nas", ".dat"}, false, map_target_nastran},
+    {"abaqus", "text/x-abaqus", {".inp"}, false, map_target_abaqus},
+    {"lsdyna", "text/x-lsdyna", {".k", ".key"}, false, map_target_lsdyna},
+    {"gmsh", "text/x-gmsh", {".msh"}, false, map_target_gmsh},
+    {"unv", "text/x-unv", {".unv"}, false, map_target_universal},
 };
 
 /* Files that are taken for parts, and what to do with them. */
@@ -21,8 +25,7 @@ static const struct {
     const char *endings, *what;
 } others[] = {
     {".fcstd", "FreeCAD's own document: export the part from FreeCAD as STEP"},
-    {".inp", "a deck of Abaqus or CalculiX: export its shell as Nastran bulk data, or as STL"},
-    {".k .key .cdb .rad .msh .unv .med .vtk .vtu .ply .3mf .off .gltf .glb .amf .wrl",
+    {".cdb .rad .med .vtk .vtu .ply .3mf .off .gltf .glb .amf .wrl",
      "a mesh in a format that is not read: save its shell as STL, OBJ or Nastran bulk data"},
     {".sldprt .sldasm .catpart .catproduct .prt .asm .ipt .iam .par .f3d .3dm .dwg .dxf .x_t .x_b "
      ".xmt_txt .sat .sab .brep .brp .jt .3ds .skp .blend",
@@ -40,9 +43,10 @@ bool file_refuse(const char *path, char text[FILE_REFUSAL_SIZE]) {
     if (what)
         (void)snprintf(text, FILE_REFUSAL_SIZE, "a file that ends in %.16s is %s", dot, what);
     else
-        (void)snprintf(
-            text, FILE_REFUSAL_SIZE,
-            "must end in .step, .stp, .p21, .iges, .igs, .stl, .obj, .bdf, .nas or .dat");
+        (void)snprintf(text, FILE_REFUSAL_SIZE,
+                       "must end in .step, .stp, .p21, .iges, .igs, .stl, .obj, .bdf, .nas, .dat, "
+                       ".inp, .k, .key, "
+                       ".msh or .unv");
     return what != NULL;
 }
 
@@ -75,15 +79,15 @@ static bool read_triangles(const struct file_format *format, const char *bytes, 
     return (strcmp(format->name, "stl") == 0 ? triangles_read_stl(triangles, bytes, length)
             : strcmp(format->name, "obj") == 0
                 ? triangles_read_obj(triangles, bytes, length)
-                : triangles_read_nastran(triangles, bytes, length)) &&
+                : triangles_read_shells(triangles, format->read, bytes, length)) &&
            triangles_weld(triangles);
 }
 
 enum api_problem_id file_read_target(const struct file_format *format, const char *bytes,
                                      size_t length, struct arena *arena, struct map_target *target,
                                      struct api_problem *problem) {
-    if (strcmp(format->name, "nastran") == 0)
-        return map_target_nastran(bytes, length, arena, target, problem);
+    if (format->read)
+        return format->read(bytes, length, arena, target, problem);
     struct triangles triangles = {.arena = arena, .problem = problem};
     if (!read_triangles(format, bytes, length, &triangles))
         return problem->id;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Files of CAD and mesh that surfaces come from. Meshes are read here: STL, OBJ and Nastran bulk
- * data become the JSON of a triangle mesh, with equal corners made one. STEP and IGES take Open
- * CASCADE, which the importer alone has (import); here is only what they are called.
+ * Files of CAD and mesh that surfaces come from. Meshes are read here: STL, OBJ and the shells
+ * of decks and of meshers become the JSON of a triangle mesh, with equal corners made one. STEP and
+ * IGES take Open CASCADE, which the importer alone has (import); here is only what they are called.
  */
 #ifndef API_FILES_FILES_H
 #define API_FILES_FILES_H
@@ -19,9 +19,10 @@ struct file_format {
     const char *media_type;
     const char *suffixes[4]; /* of names, in lower case, up to a NULL */
     bool cad;                /* read by the importer */
+    map_target_reader *read; /* its shells with their own numbers; NULL: it has triangles alone */
 };
 
-enum { FILE_FORMATS = 5 };
+enum { FILE_FORMATS = 9 };
 extern const struct file_format file_formats[FILE_FORMATS];
 
 /* NULL: there is none of this name, or with this end of a file's name. */
@@ -51,8 +52,8 @@ enum api_problem_id file_read_mesh(const struct file_format *format, const char 
                                    const char **text, size_t *text_length,
                                    struct api_problem *problem) STATUS_MUST_USE;
 
-/* Reads a mesh that somebody's drape is mapped onto: its triangles as elements from 0, of Nastran
- * bulk data the shells with their own numbers. Problems as above, and as `map_target_nastran`. */
+/* Reads a mesh that somebody's drape is mapped onto: its triangles as elements from 0, of decks and
+ * meshers the shells with their own numbers. Problems as above, and as `map_target_nastran`. */
 enum api_problem_id file_read_target(const struct file_format *format, const char *bytes,
                                      size_t length, struct arena *arena, struct map_target *target,
                                      struct api_problem *problem) STATUS_MUST_USE;

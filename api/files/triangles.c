@@ -342,12 +342,13 @@ bool triangles_read_obj(struct triangles *t, const char *bytes, size_t length) {
     return true;
 }
 
-/* ---- Nastran ---- */
+/* ---- shells ---- */
 
 /* Quadrilaterals are cut along their shorter diagonal. */
-bool triangles_read_nastran(struct triangles *t, const char *bytes, size_t length) {
+bool triangles_read_shells(struct triangles *t, map_target_reader *read, const char *bytes,
+                           size_t length) {
     struct map_target target;
-    if (map_target_nastran(bytes, length, t->arena, &target, t->problem) != API_OK) {
+    if (read(bytes, length, t->arena, &target, t->problem) != API_OK) {
         if (t->problem->id == API_INVALID_REQUEST)
             t->problem->id = API_UNREADABLE_FILE;
         return false;

@@ -3,6 +3,7 @@
 #ifndef API_FILES_TRIANGLES_H
 #define API_FILES_TRIANGLES_H
 
+#include "api/map/target.h"
 #include "api/problem.h"
 #include "solver/arena.h"
 #include "solver/vec.h"
@@ -31,6 +32,7 @@ bool triangles_weld(struct triangles *triangles);
 /* The readers. False with the problem set. */
 bool triangles_read_stl(struct triangles *triangles, const char *bytes, size_t length);
 bool triangles_read_obj(struct triangles *triangles, const char *bytes, size_t length);
-bool triangles_read_nastran(struct triangles *triangles, const char *bytes, size_t length);
+bool triangles_read_shells(struct triangles *triangles, map_target_reader *read, const char *bytes,
+                           size_t length);
 
 #endif

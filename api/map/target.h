@@ -89,6 +89,15 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
                                        struct map_target *target,
                                        struct api_problem *problem) STATUS_MUST_USE;
 
+/* Read likewise the meshes of other programs, with their own ids; the first set of elements, or
+ * physical group, that an element is in is its property, and the warning has the names: input decks
+ * of Abaqus and CalculiX (.inp), keyword decks of LS-DYNA (.k), meshes of Gmsh (.msh, 2.2 and 4.1
+ * as text), universal files (.unv). */
+typedef enum api_problem_id map_target_reader(const char *bytes, size_t length, struct arena *arena,
+                                              struct map_target *target,
+                                              struct api_problem *problem);
+map_target_reader map_target_abaqus, map_target_lsdyna, map_target_gmsh, map_target_universal;
+
 /*
  * Sets what a query parameter or command-line flag `name` says of the target: inlet (also as
  * inlet_elements) and outlet, each a list "17,18,pid:3" of elements by the file's ids, else by

@@ -11,6 +11,10 @@ const FORMATS = {
   stl: ['stl'],
   obj: ['obj'],
   nastran: ['bdf', 'nas', 'dat'],
+  abaqus: ['inp'],
+  lsdyna: ['k', 'key'],
+  gmsh: ['msh'],
+  unv: ['unv'],
 };
 const UNSUPPORTED = 415;
 

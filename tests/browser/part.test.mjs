@@ -408,9 +408,11 @@ test('part: files of other programs get the words of the service', async () => {
       'seat.FCStd',
       "a file that ends in .FCStd is FreeCAD's own document: export the part from FreeCAD",
     ],
-    ['deck.inp', 'a deck of Abaqus or CalculiX: export its shell as Nastran bulk data, or as STL'],
     ['part.sldprt', "a CAD system's own document: export the part as STEP"],
-    ['notes.txt', 'must end in .step, .stp, .p21, .iges, .igs, .stl, .obj, .bdf, .nas or .dat'],
+    [
+      'notes.txt',
+      'must end in .step, .stp, .p21, .iges, .igs, .stl, .obj, .bdf, .nas, .dat, .inp, .k, .key, .msh or .unv',
+    ],
   ]) {
     await choose(name, Buffer.from('PK'));
     await page.waitForFunction(

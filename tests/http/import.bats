@@ -278,7 +278,7 @@ box() {
         [ "$status" -eq 0 ]
         grep -q "1200 $unit²" <<<"$output"
     done
-    for wrong in 'x.FCStd:FreeCAD.s own document' 'x.inp:Nastran bulk data, or as STL' 'x.txt:must end in .step'; do
+    for wrong in 'x.FCStd:FreeCAD.s own document' 'x.cdb:STL, OBJ or Nastran bulk data' 'x.txt:must end in .step'; do
         ask "${wrong%%:*}"
         [ "$status" -eq 1 ]
         grep -q "/surface/file: .*${wrong#*:}" <<<"$output"
@@ -288,8 +288,8 @@ box() {
     "$DRAPE" "$folder/request.json" --map "$folder/box.stl" --fields id,distance --format csv >"$folder/map.csv"
     [ "$(awk -F, 'NR > 1 && $2 < 1e-9' "$folder/map.csv" | wc -l)" -eq 200 ]
     [ "$(wc -l <"$folder/map.csv")" -eq 1201 ]
-    run "$DRAPE" "$folder/request.json" --map "$folder/box.inp"
-    [ "$status" -eq 1 ] && [[ $output == *'Nastran bulk data, or as STL'* ]]
+    run "$DRAPE" "$folder/request.json" --map "$folder/box.cdb"
+    [ "$status" -eq 1 ] && [[ $output == *'STL, OBJ or Nastran bulk data'* ]]
     run "$DRAPE" "$folder/request.json" --map "$EXAMPLES/dome.step"
     [ "$status" -eq 1 ] && [[ $output == *'a map needs a mesh'* ]]
 }

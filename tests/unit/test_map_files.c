@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: MIT */
+/* The same mesh, a unit square with a triangle to its right, as other programs write it. */
+#include "mesh_text.h"
+#include "own_arena.h"
+#include "support.h"
+#include "tests/check.h"
+#include <math.h>
+#include <string.h>
+
+static const char abaqus[] =
+    "*HEADING\n a part\n** a comment\n*Node, nset=all\n"
+    " 1, 0., 0., 0.\n 2, 1., 0.\n3,1.,1.D0,0.\n40,0.,1.,0.\n5,2.,.5,-1.5e-3\n"
+    "*Element, type=S4R, elset=\"SKIN\"\n901, 1, 2, 3, 40\n"
+    "*ELEMENT, TYPE=S3\n17, 2, 5, 3\n"
+    "*ELEMENT, TYPE=B31\n18, 2, 5\n"
+    "*Elset, elset=edge, generate\n 17, 21, 2\n"
+    "*ELSET, ELSET=all\n901, 17,\nSKIN\n"
+    "*Step\n*Static\n 0.1, 1.\n";
+static const char lsdyna[] =
+    "*KEYWORD\n$ a comment\n*NODE\n"
+    "       1              0.              0.              0.       0       0\n"
+    "       2              1.              0.              0.\n"
+    "       3              1.              1.              0.\n"
+    "40,0.,1.,0.\n"
+    "       5              2.              .5         -1.5E-3\n"
+    "*ELEMENT_SHELL_THICKNESS\n"
+    "     901       1       1       2       3      40\n"
+    "             .01             .01             .01             .01\n"
+    "      17       2       2       5       3       3\n"
+    "             .01             .01             .01             .01\n"
+    "*ELEMENT_BEAM\n      18       2       2       5       3\n*END\nnot read\n";
+static const char gmsh2[] =
+    "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
+    "$PhysicalNames\n2\n1 7 \"rim\"\n2 1 \"a skin\"\n$EndPhysicalNames\n"
+    "$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 1 1 0\n40 0 1 0\n5 2 .5 -1.5e-3\n"
+    "$EndNodes\n$Elements\n3\n"
+    "18 1 2 7 1 2 5\n901 3 2 1 1 1 2 3 40\n17 2 2 2 4 2 5 3\n$EndElements\n";
+static const char gmsh4[] =
+    "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 \"a skin\"\n$EndPhysicalNames\n"
+    "$Entities\n1 1 2 0\n1 0 0 0 0\n1 0 0 0 1 0 0 1 7 0\n"
+    "1 0 0 0 1 1 0 1 1 4 1 2 3 4\n8 1 0 -1 2 1 0 1 -2 3 1 2 3\n$EndEntities\n"
+    "$Nodes\n2 5 1 40\n1 1 0 2\n1\n2\n0 0 0\n1 0 0\n2 1 0 3\n3\n40\n5\n1 1 0\n0 1 0\n2 .5 -1.5e-3\n"
+    "$EndNodes\n$Elements\n3 3 1 901\n1 1 1 1\n18 2 5\n2 1 3 1\n901 1 2 3 40\n2 8 2 1\n17 2 5 3\n"
+    "$EndElements\n";
+static const char universal[] =
+    "    -1\n   151\na title\n    -1\n    -1\n  2411\n"
+    "         1         1         1        11\n   0.0D+00   0.0D+00   0.0D+00\n"
+    "         2         1         1        11\n   1.0D+00   0.0D+00   0.0D+00\n"
+    "         3         1         1        11\n   1.0D+00   1.0D+00   0.0D+00\n"
+    "        40         1         1        11\n   0.0D+00   1.0D+00   0.0D+00\n"
+    "         5         1         1        11\n   2.0D+00   5.0D-01  -1.5D-03\n    -1\n"
+    "    -1\n  2412\n        18        11         2         1         7         2\n"
+    "         0         1         1\n         2         5\n"
+    "       901        94         7         1         7         4\n"
+    "         1         2         3        40\n"
+    "        17        92         7         1         7         6\n"
+    "         2         2         5         5         3         3\n    -1\n"
+    "    -1\n  2467\n"
+    "         1         0         0         0         0         0         0         1\nSKIN\n"
+    "         8       901         0         0\n"
+    "         2         0         0         0         0         0         0         2\nedge\n"
+    "         8        17         0         0         7         5         0         0\n    -1\n";
+
+static const struct {
+    const char *what, *text, *warning;
+    map_target_reader *read;
+} files[] = {
+    {"abaqus", abaqus, "1 SKIN, 2 edge", map_target_abaqus},
+    {"lsdyna", lsdyna, "1 ELEMENT_BEAM", map_target_lsdyna},
+    {"gmsh 2.2", gmsh2, "properties: 1 a skin", map_target_gmsh},
+    {"gmsh 4.1", gmsh4, "properties: 1 a skin", map_target_gmsh},
+    {"unv", universal, "1 SKIN, 2 edge", map_target_universal},
+};
+enum { FILES = sizeof files / sizeof *files };
+
+static void test_map_files_all_give_the_same_mesh(void **state) {
+    (void)state;
+    static const struct vec3 points[] = {
+        {0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0.5, -1.5e-3}};
+    static const int32_t vertex_ids[] = {1, 2, 3, 40, 5}, ids[] = {901, 17}, pids[] = {1, 2},
+                         elements[][4] = {{0, 1, 2, 3}, {1, 4, 2, -1}};
+    for (int k = 0; k < FILES; k++) {
+        print_message("# %s\n", files[k].what);
+        struct map_target mesh = mesh_text_good(files[k].read, files[k].text, arena);
+        assert_int_equal(mesh.vertex_count, 5);
+        assert_int_equal(mesh.element_count, 2);
+        assert_memory_equal(mesh.vertices, points, sizeof points);
+        assert_memory_equal(mesh.vertex_ids, vertex_ids, sizeof vertex_ids);
+        assert_memory_equal(mesh.elements, elements, sizeof elements);
+        assert_memory_equal(mesh.ids, ids, sizeof ids);
+        assert_memory_equal(mesh.pids, pids, sizeof pids);
+        assert_non_null(mesh.warning);
+        if (!strstr(mesh.warning, files[k].warning))
+            fail_msg("%s: %s", files[k].what, mesh.warning);
+    }
+}
+
+static void test_map_files_say_the_line_of_what_is_wrong(void **state) {
+    (void)state;
+    static const struct {
+        int file;
+        const char *from, *to, *says;
+    } wrong[] = {
+        {0, "17, 2, 5, 3", "901, 2, 5, 3", "line 13: element 901 is defined twice"},
+        {0, "40,0.,1.", "2,0.,1.", "line 8: node 2 is defined twice"},
+        {0, "17, 2, 5, 3", "17, 2, 6, 3", "there is no node 6"},
+        {0, "17, 2, 5, 3", "17, 2, 5", "has less than 3 nodes"},
+        {0, "*Step", "*INCLUDE, INPUT=a.inp", "line 21: the file that *INCLUDE names"},
+        {0, "2, 1., 0.", "2, 1e13, 0.", "line 6: a coordinate must be a number of at most 1e12"},
+        {0, "*HEADING", "*ELGEN", "line 1: *ELGEN is not read"},
+        {0, " a part", "*INSTANCE, NAME=a\n1., 0., 0.", "line 3: an instance that is moved"},
+        {1, "_THICKNESS", "_COMPOSITE", "*ELEMENT_SHELL_COMPOSITE is not read"},
+        {1, "40,0.", "&id,0.", "line 7: the id of a node must be a whole number"},
+        {1, "*KEYWORD", "*INCLUDE", "line 1: the file that *INCLUDE names"},
+        {2, "2.2 0 8", "2.2 1 8", "line 2: the file is binary"},
+        {2, "2.2 0 8", "4.0 0 8", "line 2: version 4.0 is not read"},
+        {2, "$MeshFormat", "MeshFormat", "this is not a mesh of Gmsh"},
+        {2, "$Elements\n3\n", "$Elements\n99\n", "must have at least 4 numbers"},
+        {3, "901 1 2 3 40", "901 1 2 3", "the element has less than 4 nodes"},
+        {4, "    -1\n   151", "     1\n   151", "line 1: this is not a universal file"},
+        {4, "  2411", "   781", "dataset 781 is not read"},
+    };
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+        struct bytes text = text_replace(files[wrong[k].file].text, wrong[k].from, wrong[k].to);
+        struct map_target mesh;
+        struct api_problem problem = {0};
+        assert_int_equal(mesh_text_read(files[wrong[k].file].read, text.data, text.length, arena,
+                                        &mesh, &problem),
+                         API_INVALID_REQUEST);
+        if (!strstr(problem.error[0].detail, wrong[k].says))
+            fail_msg("%s is not in: %s", wrong[k].says, problem.error[0].detail);
+        bytes_free(&text);
+    }
+}
+
+/* However a file is cut off, it is read or refused. */
+static void test_map_files_cut_anywhere_are_read_or_refused(void **state) {
+    (void)state;
+    size_t refused = 0, tried = 0;
+    for (int k = 0; k < FILES; k++)
+        for (size_t length = 0; length < strlen(files[k].text); length++, tried++) {
+            struct map_target mesh;
+            struct api_problem problem = {0};
+            struct arena_mark mark = arena_mark(arena);
+            refused += mesh_text_read(files[k].read, files[k].text, length, arena, &mesh,
+                                      &problem) == API_INVALID_REQUEST;
+            assert_true(problem.id == API_OK || problem.id == API_INVALID_REQUEST);
+            arena_rewind(arena, mark);
+        }
+    check_above(refused, tried / 2);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_map_files_all_give_the_same_mesh),
+        cmocka_unit_test(test_map_files_say_the_line_of_what_is_wrong),
+        cmocka_unit_test(test_map_files_cut_anywhere_are_read_or_refused),
+    };
+    return cmocka_run_group_tests_name("map_files", tests, set_up, tear_down);
+}
