@@ -25,7 +25,9 @@ struct logarithm {
 /* Finds the logarithm of q at p to `accuracy`, as a share of the length, its directions to about
  * the square root of that. On a shell it goes from face to face. False where the surface folds or
  * bends too unevenly between them for a few pieces, at poles, and where the way passes the end of a
- * joint. */
+ * joint within the boundary; at one on the boundary it goes over the line in which the joint goes
+ * on.
+ */
 bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p,
                     const struct surface_point *q, double accuracy, struct logarithm *logarithm);
 

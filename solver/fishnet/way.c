@@ -23,8 +23,18 @@ static const double beside = 1e-6;
  * on the other side of it, or ends there. */
 static const double no_piece = 1e-9;
 
-/* Where a face is left is looked for so many times as far as q is. */
+/* Where a face is left is looked for so many times as far as q is; nearer, so often half as far,
+ * where a pole has no line that leads there; and further, so often twice as far in parameters. */
 static const double beyond = 1.5;
+enum { REACHES = 3 };
+
+/* A place where the way leaves a face is moved, so often, where it is off the straight way by more
+ * than this share of that. */
+static const double aimed = 0.03;
+enum { STRAIGHT_ROUNDS = 2 };
+
+/* The segments of a joint are this near to it, as a share of a piece that ends there. */
+static const double off_segment = 1e-3;
 
 /* ---- knot lines ---- */
 
@@ -141,16 +151,45 @@ static void put_in_turn(const struct surface *surface, const double near[2], dou
     }
 }
 
-/* The joint over which the way from a point towards q leaves its face first. */
+/* The joint over which the way from a point towards q leaves its face first; where it goes on past
+ * its end, too. */
 static bool leave_face(struct surface_cursor *cursor, const struct surface_point *from,
                        const struct surface_point *q, struct crossing *joint) {
-    struct surface_place there;
-    double share, whole = vec3_distance(from->jet.r, q->jet.r);
+    double there[2], to[2], share, reach = beyond * vec3_distance(from->jet.r, q->jet.r);
     struct vec3 step = surface_point_tangent(from, vec3_sub(q->jet.r, from->jet.r));
-    return surface_point_pull(cursor, from, vec3_scale(beyond * whole, step), &there) &&
-           there.surface == from->surface &&
-           crossing_on_way(from->surface, from->uv, there.uv, &share, joint) &&
-           joint->beyond != from->surface && !joint->continued;
+    bool pulled = false, met = false;
+    for (int k = 0; k < REACHES && !pulled; k++, reach /= 2)
+        pulled = surface_point_pull_on_face(cursor, from, vec3_scale(reach, step), there);
+    for (int k = 0; k < REACHES && pulled && !met; k++) {
+        for (int n = 0; n < 2; n++)
+            to[n] = from->uv[n] + (1 << k) * (there[n] - from->uv[n]);
+        met = crossing_on_way(from->surface, from->uv, to, &share, joint);
+    }
+    return met && joint->beyond != from->surface;
+}
+
+/* Moves the place where the way leaves its face along the joint, to where the plane through its
+ * beginning and q does that is normal to the surface: the way is to be straight in space, and lines
+ * that are in parameters turn round poles. That place is `end`. */
+static bool leave_straight(struct surface_cursor *cursor, const struct surface_point *from,
+                           const struct surface_point *q, struct crossing *joint,
+                           struct surface_point *end) {
+    double whole = vec3_distance(from->jet.r, q->jet.r);
+    struct vec3 step = surface_point_tangent(from, vec3_sub(q->jet.r, from->jet.r));
+    struct vec3 aside = vec3_cross(from->normal, step);
+    for (int round = 0;; round++) {
+        if (!surface_point_at(from->surface, cursor, joint->edge, end))
+            return false;
+        struct vec3 by =
+            vec3_axpy(joint->rate[1], end->jet.v, vec3_scale(joint->rate[0], end->jet.u));
+        double left = vec3_dot(vec3_sub(end->jet.r, from->jet.r), aside);
+        double rate = vec3_dot(by, aside);
+        if (round == STRAIGHT_ROUNDS || !(fabs(left) > aimed * whole) ||
+            !(fabs(rate) > least_crossing * vec3_norm(by)))
+            return true;
+        if (!crossing_move(from->surface, joint->t - left / rate, joint))
+            return false;
+    }
 }
 
 bool way_lay(struct surface_cursor *cursor, const struct surface_point *p,
@@ -162,7 +201,7 @@ bool way_lay(struct surface_cursor *cursor, const struct surface_point *p,
     while (begin.surface != q->surface) {
         struct crossing *joint = &way->joint[way->joints];
         if (way->joints == WAY_JOINTS || !leave_face(cursor, &begin, q, joint) ||
-            !surface_point_at(begin.surface, cursor, joint->edge, &end))
+            !leave_straight(cursor, &begin, q, joint, &end))
             return false;
         bool beyond_p = way->pieces == 0 && vec3_distance(begin.jet.r, end.jet.r) <= least;
         if ((!beyond_p && !add_leg(way, on, &begin, &end)) ||
@@ -208,7 +247,7 @@ bool way_slide(struct way *way, int k, double left) {
         vec3_axpy(joint->rate[1], before->jet.v, vec3_scale(joint->rate[0], before->jet.u));
     double t = joint->t + left / (sine * vec3_dot(by, joint->from.along));
     if (!(fabs(sine) > least_crossing) || !crossing_move(before->surface, t, joint) ||
-        joint->t != t || joint->continued)
+        joint->t != t)
         return false;
     memcpy(before->uv, joint->edge, sizeof before->uv);
     const double near[2] = {after->uv[0], after->uv[1]};
@@ -239,15 +278,22 @@ static bool crosses_crease(const struct surface_point *from, const struct surfac
     return false;
 }
 
+/* Whether piece k ends on that joint. */
+static bool ends_on(const struct way *way, int k, const struct crossing *joint) {
+    int on = k + 1 < way->pieces ? way->on[k + 1] : WAY_ALONG;
+    return on >= WAY_JOINT && way->joint[on - WAY_JOINT].number == joint->number;
+}
+
 bool way_holds(const struct way *way) {
     for (int k = 0; k < way->pieces; k++) {
         const struct surface_point *from = way->from[k], *to = way->to[k];
+        struct crossing joint;
         double share;
         if (from->surface->has_folds &&
             (crosses_crease(from, to, 0) || crosses_crease(from, to, 1)))
             return false;
-        if (way->joints > 0 && crossing_on_way(from->surface, from->uv, to->uv, &share, NULL) &&
-            share < 1 - beside && share > beside)
+        if (way->joints > 0 && crossing_on_way(from->surface, from->uv, to->uv, &share, &joint) &&
+            share > beside && share < 1 - (ends_on(way, k, &joint) ? off_segment : beside))
             return false;
     }
     return true;

@@ -266,18 +266,34 @@ static bool pull_to_next_wedge(const struct surface *surface, struct surface_cur
     return false;
 }
 
+/* The pole near which parameters are not those by which a point moves so far; false where they are.
+ */
+static bool pole_beside(const struct surface_point *from, struct vec3 step, struct pole *pole) {
+    return nearest_pole(from->surface, from->jet.r, pole) &&
+           pole_share * vec3_distance(from->jet.r, pole->point) < vec3_norm(step);
+}
+
+bool surface_point_pull_on_face(struct surface_cursor *cursor, const struct surface_point *from,
+                                struct vec3 step, double uv[2]) {
+    struct pole pole;
+    uv[0] = from->uv[0];
+    uv[1] = from->uv[1];
+    return pole_beside(from, step, &pole)
+               ? pull_through_pole(from->surface, cursor, &pole, vec3_add(from->jet.r, step), uv)
+               : pull_by_bend(from, step, uv);
+}
+
 bool surface_point_pull(struct surface_cursor *cursor, const struct surface_point *from,
                         struct vec3 step, struct surface_place *place) {
     struct pole pole;
     const struct surface *surface = from->surface;
-    *place = (struct surface_place){surface, {from->uv[0], from->uv[1]}};
-    if (!nearest_pole(surface, from->jet.r, &pole) ||
-        !(pole_share * vec3_distance(from->jet.r, pole.point) < vec3_norm(step)))
-        return pull_by_bend(from, step, place->uv);
-    struct vec3 target = vec3_add(from->jet.r, step);
-    bool found = pull_through_pole(surface, cursor, &pole, target, place->uv);
-    if (surface->shell && !(found && crossing_within(surface, place->uv)))
+    place->surface = surface;
+    bool found = surface_point_pull_on_face(cursor, from, step, place->uv);
+    if (surface->shell && pole_beside(from, step, &pole) &&
+        !(found && crossing_within(surface, place->uv))) {
+        struct vec3 target = vec3_add(from->jet.r, step);
         found = pull_to_next_wedge(surface, cursor, &pole, target, place) || found;
+    }
     return found;
 }
 

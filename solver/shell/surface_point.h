@@ -58,6 +58,10 @@ bool surface_point_at_pole(const struct surface *surface, const struct surface_p
 bool surface_point_pull(struct surface_cursor *cursor, const struct surface_point *from,
                         struct vec3 step, struct surface_place *place);
 
+/* The same on the surface of `from` alone, with its continuation: parameters. */
+bool surface_point_pull_on_face(struct surface_cursor *cursor, const struct surface_point *from,
+                                struct vec3 step, double uv[2]);
+
 /* The same, evaluated; `to` may be `from`. False also where the surface has no tangent plane there.
  */
 bool surface_point_move(struct surface_cursor *cursor, const struct surface_point *from,

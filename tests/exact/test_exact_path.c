@@ -2,6 +2,7 @@
 /* Paths past the corners of spans: on a sphere, split as one likes, geodesics are great circles.
  * And geodesics that are measured instead: on a sphere and, as helices, on a cylinder; and those
  * that are found by collocation, beside the integrated ones. DRAPED_SEED sets the seed. */
+#include "pieces.h"
 #include "shapes.h"
 #include "solver/fishnet/logarithm.h"
 #include "solver/path/collocation.h"
@@ -153,6 +154,48 @@ static void test_exact_path_logarithms(void **state) {
     struct nurbs nurbs = shape_nurbs(&shape);
     assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
     check_logarithms("cylinder", surface, on_cylinder);
+    arena_free(arena);
+}
+
+/* Over joints beside the pole in which they end, where straight lines of parameters lead round: a
+ * cap of the sphere as quarters, between places on different ones. */
+static void test_exact_path_logarithms_over_joints_at_a_pole(void **state) {
+    static const double cap[2] = {M_PI / 2 - 1, M_PI / 2};
+    static struct pieces pieces;
+    struct arena *arena = arena_new((size_t)1 << 26);
+    struct surface_cursor cursor = {0, 0};
+    uint64_t seed = 31;
+    size_t found = 0;
+    double worst = 0;
+    (void)state;
+    pieces = (struct pieces){.count = 4};
+    for (int k = 0; k < 4; k++) {
+        const double quarter[2] = {k * M_PI / 2, (k + 1) * M_PI / 2};
+        shape_sphere(&pieces.shape[k], 1, quarter, cap, 1.6);
+    }
+    const struct shell *shell = pieces_shell(&pieces, arena);
+    for (int k = 0; k < PAIRS; k++) {
+        struct surface_point end[2];
+        struct logarithm l;
+        double length;
+        struct vec3 leave;
+        for (int n = 0; n < 2; n++) {
+            const struct surface *surface = shell_surface(shell, (k + n) % 4);
+            double lower[2], upper[2], uv[2];
+            surface_domain(surface, lower, upper);
+            for (int x = 0; x < 2; x++)
+                uv[x] = lower[x] + random_between(&seed, 0.1, 0.9) * (upper[x] - lower[x]);
+            assert_true(surface_point_at(surface, &cursor, uv, &end[n]));
+        }
+        if (!logarithm_find(&cursor, &end[0], &end[1], accuracies[2], &l))
+            continue;
+        on_sphere(end[0].jet.r, end[1].jet.r, &length, &leave);
+        worst = fmax(worst, fabs(l.length / length - 1));
+        found++;
+    }
+    printf("  %zu of %d found, lengths %.1e\n", found, PAIRS, worst);
+    check_at_least(found, PAIRS * 9 / 10);
+    check_below(worst, 10 * accuracies[2]);
     arena_free(arena);
 }
 
@@ -315,6 +358,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_path_passes_corners_of_spans),
         cmocka_unit_test(test_exact_path_logarithms),
+        cmocka_unit_test(test_exact_path_logarithms_over_joints_at_a_pole),
         cmocka_unit_test(test_exact_path_collocation_follows_geodesics),
         cmocka_unit_test(test_exact_path_collocation_on_sphere),
         cmocka_unit_test(test_exact_path_is_lost_where_nothing_is_trusted),
