@@ -7,7 +7,7 @@ BOX=$BATS_FILE_TMPDIR/box.json
 
 setup_file() {
     python3 "$BATS_TEST_DIRNAME/rounded_box.py" 200 150 60 10 | jq -c '.fabric.spacing = 4' >"$BATS_FILE_TMPDIR/box.json"
-    jq '{drape: ., vary: {splits: "proposed"}, budget: 50}' "$BATS_FILE_TMPDIR/box.json" >"$BATS_FILE_TMPDIR/study.json"
+    jq '{drape: ., vary: {splits: "proposed"}, budget: 70}' "$BATS_FILE_TMPDIR/box.json" >"$BATS_FILE_TMPDIR/study.json"
     start_shared_daemon
 }
 teardown_file() { end_file; }
@@ -25,9 +25,9 @@ s = drape["summary"]
 assert s["outcome"] == "complete" and s["cloth_coverage"] >= 0.999 and s["max_shear_deg"] <= 50, s
 assert v["max_shear_deg"][row] == s["max_shear_deg"] and v["cloth_coverage"][row] == s["cloth_coverage"]
 assert abs(sum(drape["cuts"]["length"]) - v["cut_length"][row]) < 1e-9
-# No variant that keeps the limits is shorter, and the first that the nets ask for is not the end.
+# The best is the shortest that keeps the limits, a twentieth shorter than what the nets ask for.
 kept = [n for n, k in zip(v["cut_length"], v["feasible"]) if k]
-assert min(kept) == v["cut_length"][row] < kept[0], kept
+assert min(kept) == v["cut_length"][row] < 0.95 * kept[0], kept
 # One cut at each corner, from its foot up the rounded edge, 50 high, to near the eighth of a sphere.
 corners = set()
 for cut in best["cuts"]:
@@ -64,7 +64,7 @@ PYTHON
     id=${id##*/}
     while call GET "/v1/studies/$id?wait=30" && [ "$(field .status)" = running ]; do :; done
     [ "$(field .status)" = succeeded ]
-    [ "$(field '.variants | "\(.done) \(.total)"')" = "50 50" ]
+    [ "$(field '.variants | "\(.done) \(.total)"')" = "70 70" ]
     for table in variants proposed; do
         call GET "/v1/studies/$id/result?format=csv&table=$table" && expect 200
         "$DRAPE" "$BATS_FILE_TMPDIR/study.json" --format csv --table $table 2>/dev/null | cmp - "$body"
@@ -75,7 +75,7 @@ PYTHON
     jq -S . "$body" | diff "$BATS_TEST_TMPDIR/own.json" -
     field '.cuts | map(.name) == ["proposed_1", "proposed_2", "proposed_3", "proposed_4"]'
     call GET "/v1/studies/$id/request" && expect 200
-    field '.vary == {splits: {proposed: 8}} and .budget == 50 and .objectives == ["cut_length"]
+    field '.vary == {splits: {proposed: 8}} and .budget == 70 and .objectives == ["cut_length"]
         and .limits.max_shear_deg.max == 50 and .limits.cloth_coverage.min == 0.999'
 }
 
