@@ -247,7 +247,10 @@ deb: all library sbom $(B)/draped.1 $(B)/drape.1 $(B)/drape-import.1 ## the Debi
 	@deploy/deb.sh $(B) $(VERSION)
 
 # docs/operations.md, Releases
-release: ## dates the changelog's entry, commits, tags
+release: ## source archive, packages, bill of materials and checksums, in build/release; built twice and compared
+	@deploy/release.sh $(B) $(VERSION)
+
+tag: ## dates the changelog's entry, commits, tags
 	@deploy/version.py --release
 	git commit -m 'release: $(VERSION)' CHANGELOG.md
 	git tag -a -m 'draped $(VERSION)' v$(VERSION)

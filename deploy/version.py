@@ -22,7 +22,8 @@ FOLLOWERS = (("api/openapi.yaml", r"\n  version: (\S+)\n"),
              ("api/clients/python/draped.py", r'__version__ = "(.*)"'),
              ("deploy/kubernetes/kustomization.yaml", r"newTag: (\S+)"))
 CHANGELOG = "CHANGELOG.md"
-ENTRY = r"^## (\d+\.\d+\.\d+) \((unreleased|\d{4}-\d\d-\d\d)\)\n(.*?)(?=^## |\Z)"
+NUMBER = r"\d+\.\d+\.\d+(?:-rc\d+)?"
+ENTRY = rf"^## ({NUMBER}) \((unreleased|\d{4}-\d\d-\d\d)\)\n(.*?)(?=^## |\Z)"
 MAINTAINER = "The draped authors <maintainers@draped.invalid>"
 
 
@@ -81,7 +82,7 @@ def print_debian():
         today = date == "unreleased"
         day = (time.gmtime(int(os.environ.get("SOURCE_DATE_EPOCH", time.time()))) if today
                else time.strptime(date, "%Y-%m-%d"))
-        print(f"draped ({number}) {'UNRELEASED' if today else 'unstable'}; urgency=medium\n")
+        print(f"draped ({number.replace('-', '~')}) {'UNRELEASED' if today else 'unstable'}; urgency=medium\n")
         for change in changes:
             print(textwrap.fill(" ".join(change.split()), 78, initial_indent="  * ",
                                 subsequent_indent="    ", break_on_hyphens=False))
@@ -96,7 +97,7 @@ def main():
         return print(version)
     if wanted == "--debian":
         return print_debian()
-    if re.fullmatch(r"\d+\.\d+\.\d+", wanted):
+    if re.fullmatch(NUMBER, wanted):
         return raise_to(wanted)
     if wanted in ("--check", "--release"):
         return (check if wanted == "--check" else release)(version)
