@@ -54,16 +54,20 @@ static enum http_next item_failed(struct call *call, enum store_answer answer) {
 
 /* ------------------------------------------------------------------ storing */
 
+const struct file_format *items_file_of(const char *type) {
+    for (int k = 0; type && k < FILE_FORMATS; k++)
+        if (negotiate_is_type(type, file_formats[k].media_type))
+            return &file_formats[k];
+    return NULL;
+}
+
 /* What file the body of a surface is said to be; NULL: JSON. */
 static const struct file_format *source_of(const struct request *request) {
     const char *name = request_query(request, "format");
     const char *type = request_header(request, "Content-Type");
     if (name)
         return file_format_named(name);
-    for (int k = 0; type && k < FILE_FORMATS; k++)
-        if (negotiate_is_type(type, file_formats[k].media_type))
-            return &file_formats[k];
-    return NULL;
+    return items_file_of(type);
 }
 
 bool items_check_file(struct call *call) {

@@ -3,9 +3,9 @@
  * of one of its variants, of a laminate those of its plies. */
 #include "checking.h"
 #include "handlers.h"
+#include "items.h"
 #include "laminates.h"
 #include "server/config.h"
-#include "server/http/negotiate.h"
 #include "server/http/stream.h"
 #include "server/work/stored_result.h"
 #include <stdio.h>
@@ -114,7 +114,7 @@ enum http_next maps_answer(struct call *call, const struct format *format, const
 }
 
 enum http_next maps_create(struct call *call) {
-    const char *type = request_header(call->request, "Content-Type");
+    const struct file_format *mesh = items_file_of(request_header(call->request, "Content-Type"));
     struct call_choice choice;
     if (!call_choose(call, FORMAT_MAP, &choice))
         return HTTP_DONE;
@@ -123,7 +123,7 @@ enum http_next maps_create(struct call *call) {
         char *record = NULL;
         bool begun;
         size_t sample;
-        order.nastran = type && negotiate_is_type(type, "text/x-nastran");
+        order.mesh = mesh ? mesh->name : NULL;
         order.id = call->request->parameter;
         order.format = choice.format->name;
         if (call->kind == STORE_STUDY) {

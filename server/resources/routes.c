@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "routes.h"
 #include "handlers.h"
+#include "items.h"
 #include "server/config.h"
 #include "server/http/access.h"
 #include "server/http/negotiate.h"
@@ -196,17 +197,20 @@ static bool check_media_type(struct call *call) {
     const struct route *route = call->request->route;
     const char *type = request_header(call->request, "Content-Type");
     bool mesh = route->flags & ROUTE_MESH, page = request_header(call->request, "Origin");
+    const struct file_format *file = items_file_of(type);
     if (route->flags & ROUTE_FILE && items_check_file(call))
         return !call->reply->status;
     if (!(route->flags & (ROUTE_BODY | ROUTE_MESH)) || (!type && !page) ||
-        (type && negotiate_is_json(type)) ||
-        (type && mesh && negotiate_is_type(type, "text/x-nastran")))
+        (type && negotiate_is_json(type)) || (type && mesh && file && !file->cad))
         return true;
-    reply_header(call->reply, "Accept", "application/json%s", mesh ? ", text/x-nastran" : "");
+    reply_header(call->reply, "Accept", "application/json%s",
+                 mesh ? ", text/x-nastran, text/x-abaqus, text/x-lsdyna, text/x-gmsh, text/x-unv, "
+                        "model/stl, model/obj"
+                      : "");
     reply_refuse(call->reply, API_UNSUPPORTED_MEDIA_TYPE,
                  "the Content-Type is '%.64s' but must be application/json%s; with curl: -H "
                  "'Content-Type: application/json'",
-                 type ? type : "", mesh ? " or text/x-nastran" : "");
+                 type ? type : "", mesh ? " or that of a mesh (text/x-nastran, ...)" : "");
     return false;
 }
 

@@ -84,10 +84,10 @@ struct checker_order {
     struct api_start start;
     /* of CHECKER_SURFACE: what file the body is, "" for JSON, and the unit of one that says none */
     char source[CHECKER_OPTION_SIZE], unit[CHECKER_OPTION_SIZE];
-    uint64_t variant; /* of a study; of CHECKER_STACK the number of plies, of
-                         CHECKER_PATTERNS 0 for all of them or else that of one from 1 */
+    uint64_t variant;               /* of a study; of CHECKER_STACK the number of plies, of
+                                       CHECKER_PATTERNS 0 for all of them or else that of one from 1 */
+    char mesh[CHECKER_OPTION_SIZE]; /* of maps: the format of the body, "" for JSON */
     /* of maps, samples and reports */
-    bool nastran;
     char id[API_ID_SIZE];
     char format[CHECKER_OPTION_SIZE];
 };

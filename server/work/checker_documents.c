@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "api/files/files.h"
 #include "api/format/format.h"
 #include "api/json/text.h"
 #include "api/laminate/check.h"
@@ -126,9 +127,9 @@ static bool make_map(const struct checker_task *task, const struct format *forma
     struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
     struct api_input input = {.request = task->document[CHECKER_SECOND],
                               .request_length = order->length[CHECKER_SECOND]};
-    enum api_problem_id read = order->nastran
-                                   ? map_target_nastran(body, length, arena, mesh, problem)
-                                   : map_target_json(body, length, arena, mesh, problem);
+    const struct file_format *file = file_format_named(order->mesh);
+    enum api_problem_id read = file ? file_read_target(file, body, length, arena, mesh, problem)
+                                    : map_target_json(body, length, arena, mesh, problem);
     if (read == API_OK && !mesh->elements && format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE,
                         "%s needs a mesh with elements; a map onto points is available as json, "

@@ -83,9 +83,8 @@ struct document_pool_order {
                                       that says none; NULL: neither */
     struct document_pool_columns columns; /* of a map, a variant or a report */
     size_t variant;
-    /* of a map, sample or report */
-    bool nastran;
-    const char *id, *format;
+    const char *mesh;        /* of a map: the format of its mesh; NULL: JSON */
+    const char *id, *format; /* of a map, sample or report */
 };
 
 /* For /metrics. */

@@ -56,7 +56,7 @@ static int64_t reserve_of(const struct document_pool_order *order, int64_t most)
     if (order->kind == CHECKER_MAP || order->kind == CHECKER_PATTERNS ||
         order->kind == CHECKER_SAMPLE_MAP || stack)
         bytes = MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns +
-                (order->nastran ? MAP_BYTES_PER_BULK_BYTE : MAP_BYTES_PER_JSON_BYTE) * body;
+                (order->mesh ? MAP_BYTES_PER_BULK_BYTE : MAP_BYTES_PER_JSON_BYTE) * body;
     if (stack)
         bytes += STACK_BYTES_PER_BODY_BYTE * (int64_t)order->variant * body;
     if (order->kind == CHECKER_VARIANT || sample)
@@ -233,7 +233,7 @@ struct check *check_new(struct document_pool *pool, const struct document_pool_o
     check->queue = check->reserve > FAST_BYTES ? QUEUE_SLOW : QUEUE_FAST;
     packet->kind = order->kind;
     packet->limits = order->limits;
-    packet->nastran = order->nastran;
+    snprintf(packet->mesh, sizeof packet->mesh, "%s", order->mesh ? order->mesh : "");
     packet->variant = order->variant;
     packet->has_start = order->start != NULL;
     if (order->start)

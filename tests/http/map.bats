@@ -313,12 +313,30 @@ END
     head -c $(($(wc -c <"$mesh") - 11)) "$mesh" | wrong "line 8: a corner of CTRIA3 is ''"
 }
 
+@test "map: the shells of decks and meshers get their fields under their own numbers, as by bulk data" {
+    printf '%s\n' 'GRID,1,,0.,0.,0.' 'GRID,2,,1.,0.,0.' 'GRID,3,,1.,1.,0.' 'GRID,40,,0.,1.,0.' \
+        'GRID,5,,2.,.5,-1.5e-3' 'CQUAD4,901,1,1,2,3,40' 'CTRIA3,17,2,2,5,3' >"$BATS_TEST_TMPDIR/mesh"
+    call POST "/v1/drapes/$id/map" -H "$NASTRAN" --data-binary "@$BATS_TEST_TMPDIR/mesh"
+    expect 200
+    jq -cS '.cells | del(.id)' "$body" >"$BATS_TEST_TMPDIR/wanted"
+    for format in abaqus lsdyna gmsh2 gmsh4 universal; do
+        case $format in gmsh*) type=gmsh ;; universal) type=unv ;; *) type=$format ;; esac
+        tr -d '\0' <tests/fuzz/corpus/mesh_files/$format | sed '1s/^[^*$ ]*//' >"$BATS_TEST_TMPDIR/mesh"
+        call POST "/v1/drapes/$id/map" -H "Content-Type: text/x-$type" --data-binary "@$BATS_TEST_TMPDIR/mesh"
+        expect 200
+        [ "$(field '.cells.id | sort | join(" ")')" = '17 901' ]
+        [ "$(field '.cells.k1 | add * 1e16 | round')" = "$(jq '.k1 | add * 1e16 | round' "$BATS_TEST_TMPDIR/wanted")" ]
+    done
+    call POST "/v1/drapes/$id/map" -H 'Content-Type: text/x-gmsh' --data 'not a mesh'
+    expect_problem 422 invalid-request
+}
+
 @test "map: a missing, waiting, cancelled or wrongly typed drape answers like its result" {
     call POST /v1/drapes/none/map -H "$JSON" --data "$POINTS"
     expect_problem 404 not-found
     call POST "/v1/drapes/$id/map" -H 'Content-Type: text/plain' --data "$POINTS"
     expect_problem 415 unsupported-media-type
-    [ "$(header Accept)" = 'application/json, text/x-nastran' ]
+    [ "$(header Accept)" = 'application/json, text/x-nastran, text/x-abaqus, text/x-lsdyna, text/x-gmsh, text/x-unv, model/stl, model/obj' ]
     call POST "/v1/drapes/$id/map" -H 'Content-Type:' --data "$POINTS"
     expect 200
     call GET "/v1/drapes/$id/map"
