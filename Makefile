@@ -201,7 +201,7 @@ UNITS ?= $(PREFIX)/lib/systemd/system
 VERSION := $(shell deploy/version.py)
 OPERATORS := $(addprefix deploy/,nginx.conf Caddyfile prometheus grafana systemd kubernetes container \
              compose.yaml)
-PAGES := fields formats handover laminates mathematics operations runbook scaling settings \
+PAGES := fields formats handover laminates mathematics operations pieces runbook scaling settings shop \
          small-radii studies threat-model
 install: all sbom $(B)/draped.1 $(B)/drape.1 ## below $(PREFIX) (/usr/local) and DESTDIR
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
