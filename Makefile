@@ -168,6 +168,24 @@ $(B)/drape-import: $(IMPORT_OBJ) $(LIBS)
 
 library: $(B)/libdrape.so ## build/libdrape.so, the solver for programs in C and what calls C
 
+# What npm makes: the package `draped` with its example. What esbuild and Vite run is an optional package,
+# one for each machine.
+CLIENTS := clients/typescript clients/typescript/example
+$(CLIENTS:%=%/node_modules): %/node_modules: %/package-lock.json | $(B)/.setup-page
+	@npm ci --silent --no-audit --no-fund --ignore-scripts --prefix $* && touch $@
+# One after the other: the example links to the package.
+clients/typescript/example/node_modules: | clients/typescript/node_modules
+clients/typescript/dist/index.js: clients/typescript/node_modules api/openapi.yaml $(VIEWER) \
+        $(wildcard clients/typescript/*.mjs clients/typescript/*.json) \
+        $(filter-out %/schema.ts,$(wildcard clients/typescript/src/*.ts))
+	$(call say,BUILD,clients/typescript)node clients/typescript/build.mjs
+EXAMPLE := clients/typescript/example
+$(EXAMPLE)/dist/index.html: clients/typescript/dist/index.js $(EXAMPLE)/node_modules \
+        $(EXAMPLE)/index.html $(EXAMPLE)/main.ts
+	@cd $(EXAMPLE) && node ../node_modules/typescript/bin/tsc -p . && npx vite build --logLevel error
+.PHONY: clients
+clients: $(EXAMPLE)/dist/index.html ## the npm package draped and its example
+
 include tests/tests.mk
 
 help: ## this list
@@ -194,7 +212,8 @@ lint: all .test-tools ## the checks of the source alone: format, layers, what th
 format: tests/browser/node_modules ## clang-format 14, prettier
 	find solver api library cli import server tests -name node_modules -prune -o \
 	    \( -name '*.[ch]' -o -name '*.cc' \) -print | xargs $(CLANG_FORMAT) -i
-	node $</prettier/bin/prettier.cjs --log-level warn --write server/viewer/*.js tests/*/*.mjs
+	node $</prettier/bin/prettier.cjs --log-level warn --write server/viewer/*.js tests/*/*.mjs \
+	    $$(git ls-files 'clients/*.ts' 'clients/*.js' 'clients/*.mjs')
 
 PREFIX ?= /usr/local
 UNITS ?= $(PREFIX)/lib/systemd/system

@@ -4,7 +4,7 @@
 
 What they load comes from ldd and dpkg: the package of each shared library with its version, its
 source and the licences that its copyright file names; so do the archives that are linked in. Packages of npm come from the lock files;
-those of tests/ are excluded from what runs. Usage: deploy/sbom.py VERSION PROGRAM...
+those of tests/ are excluded from what runs, and those of clients/ are of other programs. Usage: deploy/sbom.py VERSION PROGRAM...
 """
 import hashlib
 import json
@@ -89,7 +89,7 @@ def npm_components(lock):
 def lock_files():
     for folder, folders, files in os.walk(HERE):
         folders[:] = sorted(name for name in folders
-                            if name not in (".git", "node_modules") and not name.startswith("build"))
+                            if name not in (".git", "node_modules", "clients") and not name.startswith("build"))
         if "package-lock.json" in files:
             yield os.path.join(folder, "package-lock.json")
 

@@ -34,7 +34,7 @@ FIRST = ["browser/page", "faults/test_slow", "test_store_faults", "http/jobs", "
          "faults/test_disk", "faults/test_kills", "http/studies", "http/map", "http/roles",
          "hosts/hosts.sh", "http/", "faults/", "deploy/", "browser/", "store/", "server/", "sanitized"]
 # What runs daemons, whose answers take longer on a busy machine.
-DAEMONS = ("http/", "faults/", "import/", "store/", "server/", "deploy/", "browser/", "hosts/")
+DAEMONS = ("http/", "faults/", "import/", "store/", "server/", "deploy/", "browser/", "clients/", "hosts/")
 # What mostly waits leaves the processors to others: as long as they idle another job begins beside.
 MOST = 3 * CORES  # jobs at a time
 LOOK = 1.0  # seconds over which idling is measured
@@ -144,7 +144,7 @@ def benchmark():
 
 def pages(build):
     return [Job(file, ["node", "--test-reporter=tap", file], {"BUILD": build})
-            for file in sorted(glob.glob("tests/browser/*.test.mjs"))]
+            for file in sorted(glob.glob("tests/browser/*.test.mjs") + glob.glob("tests/clients/*.test.mjs"))]
 
 
 def every_day(build):

@@ -56,7 +56,7 @@ SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recove
 # built depends on it.
 .test-tools:
 	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s $(THREE)/package.json $(TEST_MODULES)
+	@$(MAKE) --no-print-directory -s $(THREE)/package.json $(TEST_MODULES) clients
 
 # Validators of glTF, manifests and bills of materials, and what drives the browser, as the lock
 # files pin them.
