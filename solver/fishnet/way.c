@@ -198,9 +198,10 @@ bool way_lay(struct surface_cursor *cursor, const struct surface_point *p,
     double least = no_piece * vec3_distance(p->jet.r, q->jet.r);
     int on = WAY_ALONG;
     way->pieces = way->used = way->joints = 0;
-    while (begin.surface != q->surface) {
+    /* Round a vertex at p it could go from face to face for ever, without a piece. */
+    for (int left = 2 * WAY_JOINTS; begin.surface != q->surface; left--) {
         struct crossing *joint = &way->joint[way->joints];
-        if (way->joints == WAY_JOINTS || !leave_face(cursor, &begin, q, joint) ||
+        if (left == 0 || way->joints == WAY_JOINTS || !leave_face(cursor, &begin, q, joint) ||
             !leave_straight(cursor, &begin, q, joint, &end))
             return false;
         bool beyond_p = way->pieces == 0 && vec3_distance(begin.jet.r, end.jet.r) <= least;
