@@ -12,23 +12,8 @@ plane='{"surface": {"degree_u": 1, "degree_v": 1, "size_u": 2, "size_v": 2,
     "plies": [{"name": "skin", "fabric": {"spacing": 0.1, "thickness": 0.001, "locking_angle_deg": 40},
         "areal_weight": 0.5, "courses": {"width": 0.8, "along": {"edge": [2, 0, 0]}}}]}'
 
-# drape_courses EXPRESSION [ARGUMENT...]: the plane, changed by jq, by the command.
-drape_courses() {
-    jq -c "$1" <<<"$plane" >"$BATS_TEST_TMPDIR/courses.json"
-    shift
-    status=0
-    output=$("$DRAPE" "$BATS_TEST_TMPDIR/courses.json" "$@" 2>"$BATS_TEST_TMPDIR/stderr") || status=$?
-    stderr=$(<"$BATS_TEST_TMPDIR/stderr")
-}
-
-# number EXPRESSION VALUE [WITHIN]: of the first ply.
-number() {
-    jq -e ".plies[0] | ($1) - ($2) | fabs < ${3:-1e-9}" <<<"$output" >/dev/null ||
-        { jq -c ".plies[0] | $1" <<<"$output" && false; }
-}
-
 @test "courses from an edge cover a plane, and the last one is trimmed" {
-    drape_courses .
+    drape_plane .
     [ "$(jq -c '[.plies[0].pieces[].name]' <<<"$output")" = '["course_1","course_2","course_3","course_4"]' ]
     number .cloth_coverage 1
     number .courses.count 4
@@ -45,35 +30,35 @@ number() {
 }
 
 @test "gaps, overlaps and first offsets have their areas, on both sides of a line" {
-    drape_courses '.plies[0].courses += {gap: 0.05, first_offset: -0.2}'
+    drape_plane '.plies[0].courses += {gap: 0.05, first_offset: -0.2}'
     number '.courses.gap_area' 0.6
     number '.cloth_coverage' 0.95
     number '.pieces[0].course.net_area' 2.4
     number '.pieces[1].course | .gap_least, .gap_greatest | [.] | add' 0.05
-    drape_courses '.plies[0].courses += {overlap: 0.05}'
+    drape_plane '.plies[0].courses += {overlap: 0.05}'
     number '.courses.overlap_area' 0.6
     number '.courses.area' 12.8
     number '.cloth_coverage' 1
-    drape_courses '.plies[0].courses += {gap: [[0, 0.1], [0.1, 0], [0]]}'
+    drape_plane '.plies[0].courses += {gap: [[0, 0.1], [0.1, 0], [0]]}'
     number '.courses.gap_area' '0.2 * (1 + (1.000625 | sqrt))' # the second is slanted itself
-    drape_courses '.plies[0].courses = {width: 0.8, gap: 0.02}' # from the middle to both sides
+    drape_plane '.plies[0].courses = {width: 0.8, gap: 0.02}' # from the middle to both sides
     number .courses.count 4
     number .cloth_coverage 0.98
     number '.courses.gap_area' 0.24
-    drape_courses '.plies[0].courses = {width: [0.8, 0.5], order: "left"}'
+    drape_plane '.plies[0].courses = {width: [0.8, 0.5], order: "left"}'
     number .courses.count 3
     number .cloth_coverage 0.5
-    drape_courses '.plies[0].courses = {width: 0.8, order: "right", along: {path: [[0.5, 2, 0], [3.5, 2, 0]]}}'
+    drape_plane '.plies[0].courses = {width: 0.8, order: "right", along: {path: [[0.5, 2, 0], [3.5, 2, 0]]}}'
     number .courses.count 3
     number .cloth_coverage '2 / 3'
-    drape_courses '.plies[0].courses += {ends: 0.1, wanted_direction: [1, 1, 0]}'
+    drape_plane '.plies[0].courses += {ends: 0.1, wanted_direction: [1, 1, 0]}'
     number '.pieces[0].course.cut_length' 4.2
     number '.pieces[0].course.trim_area' 0.16
     number '.courses.angle_deviation_max_deg' 45
 }
 
 @test "the stagger is asked for, and measured against the ply below" {
-    drape_courses '.plies[1] = .plies[0] | .plies[1].name = "core" | .plies[2] = .plies[1] |
+    drape_plane '.plies[1] = .plies[0] | .plies[1].name = "core" | .plies[2] = .plies[1] |
         .plies[2].name = "top" | .plies[].courses.stagger = 0.3'
     number '.courses | has("stagger") | if . then 1 else 0 end' 0
     output=$(jq -c '.plies |= .[1:]' <<<"$output")
@@ -102,7 +87,7 @@ quarter() {
     for top in 2 1; do
         quarter "$top" >"$BATS_TEST_TMPDIR/quarter.json"
         plane=$(jq -c --slurpfile s "$BATS_TEST_TMPDIR/quarter.json" '.surface = $s[0]' <<<"$plane") \
-            drape_courses '.plies[0].fabric.spacing = 0.05 | .plies[0].courses =
+            drape_plane '.plies[0].fabric.spacing = 0.05 | .plies[0].courses =
                 {width: 0.4} | .plies[0].method = "geodesic" | .plies[0].direction = {angle_deg: 30}'
         number '.courses.max_shear_deg' 0 0.01
         number '[.pieces[].course | select(.trim_area < 0) ] | length' 0
@@ -113,17 +98,17 @@ quarter() {
     local mesh=$BATS_TEST_TMPDIR/mesh.json
     echo '{"mesh": {"vertices": [[1, 0.3, 0], [1.2, 0.3, 0], [1, 0.4, 0], [1, 0.7, 0], [1.2, 0.7, 0],
            [1, 0.71, 0]], "triangles": [[0, 1, 2], [3, 4, 5]]}}' >"$mesh"
-    drape_courses '.plies[0].courses.overlap = 0.2' --map "$mesh"
+    drape_plane '.plies[0].courses.overlap = 0.2' --map "$mesh"
     [ "$(jq -c '.plies | [.element, .ply, .piece]' <<<"$output")" = '[[0,1,1],[1,1,1],[1,1,2]]' ]
     [ "$(jq -c '[.cells.thickness[] * 1e6 | round]' <<<"$output")" = '[1000,2000]' ]
-    drape_courses . --map "$mesh" --format nastran
+    drape_plane . --map "$mesh" --format nastran
     grep -q 'PCOMP' <<<"$output"
 }
 
 @test "patterns and the ply book have every course" {
-    drape_courses . --format dxf
+    drape_plane . --format dxf
     [ "$(grep -cE '^1 skin, course_[1-4]$' <<<"$output")" -eq 4 ]
-    drape_courses . --format html
+    drape_plane . --format html
     [[ $output == *'1  skin, course_4'* && $output == *'<h2>Courses</h2>'* && $output == *'<td>12.8</td>'* ]]
 }
 
@@ -181,7 +166,7 @@ quarter() {
 
 # refused EXPRESSION POINTER
 refused() {
-    drape_courses "$1"
+    drape_plane "$1"
     [ "$status" -eq 1 ]
     [[ $stderr == *"  $2: "* ]] || { echo "$stderr" && false; }
 }

@@ -143,6 +143,21 @@ expect_problem() {
         { cat "$body"; return 1; }
 }
 
+# drape_plane EXPRESSION [ARGUMENT...]: the laminate $plane, changed by jq, by the command.
+drape_plane() {
+    jq -c "$1" <<<"$plane" >"$BATS_TEST_TMPDIR/laminate.json"
+    shift
+    status=0
+    output=$("$DRAPE" "$BATS_TEST_TMPDIR/laminate.json" "$@" 2>"$BATS_TEST_TMPDIR/stderr") || status=$?
+    stderr=$(<"$BATS_TEST_TMPDIR/stderr")
+}
+
+# number EXPRESSION VALUE [WITHIN]: of the first ply of its output.
+number() {
+    jq -e ".plies[0] | ($1) - ($2) | fabs < ${3:-1e-9}" <<<"$output" >/dev/null ||
+        { jq -c ".plies[0] | $1" <<<"$output" && false; }
+}
+
 # A drape of a few milliseconds; another FACTOR is another request.
 quick() { jq -c --argjson factor "$1" '.fabric.spacing = 0.2 * $factor' $EXAMPLES/saddle.json; }
 

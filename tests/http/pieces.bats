@@ -13,23 +13,8 @@ plane='{"surface": {"degree_u": 1, "degree_v": 1, "size_u": 2, "size_v": 2,
         "splits": [{"path": [[2, 0, 0], [2, 3, 0]]}],
         "pieces": [{"at": [3, 1, 0], "name": "right", "direction": {"angle_deg": 30}}]}]}'
 
-# drape_pieces EXPRESSION [ARGUMENT...]: the plane, changed by jq, by the command.
-drape_pieces() {
-    jq -c "$1" <<<"$plane" >"$BATS_TEST_TMPDIR/pieces.json"
-    shift
-    status=0
-    output=$("$DRAPE" "$BATS_TEST_TMPDIR/pieces.json" "$@" 2>"$BATS_TEST_TMPDIR/stderr") || status=$?
-    stderr=$(<"$BATS_TEST_TMPDIR/stderr")
-}
-
-# number EXPRESSION VALUE: of the first ply, to 1e-9.
-number() {
-    jq -e ".plies[0] | ($1) - ($2) | fabs < 1e-9" <<<"$output" >/dev/null ||
-        { jq -c ".plies[0] | $1" <<<"$output" && false; }
-}
-
 @test "two pieces of a plane cover it, and their seam is as wide as asked for" {
-    drape_pieces .
+    drape_plane .
     [ "$(jq -c '[.plies[0].pieces[].name]' <<<"$output")" = '["right","piece_2"]' ]
     number .cloth_coverage 1
     number '.pieces[0].area' 6
@@ -39,24 +24,24 @@ number() {
     number '.seams[0].mean_angle_deg' 30
     number '.seams[0].greatest_angle_deg' 30
     number '.seams[0].overlap_area + .seams[0].gap_area' 0
-    drape_pieces '.plies[0].seam = {overlap: 0.25}'
+    drape_plane '.plies[0].seam = {overlap: 0.25}'
     number '.pieces[0].area' 6.375
     number '.pieces[1].area' 6.375
     number '.seams[0].overlap_area' 0.75
     number .cloth_coverage 1
-    drape_pieces '.plies[0].seam = {overlap: 0.25, over: "first"}'
+    drape_plane '.plies[0].seam = {overlap: 0.25, over: "first"}'
     number '.pieces[0].area' 6
     number '.pieces[1].area' 6.75
-    drape_pieces '.plies[0].seam = {overlap: 0.25, over: "last"}'
+    drape_plane '.plies[0].seam = {overlap: 0.25, over: "last"}'
     number '.pieces[0].area' 6.75
-    drape_pieces '.plies[0].seam = {gap: 0.04}'
+    drape_plane '.plies[0].seam = {gap: 0.04}'
     number '.pieces[0].area' 5.94
     number '.seams[0].gap_area' 0.12
     number .cloth_coverage '11.88 / 12'
 }
 
 @test "a closed split cuts out an island, and splits may end at splits" {
-    drape_pieces '.plies[0] |= (.splits = [{path: [[1, 1, 0], [3, 1, 0], [3, 2, 0], [1, 2, 0], [1, 1, 0]]},
+    drape_plane '.plies[0] |= (.splits = [{path: [[1, 1, 0], [3, 1, 0], [3, 2, 0], [1, 2, 0], [1, 1, 0]]},
         {path: [[2, 1, 0], [2, 2, 0]]}] | .pieces = [{at: [0.5, 0.5, 0], name: "frame"},
         {at: [1.5, 1.5, 0], name: "left"}, {at: [2.5, 1.5, 0], name: "right"}])'
     number '.pieces[0].area' 10
@@ -95,19 +80,19 @@ box() {
     echo '{"mesh": {"vertices": [[1, 1, 0], [1.2, 1, 0], [1, 1.2, 0], [1.9, 1, 0], [2.1, 1, 0],
            [1.98, 1.2, 0], [3, 1, 0], [3.2, 1, 0], [3, 1.2, 0]],
            "triangles": [[0, 1, 2], [3, 4, 5], [6, 7, 8]]}}' >"$mesh"
-    drape_pieces '.plies[0].seam = {overlap: 0.25} | .plies[1] = (.plies[0] | del(.splits, .seam, .pieces))' \
+    drape_plane '.plies[0].seam = {overlap: 0.25} | .plies[1] = (.plies[0] | del(.splits, .seam, .pieces))' \
         --map "$mesh"
     [ "$(jq -c '.plies | [.element, .ply, .piece]' <<<"$output")" = \
         '[[0,0,1,1,1,2,2],[1,2,1,1,2,1,2],[2,0,1,2,0,1,0]]' ]
     [ "$(jq -c '[.cells.thickness[] * 1e6 | round]' <<<"$output")" = '[2000,3000,2000]' ]
-    drape_pieces . --map "$mesh" --format nastran
+    drape_plane . --map "$mesh" --format nastran
     grep -q 'PCOMP' <<<"$output"
 }
 
 @test "patterns and the ply book have every piece" {
-    drape_pieces '.plies[0].seam = {overlap: 0.25}' --format dxf
+    drape_plane '.plies[0].seam = {overlap: 0.25}' --format dxf
     [ "$(grep -cE '^1 skin, (right|piece_2)$' <<<"$output")" -eq 2 ]
-    drape_pieces '.plies[0].seam = {overlap: 0.25}' --format html
+    drape_plane '.plies[0].seam = {overlap: 0.25}' --format html
     [[ $output == *'1  skin, right'* && $output == *'<h2>Seams</h2>'* && $output == *'0.75'* ]]
 }
 
@@ -144,7 +129,7 @@ box() {
 
 # refused EXPRESSION POINTER
 refused() {
-    drape_pieces "$1"
+    drape_plane "$1"
     [ "$status" -eq 1 ]
     [[ $stderr == *"$2: "* ]] || { echo "$stderr" && false; }
 }
