@@ -67,19 +67,9 @@ static bool layer_point(const struct layer *l, int32_t face, const double uv[2],
 }
 
 static bool nearest_point(const struct layer *l, struct vec3 r, struct surface_point *point) {
-    const struct surface *surface = l->surface;
     struct surface_cursor cursor = {0};
-    double uv[2], distance;
-    if (surface->shell) {
-        struct shell_point nearest;
-        shell_nearest(surface->shell, r, shell_component(surface->shell, surface->face), &nearest,
-                      &distance);
-        surface = shell_surface(surface->shell, nearest.face);
-        memcpy(uv, nearest.inner, sizeof uv);
-    } else {
-        surface_nearest_at(surface, r, uv, &distance);
-    }
-    return surface_point_at(surface, &cursor, uv, point) &&
+    double distance;
+    return surface_point_nearest(l->surface, &cursor, r, point, &distance) &&
            distance <= l->settings->drape.spacing[0];
 }
 
@@ -135,7 +125,7 @@ static enum status along_path(const struct layer *l, struct course_line *line) {
     return STATUS_OK;
 }
 
-static struct vec3 rim_point(const struct drape_rim *rim, size_t k) {
+static struct vec3 cloth_rim_point(const struct drape_rim *rim, size_t k) {
     return vec3_make(rim->x[k], rim->y[k], rim->z[k]);
 }
 
@@ -143,16 +133,17 @@ static struct vec3 rim_point(const struct drape_rim *rim, size_t k) {
  * of it. Points nearer to it than `near` are that point once more, as rims have at corners. */
 static bool turns_at(const struct drape_rim *rim, size_t first, size_t count, size_t k,
                      double near) {
-    struct vec3 r = rim_point(rim, first + k), way[2] = {{0, 0, 0}, {0, 0, 0}};
+    struct vec3 r = cloth_rim_point(rim, first + k), way[2] = {{0, 0, 0}, {0, 0, 0}};
     for (int side = 0; side < 2; side++)
         for (size_t n = 1; n < count && !(vec3_norm(way[side]) > near); n++)
-            way[side] = vec3_sub(rim_point(rim, first + (k + (side ? n : count - n)) % count), r);
+            way[side] =
+                vec3_sub(cloth_rim_point(rim, first + (k + (side ? n : count - n)) % count), r);
     return vec3_dot(vec3_unit(way[0]), vec3_unit(way[1])) > -corner_cosine;
 }
 
 /* The distance of a point from the piece between two points of the rim. */
 static double piece_distance(const struct drape_rim *rim, size_t from, size_t to, struct vec3 at) {
-    struct vec3 a = rim_point(rim, from), way = vec3_sub(rim_point(rim, to), a);
+    struct vec3 a = cloth_rim_point(rim, from), way = vec3_sub(cloth_rim_point(rim, to), a);
     double length2 = vec3_norm2(way), x = vec3_dot(vec3_sub(at, a), way);
     x = length2 > 0 ? fmin(fmax(x / length2, 0), 1) : 0;
     return vec3_distance(vec3_axpy(x, way, a), at);
@@ -165,8 +156,8 @@ static enum status follow_rim(const struct layer *l, const struct drape_rim *rim
     double step = l->settings->drape.spacing[0], length = 0;
     size_t room = 2;
     for (size_t n = 0; n < pieces; n++)
-        length += vec3_distance(rim_point(rim, first + (begin + n) % count),
-                                rim_point(rim, first + (begin + n + 1) % count));
+        length += vec3_distance(cloth_rim_point(rim, first + (begin + n) % count),
+                                cloth_rim_point(rim, first + (begin + n + 1) % count));
     room += (size_t)fmin(2 * length / step, 1e6);
     double own = length / fmax(floor(length / step), 1), ahead = 0, gone = 0;
     if (!line_alloc(line, room, l->arena))
@@ -174,7 +165,7 @@ static enum status follow_rim(const struct layer *l, const struct drape_rim *rim
     for (size_t n = 0; n < pieces; n++) {
         size_t a = first + (begin + n) % count, b = first + (begin + n + 1) % count;
         int32_t face = rim->face ? rim->face[a] : 0;
-        double piece = vec3_distance(rim_point(rim, a), rim_point(rim, b));
+        double piece = vec3_distance(cloth_rim_point(rim, a), cloth_rim_point(rim, b));
         bool leaps = rim->face && rim->face[b] != face, last = n + 1 == pieces;
         while (line->count < room && piece > 0 && !leaps &&
                (ahead <= gone + piece || (last && ahead < length + own / 2))) {
@@ -233,7 +224,7 @@ static enum status along_edge(const struct layer *l, struct course_line *line) {
 
 /* ---- a course ---- */
 
-static bool is_on_part(const struct layer *l, const struct surface_point *at) {
+static bool place_is_on_part(const struct layer *l, const struct surface_point *at) {
     const struct surface *surface = l->surface;
     const struct trim *trim =
         surface->shell ? shell_trim(surface->shell, at->surface->face) : l->part->trim;
@@ -249,7 +240,7 @@ static bool is_on_part(const struct layer *l, const struct surface_point *at) {
 static bool *mark_inside(const struct layer *l, const struct course_line *line) {
     bool *inside = arena_alloc(l->arena, line->count, sizeof *inside);
     for (size_t k = 0; inside && k < line->count; k++)
-        inside[k] = is_on_part(l, &line->at[k]);
+        inside[k] = place_is_on_part(l, &line->at[k]);
     return inside;
 }
 
@@ -262,7 +253,7 @@ static double find_exit(const struct layer *l, const struct course_line *line, d
         struct surface_point at;
         struct vec3 tangent;
         double middle = (on + off) / 2;
-        bool there = line_point(line, middle, &cursor, &at, &tangent) && is_on_part(l, &at);
+        bool there = line_point(line, middle, &cursor, &at, &tangent) && place_is_on_part(l, &at);
         *(there ? &on : &off) = middle;
     }
     return on;
@@ -426,8 +417,8 @@ static void add_rim_piece(const struct drape_rim *rim, size_t from, size_t to,
 
 /* Widens a range by where an edge of the cloth, whose point k is that of column `first` + k, is on
  * the part. */
-static bool add_edge(const struct layer *l, const struct course_line *edge, int32_t first,
-                     double range[2]) {
+static bool widen_columns(const struct layer *l, const struct course_line *edge, int32_t first,
+                          double range[2]) {
     bool *inside = mark_inside(l, edge);
     double run[2];
     for (size_t k = 0, end; inside && k < edge->count; k = end) {
@@ -566,9 +557,9 @@ static enum status lay_course(const struct layer *l, size_t number, struct cours
         *more = *more || row.inside[k];
     if (*more || row.count >= 2)
         status = line_of_row(l, &row, line);
-    if (status == STATUS_OK && row.count >= 2 && !add_edge(l, line, row.first, ends))
+    if (status == STATUS_OK && row.count >= 2 && !widen_columns(l, line, row.first, ends))
         return STATUS_OUT_OF_MEMORY;
-    if (!add_edge(l, near, -(int32_t)course->place_start, ends))
+    if (!widen_columns(l, near, -(int32_t)course->place_start, ends))
         return STATUS_OUT_OF_MEMORY;
     measure_course(l, ends, course);
     return status;

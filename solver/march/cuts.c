@@ -56,9 +56,8 @@ static struct vec3 path_at(const struct path_line *line, double s, struct vec3 *
 }
 
 bool cuts_nearest(struct march *march, struct vec3 r, struct surface_point *place) {
-    const struct surface *surface = march->surface;
-    double uv[2], distance;
-    if (!surface) {
+    double distance;
+    if (!march->surface) {
         struct mesh_point nearest;
         int32_t component =
             march->mesh->component[march_mesh_point_of(&march->start.point).triangle];
@@ -67,17 +66,8 @@ bool cuts_nearest(struct march *march, struct vec3 r, struct surface_point *plac
             *place = march_mesh_point(march, &nearest);
         return found;
     }
-    if (surface->shell) {
-        struct shell_point nearest;
-        shell_nearest(surface->shell, r, shell_component(surface->shell, surface->face), &nearest,
-                      &distance);
-        surface = shell_surface(surface->shell, nearest.face);
-        memcpy(uv, nearest.inner, sizeof uv);
-    } else {
-        surface_nearest_at(surface, r, uv, &distance);
-    }
-    return surface_point_at(surface, &march->cursor, uv, place) &&
-           !surface_point_at_pole(surface, place);
+    return surface_point_nearest(march->surface, &march->cursor, r, place, &distance) &&
+           !surface_point_at_pole(place->surface, place);
 }
 
 /* Lips end so near to the ends of the line, as a share of the spacing: there, at a pole or a corner

@@ -72,6 +72,20 @@ bool surface_point_at(const struct surface *surface, struct surface_cursor *curs
     return surface_point_complete(surface, point);
 }
 
+bool surface_point_nearest(const struct surface *surface, struct surface_cursor *cursor,
+                           struct vec3 r, struct surface_point *point, double *distance) {
+    struct shell_point nearest;
+    double uv[2];
+    if (!surface->shell) {
+        surface_nearest_at(surface, r, uv, distance);
+        return surface_point_at(surface, cursor, uv, point);
+    }
+    shell_nearest(surface->shell, r, shell_component(surface->shell, surface->face), &nearest,
+                  distance);
+    return surface_point_at(shell_surface(surface->shell, nearest.face), cursor, nearest.inner,
+                            point);
+}
+
 /* Two sides of a fold have less than this cosine between their normals. */
 static const double over_fold = 0.9999;
 

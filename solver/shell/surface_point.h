@@ -38,6 +38,11 @@ struct surface_place {
 bool surface_point_at(const struct surface *surface, struct surface_cursor *cursor,
                       const double uv[2], struct surface_point *point);
 
+/* The place of the surface, or of its component of the shell, that is nearest to r, and its
+ * distance from that. False as above. */
+bool surface_point_nearest(const struct surface *surface, struct surface_cursor *cursor,
+                           struct vec3 r, struct surface_point *point, double *distance);
+
 /* A point on a fold has two frames, and Newton's last step, of rounding, may carry it over with
  * that of the side it comes from. Whether it is so, and `own` then the point with the frame of the
  * span in which its parameters lie, as `surface_point_at` has it. */
