@@ -48,7 +48,7 @@ const char *drape_version(void) {
 /* ---- problems ---- */
 
 /* Begins a call: what the last one had to say is gone, but for what the run failed of. */
-static bool begin(struct drape *drape) {
+static bool begin_call(struct drape *drape) {
     if (drape->failed)
         return false;
     free(drape->problem_text);
@@ -114,8 +114,8 @@ static bool each_option(const char *options, char *text,
 }
 
 /* A whole number from 1 to `most`. */
-static bool read_count(const char *name, const char *value, unsigned long long most, size_t *count,
-                       struct api_problem *problem) {
+static bool read_option_count(const char *name, const char *value, unsigned long long most,
+                              size_t *count, struct api_problem *problem) {
     char *behind;
     unsigned long long number = strtoull(value, &behind, 10);
     if (*value < '0' || *value > '9' || *behind || number < 1 || number > most)
@@ -130,12 +130,12 @@ static bool set_limit(void *context, const char *name, const char *value,
                       struct api_problem *problem) {
     struct api_limits *limits = context;
     size_t threads = (size_t)limits->threads;
-    bool good =
-        strcmp(name, "max_nodes") == 0
-            ? read_count(name, value, 1000000000, &limits->max_nodes, problem)
-        : strcmp(name, "max_memory") == 0
-            ? read_count(name, value, SIZE_MAX / 2, &limits->max_memory, problem)
-            : strcmp(name, "threads") == 0 && read_count(name, value, 1024, &threads, problem);
+    bool good = strcmp(name, "max_nodes") == 0
+                    ? read_option_count(name, value, 1000000000, &limits->max_nodes, problem)
+                : strcmp(name, "max_memory") == 0
+                    ? read_option_count(name, value, SIZE_MAX / 2, &limits->max_memory, problem)
+                    : strcmp(name, "threads") == 0 &&
+                          read_option_count(name, value, 1024, &threads, problem);
     limits->threads = (int)threads;
     return good;
 }
@@ -204,7 +204,7 @@ static struct api_reader reader_of(const struct drape *drape, struct api_memory 
     return api_reader_of(memory);
 }
 
-static bool run(struct drape *drape, const char *options, struct caller *caller) {
+static bool run_for_caller(struct drape *drape, const char *options, struct caller *caller) {
     char text[OPTIONS_SIZE];
     struct api_memory memory;
     const struct drape_monitor monitor = {ask_caller, caller};
@@ -235,7 +235,7 @@ struct drape *drape_run(const char *request, size_t length, const char *options,
         memcpy(copy, request, length);
     drape->limits = api_limits_default;
     drape->input = (struct api_input){.request = copy, .request_length = length};
-    (void)run(drape, options, &(struct caller){progress, context});
+    (void)run_for_caller(drape, options, &(struct caller){progress, context});
     drape->failed = !end(drape);
     return drape;
 }
@@ -255,7 +255,7 @@ void drape_free(struct drape *drape) {
 /* ---- the result ---- */
 
 const char *drape_summary(struct drape *drape) {
-    if (!begin(drape))
+    if (!begin_call(drape))
         return NULL;
     if (!drape->summary)
         drape->summary = api_columns_summary_json(&drape->columns);
@@ -292,7 +292,7 @@ const double *drape_column(struct drape *drape, const char *name, size_t *count)
     struct api_memory memory;
     if (count)
         *count = 0;
-    if (!begin(drape))
+    if (!begin_call(drape))
         return NULL;
     size_t k = find_column(drape, name);
     const struct api_column *column = &drape->columns.column[k];
@@ -370,7 +370,7 @@ char *drape_document(struct drape *drape, const char *name, const char *options,
     char text[OPTIONS_SIZE], *document = NULL;
     struct api_memory memory;
     struct wish wish = {0};
-    if (!begin(drape))
+    if (!begin_call(drape))
         return NULL;
     const struct api_reader reader = reader_of(drape, &memory);
     const struct format *format =
@@ -400,7 +400,7 @@ char *drape_map(struct drape *drape, const char *mesh, size_t mesh_length, const
     char text[OPTIONS_SIZE], *document = NULL;
     struct api_memory memory;
     struct map_target target;
-    if (!begin(drape))
+    if (!begin_call(drape))
         return NULL;
     const struct api_reader reader = reader_of(drape, &memory);
     const struct format *format = find_format(name, &use, 1, problem);

@@ -80,7 +80,7 @@ static void show_damage(const char *kind, const char *id, const char *what) {
 }
 
 /* 0 when all is what was written. */
-static int check_store(const char *url) {
+static int show_check(const char *url) {
     char why[STORE_WHY_SIZE];
     struct store_audit audit;
     if (!audit_store(url, show_damage, &audit, why)) {
@@ -121,5 +121,5 @@ int status_command(int argc, char **argv) {
 }
 
 int check_command(int argc, char **argv) {
-    return run_on_store(argc, argv, check_usage, check_store);
+    return run_on_store(argc, argv, check_usage, show_check);
 }

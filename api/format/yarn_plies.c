@@ -25,15 +25,15 @@ static size_t class_of(const struct layering *layering, const struct map_ply_row
     return (size_t)lround(fmin(fabs(row->shear_deg), 90) / layering->step);
 }
 
-static bool has(const struct layering *layering, int ply, enum format_plies_as as) {
+static bool is_split_as(const struct layering *layering, int ply, enum format_plies_as as) {
     return layering->as == as && yarn_plies_kind(layering->plies, ply).warp_share < 1;
 }
 
 /* How many layers a row comes to, and the first of them among those of its ply. */
 static size_t layers_of(const struct layering *layering, const struct map_ply_row *row,
                         size_t *first) {
-    *first = has(layering, row->ply, PLIES_AS_BISECTOR) ? class_of(layering, row) : 0;
-    return has(layering, row->ply, PLIES_AS_YARNS) ? 2 : 1;
+    *first = is_split_as(layering, row->ply, PLIES_AS_BISECTOR) ? class_of(layering, row) : 0;
+    return is_split_as(layering, row->ply, PLIES_AS_YARNS) ? 2 : 1;
 }
 
 /* ---- what a layer is of ---- */
@@ -52,9 +52,9 @@ static struct lamina layer_lamina(const struct layering *layering, int ply, size
 
 static void name_layer(const struct layering *layering, int ply, size_t layer, char *name) {
     const char *own = layering->plies->names[ply];
-    if (has(layering, ply, PLIES_AS_YARNS))
+    if (is_split_as(layering, ply, PLIES_AS_YARNS))
         (void)snprintf(name, NAME_SIZE, "%s, %s", own, layer == 0 ? "warp" : "weft");
-    else if (has(layering, ply, PLIES_AS_BISECTOR))
+    else if (is_split_as(layering, ply, PLIES_AS_BISECTOR))
         (void)snprintf(name, NAME_SIZE, "%s, sheared by %g degrees", own,
                        (double)layer * layering->step);
     else
@@ -104,7 +104,7 @@ static size_t put_layers(const struct layering *layering, const struct map_ply_r
     const int32_t *number = layering->layers->number + (size_t)row->ply * layering->room + first;
     double share = yarn_plies_kind(layering->plies, row->ply).warp_share;
     layer[0] = *row;
-    if (has(layering, row->ply, PLIES_AS_BISECTOR))
+    if (is_split_as(layering, row->ply, PLIES_AS_BISECTOR))
         layer[0].angle_deg =
             (row->angle_deg + element_weft_deg(row)) / 2 + (row->shear_deg < 0 ? 90 : 0);
     layer[0].ply = (int16_t)number[0];

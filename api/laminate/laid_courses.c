@@ -33,7 +33,7 @@ static enum api_problem_id refuse_at(const struct laying *l, enum api_problem_id
                                      : api_problem_set_at(l->problem, id, pointer, "%s", detail);
 }
 
-static double part_size(const struct drape_part *part) {
+static double box_diagonal(const struct drape_part *part) {
     struct vec3 low, high;
     if (part->shell)
         return shell_size(part->shell);
@@ -53,7 +53,7 @@ static enum api_problem_id check_lengths(const struct laying *l,
                                          const struct courses_settings *settings) {
     enum { SIZE = 200 };
     char text[SIZE], member[40];
-    double size = part_size(&l->shape.part);
+    double size = box_diagonal(&l->shape.part);
     const char *unit = l->laminate->length_unit->name;
     for (size_t n = 0; n < settings->width_count; n++) {
         (void)snprintf(text, sizeof text,

@@ -21,8 +21,8 @@ struct deck {
 
 /* The value of a parameter of a keyword's line, "" where it has none; false where it is not given.
  */
-static bool parameter(const struct mesh_field *fields, size_t count, const char *name,
-                      struct mesh_field *value) {
+static bool keyword_parameter(const struct mesh_field *fields, size_t count, const char *name,
+                              struct mesh_field *value) {
     for (size_t k = 1; k < count; k++) {
         const char *equals = memchr(fields[k].at, '=', fields[k].length);
         size_t length = equals ? (size_t)(equals - fields[k].at) : fields[k].length;
@@ -63,7 +63,7 @@ static bool take_type(struct deck *deck, struct mesh_field type) {
 static bool begin_elements(struct mesh_file *file, struct deck *deck,
                            const struct mesh_field *fields, size_t count) {
     struct mesh_field type = {"", 0}, set;
-    if (!parameter(fields, count, "TYPE", &type))
+    if (!keyword_parameter(fields, count, "TYPE", &type))
         return MESH_REFUSE(file, "*ELEMENT has no TYPE");
     if (!take_type(deck, type)) {
         mesh_file_pass(file, type);
@@ -71,7 +71,8 @@ static bool begin_elements(struct mesh_file *file, struct deck *deck,
     }
     deck->block = BLOCK_SHELLS;
     deck->set = 0;
-    return !parameter(fields, count, "ELSET", &set) || (deck->set = mesh_file_set(file, set)) > 0;
+    return !keyword_parameter(fields, count, "ELSET", &set) ||
+           (deck->set = mesh_file_set(file, set)) > 0;
 }
 
 /* Those that make or move a mesh otherwise than by its nodes and elements. */
@@ -87,7 +88,7 @@ static bool refuse_generated(struct mesh_file *file, const struct mesh_field *fi
         if (mesh_field_is(fields[0], makers[k]))
             return MESH_REFUSE(file, "%s is not read: write the mesh as nodes and elements",
                                makers[k]);
-    if (mesh_field_is(fields[0], "*NODE") && parameter(fields, count, "SYSTEM", &value) &&
+    if (mesh_field_is(fields[0], "*NODE") && keyword_parameter(fields, count, "SYSTEM", &value) &&
         !mesh_field_is(value, "R"))
         return MESH_REFUSE(file, "*NODE must be in rectangular coordinates");
     return true;
@@ -108,10 +109,10 @@ static bool take_keyword(struct mesh_file *file, struct deck *deck, struct mesh_
     else if (mesh_field_is(fields[0], "*ELEMENT"))
         return begin_elements(file, deck, fields, count);
     else if (mesh_field_is(fields[0], "*ELSET")) {
-        if (!parameter(fields, count, "ELSET", &set))
+        if (!keyword_parameter(fields, count, "ELSET", &set))
             return MESH_REFUSE(file, "*ELSET has no name");
         struct mesh_field value;
-        deck->generate = parameter(fields, count, "GENERATE", &value);
+        deck->generate = keyword_parameter(fields, count, "GENERATE", &value);
         deck->block = BLOCK_SET;
         deck->set = mesh_file_set(file, set);
         return deck->set > 0;

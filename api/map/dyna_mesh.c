@@ -12,7 +12,8 @@ struct keyword {
 
 /* *ELEMENT_SHELL_THICKNESS_OFFSET and the like: each option has a card of its own, but for
  * thickness and angle, which share one. */
-static bool take_options(struct mesh_file *file, struct keyword *keyword, struct mesh_field name) {
+static bool take_shell_options(struct mesh_file *file, struct keyword *keyword,
+                               struct mesh_field name) {
     static const struct {
         const char *name;
         int card;
@@ -39,8 +40,8 @@ static bool take_options(struct mesh_file *file, struct keyword *keyword, struct
 }
 
 /* A keyword may end in + or LONG=Y, for fields of 20 characters. */
-static bool take_keyword(struct mesh_file *file, struct mesh_field line, bool wide,
-                         struct keyword *keyword) {
+static bool take_dyna_keyword(struct mesh_file *file, struct mesh_field line, bool wide,
+                              struct keyword *keyword) {
     struct mesh_field words[MESH_FIELDS_MAX];
     size_t count = mesh_file_words(line, words);
     struct mesh_field name = words[0];
@@ -58,14 +59,14 @@ static bool take_keyword(struct mesh_file *file, struct mesh_field line, bool wi
                            (int)name.length, name.at);
     keyword->nodes = mesh_field_is(name, "*NODE");
     if (mesh_field_begins(name, "*ELEMENT_SHELL"))
-        return take_options(file, keyword, name);
+        return take_shell_options(file, keyword, name);
     if (mesh_field_begins(name, "*ELEMENT"))
         mesh_file_pass(file, (struct mesh_field){name.at + 1, name.length - 1});
     return true;
 }
 
 /* EID PID N1 N2 N3 N4: a triangle has its third node again, or none. */
-static bool take_shell(struct mesh_file *file, struct mesh_field line, bool wide) {
+static bool take_shell_card(struct mesh_file *file, struct mesh_field line, bool wide) {
     struct mesh_field fields[MESH_FIELDS_MAX];
     size_t width = wide ? 20 : 8, count = mesh_file_columns(line, width, width, fields);
     int32_t pid, nodes[2] = {0, 0};
@@ -117,7 +118,7 @@ static bool read_keywords(struct mesh_file *file) {
             skip = 0;
             if (mesh_field_begins(word, "*KEYWORD"))
                 wide = is_long(line);
-            if (!take_keyword(file, line, wide, &keyword))
+            if (!take_dyna_keyword(file, line, wide, &keyword))
                 return false;
         } else if (skip > 0) {
             skip--;
@@ -125,7 +126,7 @@ static bool read_keywords(struct mesh_file *file) {
             if (!take_node(file, line, keyword.wide))
                 return false;
         } else if (keyword.shells) {
-            if (!take_shell(file, line, keyword.wide))
+            if (!take_shell_card(file, line, keyword.wide))
                 return false;
             skip = keyword.cards;
         }

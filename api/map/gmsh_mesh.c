@@ -157,8 +157,8 @@ static bool take_node_blocks(struct mesh_file *file, struct gmsh *gmsh) {
 }
 
 /* The element whose id is the first word and whose nodes begin at `at`. */
-static bool take_element(struct mesh_file *file, struct gmsh *gmsh, int32_t type, int32_t pid,
-                         size_t at) {
+static bool take_gmsh_element(struct mesh_file *file, struct gmsh *gmsh, int32_t type, int32_t pid,
+                              size_t at) {
     size_t k = 0;
     while (k < sizeof shells / sizeof *shells && shells[k].type != type)
         k++;
@@ -179,7 +179,7 @@ static bool take_element(struct mesh_file *file, struct gmsh *gmsh, int32_t type
 }
 
 /* ID TYPE TAGS TAG... NODE...: the first tag is the physical group. */
-static bool take_elements(struct mesh_file *file, struct gmsh *gmsh) {
+static bool take_gmsh_elements(struct mesh_file *file, struct gmsh *gmsh) {
     int32_t count, type, tags, pid;
     if (!next_words(file, gmsh, 1) || !whole(file, gmsh, 0, &count))
         return false;
@@ -191,7 +191,7 @@ static bool take_elements(struct mesh_file *file, struct gmsh *gmsh) {
         if (tags > MESH_FIELDS_MAX || gmsh->count <= (size_t)tags + 3)
             return MESH_REFUSE(file, "the element has no nodes behind its %d tags", tags);
         if ((tags > 0 && !take_tag(file, gmsh->fields[3], &pid)) ||
-            !take_element(file, gmsh, type, pid, (size_t)tags + 3))
+            !take_gmsh_element(file, gmsh, type, pid, (size_t)tags + 3))
             return false;
     }
     return true;
@@ -208,7 +208,7 @@ static bool take_element_blocks(struct mesh_file *file, struct gmsh *gmsh) {
             return false;
         int32_t pid = dimension == 2 ? group_of(gmsh, surface) : 0;
         for (int32_t k = 0; k < count; k++)
-            if (!next_words(file, gmsh, 2) || !take_element(file, gmsh, type, pid, 1))
+            if (!next_words(file, gmsh, 2) || !take_gmsh_element(file, gmsh, type, pid, 1))
                 return false;
     }
     return true;
@@ -230,7 +230,7 @@ static bool read_sections(struct mesh_file *file) {
         else if (mesh_field_is(line, "$Nodes"))
             good = blocks ? take_node_blocks(file, &gmsh) : take_nodes(file, &gmsh);
         else if (mesh_field_is(line, "$Elements"))
-            good = blocks ? take_element_blocks(file, &gmsh) : take_elements(file, &gmsh);
+            good = blocks ? take_element_blocks(file, &gmsh) : take_gmsh_elements(file, &gmsh);
     }
     return good && (known || MESH_REFUSE(file, "this is not a mesh of Gmsh: it has no "
                                                "$MeshFormat"));

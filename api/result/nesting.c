@@ -44,8 +44,8 @@ void nesting_point(const struct nesting_shape *shape, const struct nesting_place
 /* ---- outlines in bands ---- */
 
 /* Widens the bands by what an edge has in them; x and y from the lower left corner. */
-static void add_edge(const struct nest *nest, struct profile *profile, double *far,
-                     const double a[2], const double b[2]) {
+static void widen_profile(const struct nest *nest, struct profile *profile, double *far,
+                          const double a[2], const double b[2]) {
     const double *low = a[1] <= b[1] ? a : b, *high = a[1] <= b[1] ? b : a;
     int first = (int)fmax(floor(low[1] / nest->step - 1e-9), 0);
     int last = (int)fmin(floor(high[1] / nest->step + 1e-9), profile->bands - 1);
@@ -82,7 +82,7 @@ static bool make_profile(const struct nest *nest, const struct nesting_shape *sh
         double a[2], b[2];
         nesting_point(shape, &origin, p[k].x, p[k].y, a);
         nesting_point(shape, &origin, next->x, next->y, b);
-        add_edge(nest, profile, far, a, b);
+        widen_profile(nest, profile, far, a, b);
         first = p[k].last ? k + 1 : first;
     }
     for (int k = 0; k < reached; k++) {
@@ -97,7 +97,7 @@ static bool make_profile(const struct nest *nest, const struct nesting_shape *sh
 /* ---- one order ---- */
 
 /* The place nearest to the roll's begin, of several the one that leaves the least before it. */
-static void find_place(const struct nest *nest, struct nesting_place *place) {
+static void find_room(const struct nest *nest, struct nesting_place *place) {
     double least = HUGE_VAL, least_lost = HUGE_VAL;
     for (int turned = 0; turned <= nest->roll->turn; turned++) {
         const struct profile *own = &nest->outline[place->shape][turned];
@@ -127,7 +127,7 @@ static double lay_out_order(const struct nest *nest) {
     for (size_t n = 0; n < nest->count; n++) {
         struct nesting_place *place = &nest->trial[n];
         const struct nesting_shape *shape = &nest->shapes[place->shape];
-        find_place(nest, place);
+        find_room(nest, place);
         const struct profile *own = &nest->outline[place->shape][place->turned];
         int first = (int)lround(place->y / nest->step) - own->margin;
         for (int b = 0; b < own->bands + 2 * own->margin; b++)
@@ -169,7 +169,7 @@ struct ranked {
 };
 
 /* The larger first; of the same size in the order that they were given. */
-static int compare_ranks(const void *a, const void *b) {
+static int compare_sizes(const void *a, const void *b) {
     const struct ranked *x = a, *y = b;
     if (x->size > y->size || y->size > x->size)
         return x->size > y->size ? -1 : 1;
@@ -187,7 +187,7 @@ static void rank_places(const struct nest *nest, enum by by, struct ranked *rank
         for (int layer = 0; layer < shape->layers; layer++)
             ranked[n++] = (struct ranked){{.shape = k, .layer = layer}, size};
     }
-    qsort(ranked, nest->count, sizeof *ranked, compare_ranks);
+    qsort(ranked, nest->count, sizeof *ranked, compare_sizes);
     for (n = 0; n < nest->count; n++)
         nest->trial[n] = ranked[n].place;
 }

@@ -57,7 +57,7 @@ struct region {
     size_t count;
 };
 
-static struct vec3 node_at(const struct region *region, size_t k) {
+static struct vec3 region_node(const struct region *region, size_t k) {
     const struct drape_nodes *nodes = &region->c->result->nodes;
     return vec3_make(nodes->x[k], nodes->y[k], nodes->z[k]);
 }
@@ -100,7 +100,7 @@ static struct vec3 mean_place(const struct region *region, const double *distanc
         double shear = fabs(region->c->result->nodes.shear_deg[region->node[k]]);
         if (fabs(distance[k] - end) > end_width * region->c->spacing)
             continue;
-        sum = vec3_axpy(shear, node_at(region, region->node[k]), sum);
+        sum = vec3_axpy(shear, region_node(region, region->node[k]), sum);
         weight += shear;
     }
     return vec3_scale(1 / weight, sum);
@@ -111,14 +111,14 @@ static struct study_cut find_ridge(const struct region *region, double *distance
     const struct proposal_case *c = region->c;
     double least = HUGE_VAL, most = 0;
     for (size_t k = 0; k < region->count; k++) {
-        struct vec3 r = node_at(region, region->node[k]);
+        struct vec3 r = region_node(region, region->node[k]);
         distance[k] = vec3_distance(r, proposal_edge_nearest(c->edge, r));
         least = fmin(least, distance[k]);
     }
     struct study_cut cut;
     cut.mouth = proposal_edge_nearest(c->edge, mean_place(region, distance, least));
     for (size_t k = 0; k < region->count; k++) {
-        distance[k] = vec3_distance(node_at(region, region->node[k]), cut.mouth);
+        distance[k] = vec3_distance(region_node(region, region->node[k]), cut.mouth);
         most = fmax(most, distance[k]);
     }
     cut.tip = mean_place(region, distance, most);

@@ -170,7 +170,7 @@ static void decode_varied_steering(const struct json_value *json, struct study_r
 }
 
 /* "proposed" or {"proposed": n}. */
-static void decode_splits(const struct json_value *json, struct study_request *r) {
+static void decode_proposed_cuts(const struct json_value *json, struct study_request *r) {
     static const char *const keys[] = {"proposed", NULL}, *const words[] = {"proposed"};
     struct json_value most = value_member(json, "proposed");
     int number = API_STUDY_CUTS, index;
@@ -209,7 +209,7 @@ static void decode_vary(const struct json_value *root, struct study_request *r) 
                     "must be alone: cuts are proposed for one start and direction, which a "
                     "study without them finds first");
     if (value_given(&splits))
-        decode_splits(&splits, r);
+        decode_proposed_cuts(&splits, r);
     if (value_given(&steering))
         decode_varied_steering(&steering, r);
     if (value_given(&start))

@@ -245,8 +245,8 @@ static enum status look_round(struct search *s, struct steer_slope *next) {
 
 /* Ends on a finer net, from what was found on the rough one or, where that does not resolve the
  * part, as fillets, and geodesics are better, from these. */
-static enum status refine(struct search *s, const struct drape_settings *asked,
-                          struct steer_slope *next) {
+static enum status end_on_finer_net(struct search *s, const struct drape_settings *asked,
+                                    struct steer_slope *next) {
     struct search straight = *s;
     struct steer_slope *slope = arena_alloc(s->arena, 1, sizeof *slope);
     if (!slope)
@@ -305,7 +305,7 @@ static enum status search_from(struct search *s, const struct drape_settings *as
         status = raise_norm(s, next);
     if (status == STATUS_OK)
         status = look_round(s, next);
-    return status == STATUS_OK ? refine(s, &own, next) : status;
+    return status == STATUS_OK ? end_on_finer_net(s, &own, next) : status;
 }
 
 /* Lays the drape as it was asked for with the generators found, or straight ones; its energy. */
