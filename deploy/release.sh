@@ -21,7 +21,7 @@ build() {
     mkdir -p "$work/$1/made"
     tar -xzf "$work/$name.tar.gz" -C "$work/$1"
     # what debuggers read, and the build-id follows from, has no folder
-    make -s -C "$work/$1/$name" OPT="-O3 -ffile-prefix-map=$work/$1/$name=." deb \
+    make -s -C "$work/$1/$name" DEBUG="-g -ffile-prefix-map=$work/$1/$name=." deb \
         >"$work/$1/log" 2>&1 || { tail -30 "$work/$1/log" >&2; return 1; }
     cp "$work/$1/$name"/build/deb/*.deb "$work/$1/$name/build/draped.cdx.json" "$work/$1/made"
 }
