@@ -99,6 +99,16 @@ refused() {
     [ "$sent" -eq 0 ]
 }
 
+@test "http: a body of exactly the limit is taken, with Content-Length and without" {
+    { cat "$EXAMPLES/saddle.json"; head -c 2097152 /dev/zero | tr '\0' ' '; } >"$BATS_TEST_TMPDIR/long"
+    for how in Expect: 'Transfer-Encoding: chunked'; do
+        head -c 2097152 "$BATS_TEST_TMPDIR/long" | post /v1/drapes - -H 'Expect:' -H "$how"
+        expect 202
+        head -c 2097153 "$BATS_TEST_TMPDIR/long" | post /v1/drapes - -H 'Expect:' -H "$how"
+        expect_problem 413 too-large
+    done
+}
+
 @test "http: a net over the limit of nodes is refused before it is queued" {
     refused 422 invalid-request /fabric/spacing '.fabric.spacing = 0.001'
     refused 422 invalid-request /fabric/spacing '.fabric.spacing = 1e-12'

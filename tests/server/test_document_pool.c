@@ -186,6 +186,41 @@ static void test_document_pool_long_surface(void **state) {
     free(text);
 }
 
+/* Whoever has taken a checker over answers what it likes: texts without an end, more errors than
+ * it has sent, parts that are longer than what was written. */
+static void test_document_pool_believes_only_what_may_be(void **state) {
+    static struct checker_answer answer;
+    const size_t head = offsetof(struct checker_answer, problem.error);
+    const size_t error = sizeof answer.problem.error[0];
+    size_t *const parts[] = {&answer.check.filled_length, &answer.check.definition_length};
+    char *const texts[] = {answer.check.digest, answer.check.surface, answer.check.text,
+                           answer.check.ground};
+    (void)state;
+    answer.output_length = 10;
+    for (int k = 0; k < 2; k++)
+        for (*parts[k] = 12; *parts[k] > 0; --*parts[k])
+            assert_int_equal(checker_answer_sound(&answer, head), *parts[k] <= 10);
+    for (int k = 0; k < 4; k++) {
+        memset(texts[k], 'a', API_ID_SIZE);
+        assert_false(checker_answer_sound(&answer, head));
+        texts[k][API_ID_SIZE - 1] = '\0';
+        assert_true(checker_answer_sound(&answer, head));
+    }
+    assert_false(checker_answer_sound(&answer, head - 1));
+    assert_false(checker_answer_sound(&answer, head + error));
+    answer.problem.count = 1;
+    assert_false(checker_answer_sound(&answer, head + error)); /* an error of no problem */
+    answer.problem.id = API_INVALID_REQUEST;
+    assert_true(checker_answer_sound(&answer, head + error));
+    assert_false(checker_answer_sound(&answer, head));
+    memset(answer.problem.error[0].detail, 'a', API_DETAIL_MAX);
+    assert_false(checker_answer_sound(&answer, head + error));
+    answer.problem = (struct api_problem){.id = API_PROBLEM_COUNT, .count = 1};
+    assert_false(checker_answer_sound(&answer, head + error));
+    answer.problem = (struct api_problem){.id = API_INVALID_REQUEST};
+    assert_false(checker_answer_sound(&answer, head));
+}
+
 /* ------------------------------------------------------------------ lanes */
 
 /* Orders of every kind of length at once: all are answered, in whatever order. */
@@ -516,6 +551,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test_teardown(test_document_pool_places_of_problem, stop),
         cmocka_unit_test_teardown(test_document_pool_named_surface, stop),
         cmocka_unit_test_teardown(test_document_pool_long_surface, stop),
+        cmocka_unit_test(test_document_pool_believes_only_what_may_be),
         cmocka_unit_test_teardown(test_document_pool_many, stop),
         cmocka_unit_test_teardown(test_document_pool_quick_passes_slow, stop),
         cmocka_unit_test_teardown(test_document_pool_share_of_slow_lane, stop),

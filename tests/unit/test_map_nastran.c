@@ -477,6 +477,21 @@ static void test_map_gates_are_by_the_ids_of_the_file_or_by_property(void **stat
     assert_int_equal(mesh.roles[1], MAP_FABRIC);
 }
 
+/* The first element is the punch: what is behind it moves up with all that is known of it. */
+static void test_map_gates_stay_with_their_elements_under_a_punch(void **state) {
+    (void)state;
+    for (int role = MAP_INLET; role <= MAP_OUTLET; role++) {
+        struct map_target mesh = read_good(small_fields);
+        assert_int_equal(set_option(&mesh, role == MAP_INLET ? "inlet" : "outlet", "17"), API_OK);
+        assert_int_equal(set_option(&mesh, "punch", "pid:1"), API_OK);
+        assert_int_equal(mesh.punch_count, 1);
+        assert_int_equal(mesh.element_count, 1);
+        assert_int_equal(mesh.ids[0], 17);
+        assert_int_equal(mesh.pids[0], 2);
+        assert_int_equal(mesh.roles[0], role);
+    }
+}
+
 static void test_map_gates_of_no_element_are_a_problem(void **state) {
     (void)state;
     static const char *const lists[] = {
@@ -519,6 +534,7 @@ int main(void) {
         cmocka_unit_test(test_map_nastran_finds_scattered_ids),
         cmocka_unit_test(test_map_nastran_without_memory_is_a_problem),
         cmocka_unit_test(test_map_gates_are_by_the_ids_of_the_file_or_by_property),
+        cmocka_unit_test(test_map_gates_stay_with_their_elements_under_a_punch),
         cmocka_unit_test(test_map_gates_of_no_element_are_a_problem),
     };
     return cmocka_run_group_tests_name("map_nastran", tests, set_up, tear_down);

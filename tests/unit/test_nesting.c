@@ -80,6 +80,9 @@ static void test_nesting_keeps_shapes_on_the_roll_and_apart(void **state) {
         for (size_t n = 0; n < count; n++) {
             const struct nesting_shape *own = &shapes[places[n].shape];
             assert_true(roll.turn || !places[n].turned);
+            if (n > 0) /* in the order in which they are cut: along the roll, then across it */
+                assert_true(places[n - 1].x < places[n].x ||
+                            (places[n - 1].x == places[n].x && places[n - 1].y <= places[n].y));
             check_at_most(-places[n].x, 0);
             check_at_most(-places[n].y, 0);
             check_at_most(places[n].x + own->high[0] - own->low[0] - length, 1e-12);
@@ -143,23 +146,26 @@ static void test_nesting_is_shorter_than_shelves(void **state) {
         polygons_free(&cuts[k]);
 }
 
-/* A million layers take a moment. */
+/* A million layers take a moment: four fit across the roll, with a gap three. */
 static void test_nesting_of_very_many_layers_is_shelves(void **state) {
     struct polygons cut = {0};
     struct nesting_shape shape;
-    struct arena *arena = arena_new(1 << 28);
-    struct nesting_place *places;
-    double length;
     (void)state;
     add_point(&cut, 0, 0);
     add_point(&cut, 1, 0);
     add_point(&cut, 1, 1);
     add_point(&cut, 0, 1);
     finish_shape(&shape, &cut, 1000000);
-    const struct nesting_roll roll = {4, 0, true};
-    assert_true(nesting_make(&shape, 1, &roll, arena, &places, &length));
-    check_at_most(fabs(length - 250000), 1e-6);
-    arena_free(arena);
+    for (int gaps = 0; gaps < 2; gaps++) {
+        const struct nesting_roll roll = {4, gaps * 0.25, true};
+        struct arena *arena = arena_new(1 << 28);
+        struct nesting_place *places;
+        double length;
+        assert_true(nesting_make(&shape, 1, &roll, arena, &places, &length));
+        check_at_most(fabs(length - (gaps ? 333334 * 1.25 - 0.25 : 250000)), 1e-6);
+        check_at_most(fabs(places[1].y - 1 - roll.gap), 1e-12);
+        arena_free(arena);
+    }
     polygons_free(&cut);
 }
 

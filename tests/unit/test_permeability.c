@@ -240,6 +240,17 @@ static void test_permeability_interpolation_keeps_monotony(void **state) {
     }
 }
 
+/* Intervals of 1 and 2 with slopes 1 and 1/2: at the ends the parabola's slopes 7/6 and 1/6, in the
+ * middle the harmonic mean 9/13; half way in an interval of h the mean of its ends and h / 8 times
+ * by how much the slope falls. */
+static void test_permeability_interpolation_by_hand(void **state) {
+    static const double x[] = {0, 1, 3}, y[] = {0, 1, 2};
+    const double first = 7.0 / 6, middle = 9.0 / 13, last = 1.0 / 6;
+    (void)state;
+    assert_near(permeability_interpolate(x, y, 3, 0.5), 0.5 + (first - middle) / 8, 1e-15);
+    assert_near(permeability_interpolate(x, y, 3, 2), 1.5 + (middle - last) / 4, 1e-15);
+}
+
 /* k1 along warp without shear, where the bisector lies at 45 degrees; and k2 the larger one. */
 static void test_permeability_table_angle_is_from_the_bisector(void **state) {
     (void)state;
@@ -478,6 +489,7 @@ int main(void) {
         cmocka_unit_test(test_permeability_table_goes_through_its_rows),
         cmocka_unit_test(test_permeability_table_ends_are_kept_and_flagged),
         cmocka_unit_test(test_permeability_interpolation_keeps_monotony),
+        cmocka_unit_test(test_permeability_interpolation_by_hand),
         cmocka_unit_test(test_permeability_table_angle_is_from_the_bisector),
         cmocka_unit_test(test_permeability_grid_goes_through_its_values),
         cmocka_unit_test(test_permeability_grid_is_log_linear_between),

@@ -120,17 +120,20 @@ static void test_study_objectives_of_a_saddle_are_those_of_the_exact_net(void **
         studied_make(part.data, "\"vary\":{\"start\":{\"points\":[[0,0,0]]},\"angle_deg\":[0]},"
                                 "\"wanted_direction\":[1,0,0],"
                                 "\"objectives\":[\"locked_area\",\"angle_deviation_deg\","
-                                "\"fiber_volume_fraction_range\",\"p95_shear_deg\"]");
-    double locked = 0, all = 0, turned = 0, degree = acos(-1) / 180;
+                                "\"fiber_volume_fraction_range\",\"p95_shear_deg\"],"
+                                "\"limits\":{\"mean_shear_deg\":{\"max\":90}}");
+    double locked = 0, all = 0, turned = 0, sheared = 0, degree = acos(-1) / 180;
     (void)state;
     for (int k = 0; k < N * N; k++) {
         double x = 2 * (k % N + 0.5) / N, y = 2 * (k / N + 0.5) / N;
         double own = sqrt(1 + x * x + y * y), sine = x * y / sqrt((1 + x * x) * (1 + y * y));
         locked += asin(sine) > 20 * degree ? own : 0;
+        sheared += own * asin(sine) / degree;
         all += own;
         turned += own * acos(own / sqrt((1 + x * x) * (1 + y * y))) / degree;
     }
     double cell = 4.0 * 4.0 / (N * (double)N);
+    check_at_most(fabs(studied_value(&f, "mean_shear_deg", 0) - sheared / all), 0.01);
     check_at_most(fabs(studied_value(&f, "locked_area", 0) - locked * cell), 1e-3 * all * cell);
     check_at_most(fabs(studied_value(&f, "angle_deviation_deg", 0) - turned / all), 0.01);
     double most = 0.5 * 0.01 / 0.012 / cos(asin(0.8)), least = 0.5 * 0.01 / 0.012;
@@ -172,6 +175,23 @@ static void test_study_front_is_what_nothing_dominates(void **state) {
     assert_int_equal(f.columns.study.hardest, -1);
     studied_free(&f);
     bytes_free(&part);
+}
+
+/* On a plane every variant is as good as the others: none beats another. */
+static void test_study_front_keeps_all_that_are_equal(void **state) {
+    static const char plane[] =
+        "{\"surface\":{\"degree_u\":1,\"degree_v\":1,\"knotvector_u\":[0,0,1,1],"
+        "\"knotvector_v\":[0,0,1,1],\"size_u\":2,\"size_v\":2,"
+        "\"control_points\":[[0,0,0],[0,1,0],[1,0,0],[1,1,0]]},\"fabric\":{\"spacing\":0.1}}";
+    struct studied f = studied_make(plane, "\"vary\":{\"start\":{\"grid\":4}},"
+                                           "\"objectives\":[\"max_shear_deg\"]");
+    (void)state;
+    check_above(f.rows, 1);
+    for (size_t row = 0; row < f.rows; row++)
+        assert_true(studied_value(&f, "max_shear_deg", row) == 0 &&
+                    studied_value(&f, "pareto", row) == 1);
+    assert_int_equal(f.columns.study.pareto, f.rows);
+    studied_free(&f);
 }
 
 static void test_study_says_which_limit_is_hardest(void **state) {
@@ -483,6 +503,7 @@ int main(void) {
         cmocka_unit_test(test_study_judges_each_sign_of_the_shear),
         cmocka_unit_test(test_study_objectives_of_a_saddle_are_those_of_the_exact_net),
         cmocka_unit_test(test_study_front_is_what_nothing_dominates),
+        cmocka_unit_test(test_study_front_keeps_all_that_are_equal),
         cmocka_unit_test(test_study_says_which_limit_is_hardest),
         cmocka_unit_test(test_study_warns_of_what_is_bare),
         cmocka_unit_test(test_study_best_keeps_the_limits),

@@ -164,6 +164,35 @@ static void test_warnings_do_not_come_needlessly(void **state) {
     }
 }
 
+/* Squares by their side. Of units in which the diagonal is from 50 mm to 10 m: mm, or the first. */
+static void test_warnings_of_size_name_the_unit_that_is_likely(void **state) {
+    static struct api_columns columns;
+    static const struct {
+        double side;
+        const char *unit, *says;
+    } cases[] = {
+        {1, "mm", "did you mean m?"},    {3000, "m", "did you mean mm?"},
+        {100, "um", "did you mean mm?"}, {20, "um", "did you mean cm?"},
+        {1e6, "m", "did you mean um?"},  {1e8, "m", "is that its unit?"},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct bytes request = {0};
+        double a = cases[k].side;
+        bytes_format(&request,
+                     "{\"surface\":{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":2,"
+                     "\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1],\"control_points\":"
+                     "[[0,0,0],[0,%g,0],[%g,0,0],[%g,%g,0]]},\"length_unit\":\"%s\","
+                     "\"fabric\":{\"spacing\":%g}}",
+                     a, a, a, a, cases[k].unit, a / 10);
+        const struct api_warning *warning = warning_of(request.data, "size", &columns);
+        assert_non_null(warning);
+        if (!strstr(warning->detail, cases[k].says))
+            fail_msg("%g %s: %s", a, cases[k].unit, warning->detail);
+        bytes_free(&request);
+    }
+}
+
 /* A spacing larger than the part is refused, and the one proposed makes cells: of a plane, of a
  * strip that is narrower than what its area would have, of triangles. */
 static void test_run_proposes_a_spacing_that_makes_cells(void **state) {
@@ -243,6 +272,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_warnings_come_when_they_should),
         cmocka_unit_test(test_warnings_do_not_come_needlessly),
+        cmocka_unit_test(test_warnings_of_size_name_the_unit_that_is_likely),
         cmocka_unit_test(test_run_proposes_a_spacing_that_makes_cells),
         cmocka_unit_test(test_warnings_tell_of_cloth_that_overlaps),
     };
