@@ -266,8 +266,6 @@ static void make_roles(const struct builder *b, size_t count) {
         if (next > first)
             b->bins->role[role] = mean_of(b, first, next - first);
     }
-    struct lcmsim_inputs *channel = &b->bins->role[MAP_CHANNEL];
-    channel->k1 = channel->k2 = channel->k3 = b->source->fields->channel_permeability;
 }
 
 bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct lcmsim_source *source) {

@@ -87,15 +87,11 @@ static enum map_role cell_role(const struct map_fields *fields, const struct cel
 
 /* ---- inputs ---- */
 
-/* A cell's inputs; a channel has a permeability of its own, the same in every direction. */
 static struct lcmsim_inputs cell_inputs(const struct encoder *encoder, const struct cell *cell) {
     const struct state *state = encoder->state;
-    const struct map_fields *fields = &encoder->fields;
     struct lcmsim_inputs in;
     (void)lcmsim_read(&state->source, (size_t)cell->element, &in);
     in.porosity = fmin(in.porosity, LCMSIM_POROSITY_MAX);
-    if (cell_role(fields, cell) == MAP_CHANNEL)
-        in.k1 = in.k2 = in.k3 = fields->channel_permeability;
     return in;
 }
 

@@ -58,6 +58,14 @@ static void take_densest(struct lcmsim_source *source) {
     source->capped.k3 *= ratio;
 }
 
+/* A channel has a permeability of its own, the same in every direction. */
+static void take_channel(const struct lcmsim_source *source, size_t element,
+                         struct lcmsim_inputs *in) {
+    const struct map_fields *fields = source->fields;
+    if (fields->roles && fields->roles[element] == MAP_CHANNEL)
+        in->k1 = in->k2 = in->k3 = fields->channel_permeability;
+}
+
 enum lcmsim_state lcmsim_read(const struct lcmsim_source *source, size_t element,
                               struct lcmsim_inputs *in) {
     *in = read_own(source, element);
@@ -67,8 +75,10 @@ enum lcmsim_state lcmsim_read(const struct lcmsim_source *source, size_t element
         *in = source->capped;
         in->thickness = own.thickness;
         in->direction = own.direction;
+        take_channel(source, element, in);
         return own.thickness > 0 ? LCMSIM_CAPPED : LCMSIM_LEFT_OUT;
     }
+    take_channel(source, element, in);
     return fillable ? LCMSIM_AS_IT_IS : LCMSIM_LEFT_OUT;
 }
 

@@ -2,6 +2,7 @@
 #include "map.h"
 
 #include "api/map/cavity.h"
+#include "api/map/channel.h"
 #include "api/map/map_columns.h"
 #include "api/result/permeability.h"
 #include "api/result/shear_limit.h"
@@ -414,6 +415,7 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
         return problem->id;
     if (!note_rosette(&m, nets))
         return problem->id;
+    map_channel_fill(target, (double *const[]){m.out.k1, m.out.k2, m.out.k3}, m.out.tensor, map);
     warn_of_plies(&m);
     cavity_warn(&m.cavity, map, "laminate");
     return API_OK;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "channel.h"
 
+#include "map_columns.h"
 #include "net.h"
 #include "solver/surface/boxes.h"
 
@@ -91,4 +92,23 @@ enum api_problem_id map_channel_mark(const struct map_target *target,
         *marked += search.near;
     }
     return API_OK;
+}
+
+/* ---- what it does to the flow ---- */
+
+void map_channel_fill(const struct map_target *target, double *const k[3], double *const tensor[6],
+                      struct api_map *map) {
+    const double own = target->channel_permeability;
+    if (!target->has_role[MAP_CHANNEL])
+        return;
+    if (!k[0])
+        map_warn(map, "edge_channel: the request has no permeability: in this map the column role "
+                      "alone says where the channel is");
+    for (size_t e = 0; k[0] && e < target->element_count; e++) {
+        if (target->roles[e] != MAP_CHANNEL)
+            continue;
+        k[0][e] = k[1][e] = k[2][e] = own;
+        for (int part = 0; part < 6; part++) /* XX YY ZZ, then what lies beside the diagonal */
+            tensor[part][e] = part < 3 ? own : 0;
+    }
 }

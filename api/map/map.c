@@ -11,16 +11,17 @@
 
 enum { ASK_EVERY = 1024 }; /* points between two questions to the monitor */
 
-/* Beside those of the cells: id, pid, the tensor, distance and extrapolated; and the plies'. */
-enum { OWN_COLUMNS = 10 + MAP_PLY_COLUMNS, TENSOR_PARTS = 6 };
+/* Beside those of the cells: id, pid, role, the tensor, distance and extrapolated; and the plies'.
+ */
+enum { OWN_COLUMNS = 11 + MAP_PLY_COLUMNS, TENSOR_PARTS = 6 };
 
 /* One run: the columns that are filled, by name. */
 struct mapping {
     const struct map_target *target;
     const struct drape_monitor *monitor;
     struct map_net net;
-    double *column[API_COLUMNS_MAX]; /* those of the cells, in their order */
-    double *tensor[TENSOR_PARTS];    /* NULL without a permeability */
+    double *column[API_COLUMNS_MAX];             /* those of the cells, in their order */
+    double *principal[3], *tensor[TENSOR_PARTS]; /* of k1, k2, k3; NULL without a permeability */
     double *distance, *extrapolated;
     int shear, thickness, fraction; /* their offsets in a row, or -1 */
     struct map_stack *stack;        /* NULL: onto points */
@@ -50,6 +51,8 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
             double *values = arena_take(arena, map->fields.element_count, sizeof *values);
             mapping->column[column] = map_columns_add(map, own->name, own->integer, values);
             good = mapping->column[column] != NULL;
+            if (group->kind == MAP_TENSOR && c < 3)
+                mapping->principal[c] = values;
         }
     }
     for (int k = 0; good && tensor && k < TENSOR_PARTS; k++) {
@@ -163,6 +166,7 @@ static enum api_problem_id finish_map(struct mapping *mapping, const struct api_
     if (marked == 0)
         map_warn(map, "edge_channel: no element has its middle that close to the rim of the cloth; "
                       "check that the width is in the drape's length unit");
+    map_channel_fill(target, mapping->principal, mapping->tensor, map);
     if (mapping->stack) {
         map->fields.plies = &map->stack.plies;
         map->fields.column_count +=

@@ -30,10 +30,11 @@ enum { API_MAP_WARNING_SIZE = 256 };
 
 /* Its columns lie in the arena of the call. Not to be moved. */
 struct api_map {
-    struct map_fields fields; /* its columns: id, pid, those of the cells, kxx kyy kzz kxy kyz kxz
-                                      where there is a permeability, distance, extrapolated;
-                                      on a mesh those of the plies */
-    struct map_stack stack;   /* on a mesh: the drape as a stack of one ply */
+    struct map_fields
+        fields; /* its columns: id, pid, role, those of the cells, kxx kyy kzz kxy kyz kxz
+                        where there is a permeability, distance, extrapolated;
+                        on a mesh those of the plies */
+    struct map_stack stack; /* on a mesh: the drape as a stack of one ply */
     struct api_column_source columns[API_COLUMNS_MAX];
     char warning[MAP_WARNINGS_MAX][API_MAP_WARNING_SIZE]; /* texts of warnings */
 };

@@ -35,10 +35,20 @@ double *map_columns_new(struct api_map *map, enum column_id id, int part, struct
                            arena_alloc(arena, map->fields.element_count, sizeof(double)));
 }
 
+/* What each element is to the flow, enum map_role. */
+static bool fill_roles(const void *context, size_t first, size_t count, double *values) {
+    const uint8_t *roles = context;
+    for (size_t k = 0; k < count; k++)
+        values[k] = roles[first + k];
+    return true;
+}
+
 void map_columns_ids(struct api_map *map, const struct map_target *target) {
     add_column(map, column_specs[COLUMN_CELLS_id].name, true, fill_ids, target->ids);
     if (target->pids)
         add_column(map, column_specs[COLUMN_CELLS_pid].name, true, fill_ids, target->pids);
+    if (target->roles)
+        add_column(map, column_specs[COLUMN_CELLS_role].name, true, fill_roles, target->roles);
 }
 
 void map_warn_text(struct api_map *map, const char *text) {

@@ -12,7 +12,7 @@ double *map_columns_add(struct api_map *map, const char *name, bool integer, dou
 /* The same for a part of a column of the list, with zeros of its own. NULL without memory. */
 double *map_columns_new(struct api_map *map, enum column_id id, int part, struct arena *arena);
 
-/* Adds the numbers of the elements, and their properties if there are some. */
+/* Adds the numbers of the elements, and their properties and roles if there are some. */
 void map_columns_ids(struct api_map *map, const struct map_target *target);
 
 /* Adds a warning as long as there is room, printed into the map; or a text of the caller's. */

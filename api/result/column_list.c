@@ -25,6 +25,7 @@ const char *const column_need_names[COLUMN_NEEDS] = {
     [COLUMN_MAP] = "a map",
     [COLUMN_MAP_PERMEABILITY] = "a map, `permeability`",
     [COLUMN_MAP_PROPERTY] = "a map, Nastran",
+    [COLUMN_MAP_ROLE] = "a map, `inlet`, `outlet` or `edge_channel`",
     [COLUMN_LAMINATE] = "a map of a laminate",
     [COLUMN_COMPACTION] = "a map of a laminate, `compaction`, `cavity`",
 };

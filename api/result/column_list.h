@@ -32,6 +32,8 @@
       "1 where the node rests on a yarn that goes straight on from a free edge")                   \
     X(CELLS, id, id, INTEGER, "", MAP, "number of the element in the mesh, or of the point")       \
     X(CELLS, pid, pid, INTEGER, "", MAP_PROPERTY, "property of the element in the mesh")           \
+    X(CELLS, role, role, INTEGER, "", MAP_ROLE,                                                    \
+      "0: fabric, 1: inlet, 2: outlet, 3: channel along the rim")                                  \
     X(CELLS, ply_count, ply_count, INTEGER, "", LAMINATE, "number of plies")              \
     X(CELLS, i, i, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
     X(CELLS, j, j, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
@@ -177,6 +179,7 @@ enum column_need {
     COLUMN_MAP,    /* a map has it, a result has not */
     COLUMN_MAP_PERMEABILITY,
     COLUMN_MAP_PROPERTY, /* a map onto a mesh whose file has properties */
+    COLUMN_MAP_ROLE,     /* a map with inlet, outlet or edge_channel */
     COLUMN_LAMINATE,     /* a map of a laminate */
     COLUMN_COMPACTION,   /* one whose plies are pressed by their laws */
     COLUMN_NEEDS

@@ -393,6 +393,10 @@ END
     map_bulk '?format=lcmsim&inlet=sphere:0:0:0:0.1&edge_channel=30,1e-8'
     expect 200
     unzip -p "$body" part_description.csv | cut -d, -f1-3,7,9 | grep -qx 'patch126,patch,126,1e-08,1.0'
+    map_bulk '?inlet=17&edge_channel=30,1e-8'
+    jq -e '.cells | .role == [1, 3] and .k1[0] < 1e-8 and .k1[1] == 1e-8 and .kzz[1] == 1e-8' "$body"
+    map_bulk '?format=csv&inlet=17&edge_channel=30,1e-8&fields=id,role,k2,kxy'
+    grep -qxE '5,3,1e-0?8,0' "$body"
     # A cavity in which the corners of the saddle are too dense, its middle is not.
     jq '.cavity = {height: 0.002} | .fabric.spacing = 0.2' "$BATS_FILE_TMPDIR/request.json" |
         post '/v1/drapes?fields=nodes.i' - -H 'Prefer: wait=40'

@@ -181,10 +181,15 @@ write_map() {
     jq -c '.permeability = {model: "kozeny_carman", k1: 1.63e-10, k2: 5e-11, k3: 1e-12,
         at_fiber_volume_fraction: 0.4}' "$folder/request.json" >"$folder/new.json"
     mv "$folder/new.json" "$folder/request.json"
-    write_map json "$folder/map.json"
-    write_map lcmsim-h5 "$folder/mesh.h5" --inlet "$(jq '.mesh.ids[3]' "$folder/mesh.json")" \
+    set -- --edge-channel 1.2,1e-8 --inlet "$(jq '.mesh.ids[3]' "$folder/mesh.json")" \
         --outlet "$(jq '.mesh.ids[9]' "$folder/mesh.json")"
+    write_map json "$folder/map.json" "$@"
+    [ "$(jq -c '.cells.role | unique' "$folder/map.json")" = '[0,1,2,3]' ]
+    write_map lcmsim-h5 "$folder/mesh.h5" "$@"
     $READ lcmsim-h5 "$folder/mesh.h5" "$folder/map.json" "$folder/mesh.json"
+    write_map vtu "$folder/map.vtu" "$@"
+    jq .cells "$folder/map.json" >"$folder/cells.json"
+    $READ vtu "$folder/map.vtu" "$folder/cells.json"
 }
 
 # Its mesh is a coarser net of another direction, whose nodes the plies do not share.
@@ -212,7 +217,9 @@ write_map() {
         write_map $format "$folder/deck"
         $PYTHON tests/readers/cards.py $format "$folder/mesh.json" "$folder/map.json" "$folder/deck" - 1
     done
-    write_map lcmsim-h5 "$folder/mesh.h5" --inlet 1 --outlet 201
+    set -- --inlet 1 --outlet 201
+    write_map json "$folder/map.json" "$@"
+    write_map lcmsim-h5 "$folder/mesh.h5" "$@"
     $READ lcmsim-h5 "$folder/mesh.h5" "$folder/map.json" "$folder/mesh.json" 0.001
 }
 

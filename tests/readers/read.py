@@ -280,7 +280,8 @@ def read_lcmsim_h5(path, result, mesh, metres="1"):
     for name in ("thickness", "porosity", "permeability", "alpha", "volume", "area", "ap", "cp"):
         assert p[name].dtype == "<f8" and p[name].shape == (count,)
     assert p["reference_direction"].shape == (3, count)
-    assert names == {"1": b"base", "2": b"inlet", "3": b"outlet"}
+    parts = (b"base", b"inlet", b"outlet", b"channel")
+    assert names == {str(k + 1): parts[k] for k in set(result["cells"]["role"])}
     of = {tuple(sorted(c)): e for e, s in enumerate(shapes) for c in ([s[0:3]] if len(s) == 3 else
           [s[0:3], [s[0], s[2], s[3]]])}
     edges = collections.Counter(tuple(e) for c in cells for e in ((c[0], c[1]), (c[1], c[2]),
@@ -300,7 +301,8 @@ def read_lcmsim_h5(path, result, mesh, metres="1"):
         assert abs(p["area"][k] / area - 1) < 1e-12
         assert abs(p["volume"][k] / area / p["thickness"][k] - 1) < 1e-12
         wall = 1 in (edges[cell[0], cell[1]], edges[cell[1], cell[2]], edges[cell[0], cell[2]])
-        assert p["type"][k] == {1: -3 if wall else 1, 2: -1, 3: -2}[p["part_id"][k]]
+        assert p["type"][k] == {1: -3 if wall else 1, 2: -1, 3: -2, 4: -3 if wall else 1}[p["part_id"][k]]
+        assert p["part_id"][k] == 1 + columns["role"][e]
 
 
 def read_vtu_plies(path, result):

@@ -50,10 +50,10 @@ static bool option(struct map_target *mesh, const char *name, const char *value)
     return map_target_option(mesh, name, value, arena, &problem);
 }
 
-static bool warned(const struct api_map *map) {
+static bool warned(const struct api_map *map, const char *text) {
     bool found = false;
     for (size_t k = 0; k < map->fields.warning_count; k++)
-        found = found || strstr(map->fields.warnings[k], "edge_channel");
+        found = found || strstr(map->fields.warnings[k], text);
     return found;
 }
 
@@ -81,8 +81,54 @@ static void test_channel_follows_every_rim(void **state) {
             wrong += mapped.fields.roles[k] != (near ? MAP_CHANNEL : MAP_FABRIC);
         }
         check_at_most((double)wrong, 0);
-        assert_false(warned(&mapped));
+        assert_false(warned(&mapped, "no element"));
+        assert_true(warned(&mapped, "the request has no permeability"));
     }
+    bytes_free(&container);
+}
+
+static double value_at(const struct api_map *map, const char *name, size_t row) {
+    const struct map_fields *fields = &map->fields;
+    double value = NAN;
+    for (size_t k = 0; k < fields->column_count; k++)
+        if (strcmp(fields->columns[k].name, name) == 0)
+            fields->columns[k].fill(fields->columns[k].context, row, 1, &value);
+    return value;
+}
+
+/* Every format has the columns: the channel's permeability is there, and elsewhere the cloth's. */
+static void test_channel_is_in_the_columns(void **state) {
+    (void)state;
+    static struct api_map mapped;
+    static const char *const names[] = {"k1", "k2", "k3", "kxx", "kyy", "kzz", "kxy", "kyz", "kxz"};
+    struct bytes container = {0};
+    char text[2048];
+    struct map_target mesh = make_mesh();
+    const char *request = request_text("sheet_with_hole");
+    snprintf(text, sizeof text, "%.*s,%s}", (int)strlen(request) - 1, request,
+             "\"permeability\":{\"model\":\"table\",\"shear_deg\":[0,50],\"k1\":[3e-10,3e-10],"
+             "\"k2\":[2e-10,2e-10],\"k3\":[1e-11,1e-11]}");
+    assert_int_equal(run_text(text, &container, &(struct api_problem){0}), API_OK);
+    assert_true(option(&mesh, "edge_channel", "0.7,2e-8"));
+    assert_true(option(&mesh, "outlet", "sphere:5:0.1:0:0.3"));
+    assert_int_equal(map(&mesh, &container, &mapped), API_OK);
+    assert_false(warned(&mapped, "edge_channel"));
+    size_t roles[MAP_ROLES] = {0}, wrong = 0;
+    for (size_t e = 0; e < COUNT; e++) {
+        bool channel = mesh.roles[e] == MAP_CHANNEL;
+        roles[mesh.roles[e]]++;
+        wrong += value_at(&mapped, "role", e) != mesh.roles[e];
+        for (size_t n = 0; n < sizeof names / sizeof *names; n++) {
+            static const double cloth[] = {3e-10, 2e-10, 1e-11}, own[] = {2e-8, 2e-8, 2e-8};
+            double value = value_at(&mapped, names[n], e);
+            if (n < 3)
+                wrong += fabs(value / (channel ? own : cloth)[n] - 1) > 1e-9;
+            else if (channel)
+                wrong += value != (n < 6 ? 2e-8 : 0);
+        }
+    }
+    check_at_most((double)wrong, 0);
+    assert_true(roles[MAP_CHANNEL] > 100 && roles[MAP_OUTLET] > 1 && roles[MAP_FABRIC] > 100);
     bytes_free(&container);
 }
 
@@ -95,7 +141,7 @@ static void test_channel_nowhere_is_said(void **state) {
     struct map_target mesh = make_mesh();
     assert_true(option(&mesh, "edge_channel", "0.001,1e-8"));
     assert_int_equal(map(&mesh, &container, &mapped), API_OK);
-    assert_true(warned(&mapped));
+    assert_true(warned(&mapped, "no element"));
     bytes_free(&container);
 }
 
@@ -146,6 +192,7 @@ static void test_gates_by_place(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_channel_follows_every_rim),
+        cmocka_unit_test(test_channel_is_in_the_columns),
         cmocka_unit_test(test_channel_nowhere_is_said),
         cmocka_unit_test(test_channel_of_bad_numbers_is_a_problem),
         cmocka_unit_test(test_gates_by_place),
