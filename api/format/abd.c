@@ -24,8 +24,9 @@ static bool begin_abd(struct encoder *encoder, struct api_problem *problem) {
                                 "cloth: check the length unit and the position of the mesh",
                                 encoder->fields.element_count);
     if (!plies->thickness)
-        return !api_problem_set(problem, API_INVALID_REQUEST,
-                                "abd needs a thickness: give fabric.thickness in the request");
+        return !api_problem_set(
+            problem, API_INVALID_REQUEST,
+            "abd needs a thickness: give fabric.thickness in the request, or choose csv");
     for (size_t k = 0; k < plies->ply_count; k++)
         if (yarn_plies_kind(plies, (int)k).lamina.e1 == 0)
             return !api_problem_set(problem, API_INVALID_REQUEST,

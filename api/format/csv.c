@@ -56,6 +56,7 @@ const struct format format_csv = {.name = "csv",
                                   .about = "one table: a row for each node, cell, cut or point",
                                   .exact = "every bit; `precision` rounds",
                                   .uses = FORMAT_RESULT | FORMAT_MAP,
+                                  .flow = true,
                                   .tables = true,
                                   .one_table = true,
                                   .next = next_csv};

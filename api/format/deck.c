@@ -79,7 +79,8 @@ static bool check_sides(const struct encoder *encoder, bool *upward, struct api_
     return !api_problem_set(
         problem, API_INVALID_REQUEST,
         "%s has one sequence of plies for all elements, but %zu elements face one side "
-        "and %zu, such as %d, the other: reverse these",
+        "and %zu, such as %d, the other: reverse these, or choose nastran, lsdyna, abaqus or "
+        "calculix",
         encoder->format->name, up, down, deck_element_id(fields, one));
 }
 
@@ -95,10 +96,13 @@ bool deck_begin(struct encoder *encoder, struct api_problem *problem) {
                         "the length unit and the position of the mesh",
                         name, fields->element_count);
     else if (!plies->thickness)
-        api_problem_set(problem, API_INVALID_REQUEST,
-                        "%s needs a thickness: give fabric.thickness in the drape request", name);
+        api_problem_set(
+            problem, API_INVALID_REQUEST,
+            "%s needs a thickness: give fabric.thickness in the drape request, or choose csv",
+            name);
     else if (plies->ply_count > DECK_PLIES_MAX)
-        api_problem_set(problem, API_TOO_LARGE, "%s can hold at most %d plies", name,
+        api_problem_set(problem, API_TOO_LARGE,
+                        "%s can hold at most %d plies; csv has a row for each", name,
                         DECK_PLIES_MAX);
     else if (largest_id(fields) > deck->id_max)
         api_problem_set(problem, API_TOO_LARGE,

@@ -35,6 +35,7 @@ struct format {
     unsigned uses;          /* enum format_use, or-ed */
     bool one_table;         /* of a result: holds the table of the options alone */
     bool elements;          /* of a map: needs elements, so cannot show points */
+    bool flow;              /* of a map: shows inlet, outlet and the channel along the rim */
     bool yarns;             /* of a map: has to know what its plies are made of */
     bool tables;            /* of a result: shows any tables there are, those of a study too */
     const void *own;        /* data that formats sharing their functions differ by */

@@ -131,6 +131,7 @@ const struct format format_json = {.name = "json",
                                    .about = "the document of the API: tables of columns",
                                    .exact = "every bit; `precision` rounds",
                                    .uses = FORMAT_RESULT | FORMAT_MAP,
+                                   .flow = true,
                                    .tables = true,
                                    .state_size = sizeof(struct state),
                                    .next = next_json};

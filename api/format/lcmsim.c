@@ -420,6 +420,7 @@ static void end_lcmsim(struct encoder *encoder) {
 
 const struct format format_lcmsim = {
     .uses = FORMAT_MAP,
+    .flow = true,
     .elements = true,
     .name = "lcmsim",
     .media_type = "application/zip",

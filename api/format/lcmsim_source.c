@@ -103,17 +103,18 @@ bool lcmsim_open(struct lcmsim_source *source, const struct map_fields *fields, 
             continue;
         return !api_problem_set(
             problem, API_INVALID_REQUEST,
-            "lcmsim needs a thickness, a fiber_volume_fraction and a permeability: the "
-            "drape request has no %s",
+            "an input of a filling simulation needs a thickness, a fiber_volume_fraction and a "
+            "permeability: the drape request has no %s",
             names[k]);
     }
     source->packing = encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS,
                                    column_specs[COLUMN_CELLS_packing_exceeded].name);
     if (fields->element_count == 0)
-        return !api_problem_set(problem, API_INVALID_REQUEST, "lcmsim needs a mesh with elements");
+        return !api_problem_set(problem, API_INVALID_REQUEST, "the mesh has no elements");
     if (fields->vertex_count > LCMSIM_NUMBER_MAX || fields->element_count > LCMSIM_NUMBER_MAX / 2)
-        return !api_problem_set(problem, API_TOO_LARGE,
-                                "the mesh has more vertices or elements than mesh.bdf can hold");
+        return !api_problem_set(
+            problem, API_TOO_LARGE,
+            "the mesh has more vertices or elements than a filling simulation can take");
     if (cap > 0)
         take_densest(source);
     for (size_t element = 0; element < fields->element_count; element++)

@@ -121,7 +121,7 @@ static bool begin_vtu(struct encoder *encoder, struct api_problem *problem) {
         return !api_problem_set(
             problem, API_TOO_LARGE,
             "the mesh is too large for vtu, or has too many plies; to leave the plies "
-            "out, give `fields` without plies.*");
+            "out, give `fields` without plies.*, or choose csv");
     vtk_begin(encoder);
     return true;
 }
@@ -132,6 +132,7 @@ const struct format format_vtu = {
     .about = "VTK UnstructuredGrid: the caller's mesh with the fields of its elements and plies",
     .exact = "every bit",
     .uses = FORMAT_MAP,
+    .flow = true,
     .elements = true,
     .state_size = sizeof(struct state),
     .begin = begin_vtu,

@@ -123,6 +123,7 @@ csv text/csv
 vtu application/vnd.vtk
 lcmsim application/zip
 lcmsim-h5 application/x-lcmsim
+lims text/x-lims
 nastran text/x-nastran
 optistruct text/x-optistruct
 lsdyna text/x-lsdyna
@@ -131,7 +132,7 @@ calculix text/x-calculix
 END
     map_bulk '?format=glb'
     expect_problem 406 not-acceptable
-    [[ $(field .detail) == *'json, csv, vtu, lcmsim, lcmsim-h5, nastran, optistruct, radioss, lsdyna, abaqus, calculix, abd, acp' ]]
+    [[ $(field .detail) == *'json, csv, vtu, lcmsim, lcmsim-h5, lims, nastran, optistruct, radioss, lsdyna, abaqus, calculix, abd, acp' ]]
     map_bulk '' -H 'Accept: image/png'
     expect_problem 406 not-acceptable
     for format in vtu lcmsim nastran calculix abd; do

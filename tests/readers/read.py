@@ -305,6 +305,59 @@ def read_lcmsim_h5(path, result, mesh, metres="1"):
         assert p["part_id"][k] == 1 + columns["role"][e]
 
 
+def read_lims(path, result, mesh, metres="1", reference=None):
+    """A DMP file as its page says: lines in free format, without those that begin with #; headings
+    by what they count. The tensor of each element, from its first side or a direction, has k1 and k2
+    of the map, along the map's direction in space, projected."""
+    import cards
+    import numpy
+
+    unit = float(metres)
+    with open(path, encoding="ascii") as file:
+        lines = file.read().splitlines()
+    notes = [line.split() for line in lines if line.startswith("#")]
+    lines = [line.split() for line in lines if line and not line.startswith("#")]
+    assert lines[0][:4] == ["Number", "of", "nodes", ":"]
+    count = int(lines[0][4])
+    nodes = numpy.array(lines[3:3 + count], dtype=float)
+    assert numpy.array_equal(nodes[:, 0], numpy.arange(1, count + 1))
+    head = lines[3 + count]
+    assert head[:4] == ["Number", "of", "elements", ":"]
+    rows = lines[6 + count:6 + count + int(head[4])]
+    assert [row[0] for row in rows] == [str(k + 1) for k in range(len(rows))]
+    assert lines[6 + count + len(rows)] == ["Resin", "Viscosity", "model", "NEWTON"]
+    assert len(lines) == 8 + count + len(rows) and float(lines[-1][2]) > 0
+    columns, shapes = result["cells"], mesh["mesh"].get("triangles", []) + mesh["mesh"].get("quads", [])
+    out = {int(n[4].strip(",")) for n in notes if n[1:3] == ["left", "out:"]}
+    kept = [e for e in range(len(shapes)) if columns["id"][e] not in out]
+    assert len(rows) == len(kept)
+    worst, gates = 0, {"gate": set(), "vent": set()}
+    for row, e in zip(rows, kept):
+        n = int(row[1])
+        assert n == len(shapes[e]) and len(row) == 2 + n + 5
+        place = nodes[[int(k) - 1 for k in row[2:2 + n]], 1:]
+        assert numpy.array_equal(place, unit * numpy.array([mesh["mesh"]["vertices"][k] for k in shapes[e]]))
+        h, vf, xx, xy, yy = map(float, row[2 + n:])
+        assert h == unit * columns["thickness"][e]
+        assert abs(vf - columns["fiber_volume_fraction"][e]) < 1e-15
+        x, y, normal = cards.frame(place, [float(v) for v in reference.split(",")] if reference else None)
+        (k2, k1), axes = numpy.linalg.eigh([[xx, xy], [xy, yy]])
+        assert abs(k1 / columns["k1"][e] - 1) < 1e-12 and abs(k2 / columns["k2"][e] - 1) < 1e-12
+        role = columns["role"][e] if "role" in columns else 0
+        if k2 < 0.9 * k1:
+            d = numpy.array([columns["k1_" + a][e] for a in "xyz"])
+            d = cards.unit(d - normal * (d @ normal))
+            mine = axes[0, 1] * x + axes[1, 1] * y
+            worst = max(worst, numpy.degrees(numpy.arcsin(numpy.linalg.norm(numpy.cross(d, mine)))))
+        for name, number in (("gate", 1), ("vent", 2)):
+            if role == number:
+                gates[name] |= set(row[2:2 + n])
+    assert worst < 1e-6
+    for name, own in gates.items():
+        assert own - gates["gate"] <= {n[3] for n in notes if n[1:3] == [name + ":", "node"]} <= own
+    print(f"# {len(rows)} elements, directions within {worst:.1e} degrees")
+
+
 def read_vtu_plies(path, result):
     """Arrays by ply: the rows of the table, and not a number where there is none."""
     import numpy
@@ -333,7 +386,7 @@ def main():
         read_svg(path, load(rest[0]), float(rest[1]))
         return
     readers = {"vtp": read_vtp, "vtu": read_vtu, "npz": read_npz, "csv": read_csv, "glb": read_glb,
-               "dxf": read_dxf, "lcmsim": read_lcmsim, "lcmsim-h5": read_lcmsim_h5,
+               "dxf": read_dxf, "lcmsim": read_lcmsim, "lcmsim-h5": read_lcmsim_h5, "lims": read_lims,
                "vtu-plies": read_vtu_plies}
     readers[kind](path, *[load(name) if name.endswith(".json") else name for name in rest])
 

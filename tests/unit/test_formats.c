@@ -326,6 +326,16 @@ static void test_formats_lcmsim_h5_is_golden(void **state) {
     bytes_free(&text);
 }
 
+static void test_formats_lims_is_golden(void **state) {
+    (void)state;
+    static const uint8_t roles[] = {MAP_FABRIC, MAP_INLET};
+    struct map_fields fields = small_stack();
+    fields.roles = roles;
+    struct bytes text = encode_mesh("lims", &fields);
+    compare_golden("small.lims", text.data, text.length);
+    bytes_free(&text);
+}
+
 /* ---- decks ---- */
 
 static const char *const decks[] = {"nastran", "optistruct", "radioss",
@@ -389,6 +399,70 @@ static void test_formats_of_decks_say_what_they_cannot_hold(void **state) {
     plies.row_count = 0;
     for (size_t k = 0; k < DECKS; k++)
         check_refused(decks[k], &fields, API_INVALID_REQUEST, "none of the 2 elements");
+}
+
+/* What may be asked of a map, and each format's answer: h, it is in the document; r, it is refused,
+ * in words that name the format and another one. (These maps have no columns of plies, of which vtu
+ * takes 80.) */
+enum { ASK_GATES, ASK_YARNS, ASK_SIDES, ASK_NO_THICKNESS, ASK_MANY_PLIES, ASKED };
+static const struct {
+    const char *name, *answers;
+} answers[] = {{"json", "hrhhh"},       {"csv", "hrhhh"},    {"vtu", "hrhhh"},
+               {"lcmsim", "hrhhh"},     {"lims", "hrhhh"},   {"lcmsim-h5", "hrhhh"},
+               {"nastran", "rhhrr"},    {"lsdyna", "rhhrr"}, {"abaqus", "rhhrr"},
+               {"calculix", "rhhrr"},   {"acp", "rrhhr"},    {"abd", "rhhrh"},
+               {"optistruct", "rhrrr"}, {"radioss", "rhrrr"}};
+
+static void check_answer(const struct format *format, int asked, char answer,
+                         const struct map_fields *fields) {
+    struct api_problem problem = {0};
+    const struct format_source source = {.id = "small", .fields = fields};
+    const struct format_options options = {.plies_as = asked == ASK_YARNS ? PLIES_AS_YARNS : 0};
+    struct encoder *encoder = encoder_new(format, &source, &options, &problem);
+    encoder_free(encoder);
+    if ((encoder != NULL) != (answer == 'h'))
+        fail_msg("%s, %d: %s", format->name, asked, encoder ? "made" : problem.error[0].detail);
+    bool other = false;
+    for (size_t k = 0; k < sizeof answers / sizeof *answers; k++)
+        other = other || (strcmp(answers[k].name, format->name) != 0 && !encoder &&
+                          strstr(problem.error[0].detail, answers[k].name));
+    if (!encoder && !(other && strstr(problem.error[0].detail, format->name)))
+        fail_msg("%s, %d: %s", format->name, asked, problem.error[0].detail);
+}
+
+static void test_formats_hold_what_is_asked_or_name_one_that_does(void **state) {
+    (void)state;
+    static const struct map_ply_kind kind = {0.5, {110e9, 6e9, 0.3, 2e9}};
+    static struct map_ply_kind kinds[MAP_PLIES_MAX];
+    static const char *names[MAP_PLIES_MAX];
+    static const uint8_t roles[] = {MAP_INLET, MAP_CHANNEL};
+    const struct format *format;
+    for (size_t k = 0; k < MAP_PLIES_MAX; k++) {
+        kinds[k] = kind;
+        names[k] = "ply";
+    }
+    for (size_t k = 0; (format = format_at(FORMAT_MAP, k)); k++) {
+        const char *own = NULL;
+        for (size_t n = 0; n < sizeof answers / sizeof *answers; n++)
+            own = strcmp(answers[n].name, format->name) == 0 ? answers[n].answers : own;
+        assert_non_null(own);
+        for (int asked = 0; asked < ASKED; asked++) {
+            struct map_fields fields = small_stack();
+            struct map_plies plies = *fields.plies;
+            struct map_ply_row rows[3];
+            memcpy(rows, plies.rows, sizeof rows);
+            rows[2].mirrored = rows[2].mirrored && asked == ASK_SIDES;
+            plies.rows = rows;
+            plies.kinds = kinds;
+            plies.names = names;
+            plies.thickness = asked != ASK_NO_THICKNESS;
+            plies.ply_count = asked == ASK_MANY_PLIES ? 300 : plies.ply_count;
+            fields.roles = asked == ASK_GATES ? roles : NULL;
+            fields.channel_permeability = 1e-8;
+            fields.plies = &plies;
+            check_answer(format, asked, own[asked], &fields);
+        }
+    }
 }
 
 /* From an element's bottom along its normal: on the quadrilateral the plies go against it, on the
@@ -677,8 +751,10 @@ int main(void) {
         cmocka_unit_test(test_colour_grows_lighter_evenly),
         cmocka_unit_test(test_formats_vtu_is_golden),
         cmocka_unit_test(test_formats_lcmsim_h5_is_golden),
+        cmocka_unit_test(test_formats_lims_is_golden),
         cmocka_unit_test(test_formats_of_decks_are_golden),
         cmocka_unit_test(test_formats_of_decks_say_what_they_cannot_hold),
+        cmocka_unit_test(test_formats_hold_what_is_asked_or_name_one_that_does),
         cmocka_unit_test(test_stack_layers_follow_the_normal_of_the_element),
         cmocka_unit_test(test_stacks_are_grouped_within_what_is_asked),
         cmocka_unit_test(test_formats_lcmsim_is_golden),
