@@ -115,14 +115,17 @@ static bool report_ply(const struct laminate_job *job, size_t k, const struct fl
         api_text_key_number(text, "mean_shear_deg", summary->mean_shear_deg);
     api_text_key(text, "warnings");
     api_text_raw(text, "[");
-    for (size_t w = 0, said = 0; w < summary->warnings.count; w++) {
+    size_t said = 0;
+    for (size_t w = 0; w < summary->warnings.count; w++) {
         if (!flat_plies_concerns(&job->laminate, k, &summary->warnings.list[w]))
             continue;
         api_text_raw(text, said++ ? "," : "");
         api_text_string(text, summary->warnings.list[w].detail);
     }
-    if (!shape)
+    if (!shape) {
+        api_text_raw(text, said ? "," : "");
         api_text_string(text, fault->error[0].detail);
+    }
     api_text_raw(text, "]");
     return true;
 }

@@ -306,7 +306,7 @@ static enum api_problem_id keep_courses(const struct laying *l,
         return api_problem_no_memory(l->problem, "the courses");
     for (size_t n = 0; n < laid->count; n++) {
         const struct course *course = &laid->courses[n];
-        if (course->net.cells.count == 0)
+        if (!(course->net_area > 0))
             continue;
         if (!make_course_piece(l, settings, course, count, &all[count]))
             return api_problem_no_memory(l->problem, "the courses");

@@ -84,7 +84,7 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
         return map_net_damaged(problem);
     net->whole = api_columns_rows(columns, API_TABLE_CELLS);
     net->cut = api_columns_rows(columns, API_TABLE_CUT);
-    if (net->whole == 0)
+    if (net->whole + net->cut == 0)
         return api_problem_set(problem, API_INVALID_REQUEST,
                                "the net has no cells, so there is nothing to map");
     return API_OK;

@@ -97,9 +97,26 @@ static bool same_turn(const struct tracer *t, const struct net_node *node,
                      fabs(node->uv[1] - spot->uv[1]) <= t->half_turn[1]);
 }
 
-/* The node inside that is nearest to the spot, as a place of the net; false when none is near. Of
- * those that face `alike`, or of all: the two sides of a thin part, of a blade at its trailing
- * edge, are near each other in space alone. */
+/* About where r is on the net, from the node nearest to it: by the differences of nodes there, at
+ * most half a cell away, so that the cell on that side of the node is looked at. */
+static void place_beside_node(const struct tracer *t, struct vec3 r, double pq[2]) {
+    struct net *net = t->march->net;
+    int32_t i = (int32_t)pq[0], j = (int32_t)pq[1];
+    struct vec3 node = net_place(net, i, j)->r, along[2];
+    double ab[2];
+    for (int k = 0; k < 2; k++) {
+        const struct net_node *next = net_place(net, i + (k == 0), j + (k == 1));
+        const struct net_node *last = net_place(net, i - (k == 0), j - (k == 1));
+        along[k] = vec3_scale(next && last ? 0.5 : 1,
+                              vec3_sub(next ? next->r : node, last ? last->r : node));
+    }
+    for (int k = 0; k < 2 && rim_cloth_components(along, vec3_sub(r, node), ab); k++)
+        pq[k] += fmin(fmax(ab[k], -0.5), 0.5);
+}
+
+/* The node inside that is nearest to the spot as a place of the net, or, where that ends at the
+ * node, one beside it; false when none is near. Of those that face `alike`, or of all: the two
+ * sides of a thin part, of a blade at its trailing edge, are near each other in space alone. */
 static bool find_seed(const struct tracer *t, const struct rim_edge_point *spot, bool alike,
                       double pq[2]) {
     const double *d = t->march->settings->spacing;
@@ -125,6 +142,8 @@ static bool find_seed(const struct tracer *t, const struct rim_edge_point *spot,
                 pq[1] = tile->tj * NET_TILE + y;
             }
     }
+    if (found && !rim_cloth_patch(&t->rim->cloth, (int32_t)pq[0], (int32_t)pq[1])->known)
+        place_beside_node(t, spot->r, pq);
     return found;
 }
 
@@ -207,7 +226,6 @@ static void add_rim_point(struct tracer *t, const struct rim_edge_point *spot, c
     t->failed = t->failed || !rim->points;
     if (t->failed)
         return;
-    rim->covered = rim->covered && covered;
     rim->points[rim->count++] = (struct rim_point){.loop = t->loop,
                                                    .face = spot->face,
                                                    .covered = covered,
@@ -382,6 +400,13 @@ static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
         sight = t->from->sight;
         follow_edge_piece(t, &stop);
     }
+    /* Nothing leads to where the loop begins but its end. */
+    if (t->rim->count > begin && !t->rim->points[begin].covered && stop.covered &&
+        sight == t->rim->points[begin].sight && !t->from->leaps) {
+        t->rim->points[begin].covered = true;
+        t->rim->points[begin].p = stop.pq[0];
+        t->rim->points[begin].q = stop.pq[1];
+    }
     /* Points that no cloth reaches take the coordinates of the last one before that it does. */
     struct rim_point *points = t->rim->points;
     size_t count = t->failed ? 0 : t->rim->count - begin;
@@ -400,7 +425,7 @@ static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
 enum status rim_make(struct march *march, struct rim *rim) {
     const double *d = march->settings->spacing;
     struct tracer t = {.march = march, .rim = rim, .spacing = fmin(d[0], d[1])};
-    *rim = (struct rim){.covered = true};
+    *rim = (struct rim){.count = 0};
     for (int k = 0; k < 2; k++)
         t.half_turn[k] = march->surface ? surface_point_cut_turn(march->surface, k) : HUGE_VAL;
     struct cut_fault fault;
@@ -429,11 +454,13 @@ enum status rim_make(struct march *march, struct rim *rim) {
         t.loop = (int32_t)k;
         follow_edge_loop(&t, &t.edges.loops[k]);
     }
+    rim->covered = rim->count > 0;
+    for (size_t k = 0; k < rim->count; k++)
+        rim->covered = rim->covered && rim->points[k].covered;
     if (!t.failed)
         rim_reach_front(rim);
     rim->loop_count = t.edges.loop_count;
     rim->lip_of = t.edges.lip_of;
-    rim->covered = rim->covered && rim->count > 0;
     return t.failed || rim->cloth.failed ? STATUS_OUT_OF_MEMORY : STATUS_OK;
 }
 
@@ -454,6 +481,17 @@ static double next_cell_side(double from, double to, double at) {
 /* The rim that runs along the sides of cells, as far as rounding goes, is that of the cells that it
  * has on its left: they may have nodes beyond it, and then are no whole cells. */
 static const double beside_side = 1e-9;
+
+/* Whether the line between two points runs along an end of the net that its extent sets. */
+static bool runs_along_extent(const struct rim *rim, const double from[2], const double to[2]) {
+    const struct drape_settings *s = rim->cloth.march->settings;
+    bool along = false;
+    for (int k = 0; k < 2; k++)
+        for (int end = 0; end < 2 && s->has_extent[k]; end++)
+            along = along || (fabs(from[k] - s->extent[k][end]) < RIM_TOLERANCE &&
+                              fabs(to[k] - s->extent[k][end]) < RIM_TOLERANCE);
+    return along;
+}
 
 bool rim_walk_next(struct rim_walk *walk, struct rim_piece *piece) {
     const struct rim *rim = walk->rim;
@@ -478,6 +516,7 @@ bool rim_walk_next(struct rim_walk *walk, struct rim_piece *piece) {
     piece->j = (int32_t)floor((piece->from[1] + piece->to[1]) / 2 + beside_side * dp / length);
     piece->point = k;
     piece->loose = !a->covered || !b->covered;
+    piece->at_extent = piece->loose && runs_along_extent(rim, from, to);
     walk->at = end < 1 ? end : 0;
     walk->point = end < 1 ? k : k + 1;
     walk->first = end == 1 && last ? k + 1 : walk->first;

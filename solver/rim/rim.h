@@ -43,7 +43,8 @@ struct rim_piece {
     double from[2], to[2];
     struct vec3 r[2]; /* at its ends, as straight lines in space have it */
     size_t point;     /* of the rim, at which its line begins */
-    bool loose;       /* the cloth does not reach it */
+    bool loose;       /* the cloth does not reach the part's edge there: .. */
+    bool at_extent;   /* .. it is its own edge, on a side of cells where its extent ends it */
 };
 
 /* Where one is on the way round the rim; begins as {.rim = rim}. */

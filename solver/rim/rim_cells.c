@@ -16,7 +16,7 @@ struct passage {
     double area;         /* on the left of the edge in this cell */
     double length, p, q; /* and the sums of p and q of its pieces by their lengths */
     size_t point;        /* of the rim, at which it begins */
-    bool loose;
+    bool reached, loose; /* the cloth reaches some of it; and does not reach some */
 };
 
 struct passages {
@@ -52,7 +52,8 @@ static void add_passage(struct passages *c, const struct rim_piece *piece) {
     own->length += weight;
     own->p += weight * p;
     own->q += weight * q;
-    own->loose = own->loose || (piece->loose && weight > shortest_loose);
+    own->reached = own->reached || !piece->loose;
+    own->loose = own->loose || (piece->loose && !piece->at_extent && weight > shortest_loose);
 }
 
 static int compare_passages(const void *a, const void *b) {
@@ -83,6 +84,7 @@ enum status rim_cells_make(struct march *march, const struct rim *rim, struct ri
         struct rim_cell cell = {.i = c.all[k].i, .j = c.all[k].j};
         bool new_row = cells->count == 0 || cells->cells[cells->count - 1].j != cell.j;
         double area = 0, length = 0, longest = 0;
+        bool reached = false;
         rise = new_row ? 0 : rise;
         for (; k < c.count && c.all[k].i == cell.i && c.all[k].j == cell.j; k++) {
             const struct passage *own = &c.all[k];
@@ -94,7 +96,9 @@ enum status rim_cells_make(struct march *march, const struct rim *rim, struct ri
             cell.p += own->p;
             cell.q += own->q;
             cell.loose = cell.loose || own->loose;
+            reached = reached || own->reached;
         }
+        cell.loose = cell.loose || !reached;
         cell.p /= length;
         cell.q /= length;
         cell.share = area - rise;

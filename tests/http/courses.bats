@@ -57,6 +57,14 @@ plane='{"surface": {"degree_u": 1, "degree_v": 1, "size_u": 2, "size_v": 2,
     number '.courses.angle_deviation_max_deg' 45
 }
 
+@test "a corner of the part that holds no whole cell is a course, with its cloth" {
+    drape_plane '.plies[0].direction = {angle_deg: 45} | .plies[0].courses = {width: 0.8}'
+    number .courses.count 8
+    number .cloth_coverage 1
+    number '.pieces[3].course.net_area' '((3.5 / (2 | sqrt)) - 2.4) | . * .'
+    number '.pieces[3].nodes' 1
+}
+
 @test "the stagger is asked for, and measured against the ply below" {
     drape_plane '.plies[1] = .plies[0] | .plies[1].name = "core" | .plies[2] = .plies[1] |
         .plies[2].name = "top" | .plies[].courses.stagger = 0.3'
