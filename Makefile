@@ -168,13 +168,13 @@ $(B)/drape-import: $(IMPORT_OBJ) $(LIBS)
 
 library: $(B)/libdrape.so ## build/libdrape.so, the solver for programs in C and what calls C
 
-# What npm makes: the package `draped` with its example. What esbuild and Vite run is an optional package,
-# one for each machine.
-CLIENTS := clients/typescript clients/typescript/example
+# What npm makes: the package `draped` with its example, and the server for agents. What esbuild, Vite
+# and resvg run is an optional package, one for each machine.
+CLIENTS := clients/typescript clients/typescript/example clients/mcp
 $(CLIENTS:%=%/node_modules): %/node_modules: %/package-lock.json | $(B)/.setup-page
 	@npm ci --silent --no-audit --no-fund --ignore-scripts --prefix $* && touch $@
-# One after the other: the example links to the package.
-clients/typescript/example/node_modules: | clients/typescript/node_modules
+# One after the other: the others link to the package.
+$(filter-out clients/typescript/node_modules,$(CLIENTS:%=%/node_modules)): | clients/typescript/node_modules
 clients/typescript/dist/index.js: clients/typescript/node_modules api/openapi.yaml $(VIEWER) \
         $(wildcard clients/typescript/*.mjs clients/typescript/*.json) \
         $(filter-out %/schema.ts,$(wildcard clients/typescript/src/*.ts))
@@ -183,8 +183,11 @@ EXAMPLE := clients/typescript/example
 $(EXAMPLE)/dist/index.html: clients/typescript/dist/index.js $(EXAMPLE)/node_modules \
         $(EXAMPLE)/index.html $(EXAMPLE)/main.ts
 	@cd $(EXAMPLE) && node ../node_modules/typescript/bin/tsc -p . && npx vite build --logLevel error
+clients/mcp/dist/index.js: clients/typescript/dist/index.js clients/mcp/node_modules \
+        clients/mcp/tsconfig.json $(wildcard clients/mcp/src/*.ts)
+	@node clients/mcp/node_modules/typescript/bin/tsc -p clients/mcp && touch $@
 .PHONY: clients
-clients: $(EXAMPLE)/dist/index.html ## the npm package draped and its example
+clients: $(EXAMPLE)/dist/index.html clients/mcp/dist/index.js ## the npm package draped, its example, the server for agents
 
 include tests/tests.mk
 

@@ -124,6 +124,24 @@ test('typescript: a STEP file is uploaded by its name and some faces draped', as
   assert.match(await client.pattern('drapes', status.id), /^<\?xml|^<svg/);
 });
 
+test('typescript: faces of a preview and fields on a mesh are arrays', async () => {
+  const { id, faces } = await client.upload(new Blob([dome]), { name: 'dome.step' });
+  const preview = await (await client.call(`/v1/surfaces/${id}/preview`)).arrayBuffer();
+  const numbers = draped.fromGlb(preview).map(({ face }) => face);
+  assert.deepEqual(
+    numbers,
+    faces.map(({ index }) => index),
+  );
+  const drape = await client.drape(example('saddle'));
+  const mesh = readFileSync(join(root, 'api/examples/mould.bdf'));
+  const options = { name: 'mould.bdf', as: 'vtu' };
+  const vtu = await client.map('drapes', drape.id, new Blob([mesh]), options);
+  const { columns, offsets } = draped.fromVtu(await vtu.arrayBuffer());
+  assert.deepEqual([offsets.length, columns.shear_deg.length], [144, 144]);
+  const point = await client.map('drapes', drape.id, { points: [[0, 0, 0]] });
+  assert.equal((await point.json()).cells.distance[0], 0);
+});
+
 test('typescript: columns are those of the JSON to the last bit', async () => {
   const { id } = await client.drape(example('hemisphere'));
   const { data } = await client.api.GET('/v1/drapes/{id}/result', { params: { path: { id } } });

@@ -3,7 +3,9 @@
 // more than one call: uploads, jobs that are waited for, events, results as typed arrays.
 import { EventSourceParserStream } from 'eventsource-parser/stream';
 import createClient, { type Client } from 'openapi-fetch';
+import { readGlb } from '@viewer/glb.js';
 import { readNpz } from '@viewer/npz.js';
+import { readVtu } from '@viewer/vtu.js';
 import { DrapedError, errorOf } from './errors.js';
 import type { components, paths } from './schema.js';
 
@@ -27,6 +29,19 @@ export type Columns = Record<string, Float64Array>;
 
 /** The columns of a result's file in NumPy's format. */
 export const fromNpz: (buffer: ArrayBuffer) => Columns = readNpz;
+
+/** The triangles of each face of a part, from its preview as `glb`. */
+export const fromGlb: (
+  buffer: ArrayBuffer,
+) => { face: number; position: Float32Array; index: Uint32Array | Uint16Array }[] = readGlb;
+
+/** A mapped mesh from its `vtu`: element k has the points `connectivity`, from `offsets[k - 1]` on. */
+export const fromVtu: (buffer: ArrayBuffer) => {
+  columns: Record<string, ArrayLike<number>>;
+  points: Float64Array;
+  connectivity: Float64Array;
+  offsets: Float64Array;
+} = readVtu;
 
 export interface Settings {
   /** Where the daemon is; `http://127.0.0.1:8080` without it. */
@@ -52,7 +67,7 @@ export interface FileOptions {
   /** The file's name, if `file` has none; its ending tells the format. */
   name?: string;
   /** Whatever the name says. */
-  format?: 'json' | 'step' | 'iges' | 'stl' | 'obj' | 'nastran';
+  format?: keyof typeof MEDIA;
   /** Of a file that states none. */
   unit?: 'm' | 'mm' | 'cm' | 'um' | 'in' | 'ft';
   signal?: AbortSignal;
@@ -62,21 +77,35 @@ export interface FileOptions {
 export const VERSION: string = __VERSION__;
 declare const __VERSION__: string; // of package.json, by build.mjs
 const WAIT_S = 25; // that one call waits: fewer than proxies allow
+const TIMEOUT_MS = 120e3; // of one answer
 const HOUR_MS = 3600e3;
 const ATTEMPTS = 4; // of a call that a full service puts off
 const PATIENCE_S = 30; // that it may be put off
-const ENDINGS: Record<string, NonNullable<FileOptions['format']>> = {
-  json: 'json',
-  step: 'step',
+/** Of files: what the service calls them, and their media type. */
+const MEDIA = {
+  json: 'application/json',
+  step: 'model/step',
+  iges: 'model/iges',
+  stl: 'model/stl',
+  obj: 'model/obj',
+  nastran: 'text/x-nastran',
+  abaqus: 'text/x-abaqus',
+  lsdyna: 'text/x-lsdyna',
+  gmsh: 'text/x-gmsh',
+  unv: 'text/x-unv',
+};
+const ENDINGS: Record<string, keyof typeof MEDIA> = {
   stp: 'step',
   p21: 'step',
-  iges: 'iges',
   igs: 'iges',
-  stl: 'stl',
-  obj: 'obj',
   bdf: 'nastran',
   nas: 'nastran',
   dat: 'nastran',
+  inp: 'abaqus',
+  k: 'lsdyna',
+  key: 'lsdyna',
+  dyn: 'lsdyna',
+  msh: 'gmsh',
 };
 
 const hasEnded = ({ status }: { status: string }) =>
@@ -122,7 +151,7 @@ export class Draped {
 
   /** One request under the time limit, which is for the whole answer. */
   async #send(request: Request): Promise<Response> {
-    const { timeout = 120e3, fetch: send = globalThis.fetch } = this.#settings;
+    const { timeout = TIMEOUT_MS, fetch: send = globalThis.fetch } = this.#settings;
     const late = AbortSignal.timeout(timeout);
     try {
       return await send(request, { signal: AbortSignal.any([request.signal, late]) });
@@ -206,6 +235,8 @@ export class Draped {
     { onStatus, signal, limit = HOUR_MS }: Waiting<Jobs[K]['status']> = {},
   ): Promise<Jobs[K]['status']> {
     const end = Date.now() + limit;
+    const { timeout = TIMEOUT_MS } = this.#settings;
+    const hold = Math.min(WAIT_S, Math.max(1, Math.floor(timeout / 2000))); // well within one answer
     if (onStatus) await this.#watch(kind, id, onStatus, limit, signal);
     for (;;) {
       const left = Math.ceil((end - Date.now()) / 1000);
@@ -213,7 +244,7 @@ export class Draped {
         const detail = `${kind}/${id} has not ended within ${limit / 1000} s; it goes on.`;
         throw new DrapedError({ slug: 'wait-timeout', detail });
       }
-      const path = `/v1/${kind}/${id}?wait=${Math.min(WAIT_S, left)}`;
+      const path = `/v1/${kind}/${id}?wait=${Math.min(hold, left)}`;
       const response = await this.call(path, { ...(signal && { signal }) });
       const status = (await response.json()) as Jobs[K]['status'];
       if (status.status === 'succeeded') return status;
@@ -285,11 +316,35 @@ export class Draped {
     return readNpz(await response.arrayBuffer());
   }
 
+  /** The fields of a drape or laminate at points or on a mesh, `json` or another format of maps. A
+   *  file's ending, or `format`, tells what it is. */
+  async map(
+    kind: 'drapes' | 'laminates',
+    id: string,
+    mesh: Blob | Uint8Array<ArrayBuffer> | Schemas['MapRequest'],
+    { as = 'json', ...options }: Omit<FileOptions, 'unit'> & { as?: string } = {},
+  ): Promise<Response> {
+    const raw = mesh instanceof Blob || ArrayBuffer.isView(mesh);
+    const format = raw ? formatOf(mesh, options) : 'json';
+    const type = MEDIA[format as keyof typeof MEDIA] ?? `application/x-${format}`;
+    return this.call(`/v1/${kind}/${id}/map?${new URLSearchParams({ format: as })}`, {
+      method: 'POST',
+      body: raw ? mesh : JSON.stringify(mesh),
+      headers: { 'Content-Type': type },
+      ...(options.signal && { signal: options.signal }),
+    });
+  }
+
   /** The flat cut pattern of a drape as a drawing, of a laminate all of them on a roll. */
   async pattern(
     kind: 'drapes' | 'laminates',
     id: string,
-    options: { format?: 'svg' | 'dxf'; allowance?: number; width?: number; partial?: 0 | 1 } = {},
+    options: {
+      format?: 'svg' | 'dxf' | 'astm' | 'hpgl';
+      allowance?: number;
+      width?: number;
+      partial?: 0 | 1;
+    } = {},
   ): Promise<string> {
     const given = Object.entries(options).map(([key, value]) => [key, String(value)]);
     const path = kind === 'drapes' ? 'pattern' : 'patterns';

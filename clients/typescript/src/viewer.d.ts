@@ -3,6 +3,19 @@
 declare module '@viewer/npz.js' {
   export function readNpz(buffer: ArrayBuffer): Record<string, Float64Array>;
 }
+declare module '@viewer/glb.js' {
+  export function readGlb(
+    buffer: ArrayBuffer,
+  ): { face: number; position: Float32Array; index: Uint32Array | Uint16Array }[];
+}
+declare module '@viewer/vtu.js' {
+  export function readVtu(buffer: ArrayBuffer): {
+    columns: Record<string, ArrayLike<number>>;
+    points: Float64Array;
+    connectivity: Float64Array;
+    offsets: Float64Array;
+  };
+}
 declare module '@viewer/lattice.js' {
   export interface Lattice {
     columns: Record<string, Float64Array>;
