@@ -401,7 +401,7 @@ static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
         follow_edge_piece(t, &stop);
     }
     /* Nothing leads to where the loop begins but its end. */
-    if (t->rim->count > begin && !t->rim->points[begin].covered && stop.covered &&
+    if (!t->failed && t->rim->count > begin && !t->rim->points[begin].covered && stop.covered &&
         sight == t->rim->points[begin].sight && !t->from->leaps) {
         t->rim->points[begin].covered = true;
         t->rim->points[begin].p = stop.pq[0];
@@ -454,9 +454,9 @@ enum status rim_make(struct march *march, struct rim *rim) {
         t.loop = (int32_t)k;
         follow_edge_loop(&t, &t.edges.loops[k]);
     }
-    rim->covered = rim->count > 0;
-    for (size_t k = 0; k < rim->count; k++)
-        rim->covered = rim->covered && rim->points[k].covered;
+    rim->covered = !t.failed && rim->count > 0;
+    for (size_t k = 0; k < rim->count && rim->covered; k++)
+        rim->covered = rim->points[k].covered;
     if (!t.failed)
         rim_reach_front(rim);
     rim->loop_count = t.edges.loop_count;
