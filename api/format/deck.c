@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COMMENT = 76, REAL_SIZE = 64 };
+enum { COMMENT = 76, REAL_SIZE = 320 }; /* any double's, as compilers count that see no digits */
 
 int32_t deck_element_id(const struct map_fields *fields, size_t element) {
     return fields->ids ? fields->ids[element] : (int32_t)element + 1;
