@@ -269,28 +269,28 @@ static enum status end_on_finer_net(struct search *s, const struct drape_setting
 }
 
 /* Lays the geodesics once for what is to be known beforehand, then searches from the values given,
- * first on a rough net. */
-static enum status search_from(struct search *s, const struct drape_settings *asked) {
+ * first on a rough net. The result has what is at fault, if there is something. */
+static enum status search_from(struct search *s, const struct drape_settings *asked,
+                               struct drape_result *result) {
     struct steer_slope *next = arena_alloc(s->arena, 1, sizeof *next);
     struct arena_mark mark = arena_mark(s->arena);
     const struct drape_monitor monitor = {report_stage, &s->stage};
-    struct drape_result result;
     if (!next)
         return STATUS_OUT_OF_MEMORY;
     struct drape_settings straight = s->settings;
     for (int k = 0; k < 2; k++)
         if (s->slope->varied[k] || is_unmeasured(&straight.generator[k]))
             straight.generator[k].kind = DRAPE_GENERATOR_GEODESIC;
-    enum status status = s->lay->lay(s->lay->context, &straight, &monitor, s->arena, &result);
+    enum status status = s->lay->lay(s->lay->context, &straight, &monitor, s->arena, result);
     if (status != STATUS_OK)
         return status;
     const double *d = s->settings.spacing;
     for (int k = 0; k < 2; k++)
         if (s->slope->varied[k] || is_unmeasured(&s->settings.generator[k])) {
             s->settings.generator[k].kind = DRAPE_GENERATOR_STEERED;
-            measure_sides(&result.nodes, k, d[k], s->settings.generator[k].curvature.length);
+            measure_sides(&result->nodes, k, d[k], s->settings.generator[k].curvature.length);
         }
-    s->area = result.summary.part_area;
+    s->area = result->summary.part_area;
     s->slope->stiffness = steer_bending(&s->settings.energy, s->area);
     arena_rewind(s->arena, mark);
     if (!s->slope->varied[0] && !s->slope->varied[1])
@@ -340,7 +340,7 @@ enum status steer_solve(const struct steer_lay *lay, const struct drape_settings
     s.settings.statistics = s.statistics;
     for (int k = 0; k < 2; k++)
         s.slope->varied[k] = settings->generator[k].kind == DRAPE_GENERATOR_LEAST;
-    enum status status = search_from(&s, settings);
+    enum status status = search_from(&s, settings, result);
     if (status != STATUS_OK)
         return status;
     if (!s.slope->varied[0] && !s.slope->varied[1]) {

@@ -80,6 +80,7 @@ PYTHON
     refused '.cuts[0].path = [[90, 27, 0], [20, 27, 0]]' /cuts/0 'passes the start'
     refused '.cuts = [{path: [[90, 40, 0], [60, 40, 0]]}, {path: [[80, 80, 0], [80, 20, 0]]}]' /cuts/1 'crosses another cut'
     refused '.cuts[0].path = [[90, 40, 0], [89, 40, 0]]' /cuts/0 'shorter than a spacing'
+    refused '.generators = {warp: "least_energy"} | .cuts[0].path[0] = [200, 0, 0]' /cuts/0/path/0 'further from the part'
     refused '.cuts[0].path = [[90, 40, 0]]' /cuts/0/path ''
     refused '.cuts[0].path[1] = .cuts[0].path[0]' /cuts/0/path/1 'same point'
     refused '.cuts[0].name = ""' /cuts/0/name '1 to 40'
