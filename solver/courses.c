@@ -3,6 +3,7 @@
 
 #include "solver/angle.h"
 #include "solver/course/line.h"
+#include "solver/laid_line.h"
 #include "solver/shell/shell.h"
 #include "solver/surface/spans.h"
 #include <string.h>
@@ -101,16 +102,34 @@ static enum status along_direction(const struct layer *l, struct course_line *li
                                                                         : STATUS_DEGENERATE_SURFACE;
 }
 
+static bool nearest_in_space(const void *context, struct vec3 r, struct vec3 *place,
+                             struct vec3 *normal) {
+    const struct layer *l = context;
+    struct surface_cursor cursor = {0};
+    struct surface_point nearest;
+    double distance;
+    if (!surface_point_nearest(l->surface, &cursor, r, &nearest, &distance))
+        return false;
+    *place = nearest.jet.r;
+    *normal = nearest.normal;
+    return true;
+}
+
 static enum status along_path(const struct layer *l, struct course_line *line) {
     const struct courses_settings *s = l->settings;
+    const struct laid_line_part part = {nearest_in_space, l};
+    const struct drape_cut_line asked = {s->path, s->path_count};
+    struct drape_cut_line laid;
     double step = s->drape.spacing[0];
     size_t room = 1;
-    for (size_t k = 1; k < s->path_count; k++)
-        room += 1 + (size_t)fmin(vec3_distance(s->path[k - 1], s->path[k]) / step, 1e5);
+    if (laid_line_make(&part, &asked, step, l->arena, &laid) != STATUS_OK)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 1; k < laid.count; k++)
+        room += 1 + (size_t)fmin(vec3_distance(laid.path[k - 1], laid.path[k]) / step, 1e5);
     if (!line_alloc(line, room, l->arena))
         return STATUS_OUT_OF_MEMORY;
-    for (size_t k = 0; k < s->path_count; k++) {
-        struct vec3 from = s->path[k > 0 ? k - 1 : 0], way = vec3_sub(s->path[k], from);
+    for (size_t k = 0; k < laid.count; k++) {
+        struct vec3 from = laid.path[k > 0 ? k - 1 : 0], way = vec3_sub(laid.path[k], from);
         size_t steps = k > 0 ? 1 + (size_t)fmin(vec3_norm(way) / step, 1e5) : 1;
         for (size_t n = 1; n <= steps; n++) {
             struct surface_point *at = &line->at[line->count];

@@ -63,7 +63,7 @@ struct drape_generator {
 };
 
 /* A line over which the cloth is cut, from an edge of the part, of a hole or of a cut before it to
- * its tip inside; each of its places stands for the nearest one of the part. */
+ * its tip inside; each of its places stands for the nearest one of the part (`laid_line.h`). */
 struct drape_cut_line {
     const struct vec3 *path; /* owned by the caller, straight between */
     size_t count;            /* at least 2 */

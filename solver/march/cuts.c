@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "cuts.h"
 
+#include "solver/laid_line.h"
 #include "solver/mesh/mesh.h"
 #include "solver/net/curtain.h"
 #include "solver/shell/crossing.h"
@@ -32,7 +33,7 @@ static const double on_cut = 1e-6;
 
 /* A path in space, by its length from its first point. */
 struct path_line {
-    const struct drape_cut_line *cut;
+    struct drape_cut_line cut;
     double *at; /* of each point */
     double length;
 };
@@ -48,9 +49,9 @@ struct maker {
 
 static struct vec3 path_at(const struct path_line *line, double s, struct vec3 *along) {
     size_t k = 1;
-    while (k + 1 < line->cut->count && line->at[k] < s)
+    while (k + 1 < line->cut.count && line->at[k] < s)
         k++;
-    const struct vec3 *p = &line->cut->path[k - 1];
+    const struct vec3 *p = &line->cut.path[k - 1];
     *along = vec3_unit(vec3_sub(p[1], p[0]));
     return vec3_axpy(s - line->at[k - 1], *along, p[0]);
 }
@@ -140,7 +141,7 @@ static enum status find_stops(struct maker *m) {
     m->stops = NULL;
     m->count = m->room = 0;
     bool all = add_stop(m, 0);
-    for (size_t k = 1; k < line->cut->count; k++) {
+    for (size_t k = 1; k < line->cut.count; k++) {
         double length = line->at[k] - line->at[k - 1];
         size_t steps = 1 + (size_t)fmin(length / (path_step * m->spacing), 1e5);
         for (size_t n = 1; n <= steps && all; n++)
@@ -290,6 +291,32 @@ static enum status find_crossed_cut(const struct maker *m, const struct curtain_
     return STATUS_OK;
 }
 
+static bool nearest_in_space(const void *context, struct vec3 r, struct vec3 *place,
+                             struct vec3 *normal) {
+    const struct maker *m = context;
+    struct surface_point nearest;
+    if (!cuts_nearest(m->march, r, &nearest))
+        return false;
+    *place = nearest.jet.r;
+    *normal = nearest.normal;
+    return true;
+}
+
+/* The line that is asked for, along the part. */
+static enum status lay_line(struct maker *m, const struct drape_cut_line *asked) {
+    const struct laid_line_part part = {nearest_in_space, m};
+    struct path_line *line = &m->line;
+    enum status status = laid_line_make(&part, asked, m->spacing, m->march->arena, &line->cut);
+    if (status == STATUS_OK)
+        line->at = arena_alloc(m->march->arena, line->cut.count, sizeof *line->at);
+    if (!line->at)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 1; k < line->cut.count; k++)
+        line->length = line->at[k] =
+            line->at[k - 1] + vec3_distance(line->cut.path[k], line->cut.path[k - 1]);
+    return STATUS_OK;
+}
+
 enum status cuts_make(struct march *march, struct cut_fault *fault) {
     const struct drape_settings *s = march->settings;
     const double *d = s->spacing;
@@ -307,16 +334,12 @@ enum status cuts_make(struct march *march, struct cut_fault *fault) {
         m.aside = fmax(m.aside, beside_joint * shell_joint_width(march->surface->shell));
     enum status status = STATUS_OK;
     for (; cuts->count < s->cut_count && status == STATUS_OK; cuts->count++) {
-        const struct drape_cut_line *own = m.line.cut = &s->cuts[cuts->count];
         *fault = (struct cut_fault){.cut = cuts->count};
-        m.line.at = arena_alloc(arena, own->count, sizeof *m.line.at);
-        if (!m.line.at)
-            return STATUS_OUT_OF_MEMORY;
-        for (size_t k = 1; k < own->count; k++)
-            m.line.length = m.line.at[k] =
-                m.line.at[k - 1] + vec3_distance(own->path[k], own->path[k - 1]);
+        m.line = (struct path_line){.at = NULL};
         struct cut *cut = &cuts->cut[cuts->count];
-        status = lay_cut(&m, cut, &lines[cuts->count], fault);
+        status = lay_line(&m, &s->cuts[cuts->count]);
+        if (status == STATUS_OK)
+            status = lay_cut(&m, cut, &lines[cuts->count], fault);
         fault->kind = status == STATUS_OK ? CUT_AT_START : fault->kind;
         struct vec3 nearest;
         if (status == STATUS_OK &&
