@@ -208,7 +208,7 @@ write_map() {
         done
     done
     # Cloth that is too dense in the corners: left out by name, or capped.
-    jq -c '.cavity = {height: 3.6} | .fabric.fiber_volume_fraction = 0.75' "$folder/request.json" >"$folder/new.json"
+    jq -c '.cavity = {height: 3.2} | .fabric.fiber_volume_fraction = 0.85' "$folder/request.json" >"$folder/new.json"
     mv "$folder/new.json" "$folder/request.json"
     write_map json "$folder/map.json"
     write_map lims "$folder/mesh.dmp"
@@ -216,7 +216,7 @@ write_map() {
     [ "$dense" -gt 5 ]
     [ "$(grep -c '^# left out: ' "$folder/mesh.dmp")" = "$dense" ]
     $READ lims "$folder/mesh.dmp" "$folder/map.json" "$folder/mesh.json" 0.001
-    write_map lims "$folder/mesh.dmp" --at-most-fiber-volume-fraction 0.7
+    write_map lims "$folder/mesh.dmp" --at-most-fiber-volume-fraction 0.85
     ! grep -q '^# left out' "$folder/mesh.dmp"
 }
 
