@@ -11,8 +11,8 @@
 /* The registry; of each use the default first. */
 extern const struct format format_json, format_csv, format_vtp, format_glb, format_npz, format_vtu,
     format_lcmsim, format_lcmsim_h5, format_lims, format_nastran, format_optistruct, format_radioss,
-    format_lsdyna, format_abaqus, format_calculix, format_abd, format_acp, format_svg, format_dxf,
-    format_astm, format_hpgl, format_html;
+    format_lsdyna, format_abaqus, format_calculix, format_abd, format_acp, format_compost,
+    format_svg, format_dxf, format_astm, format_hpgl, format_html;
 static const struct format *const formats[] = {
     &format_json,      &format_csv,      &format_vtp,        &format_glb,     &format_npz,
     &format_vtu,       &format_lcmsim,
@@ -20,8 +20,8 @@ static const struct format *const formats[] = {
     &format_lcmsim_h5,
 #endif
     &format_lims,      &format_nastran,  &format_optistruct, &format_radioss, &format_lsdyna,
-    &format_abaqus,    &format_calculix, &format_abd,        &format_acp,     &format_svg,
-    &format_dxf,       &format_astm,     &format_hpgl,       &format_html,
+    &format_abaqus,    &format_calculix, &format_abd,        &format_acp,     &format_compost,
+    &format_svg,       &format_dxf,      &format_astm,       &format_hpgl,    &format_html,
 };
 
 enum { COUNT = sizeof formats / sizeof *formats };

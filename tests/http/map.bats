@@ -129,10 +129,11 @@ optistruct text/x-optistruct
 lsdyna text/x-lsdyna
 abaqus text/x-abaqus
 calculix text/x-calculix
+compost application/x-compost+json
 END
     map_bulk '?format=glb'
     expect_problem 406 not-acceptable
-    [[ $(field .detail) == *'json, csv, vtu, lcmsim, lcmsim-h5, lims, nastran, optistruct, radioss, lsdyna, abaqus, calculix, abd, acp' ]]
+    [[ $(field .detail) == *'json, csv, vtu, lcmsim, lcmsim-h5, lims, nastran, optistruct, radioss, lsdyna, abaqus, calculix, abd, acp, compost' ]]
     map_bulk '' -H 'Accept: image/png'
     expect_problem 406 not-acceptable
     for format in vtu lcmsim nastran calculix abd; do

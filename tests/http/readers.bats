@@ -220,6 +220,23 @@ write_map() {
     ! grep -q '^# left out' "$folder/mesh.dmp"
 }
 
+@test "readers: CompoST's classes have the fields, and each ply of a stack its own mesh and shear" {
+    stack mm 1000
+    jq -c '.permeability = {model: "kozeny_carman", k1: 1.63e-10, k2: 5e-11, k3: 1e-12,
+        at_fiber_volume_fraction: 0.4}' "$folder/request.json" >"$folder/one.json"
+    jq -c '{surface, length_unit, plies: [
+        {name: "a \"1\"", fabric, permeability, direction: {angle_deg: 0}},
+        {name: "b", fabric, permeability, direction: {angle_deg: 45},
+         boundary: {polygon: [[-1000, -1000, 0], [200, -1000, 0], [200, 1000, 0], [-1000, 1000, 0]]}}]}' \
+        "$folder/one.json" >"$folder/two.json"
+    for request in one two; do
+        mv "$folder/$request.json" "$folder/request.json"
+        write_map json "$folder/map.json"
+        write_map compost "$folder/compost.json"
+        $READ compost "$folder/compost.json" "$folder/map.json" "$folder/mesh.json"
+    done
+}
+
 # Its mesh is a coarser net of another direction, whose nodes the plies do not share.
 @test "readers: a STEP part goes from its file through a pressed stack to decks and a filling mesh" {
     folder=$BATS_TEST_TMPDIR

@@ -358,6 +358,59 @@ def read_lims(path, result, mesh, metres="1", reference=None):
     print(f"# {len(rows)} elements, directions within {worst:.1e} degrees")
 
 
+def read_compost(path, result, mesh):
+    """CompoST: every object has fields of its class alone, by CompositeStandard.py 0.9.5, ids are
+    there once, and each ply's mesh and lists are the rows of the map."""
+    item = {"memberName", "additionalParameters", "ID"}
+    element = item | {"subComponents"}
+    known = {
+        "CompositeDB": {"name", "allMaterials", "allComposite", "allSimulations", "fileMetadata"},
+        "FileMetadata": {"version", "maxID"}, "GenericMaterial": item, "Sequence": element,
+        "Ply": element | {"material"}, "Piece": element | {"material"},
+        "DrapingSimulation": item | {"plyID", "maxShearAngle", "drapedMesh", "mappedShearAngles"},
+        "AreaMesh": item | {"meshElements"}, "MeshElement": item | {"nodes"}, "Point": item | {"x", "y", "z"}}
+    document, ids = load(path), {}
+
+    def visit(value):
+        if isinstance(value, list):
+            for one in value:
+                visit(one)
+        elif isinstance(value, dict) and "_serialized_type" in value:
+            module, _, name = value["_serialized_type"].rpartition(".")
+            assert module == "CompoST.CompositeStandard" and set(value) - {"_serialized_type"} <= known[name]
+            if "ID" in value:  # the same object again has the same content
+                assert ids.setdefault(value["ID"], value) == value
+            for key, one in value.items():
+                if key != "additionalParameters":
+                    visit(one)
+
+    visit(document)
+    assert max(ids) <= document["fileMetadata"]["maxID"]
+    (sequence,) = document["allComposite"]
+    leaves = [piece for ply in sequence["subComponents"] for piece in ply.get("subComponents", [ply])]
+    assert [leaf["material"] for leaf in leaves] == document["allMaterials"]
+    cells, plies = result["cells"], result["plies"]
+    place = {e: k for k, e in enumerate(cells["id"])}
+    shapes, points = mesh["mesh"].get("triangles", []) + mesh["mesh"].get("quads", []), mesh["mesh"]["vertices"]
+    whole = [(p, s) for p, s in dict.fromkeys(zip(plies["ply"], plies.get("piece", [0] * len(plies["ply"]))))]
+    whole.sort()
+    assert len(document["allSimulations"]) == len(leaves) == len(whole)
+    assert [len(ply.get("subComponents", [])) for ply in sequence["subComponents"]] == [
+        sum(p == n and s > 0 for p, s in whole) for n in dict.fromkeys(p for p, s in whole)]
+    for leaf, run, (p, s) in zip(leaves, document["allSimulations"], whole):
+        assert run["plyID"] == leaf["ID"]
+        rows = [k for k, n in enumerate(plies["ply"]) if n == p and plies.get("piece", [0] * (k + 1))[k] == s]
+        more = run["additionalParameters"]
+        assert run["mappedShearAngles"] == [plies["shear_deg"][k] for k in rows]
+        assert run["maxShearAngle"] == max(abs(g) for g in run["mappedShearAngles"])
+        for name in ("element", "angle_deg", "thickness", "fiber_volume_fraction"):
+            assert more[name] == [plies[name][k] for k in rows], name
+        assert more["k1"] == [cells["k1"][place[e]] for e in more["element"]]
+        found = [[[n["x"], n["y"], n["z"]] for n in one["nodes"]] for one in run["drapedMesh"]["meshElements"]]
+        assert found == [[points[v] for v in shapes[place[e]]] for e in more["element"]]
+    print(f"# {len(leaves)} plies or pieces, {len(plies['ply'])} elements")
+
+
 def read_vtu_plies(path, result):
     """Arrays by ply: the rows of the table, and not a number where there is none."""
     import numpy
@@ -386,7 +439,7 @@ def main():
         read_svg(path, load(rest[0]), float(rest[1]))
         return
     readers = {"vtp": read_vtp, "vtu": read_vtu, "npz": read_npz, "csv": read_csv, "glb": read_glb,
-               "dxf": read_dxf, "lcmsim": read_lcmsim, "lcmsim-h5": read_lcmsim_h5, "lims": read_lims,
+               "dxf": read_dxf, "lcmsim": read_lcmsim, "lcmsim-h5": read_lcmsim_h5, "lims": read_lims, "compost": read_compost,
                "vtu-plies": read_vtu_plies}
     readers[kind](path, *[load(name) if name.endswith(".json") else name for name in rest])
 

@@ -326,6 +326,19 @@ static void test_formats_lcmsim_h5_is_golden(void **state) {
     bytes_free(&text);
 }
 
+/* Two plies, of which the second has the second's one piece. */
+static void test_formats_compost_is_golden(void **state) {
+    (void)state;
+    struct map_fields fields = small_stack();
+    struct map_plies plies = *fields.plies;
+    static const int numbers[][2] = {{1, 0}, {2, 1}};
+    plies.numbers = numbers;
+    fields.plies = &plies;
+    struct bytes text = encode_mesh("compost", &fields);
+    compare_golden("small.compost", text.data, text.length);
+    bytes_free(&text);
+}
+
 static void test_formats_lims_is_golden(void **state) {
     (void)state;
     static const uint8_t roles[] = {MAP_FABRIC, MAP_INLET};
@@ -407,11 +420,11 @@ static void test_formats_of_decks_say_what_they_cannot_hold(void **state) {
 enum { ASK_GATES, ASK_YARNS, ASK_SIDES, ASK_NO_THICKNESS, ASK_MANY_PLIES, ASKED };
 static const struct {
     const char *name, *answers;
-} answers[] = {{"json", "hrhhh"},       {"csv", "hrhhh"},    {"vtu", "hrhhh"},
-               {"lcmsim", "hrhhh"},     {"lims", "hrhhh"},   {"lcmsim-h5", "hrhhh"},
-               {"nastran", "rhhrr"},    {"lsdyna", "rhhrr"}, {"abaqus", "rhhrr"},
-               {"calculix", "rhhrr"},   {"acp", "rrhhr"},    {"abd", "rhhrh"},
-               {"optistruct", "rhrrr"}, {"radioss", "rhrrr"}};
+} answers[] = {{"json", "hrhhh"},     {"csv", "hrhhh"},        {"vtu", "hrhhh"},
+               {"lcmsim", "hrhhh"},   {"lims", "hrhhh"},       {"lcmsim-h5", "hrhhh"},
+               {"nastran", "rhhrr"},  {"lsdyna", "rhhrr"},     {"abaqus", "rhhrr"},
+               {"calculix", "rhhrr"}, {"acp", "rrhhr"},        {"compost", "rrhhh"},
+               {"abd", "rhhrh"},      {"optistruct", "rhrrr"}, {"radioss", "rhrrr"}};
 
 static void check_answer(const struct format *format, int asked, char answer,
                          const struct map_fields *fields) {
@@ -751,6 +764,7 @@ int main(void) {
         cmocka_unit_test(test_colour_grows_lighter_evenly),
         cmocka_unit_test(test_formats_vtu_is_golden),
         cmocka_unit_test(test_formats_lcmsim_h5_is_golden),
+        cmocka_unit_test(test_formats_compost_is_golden),
         cmocka_unit_test(test_formats_lims_is_golden),
         cmocka_unit_test(test_formats_of_decks_are_golden),
         cmocka_unit_test(test_formats_of_decks_say_what_they_cannot_hold),
