@@ -375,10 +375,8 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
         double *chord = k ? &cell->cd : &cell->bd, before = *chord;
         enum rough_kind kind =
             march_edge_chord(march, c, k, k ? cell->c : cell->b, d, cell->curvature[k], chord);
-        bool whole = c->has[k] && c->of[k].whole && *chord == before;
         rough = kind == ROUGH_EDGE;
-        uneven->edge[k] =
-            kind == ROUGH_UNEVEN || (kind == ROUGH_BENT && march->before.net && !whole);
+        uneven->edge[k] = kind == ROUGH_UNEVEN;
         bent = bent || *chord != before;
     }
     uneven->laid = rough;
