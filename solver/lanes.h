@@ -72,6 +72,17 @@ INLINE lanes lanes_sqrt(lanes a) {
 #endif
 }
 
+/* Of normal numbers: m, 1/2 <= m < 1, with x = m 2^e for x > 0; and x 2^k for a whole number k. */
+INLINE lanes lanes_split(lanes x, lanes *e) {
+    lanes_mask bits = (lanes_mask)x;
+    *e = __builtin_convertvector((bits >> 52) - 1022, lanes);
+    return (lanes)((bits & 0x000fffffffffffff) | 0x3fe0000000000000);
+}
+
+INLINE lanes lanes_scale2(lanes x, lanes k) {
+    return (lanes)((lanes_mask)x + (__builtin_convertvector(k, lanes_mask) << 52));
+}
+
 /* Bit k is lane k. */
 INLINE unsigned lanes_bits(lanes_mask mask) {
 #if defined(__x86_64__) && LANES == 8

@@ -69,6 +69,19 @@ INLINE double number_sqrt(double a) {
     return sqrt(a);
 }
 
+/* x > 0, normal: m, 1/2 <= m < 1, with x = m 2^e. */
+INLINE double number_split(double x, double *e) {
+    int exponent;
+    double m = frexp(x, &exponent);
+    *e = exponent;
+    return m;
+}
+
+/* x 2^k for a whole number k, both x and that normal. */
+INLINE double number_scale2(double x, double k) {
+    return ldexp(x, (int)k);
+}
+
 INLINE struct vec3 vec3_of(struct vec3 a) {
     return a;
 }

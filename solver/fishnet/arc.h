@@ -13,7 +13,7 @@ INLINE NUMBER NAME(fishnet_arc_chord)(NUMBER length, NUMBER curvature) {
 }
 
 /* The misfit, as a share of d, of the edge from p to q with this normal curvature at p. */
-INLINE NUMBER NAME(rough_misfit)(const POINT *p, const POINT *q, NUMBER curvature, double d) {
+INLINE NUMBER NAME(rough_misfit)(const POINT *p, const POINT *q, NUMBER curvature, NUMBER d) {
     VECTOR along = V(sub)(q->jet.r, p->jet.r);
     NUMBER rise = curvature * d * d / 2;
     return (N(abs)(V(dot)(along, p->normal) - rise) + N(abs)(V(dot)(along, q->normal) + rise)) / d;
@@ -26,7 +26,7 @@ INLINE MASK NAME(rough_is_folded_back)(const POINT *p, const POINT *q) {
 }
 
 /* Whether an edge is an arc by its misfit and turn alone. */
-INLINE MASK NAME(rough_is_arc)(const POINT *p, const POINT *q, NUMBER curvature, double d) {
+INLINE MASK NAME(rough_is_arc)(const POINT *p, const POINT *q, NUMBER curvature, NUMBER d) {
     return (NAME(rough_misfit)(p, q, curvature, d) < ROUGH_MISFIT_SMOOTH) &
            (N(abs)(curvature) * d < ROUGH_TURN_SMOOTH) & N(not )(NAME(rough_is_folded_back)(p, q));
 }

@@ -32,10 +32,10 @@ INLINE void NAME(find_error)(struct NAME(corner) * d) {
     d->error = N(select)(b > c, b, c);
 }
 
-/* Of a cell whose weft slides: its chord for the D at hand. */
-INLINE void NAME(slide_chord)(struct NAME(corner) * d, struct NAME(slide) * slide) {
-    d->gradient = NAME(slide_take)(slide, d->wc);
-    d->cd = slide->chord;
+/* Of cells whose weft slides: the chord of those `wanted` for the D at hand. */
+INLINE void NAME(slide_chord)(struct NAME(corner) * d, struct NAME(slide) * slide, MASK wanted) {
+    d->gradient = V(select)(wanted, NAME(slide_take)(slide, d->wc, wanted), d->gradient);
+    d->cd = N(select)(wanted, slide->chord, d->cd);
     d->cd2 = d->cd * d->cd;
     d->inverse[1] = 1 / d->cd2;
 }
@@ -102,7 +102,7 @@ INLINE MASK NAME(newton_step)(const struct NAME(corner) * d, const JET *jet,
         NUMBER half = V(norm2)(e) / 2, second = d->f[1] + V(dot)(d->wc, e) + half;
         VECTOR gradient = V(add)(d->wc, e);
         if (slide) {
-            gradient = NAME(slide_take)(slide, gradient);
+            gradient = NAME(slide_take)(slide, gradient, going);
             second += (d->cd2 - slide->chord * slide->chord) / 2;
         }
         linear = NAME(linear_make)(u, v, V(add)(d->wb, e), gradient);
@@ -141,7 +141,7 @@ INLINE void NAME(settle)(struct NAME(corner) * d, struct NAME(slide) * slide, NU
     d->wb = V(add)(d->wb, e);
     d->wc = V(add)(d->wc, e);
     if (slide)
-        NAME(slide_chord)(d, slide);
+        NAME(slide_chord)(d, slide, moves);
     NAME(find_error)(d);
     d->error = N(select)(moves, d->error, error);
 }

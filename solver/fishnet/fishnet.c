@@ -119,7 +119,7 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
         d.wb = vec3_sub(point->jet.r, b);
         d.wc = d.gradient = vec3_sub(point->jet.r, c);
         if (cell->slide)
-            slide_chord(&d, cell->slide);
+            slide_chord(&d, cell->slide, true);
         find_error(&d);
         node->residual = d.error;
         node->iterations += 1;

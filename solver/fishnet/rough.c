@@ -13,11 +13,6 @@ static const double pole_misfit = 2.5e-2;
  * bends. */
 static const double least_fold = 1e-3;
 
-/* An edge that rises by so much else than the curvature at its end says, as a share of that or of
- * the edge, lies on the other side of a joint there. */
-static const double other_side = 0.2;
-static const double least_rise = 5e-4;
-
 /* `helix_angle` over a joint between p and q, both bends constant: where the edge rises by a share
  * of what it does with the far one more than with the near one, sqrt(share) of it lies beyond the
  * joint. */
@@ -83,9 +78,7 @@ struct vec3 rough_leave(struct surface_cursor *cursor, const struct surface_poin
     struct departure d = depart_for(p, end->r);
     if (sure)
         *sure = is_sure(&d);
-    double arc = d.curvature * d.c2 / 2;
-    bool over_joint = fabs(d.rise - arc) > other_side * fabs(arc) + least_rise * sqrt(d.c2);
-    const struct surface_point *q = over_joint ? rough_end_point(cursor, end, &made) : NULL;
+    const struct surface_point *q = is_over_joint(&d) ? rough_end_point(cursor, end, &made) : NULL;
     double angle = q ? 0 : helix_angle(&d);
     struct vec3 t = d.along;
     if (q) {
@@ -97,7 +90,7 @@ struct vec3 rough_leave(struct surface_cursor *cursor, const struct surface_poin
             angle = far.curvature * far.torsion * d.c2 / 6;
         }
     }
-    return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, t), t));
+    return lead_aside(t, angle, p->normal);
 }
 
 double rough_steep_arcsine(double x) {

@@ -45,6 +45,19 @@ INLINE NUMBER NAME(helix_angle)(const struct NAME(departure) * d) {
     return k * t * d2 / 6 * (1 + d2 * (k2 / 6 - (k2 + t2) / 20));
 }
 
+/* Whether an edge lies on the other side of a joint at the end it departs from: it rises otherwise
+ * than an arc of the curvature there. */
+INLINE MASK NAME(is_over_joint)(const struct NAME(departure) * d) {
+    NUMBER arc = d->curvature * d->c2 / 2;
+    return N(abs)(d->rise - arc) >
+           ROUGH_OTHER_SIDE * N(abs)(arc) + ROUGH_LEAST_RISE * N(sqrt)(d->c2);
+}
+
+/* The unit vector t in the tangent plane, turned to the left by a small angle. */
+INLINE VECTOR NAME(lead_aside)(VECTOR t, NUMBER angle, VECTOR normal) {
+    return V(unit)(V(axpy)(angle, V(cross)(normal, t), t));
+}
+
 /* The angle, in radians, with the sine x, |x| <= 1: of less than a tenth by the series, of more as
  * the scalar functions have it. */
 INLINE NUMBER NAME(arcsine)(NUMBER x) {
@@ -161,7 +174,7 @@ INLINE struct NAME(edge_kind) NAME(find_edge_kind)(const POINT *p, const POINT *
     NAME(chord_angles)(&from_p, &from_q, &at_p, &mean);
     struct NAME(turn) turn = NAME(turn_between)(&from_p, &from_q, at_p, mean, N(of)(d));
     const NUMBER *c = turn.of;
-    NUMBER misfit = NAME(rough_misfit)(p, q, curvature, d), error = NAME(chord_error)(&turn);
+    NUMBER misfit = NAME(rough_misfit)(p, q, curvature, N(of)(d)), error = NAME(chord_error)(&turn);
     NUMBER own = ROUGH_OWN_SHARE * net, most = ROUGH_ARC_ERROR + own;
     MASK gentle = 2 * N(abs)(c[0]) < ROUGH_ARC_TURN;
     MASK winds = (turn.sideways > ROUGH_WINDING + net) |

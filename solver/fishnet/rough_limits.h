@@ -44,6 +44,11 @@
 /* The surface turns by more than this cosine over a cell that lies across a fold. */
 #define ROUGH_FOLD_COSINE 0.9
 
+/* An edge that rises by so much else than the curvature at its end says, as a share of that or of
+ * the edge, lies on the other side of a joint there. */
+#define ROUGH_OTHER_SIDE 0.2
+#define ROUGH_LEAST_RISE 5e-4
+
 /* A chord that is wrong by more than this share of the spacing leads to a D that says nothing of
  * the edge. */
 #define ROUGH_FAR_OFF 0.05

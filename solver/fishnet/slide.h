@@ -19,22 +19,15 @@
 #ifndef SOLVER_FISHNET_SLIDE_H
 #define SOLVER_FISHNET_SLIDE_H
 
-#include "solver/power.h"
-#include <math.h>
-
 /* Cloth with more than this sine of the shear (85 degrees) has collapsed. */
 #define SLIDE_STEEPEST 0.9962
 
-/* p = (cos g)^-c by the sine of g, |sine| < 1. */
-static inline double slide_stretch(double c, double sine) {
-    double cosine2 = 1 - sine * sine;
-    return c == 1 ? 1 / sqrt(cosine2) : power_exp(-c / 2 * power_log(cosine2));
-}
+/* The law is kept to this share of the edge. */
+#define SLIDE_KEPT 2e-13
 
-/* l, in spacings of weft. */
-static inline double slide_transport(double c, double sine) {
-    double sine2 = sine * sine;
-    return c * slide_stretch(c, sine) * sine / (1 - sine2 + c * sine2);
-}
+/* Of Newton's method for the shear: no more rounds, which end when it changes by no
+ * more: the next change would be by the square of that. */
+#define SLIDE_ROUNDS 12
+#define SLIDE_SETTLED 1e-8
 
 #endif

@@ -380,6 +380,9 @@ bool march_solve_lengths(struct march *march, const struct march_cell *at,
 bool march_slide_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
                         enum drape_reason *reason);
 
+/* Where weft slides: whether a cell rests on places of the fibre below beyond the one after C. */
+bool march_slide_rests_far(struct march *march, const struct march_cell *at);
+
 /* Where weft slides: how long an edge of weft is that sets off from (i, j), which is at `point`,
  * along `weft`, by the shear there. */
 double march_slide_length(struct march *march, int32_t i, int32_t j,

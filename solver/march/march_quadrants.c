@@ -127,20 +127,34 @@ enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t
     return status;
 }
 
+/* The cell of the next place of a row. */
+static struct march_cell next_cell(const struct quadrant *q, const struct quadrant_row *below,
+                                   const struct quadrant_row *row, int32_t j) {
+    int32_t i = row->count;
+    struct march_cell cell = {.i = i * q->si, .j = j * q->sj, .si = q->si, .sj = q->sj};
+    cell.a = &below->at[i - 1];
+    cell.b = &row->at[i - 1];
+    cell.c = &below->at[i];
+    if (i >= 2)
+        cell.trend = vec3_sub(vec3_sub(cell.b->jet.r, cell.a->jet.r),
+                              vec3_sub(row->at[i - 2].jet.r, below->at[i - 2].jet.r));
+    return cell;
+}
+
+bool quadrant_rests_far(struct quadrant *q, const struct quadrant_row *below,
+                        const struct quadrant_row *row, int32_t j) {
+    const struct march_cell cell = next_cell(q, below, row, j);
+    return march_slide_rests_far(q->march, &cell);
+}
+
 enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
                                struct quadrant_row *row, int32_t j) {
     struct march *march = q->march;
     struct fishnet_node node;
     enum drape_reason reason;
     int32_t i = row->count;
-    struct march_cell cell = {.i = i * q->si, .j = j * q->sj, .si = q->si, .sj = q->sj};
-    cell.a = &below->at[i - 1];
-    cell.b = &row->at[i - 1];
-    cell.c = &below->at[i];
+    struct march_cell cell = next_cell(q, below, row, j);
     double uv[2];
-    if (i >= 2)
-        cell.trend = vec3_sub(vec3_sub(cell.b->jet.r, cell.a->jet.r),
-                              vec3_sub(row->at[i - 2].jet.r, below->at[i - 2].jet.r));
     if (i >= 2 && !march->mesh && row->edge.count > 0 && cell.c->surface == cell.b->surface &&
         !surface_point_near_pole(cell.c->surface, cell.c->jet.r, march_pole_reach2(march))) {
         /* The parameters below it, and the edge between the rows extrapolated by its differences,

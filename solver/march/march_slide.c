@@ -17,8 +17,8 @@
 
 enum { ROUNDS = 12, FOOT_MOST = 16 };
 
-/* The law is kept to this share of the edge; worse than this it is not. */
-static const double kept = 2e-13, taken = 1e-9;
+/* Where the law is kept no better than this, by the edge, it is not. */
+static const double taken = 1e-9;
 
 /* Where a fibre's radius is less than two spacings of weft, or it is sheared by more than 60
  * degrees, its parallels meet: a cell that cannot be solved there has collapsed. */
@@ -53,9 +53,7 @@ static bool turn_fibre(struct march *march, int32_t i, int32_t j, int di,
     if (!leave_node(march, i, j, -di, 0, point, &back) ||
         !leave_node(march, i, j, di, 0, point, &ahead))
         return false;
-    double half = -vec3_dot(vec3_cross(back, ahead), point->normal) /
-                  (1 - vec3_dot(back, ahead)); /* its tangent */
-    *turn = 2 * half * (1 - half * half / 3);
+    *turn = slide_turn(back, ahead, point->normal);
     *tangent = vec3_unit(vec3_sub(ahead, back));
     return true;
 }
@@ -130,34 +128,42 @@ static struct slide make_slide(const struct march *march, const struct march_cel
     return slide;
 }
 
-/* Its sine, with the length that follows, where the weft goes along w. */
-static void settle_slide(struct slide *slide, struct vec3 w) {
-    for (int round = 0; round < ROUNDS; round++) {
-        double before = slide->sine;
-        (void)slide_take(slide, w);
-        if (fabs(slide->sine - before) < 1e-15)
-            break;
-    }
+/* CD as D is expected, by the trend. */
+static struct vec3 expected_edge(const struct march_cell *at) {
+    return vec3_add(vec3_sub(at->b->jet.r, at->a->jet.r), at->trend);
 }
 
-/* The edge CD of a cell as D is expected, by the trend, and the fibre below it. */
-static bool expect_slide(struct march *march, const struct march_cell *at, struct slide *slide,
-                         struct fibre *fibre) {
-    struct vec3 edge = vec3_add(vec3_sub(at->b->jet.r, at->a->jet.r), at->trend);
-    double ratio = march->settings->spacing[1] / march->settings->spacing[0];
+/* How that lies to the fibre below it, taken by its turn at C. */
+static bool lean_slide(struct march *march, const struct march_cell *at, struct slide *slide,
+                       struct fibre *fibre) {
     if (!lay_fibre(march, at, 0, fibre))
         return false;
     *slide = make_slide(march, at, fibre, 0);
-    settle_slide(slide, edge);
-    double sine = slide->sine, foot = slide_transport(slide->c, sine) * ratio;
+    slide_set(slide, 0);
+    slide_settle(slide, expected_edge(at));
+    return true;
+}
+
+/* The same, the fibre being followed as far as to the foot. */
+static bool expect_slide(struct march *march, const struct march_cell *at, struct slide *slide,
+                         struct fibre *fibre) {
+    if (!lean_slide(march, at, slide, fibre))
+        return false;
+    double sine = slide->sine, foot = slide_foot(slide);
     if (fabs(foot) > 1) {
         if (!lay_fibre(march, at, foot, fibre))
             return false;
         *slide = make_slide(march, at, fibre, foot);
-        slide->sine = sine;
-        settle_slide(slide, edge);
+        slide_set(slide, sine);
+        slide_settle(slide, expected_edge(at));
     }
     return true;
+}
+
+bool march_slide_rests_far(struct march *march, const struct march_cell *at) {
+    struct slide slide;
+    struct fibre fibre;
+    return lean_slide(march, at, &slide, &fibre) && slide_foot(&slide) > 1;
 }
 
 /* Of CD as it was laid: that of an arc by its chord, another's by how it leaves C. */
@@ -170,14 +176,14 @@ static void measure_slide(struct march *march, const struct march_cell *at,
     struct rough_end end = {d->surface, d->uv, d->jet.r, d};
     const struct net_edge *edge = &march->edges.yarns.edge[1];
     if (!rough && arc) {
-        settle_slide(slide, chord);
+        slide_settle(slide, chord);
         return;
     }
     struct vec3 leave = !rough       ? rough_leave(&march->cursor, at->c, &end, NULL)
                         : at->sj < 0 ? vec3_scale(-1, edge->higher)
                                      : edge->lower;
     double aside = rough_aside(at->c, vec3_sub(at->b->jet.r, at->a->jet.r));
-    settle_slide(slide, vec3_axpy(-aside, vec3_cross(at->c->normal, leave), leave));
+    slide_settle(slide, vec3_axpy(-aside, vec3_cross(at->c->normal, leave), leave));
 }
 
 bool march_slide_corner(struct march *march, const struct march_cell *from,
@@ -196,7 +202,7 @@ bool march_slide_corner(struct march *march, const struct march_cell *from,
     at.slide = march->mesh ? NULL : &slide;
     double length = slide.length;
     bool meets = fabs(fibre.turn) * d[1] > meets_within * d[0] || fabs(slide.sine) > meets_beyond;
-    for (int round = 0; round < ROUNDS && !(fabs(miss) <= kept * length); round++) {
+    for (int round = 0; round < ROUNDS && !(fabs(miss) <= SLIDE_KEPT * length); round++) {
         march->length[1] = length;
         bool found = march_solve_lengths(march, &at, node, reason);
         length = march->length[1];
@@ -220,7 +226,7 @@ bool march_slide_corner(struct march *march, const struct march_cell *from,
             rate = secant;
         last_length = length;
         last_miss = miss;
-        if (fabs(miss) <= kept * length)
+        if (fabs(miss) <= SLIDE_KEPT * length)
             break;
         length += miss / rate;
         at.trend =

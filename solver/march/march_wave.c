@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Rows of a quadrant side by side, as a wave. Row k begins when row k - 1 is three places long, and
- * goes on as long as it is sure to, whatever becomes of the rows below. From there on, and where
- * the kernel leaves a cell alone, it is marched like any other row.
+ * Rows of a quadrant side by side, as a wave. Row k begins when row k - 1 is three places long
+ * (where weft slides four), and goes on as long as it is sure to, whatever becomes of the rows
+ * below. From there on, and where the kernel leaves a cell alone, it is marched like any other row.
  */
 #include "quadrant.h"
 #include "solver/fishnet/rough.h"
@@ -35,8 +35,8 @@ enum status wave_make(const struct march *march, struct arena *arena, int most,
     const struct drape_settings *s = march->settings;
     int lanes = s->lanes && s->lanes < most ? s->lanes : most;
     /* It can go over patches, by methods whose edges have chords of known length. */
-    bool suits = s->slide == 0 && march->method->yarn != DRAPE_YARN_GEODESIC && march->surface &&
-                 !march->mesh && s->yarn_path == DRAPE_PATH_CHORD;
+    bool suits = march->method->yarn != DRAPE_YARN_GEODESIC && march->surface && !march->mesh &&
+                 s->yarn_path == DRAPE_PATH_CHORD;
     q->kernel = suits ? wave_kernel_for(lanes) : NULL;
     if (!q->kernel)
         return STATUS_OK;
@@ -45,6 +45,8 @@ enum status wave_make(const struct march *march, struct arena *arena, int most,
         return STATUS_OUT_OF_MEMORY;
     q->wave->surface = march->surface;
     memcpy(q->wave->length, s->spacing, sizeof q->wave->length);
+    q->wave->slide = s->slide;
+    q->wave->lag = s->slide > 0 ? 2 : 1;
     q->wave->arcs = march->method->yarn != DRAPE_YARN_CHORD;
     q->wave->corrected = march->before.net;
     q->wave->pole_reach2 = march_pole_reach2(march);
@@ -65,9 +67,9 @@ static bool goes(const struct quadrant *q, int k) {
            (i <= row->last + fringe || i <= one + fringe || i <= two + fringe);
 }
 
-/* And it lies on a place of the row below. */
+/* And it lies on a place of the row below; where weft slides on two. */
 static bool runs(const struct quadrant *q, int k) {
-    return goes(q, k) && q->row[k + 1].count < q->row[k].count;
+    return goes(q, k) && q->row[k + 1].count + (int32_t)q->wave->lag - 1 < q->row[k].count;
 }
 
 static bool is_regular(const struct net_node *node) {
@@ -88,9 +90,9 @@ static void set_differences(struct wave *wave, int k, const struct differences *
 
 /* The face that A, B and C of lane k's cell lie on; NULL: they do not lie on one. */
 static const struct surface *cell_face(struct wave *wave, int k) {
-    const struct wave_places *a = wave_at(wave, 2), *b = wave_at(wave, 1);
-    const struct surface *surface = a->surface[k];
-    return surface == b->surface[k] && surface == b->surface[k + 1] ? surface : NULL;
+    const struct surface *surface = wave_a(wave)->surface[k];
+    return surface == wave_c(wave)->surface[k] && surface == wave_b(wave)->surface[k + 1] ? surface
+                                                                                          : NULL;
 }
 
 /* Lanes whose D is found and in the region of its face, as it was on the way there: elsewhere it
@@ -163,10 +165,20 @@ static void recall(struct quadrant *q, unsigned back, int slot, int32_t i, int32
         note_before(to, slot, at, side);
 }
 
+/* Where weft slides: notes whether place i of row j is a node with smooth edges. */
+static void note_even(struct quadrant *q, unsigned back, int slot, int32_t i, int32_t j) {
+    if (q->wave->lag == 1)
+        return;
+    const struct net_node *node = march_node_at(q->march, i * q->si, j * q->sj);
+    bool there = node && (node->state == NET_INSIDE || node->state == NET_GHOST);
+    wave_at(q->wave, back)->even[slot] = there && !node->rough && !node->parted ? -1 : 0;
+}
+
 /* Place i of row j, as that of a slot some steps back. */
 static void put_in_slot(struct quadrant *q, unsigned back, int slot,
                         const struct surface_point *point, int32_t i, int32_t j) {
     wave_put(wave_at(q->wave, back), slot, point);
+    note_even(q, back, slot, i, j);
     recall(q, back, slot, i, j);
 }
 
@@ -178,14 +190,20 @@ struct front {
     bool steady; /* at the last step all lanes had a usual node */
 };
 
+/* The place of lane k at this step. */
+static int32_t front_column(const struct quadrant *q, const struct front *front, int k) {
+    return front->column - (int32_t)q->wave->lag * k;
+}
+
 /* Begins the row above the front, if it is time: its places up to the front, which it then joins.
  * As long as the row below has not come in it is not certain that there is to be one. */
 static enum status start_row(struct quadrant *q, int32_t j, struct front *front, int *count) {
     const int k = front->high;
     struct quadrant_row *row = &q->row[k + 1], *below = &q->row[k];
-    if (k > 0 && below->last < 0)
+    const int32_t lag = (int32_t)q->wave->lag;
+    if (front_column(q, front, k) < 2 || (k > 0 && below->last < 0))
         return STATUS_OK;
-    front->open = below->count > 2 && q->length > 2;
+    front->open = below->count > 1 + lag && q->length > 1 + lag;
     if (!front->open)
         return STATUS_OK;
     quadrant_begin_row(q, below, row, j + k);
@@ -193,8 +211,12 @@ static enum status start_row(struct quadrant *q, int32_t j, struct front *front,
     *count = k + 1;
     struct differences edge = row->edge; /* to the last place but one */
     front->open = row->planted;
-    while (front->open && row->count < front->column - k) {
+    while (front->open && row->count < front_column(q, front, k)) {
         edge = row->edge;
+        if (lag > 1 && quadrant_rests_far(q, below, row, j + k)) {
+            front->open = false;
+            break;
+        }
         enum status status = quadrant_grow_node(q, below, row, j + k);
         if (status != STATUS_OK)
             return status;
@@ -203,8 +225,8 @@ static enum status start_row(struct quadrant *q, int32_t j, struct front *front,
     if (!front->open)
         return STATUS_OK;
     front->high++;
-    for (int32_t back = 1; back <= 3; back++) {
-        int32_t i = row->count - back, at = 3 - back;
+    for (int32_t back = 1; back <= 2 + lag; back++) {
+        int32_t i = row->count - back, at = 2 + lag - back;
         if (i >= 0)
             put_in_slot(q, (unsigned)back, k + 1, &row->at[i], i, j + k);
         if (k == 0)
@@ -221,13 +243,13 @@ static void leave_rows(struct quadrant *q, int from, int first, int lanes, int32
     struct wave *wave = q->wave;
     for (int k = from; k < lanes; k++) {
         struct quadrant_row *row = &q->row[k + 1];
-        int32_t at = column - k;
-        for (int n = 0; n < 3 && at - n >= 2; n++)
+        int32_t at = column - (int32_t)wave->lag * k;
+        for (int n = 0; n < 2 + (int)wave->lag && at - n >= 2; n++)
             wave_get(wave_at(wave, 1 + (unsigned)n), k + 1, &row->at[at - n]);
         if (k < first)
             continue;
         struct surface_point below;
-        wave_get_forms(wave_at(wave, 2), k, &below);
+        wave_get_forms(wave_at(wave, 1 + wave->lag), k, &below);
         for (row->edge.count = 0; row->edge.count < WAVE_ORDERS; row->edge.count++) {
             double(*of)[WAVE_LANES] = wave->difference[row->edge.count];
             if (isnan(of[0][k]))
@@ -239,6 +261,30 @@ static void leave_rows(struct quadrant *q, int from, int first, int lanes, int32
     }
 }
 
+/* Lane k's cell, as the scalar code has it, and the corners that it rests on. */
+struct lane_cell {
+    struct surface_point a, b, c;
+    struct march_cell cell;
+};
+
+static void take_lane(struct quadrant *q, int32_t j, int k, struct lane_cell *to) {
+    struct wave *wave = q->wave;
+    struct surface_point a2, b2;
+    wave_get(wave_a(wave), k, &to->a);
+    wave_get(wave_b(wave), k + 1, &to->b);
+    wave_get(wave_c(wave), k, &to->c);
+    wave_get(wave_at(wave, wave->lag + 2), k, &a2);
+    wave_get(wave_at(wave, 2), k + 1, &b2);
+    to->cell = (struct march_cell){.i = q->row[k + 1].count * q->si,
+                                   .j = (j + k) * q->sj,
+                                   .si = q->si,
+                                   .sj = q->sj,
+                                   .a = &to->a,
+                                   .b = &to->b,
+                                   .c = &to->c};
+    to->cell.trend = vec3_sub(vec3_sub(to->b.jet.r, to->a.jet.r), vec3_sub(b2.jet.r, a2.jet.r));
+}
+
 /* A cell that the kernel has left alone. */
 static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     struct wave *wave = q->wave;
@@ -246,22 +292,16 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     struct march *march = q->march;
     struct fishnet_node node;
     enum drape_reason reason;
-    struct surface_point a, b, c, a2, b2;
+    struct lane_cell at;
     double uv[2] = {wave->expected[0][k], wave->expected[1][k]};
     q->alone++;
-    wave_get(wave_at(wave, 2), k, &a);
-    wave_get(wave_at(wave, 1), k + 1, &b);
-    wave_get(wave_at(wave, 1), k, &c);
-    wave_get(wave_at(wave, 3), k, &a2);
-    wave_get(wave_at(wave, 2), k + 1, &b2);
-    struct march_cell cell = {row->count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c,
-                              .guess_uv = uv};
-    if (!cell_face(wave, k) || surface_point_near_pole(c.surface, c.jet.r, wave->pole_reach2))
-        cell.guess_uv = NULL;
-    cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2.jet.r, a2.jet.r));
-    if (!march_solve_corner(march, &cell, &node, &reason)) {
+    take_lane(q, j, k, &at);
+    struct march_cell *cell = &at.cell;
+    if (cell_face(wave, k) && !surface_point_near_pole(at.c.surface, at.c.jet.r, wave->pole_reach2))
+        cell->guess_uv = uv;
+    if (!march_solve_corner(march, cell, &node, &reason)) {
         row->ended = true;
-        return march_fail_cell(march, cell.i, cell.j, reason, &b);
+        return march_fail_cell(march, cell->i, cell->j, reason, &at.b);
     }
     wave_put(wave_at(wave, 0), k + 1, &node.point);
     return quadrant_place(q, row, j + k, &node.point);
@@ -274,14 +314,14 @@ static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     struct march *march = q->march;
     struct surface_point from[2], d;
     unsigned bit = 1u << k;
-    bool looks = !(wave->smooth & bit), uneven = looks && !wave->corrected;
+    bool looks = !(wave->smooth & bit), uneven = looks && (!wave->corrected || wave->slide > 0);
     wave_get(wave_at(wave, 0), k + 1, &d);
-    if (looks && wave->corrected) {
+    if (looks && !uneven) {
         struct march_cell cell = {
             .i = q->row[k + 1].count * q->si, .j = (j + k) * q->sj, .si = q->si, .sj = q->sj};
         struct march_corrections corrections;
-        wave_get(wave_at(wave, 1), k + 1, &from[0]);
-        wave_get(wave_at(wave, 1), k, &from[1]);
+        wave_get(wave_b(wave), k + 1, &from[0]);
+        wave_get(wave_c(wave), k, &from[1]);
         net_view_move(&march->before, cell.i, cell.j);
         march_find_corrections(march, &cell, &corrections);
         for (int n = 0; n < 2 && !uneven; n++) {
@@ -337,8 +377,8 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
 static void correct_lane(struct quadrant *q, int32_t j, int k) {
     struct wave *wave = q->wave;
     struct march *march = q->march;
-    const struct wave_places *back1 = wave_at(wave, 1), *back2 = wave_at(wave, 2);
-    struct surface_point a = {.surface = back2->surface[k]}, b, c;
+    const struct wave_places *at_a = wave_a(wave);
+    struct surface_point a = {.surface = at_a->surface[k]}, b, c;
     struct march_cell cell = {q->row[k + 1].count * q->si,
                               (j + k) * q->sj,
                               q->si,
@@ -349,13 +389,13 @@ static void correct_lane(struct quadrant *q, int32_t j, int k) {
                               {0, 0, 0},
                               NULL,
                               NULL,
-                              0};
+                              wave->excess[k]};
     struct march_corrections corrections;
     double uv[2];
-    a.uv[0] = back2->of[0][k];
-    a.uv[1] = back2->of[1][k];
-    wave_get_forms(back1, k + 1, &b);
-    wave_get_forms(back1, k, &c);
+    a.uv[0] = at_a->of[0][k];
+    a.uv[1] = at_a->of[1][k];
+    wave_get_forms(wave_b(wave), k + 1, &b);
+    wave_get_forms(wave_c(wave), k, &c);
     net_view_move(&march->before, cell.i, cell.j);
     bool guessed = march_guess_from_before(march, &cell, uv);
     march_find_corrections(march, &cell, &corrections);
@@ -378,23 +418,29 @@ static void prepare_cells(struct quadrant *q, int32_t j, unsigned lanes) {
     for (unsigned bits = lanes; bits && (wave->corrected || shell); bits &= bits - 1) {
         int k = __builtin_ctz(bits);
         recall(q, 0, k + 1, q->row[k + 1].count, j + k);
+        if (wave->corrected && wave->slide > 0) {
+            const struct march_cell cell = {
+                .i = q->row[k + 1].count * q->si, .j = (j + k) * q->sj, .si = q->si, .sj = q->sj};
+            wave->excess[k] = march_slide_excess(q->march, &cell);
+        }
         if (!shell)
             continue;
         /* As `quadrant_take_edge`; and a guess by the net before on another face is given up. */
         if (wave_at(wave, 2)->surface[k + 1] != wave_at(wave, 1)->surface[k + 1])
             set_differences(wave, k, &none);
         const struct surface *surface = cell_face(wave, k);
-        const struct wave_before *a = wave_before_at(wave, 2), *b = wave_before_at(wave, 1);
+        const struct wave_before *a = wave_before_at(wave, wave->lag + 1);
+        const struct wave_before *b = wave_before_at(wave, 1), *c = wave_before_at(wave, wave->lag);
         struct wave_before *d = wave_before_at(wave, 0);
         bool same = surface && d->face[k + 1] == surface->face && a->face[k] == surface->face &&
-                    b->face[k] == surface->face && b->face[k + 1] == surface->face;
+                    c->face[k] == surface->face && b->face[k + 1] == surface->face;
         if (wave->corrected && !same)
             d->even[k + 1] = 0;
     }
     q->kernel->prepare(wave);
     for (unsigned bits = lanes; bits && (wave->corrected || shell); bits &= bits - 1) {
         int k = __builtin_ctz(bits);
-        if (wave_at(wave, 2)->surface[k] != wave_at(wave, 1)->surface[k + 1])
+        if (wave_a(wave)->surface[k] != wave_b(wave)->surface[k + 1])
             set_differences(wave, k, &none);
         if (wave->corrected && !(wave->settled >> k & 1) && cell_face(wave, k))
             correct_lane(q, j, k);
@@ -411,6 +457,8 @@ static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *f
     enum status status = STATUS_OK;
     unsigned left = lanes;
     prepare_cells(q, j, lanes);
+    for (int slot = 0; slot < WAVE_STRIDE; slot++)
+        at->even[slot] = -1;
     front->steady = true;
     while (left && status == STATUS_OK) {
         const struct surface *surface = NULL;
@@ -421,6 +469,9 @@ static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *f
             surface = surface ? surface : own;
             together |= own && own == surface ? 1u << k : 0;
         }
+        if (!together)
+            break;
+        together = wave->slide > 0 ? together & wave->plain : together;
         if (!together)
             break;
         if (surface && surface != wave->surface) {
@@ -451,15 +502,20 @@ static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *f
             for (int n = 0; together != lanes && n < WAVE_NUMBERS; n++)
                 at->of[n][k + 1] = wave->spare.of[n][k + 1];
             status = usual >> k & 1 ? grow_inside(q, j, k) : grow_lane(q, j, k);
+            if (!(usual >> k & 1))
+                note_even(q, 0, k + 1, q->row[k + 1].count - 1, j + k);
         }
         left &= ~together;
     }
     front->steady = front->steady && !left;
-    for (; left && status == STATUS_OK; left &= left - 1)
-        status = grow_alone(q, j, __builtin_ctz(left));
+    for (; left && status == STATUS_OK; left &= left - 1) {
+        int k = __builtin_ctz(left);
+        status = grow_alone(q, j, k);
+        note_even(q, 0, k + 1, q->row[k + 1].count - 1, j + k);
+    }
     /* What the next wave, or the row above that is not part of this one, rests on. */
     int top = front->high;
-    wave_get(wave_at(wave, 0), top, &q->row[top].at[front->column - top + 1]);
+    wave_get(wave_at(wave, 0), top, &q->row[top].at[front_column(q, front, top - 1)]);
     return status;
 }
 
@@ -472,20 +528,23 @@ static enum status end_rows(struct quadrant *q, int32_t j, struct front *front) 
         int low = front->low;
         struct quadrant_row *row = &q->row[low + 1], *below = &q->row[low];
         bool found = false;
-        int32_t i = row->count;
+        int32_t i = row->count, last = i + (int32_t)q->wave->lag - 1; /* that it rests on */
         if (goes(q, low)) {
             status = quadrant_reach_below(q, below, i, j + low, &found);
             if (status != STATUS_OK)
                 break;
             row->ended = !found;
         }
-        if (found) {
-            put_in_slot(q, 1, low, &below->at[i], i, j + low - 1);
+        bool ahead = found && last < q->length;
+        if (ahead && last > i)
+            status = quadrant_reach_below(q, below, last, j + low, &ahead);
+        if (ahead && status == STATUS_OK)
+            put_in_slot(q, 1, low, &below->at[last], last, j + low - 1);
+        if (found || status != STATUS_OK)
             break;
-        }
         leave_rows(q, low, low, low + 1, front->column - 1);
     }
-    int going = front->steady ? front->high : front->low;
+    int going = front->steady && q->wave->lag == 1 ? front->high : front->low;
     while (going < front->high && runs(q, going))
         going++;
     if (going == front->high)
@@ -495,6 +554,29 @@ static enum status end_rows(struct quadrant *q, int32_t j, struct front *front) 
     front->high = going;
     front->open = false;
     return status;
+}
+
+/* Where weft slides: leaves the lanes from the first that rests on places further ahead in the row
+ * below, which it may not have yet. */
+static void leave_far(struct quadrant *q, int32_t j, struct front *front) {
+    struct wave *wave = q->wave;
+    int going = front->low;
+    for (int k = front->low; k < front->high; k++)
+        wave->side[k] = wave_c(wave)->surface[k]->side;
+    q->kernel->lean(wave);
+    for (; going < front->high; going++) {
+        struct lane_cell at;
+        if (wave->plain >> going & 1)
+            continue;
+        take_lane(q, j, going, &at);
+        if (march_slide_rests_far(q->march, &at.cell))
+            break;
+    }
+    if (going == front->high)
+        return;
+    leave_rows(q, going > front->low ? going - 1 : going, going, front->high, front->column - 1);
+    front->high = going;
+    front->open = false;
 }
 
 /* Where more than a third of the cells have to be solved again, alone, rows go one by one for a
@@ -520,6 +602,8 @@ enum status wave_run(struct quadrant *q, int32_t j, int *count) {
         front.open = front.open && front.high < most;
         if (front.open && status == STATUS_OK)
             status = start_row(q, j, &front, count);
+        if (wave->slide > 0 && front.high > front.low && status == STATUS_OK)
+            leave_far(q, j, &front);
         if (front.high - front.low <= !front.open || status != STATUS_OK) {
             leave_rows(q, front.low, front.low, front.high, front.column - 1);
             break;

@@ -61,6 +61,11 @@ void quadrant_begin_row(struct quadrant *q, const struct quadrant_row *below,
 enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
                                struct quadrant_row *row, int32_t j) STATUS_MUST_USE;
 
+/* Where weft slides: whether the next place of a row rests on places of the row below further ahead
+ * than the one after it. */
+bool quadrant_rests_far(struct quadrant *q, const struct quadrant_row *below,
+                        const struct quadrant_row *row, int32_t j);
+
 /* Makes sure that the row below row j has a place i; `found` is false when the net has none. */
 enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i,
                                  int32_t j, bool *found) STATUS_MUST_USE;

@@ -7,6 +7,9 @@
  *     row 1    A C D .          before that, and B its own D a step before.
  *     row 0    . . C D
  *
+ * Where weft slides a cell rests on the place beyond C too (march_slide.c), and each row is two
+ * places behind: `lag`.
+ *
  * Each row is a lane of vectors. The kernels do what `fishnet_chords`, `fishnet_solve` and
  * `rough_edge` do where all goes the usual way, with the same bits; a cell where it does not they
  * leave alone. On a shell rows may be on several faces: the cells of each are solved together, and
@@ -20,7 +23,7 @@
 enum {
     WAVE_LANES = 8,   /* at the most */
     WAVE_STRIDE = 16, /* of a number of all places: the row below the wave, then its rows */
-    WAVE_STEPS = 4,   /* that are remembered */
+    WAVE_STEPS = 5,   /* that are remembered */
     WAVE_ORDERS = 6   /* of differences */
 };
 
@@ -38,6 +41,7 @@ enum { WAVE_NUMBERS = sizeof(struct wave_point) / sizeof(double) };
 struct wave_places {
     _Alignas(64) double of[WAVE_NUMBERS][WAVE_STRIDE];
     const struct surface *surface[WAVE_STRIDE];
+    _Alignas(64) int64_t even[WAVE_STRIDE]; /* -1: nodes all of whose edges are smooth; else 0 */
 };
 
 /* What the net that a second march corrects says of those places (`correction.h`). */
@@ -52,6 +56,8 @@ struct wave {
     const struct surface *surface; /* that A, B and C of the cells at hand are on */
     struct surface_cursor *cursor;
     double length[2]; /* spacing along warp and weft */
+    double slide;     /* of the fabric: drape_settings' */
+    unsigned lag;     /* 1; where weft slides 2 */
     bool arcs;        /* chords are those of arcs of the surface's curvature; else the spacing */
     int orientation;  /* as fishnet_cell's */
     double lower[2], upper[2]; /* parameters between which a node is certainly inside */
@@ -68,9 +74,15 @@ struct wave {
     _Alignas(64) double chord[2][WAVE_LANES];                         /* BD and CD */
     _Alignas(64) double curvature[2][WAVE_LANES];                     /* of them */
     _Alignas(64) double residual[WAVE_LANES], iterations[WAVE_LANES]; /* as fishnet_node's */
-    bool corrected;                                                   /* by a net before: */
-    struct wave_before before[WAVE_STEPS];                            /* as places */
-    unsigned settled; /* bits: lanes whose chords `prepare` has corrected */
+    /* Where weft slides: the sides of C's surfaces, for `lean`; of CD what that finds, and by how
+     * much its chord is longer than the law has it. */
+    _Alignas(64) double side[WAVE_LANES], excess[WAVE_LANES];
+    _Alignas(64) double along[3][WAVE_LANES], across[3][WAVE_LANES], rate[WAVE_LANES];
+    _Alignas(64) double sine[WAVE_LANES], stretch[WAVE_LANES], weft[WAVE_LANES];
+    unsigned plain; /* bits: lanes of which it does, the foot being next to C */
+    bool corrected; /* by a net before: */
+    struct wave_before before[WAVE_STEPS]; /* as places */
+    unsigned settled;                      /* bits: lanes whose chords `prepare` has corrected */
     /* Of edges that are corrected as a whole: what has to agree with D. */
     _Alignas(64) int64_t whole[2][WAVE_LANES];  /* -1 for them, 0 for the others */
     _Alignas(64) double bend[2][3][WAVE_LANES]; /* D2 at D */
@@ -84,6 +96,8 @@ struct wave {
 /* Compiled for one width. */
 struct wave_kernel {
     int lanes;
+    /* Where weft slides, before anything else: how it lies to the fibre at C. */
+    void (*lean)(struct wave *wave);
     /* Of the cells of a step: takes in the last difference, sets what is expected of D, the chords
      * and their curvatures; corrects those that all places of the net before are even of. */
     void (*prepare)(struct wave *wave);
@@ -99,6 +113,19 @@ const struct wave_kernel *wave_kernel_for(int lanes);
 /* The places `back` steps before this one. */
 static inline struct wave_places *wave_at(struct wave *wave, unsigned back) {
     return &wave->places[(wave->step - back) % WAVE_STEPS];
+}
+
+/* Those with the places of a step's cells: A and C of lane k in slot k, B in slot k + 1. */
+static inline struct wave_places *wave_a(struct wave *wave) {
+    return wave_at(wave, wave->lag + 1);
+}
+
+static inline struct wave_places *wave_b(struct wave *wave) {
+    return wave_at(wave, 1);
+}
+
+static inline struct wave_places *wave_c(struct wave *wave) {
+    return wave_at(wave, wave->lag);
 }
 
 static inline struct wave_before *wave_before_at(struct wave *wave, unsigned back) {

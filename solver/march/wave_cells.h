@@ -76,16 +76,21 @@ INLINE void expect(struct wave *wave, const struct wave_places *c) {
 
 /* ---- chords ---- */
 
+/* How long edge k is taken to be. */
+INLINE lanes length_of(const struct wave *wave, int k) {
+    return k && wave->slide > 0 ? lanes_load(wave->weft) : lanes_of(wave->length[k]);
+}
+
 INLINE void arc_chords(struct wave *wave, int k, lanes curvature) {
     lanes_store(curvature, wave->curvature[k]);
-    lanes_store(fishnet_arc_chord_lanes(lanes_of(wave->length[k]), curvature), wave->chord[k]);
+    lanes_store(fishnet_arc_chord_lanes(length_of(wave, k), curvature), wave->chord[k]);
 }
 
 INLINE void find_chords(struct wave *wave, const struct wave_places *a, const struct wave_places *b,
                         const struct wave_places *c) {
     if (!wave->arcs) {
         for (int k = 0; k < 2; k++) {
-            lanes_store(lanes_of(wave->length[k]), wave->chord[k]);
+            lanes_store(length_of(wave, k), wave->chord[k]);
             lanes_store(lanes_of(0), wave->curvature[k]);
         }
         return;
@@ -117,7 +122,7 @@ INLINE lanes_mask correct_chord(struct wave *wave, int k, const struct wave_plac
                                 lanes *chord) {
     int slot = k ? 0 : 1;
     double d = wave->length[k];
-    struct lanes3 near = bend(wave_before_at(wave, 1), slot, k);
+    struct lanes3 near = bend(wave_before_at(wave, k ? wave->lag : 1), slot, k);
     struct lanes3 far = bend(wave_before_at(wave, 0), 1, k);
     const struct lanes_point begin = point_at(from, slot);
     lanes_mask holds;
@@ -129,31 +134,121 @@ INLINE lanes_mask correct_chord(struct wave *wave, int k, const struct wave_plac
 }
 
 /* As march_guess_from_before and march_corrected_chord. */
-INLINE void correct(struct wave *wave, const struct wave_places *a, const struct wave_places *b) {
-    const struct wave_before *a0 = wave_before_at(wave, 2), *b0 = wave_before_at(wave, 1);
-    const struct wave_before *d0 = wave_before_at(wave, 0);
+INLINE void correct(struct wave *wave, const struct wave_places *a, const struct wave_places *b,
+                    const struct wave_places *c) {
+    const struct wave_before *a0 = wave_before_at(wave, wave->lag + 1);
+    const struct wave_before *b0 = wave_before_at(wave, 1), *d0 = wave_before_at(wave, 0);
+    const struct wave_before *c0 = wave_before_at(wave, wave->lag);
     lanes chord[2];
-    lanes_mask settled = even(d0, 1) & even(b0, 1) & even(b0, 0) & even(a0, 0);
-    settled &= correct_chord(wave, 0, b, &chord[0]) & correct_chord(wave, 1, b, &chord[1]);
+    lanes_mask whole[2], settled = even(d0, 1) & even(b0, 1) & even(c0, 0) & even(a0, 0);
+    settled &= correct_chord(wave, 0, b, &chord[0]);
+    whole[0] = whole[1] = settled;
+    if (wave->slide > 0) {
+        whole[1] ^= settled;
+        chord[1] = lanes_load(wave->chord[1]) + lanes_load(wave->excess);
+    } else {
+        settled &= correct_chord(wave, 1, c, &chord[1]);
+        whole[0] = whole[1] = settled;
+    }
     for (int k = 0; k < 2; k++) {
         lanes uv = lanes_load(&d0->uv[k][1]) +
                    (number(b, 1, AT_U + k) - lanes_load(&b0->uv[k][1])) +
-                   (number(b, 0, AT_U + k) - lanes_load(&b0->uv[k][0])) -
+                   (number(c, 0, AT_U + k) - lanes_load(&c0->uv[k][0])) -
                    (number(a, 0, AT_U + k) - lanes_load(&a0->uv[k][0]));
         lanes_store(lanes_select(settled, uv, lanes_load(wave->expected[k])), wave->expected[k]);
         lanes_store(lanes_select(settled, chord[k], lanes_load(wave->chord[k])), wave->chord[k]);
-        memcpy(wave->whole[k], &settled, sizeof settled);
+        memcpy(wave->whole[k], &whole[k], sizeof whole[k]);
     }
     wave->settled = lanes_bits(settled);
 }
 
 static void prepare(struct wave *wave) {
-    const struct wave_places *a = wave_at(wave, 2), *b = wave_at(wave, 1);
+    const struct wave_places *a = wave_a(wave), *b = wave_b(wave), *c = wave_c(wave);
     add_edges(wave, a, b);
-    expect(wave, b);
-    find_chords(wave, a, b, b);
+    expect(wave, c);
+    find_chords(wave, a, b, c);
     if (wave->corrected)
-        correct(wave, a, b);
+        correct(wave, a, b, c);
+}
+
+/* ---- weft that slides ---- */
+
+/* The unit tangent at C of the yarn with this chord, as rough_leave; of those where it `holds`. */
+INLINE struct lanes3 leave(const struct lanes_point *c, struct lanes3 chord, lanes side,
+                           lanes_mask *holds) {
+    struct departure_lanes d = depart_lanes(c, chord, side);
+    *holds &= ~is_over_joint_lanes(&d) & (d.c2 > 0);
+    return lead_aside_lanes(d.along, helix_angle_lanes(&d), c->normal);
+}
+
+INLINE void store3(struct lanes3 a, double to[3][WAVE_LANES]) {
+    lanes_store(a.x, to[0]);
+    lanes_store(a.y, to[1]);
+    lanes_store(a.z, to[2]);
+}
+
+INLINE struct lanes3 load3(const double from[3][WAVE_LANES]) {
+    return (struct lanes3){lanes_load(from[0]), lanes_load(from[1]), lanes_load(from[2])};
+}
+
+INLINE lanes_mask even_place(const struct wave_places *at) {
+    lanes_mask mask;
+    memcpy(&mask, &at->even[0], sizeof mask);
+    return mask;
+}
+
+/* CD as `lean` has found it. */
+INLINE struct slide_lanes slide_of(const struct wave *wave) {
+    const lanes none = {0};
+    return (struct slide_lanes){.c = wave->slide,
+                                .spacing = {wave->length[0], wave->length[1]},
+                                .along = load3(wave->along),
+                                .across = load3(wave->across),
+                                .mean = none,
+                                .rate = lanes_load(wave->rate),
+                                .foot = none,
+                                .curvature = lanes_load(wave->curvature[1]),
+                                .excess = lanes_load(wave->excess),
+                                .sine = lanes_load(wave->sine),
+                                .stretch = lanes_load(wave->stretch),
+                                .length = lanes_load(wave->weft)};
+}
+
+/* As expect_slide of march_slide.c, where the fibre below goes on smoothly to both sides of C and
+ * the foot lies beside it. */
+static void lean(struct wave *wave) {
+    const struct wave_places *a = wave_a(wave), *b = wave_b(wave), *at_c = wave_c(wave);
+    const struct wave_places *ahead = wave_at(wave, wave->lag - 1);
+    const struct lanes_point c = point_at(at_c, 0);
+    const lanes none = {0}, side = lanes_load(wave->side);
+    lanes_mask holds = even_place(a) & even_place(at_c) & even_place(ahead);
+    struct lanes3 ab = lanes3_sub(vector(b, 1, AT_R), vector(a, 0, AT_R));
+    struct lanes3 last = lanes3_sub(vector(wave_at(wave, 2), 1, AT_R),
+                                    vector(wave_at(wave, wave->lag + 2), 0, AT_R));
+    struct lanes3 back = leave(&c, lanes3_sub(vector(a, 0, AT_R), c.jet.r), side, &holds);
+    struct lanes3 on = leave(&c, lanes3_sub(vector(ahead, 0, AT_R), c.jet.r), side, &holds);
+    struct lanes3 tangent = lanes3_unit(lanes3_sub(on, back));
+    struct lanes3 left = lanes3_cross(c.normal, tangent);
+    struct departure_lanes weft = depart_lanes(&c, ab, side);
+    lanes aside = helix_angle_lanes(&weft);
+    store3(lanes3_axpy(-aside, left, tangent), wave->along);
+    store3(lanes3_axpy(aside, tangent, left), wave->across);
+    lanes_store(slide_turn_lanes(back, on, c.normal) / 2, wave->rate);
+    struct slide_lanes slide = slide_of(wave);
+    slide_set_lanes(&slide, none);
+    slide_settle_lanes(&slide, lanes3_add(ab, lanes3_sub(ab, last)));
+    lanes_store(slide.sine, wave->sine);
+    lanes_store(slide.stretch, wave->stretch);
+    lanes_store(slide.length, wave->weft);
+    wave->plain = lanes_bits(holds & (lanes_abs(slide_foot_lanes(&slide)) <= 1));
+}
+
+/* As measure_slide: of D on an arc, whether CD is as long as the law has it. */
+INLINE lanes_mask keeps_law(struct slide_lanes *slide, struct lanes3 chord) {
+    const lanes length = slide->length;
+    slide_settle_lanes(slide, chord);
+    return (lanes_abs(slide->sine) < SLIDE_STEEPEST) &
+           (lanes_abs(slide->length - length) <= SLIDE_KEPT * length);
 }
 
 /* ---- Newton's method ---- */
@@ -175,7 +270,7 @@ _Static_assert(sizeof(struct lanes_corner) == WAVE_NUMBERS * sizeof(lanes), "all
 
 /* Those of the lanes `going` that settle; D is then where their last evaluation was. */
 INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lanes *cell,
-                         struct lanes_corner *d) {
+                         struct slide_lanes *slide, struct lanes_corner *d) {
     lanes_mask ordered = cell->bd < cell->cd;
     lanes least = lanes_select(ordered, cell->bd, cell->cd);
     lanes longest = 2 * lanes_select(ordered, cell->cd, cell->bd), least2 = least * least;
@@ -189,7 +284,10 @@ INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lane
         lanes_jet_at(wave->surface, wave->cursor, d->uv[0], d->uv[1], &d->jet);
         cell->wb = lanes3_sub(d->jet.r, cell->b);
         cell->wc = lanes3_sub(d->jet.r, cell->c);
-        cell->gradient = cell->wc;
+        if (slide)
+            slide_chord_lanes(cell, slide, going);
+        else
+            cell->gradient = cell->wc;
         find_error_lanes(cell);
         lanes error = cell->error, step[2];
         cell->iterations += lanes_select(going, lanes_of(1), none);
@@ -198,7 +296,7 @@ INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lane
         going &= ~end & (error < previous);
         if (!lanes_bits(going))
             break;
-        going = newton_step_lanes(cell, &d->jet, NULL, going, step);
+        going = newton_step_lanes(cell, &d->jet, slide, going, step);
         lanes size2 = spatial_size2_lanes(&d->jet, step);
         going &= size2 <= longest * longest;
         if (wave->surface->has_poles) {
@@ -224,10 +322,10 @@ INLINE void put_point(struct wave_places *places, const struct lanes_corner *d) 
 
 /* Member by member: copies of the whole take as long as a step of Newton's. */
 INLINE void take_cell(struct wave *wave, struct corner_lanes *cell, struct lanes_corner *d) {
-    const struct wave_places *a = wave_at(wave, 2), *b = wave_at(wave, 1);
+    const struct wave_places *a = wave_a(wave), *b = wave_b(wave), *c = wave_c(wave);
     cell->a = vector(a, 0, AT_R);
     cell->b = vector(b, 1, AT_R);
-    cell->c = vector(b, 0, AT_R);
+    cell->c = vector(c, 0, AT_R);
     cell->bd = lanes_load(wave->chord[0]);
     cell->cd = lanes_load(wave->chord[1]);
     d->uv[0] = lanes_load(wave->expected[0]);
@@ -255,14 +353,18 @@ INLINE struct lanes_point point_of(const struct lanes_corner *d) {
                                 .second = {d->second[0], d->second[1], d->second[2]}};
 }
 
-/* D of those of the lanes `wanted` that find one from where the cell begins. */
+/* D of those of the lanes `wanted` that find one from where the cell begins; `slide` as for
+ * newton_step. */
 INLINE lanes_mask find_corner(struct wave *wave, lanes_mask wanted, struct lanes3 normal_b,
-                              struct corner_lanes *cell, struct lanes_corner *d) {
+                              struct corner_lanes *cell, struct slide_lanes *slide,
+                              struct lanes_corner *d) {
     double sign = wave->orientation;
     lanes_mask found = wanted & (cell->bd > 0) & (cell->cd > 0) &
                        (sign * triangle_turn_lanes(cell->a, cell->c, cell->b, normal_b) > 0);
-    found &= newton(wave, wanted, cell, d);
-    settle_lanes(cell, NULL, d->uv, &d->jet);
+    const lanes cd = cell->cd;
+    found &= newton(wave, wanted, cell, slide, d);
+    settle_lanes(cell, slide, d->uv, &d->jet);
+    cell->cd = cd; /* by which it was expected */
     found &= surface_point_first_form_lanes(wave->surface, &d->jet, d->first, &d->normal);
     surface_point_second_form_lanes(&d->jet, d->normal, d->second);
     return found & (lanes3_norm2(d->normal) > 0) &
@@ -305,7 +407,7 @@ INLINE lanes_mask lay_bent(struct wave *wave, lanes_mask uneven, const struct la
     if (!lanes_bits(moved))
         return laid;
     square_chords_lanes(&again);
-    lanes_mask found = find_corner(wave, moved, ends[0].normal, &again, &new_corner);
+    lanes_mask found = find_corner(wave, moved, ends[0].normal, &again, NULL, &new_corner);
     choose_corner(found, &again, &new_corner, cell, corner);
     return laid & (found | ~moved);
 }
@@ -315,12 +417,14 @@ INLINE lanes_mask within(const struct wave *wave, lanes u, lanes v) {
            (v <= wave->upper[1]);
 }
 
-/* The lanes whose edges to D are arcs; where they are straight chords, not over a fold. */
+/* The lanes whose edges to D, CD of the length `weft`, are arcs; where they are straight chords,
+ * not over a fold. */
 INLINE lanes_mask are_smooth(const struct wave *wave, const struct lanes_point ends[2],
-                             const struct lanes_point *d) {
+                             const struct lanes_point *d, lanes weft) {
     if (wave->arcs)
-        return rough_is_arc_lanes(&ends[0], d, lanes_load(wave->curvature[0]), wave->length[0]) &
-               rough_is_arc_lanes(&ends[1], d, lanes_load(wave->curvature[1]), wave->length[1]);
+        return rough_is_arc_lanes(&ends[0], d, lanes_load(wave->curvature[0]),
+                                  lanes_of(wave->length[0])) &
+               rough_is_arc_lanes(&ends[1], d, lanes_load(wave->curvature[1]), weft);
     return (lanes3_dot(ends[0].normal, d->normal) > ROUGH_FOLD_COSINE) &
            (lanes3_dot(ends[1].normal, d->normal) > ROUGH_FOLD_COSINE);
 }
@@ -338,17 +442,24 @@ static void solve(struct wave *wave) {
         lanes reach2 = lanes_of(wave->pole_reach2);
         active &= ~near_pole(wave->surface, &cell.c, &reach2);
     }
-    const struct wave_places *b = wave_at(wave, 1);
-    const struct lanes_point ends[2] = {point_at(b, 1), point_at(b, 0)};
-    lanes_mask found = find_corner(wave, active, ends[0].normal, &cell, &corner);
+    const bool slides = wave->slide > 0;
+    struct slide_lanes slide;
+    if (slides)
+        slide = slide_of(wave);
+    const struct lanes_point ends[2] = {point_at(wave_b(wave), 1), point_at(wave_c(wave), 0)};
+    lanes_mask found =
+        find_corner(wave, active, ends[0].normal, &cell, slides ? &slide : NULL, &corner);
     const struct lanes_point d = point_of(&corner);
-    lanes_mask smooth = are_smooth(wave, ends, &d);
+    lanes_mask smooth =
+        are_smooth(wave, ends, &d, slides ? slide.length : lanes_of(wave->length[1]));
+    if (slides)
+        smooth &= keeps_law(&slide, lanes3_sub(d.jet.r, cell.c));
     lanes_mask uneven = found & ~smooth;
     lanes_mask inside = within(wave, corner.uv[0], corner.uv[1]) &
                         within(wave, lanes_load(wave->expected[0]), lanes_load(wave->expected[1]));
     lanes_store(corner.uv[0], wave->tried[0]);
     lanes_store(corner.uv[1], wave->tried[1]);
-    if (wave->arcs && !wave->corrected && lanes_bits(uneven)) {
+    if (wave->arcs && !wave->corrected && !slides && lanes_bits(uneven)) {
         smooth |= lay_bent(wave, uneven, ends, &cell, &corner);
         inside &= within(wave, corner.uv[0], corner.uv[1]);
     }
@@ -364,6 +475,6 @@ static void solve(struct wave *wave) {
     wave->inside = lanes_bits(inside);
 }
 
-const struct wave_kernel WAVE_KERNEL = {LANES, prepare, solve};
+const struct wave_kernel WAVE_KERNEL = {LANES, lean, prepare, solve};
 
 #endif

@@ -3,7 +3,7 @@
 
 #include "estimate.h"
 #include "solver/angle.h"
-#include "solver/fishnet/slide.h"
+#include "solver/fishnet/slide_formulas.h"
 #include "solver/net/shear.h"
 #include "solver/wide.h"
 

@@ -4,7 +4,7 @@
 #include "node_shear.h"
 #include "rim_lips.h"
 #include "solver/angle.h"
-#include "solver/fishnet/slide.h"
+#include "solver/fishnet/slide_formulas.h"
 #include "solver/team.h"
 #include "statistics.h"
 

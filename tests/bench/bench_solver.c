@@ -78,7 +78,7 @@ static void keep_least(double *least, double value) {
     *least = *least > 0 ? fmin(*least, value) : value;
 }
 
-static bool run_once(const struct wavy *wavy, enum drape_method method, double nodes,
+static bool run_once(const struct wavy *wavy, enum drape_method method, double slide, double nodes,
                      const struct drape_team *team, struct figure *best) {
     struct arena *arena = arena_new((size_t)8 << 30);
     struct surface *surface;
@@ -90,6 +90,7 @@ static bool run_once(const struct wavy *wavy, enum drape_method method, double n
         struct drape_settings settings = {.method = method,
                                           .spacing = {d, d},
                                           .direction_deg = 20,
+                                          .slide = slide,
                                           .team = team,
                                           .max_nodes = 20000000};
         begun = seconds(CLOCK_PROCESS_CPUTIME_ID);
@@ -164,12 +165,30 @@ static bool bench_size(const struct wavy *wavy, double nodes) {
     struct figure figure[METHODS] = {{0}};
     for (int round = 0; round < ROUNDS; round++)
         for (int m = 0; m < METHODS; m++)
-            if (!run_once(wavy, methods[m].method, nodes, NULL, &figure[m]))
+            if (!run_once(wavy, methods[m].method, 0, nodes, NULL, &figure[m]))
                 return false;
     for (int m = 0; m < METHODS; m++)
         printf("%-9s %9zu %8.0f %12.0f %8.0f %8.2f %13.1e\n", methods[m].name, figure[m].nodes,
                figure[m].ns, 1e9 / figure[m].ns, figure[m].bytes, figure[m].ns / figure[0].ns,
                saddle_error(methods[m].method));
+    return true;
+}
+
+/* Fabrics whose weft slides, by the time of the weave. */
+static bool bench_slide(const struct wavy *wavy) {
+    static const double slides[] = {0, 0.5, 1};
+    enum { SLIDES = sizeof slides / sizeof *slides };
+    printf("method      ns/node: weave, slide 0.5, parallel   x weave (1e5 nodes)\n");
+    for (int m = 0; m < METHODS; m++) {
+        struct figure figure[SLIDES] = {{0}};
+        for (int round = 0; round < ROUNDS; round++)
+            for (int k = 0; k < SLIDES; k++)
+                if (!run_once(wavy, methods[m].method, slides[k], 1e5, NULL, &figure[k]))
+                    return false;
+        double weave = figure[0].ns;
+        printf("%-9s %15.0f %9.0f %9.0f %9.2f %6.2f\n", methods[m].name, weave, figure[1].ns,
+               figure[2].ns, figure[1].ns / weave, figure[2].ns / weave);
+    }
     return true;
 }
 
@@ -181,7 +200,7 @@ static bool bench_threads(const struct wavy *wavy) {
         struct figure figure = {0};
         const struct drape_team *used = api_threads_make(&team, threads);
         for (int round = 0; round < ROUNDS; round++)
-            if (!run_once(wavy, DRAPE_GIB, 1e6, used, &figure))
+            if (!run_once(wavy, DRAPE_GIB, 0, 1e6, used, &figure))
                 return false;
         alone = threads == 1 ? figure : alone;
         printf("%7d  %8.0f  %8.2f\n", threads, figure.wall_ns, alone.wall_ns / figure.wall_ns);
@@ -205,5 +224,5 @@ int main(void) {
     bool good = true;
     for (double nodes = 1e4; nodes <= 1e6 && good; nodes *= 10)
         good = bench_size(&wavy, nodes);
-    return good && bench_threads(&wavy) ? 0 : 1;
+    return good && bench_slide(&wavy) && bench_threads(&wavy) ? 0 : 1;
 }

@@ -151,7 +151,13 @@ static void check_widths(struct shape *shape, const struct trim *trim,
     drape_end(&alone);
 }
 
-/* A start, direction, spacing, extent and trim at random; some by another method. */
+/* Parallel fibres, or any slide. */
+static double random_slide(uint64_t *seed) {
+    return random_unit(seed) < 0.5 ? 1 : random_between(seed, 0.05, 0.95);
+}
+
+/* A start, direction, spacing, extent and trim at random; some by another method. First as a weave,
+ * then as a fabric that slides. */
 static void check_drape(struct shape *shape, uint64_t seed) {
     uint64_t more = seed * 31 + 7;
     struct arena *arena = arena_new((size_t)64 << 20);
@@ -175,6 +181,9 @@ static void check_drape(struct shape *shape, uint64_t seed) {
     if (random_unit(&more) < 0.3) {
         trim = trim_of(shape, arena);
     }
+    check_widths(shape, trim, settings, seed);
+    settings.pre_shear_deg = 0;
+    settings.slide = random_slide(&more);
     check_widths(shape, trim, settings, seed);
     arena_free(arena);
 }
@@ -273,8 +282,8 @@ static struct shell *make_shell(struct faces *faces, struct arena *arena) {
     return shell;
 }
 
-/* One after the other, then at each width, the widest with a team. */
-static void check_shell(const struct shape *whole, uint64_t seed) {
+/* One after the other, then at each width, the widest with a team; as a weave or sliding. */
+static void check_shell(const struct shape *whole, bool slides, uint64_t seed) {
     static const int lanes[] = {1, 2, 4, 8}, threads[] = {1, 1, 2, 4};
     static const enum drape_method by[] = {DRAPE_GIB, DRAPE_GIB4, DRAPE_BASIC};
     static struct faces faces;
@@ -286,6 +295,7 @@ static void check_shell(const struct shape *whole, uint64_t seed) {
     struct drape_settings settings = {.method = by[seed % 3],
                                       .spacing = {d, d * random_between(&more, 0.7, 1.4)},
                                       .direction_deg = random_between(&more, -180, 180),
+                                      .slide = slides ? random_slide(&more) : 0,
                                       .max_nodes = 40000};
     struct drape_result result[4];
     for (int k = 0; k < 4; k++) {
@@ -312,7 +322,8 @@ static void test_exact_lanes_over_the_faces_of_shells_have_same_bits(void **stat
         uint64_t seed = first_seed() + (uint64_t)k;
         memset(&shape, 0, sizeof shape);
         wholes[seed / 3 % (sizeof wholes / sizeof *wholes)](&shape);
-        check_shell(&shape, seed);
+        check_shell(&shape, false, seed);
+        check_shell(&shape, true, seed);
     }
 }
 
