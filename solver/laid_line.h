@@ -10,9 +10,9 @@
 #ifndef SOLVER_LAID_LINE_H
 #define SOLVER_LAID_LINE_H
 
-#include "solver/arena.h"
-#include "solver/settings.h"
-#include "solver/status.h"
+#include "arena.h"
+#include "settings.h"
+#include "status.h"
 #include <stdbool.h>
 
 /* A part to lay lines on: `nearest` gives the place of it nearest to `r` and the unit normal there,
