@@ -10,7 +10,7 @@ enum {
     JOINT_ROUNDS = 8,  /* steps, each half of the last, to a joint */
     FAILURES_MAX = 40, /* steps of one advance in one span that were too long */
     STEPS_MAX = 200,   /* steps of one advance in one span */
-    ASTRAY_MOST = 6,   /* steps that end where the continuation is not trusted */
+    ASTRAY_MOST = 3,   /* steps that end where the continuation is not trusted */
 };
 
 /* Local error allowed, as a share of the step, unless the owner of the path says more. */
