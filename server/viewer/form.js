@@ -253,6 +253,15 @@ export class Form {
     this.kept = { ...this.kept, cuts: cuts.length ? cuts : undefined };
   }
 
+  /** All that is drawn on the part. */
+  get drawn() {
+    return { cuts: this.cuts };
+  }
+
+  set drawn({ cuts }) {
+    this.cuts = cuts;
+  }
+
   setStart(numbers, digits = 6) {
     element('start').value = numbers
       ? numbers.map((value) => Number(Number(value).toPrecision(digits))).join(', ')

@@ -22,7 +22,9 @@ import { Finder } from './finder.js';
 import { nodeAt } from './lattice.js';
 import { curlCommand, fileName, saveAs, showDownloads } from './links.js';
 import { Drapes } from './list.js';
-import { Cuts } from './cuts.js';
+import { Lines } from './lines.js';
+import { History } from './history.js';
+import { Tracer } from './tracing.js';
 import {
   blankReadout,
   briefSummary,
@@ -119,6 +121,7 @@ async function takeRequest(request) {
   page.restore = null; // stores the file of the part in another unit
   chooser.open(null);
   form.load(request);
+  history.clear();
   cuts.load();
   if (request.fault) form.surfaceError(request.fault);
   refreshAbout();
@@ -676,7 +679,16 @@ const view = new View({
 
 const measure = new Measure();
 const outline = new Outline(view, (text) => hint(text, true));
-const cuts = new Cuts(view, form, outline, {
+const history = new History({
+  read: () => form.drawn,
+  write: (drawn) => {
+    form.drawn = drawn;
+    cuts.load();
+    settle();
+  },
+});
+const drawing = { view, form, outline, history, tracer: new Tracer(view, form) };
+const cuts = new Lines('cut', drawing, {
   onLive: () => runner.live(false),
   onSettled: settle,
   onDraw: () => chooser.show(false),

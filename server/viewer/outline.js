@@ -28,16 +28,18 @@ export class Outline {
   }
 
   /** Begins a line; `take(points)` gets it once it is ended, and has as many points as its `kind`
-   *  needs. `kind.first(point)`: where it begins that was clicked there, null for a `refusal`. */
+   *  needs. `kind.first(point, event)`: where it begins that was clicked there, on the part or, of
+   *  null, beside it; null for a `refusal`; `kind.next` likewise: where it goes on to; `kind.last(points)`: where it ends, null for a
+   *  `lastRefusal`. */
   begin(take, kind = BOUNDARY) {
     this.points = [];
     this.taker = take;
     this.kind = kind;
-    const { hint, first, refusal } = kind;
+    const { hint, first, next, refusal } = kind;
     this.view.setDrawing({
-      onPoint: (clicked) => {
-        const begins = clicked && first && !this.points.length;
-        const point = begins ? first(clicked) : clicked;
+      onPoint: (clicked, event) => {
+        const meant = this.points.length ? next : first;
+        const point = meant ? meant(clicked, event) : clicked;
         if (point) this.points.push(point);
         this.say(point ? hint : `${clicked ? refusal : 'That is beside the part.'} ${hint}`);
         this.view.stage.redraw();
@@ -51,10 +53,13 @@ export class Outline {
   }
 
   end(keeps) {
-    const { taker, points } = this;
-    const whole = keeps && points.length >= this.kind.least;
+    const { taker, points, kind } = this;
+    const whole = keeps && points.length >= kind.least;
+    const last = whole && kind.last ? kind.last(points) : points.at(-1);
+    if (whole && !last) return this.say(`${kind.lastRefusal} ${kind.hint}`);
+    if (whole) points[points.length - 1] = last;
     this.taker = null;
-    if (!whole || !this.kind.closed) this.points = [];
+    if (!whole || !kind.closed) this.points = [];
     this.view.setDrawing(null);
     this.say('');
     if (whole) taker(points);

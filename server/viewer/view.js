@@ -489,15 +489,15 @@ export class View {
     return (this.#body && this.#surfaceAt(event)?.place) ?? null;
   }
 
-  /** Clicks in 3D are points of a line, and a double click ends it: {onPoint(place),
-   *  onEnd()}, null for a click beside the part; without them no longer. */
+  /** Clicks in 3D are points of a line, and a double click ends it: {onPoint(place,
+   *  event), onEnd()}, null for a click beside the part; without them no longer. */
   setDrawing(drawing) {
     this.drawing = drawing;
     element('pane-solid').classList.toggle('placing', Boolean(drawing));
   }
 
   #draw(event) {
-    this.drawing.onPoint(this.placeAt(event));
+    this.drawing.onPoint(this.placeAt(event), event);
   }
 
   /** The pixels of a place in space. */

@@ -18,6 +18,10 @@ import {
 
 openOnce();
 
+const EDGE = [
+  [0, 0, -60],
+  [0, 0, 0],
+]; // of the example `corner`, where two walls meet
 const hint = () => page.textContent('#hint');
 const cutsOf = async () => (await ask(`v1/drapes/${idOf(page)}/request`)).cuts ?? [];
 const points = (k) => page.inputValue(`#cut-list li:nth-child(${k}) input:nth-of-type(2)`);
@@ -29,6 +33,13 @@ async function drapes(what) {
   await page.waitForFunction((id) => !location.hash.includes(id), before);
   await page.waitForFunction(() => document.querySelector('#stale').hidden);
   await drawn(page);
+}
+
+/** Opens a request with a cut as somebody's file. */
+async function openRequest(request, on = page) {
+  const buffer = Buffer.from(JSON.stringify(request));
+  await on.setInputFiles('#file', { name: 'corner.json', mimeType: 'application/json', buffer });
+  await on.waitForSelector('#cut-list li');
 }
 
 /** Where on the picture in 3D a share of its width and height is. */
@@ -75,7 +86,7 @@ test('cuts: one is drawn from an edge to its tip, and the cloth is draped with i
 
 test('cuts: the tip is dragged, and moved by keys; undo takes it back', async () => {
   const drawnFirst = await points(1);
-  const tip = page.locator('#cut-tips button');
+  const tip = page.locator('#cut-knobs .tip');
   const box = await tip.boundingBox();
   await drapes(async () => {
     await page.mouse.move(box.x + 7, box.y + 7);
@@ -90,10 +101,43 @@ test('cuts: the tip is dragged, and moved by keys; undo takes it back', async ()
   await tip.focus();
   await drapes(() => page.keyboard.press('ArrowRight'));
   assert.notEqual(await points(1), dragged);
-  await drapes(() => page.click('#cut-undo'));
+  await drapes(() => page.click('#undo'));
   assert.equal(await points(1), dragged);
-  await drapes(() => page.click('#cut-undo'));
+  await drapes(() => page.keyboard.press('Control+z'));
   assert.equal(await points(1), drawnFirst);
+  await drapes(() => page.keyboard.press('Control+Shift+z'));
+  assert.equal(await points(1), dragged);
+  await drapes(() => page.keyboard.press('Control+z'));
+  assert.ok(await page.isEnabled('#redo'));
+});
+
+test('cuts: the mouth is dragged along the edge, and Delete removes the line', async () => {
+  const before = await points(1);
+  const mouth = page.locator('#cut-knobs .corner').first();
+  const box = await mouth.boundingBox();
+  await drapes(async () => {
+    await page.mouse.move(box.x + 5, box.y + 5);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 25, box.y - 15, { steps: 4 });
+    await page.mouse.up();
+  });
+  const [{ path }] = await cutsOf();
+  const [a, b] = path[0].map(Math.abs);
+  assert.notEqual(await points(1), before);
+  assert.ok(Math.abs(Math.max(a, b) - 2) < 1e-4, `${a} ${b}`); // the saddle reaches from -2 to 2
+  assert.equal(path.at(-1).join(' '), before.split('; ').at(-1));
+  await page.locator('#cut-knobs .tip').focus();
+  await drapes(() => page.keyboard.press('Delete'));
+  assert.deepEqual(await cutsOf(), []);
+  await drapes(() => page.click('#undo'));
+  await drapes(() => page.click('#undo'));
+  assert.equal(await points(1), before);
+});
+
+test('cuts: Ctrl+Z in a field is the field its own', async () => {
+  await page.focus('#cut-name-0');
+  await page.keyboard.press('Control+z');
+  assert.equal(await page.locator('#cut-list li').count(), 1);
 });
 
 test('cuts: they have names, and what is wrong is said at the cut', async () => {
@@ -107,10 +151,10 @@ test('cuts: they have names, and what is wrong is said at the cut', async () => 
   await field.press('Enter');
   await page.waitForSelector('#fault-of-cut-name-0');
   assert.match(await page.textContent('#fault-of-cut-name-0'), /begins inside|passes the start/);
-  await drapes(() => page.click('#cut-undo'));
+  await drapes(() => page.click('#undo'));
   await drapes(() => page.click('#cut-list li button'));
   assert.deepEqual(await cutsOf(), []);
-  assert.equal(await page.locator('#cut-tips button').count(), 0);
+  assert.equal(await page.locator('#cut-knobs .tip').count(), 0);
   await page.click('#cut-draw');
   await clickEdge(0.5);
   await page.keyboard.press('Escape');
@@ -129,6 +173,26 @@ test('cuts: a line over an edge of a box stays on the part', async () => {
     assert.ok(Math.min(Math.abs(a), Math.abs(b), Math.abs(c)) < 0.05, `${a} ${b} ${c}`);
 });
 
+test('cuts: points snap to the folds of a box, and to their ends', async () => {
+  await drapes(() => page.click('#cut-list li button'));
+  const request = await ask(`v1/drapes/${idOf(page)}/request`);
+  await openRequest({ ...request, cuts: [{ path: EDGE }] });
+  await page.click('#drape');
+  await page.waitForFunction(() => document.querySelector('#cut-list li p').textContent);
+  const boxes = await page.locator('#cut-knobs button').all();
+  const [mouth, tip] = await Promise.all(boxes.map((knob) => knob.boundingBox()));
+  await drapes(() => page.click('#cut-list li button'));
+  await page.click('#cut-draw');
+  await page.mouse.click(mouth.x + 2, mouth.y + 1);
+  await drapes(() => page.mouse.dblclick(tip.x + 4, tip.y + 10));
+  const [{ path }] = await cutsOf();
+  for (const [k, point] of [path[0], path.at(-1)].entries())
+    assert.ok(
+      point.every((x, axis) => Math.abs(x - EDGE[k][axis]) < 1e-4),
+      `${point}`,
+    );
+});
+
 test('cuts: the picture of the docs', async () => {
   const small = await openPage(browser, daemon.url, {
     width: 1200,
@@ -137,18 +201,7 @@ test('cuts: the picture of the docs', async () => {
   });
   await drapeExample(small, 'corner');
   const request = await ask(`v1/drapes/${idOf(small)}/request`);
-  request.cuts = [
-    {
-      path: [
-        [0, 0, -60],
-        [0, 0, 0],
-      ],
-      name: 'edge',
-    },
-  ];
-  const buffer = Buffer.from(JSON.stringify(request));
-  await small.setInputFiles('#file', { name: 'corner.json', mimeType: 'application/json', buffer });
-  await small.waitForSelector('#cut-list li');
+  await openRequest({ ...request, cuts: [{ path: EDGE, name: 'edge' }] }, small);
   await small.click('#drape');
   await small.waitForFunction(() => document.querySelector('#cut-list li p').textContent);
   assert.match(await small.textContent('#cut-list li p'), /dart, 90° at the tip/);
