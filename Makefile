@@ -43,7 +43,7 @@ objects = $(patsubst %.c,$(B)/%.o,$(1))
 # The C files of a folder and of those in it, two deep.
 sources = $(wildcard $(1)/*.c $(1)/*/*.c $(1)/*/*/*.c)
 SOLVER_OBJ := $(call objects,$(call sources,solver))
-API_OBJ := $(call objects,$(filter-out api/clients/%,$(call sources,api))) \
+API_OBJ := $(call objects,$(call sources,api)) \
            $(patsubst %.cc,$(B)/%.o,$(wildcard api/*/*.cc))
 CLI_OBJ := $(call objects,$(wildcard cli/*.c))
 IMPORT_OBJ := $(call objects,$(wildcard import/*.c) cli/files.c) \

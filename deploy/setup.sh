@@ -16,6 +16,7 @@ package='build-essential debhelper' # for make deb
 tests='bats libcmocka-dev clang-format-14 procps wrk gcovr valgrind
     man-db systemd lintian sqlite3 openssl zstd postgresql-15 postgresql-client-15 pgbouncer
     iproute2 util-linux mount e2fsprogs
+    python3-pip python3-setuptools python3-venv python3-wheel
     python3-vtk9 python3-numpy pkg-config python3-ezdxf python3-meshio librsvg2-bin unzip
     calculix-ccx python3-h5py chromium'
 

@@ -19,7 +19,7 @@ import time
 
 SOURCE = ("solver/version.h", r'#define DRAPE_VERSION "(.*)"')
 FOLLOWERS = (("api/openapi.yaml", r"\n  version: (\S+)\n"),
-             ("api/clients/python/draped.py", r'__version__ = "(.*)"'),
+             ("clients/python/draped.py", r'__version__ = "(.*)"'),
              ("clients/typescript/package.json", r'\n  "version": "(.*)"'),
              ("clients/mcp/package.json", r'\n  "version": "(.*)"'),
              ("deploy/kubernetes/kustomization.yaml", r"newTag: (\S+)"))

@@ -4,7 +4,7 @@
 # a mould of constant height, filled with its draped fields and with those of the flat fabric.
 # Usage: filling.sh BUILD
 set -eu
-fill() { /usr/bin/python3 api/clients/examples/filling.py "$@"; }
+fill() { /usr/bin/python3 clients/examples/filling.py "$@"; }
 request=$(mktemp)
 trap 'rm -f "$request"' EXIT
 jq '.fabric += {thickness: 3, fiber_volume_fraction: 0.4} | .cavity = {height: 3} |

@@ -5,7 +5,7 @@ load helper
 
 PYTHON=${PYTHON:-/usr/bin/python3} # Debian's own, which has the modules of its packages
 READ="$PYTHON tests/readers/read.py"
-CLIENTS=api/clients
+CLIENTS=clients
 
 # Two drapes: the saddle in metres, some of it locked, and the sphere in millimetres.
 setup_file() {
@@ -384,7 +384,7 @@ permeable_saddle() {
 import json, sys
 if sys.argv[3] == "plain":
     sys.modules["numpy"] = None
-sys.path.insert(0, "api/clients/python")
+sys.path.insert(0, "clients/python")
 import draped
 client = draped.Client(sys.argv[1])
 with open(sys.argv[2], encoding="utf-8") as file:
@@ -422,7 +422,7 @@ END
     printf 'v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3 4\n' >"$BATS_TEST_TMPDIR/a.obj"
     $PYTHON - "$URL" "$BATS_TEST_TMPDIR" <<-'END'
 	import json, os, sys
-	sys.path.insert(0, "api/clients/python")
+	sys.path.insert(0, "clients/python")
 	import draped
 	client, folder = draped.Client(sys.argv[1]), sys.argv[2]
 	part = client.upload(os.path.join(folder, "part.step"))
@@ -437,7 +437,7 @@ END
 	assert client.variant(study["id"], 0)["length_unit"] == "in"
 	stored = client.upload({"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [[0, 1, 2]]})
 	client.delete_surface(stored["id"])
-	for path, kind in (("a.inp", ValueError), ("b.step", OSError)):
+	for path, kind in (("a.off", ValueError), ("b.step", OSError)):
 	    try:
 	        client.upload(os.path.join(folder, path))
 	        sys.exit("no error")
@@ -453,7 +453,7 @@ END
 @test "client: does a study, and drapes the best of its variants" {
     cat >"$BATS_TEST_TMPDIR/study.py" <<'END'
 import json, sys
-sys.path.insert(0, "api/clients/python")
+sys.path.insert(0, "clients/python")
 import draped
 client = draped.Client(sys.argv[1])
 with open(sys.argv[2], encoding="utf-8") as file:
@@ -487,7 +487,7 @@ END
     cat >"$BATS_TEST_TMPDIR/laminate.py" <<'END'
 import json, os, sys
 import ezdxf
-sys.path.insert(0, "api/clients/python")
+sys.path.insert(0, "clients/python")
 import draped
 client, folder = draped.Client(sys.argv[1]), sys.argv[3]
 with open(sys.argv[2], encoding="utf-8") as file:
@@ -587,7 +587,7 @@ END
     write_mesh "$BATS_TEST_TMPDIR/mould.bdf"
     cat >"$BATS_TEST_TMPDIR/map.py" <<'END'
 import json, os, sys
-sys.path.insert(0, "api/clients/python")
+sys.path.insert(0, "clients/python")
 import draped
 client, folder = draped.Client(sys.argv[1]), sys.argv[2]
 with open(os.path.join(folder, "request.json"), encoding="utf-8") as file:

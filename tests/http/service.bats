@@ -60,7 +60,7 @@ teardown_file() { end_file; }
     for program in "$DRAPED" "$DRAPE" "${DRAPE%/*}/drape-import"; do
         [ "$("$program" --version)" = "${program##*/} $version" ]
     done
-    [ "$(cd api/clients/python && python3 -c 'import draped; print(draped.__version__)')" = "$version" ]
+    [ "$(cd clients/python && python3 -c 'import draped; print(draped.__version__)')" = "$version" ]
     call GET /v1/limits
     jq -e '.max_nodes == 123456 and .max_body > 0 and .queue_limit > 0' "$body"
 }

@@ -11,6 +11,7 @@
     print(max(result["cells"]["shear_deg"]))       # NumPy arrays where NumPy is installed
     client.save(drape, "net.vtp")                  # the format by the name's ending
     fields = client.map(drape, "mould.bdf")        # the fields on your own mesh
+    mesh = client.map_meshio(drape, "mould.bdf")   # the mesh with them, for meshio
     client.save_map(drape, "mould.bdf", "case.zip", format="lcmsim")
 
     part = client.upload("PART.step")              # {"id", "faces": [...], "length_unit", "notes", ...}
@@ -20,7 +21,8 @@
     study = client.study({"drape": ..., "vary": {"start": {"grid": 50}}, "objectives": ["max_shear_deg"]})
     request = client.variant(study["id"], study["best"]["max_shear_deg"])  # to be submitted
 
-Every error of the service is a `DrapedError` with the service's own words. As a program:
+What does not succeed is a `DrapedError` with the service's own words; `Unreachable`, `AccessRefused`, `TooLarge`,
+`OtherVersion` and `WaitTimeout` are such errors. Files appear when they are complete, or not at all. As a program:
 
     python3 draped.py request.json -o net.vtp --url http://127.0.0.1:8080
 """
@@ -34,6 +36,7 @@ import json
 import os
 import shutil
 import sys
+import tempfile
 import time
 import urllib.error
 import urllib.parse
@@ -46,46 +49,112 @@ try:
 except ImportError:
     numpy = None  # type: ignore[assignment]
 
-__all__ = ["Client", "DrapedError"]
+__all__ = ["Client", "DrapedError", "Unreachable", "AccessRefused", "TooLarge", "OtherVersion", "WaitTimeout"]
 __version__ = "0.10.0"  # of the daemon that it was made with
 
 Json = dict[str, Any]
 Mesh = Union[str, os.PathLike, Mapping[str, Any]]
+Take = Callable[[http.client.HTTPResponse], Any]
 
-SURFACE_FORMATS = {"step": "step", "stp": "step", "iges": "iges", "igs": "iges", "stl": "stl",
-                   "obj": "obj", "bdf": "nastran", "nas": "nastran"}  # by the name's ending
+FILE_FORMATS = {"step": "model/step", "iges": "model/iges", "stl": "model/stl", "obj": "model/obj",
+                "nastran": "text/x-nastran", "abaqus": "text/x-abaqus", "lsdyna": "text/x-lsdyna",
+                "gmsh": "text/x-gmsh", "unv": "text/x-unv"}
+ENDINGS = {"stp": "step", "p21": "step", "igs": "iges", "bdf": "nastran", "nas": "nastran", "dat": "nastran",
+           "inp": "abaqus", "k": "lsdyna", "key": "lsdyna", "msh": "gmsh"}  # where they are not the format's name
 RESULT_FORMATS = ("json", "csv", "vtp", "glb", "npz")
 PATTERN_FORMATS = ("svg", "dxf", "astm", "hpgl")
 REPORT_FORMATS = ("html",)
 RESULT_TABLES = ("nodes", "cells", "front", "rim", "cuts")
-RETRIES = 4  # after a connection that failed, or an answer that asks to come later
+RETRIES = 4  # after a connection that failed or broke off, or an answer that asks to come later
+HOUR = 3600.0
+REMEDIES = {"unauthorized": "Give the client a token that the service knows.",
+            "too-large": "Send less: fewer faces, a coarser mesh, or a larger spacing."}
 
 
 class DrapedError(Exception):
-    """What the service answered (RFC 9457), or a drape that did not succeed.
+    """What the service answered (RFC 9457), or a job that did not succeed.
 
-    `slug` names the kind of problem ("invalid-request"), `status` is the HTTP status, `detail` a
-    sentence, `errors` the places in the request: [{"pointer", "detail"}]. `request_id` is what to
-    look for in the service's log.
+    `slug` names the kind of problem ("invalid-request"), `status` is the HTTP status (0 without an answer),
+    `detail` says what is wrong, `remedy` what to do if that is known, `url` is the service, `errors` the places in
+    the request: [{"pointer", "detail"}]. `request_id` is what to look for in the service's log.
     """
 
-    def __init__(self, status: int, problem: Mapping[str, Any]) -> None:
+    def __init__(self, status: int, problem: Mapping[str, Any], url: str = "") -> None:
         self.status = status
         self.slug = str(problem.get("type", "")).rpartition("/")[2] or "unknown"
         self.detail = str(problem.get("detail") or problem.get("title") or f"HTTP {status}")
+        self.remedy = str(problem.get("remedy") or REMEDIES.get(self.slug, ""))
+        self.url = url
         self.pointer: Optional[str] = problem.get("pointer")
         self.errors: list[Json] = list(problem.get("errors", []))
         self.request_id: Optional[str] = problem.get("request_id")
         places = "".join(f"\n  {e.get('pointer', '')}: {e.get('detail', '')}" for e in self.errors)
-        super().__init__(f"{self.slug}: {self.detail}{places}")
+        where = (f" ({url})" if url else "") + (f". {self.remedy}" if self.remedy else "")
+        super().__init__(f"{self.slug}: {self.detail}{where}{places}")
 
 
-def _problem(error: urllib.error.HTTPError) -> DrapedError:
+class Unreachable(DrapedError, ConnectionError):
+    """No connection, none that lasted, or no answer within `timeout`."""
+
+
+class AccessRefused(DrapedError):
+    """The token is missing, unknown, or may not do this."""
+
+
+class TooLarge(DrapedError):
+    """A part, mesh or drape over a limit of the service."""
+
+
+class OtherVersion(DrapedError):
+    """The service's calls may differ from those known here, or it is no draped."""
+
+
+class WaitTimeout(DrapedError, TimeoutError):
+    """A job took longer than it was waited for; it goes on."""
+
+
+def _problem(status: int, document: Any, url: str) -> DrapedError:
+    kind = {401: AccessRefused, 403: AccessRefused, 413: TooLarge}.get(status, DrapedError)
+    return kind(status, document if isinstance(document, dict) else {}, url)
+
+
+def _refusal(error: urllib.error.HTTPError, url: str) -> DrapedError:
     try:
         document = json.loads(error.read())
-    except ValueError:
+    except (ValueError, OSError, http.client.HTTPException):
         document = {}
-    return DrapedError(error.code, document if isinstance(document, dict) else {})
+    return _problem(error.code, document, url)
+
+
+def _into(path: Union[str, os.PathLike]) -> Take:
+    """Takes an answer into a file, which appears when it is complete, or not at all; its headers."""
+    unfinished = f"{os.fspath(path)}.part"
+
+    def take(answer: http.client.HTTPResponse) -> Any:
+        try:
+            with open(unfinished, "wb") as file:
+                shutil.copyfileobj(answer, file, 1 << 20)
+            if answer.length:  # reading by parts does not tell
+                raise http.client.IncompleteRead(b"", answer.length)
+            os.replace(unfinished, path)
+        finally:
+            if os.path.exists(unfinished):
+                os.remove(unfinished)
+        return answer.headers
+
+    return take
+
+
+def _media_type(path: Union[str, os.PathLike], format: Optional[str] = None) -> str:
+    ending = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
+    name = format or ENDINGS.get(ending, ending)
+    if name not in FILE_FORMATS:
+        raise ValueError(f"{os.fspath(path)}: {name!r} is no format of files; there are {', '.join(FILE_FORMATS)}")
+    return FILE_FORMATS[name]
+
+
+def _ignore(answer: http.client.HTTPResponse) -> None:
+    """Takes nothing of an answer that has nothing."""
 
 
 def _column(values: list[Any]) -> Any:
@@ -132,10 +201,10 @@ class Client:
 
     # ---- calls ----
 
-    def _open(self, method: str, path: str, body: Optional[bytes] = None,
-              headers: Optional[Mapping[str, str]] = None, **query: Any) -> http.client.HTTPResponse:
-        """One call that may be repeated safely; tries again when the service is not there or asks
-        to come later."""
+    def _call(self, take: Take, method: str, path: str, body: Optional[bytes] = None,
+              headers: Optional[Mapping[str, str]] = None, **query: Any) -> Any:
+        """What `take` makes of the answer to one call that may be repeated safely: again when the service is not
+        there, breaks off or asks to come later."""
         given = {name: value for name, value in query.items() if value is not None}
         address = self.url + path + ("?" + urllib.parse.urlencode(given) if given else "")
         request = urllib.request.Request(address, data=body, method=method,
@@ -145,54 +214,64 @@ class Client:
         for attempt in range(RETRIES + 1):
             pause = 0.25 * 2**attempt
             try:
-                return urllib.request.urlopen(request, timeout=self.timeout)
+                with urllib.request.urlopen(request, timeout=self.timeout) as answer:
+                    return take(answer)
             except urllib.error.HTTPError as error:
                 if error.code not in (429, 503) or attempt == RETRIES:
-                    raise _problem(error) from None
+                    raise _refusal(error, self.url) from None
                 asked = error.headers.get("Retry-After", "")
                 pause = min(float(asked), 60) if asked.isdigit() else pause
-            except (urllib.error.URLError, ConnectionError, http.client.HTTPException):
-                if attempt == RETRIES:
-                    raise
+            except (urllib.error.URLError, ConnectionError, TimeoutError, http.client.HTTPException) as error:
+                why = getattr(error, "reason", error)
+                late = isinstance(why, TimeoutError)
+                if late or attempt == RETRIES:
+                    raise self._unreachable(f"no answer within {self.timeout:g} s" if late else why) from error
             time.sleep(pause)
         raise AssertionError("unreachable")
 
+    def _unreachable(self, why: Any) -> Unreachable:
+        return Unreachable(0, {"type": "/problems/unreachable", "detail": f"the service cannot be reached: {why}",
+                               "remedy": "Check the address, and that draped runs there."}, self.url)
+
     def _json(self, method: str, path: str, body: Optional[bytes] = None,
               headers: Optional[Mapping[str, str]] = None, **query: Any) -> Json:
-        with self._open(method, path, body, headers, **query) as answer:
-            return json.load(answer)
+        return self._call(json.load, method, path, body, headers, **query)
 
-    def _write(self, answer: http.client.HTTPResponse, path: Union[str, os.PathLike]) -> None:
-        """The file appears when it is complete, or not at all."""
-        unfinished = f"{os.fspath(path)}.part"
+    def version(self) -> str:
+        """The service's version; raises OtherVersion when its calls may differ from those known here."""
         try:
-            with answer, open(unfinished, "wb") as file:
-                shutil.copyfileobj(answer, file, 1 << 20)
-            os.replace(unfinished, path)
-        finally:
-            if os.path.exists(unfinished):
-                os.remove(unfinished)
+            known = self._json("GET", "/version")
+            name, version = known["name"], str(known["version"])
+        except (ValueError, KeyError, TypeError):
+            name, version = "no draped", ""
+        except DrapedError as error:
+            if error.status != 404:
+                raise
+            name, version = "no draped", ""
+        if name == "draped" and version.split(".")[:2] == __version__.split(".")[:2]:
+            return version
+        wanted = f"Use the draped.py of draped {version}." if name == "draped" else "Check the address."
+        found = f"the service is {name} {version}".rstrip()
+        raise OtherVersion(0, {"type": "/problems/other-version", "remedy": wanted,
+                               "detail": f"{found}, this client is for draped {__version__}"}, self.url)
 
     # ---- surfaces ----
 
     def upload(self, surface: Union[str, os.PathLike, Mapping[str, Any]], unit: Optional[str] = None,
                format: Optional[str] = None) -> Json:
-        """Stores a surface: a STEP, IGES, STL, OBJ or Nastran file, the format by its name's ending
-        unless given, or a dict. What the service knows of it: `id`, and of a file `faces`, `edges`,
-        `length_unit` and `notes`. `unit` (m, mm, cm, um, in, ft) is for files that state none."""
+        """Stores a surface: a file of CAD (STEP, IGES) or a mesh (STL, OBJ, or shells of Nastran, Abaqus, LS-DYNA,
+        Gmsh, a universal file), the format of FILE_FORMATS by its name's ending unless given, or a dict. What the
+        service knows of it: `id`, and of a file `faces`, `edges`, `length_unit` and `notes`. `unit` (m, mm, cm,
+        um, in, ft) is for files that state none."""
         if isinstance(surface, Mapping):
             body = json.dumps(surface, allow_nan=False).encode()
             return self._json("POST", "/v1/surfaces", body, {"Content-Type": "application/json"})
-        ending = os.path.splitext(os.fspath(surface))[1].lstrip(".").lower()
-        name = format or SURFACE_FORMATS.get(ending)
-        if name is None and ending != "json":
-            known = ", ".join(SURFACE_FORMATS)
-            raise ValueError(f"{os.fspath(surface)}: {ending!r} is no format of surfaces; there are {known}")
-        with open(surface, "rb") as file:
-            if name is None:
+        if format is None and os.fspath(surface).lower().endswith(".json"):
+            with open(surface, "rb") as file:
                 return self.upload(json.load(file))
-            return self._json("POST", "/v1/surfaces", file.read(),
-                              {"Content-Type": "application/octet-stream"}, format=name, unit=unit)
+        headers = {"Content-Type": _media_type(surface, format)}
+        with open(surface, "rb") as file:
+            return self._json("POST", "/v1/surfaces", file.read(), headers, unit=unit)
 
     def surface(self, surface: str) -> Json:
         """The definition of a stored surface."""
@@ -200,7 +279,7 @@ class Client:
 
     def delete_surface(self, surface: str) -> None:
         """Removes it; not while a drape needs it."""
-        self._open("DELETE", f"/v1/surfaces/{surface}").close()
+        self._call(_ignore, "DELETE", f"/v1/surfaces/{surface}")
 
     def _stored(self, request: Mapping[str, Any], folder: Union[str, os.PathLike]) -> Json:
         """The request with the id of its surface, which is uploaded, in place of its file."""
@@ -234,18 +313,18 @@ class Client:
         over."""
         return self._json("GET", f"/v1/drapes/{drape}", wait=wait or None)
 
-    def wait(self, drape: str, timeout: Optional[float] = None,
+    def wait(self, drape: str, timeout: float = HOUR,
              progress: Optional[Callable[[Json], None]] = None) -> Json:
         """Waits until the drape has succeeded; its status document. `progress` is called with every
         status; without it there is a bar on standard error when that is a terminal.
 
-        Raises DrapedError when the drape failed or was cancelled, TimeoutError after `timeout`
+        Raises DrapedError when the drape failed or was cancelled, WaitTimeout after `timeout`
         seconds."""
         return self._wait("drapes", drape, timeout, progress)
 
-    def _wait(self, collection: str, job: str, timeout: Optional[float],
+    def _wait(self, collection: str, job: str, timeout: float,
               progress: Optional[Callable[[Json], None]]) -> Json:
-        until = None if timeout is None else time.monotonic() + timeout
+        until = time.monotonic() + timeout
         bar = _Bar(sys.stderr)
         try:
             while True:
@@ -253,15 +332,16 @@ class Client:
                 (progress or bar.show)(status)
                 if status["status"] not in ("queued", "running"):
                     break
-                if until is not None and time.monotonic() > until:
-                    raise TimeoutError(f"{collection}/{job} is still {status['status']}")
+                if time.monotonic() > until:
+                    raise WaitTimeout(0, {"type": "/problems/wait-timeout", "detail": f"{collection}/{job} is still "
+                                          f"{status['status']} after {timeout:g} s; it goes on"}, self.url)
         finally:
             if progress is None:
                 bar.close()
         if status["status"] == "succeeded":
             return status
         problem = status.get("error") or {"type": "/problems/cancelled", "detail": "cancelled"}
-        raise DrapedError(int(problem.get("status", 409)), problem)
+        raise _problem(int(problem.get("status", 409)), problem, self.url)
 
     def cancel(self, drape: str) -> Json:
         """Stops it; the status document."""
@@ -269,7 +349,7 @@ class Client:
 
     def delete(self, drape: str) -> None:
         """Removes the drape and its result."""
-        self._open("DELETE", f"/v1/drapes/{drape}").close()
+        self._call(_ignore, "DELETE", f"/v1/drapes/{drape}")
 
     # ---- laminates ----
 
@@ -287,13 +367,11 @@ class Client:
         the name's ending, or as html the ply book."""
         name = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
         what = "report" if name in REPORT_FORMATS else "patterns"
-        self._write(self._open("GET", f"/v1/laminates/{laminate}/{what}", format=name,
-                               width=width), path)
+        self._call(_into(path), "GET", f"/v1/laminates/{laminate}/{what}", format=name, width=width)
 
     def map_laminate(self, laminate: str, mesh: Mesh, **options: Any) -> Json:
         """The stack on a mesh, as `map` of a drape; `plies` has a row for every element and ply."""
-        with self._open_map(laminate, mesh, "json", options, "laminates") as answer:
-            document = json.load(answer)
+        document = self._map(json.load, laminate, mesh, "json", options, "laminates")
         tables = {table: _table(document[table]) for table in ("cells", "plies") if table in document}
         return {**document, **tables}
 
@@ -304,7 +382,7 @@ class Client:
 
     # ---- studies ----
 
-    def study(self, request: Mapping[str, Any], timeout: Optional[float] = None,
+    def study(self, request: Mapping[str, Any], timeout: float = HOUR,
               progress: Optional[Callable[[Json], None]] = None) -> Json:
         """Does a study, many variants of a drape (a dict as in the service's openapi.yaml), and waits
         for it as `wait` does. Its result: `id`, `summary`, `best` (the index of the best variant for
@@ -326,8 +404,7 @@ class Client:
     def map_sample(self, study: str, index: int, mesh: Mesh, **options: Any) -> Json:
         """The fields of the drape of one variant on a mesh, as `map` of a drape."""
         options["sample"] = int(index)
-        with self._open_map(study, mesh, "json", options, "studies") as answer:
-            document = json.load(answer)
+        document = self._map(json.load, study, mesh, "json", options, "studies")
         return {**document, "cells": _table(document["cells"])}
 
     def cancel_study(self, study: str) -> Json:
@@ -336,7 +413,7 @@ class Client:
 
     def delete_study(self, study: str) -> None:
         """Removes the study and its result."""
-        self._open("DELETE", f"/v1/studies/{study}").close()
+        self._call(_ignore, "DELETE", f"/v1/studies/{study}")
 
     # ---- materials ----
 
@@ -361,7 +438,7 @@ class Client:
 
     def delete_material(self, name: str) -> None:
         """Removes it, under whose name another may be kept then."""
-        self._open("DELETE", f"/v1/materials/{urllib.parse.quote(name, safe='')}").close()
+        self._call(_ignore, "DELETE", f"/v1/materials/{urllib.parse.quote(name, safe='')}")
 
     # ---- results ----
 
@@ -379,11 +456,11 @@ class Client:
         small = "front.i,front.j,front.reason"
         document = self._json("GET", path, fields=small)
         tables: dict[str, Json] = {table: {} for table in RESULT_TABLES}
-        with self._open("GET", path, format="npz", fields=chosen) as answer:
-            with numpy.load(io.BytesIO(answer.read())) as arrays:
-                for name in arrays.files:
-                    table, _, column = name.partition(".")
-                    tables[table][column] = arrays[name]
+        content = self._call(lambda answer: answer.read(), "GET", path, format="npz", fields=chosen)
+        with numpy.load(io.BytesIO(content)) as arrays:
+            for name in arrays.files:
+                table, _, column = name.partition(".")
+                tables[table][column] = arrays[name]
         tables["front"] = _table(document["front"]) if fields is None else {}
         if tables["cuts"]:
             named = self._json("GET", path, fields="cuts.name")
@@ -401,12 +478,12 @@ class Client:
         if what is None:
             known = ", ".join(sum(documents.values(), ()))
             raise ValueError(f"{name!r} is no format; there are {known}")
-        self._write(self._open("GET", f"/v1/drapes/{drape}/{what}", format=name, **options), path)
+        self._call(_into(path), "GET", f"/v1/drapes/{drape}/{what}", format=name, **options)
 
     # ---- the fields on a mesh ----
 
-    def _open_map(self, job: str, mesh: Mesh, format: str, options: Mapping[str, Any],
-                  kind: str = "drapes") -> http.client.HTTPResponse:
+    def _map(self, take: Take, job: str, mesh: Mesh, format: str, options: Mapping[str, Any],
+             kind: str = "drapes") -> Any:
         path, query = f"/v1/{kind}/{job}/map", dict(options)
         for gate in ("inlet", "outlet", "edge_channel"):
             if gate in query and not isinstance(query[gate], str):
@@ -414,28 +491,40 @@ class Client:
         inlet = query.pop("inlet_elements", None)
         if isinstance(mesh, Mapping):
             document = dict(mesh) if inlet is None else {**mesh, "inlet_elements": list(inlet)}
-            body = json.dumps(document, allow_nan=False).encode()
-            return self._open("POST", path, body, {"Content-Type": "application/json"},
-                              format=format, **query)
-        if inlet is not None:
-            query["inlet_elements"] = ",".join(str(int(element)) for element in inlet)
-        with open(mesh, "rb") as file:
-            return self._open("POST", path, file.read(), {"Content-Type": "text/x-nastran"},
-                              format=format, **query)
+            body, media_type = json.dumps(document, allow_nan=False).encode(), "application/json"
+        else:
+            media_type = _media_type(mesh)
+            with open(mesh, "rb") as file:
+                body = file.read()
+            if inlet is not None:
+                query["inlet_elements"] = ",".join(str(int(element)) for element in inlet)
+        return self._call(take, "POST", path, body, {"Content-Type": media_type}, format=format, **query)
 
     def map(self, drape: str, mesh: Mesh, **options: Any) -> Json:
-        """The drape's fields on a mesh: the name of a Nastran bulk-data file, or a dict
-        {"points": [[x, y, z], ...]} or {"mesh": {"vertices", "triangles"}}. The answer's `cells` has
-        one value a column for each element or point, arrays where NumPy is installed; `warnings`
-        tells of a mesh that lies elsewhere. `options`: `fields`, `precision`, `reference` (the
-        direction that angles of plies run from, (x, y, z)), `within` (of decks), and for lcmsim `inlet`
-        and `outlet`, lists of the file's ids (of a dict's mesh of indices), "pid:3" and
-        "sphere:x:y:z:radius", `edge_channel`, (width, permeability in m^2), `lcmsim_version` and
-        `at_most_fiber_volume_fraction`; `cavity_height`, a number or "pid:3:0.002,pid:4:0.003", and
-        `punch`, "pid:7"."""
-        with self._open_map(drape, mesh, "json", options) as answer:
-            document = json.load(answer)
+        """The drape's fields on a mesh: the name of a file of shells (Nastran, Abaqus, LS-DYNA, Gmsh, a universal
+        file, STL or OBJ, by its ending), or a dict {"points": [[x, y, z], ...]} or
+        {"mesh": {"vertices", "triangles"}}. The answer's `cells` has one value a column for each element or
+        point, arrays where NumPy is installed; `warnings` tells of a mesh that lies elsewhere. `options`:
+        `fields`, `precision`, `reference` (the direction that angles of plies run from, (x, y, z)), `within` (of
+        decks), and for lcmsim `inlet` and `outlet`, lists of the file's ids (of a dict's mesh of indices),
+        "pid:3" and "sphere:x:y:z:radius", `edge_channel`, (width, permeability in m^2), `lcmsim_version` and
+        `at_most_fiber_volume_fraction`; `cavity_height`, a number or "pid:3:0.002,pid:4:0.003", and `punch`,
+        "pid:7"."""
+        document = self._map(json.load, drape, mesh, "json", options)
         return {**document, "cells": _table(document["cells"])}
+
+    def map_meshio(self, job: str, mesh: Mesh, kind: str = "drapes", **options: Any) -> Any:
+        """The mesh with the fields of a drape, or a laminate (`kind="laminates"`), as its `cell_data`: a
+        `meshio.Mesh`, which meshio writes in its formats. `options` as of `map`; points are no mesh."""
+        import meshio  # not needed elsewhere
+
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "map.vtu")
+            self._save_map(job, mesh, path, "vtu", options, kind)
+            read = meshio.read(path)
+        for values in read.cell_data.values():  # a column that meshio takes for a table of one
+            values[:] = [block[:, 0] if block.ndim == 2 and block.shape[1] == 1 else block for block in values]
+        return read
 
     def save_map(self, drape: str, mesh: Mesh, path: Union[str, os.PathLike],
                  format: Optional[str] = None, **options: Any) -> Optional[str]:
@@ -448,10 +537,7 @@ class Client:
     def _save_map(self, job: str, mesh: Mesh, path: Union[str, os.PathLike], format: Optional[str],
                   options: Mapping[str, Any], kind: str) -> Optional[str]:
         name = format or os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
-        answer = self._open_map(job, mesh, name, options, kind)
-        binning = answer.headers.get("Draped-Binning")
-        self._write(answer, path)
-        return binning
+        return self._map(_into(path), job, mesh, name, options, kind).get("Draped-Binning")
 
 
 def main() -> int:
@@ -467,6 +553,7 @@ def main() -> int:
     arguments = parser.parse_args()
     client = Client(arguments.url, arguments.token)
     try:
+        client.version()
         with open(0 if arguments.request == "-" else arguments.request, encoding="utf-8") as file:
             drape = client.submit(json.load(file), os.path.dirname(arguments.request))
         status = client.wait(drape)
