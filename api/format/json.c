@@ -57,30 +57,23 @@ static void write_preamble(struct encoder *encoder) {
     api_text_format(piece, ",\"%s\":{", api_table_name(state->table));
 }
 
-/* Straight into the piece, whose room was made for as many values: this loop is where the time of
- * a large result goes. Columns of one value (a fibre volume fraction, say) are common, so a value
- * that repeats the one before is copied. */
+/* Straight into the piece, whose room was made for as many values: this is where the time of a
+ * large result goes. */
 static void write_json_numbers(struct encoder *encoder, const struct api_column_source *column,
                                size_t count) {
-    struct api_text *piece = &encoder->piece;
     const double *values = encoder->values;
-    char *at = piece->bytes + piece->length, last[ENCODER_VALUE_ROOM];
-    size_t length = 0;
-    for (size_t i = 0; i < count; i++) {
-        if (encoder->row + i > 0)
+    char *at = encoder->piece.bytes + encoder->piece.length;
+    if (encoder->row > 0)
+        *at++ = ',';
+    if (!column->integer)
+        at += api_number_list(at, values, count, encoder->options.precision);
+    for (size_t i = 0; column->integer && i < count; i++) {
+        if (i > 0)
             *at++ = ',';
-        if (i == 0 || memcmp(&values[i], &values[i - 1], sizeof *values) != 0) {
-            length = encoder_value(encoder, column, values[i], at);
-            if (length == 0)
-                length = (size_t)(stpcpy(at, "null") - at);
-            if (i + 1 < count && memcmp(&values[i], &values[i + 1], sizeof *values) == 0)
-                memcpy(last, at, length);
-        } else {
-            memcpy(at, last, ENCODER_VALUE_ROOM);
-        }
-        at += length;
+        size_t length = encoder_value(encoder, column, values[i], at);
+        at += length > 0 ? length : (size_t)(stpcpy(at, "null") - at);
     }
-    piece->length = (size_t)(at - piece->bytes);
+    encoder->piece.length = (size_t)(at - encoder->piece.bytes);
 }
 
 /* What comes before the tables, then the next rows of the column that the encoder has reached, then

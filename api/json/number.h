@@ -27,6 +27,12 @@ size_t api_number_rounded(char *text, double value, int digits);
 /* The text of api_number_shortest, always by the standard library: what the tests compare with. */
 size_t api_number_by_library(char *text, double value);
 
+/* With commas between them the texts of api_number_shortest, or with `digits` > 0 of
+ * api_number_rounded, and "null" for what is NaN; `text` has API_NUMBER_SIZE bytes for each. What
+ * has the bits of the number before it is not found anew: columns of one value (a fibre volume
+ * fraction, say) are common. */
+size_t api_number_list(char *text, const double *values, size_t count, int digits);
+
 size_t api_number_integer(char *text, int64_t value);
 
 /* Behind the number that JSON has at `text`, before `end`: -? (0 | [1-9][0-9]*) (. [0-9]+)?

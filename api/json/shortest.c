@@ -1,16 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 #include "shortest.h"
 
-#include <endian.h>
+#include "digits_text.h"
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 
 #include "powers.h"
 
-enum { FRACTION_BITS = 52, EXPONENT_MASK = 0x7ff, BIAS = 1075, DIGITS_MAX = 17 };
+enum { FRACTION_BITS = 52, EXPONENT_MASK = 0x7ff, BIAS = 1075 };
 
 __extension__ typedef unsigned __int128 wide;
+
+const struct digits_scale digits_scales[DIGITS_SCALES + 1] = {POWERS_SCALES};
 
 /* digits * 10^exponent */
 struct decimal {
@@ -82,16 +84,6 @@ static inline bool shorten_soon(uint64_t c, int q, struct decimal *decimal) {
 
 /* ---- digits ---- */
 
-/* A number's digits as text, the last ones zero: one, eight and eight. */
-struct digits {
-    char first;
-    uint64_t next, last; /* in the order of memory */
-    int count;           /* without zeros at the end; at least 1 */
-    int point;           /* how many stand before the point; where negative, zeros that follow it */
-};
-
-static const uint64_t zeros = 0x3030303030303030; /* "00000000" */
-
 /* The digits of eight as text, the first in the lowest byte: quotients by 100 and 10 are taken of
  * all lanes of a word at once. A lane of x has its quotient p by n and its remainder in place after
  * p + (x - n p) 2^bits = x 2^bits + p (1 - n 2^bits). */
@@ -101,12 +93,7 @@ static inline uint64_t eight_digits(uint64_t x) {
     p = (x * 10486 >> 20) & 0x0000007f0000007f;
     x = (x << 16) + p * (1 - (UINT64_C(100) << 16));
     p = (x * 103 >> 10) & 0x000f000f000f000f;
-    return (x << 8) + p * (1 - (UINT64_C(10) << 8)) + zeros;
-}
-
-/* Zeros at the end of eight digits that are not all zero. */
-static inline int end_zeros(uint64_t digits) {
-    return __builtin_clzll(digits ^ zeros) / 8;
+    return (x << 8) + p * (1 - (UINT64_C(10) << 8)) + DIGITS_ZEROS;
 }
 
 static inline struct digits spell(struct decimal decimal) {
@@ -117,62 +104,8 @@ static inline struct digits spell(struct decimal decimal) {
     }
     uint64_t first = decimal.digits / seventeen, rest = decimal.digits - first * seventeen;
     uint64_t next = rest / eight;
-    struct digits digits = {.first = (char)('0' + first),
-                            .next = eight_digits(next),
-                            .last = eight_digits(rest - next * eight),
-                            .count = 1,
-                            .point = DIGITS_MAX + decimal.exponent};
-    if (digits.last != zeros)
-        digits.count = DIGITS_MAX - end_zeros(digits.last);
-    else if (digits.next != zeros)
-        digits.count = DIGITS_MAX - 8 - end_zeros(digits.next);
-    digits.next = htole64(digits.next);
-    digits.last = htole64(digits.last);
-    return digits;
-}
-
-/* ---- text ---- */
-
-static inline void put_rest(char *text, const struct digits *digits) {
-    memcpy(text, &digits->next, sizeof digits->next);
-    memcpy(text + sizeof digits->next, &digits->last, sizeof digits->last);
-}
-
-/* d.ddde-XX */
-static size_t write_scientific(char *text, const struct digits *digits) {
-    size_t length = digits->count > 1 ? (size_t)digits->count + 1 : 1;
-    int exponent = 1 - digits->point;
-    text[0] = digits->first;
-    text[1] = '.';
-    put_rest(text + 2, digits);
-    text[length++] = 'e';
-    text[length++] = '-';
-    text[length++] = (char)('0' + exponent / 10);
-    text[length++] = (char)('0' + exponent % 10);
-    return length;
-}
-
-static inline size_t write_fixed(char *text, const struct digits *digits) {
-    int count = digits->count, point = digits->point;
-    if (point == 1) {
-        text[0] = digits->first;
-        text[1] = '.';
-        put_rest(text + 2, digits);
-        return count > 1 ? (size_t)count + 1 : 1;
-    }
-    if (point <= 0) {
-        memcpy(text, "0.000", 5);
-        text[2 - point] = digits->first;
-        put_rest(text + 3 - point, digits);
-        return (size_t)(2 - point + count);
-    }
-    text[0] = digits->first;
-    put_rest(text + 1, digits);
-    if (point == count)
-        return (size_t)count;
-    memmove(text + point + 1, text + point, (size_t)(count - point));
-    text[point] = '.';
-    return (size_t)count + 1;
+    return digits_of((char)('0' + first), eight_digits(next), eight_digits(rest - next * eight),
+                     DIGITS_MAX + decimal.exponent);
 }
 
 size_t shortest_write(char *text, double value) {
@@ -180,20 +113,11 @@ size_t shortest_write(char *text, double value) {
     memcpy(&bits, &value, sizeof bits);
     uint64_t fraction = bits & (((uint64_t)1 << FRACTION_BITS) - 1);
     int exponent = (int)(bits >> FRACTION_BITS & EXPONENT_MASK);
-    size_t sign = bits >> 63;
     if (exponent == 0 || exponent == EXPONENT_MASK)
         return 0;
     uint64_t c = fraction | (uint64_t)1 << FRACTION_BITS;
     struct decimal decimal;
     if (fraction == 0 || !shorten_soon(c, exponent - BIAS, &decimal))
         decimal = shortest_decimal(c, exponent - BIAS, fraction == 0 && exponent > 1);
-    struct digits digits = spell(decimal);
-    *text = '-';
-    /* Fixed where that is not longer. Of a whole number that ends in zeros, which form is shorter
-     * is for others to say. */
-    if (digits.point > digits.count || digits.point < -98)
-        return 0;
-    bool fixed = digits.point > -3 || (digits.point == -3 && digits.count > 1);
-    return sign +
-           (fixed ? write_fixed(text + sign, &digits) : write_scientific(text + sign, &digits));
+    return digits_write(text, bits >> 63, spell(decimal));
 }

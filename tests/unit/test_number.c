@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
+#include "api/json/digits_text.h"
 #include "api/json/number.h"
 #include "api/json/shortest.h"
+#include "solver/wide.h"
 
 #include "support.h"
 #include "tests/check.h"
@@ -72,6 +74,19 @@ static void test_number_shortest_reads_back_to_the_same_bits(void **state) {
     }
 }
 
+/* Of many magnitudes; every eighth has few digits, is the end of intervals of two lengths, or
+ * halfway between two whole numbers of the digits there are. */
+static double varied_double(struct random *random, int i) {
+    if (i % 8 == 2)
+        return ldexp(1, random_index(random, 2100) - 1060);
+    if (i % 8 == 3)
+        return ldexp(floor(ldexp(random_between(random, 1, 2), 52)), -random_index(random, 4));
+    double value = i % 4 ? random_between(random, -1, 1) *
+                               pow(10, random_between(random, i % 2 ? -20 : -4, 18))
+                         : random_double(random);
+    return i % 8 == 1 ? round(value * 1e3) / 1e3 : value;
+}
+
 /* The fast way for the magnitudes of results writes what the library writes for all. */
 static void test_number_shortest_is_the_text_of_the_standard_library(void **state) {
     (void)state;
@@ -79,22 +94,82 @@ static void test_number_shortest_is_the_text_of_the_standard_library(void **stat
     size_t fast = 0;
     for (int i = 0; i < 1000000; i++) {
         char text[API_NUMBER_SIZE], expected[API_NUMBER_SIZE];
-        double value = i % 4 ? random_between(&random, -1, 1) *
-                                   pow(10, random_between(&random, i % 2 ? -20 : -4, 18))
-                             : random_double(&random);
-        if (i % 8 == 1) /* few digits */
-            value = round(value * 1e3) / 1e3;
-        if (i % 8 == 2) /* the ends of intervals of two lengths */
-            value = ldexp(1, random_index(&random, 2100) - 1060);
-        if (i % 8 == 3) /* halfway between two whole numbers of the digits there are */
-            value =
-                ldexp(floor(ldexp(random_between(&random, 1, 2), 52)), -random_index(&random, 4));
+        double value = varied_double(&random, i);
         fast += shortest_write(text, value) > 0;
         size_t length = api_number_shortest(text, value);
         assert_int_equal(length, api_number_by_library(expected, value));
         assert_memory_equal(text, expected, length);
     }
     check_above(fast, 500000);
+}
+
+/* Whatever registers the processor has, a number among others has the digits that it has alone; all
+ * its neighbours as well, where one of its last bits counts most. Most are found side by side. */
+static void check_kernel(digits_kernel *kernel, struct random *random) {
+    size_t sure = 0;
+    for (int round = 0; round < 50000; round++) {
+        double values[DIGITS_TOGETHER];
+        struct digits_lanes lanes;
+        for (int k = 0; k < DIGITS_TOGETHER; k++) {
+            values[k] = round % 4 == 0        ? varied_double(random, k)
+                        : round % 4 == 1 && k ? nextafter(values[k - 1], HUGE_VAL)
+                                              : random_between(random, -1, 1) *
+                                                    pow(10, random_between(random, -9, 17));
+        }
+        size_t count = round % 16 ? DIGITS_TOGETHER : (size_t)random_index(random, DIGITS_TOGETHER);
+        kernel(values, count, &lanes);
+        for (size_t k = 0; k < DIGITS_TOGETHER; k++) {
+            char text[API_NUMBER_SIZE], expected[API_NUMBER_SIZE];
+            struct digits digits =
+                digits_of((char)lanes.first[k], lanes.next[k], lanes.last[k], (int)lanes.point[k]);
+            size_t length =
+                lanes.sure[k] ? digits_write(text, signbit(values[k]) ? 1 : 0, digits) : 0;
+            assert_true(k < count || !lanes.sure[k]);
+            sure += lanes.sure[k] != 0;
+            if (length > 0) {
+                assert_int_equal(length, api_number_by_library(expected, values[k]));
+                assert_memory_equal(text, expected, length);
+            }
+        }
+    }
+    check_above(sure, 1000000);
+}
+
+static void test_number_digits_side_by_side_are_those_of_one(void **state) {
+    (void)state;
+#if WIDE_FILES
+    struct random random = random_begin(__func__);
+    if (wide_has(4) && __builtin_cpu_supports("fma"))
+        check_kernel(digits_kernel_4, &random);
+    if (wide_has(8))
+        check_kernel(digits_kernel_8, &random);
+#endif
+}
+
+static void test_number_list_is_its_numbers_with_commas(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    for (int i = 0; i < 6000; i++) {
+        double values[99];
+        char list[99 * API_NUMBER_SIZE], expected[sizeof list];
+        size_t count = (size_t)random_index(&random, 100), length = 0;
+        int digits = i % 4 ? 0 : 1 + random_index(&random, API_PRECISION_EXACT);
+        for (size_t k = 0; k < count; k++) {
+            values[k] = k > 0 && random_index(&random, 3) == 0 ? values[k - 1]
+                        : random_index(&random, 9) == 0        ? (double)NAN
+                                                               : varied_double(&random, (int)k);
+            if (k > 0)
+                expected[length++] = ',';
+            if (isnan(values[k]))
+                length += (size_t)(stpcpy(expected + length, "null") - (expected + length));
+            else if (digits > 0)
+                length += api_number_rounded(expected + length, values[k], digits);
+            else
+                length += api_number_by_library(expected + length, values[k]);
+        }
+        assert_int_equal(api_number_list(list, values, count, digits), length);
+        assert_memory_equal(list, expected, length);
+    }
 }
 
 static void test_number_shortest_is_no_longer_than_any_rounding(void **state) {
@@ -158,6 +233,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_number_shortest_reads_back_to_the_same_bits),
         cmocka_unit_test(test_number_shortest_is_the_text_of_the_standard_library),
+        cmocka_unit_test(test_number_digits_side_by_side_are_those_of_one),
+        cmocka_unit_test(test_number_list_is_its_numbers_with_commas),
         cmocka_unit_test(test_number_shortest_is_no_longer_than_any_rounding),
         cmocka_unit_test(test_number_shortest_of_known_values),
         cmocka_unit_test(test_number_rounded_is_correctly_rounded),
