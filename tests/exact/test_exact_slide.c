@@ -634,21 +634,94 @@ static void test_exact_slide_on_triangles(void **state) {
     arena_free(arena);
 }
 
-/* Cut into faces a surface has the net of the whole. */
+/* Cut into faces a surface has the net of the whole; mosaic of its faces' triangles is near that of
+ * chords. */
 static void test_exact_slide_on_shells(void **state) {
     (void)state;
     static const enum scene_id ids[] = {SCENE_SPHERE, SCENE_SADDLE_OBLIQUE, SCENE_BEZIER};
     for (size_t s = 0; s < sizeof ids / sizeof *ids; s++)
-        for (int m = 0; m < METHOD_COUNT; m++) {
+        for (int m = 0; m < 2 * METHOD_COUNT + 2; m++) {
             struct scene scene;
             scene_make(&scene, ids[s]);
             struct whole_case c = {.cutting = m % 2 ? CUT_QUADS : CUT_ISOLINES,
-                                   .method = METHODS[m],
+                                   .method = m / 2 < METHOD_COUNT ? METHODS[m / 2] : DRAPE_MOSAIC,
                                    .seed = 5 + s,
-                                   .slide = 1};
+                                   .slide = (int)s % 2 == m % 2 ? 0.5 : 1};
             assert_true(whole_is_same(&scene, &c));
             scene_free(&scene);
         }
+}
+
+/* The zone of the unit sphere is cut along a meridian from below to nearly the equator, which is
+ * the first fibre. Cloth that does not rest on the slit is as without it. Behind it weft begins
+ * anew at its edge, and goes straight on there, but fibres are parallels as before, on which nodes
+ * are a apart. */
+struct slit_error {
+    double before, latitude,
+        step; /* of nodes before it; of those behind it, but for the yarn next to it */
+    int behind;
+};
+static const double SLIT_AT = 0.2003, SLIT_TIP = -0.103;
+
+static struct slit_error measure_slit(const struct drape_run *run, double d) {
+    const struct drape_nodes *nodes = &run->result.nodes;
+    struct round unit = {.minor = 1};
+    struct slit_error error = {0, 0, 0, 0};
+    for (size_t k = 0; k < nodes->count; k++) {
+        int i = nodes->i[k], j = nodes->j[k], last = grid_find(&run->grid, i - 1, j);
+        struct vec3 r = node_point(nodes, (int)k);
+        double latitude = j * d, longitude = i * d / cos(latitude), at = atan2(r.y, r.x);
+        if (at < SLIT_AT || latitude > SLIT_TIP) {
+            double gap = vec3_distance(round_point(&unit, longitude, latitude), r);
+            error.before = fmax(error.before, gap);
+        } else if (last >= 0 && at > SLIT_AT + 2 * d) {
+            struct vec3 other = node_point(nodes, last);
+            double step = at - atan2(other.y, other.x);
+            error.behind++;
+            error.latitude = fmax(error.latitude, fabs(asin(r.z) - latitude));
+            error.step = fmax(error.step, fabs(step * cos(latitude) / d - 1));
+        }
+    }
+    return error;
+}
+
+static void test_exact_slide_beside_a_slit(void **state) {
+    (void)state;
+    static const struct {
+        double order, before, latitude, step; /* with 32 cells */
+    } asked[METHOD_COUNT] = {{1.9, 7e-6, 4e-6, 2e-5},
+                             {1.9, 1e-6, 2e-6, 5e-6},
+                             {1.9, 1e-6, 2e-6, 5e-6},
+                             {1.9, 5e-8, 2e-6, 5e-6}};
+    struct round unit;
+    round_make(&unit, 0, 1, 0);
+    const struct vec3 path[2] = {round_point(&unit, SLIT_AT, -1.35),
+                                 round_point(&unit, SLIT_AT, SLIT_TIP)};
+    const struct drape_cut_line slit = {path, 2};
+    for (int m = 0; m < METHOD_COUNT; m++) {
+        struct slit_error last = {0, 0, 0, 0};
+        for (int n = N_FIRST; n <= 2 * N_FIRST; n *= 2) {
+            struct drape_settings settings = round_settings(&unit, METHODS[m], 0.45, n);
+            struct drape_run run;
+            settings.cuts = &slit;
+            settings.cut_count = 1;
+            assert_int_equal(drape_try(&run, &unit.shape, &settings), STATUS_OK);
+            struct slit_error error = measure_slit(&run, settings.spacing[0]);
+            printf("# %-8s n %d: %.2e before the slit, %d nodes behind it: latitude %.2e, steps "
+                   "%.2e\n",
+                   drape_method_names[METHODS[m]], n, error.before, error.behind, error.latitude,
+                   error.step);
+            check_at_least(error.behind, n * n / 4);
+            if (n > N_FIRST) {
+                check_at_least(order_of(last.before, error.before), asked[m].order);
+                check_at_most(error.before, asked[m].before);
+                check_at_most(error.latitude, asked[m].latitude);
+                check_at_most(error.step, asked[m].step);
+            }
+            last = error;
+            drape_end(&run);
+        }
+    }
 }
 
 /* Fibres beside a circle of radius 1 in the plane are circles about its centre, where they meet:
@@ -729,6 +802,7 @@ int main(void) {
         cmocka_unit_test(test_exact_slide_cloth_has_the_area_of_the_part),
         cmocka_unit_test(test_exact_slide_on_triangles),
         cmocka_unit_test(test_exact_slide_on_shells),
+        cmocka_unit_test(test_exact_slide_beside_a_slit),
         cmocka_unit_test(test_exact_slide_ends_where_parallels_meet),
         cmocka_unit_test(test_exact_slide_refuses_sheared_generators),
     };

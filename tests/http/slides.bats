@@ -43,3 +43,54 @@ slide() {
         .cuts = [{path: [[0, 0, -60], [0, 0, 0]], name: "edge"}]' api/examples/corner.json |
         "$DRAPE" - 2>/dev/null | jq -e '.summary | .cloth_coverage == 1 and .max_shear_deg < 1e-6'
 }
+
+# bits FABRIC FILE: all that a request of the file with this fabric gives, but for its time.
+bits() {
+    jq --argjson more "$1" '.fabric += $more' "$2" | "$DRAPE" - 2>/dev/null | jq 'del(.. | .timing_ms?)'
+}
+
+@test "slides: a slide of 0 is the weave, to the last bit, by every method, on a patch, faces and triangles" {
+    jq '.fabric = {spacing: 10, thickness: 0.5}' api/examples/freeform.json >"$BATS_TEST_TMPDIR/patch.json"
+    jq 'del(.permeability) | .fabric = {spacing: 8}' api/examples/corner.json >"$BATS_TEST_TMPDIR/faces.json"
+    jq . tests/requests/triangles_from_corner.json >"$BATS_TEST_TMPDIR/triangles.json"
+    for part in patch faces triangles; do
+        for method in basic gib gib4 geodesic mosaic; do
+            [ $part$method != trianglesgib4 ] || continue
+            jq --arg method $method '.method = $method' "$BATS_TEST_TMPDIR/$part.json" \
+                >"$BATS_TEST_TMPDIR/request.json"
+            bits '{}' "$BATS_TEST_TMPDIR/request.json" >"$BATS_TEST_TMPDIR/weave"
+            jq -e '.nodes.x | length > 20' "$BATS_TEST_TMPDIR/weave"
+            for kinematics in '{"slide": 0}' '"pin_jointed"'; do
+                bits "{\"kinematics\": $kinematics}" "$BATS_TEST_TMPDIR/request.json" |
+                    cmp - "$BATS_TEST_TMPDIR/weave"
+            done
+        done
+    done
+}
+
+@test "slides: a map of parallel fibres has their thickness and fibre fraction, and k1 along them" {
+    slide '"parallel_fibers"' | jq '.permeability = {model: "kozeny_carman", k1: 3e-10, k2: 5e-11,
+        k3: 1e-11, at_fiber_volume_fraction: 0.5}' >"$BATS_TEST_TMPDIR/request.json"
+    "$DRAPE" "$BATS_TEST_TMPDIR/request.json" 2>/dev/null >"$BATS_TEST_TMPDIR/out"
+    jq '{points: [.nodes | [.x, .y, .z] | transpose[]]}' "$BATS_TEST_TMPDIR/out" \
+        >"$BATS_TEST_TMPDIR/points.json"
+    "$DRAPE" "$BATS_TEST_TMPDIR/request.json" --map "$BATS_TEST_TMPDIR/points.json" 2>/dev/null \
+        >"$BATS_TEST_TMPDIR/map"
+    for file in out map; do
+        jq -e 'def near($x; $y): ($x / $y - 1 | fabs) < 1e-9;
+            .cells | (.shear_deg | map(fabs) | max > 20) and (.k1 | length > 1000) and
+            ([.thickness, .fiber_volume_fraction, .k1, .k2] | transpose | all(
+                near(.[0]; 0.5) and near(.[1]; 0.5) and near(.[2]; 3e-10) and near(.[3]; 5e-11))) and
+            ([.k1_x, .k1_y, .k1_z, .warp_x, .warp_y, .warp_z] | transpose | all(
+                .[0] * .[3] + .[1] * .[4] + .[2] * .[5] | fabs - 1 | fabs < 1e-12))' \
+            "$BATS_TEST_TMPDIR/$file"
+    done
+}
+
+@test "slides: the outline of the flat pattern of parallel fibres holds the area of the part" {
+    slide '"parallel_fibers"' | "$DRAPE" - 2>/dev/null |
+        jq -e '([.rim.p, .rim.q] | transpose) as $at | ($at | length) as $n |
+            ([range($n) as $k | $at[$k] as $a | $at[($k + 1) % $n] as $b |
+                $a[0] * $b[1] - $b[0] * $a[1]] | add / 2) as $cells |
+            100 * $cells / .summary.part_area - 1 | fabs < 2e-4'
+}
