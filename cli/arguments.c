@@ -68,6 +68,8 @@ static const char help_tail[] =
     "  --turn D           of a laminate: 180 (default): patterns may lie turned by half a\n"
     "                     turn; 0: they may not\n"
     "  --roll N           of a laminate of several cloths: roll N alone\n"
+    "  --tolerance L      laser, laser-csv, virtek: how far lines may be from curves, in\n"
+    "                     the length unit; default: 0.1 mm\n"
     "  --part NAME        svg, dxf, html: for the title\n"
     "  --ply NAME         svg, dxf, html: for the title\n"
     "  --table TABLE      for csv: nodes (default) or cells; of a map cells or plies\n"
@@ -194,6 +196,7 @@ static const struct option option_table[] = {
     {"gap", required_argument, NULL, 0},
     {"turn", required_argument, NULL, 0},
     {"roll", required_argument, NULL, 0},
+    {"tolerance", required_argument, NULL, 0},
     {"part", required_argument, NULL, 0},
     {"ply", required_argument, NULL, 0},
     {"precision", required_argument, NULL, 0},
@@ -210,7 +213,8 @@ static const struct option option_table[] = {
 };
 
 int arguments_parse(struct arguments *arguments, int argc, char **argv) {
-    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_PATTERN, FORMAT_REPORT};
+    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_PATTERN, FORMAT_REPORT,
+                                           FORMAT_LASER};
     int option, index = 0;
     while ((option = getopt_long(argc, argv, "ho:", option_table, &index)) != -1) {
         const char *name = option == 'o' ? "output" : option_table[index].name;
@@ -219,6 +223,7 @@ int arguments_parse(struct arguments *arguments, int argc, char **argv) {
             print_formats("a result:", FORMAT_RESULT);
             print_formats("its flat cut pattern:", FORMAT_PATTERN);
             print_formats("a report to print:", FORMAT_REPORT);
+            print_formats("of a laminate, for laser projectors:", FORMAT_LASER);
             print_formats("with --map, on a mesh:", FORMAT_MAP);
             fputs(help_tail, stdout);
         }

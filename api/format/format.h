@@ -25,6 +25,7 @@ enum format_use {
     FORMAT_MAP = 2,     /* fields at the caller's points or elements */
     FORMAT_PATTERN = 4, /* the flat cut pattern of a stored result */
     FORMAT_REPORT = 8,  /* a page that says all about a stored result */
+    FORMAT_LASER = 16,  /* of a laminate: what projectors draw; no encoder writes it */
 };
 
 struct format {

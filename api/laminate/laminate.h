@@ -174,6 +174,12 @@ enum api_problem_id laminate_resolve(struct laminate *laminate, const struct api
                                      struct arena *arena,
                                      struct api_problem *problem) STATUS_MUST_USE;
 
+/* The part that the laminate is laid on, without any offset. Problems: as `prepared_part_make`. */
+struct prepared_part;
+enum api_problem_id laminate_part(const struct laminate *laminate, const struct api_limits *limits,
+                                  struct arena *arena, struct prepared_part *shape,
+                                  struct api_problem *problem) STATUS_MUST_USE;
+
 /* Copies what is wrong with the drape of ply k (from 0) as what is wrong with the laminate. */
 void laminate_fault_of_ply(const struct laminate *laminate, size_t k, const struct api_problem *own,
                            struct api_problem *problem);

@@ -7,6 +7,7 @@
 #include "api/format/pattern.h"
 #include "api/json/number.h"
 #include "api/json/text.h"
+#include "laser.h"
 #include "ply_book.h"
 #include <math.h>
 #include <stdio.h>
@@ -39,10 +40,10 @@ bool laminate_roll_option(struct laminate_roll *roll, const char *name, const ch
     char *end;
     double number = strtod(value, &end);
     bool given = end != value && !*end;
-    if (strcmp(name, "width") == 0 || strcmp(name, "gap") == 0) {
+    if (strcmp(name, "width") == 0 || strcmp(name, "gap") == 0 || strcmp(name, "tolerance") == 0) {
         if (!(given && number > 0 && number <= 1e12))
             return fault_of_option(name, "a positive length", problem);
-        *(*name == 'w' ? &roll->width : &roll->gap) = number;
+        *(*name == 'w' ? &roll->width : *name == 'g' ? &roll->gap : &roll->tolerance) = number;
     } else if (strcmp(name, "roll") == 0) {
         if (!(given && number >= 1 && number <= ROLLS_MAX && number == floor(number)))
             return fault_of_option(name, "the number of a roll, from 1", problem);
@@ -194,13 +195,8 @@ static enum api_problem_id nest_rolls(struct patterns *p, const struct laminate_
     return API_OK;
 }
 
-static enum api_problem_id lay_out_plies(struct patterns *p, int ply,
-                                         const struct laminate_roll *roll,
+static enum api_problem_id lay_out_plies(struct patterns *p, const struct laminate_roll *roll,
                                          struct api_problem *problem) {
-    if (flat_plies_make(p->laminate, p->nets, ply, p->arena, &p->shapes, problem) != API_OK)
-        return problem->id;
-    if (p->shapes.count == 0)
-        return api_problem_set(problem, API_INVALID_REQUEST, "there is no ply to draw");
     p->sheet = (struct cut_sheet){.unit = p->laminate->length_unit,
                                   .style = p->laminate->revision,
                                   .revision = p->laminate->revision};
@@ -368,35 +364,76 @@ static bool may_be_plotted(const struct cut_sheet *sheet, struct api_problem *pr
     return true;
 }
 
+/* ---- documents ---- */
+
+/* How the layers that lie on rolls are written. */
+static const struct roll_document {
+    const char *name;
+    bool machine; /* cuts by it */
+    void (*write)(const struct cut_sheet *, struct api_text *);
+} roll_documents[] = {{"svg", false, write_svg},
+                      {"dxf", true, write_dxf},
+                      {"astm", true, cut_sheet_write_astm},
+                      {"hpgl", true, cut_sheet_write_hpgl}};
+
+static const struct laser_document {
+    const char *name;
+    void (*write)(const struct laser_sheet *, struct api_text *);
+} laser_documents[] = {{"laser", laser_sheet_write_json},
+                       {"laser-csv", laser_sheet_write_csv},
+                       {"virtek", laser_sheet_write_virtek}};
+
+static void write_on_rolls(struct patterns *p, const struct roll_document *document,
+                           const struct laminate_roll *roll, struct api_text *text,
+                           struct api_problem *problem) {
+    bool hpgl = document && document->write == cut_sheet_write_hpgl;
+    if ((document && document->machine && !may_be_cut(p, roll, problem)) ||
+        lay_out_plies(p, roll, problem) != API_OK || (hpgl && !may_be_plotted(&p->sheet, problem)))
+        return;
+    if (document)
+        document->write(&p->sheet, text);
+    else
+        ply_book_write(p->laminate, p->nets, &p->shapes, &p->sheet, text);
+}
+
+static void write_laser(const struct patterns *p, const struct laser_document *document,
+                        const struct laminate_roll *roll, struct api_text *text,
+                        struct api_problem *problem) {
+    struct laser_sheet sheet;
+    double tolerance =
+        roll->tolerance > 0 ? roll->tolerance : LASER_TOLERANCE / p->laminate->length_unit->metres;
+    if (may_be_cut(p, roll, problem) &&
+        laser_make(p->laminate, p->nets, &p->shapes, tolerance, roll->partial, p->arena, &sheet,
+                   problem) == API_OK)
+        document->write(&sheet, text);
+}
+
 enum api_problem_id laminate_patterns(const struct laminate *laminate,
                                       const struct api_reader *const *nets, int ply,
                                       const char *format, const struct laminate_roll *roll,
                                       const struct api_sink *sink, struct arena *arena,
                                       struct api_problem *problem) {
-    static const struct {
-        const char *name;
-        void (*write)(const struct cut_sheet *, struct api_text *);
-    } machines[] = {
-        {"dxf", write_dxf}, {"astm", cut_sheet_write_astm}, {"hpgl", cut_sheet_write_hpgl}};
     struct patterns p = {.laminate = laminate, .nets = nets, .arena = arena};
-    void (*cut)(const struct cut_sheet *, struct api_text *) = NULL;
-    for (size_t k = 0; k < sizeof machines / sizeof *machines; k++)
-        cut = strcmp(format, machines[k].name) == 0 ? machines[k].write : cut;
-    if (lay_out_plies(&p, ply, roll, problem) == API_OK &&
-        (!cut || may_be_cut(&p, roll, problem)) &&
-        (cut != cut_sheet_write_hpgl || may_be_plotted(&p.sheet, problem))) {
-        struct api_text text = api_text_growing(arena);
-        if (strcmp(format, "html") == 0)
-            ply_book_write(laminate, nets, &p.shapes, &p.sheet, &text);
+    const struct roll_document *on_roll = NULL;
+    const struct laser_document *laser = NULL;
+    struct api_text text = api_text_growing(arena);
+    for (size_t k = 0; k < sizeof roll_documents / sizeof *roll_documents; k++)
+        on_roll = strcmp(format, roll_documents[k].name) == 0 ? &roll_documents[k] : on_roll;
+    for (size_t k = 0; k < sizeof laser_documents / sizeof *laser_documents; k++)
+        laser = strcmp(format, laser_documents[k].name) == 0 ? &laser_documents[k] : laser;
+    if (flat_plies_make(laminate, nets, ply, arena, &p.shapes, problem) == API_OK) {
+        if (p.shapes.count == 0)
+            api_problem_set(problem, API_INVALID_REQUEST, "there is no ply to draw");
+        else if (laser)
+            write_laser(&p, laser, roll, &text, problem);
         else
-            (cut ? cut : write_svg)(&p.sheet, &text);
-        const char *document = api_text_finish(&text);
-        if (!document)
-            api_problem_no_memory(problem, "the patterns");
-        else if (!sink->write(sink->context, document, strlen(document)))
-            api_problem_set(problem, API_UNAVAILABLE,
-                            "there is no disk space for the patterns now");
+            write_on_rolls(&p, on_roll, roll, &text, problem);
     }
+    const char *document = problem->id == API_OK ? api_text_finish(&text) : NULL;
+    if (document && !sink->write(sink->context, document, strlen(document)))
+        api_problem_set(problem, API_UNAVAILABLE, "there is no disk space for the patterns now");
+    else if (!document && problem->id == API_OK)
+        api_problem_no_memory(problem, "the patterns");
     flat_plies_free(&p.shapes);
     return problem->id;
 }

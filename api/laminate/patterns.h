@@ -14,23 +14,25 @@
 #include "laminate.h"
 
 struct laminate_roll {
-    double width;  /* of the roll in the laminate's unit; 0: as wide as the widest pattern */
-    double gap;    /* between patterns */
-    bool straight; /* no pattern is turned by half a turn */
-    int number;    /* of the roll that is wanted, from 1; 0: all */
-    bool partial;  /* for machines, too, plies that leave some of what they are to cover bare */
+    double width;     /* of the roll in the laminate's unit; 0: as wide as the widest pattern */
+    double gap;       /* between patterns */
+    bool straight;    /* no pattern is turned by half a turn */
+    int number;       /* of the roll that is wanted, from 1; 0: all */
+    bool partial;     /* for machines, too, plies that leave some of what they are to cover bare */
+    double tolerance; /* of lines for lasers, in the laminate's unit; 0: LASER_TOLERANCE */
 };
 
-/* Sets the option that a query parameter or a flag `name` (width, gap, turn, roll, partial) stands
- * for. False with `problem` set, which names the option, when `value` is not in its range; false
- * with `problem` unset when there is no option of that name. */
+/* Sets the option that a query parameter or a flag `name` (width, gap, turn, roll, partial,
+ * tolerance) stands for. False with `problem` set, which names the option, when `value` is not in
+ * its range; false with `problem` unset when there is no option of that name. */
 bool laminate_roll_option(struct laminate_roll *roll, const char *name, const char *value,
                           struct api_problem *problem);
 
 /*
  * Writes the patterns of a laminate that is resolved, or of one ply (from 0) or LAMINATE_ALL, as
  * `format`: "dxf" (layers CUT and NAME, in the laminate's unit), "svg" (millimetres), "astm" and
- * "hpgl" (`cut_sheet.h`) or "html", the ply book (`ply_book.h`). `nets` as for a map; plies without
+ * "hpgl" (`cut_sheet.h`), "html", the ply book (`ply_book.h`), or what a laser projector draws,
+ * "laser", "laser-csv" and "virtek" (`laser.h`). `nets` as for a map; plies without
  * a net are left out. API_OK, API_INVALID_REQUEST (a roll that is too narrow, no ply, a boundary
  * that cannot be followed, a ply with bare places for a machine, several rolls in a format that has
  * one), API_INTERNAL, API_OUT_OF_MEMORY or API_UNAVAILABLE (the sink refuses).

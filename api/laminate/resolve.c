@@ -55,18 +55,22 @@ struct boundary_surface {
     struct joints below; /* the last one's joints */
 };
 
-/* The part of the laminate. Whether a net fits is another question, asked for each ply. */
-static enum api_problem_id make_part(struct boundary_surface *on) {
-    struct api_request request = on->laminate->plies[0].drape;
-    if (on->made)
-        return API_OK;
+/* Whether a net fits is another question, asked for each ply. */
+enum api_problem_id laminate_part(const struct laminate *laminate, const struct api_limits *limits,
+                                  struct arena *arena, struct prepared_part *shape,
+                                  struct api_problem *problem) {
+    struct api_request request = laminate->plies[0].drape;
     request.offset = 0;
     request.settings.has_extent[0] = request.settings.has_extent[1] = true;
     request.settings.extent[0][0] = request.settings.extent[0][1] = 0;
     request.settings.extent[1][0] = request.settings.extent[1][1] = 0;
     request.settings.start_kind = DRAPE_START_CENTROID;
-    on->made =
-        prepared_part_make(&request, on->limits, on->arena, &on->shape, on->problem) == API_OK;
+    return prepared_part_make(&request, limits, arena, shape, problem);
+}
+
+static enum api_problem_id make_part(struct boundary_surface *on) {
+    on->made = on->made || laminate_part(on->laminate, on->limits, on->arena, &on->shape,
+                                         on->problem) == API_OK;
     return on->problem->id;
 }
 

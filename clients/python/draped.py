@@ -369,6 +369,13 @@ class Client:
         what = "report" if name in REPORT_FORMATS else "patterns"
         self._call(_into(path), "GET", f"/v1/laminates/{laminate}/{what}", format=name, width=width)
 
+    def save_laser(self, laminate: str, path: Union[str, os.PathLike], format: str = "laser",
+                   tolerance: Optional[float] = None) -> None:
+        """Saves what laser projectors draw for every layer: `laser` (JSON), `laser-csv` or
+        `virtek`."""
+        self._write(self._open("GET", f"/v1/laminates/{laminate}/laser", format=format,
+                               tolerance=tolerance), path)
+
     def map_laminate(self, laminate: str, mesh: Mesh, **options: Any) -> Json:
         """The stack on a mesh, as `map` of a drape; `plies` has a row for every element and ply."""
         document = self._map(json.load, laminate, mesh, "json", options, "laminates")

@@ -14,7 +14,8 @@ call_handler results_get, results_pattern, results_report;
 /* studies.c */
 call_handler studies_variant, studies_sample;
 /* laminates.c */
-call_handler laminates_request, laminates_pattern, laminates_patterns, laminates_report;
+call_handler laminates_request, laminates_pattern, laminates_patterns, laminates_report,
+    laminates_laser;
 /* maps.c */
 call_handler maps_create;
 /* items.c */

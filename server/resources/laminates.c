@@ -306,6 +306,10 @@ enum http_next laminates_patterns(struct call *call) {
     return reply_patterns(call, FORMAT_PATTERN, 0);
 }
 
+enum http_next laminates_laser(struct call *call) {
+    return reply_patterns(call, FORMAT_LASER, 0);
+}
+
 enum http_next laminates_report(struct call *call) {
     return reply_patterns(call, FORMAT_REPORT, 0);
 }

@@ -93,6 +93,11 @@ static const struct route routes[] = {
      laminates_report,
      LAMINATE,
      {"format", "width", "gap", "turn"}},
+    {"GET",
+     "/v1/laminates/{id}/laser",
+     laminates_laser,
+     LAMINATE,
+     {"format", "tolerance", "partial"}},
     {"POST", "/v1/laminates/{id}/map", maps_create, LAMINATE | MESH_WORK, {MAP_QUERY}},
 
     {"POST", "/v1/surfaces", items_create, ROUTE_FILE | JSON_WORK, {"format", "unit"}},

@@ -197,6 +197,7 @@ export class Stack {
       this.#link('Patterns SVG', `${path}/patterns?format=svg${roll}`, 'patterns.svg'),
       this.#link('Patterns DXF', `${path}/patterns?format=dxf${roll}`, 'patterns.dxf'),
       this.#link('Patterns ASTM', `${path}/patterns?format=astm${roll}`, 'patterns-astm.dxf'),
+      this.#link('Laser lines', `${path}/laser?format=laser`, 'laser.json'),
       this.#link('Ply book', `${path}/report?format=html${roll}`, 'plies.html'),
     );
   }

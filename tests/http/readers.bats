@@ -507,6 +507,9 @@ assert [int(ply) for ply in answer["plies"]["ply"]] == [1, 2, 3]
 assert abs(sum(answer["plies"]["thickness"]) - 0.0027) < 1e-15
 for name in ("stack.svg", "stack.dxf", "stack.html"):
     client.save_patterns(stack, os.path.join(folder, name))
+client.save_laser(stack, os.path.join(folder, "laser.json"))
+with open(os.path.join(folder, "laser.json"), encoding="ascii") as file:
+    assert [layer["ply"] for layer in json.load(file)["layers"]] == [1, 2, 3]
 client.save_laminate_map(stack, mesh, os.path.join(folder, "deck.inp"), format="calculix")
 with open(os.path.join(folder, "deck.inp"), encoding="ascii") as file:
     assert "*SHELL SECTION, COMPOSITE" in file.read()

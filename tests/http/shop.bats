@@ -4,6 +4,7 @@
 load helper
 
 SHOP="/usr/bin/python3 tests/readers/shop.py"
+LASER="/usr/bin/python3 tests/readers/laser.py"
 
 setup_file() { start_shared_daemon; }
 teardown_file() { end_file; }
@@ -85,6 +86,36 @@ refused() {
     not grep -q ' on 2 rolls, ' "$out"
 }
 
+@test "lasers draw at the height of the sheared stack below, on exact surfaces" {
+    $LASER plane "$DRAPE" | jq -e '.layers == 5 and .wrong < 1e-12 and .edge < 1e-12'
+    $LASER cylinder "$DRAPE" | jq -e '.wrong < 1e-10 and .edge < 1e-6 and .chord < 2e-4 and .chord > 2e-5 and
+        .points < 700 and .["1"] == -.["-1"]'
+    $LASER sphere "$DRAPE" | jq -e '.wrong < 1e-10 and .shear > 8 and .height < 4e-5 and .chord < 0.1'
+    $LASER fibres "$DRAPE" | jq -e '.wrong < 1e-10 and .height < 1e-5 and .chord < 0.1'
+}
+
+@test "formats for lasers agree, pieces lie on each other, and unknown heights are refused" {
+    write . laser
+    $LASER read "$out" >"$BATS_TEST_TMPDIR/lines"
+    local points='[.layers[].lines[] | [.kind, (.points | map(.[:6]))]]'
+    write . laser-csv
+    $LASER read "$out" | jq -e --slurpfile lines "$BATS_TEST_TMPDIR/lines" "$points == (\$lines[0] | $points)"
+    write . virtek
+    $LASER read "$out" | jq -e --slurpfile lines "$BATS_TEST_TMPDIR/lines" "
+        def flat: $points | flatten | map(numbers);
+        [flat, (\$lines[0] | flat)] | transpose | length > 100 and
+            (to_entries | all((.value[0] * (if .key % 6 < 3 then 0.001 else 1 end) - .value[1] | fabs) < 1e-6))"
+    # The first of two pieces lies on the second, layer by layer.
+    write '.plies |= [.[1]] | .plies[0] += {splits: [{path: [[2, 0, 0], [2, 4, 0]]}], repeat: 2,
+        seam: {overlap: 0.2, over: "first"}, pieces: [{at: [3, 1, 0], name: "right"}]}' laser
+    jq -e '[.layers[] | .piece] == [2, 1, 2, 1] and
+        [.layers[] | [.lines[0].points[] | select(.[0] > 2.05 | not) | .[6]] | max * 1e6 | round] ==
+            [0, 2000, 2000, 6000]' "$out"
+    refused 'the thickness of ply 1 ("frame") is not known' 'del(.plies[0].fabric.thickness)' laser
+    refused 'laser is of a laminate' '{surface, fabric: .plies[0].fabric}' laser
+    refused 'ply 2 ("skin") could not be draped' '.plies[1].start = {point: [9, 9, 9]}' virtek
+}
+
 @test "what a machine cannot do is refused, and the command and the service agree" {
     refused 'width: a roll of 1' . hpgl --width 1
     not write . hpgl --width wide
@@ -98,6 +129,13 @@ refused() {
         call GET "/v1/laminates/$id/patterns?format=$format&width=5" && expect 200
         cmp "$body" "$BATS_TEST_TMPDIR/file"
     done
+    for format in laser laser-csv virtek; do
+        "$DRAPE" "$BATS_TEST_TMPDIR/stack.json" --format $format --tolerance 0.01 -o "$BATS_TEST_TMPDIR/file"
+        call GET "/v1/laminates/$id/laser?format=$format&tolerance=0.01" && expect 200
+        cmp "$body" "$BATS_TEST_TMPDIR/file"
+    done
+    call GET "/v1/laminates/$id/laser?tolerance=0"
+    expect_problem 422 invalid-request
     call GET "/v1/laminates/$id/patterns?turn=90"
     expect_problem 422 invalid-request
     call GET "/v1/laminates/$id/patterns?roll=0"
@@ -113,9 +151,13 @@ refused() {
     local revision=$(grep -o 'Revision [0-9a-f]*' "$out" | sort | uniq -c)
     [[ $revision =~ ^\ *2\ Revision\ ([0-9a-f]{32})$ ]]
     revision=${BASH_REMATCH[1]}
-    for format in html svg dxf astm hpgl; do
+    for format in html svg dxf astm hpgl virtek; do
         write . $format --width 5
         [ "$(grep -ao 'revision [0-9a-f]*' "$out" | sort -u)" = "revision $revision" ]
+    done
+    for format in laser laser-csv; do
+        write . $format
+        $LASER read "$out" | jq -e ".revision == \"$revision\""
     done
     write '.plies[1].direction.angle_deg = 1' svg
     not grep -q "$revision" "$out"

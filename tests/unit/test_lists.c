@@ -71,7 +71,8 @@ static struct bytes formats_table(void) {
     } uses[] = {{FORMAT_RESULT, "result"},
                 {FORMAT_MAP, "map"},
                 {FORMAT_PATTERN, "pattern"},
-                {FORMAT_REPORT, "report"}};
+                {FORMAT_REPORT, "report"},
+                {FORMAT_LASER, "laser lines"}};
     const struct format *format;
     struct bytes table = {0};
     add(&table, "| of | format | media type | what it is | exact |\n|---|---|---|---|---|\n");
@@ -149,8 +150,8 @@ static void test_column_list_names_fit_and_are_found(void **state) {
 }
 
 static void test_formats_are_all_in_the_description_of_the_interface(void **state) {
-    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_MAP, FORMAT_PATTERN,
-                                           FORMAT_REPORT};
+    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_MAP, FORMAT_PATTERN, FORMAT_REPORT,
+                                           FORMAT_LASER};
     struct bytes page = file_read("api/openapi.yaml");
     const struct format *format;
     (void)state;
