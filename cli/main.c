@@ -162,8 +162,21 @@ static void tell_cuts(const struct api_reader *reader, const struct api_columns 
     }
 }
 
-/* The document that the arguments ask for. Cuts, warnings, and what stands in the way of a drape,
- * go to standard error as well, for those who do not read the document's. */
+/* What the generators that were sought cost, and how severe the shear is, on standard error. */
+static void tell_energy(const struct api_summary *summary) {
+    const struct drape_steering *steering = &summary->steering;
+    char line[160];
+    snprintf(line, sizeof line, "energy %.5g with geodesics, %.5g with those found, in %d steps",
+             steering->energy[0], steering->energy[1], steering->iterations);
+    if (steering->sought[0] || steering->sought[1])
+        files_complain("generators", line);
+    snprintf(line, sizeof line, "%.3g at the most, by the limit curve", summary->severity_max);
+    if (summary->severity_max >= 0)
+        files_complain("severity", line);
+}
+
+/* The document that the arguments ask for. Cuts, energies, warnings, and what stands in the way of
+ * a drape, go to standard error as well, for those who do not read the document's. */
 static bool write_requested(const struct arguments *arguments, const struct api_input *input,
                             const struct api_reader *reader, const struct files_output *output,
                             struct api_problem *problem) {
@@ -173,6 +186,7 @@ static bool write_requested(const struct arguments *arguments, const struct api_
         study_print(reader, arguments->output && !arguments->variant ? stdout : stderr, problem);
     else if (api_columns_open(reader, &columns, problem) == API_OK) {
         tell_cuts(reader, &columns);
+        tell_energy(&columns.summary);
         for (size_t k = 0; k < columns.summary.warnings.count; k++)
             files_complain("warning", columns.summary.warnings.list[k].detail);
         if (columns.summary.verdict.obstacle != VERDICT_DRAPABLE)

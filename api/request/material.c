@@ -99,15 +99,17 @@ static void decode_kinematics(const struct json_value *json, double *slide) {
     static const char *const names[] = {"pin_jointed", "parallel_fibers"};
     static const char *const keys[] = {"slide", NULL};
     struct json_value share = value_member(json, "slide");
-    int index;
-    if (value_type(json) == VALUE_STRING) {
-        if (value_choice(json, names, 2, &index))
-            *slide = index;
-    } else if (value_type(json) != VALUE_OBJECT) {
+    const char *name = "";
+    bool named = value_type(json) == VALUE_STRING && value_string(json, &name);
+    for (int k = 0; k < 2; k++)
+        if (strcmp(name, names[k]) == 0) {
+            *slide = k;
+            return;
+        }
+    if (named || value_type(json) != VALUE_OBJECT)
         value_fault(json, "must be \"pin_jointed\", \"parallel_fibers\" or {\"slide\": 0..1}");
-    } else if (value_object(json, keys)) {
+    else if (value_object(json, keys))
         value_number(&share, slides, slide);
-    }
 }
 
 /* A unidirectional layer of the fabric's yarns and their resin. */

@@ -138,7 +138,8 @@ void decode_energy(const struct json_value *json, struct drape_energy *energy) {
 void decode_check_steered(const struct json_value *generator, const struct drape_settings *settings,
                           int k, bool on_mesh) {
     const struct drape_generator *own = &settings->generator[k];
-    double radius = settings->energy.min_radius;
+    double radius = settings->energy.min_radius, most = curvature_most(&own->curvature);
+    double spacing = settings->spacing[k];
     if (own->kind != DRAPE_GENERATOR_STEERED && own->kind != DRAPE_GENERATOR_LEAST)
         return;
     if (on_mesh)
@@ -147,7 +148,12 @@ void decode_check_steered(const struct json_value *generator, const struct drape
     else if (own->kind == DRAPE_GENERATOR_LEAST && settings->slide > 0)
         value_fault(generator, "must have values where weft slides along warp "
                                "(fabric.kinematics): none are found there");
-    else if (own->kind == DRAPE_GENERATOR_STEERED && curvature_most(&own->curvature) * radius > 1)
+    else if (own->kind == DRAPE_GENERATOR_STEERED && most * radius > 1)
         value_fault(generator, "bends with a radius of %.3g, less than energy.min_radius, %g",
-                    1 / curvature_most(&own->curvature), radius);
+                    1 / most, radius);
+    else if (own->kind == DRAPE_GENERATOR_STEERED && most * spacing > 1)
+        value_fault(generator,
+                    "bends with a radius of %.3g, less than the spacing of its nodes, %g: no yarn "
+                    "keeps that; give smaller values, or a finer spacing",
+                    1 / most, spacing);
 }

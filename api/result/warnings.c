@@ -102,6 +102,16 @@ static void check_fabric(const struct warnings_subject *s, struct api_summary *s
         api_packing_limit(&request->permeability), cavity->rigid ? "; make the cavity higher" : "");
 }
 
+/* Whether the yarn through the start ends there on one of its sides. */
+static bool leaves_at_once(const struct drape_nodes *nodes, int k) {
+    const int32_t *along = k ? nodes->j : nodes->i, *across = k ? nodes->i : nodes->j;
+    int sides = 0;
+    for (size_t n = 0; n < nodes->count; n++)
+        if (across[n] == 0)
+            sides |= (along[n] == 1) + 2 * (along[n] == -1);
+    return sides != 3;
+}
+
 /* Of generators that were sought, or that end where they begin. */
 static void check_steering(const struct warnings_subject *s, struct api_summary *summary) {
     static const char *const pointers[2] = {"/generators/warp", "/generators/weft"};
@@ -114,13 +124,12 @@ static void check_steering(const struct warnings_subject *s, struct api_summary 
                      "theirs",
                      steering->energy[0]);
     for (int k = 0; k < 2; k++) {
-        const int32_t *reach = k ? s->result->weft_range : s->result->warp_range;
         bool steered = generator[k].kind == DRAPE_GENERATOR_STEERED || steering->sought[k];
-        if (steered && (reach[0] == 0 || reach[1] == 0))
+        if (steered && leaves_at_once(&s->result->nodes, k))
             warnings_add(&summary->warnings, "steers_nothing", pointers[k],
-                         "the generator leaves the part where it begins, at (%.6g, %.6g, %.6g): "
-                         "the curvature of one of its sides has no effect",
-                         s->result->start_point.x, s->result->start_point.y,
+                         "the %s generator leaves the part where it begins, at (%.4g, %.4g, %.4g): "
+                         "the curvature of one of its sides has no effect; begin further inside",
+                         k ? "weft" : "warp", s->result->start_point.x, s->result->start_point.y,
                          s->result->start_point.z);
     }
 }

@@ -94,3 +94,14 @@ bits() {
                 $a[0] * $b[1] - $b[0] * $a[1]] | add / 2) as $cells |
             100 * $cells / .summary.part_area - 1 | fabs < 2e-4'
 }
+
+@test "drape: says what the generators cost that were found, and how severe the shear is" {
+    jq '.fabric = {spacing: 20, limit_curve: {shear_deg: [0, 20, 50], severity: [0, 0.2, 1]}} |
+        .generators = {warp: "least_energy", weft: "least_energy"}' api/examples/freeform.json |
+        "$DRAPE" - 2>"$BATS_TEST_TMPDIR/said" >"$BATS_TEST_TMPDIR/out"
+    before=$(printf %.5g "$(jq .summary.steering.energy_before "$BATS_TEST_TMPDIR/out")")
+    after=$(printf %.5g "$(jq .summary.steering.energy_after "$BATS_TEST_TMPDIR/out")")
+    grep "^drape: generators: energy $before with geodesics, $after with those found, in " "$BATS_TEST_TMPDIR/said"
+    severity=$(printf %.3g "$(jq .summary.severity_max "$BATS_TEST_TMPDIR/out")")
+    grep "^drape: severity: $severity at the most, by the limit curve" "$BATS_TEST_TMPDIR/said"
+}

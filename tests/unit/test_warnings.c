@@ -99,6 +99,16 @@ static const struct expectation expectations[] = {
                           "1e-3") ",\"start\":{\"uv\":[0.5,0.5]},\"fabric\":{\"spacing\":0.1}}",
      "{\"surface\":" FOLD("0.1",
                           "0.1") ",\"start\":{\"uv\":[0.5,0.5]},\"fabric\":{\"spacing\":0.1}}"},
+    {"steers_nothing",
+     "{\"surface\":" PLANE ",\"start\":{\"uv\":[0,0]},\"direction\":{\"vector\":[-1,1,0]},"
+     "\"generators\":{\"warp\":{\"steered\":[0.1,0.2]}},\"fabric\":{\"spacing\":0.1}}",
+     "{\"surface\":" PLANE ",\"start\":{\"uv\":[0.5,0.5]},\"direction\":{\"vector\":[-1,1,0]},"
+     "\"generators\":{\"warp\":{\"steered\":[0.1,0.2]}},\"fabric\":{\"spacing\":0.1}}"},
+    {"not_steered",
+     "{\"surface\":" PLANE
+     ",\"generators\":{\"warp\":\"least_energy\"},\"fabric\":{\"spacing\":0.1}}",
+     "{\"surface\":" HILL(
+         "3") ",\"generators\":{\"warp\":\"least_energy\"},\"fabric\":{\"spacing\":0.1}}"},
     {"uncovered", "{\"surface\":" HILL("10") ",\"fabric\":{\"spacing\":0.1}}",
      "{\"surface\":" HILL("3") ",\"fabric\":{\"spacing\":0.1}}"},
     {"collapsed", "{\"surface\":" HILL("10") ",\"fabric\":{\"spacing\":0.1}}",
