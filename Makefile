@@ -49,7 +49,8 @@ CLI_OBJ := $(call objects,$(wildcard cli/*.c))
 IMPORT_OBJ := $(call objects,$(wildcard import/*.c) cli/files.c) \
               $(patsubst %.cc,$(B)/%.o,$(wildcard import/*.cc))
 SERVER_OBJ := $(call objects,$(filter-out server/main.c server/viewer/%,$(call sources,server)))
-LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
+API_ARCHIVES := $(B)/libdrapeapi.a $(B)/libdrape.a
+LIBS := $(B)/libdrapeserver.a $(API_ARCHIVES)
 # HDF5 from its archive: the shared library brings 30 others, HTTP clients among them.
 HDF5_LIBS := -l:libhdf5_serial.a -l:libsz.a -l:libaec.a
 API_LIBS := $(HDF5_LIBS) -ljansson -lsodium -lz -lstdc++ -lpthread -lm
@@ -132,7 +133,7 @@ $(B)/%.a:
 
 $(B)/draped: $(B)/server/main.o $(LIBS)
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(SERVER_LIBS)
-$(B)/drape: $(CLI_OBJ) $(B)/libdrapeapi.a $(B)/libdrape.a
+$(B)/drape: $(CLI_OBJ) $(API_ARCHIVES)
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
 
 # The library for programs of others. Its code can lie anywhere in memory and what is not in

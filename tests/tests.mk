@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden mould-quality soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures page-figures filling validate blade \
+.PHONY: tests golden mould-quality soak seeds fuzz fuzzers mutants mutable mutant hosts load image tsan valgrind coverage bench figures page-figures filling validate blade \
     benchmark benchmark-cases freecad \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
@@ -105,10 +105,34 @@ $(B)/$(PARSERS)/wire: $(B)/$(PARSERS)/wire.o $(B)/server/http/wire.o
 	$(call say,LINK,$@)$(LINK) -o $@ $^
 
 # Whether the tests notice mistakes: those of tests/mutants/mutants.toml, one at a time, each in a copy
-# of the tree. About half an hour; ONLY: those in whose file or reason the pattern is found.
-mutants: ## before a release: small mistakes in the source that tests have to notice (ONLY=: a pattern)
+# of the tree (ONLY: those in whose file or reason the pattern is found), and without ONLY 100 that
+# tests/mutants/generate.py makes at random, SEED again the same.
+mutants: ## before a release: small mistakes that tests have to notice, written ones and 100 at random (ONLY=: a pattern)
 	@deploy/setup.sh test
-	@tests/mutants/mutants.py run '$(ONLY)'
+	@status=0; tests/mutants/mutants.py run '$(ONLY)' || status=1; \
+	    [ -n '$(ONLY)' ] || tests/mutants/generate.py --build $(B)/mutable $(SEED:%=--seed %) || status=1; \
+	    exit $$status
+
+# For mistakes made at random: all of the program in one shared library, which counts lines. The
+# programs load it from loaded/, where one with a mistake takes its place: FILE with the text of
+# mutant.c.
+MUTABLE := $(B)/libmutable.so
+MUTABLE_OBJ := $(SOLVER_OBJ) $(API_OBJ) $(SERVER_OBJ)
+MUTABLE_LINK = $(CC) -shared -fuse-ld=gold -Wl,-soname,libmutable.so,-u,__gcov_dump --coverage
+MUTABLE_FLAGS := HARDEN=-fPIC HDF5_LIBS=-lhdf5_serial
+$(MUTABLE): $(MUTABLE_OBJ)
+	$(call say,LINK,$@)$(MUTABLE_LINK) -o $@ $^ $(SERVER_LIBS)
+$(B)/watched.so: tests/watched.c
+	$(call say,LINK,$@)$(CC) -shared -fPIC -D_GNU_SOURCE -o $@ $<
+mutable:
+	@$(MAKE) --no-print-directory -s -j$(JOBS) $(MUTABLE_FLAGS) OPT=-O1 WARN=-w API_ARCHIVES=$(MUTABLE) \
+	    LIBS=$(MUTABLE) HARDEN_LINK='-Wl,-rpath,$(abspath $(B))/loaded' SANITIZE=--coverage \
+	    $(B)/draped $(B)/drape $(B)/watched.so $(TESTS)
+mutant:
+	@$(MAKE) --no-print-directory -s $(MUTABLE_FLAGS) OPT=-O2 DEBUG= $(B)/loaded/libmutable.so
+$(B)/loaded/libmutable.so:
+	@$(CC) $(CPPFLAGS) $(CFLAGS) -iquote $(dir $(FILE)) -c -o $(B)/mutant.o $(B)/mutant.c
+	@$(MUTABLE_LINK) -o $@ $(filter-out $(B)/$(FILE:.c=.o),$(MUTABLE_OBJ)) $(B)/mutant.o $(SERVER_LIBS)
 
 figures: all $(B)/tests/exact/test_exact_estimates $(B)/tests/import/make_parts ## redraws docs/figures from the program's own results, and pictures of the page
 	@tests/figures/figures.sh $(B)

@@ -3,11 +3,8 @@
 """Makes the mistakes of mutants.toml one at a time in a copy of the tree, builds it, and runs the
 tests that ought to notice. A mutant is caught when a test fails or does not end in time; it survives
 when all pass. One that does not build shows nothing, nor does a test that fails without any: the
-tests are run so first.
-
-Usage: mutants.py check         every text is in its file exactly once, every test is there
-       mutants.py run [PATTERN] with PATTERN, a regular expression, those whose file or why has it
-The exit status is 0 when all is well and every mutant was caught."""
+tests are run so first. The exit status is 0 when all is well and every mutant was caught."""
+import argparse
 import glob
 import os
 import re
@@ -175,19 +172,24 @@ def run(mutants, folder):
     return 0 if count[CAUGHT] == len(mutants) else 1
 
 
-def main(what, pattern=""):
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("what", choices=("check", "run"), help="check: every text is in its file exactly once, "
+                        "every test is there; run: make them")
+    parser.add_argument("pattern", nargs="?", default="", help="a regular expression: those whose file or why has it")
+    asked = parser.parse_args()
     os.chdir(os.path.join(HERE, "..", ".."))
     with open(os.path.join(HERE, "mutants.toml"), "rb") as file:
         mutants = tomllib.load(file)["mutant"]
     if check(mutants):
         return 1
-    if what == "check":
+    if asked.what == "check":
         return 0
     mutants = [mutant for mutant in mutants
-               if re.search(pattern, f"{mutant['file']}: {mutant['why']}")]
+               if re.search(asked.pattern, f"{mutant['file']}: {mutant['why']}")]
     with tempfile.TemporaryDirectory(prefix="draped-mutants-") as folder:
         return run(mutants, folder)
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    sys.exit(main())

@@ -1,0 +1,284 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Makes small mistakes at random, one at a time, and runs the tests that run the line where each is,
+those first that take least time, until one notices. A mistake is a point of points.py; the tests of a
+line are known from one run of all of them that counts lines. One object is compiled for a mistake, and
+one library linked, which all programs load; no file of the tree is changed.
+
+A mistake that no test notices within --seconds of tests survives. Those that nothing can notice are in
+equivalents.toml with the reason; they are listed as such, and count neither way, as do those that do
+not compile. The exit status is 0 when at least 85 % of what is left were noticed."""
+import argparse
+import collections
+import glob
+import json
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+
+import points
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+TOP = os.path.normpath(os.path.join(HERE, "..", ".."))
+FOLDERS = ("api", "server", "solver")
+SHARE = 0.85  # of mistakes that have to be noticed
+LONGEST = 300  # seconds of one test
+CAUGHT, SURVIVED, EQUIVALENT, BROKEN = "caught", "SURVIVED", "equivalent", "did not build"
+
+
+class Library:
+    """What the programs of the tests load, in which one file at a time is changed."""
+
+    def __init__(self, build):
+        self.build = build
+        self.original = os.path.join(build, "libmutable.so")
+        self.loaded = os.path.join(build, "loaded", "libmutable.so")
+        self.make("mutable")
+        self.restore()
+
+    def make(self, *goals):
+        """The output of a make that failed, or None."""
+        done = subprocess.run(["make", "--no-print-directory", "-s", f"B={self.build}", *goals],
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        if done.returncode and goals[0] == "mutable":
+            sys.exit(done.stdout + done.stderr)
+        return done.stderr if done.returncode else None
+
+    def restore(self):
+        os.makedirs(os.path.dirname(self.loaded), exist_ok=True)
+        if os.path.lexists(self.loaded):
+            os.remove(self.loaded)
+        os.symlink(os.path.abspath(self.original), self.loaded)
+
+    def mutate(self, file, text):
+        """What the compiler says against it, or None."""
+        source = os.path.join(self.build, "mutant.c")
+        with open(source, "w") as out:
+            out.write(f'#line 1 "{file}"\n{text}')
+        if os.path.lexists(self.loaded):
+            os.remove(self.loaded)
+        return self.make("mutant", f"FILE={file}")
+
+
+class Test:
+    """A program or a file of bats: what it is called, how it is run, what it took and what it ran."""
+
+    def __init__(self, source, build):
+        self.name = source.removeprefix("tests/")
+        self.is_bats = source.endswith(".bats")
+        self.program = source if self.is_bats else f"{build}/{source[:-2]}"
+        self.command = ["bats", "--tap", source] if self.is_bats else [self.program]
+        self.build = build
+        self.folder = os.path.join(build, "lines", self.name)
+        self.seconds, self.passed = 0.0, False
+
+    def run(self, counts, longest):
+        """Whether it passes; it is stopped at the first failure. Lines are counted below `counts`."""
+        environment = {**os.environ, "BUILD": self.build, "DRAPED_TEST_SIZE": "0.1",
+                       "CMOCKA_MESSAGE_OUTPUT": "TAP", "GCOV_PREFIX": os.path.abspath(counts),
+                       "GCOV_PREFIX_STRIP": str(os.path.abspath(self.build).count("/"))}
+        if self.is_bats:
+            environment["LD_PRELOAD"] = os.path.abspath(f"{self.build}/watched.so")
+        process = subprocess.Popen(["timeout", "-k", "5", str(int(longest)), *self.command],
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True,
+                                   stderr=subprocess.DEVNULL, env=environment, errors="replace",
+                                   start_new_session=True)
+        failed = any(line.startswith("not ok") for line in process.stdout)
+        if failed:
+            end_session(process.pid)
+        return process.wait() == 0 and not failed
+
+    def count(self):
+        """Runs it as it is, unless that was done since it was built."""
+        note = os.path.join(self.folder, "note.json")
+        built = max(map(os.path.getmtime, (self.program, f"{self.build}/libmutable.so")))
+        if not os.path.isfile(note) or os.path.getmtime(note) < built:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            os.makedirs(self.folder)
+            begun = time.monotonic()
+            passed = self.run(self.folder, LONGEST)
+            with open(note, "w") as file:
+                json.dump([time.monotonic() - begun, passed], file)
+            print(f"{time.monotonic() - begun:6.1f} s {self.name}", flush=True)
+        self.seconds, self.passed = json.load(open(note))
+
+    def lines(self, files):
+        """Of the files those lines that it ran, and those that have code."""
+        counted = []
+        for file in files:
+            stem = os.path.join(self.folder, file[:-2])
+            if os.path.isfile(f"{stem}.gcda"):
+                if not os.path.lexists(f"{stem}.gcno"):
+                    os.symlink(os.path.abspath(f"{self.build}/{file[:-2]}.gcno"), f"{stem}.gcno")
+                counted.append(f"{stem}.gcda")
+        done = subprocess.run(["gcov", "--json-format", "--stdout", *counted], capture_output=True,
+                              text=True) if counted else None
+        for text in done.stdout.splitlines() if done else ():
+            for file in json.loads(text)["files"]:
+                if file["file"] in files:
+                    yield file["file"], {line["line_number"]: line["count"] for line in file["lines"]}
+
+
+def end_session(leader):
+    """All that a test has started: daemons outlive the shell that began them."""
+    for path in glob.glob("/proc/[0-9]*/stat"):
+        try:
+            fields = open(path).read().rpartition(")")[2].split()
+            if int(fields[3]) == leader:
+                os.kill(int(path.split("/")[2]), signal.SIGKILL)
+        except (OSError, IndexError):
+            continue
+
+
+class Lines:
+    """Which tests run a line."""
+
+    def __init__(self, tests, files):
+        self.of = collections.defaultdict(lambda: collections.defaultdict(list))
+        self.code = collections.defaultdict(set)
+        for test in tests:
+            for file, counts in test.lines(set(files)):
+                self.code[file].update(counts)
+                for line in (line for line, count in counts.items() if count):
+                    self.of[file][line].append(test)
+
+    def tests(self, file, point):
+        """Code of several lines counts for its first; data, for the file."""
+        if point.body:
+            line = max((line for line in self.code[file] if line <= point.line), default=0)
+            return self.of[file][line]
+        return list({id(test): test for tests in self.of[file].values() for test in tests}.values())
+
+
+def shown(source, at, end, text):
+    """The lines around a point, with that text in its place, in one line."""
+    begin, stop = source.rfind("\n", 0, at) + 1, source.find("\n", end)
+    return " ".join((source[begin:at] + text + source[end:stop]).split())
+
+
+def equivalents():
+    with open(os.path.join(HERE, "equivalents.toml"), "rb") as file:
+        return {(each["file"], each["line"], each["becomes"]): each["why"]
+                for each in tomllib.load(file).get("equivalent", [])}
+
+
+def faults_of_equivalents():
+    """Those whose line is gone."""
+    return [f"equivalents.toml: {file} has no line '{line}'" for file, line, _ in equivalents()
+            if not os.path.isfile(file) or line not in " ".join(open(file).read().split())]
+
+
+def choose(files, count, seed):
+    """So many mistakes in all: file, its text, a point and what stands there instead."""
+    choice = random.Random(seed)
+    every = [(file, source, point) for file in files for source in [open(file).read()]
+             for point in points.points_of(source)]
+    chosen = choice.sample(every, min(count, len(every)))
+    return [(*each, choice.choice(each[2].others)) for each in sorted(chosen, key=lambda e: (e[0], e[2].at))]
+
+
+def notice(mistake, library, tests, seconds):
+    """What became of a mistake, and who noticed."""
+    file, source, point, other = mistake
+    said = library.mutate(file, source[:point.at] + other + source[point.end:])
+    if said is not None:
+        return BROKEN, next((line for line in said.splitlines() if "error:" in line), said[:200])
+    spent, counts = 0.0, os.path.join(library.build, "unread")
+    for test in sorted(tests, key=lambda test: test.seconds):
+        spent += test.seconds
+        if spent > max(seconds, test.seconds):
+            break
+        if not test.run(counts, 10 + 5 * test.seconds):
+            return CAUGHT, test.name
+    return SURVIVED, f"{len(tests)} tests run it" if tests else "no test runs it"
+
+
+def try_all(chosen, library, lines, seconds):
+    """Of each file how many came to which end."""
+    known, count = equivalents(), collections.defaultdict(collections.Counter)
+    for number, mistake in enumerate(chosen, 1):
+        file, source, point, other = mistake
+        line, becomes = (shown(source, point.at, point.end, text)
+                         for text in (source[point.at:point.end], other))
+        why = known.get((file, line, becomes))
+        outcome, detail = (EQUIVALENT, why) if why else notice(
+            mistake, library, lines.tests(file, point), seconds)
+        count[file][outcome] += 1
+        print(f"[{number}/{len(chosen)}] {outcome} {file}:{point.line} {point.kind}: {detail}")
+        if outcome == SURVIVED:
+            print(f"    line = '{line}'\n    becomes = '{becomes}'")
+        sys.stdout.flush()
+    return count
+
+
+def report(count):
+    """The shares by file and in all; the exit status."""
+    total = collections.Counter()
+    for file, each in sorted(count.items()):
+        total += each
+        print(f"{share(each)}  {file}")
+    print(f"{share(total)}  all; {total[EQUIVALENT]} equivalent, {total[BROKEN]} did not build")
+    return 0 if total[CAUGHT] >= SHARE * (total[CAUGHT] + total[SURVIVED]) else 1
+
+
+def share(each):
+    tried = each[CAUGHT] + each[SURVIVED]
+    return f"{each[CAUGHT]:4d} of {tried:4d} noticed, {100 * each[CAUGHT] / max(tried, 1):3.0f} %"
+
+
+def tests_named(pattern, build):
+    """Those in whose name the pattern is found, run as they are where that was not done."""
+    sources = [source for kind in ("unit/test_*.c", "server/test_*.c", "store/test_*.c", "exact/test_*.c", "http/*.bats")
+               for source in sorted(glob.glob(f"tests/{kind}"))]
+    tests = [test for test in (Test(source, build) for source in sources) if re.search(pattern, test.name)]
+    for test in tests:
+        test.count()
+        if not test.passed:
+            print(f"fails without a mistake: {test.name}", flush=True)
+    return [test for test in tests if test.passed]
+
+
+def sources():
+    """Of all of api, server and solver what the library has."""
+    return sorted(file for folder in FOLDERS for file in glob.glob(f"{folder}/**/*.c", recursive=True)
+                  if not re.match("api/clients|server/(main.c|viewer)", file))
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--build", default="build/mutable", help="folder of the build (build/mutable)")
+    parser.add_argument("--count", type=int, default=100, help="how many mistakes in all (100)")
+    parser.add_argument("--seed", type=int, default=int(time.time()) % 100000, help="of the choice (the time)")
+    parser.add_argument("--seconds", type=float, default=60, help="of tests for one mistake (60)")
+    parser.add_argument("--tests", default="", help="a regular expression: only tests in whose name it is found")
+    parser.add_argument("--check", action="store_true", help="only whether equivalents.toml still fits")
+    parser.add_argument("files", nargs="*", help="C files (all of api, server and solver)")
+    return parser.parse_args()
+
+
+def main():
+    asked = arguments()
+    os.chdir(TOP)
+    if asked.check:
+        faults = faults_of_equivalents()
+        print(*faults, sep="\n", end="\n" if faults else "")
+        return 1 if faults else 0
+    library = Library(asked.build)
+    tests = tests_named(asked.tests, asked.build)
+    chosen = choose(asked.files or sources(), asked.count, asked.seed)
+    print(f"seed {asked.seed}: {len(chosen)} mistakes in {len({each[0] for each in chosen})} files", flush=True)
+    lines = Lines(tests, {each[0] for each in chosen})
+    try:
+        return report(try_all(chosen, library, lines, asked.seconds))
+    finally:
+        library.restore()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
