@@ -53,7 +53,7 @@ API_ARCHIVES := $(B)/libdrapeapi.a $(B)/libdrape.a
 LIBS := $(B)/libdrapeserver.a $(API_ARCHIVES)
 # HDF5 from its archive: the shared library brings 30 others, HTTP clients among them.
 HDF5_LIBS := -l:libhdf5_serial.a -l:libsz.a -l:libaec.a
-API_LIBS := $(HDF5_LIBS) -ljansson -lsodium -lz -lstdc++ -lpthread -lm
+API_LIBS := $(HDF5_LIBS) -lgeos_c -ljansson -lsodium -lz -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 
 .PHONY: all library help demo check test lint format install install-import install-library deb sbom \
@@ -137,10 +137,11 @@ $(B)/drape: $(CLI_OBJ) $(API_ARCHIVES)
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
 
 # The library for programs of others. Its code can lie anywhere in memory and what is not in
-# libdrape.map is seen by nobody; HDF5, for one format of maps, would bring 30 libraries into them.
+# libdrape.map is seen by nobody; HDF5, for one format of maps, would bring 30 libraries into them,
+# and it knows no laminates.
 # It stays loaded: jansson calls it back.
 SONAME := libdrape.so.1
-PIC := $(patsubst $(B)/%,$(B)/pic/%,$(filter-out %/hdf5.o %/lcmsim_h5.o,$(SOLVER_OBJ) $(API_OBJ)) \
+PIC := $(patsubst $(B)/%,$(B)/pic/%,$(filter-out %/hdf5.o %/lcmsim_h5.o $(B)/api/laminate/%,$(SOLVER_OBJ) $(API_OBJ)) \
            $(call objects,library/library.c))
 PIC_FLAGS := -fPIC -fvisibility=hidden -DWITHOUT_HDF5
 $(B)/pic/%.o: %.c Makefile | $(B)/.setup

@@ -171,8 +171,8 @@ static bool report_pieces(const struct laminate_job *job, size_t k, const struct
     if (pieces->courses)
         return true;
     if (known && shapes->count &&
-        !seams_make(&job->laminate, shapes, 0, job->arena, &seams, &count))
-        return !api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the seams");
+        seams_make(&job->laminate, shapes, 0, job->arena, &seams, &count, problem) != API_OK)
+        return false;
     api_text_key(text, "seams");
     api_text_raw(text, "[");
     for (size_t n = 0; n < count; n++) {

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 #include "flat_piece.h"
 
-#include "arrangement.h"
-#include "clip.h"
+#include "plane.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* In spacings: the steps along splits; how far a split goes on where it leaves the cloth, so that
- * it passes the rim; and how far beside a split the yarns are looked at. */
-static const double step = 0.5, beyond = 1.5, beside = 0.75;
+ * it passes the rim; how far beside a split the yarns are looked at; and the shortest edge that has
+ * a direction. */
+static const double step = 0.5, beyond = 1.5, beside = 0.75, least_edge = 1e-6;
 
 static const double degrees = 57.295779513082321;
 
@@ -153,25 +153,30 @@ static double sine_at(const struct map_net *net, const double at[2]) {
     return NAN;
 }
 
-/* What the piece is along its splits: the way along an edge, in cloth that is sheared by s, is
+/* What the piece is along its splits: the way along one, in cloth that is sheared by s, is
  * (x + s y, c y). */
-static void look_at_sides(const struct map_net *net, const struct traced *traced,
+static void look_at_sides(const struct map_net *net, const struct segment *const *along,
                           struct flat_piece *piece) {
     const struct polygons_point *p = piece->region.points;
     for (size_t k = 0, first = 0; k < piece->region.count; k++) {
         const struct polygons_point *next = &p[p[k].last ? first : k + 1];
-        int32_t number = piece->numbers[k];
-        double x = next->x - p[k].x, y = next->y - p[k].y, length = hypot(x, y);
+        double length = hypot(next->x - p[k].x, next->y - p[k].y);
+        const struct segment *split = along[k];
+        double x = split->to[0] - split->from[0], y = split->to[1] - split->from[1];
+        bool forward = x * (next->x - p[k].x) + y * (next->y - p[k].y) > 0;
+        double share = (forward ? 1 : -1) * length / hypot(x, y);
         first = p[k].last ? k + 1 : first;
-        if (number < 0)
+        piece->numbers[k] = split->number;
+        if (split->number < 0 || length <= least_edge * net->spacing)
             continue;
+        x *= share;
+        y *= share;
         const double inside[2] = {(p[k].x + next->x) / 2 - beside * net->spacing * y / length,
                                   (p[k].y + next->y) / 2 + beside * net->spacing * x / length};
         double s = sine_at(net, inside), c = sqrt(1 - s * s);
-        const double *from = traced[number].at, *to = traced[number + 1].at;
-        struct split_side *side = &piece->sides[number];
+        struct split_side *side = &piece->sides[split->number];
         *side = (struct split_side){.there = true,
-                                    .forward = x * (to[0] - from[0]) + y * (to[1] - from[1]) > 0,
+                                    .forward = forward,
                                     .warp_deg = degrees * atan2(-c * y, x + s * y),
                                     .length = side->length +
                                               (isnan(s) ? length : hypot(x + s * y, c * y))};
@@ -184,20 +189,19 @@ enum api_problem_id flat_piece_make(const struct map_net *net, const struct poly
     static const double start[2] = {0, 0};
     struct segments segments = {.arena = arena};
     struct traced *traced = trace_posts(net, posts, arena);
-    int32_t *numbers;
-    struct arrangement *all = NULL;
+    const struct segment **along;
     /* The splits first: of edges on each other their numbers stay. */
-    if (traced && add_splits(net, posts, traced, &segments) &&
-        segments_add_polygons(&segments, cloth, -1))
-        all = arrangement_make(&segments, arena);
-    if (!all || !arrangement_face(all, start, &piece->region, &numbers))
+    if (!traced || !add_splits(net, posts, traced, &segments) ||
+        !segments_add_polygons(&segments, cloth, -1))
         return api_problem_no_memory(problem, "the laminate");
+    if (plane_face(&segments, start, &piece->region, &along, problem) != API_OK)
+        return problem->id;
     if (piece->region.count == 0)
         return api_problem_set(problem, API_INVALID_REQUEST,
                                "a piece starts beyond its own cloth: give it another start");
     bool bounded = false;
     for (size_t k = 0; k < piece->region.count; k++)
-        bounded = bounded || numbers[k] >= 0;
+        bounded = bounded || along[k]->number >= 0;
     if (!bounded)
         return api_problem_set(
             problem, API_INVALID_REQUEST,
@@ -207,8 +211,7 @@ enum api_problem_id flat_piece_make(const struct map_net *net, const struct poly
     piece->sides = calloc(posts->count, sizeof *piece->sides);
     if (!piece->numbers || !piece->sides)
         return api_problem_no_memory(problem, "the laminate");
-    memcpy(piece->numbers, numbers, piece->region.count * sizeof *numbers);
-    look_at_sides(net, traced, piece);
+    look_at_sides(net, along, piece);
     return API_OK;
 }
 
@@ -220,35 +223,6 @@ void flat_piece_free(struct flat_piece *piece) {
 }
 
 /* ---- seams ---- */
-
-/* What is within a distance of edges: a rectangle along each, and an arc round each end. */
-struct band {
-    struct polygons shapes; /* each is a shape of its own: they overlap */
-    const struct polygons *region, *cloth;
-    bool outside; /* the band is added to the region, within the cloth; else taken from it */
-};
-
-static bool band_contains(const struct band *band, double x, double y) {
-    const struct polygons_point *p = band->shapes.points;
-    bool inside = false;
-    for (size_t k = 0, first = 0; k < band->shapes.count && !inside; k++) {
-        if (!p[k].last)
-            continue;
-        struct polygons one = {.points = band->shapes.points + first, .count = k + 1 - first};
-        inside = polygons_contain(&one, x, y);
-        first = k + 1;
-    }
-    return inside;
-}
-
-static bool is_of_piece(const void *context, const double at[2]) {
-    const struct band *band = context;
-    bool own = polygons_contain(band->region, at[0], at[1]);
-    if (!band->outside)
-        return own && !band_contains(band, at[0], at[1]);
-    return own ||
-           (polygons_contain(band->cloth, at[0], at[1]) && band_contains(band, at[0], at[1]));
-}
 
 /* A fan about a point from one direction over an angle, counter-clockwise. */
 static bool add_fan(struct polygons *shapes, const struct polygons_point *at, double radius,
@@ -304,36 +278,63 @@ static double seam_reach(const struct laminate_seam *seam, size_t own, size_t ne
     return (neighbour < own) == (seam->over == LAMINATE_OVER_FIRST) ? seam->overlap : 0;
 }
 
-bool flat_piece_sew(const struct flat_piece *const *all, size_t count, size_t own, size_t only,
-                    const struct polygons *cloth, const struct laminate_seam *seam,
-                    struct arena *arena, struct polygons *cut) {
-    const struct polygons *region = &all[own]->region;
+/* What is within the reach of each edge, 0: nothing, as shapes that overlap. */
+static bool make_band(const struct polygons *region, const double *reach, struct polygons *shapes) {
     const struct polygons_point *p = region->points;
-    struct band band = {.region = region, .cloth = cloth, .outside = seam->gap <= 0};
-    struct segments segments = {.arena = arena};
-    double *reach = arena_alloc(arena, region->count, sizeof *reach);
-    bool good = reach != NULL;
-    for (size_t k = 0; k < region->count && good; k++) {
-        int32_t post = all[own]->numbers[k];
-        size_t neighbour = post < 0 ? count : neighbour_at(all, count, own, post);
-        if (post >= 0 && (only >= count || neighbour == only))
-            reach[k] = seam_reach(seam, own, neighbour);
-    }
+    bool good = true;
     for (size_t first = 0, end; first < region->count && good; first = end) {
         for (end = first + 1; !p[end - 1].last;)
             end++;
         for (size_t k = first; k < end && good; k++) {
             size_t next = k + 1 < end ? k + 1 : first, before = k > first ? k - 1 : end - 1;
             if (reach[k] > 0)
-                good = add_to_band(&band.shapes, &p[k], &p[next], reach[k], !(reach[before] > 0),
+                good = add_to_band(shapes, &p[k], &p[next], reach[k], !(reach[before] > 0),
                                    reach[next] > 0 ? &p[next + 1 < end ? next + 1 : first] : NULL);
         }
     }
-    good = good && segments_add_polygons(&segments, region, 0) &&
-           (!band.outside || segments_add_polygons(&segments, cloth, 0)) &&
-           segments_add_polygons(&segments, &band.shapes, 0);
-    struct arrangement *arrangement = good ? arrangement_make(&segments, arena) : NULL;
-    good = arrangement && arrangement_select(arrangement, is_of_piece, &band, cut);
-    polygons_free(&band.shapes);
     return good;
+}
+
+/* A seam changes a piece by no more than its band, and by nothing on its other side. */
+static enum api_problem_id check_cut_area(const struct polygons *region,
+                                          const struct polygons *shapes, bool outside,
+                                          const struct polygons *cut, struct api_problem *problem) {
+    static const double slack = 1e-6;
+    double own = polygons_area(region), band = polygons_area(shapes);
+    double more = (polygons_area(cut) - own) * (outside ? 1 : -1);
+    if (more >= -slack * own && more <= band + slack * own)
+        return API_OK;
+    return api_problem_set(problem, API_INTERNAL,
+                           "the seams of a piece of area %.6g change it by %.6g, but lie within "
+                           "%.6g: tell us of the request",
+                           own, outside ? more : -more, band);
+}
+
+enum api_problem_id flat_piece_sew(const struct flat_piece *const *all, size_t count, size_t own,
+                                   size_t only, const struct polygons *cloth,
+                                   const struct laminate_seam *seam, struct arena *arena,
+                                   struct polygons *cut, struct api_problem *problem) {
+    const struct polygons *region = &all[own]->region;
+    struct polygons shapes = {0}, beyond_split = {0};
+    bool outside = seam->gap <= 0;
+    double *reach = arena_alloc(arena, region->count, sizeof *reach);
+    if (!reach)
+        return api_problem_no_memory(problem, "the laminate");
+    for (size_t k = 0; k < region->count; k++) {
+        int32_t post = all[own]->numbers[k];
+        size_t neighbour = post < 0 ? count : neighbour_at(all, count, own, post);
+        if (post >= 0 && (only >= count || neighbour == only))
+            reach[k] = seam_reach(seam, own, neighbour);
+    }
+    if (!make_band(region, reach, &shapes))
+        api_problem_no_memory(problem, "the laminate");
+    else if (!outside)
+        (void)!plane_combine(region, PLANE_FIRST_ALONE, &shapes, cut, problem);
+    else if (plane_combine(&shapes, PLANE_BOTH, cloth, &beyond_split, problem) == API_OK)
+        (void)!plane_combine(region, PLANE_EITHER, &beyond_split, cut, problem);
+    if (problem->id == API_OK)
+        (void)!check_cut_area(region, &shapes, outside, cut, problem);
+    polygons_free(&beyond_split);
+    polygons_free(&shapes);
+    return problem->id;
 }

@@ -42,18 +42,20 @@ struct flat_piece {
 };
 
 /* The piece of a net that is loaded with its warp and weft: `cloth` are the polygons of all of it.
- * `piece` is zero-initialised, and freed in any case. API_OK, API_OUT_OF_MEMORY, or
- * API_INVALID_REQUEST where the start is beyond the cloth. */
+ * `piece` is zero-initialised, and freed in any case. API_INVALID_REQUEST where the start is beyond
+ * the cloth. */
 enum api_problem_id flat_piece_make(const struct map_net *net, const struct polygons *cloth,
                                     const struct split_posts *posts, struct arena *arena,
                                     struct flat_piece *piece,
                                     struct api_problem *problem) STATUS_MUST_USE;
 
 /* The piece `own` of `count` with its seams, or with that to the piece `only` alone, if it is
- * within `count`: `cut` is zero-initialised, and freed by the caller. False without memory. */
-bool flat_piece_sew(const struct flat_piece *const *all, size_t count, size_t own, size_t only,
-                    const struct polygons *cloth, const struct laminate_seam *seam,
-                    struct arena *arena, struct polygons *cut);
+ * within `count`: `cut` is zero-initialised, and freed by the caller. */
+enum api_problem_id flat_piece_sew(const struct flat_piece *const *all, size_t count, size_t own,
+                                   size_t only, const struct polygons *cloth,
+                                   const struct laminate_seam *seam, struct arena *arena,
+                                   struct polygons *cut,
+                                   struct api_problem *problem) STATUS_MUST_USE;
 
 void flat_piece_free(struct flat_piece *piece);
 

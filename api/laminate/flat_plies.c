@@ -3,7 +3,7 @@
 
 #include "api/map/net.h"
 #include "api/result/shear_limit.h"
-#include "clip.h"
+#include "plane.h"
 #include "region.h"
 #include <math.h>
 #include <stdlib.h>
@@ -142,19 +142,19 @@ static enum api_problem_id clip_to_boundary(const struct laminate *laminate,
     if (map_net_load(reader, NULL, arena, cloth, problem) != API_OK ||
         region_make(laminate, shape->ply, cloth->facets, d, arena, &region, problem) != API_OK)
         return problem->id;
-    bool good = oriented_loops(&region, &loops) && clip_make(&loops, &shape->cut, &both);
-    if (good) {
+    if (!oriented_loops(&region, &loops))
+        api_problem_no_memory(problem, "the patterns");
+    else if (plane_combine(&loops, PLANE_BOTH, &shape->cut, &both, problem) == API_OK) {
         polygons_free(&shape->cut);
         shape->cut = both;
         double whole = polygons_area(&loops), area = polygons_area(&both);
         shape->area = area * d[0] * d[1];
         shape->covered = whole > 0 ? fmin(area / whole, 1) : 0;
-    } else {
-        polygons_free(&both);
-        api_problem_no_memory(problem, "the patterns");
+        both = (struct polygons){0};
     }
+    polygons_free(&both);
     polygons_free(&loops);
-    if (good)
+    if (problem->id == API_OK)
         (void)!count_cells(laminate, reader, &cloth->columns, &region, arena, shape, problem);
     return problem->id;
 }
@@ -290,9 +290,10 @@ static enum api_problem_id sew_piece(const struct laminate *laminate,
         all[n] = siblings[n] ? siblings[n]->piece : NULL;
     if (map_net_open(reader, cloth, problem) != API_OK)
         return problem->id;
-    if (!flat_piece_sew(all, pieces->count, ply->piece, pieces->count, &shape->cloth, &pieces->seam,
-                        arena, &shape->cut) ||
-        !region_of_polygons(&shape->cut, cloth->columns.grid.spacing, arena, &region))
+    if (flat_piece_sew(all, pieces->count, ply->piece, pieces->count, &shape->cloth, &pieces->seam,
+                       arena, &shape->cut, problem) != API_OK)
+        return problem->id;
+    if (!region_of_polygons(&shape->cut, cloth->columns.grid.spacing, arena, &region))
         return api_problem_no_memory(problem, "the patterns");
     shape->area = polygons_area(&shape->cut);
     polygons_bounds(&shape->cut, shape->low, shape->high);
@@ -301,9 +302,11 @@ static enum api_problem_id sew_piece(const struct laminate *laminate,
     return count_cells(laminate, reader, &cloth->columns, &region, arena, shape, problem);
 }
 
-/* How much of the part all pieces of a ply cover: all of it where none ends bare or has a gap. */
+/* How much of the part all pieces of a ply cover: all of it where none ends bare or has a gap, if
+ * that is what their areas say, too, as far as the mean cosine of whole cells tells. */
 static void cover_with_pieces(const struct laminate_pieces *pieces, struct flat_ply *first,
                               size_t count) {
+    static const double least = 0.95;
     bool whole = count == pieces->count && pieces->seam.gap <= 0;
     double area = 0;
     for (size_t n = 0; n < count; n++) {
@@ -311,7 +314,8 @@ static void cover_with_pieces(const struct laminate_pieces *pieces, struct flat_
         whole = whole && !first[n].partial;
     }
     for (size_t n = 0; n < count; n++)
-        first[n].covered = whole ? 1 : fmin(area / first[n].part_area, 1);
+        first[n].covered =
+            whole && area > least * first[n].part_area ? 1 : fmin(area / first[n].part_area, 1);
 }
 
 /* Likewise of courses, whose gaps are asked for. */

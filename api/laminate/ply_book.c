@@ -257,9 +257,12 @@ static void write_seams(struct ply_book *book) {
         if (!laminate_is_split(ply) ||
             (n > 0 && book->laminate->plies[shapes->shapes[n - 1].ply].number == ply->number))
             continue;
-        if (!seams_make(book->laminate, shapes, n, text->arena, &seams, &count)) {
-            text->failed = true;
-            return;
+        struct api_problem problem = {0};
+        if (seams_make(book->laminate, shapes, n, text->arena, &seams, &count, &problem) !=
+            API_OK) {
+            html_say(text, "No seams of ply %zu can be given: %s", ply->number + 1,
+                     problem.error[0].detail);
+            continue;
         }
         if (!any)
             api_text_raw(text, "<h2>Seams</h2>\n<table>\n<tr><th>Ply</th><th>Pieces</th>"

@@ -32,8 +32,28 @@ static void look_along(const struct flat_piece *a, const struct flat_piece *b,
     seam->mean_deg = weight > 0 ? seam->mean_deg / weight : 0;
 }
 
-bool seams_make(const struct laminate *laminate, const struct flat_plies *shapes, size_t first,
-                struct arena *arena, const struct seam **seams, size_t *count) {
+/* What the seam adds to a piece, or takes from it. */
+static enum api_problem_id measure_side(const struct laminate_pieces *pieces,
+                                        const struct flat_piece *const *all,
+                                        const struct flat_ply *own, size_t piece, size_t other,
+                                        struct arena *arena, struct seam *seam,
+                                        struct api_problem *problem) {
+    struct arena_mark mark = arena_mark(arena);
+    struct polygons cut = {0};
+    if (flat_piece_sew(all, pieces->count, piece, other, &own->cloth, &pieces->seam, arena, &cut,
+                       problem) == API_OK) {
+        double more = polygons_area(&cut) - own->region_area;
+        seam->overlap_area += fmax(more, 0);
+        seam->gap_area += fmax(-more, 0);
+    }
+    polygons_free(&cut);
+    arena_rewind(arena, mark);
+    return problem->id;
+}
+
+enum api_problem_id seams_make(const struct laminate *laminate, const struct flat_plies *shapes,
+                               size_t first, struct arena *arena, const struct seam **seams,
+                               size_t *count, struct api_problem *problem) {
     const struct flat_ply *siblings[LAMINATE_SIBLINGS_MAX];
     const struct flat_piece *all[LAMINATE_PIECES_MAX];
     struct split_posts posts;
@@ -41,41 +61,29 @@ bool seams_make(const struct laminate *laminate, const struct flat_plies *shapes
     const struct laminate_ply *ply = &laminate->plies[shapes->shapes[first].ply];
     const struct laminate_pieces *pieces = ply->pieces;
     if (!laminate_is_split(ply))
-        return true;
+        return API_OK;
     (void)flat_plies_siblings(shapes, laminate, first, siblings);
     struct seam *list = arena_alloc(arena, pieces->count * pieces->count, sizeof *list);
     if (!list || !split_posts_make(pieces, arena, &posts))
-        return false;
+        return api_problem_no_memory(problem, "the seams");
     for (size_t n = 0; n < pieces->count; n++)
         all[n] = siblings[n] ? siblings[n]->piece : NULL;
     for (size_t a = 0; a < pieces->count; a++)
-        for (size_t b = a + 1; b < pieces->count; b++) {
+        for (size_t b = a + 1; b < pieces->count && all[a]; b++) {
             struct seam *seam = &list[*count];
-            const size_t both[2] = {a, b};
-            if (!all[a] || !all[b])
+            if (!all[b])
                 continue;
             *seam = (struct seam){.piece = {a, b}};
             look_along(all[a], all[b], &posts, seam);
             if (!(seam->length > 0))
                 continue;
             ++*count;
-            for (int k = 0; k < 2; k++) {
-                struct arena_mark mark = arena_mark(arena);
-                struct polygons cut = {0};
-                const struct flat_ply *own = siblings[both[k]];
-                bool good = flat_piece_sew(all, pieces->count, both[k], both[!k], &own->cloth,
-                                           &pieces->seam, arena, &cut);
-                double more = polygons_area(&cut) - own->region_area;
-                seam->overlap_area += fmax(more, 0);
-                seam->gap_area += fmax(-more, 0);
-                polygons_free(&cut);
-                arena_rewind(arena, mark);
-                if (!good)
-                    return false;
-            }
+            if (measure_side(pieces, all, siblings[a], a, b, arena, seam, problem) != API_OK ||
+                measure_side(pieces, all, siblings[b], b, a, arena, seam, problem) != API_OK)
+                return problem->id;
         }
     *seams = list;
-    return true;
+    return API_OK;
 }
 
 void seams_write(const struct laminate_pieces *pieces, const struct seam *seam,

@@ -17,9 +17,10 @@ struct seam {
 };
 
 /* The seams of the ply that the shape `first` is the first piece of, pieces by their numbers, in
- * the arena. False without memory. */
-bool seams_make(const struct laminate *laminate, const struct flat_plies *shapes, size_t first,
-                struct arena *arena, const struct seam **seams, size_t *count);
+ * the arena. */
+enum api_problem_id seams_make(const struct laminate *laminate, const struct flat_plies *shapes,
+                               size_t first, struct arena *arena, const struct seam **seams,
+                               size_t *count, struct api_problem *problem) STATUS_MUST_USE;
 
 /* A seam as an object of JSON: pieces by name, length, mean_angle_deg, greatest_angle_deg,
  * overlap_area, gap_area. */

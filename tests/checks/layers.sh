@@ -86,5 +86,6 @@ only hdf5.h 'api/format/hdf5\.c'
 only seccomp.h 'server/work/sandbox\.c'
 only zstd.h 'server/http/compress\.c'
 only xxhash.h 'api/checksum\.c'
+only geos_c.h 'api/laminate/plane\.c'
 only sodium.h 'api/request/digest\.c|server/store/cursor\.c|server/id\.c|server/store/sqlite/jobs\.c|server/http/tokens\.c'
 exit $bad

@@ -48,7 +48,7 @@ kubernetes() { documents $(ls deploy/kubernetes/*.yaml | grep -v kustomization);
     bom=${BUILD:-build}/draped.cdx.json
     validate cyclonedx <"$bom"
     sed 's/"scope": "required"/"scope": "must"/' "$bom" | refuses cyclonedx
-    for name in libmicrohttpd12 libjansson4 libsqlite3-0 libc6; do
+    for name in libmicrohttpd12 libjansson4 libgeos-c1v5 libsqlite3-0 libc6; do
         version=$(dpkg-query -W -f '${Version}' "$name")
         jq -e --arg name "$name" --arg version "$version" \
             'any(.components[]; .name == $name and .version == $version and .scope == "required")' "$bom"

@@ -75,6 +75,31 @@ box() {
     [ "$(jq '[.plies[0].pieces[] | select(.outcome == "complete")] | length' <<<"$output")" -eq 5 ]
 }
 
+# sphere SPACING SEAM: the patch of a sphere halved by a great circle, a mirror of it.
+sphere() {
+    jq -c --argjson spacing "$1" --argjson seam "$2" '{surface, length_unit, plies: [{method, direction,
+            fabric: (.fabric | .spacing = $spacing), splits: [{path: [[32, 32, 16], [-32, -32, 16]]}],
+            seam: $seam}]}' api/examples/sphere.json >"$BATS_TEST_TMPDIR/sphere.json"
+    output=$("$DRAPE" "$BATS_TEST_TMPDIR/sphere.json")
+}
+
+@test "pieces of a sphere lose nothing at their seam, at any spacing" {
+    for spacing in 8 4 2 1; do
+        sphere "$spacing" '{"overlap": 4}'
+        number .cloth_coverage 1
+        number '.seams[0].gap_area' 0
+        # The arc is 48 (pi - 2 atan(1 / sqrt(8))) long, before shear its half a little wider.
+        jq -e '.plies[0] | (.pieces | map(.area)) as [$a, $b] | ($a - $b | fabs) < 1e-3 * $a and
+            (.seams[0].overlap_area / 4 | . > 105 and . < 120)' <<<"$output"
+        jq '.plies[0].seams[0].overlap_area - ([.plies[0].pieces[].area] | add)' <<<"$output" \
+            >"$BATS_TEST_TMPDIR/regions"
+        sphere "$spacing" '{"gap": 1e-6}'
+        jq -e --argjson regions "$(cat "$BATS_TEST_TMPDIR/regions")" '.plies[0] | .cloth_coverage > 0.99 and
+            ([.pieces[].area] | add) + $regions < 1e-3 and ([.pieces[].area] | add) + $regions > -1e-3' \
+            <<<"$output"
+    done
+}
+
 @test "an element under an overlap has two rows of the ply" {
     local mesh=$BATS_TEST_TMPDIR/mesh.json
     echo '{"mesh": {"vertices": [[1, 1, 0], [1.2, 1, 0], [1, 1.2, 0], [1.9, 1, 0], [2.1, 1, 0],
