@@ -67,7 +67,7 @@ bool numbers_take_out(const char *bytes, size_t length, struct arena *arena,
     size_t count = 0, room = 0;
     const char *const end = bytes + length, *kept = bytes; /* up to there all is written */
     const char *tried = bytes; /* up to there no array of numbers begins */
-    for (const char *at = bytes; at < end; at++) {
+    for (const char *at = arena ? bytes : end; at < end; at++) {
         char mark[MARK_ROOM];
         if (*at == '"' && (at = walk_string_end(at + 1, end)) == end)
             break;

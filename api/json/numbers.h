@@ -30,8 +30,8 @@ struct numbers {
 bool numbers_prepare(void);
 
 /* Takes out every array of NUMBERS_LEAST or more numbers that are JSON and doubles; what is
- * malformed or out of range is left for the parser to complain about. Linear in the length. False
- * without memory. */
+ * malformed or out of range is left for the parser to complain about; all is without an arena.
+ * Linear in the length. False without memory. */
 enum { NUMBERS_LEAST = 16 };
 bool numbers_take_out(const char *bytes, size_t length, struct arena *arena,
                       struct numbers *numbers);

@@ -105,3 +105,12 @@ bits() {
     severity=$(printf %.3g "$(jq .summary.severity_max "$BATS_TEST_TMPDIR/out")")
     grep "^drape: severity: $severity at the most, by the limit curve" "$BATS_TEST_TMPDIR/said"
 }
+
+@test "drape: generators of eight points a side are written, and read again" {
+    for points in 8 16; do
+        jq --argjson points $points '.fabric = {spacing: 20} |
+            .generators = {warp: {steered: {points: $points}}}' api/examples/freeform.json |
+            "$DRAPE" - 2>/dev/null | jq -e --argjson points $points '.summary.steering |
+                .fell and (.generators.warp.steered.values | length == 2 * $points)'
+    done
+}
