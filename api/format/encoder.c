@@ -218,25 +218,34 @@ struct encoder *encoder_new(const struct format *format, const struct format_sou
     return NULL;
 }
 
-/* A piece is made when the last one has been sent. */
+/* The next piece, in ENCODER_PIECE bytes there. */
+static void make_piece(struct encoder *encoder, char *bytes) {
+    encoder->piece = api_text_over(bytes, ENCODER_PIECE);
+    encoder->sent = 0;
+    encoder->format->next(encoder);
+    encoder->failed = encoder->failed || encoder->piece.failed;
+    if (encoder->failed)
+        encoder->piece.length = 0;
+}
+
+/* A piece is made when the last one has been sent: in the buffer itself if that has room for any.
+ */
 ssize_t encoder_read(struct encoder *encoder, char *buffer, size_t size) {
     size_t length = 0;
     while (length < size) {
-        if (encoder->sent == encoder->piece.length) {
-            if (encoder->ended || encoder->failed)
-                break;
-            encoder->piece = api_text_over(encoder->buffer, sizeof encoder->buffer);
-            encoder->sent = 0;
-            encoder->format->next(encoder);
-            encoder->failed = encoder->failed || encoder->piece.failed;
-            if (encoder->failed)
-                encoder->piece.length = 0;
-            continue; /* a piece may be empty */
+        size_t left = encoder->piece.length - encoder->sent, room = size - length;
+        size_t part = left < room ? left : room;
+        if (left > 0) {
+            memcpy(buffer + length, encoder->buffer + encoder->sent, part);
+            encoder->sent += part;
+        } else if (encoder->ended || encoder->failed) {
+            break;
+        } else if (room >= ENCODER_PIECE) {
+            make_piece(encoder, buffer + length);
+            part = encoder->sent = encoder->piece.length;
+        } else {
+            make_piece(encoder, encoder->buffer);
         }
-        size_t left = encoder->piece.length - encoder->sent;
-        size_t part = left < size - length ? left : size - length;
-        memcpy(buffer + length, encoder->buffer + encoder->sent, part);
-        encoder->sent += part;
         length += part;
     }
     return length == 0 && encoder->failed ? -1 : (ssize_t)length;

@@ -61,18 +61,11 @@ static void write_preamble(struct encoder *encoder) {
  * large result goes. */
 static void write_json_numbers(struct encoder *encoder, const struct api_column_source *column,
                                size_t count) {
-    const double *values = encoder->values;
     char *at = encoder->piece.bytes + encoder->piece.length;
+    int digits = column->integer ? API_PRECISION_WHOLE : encoder->options.precision;
     if (encoder->row > 0)
         *at++ = ',';
-    if (!column->integer)
-        at += api_number_list(at, values, count, encoder->options.precision);
-    for (size_t i = 0; column->integer && i < count; i++) {
-        if (i > 0)
-            *at++ = ',';
-        size_t length = encoder_value(encoder, column, values[i], at);
-        at += length > 0 ? length : (size_t)(stpcpy(at, "null") - at);
-    }
+    at += api_number_list(at, encoder->values, count, digits);
     encoder->piece.length = (size_t)(at - encoder->piece.bytes);
 }
 

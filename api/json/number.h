@@ -17,6 +17,7 @@ extern "C" {
 enum {
     API_NUMBER_SIZE = 32,     /* room that every text fits in */
     API_PRECISION_EXACT = 17, /* significant digits; more would add nothing */
+    API_PRECISION_WHOLE = -1, /* of a list of whole numbers */
 };
 
 /* Write `value`, which must be finite, to `text` (API_NUMBER_SIZE bytes) and return the length:
@@ -27,10 +28,10 @@ size_t api_number_rounded(char *text, double value, int digits);
 /* The text of api_number_shortest, always by the standard library: what the tests compare with. */
 size_t api_number_by_library(char *text, double value);
 
-/* With commas between them the texts of api_number_shortest, or with `digits` > 0 of
- * api_number_rounded, and "null" for what is NaN; `text` has API_NUMBER_SIZE bytes for each. What
- * has the bits of the number before it is not found anew: columns of one value (a fibre volume
- * fraction, say) are common. */
+/* With commas between them the texts of api_number_shortest (`digits` 0), of api_number_rounded, or
+ * of api_number_integer (API_PRECISION_WHOLE), and "null" for what is NaN; `text` has
+ * API_NUMBER_SIZE bytes for each. What has the bits of the number before it is not found anew:
+ * columns of one value (a fibre volume fraction, say) are common. */
 size_t api_number_list(char *text, const double *values, size_t count, int digits);
 
 size_t api_number_integer(char *text, int64_t value);

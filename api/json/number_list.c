@@ -28,7 +28,9 @@ static __attribute__((noinline)) size_t write_alone(char *text, double value, in
         memcpy(text, "null", 4);
         return 4;
     }
-    return digits > 0 ? api_number_rounded(text, value, digits) : api_number_shortest(text, value);
+    if (digits == API_PRECISION_WHOLE)
+        return api_number_integer(text, (int64_t)value);
+    return digits ? api_number_rounded(text, value, digits) : api_number_shortest(text, value);
 }
 
 static bool same_bits(const double *a, const double *b, size_t count) {
@@ -43,7 +45,7 @@ size_t api_number_list(char *text, const double *values, size_t count, int digit
         if (i % DIGITS_TOGETHER == 0) {
             size_t left = count - i < DIGITS_TOGETHER ? count - i : DIGITS_TOGETHER;
             bool one = same_bits(&values[i + 1], &values[i], left - 1);
-            spell_several(values + i, digits > 0 || one ? 0 : left, &lanes);
+            spell_several(values + i, digits != 0 || one ? 0 : left, &lanes);
             lane = 0;
         }
         if (i > 0)
