@@ -8,6 +8,10 @@
 const SIZE = 256;
 const VIRIDIS = '440154 482878 3e4a89 31688e 26828e 1f9e89 35b779 6dcd59 b4de2c fde725';
 
+function rgbOf(hex) {
+  return [0, 2, 4].map((k) => parseInt(hex.slice(k, k + 2), 16));
+}
+
 const mix = (a, b, t) => a.map((value, k) => value + (b[k] - value) * t);
 
 function sample(stops, t) {
@@ -45,16 +49,21 @@ function table(colourAt) {
   return bytes;
 }
 
-const stops = VIRIDIS.split(' ').map((hex) =>
-  [0, 2, 4].map((k) => parseInt(hex.slice(k, k + 2), 16)),
-);
+/** Of pieces of cloth side by side, told apart by everyone (Okabe and Ito, 2008). */
+const PIECES = '56b4e9 e69f00 009e73 f0e442 cc79a7 0072b2 d55e00 999999'.split(' ').map(rgbOf);
+
+const stops = VIRIDIS.split(' ').map(rgbOf);
 const arms = [polar(0.38, 0.15, 255), [0.95, 0, 0], polar(0.38, 0.15, 25)];
 
 /** RGBA bytes of 256 colours. */
 export const maps = {
   sequential: table((t) => sample(stops, t)),
   diverging: table((t) => fromOklab(sample(arms, t))),
+  pieces: table((t) => PIECES[Math.min(Math.floor(t * PIECES.length), PIECES.length - 1)]),
 };
+
+/** The share of the map `pieces` at which the k-th colour is. */
+export const shareOfPiece = (k) => ((k % PIECES.length) + 0.5) / PIECES.length;
 
 /** The colour at `t` of 0..1 for a style sheet or an SVG. */
 export function css(map, t) {

@@ -112,6 +112,7 @@ export class Form {
   constructor({ onLive, onSettled, onUnit, isEmpty }) {
     this.root = element('request');
     this.kept = {};
+    this.splits = [];
     this.surfaceText = null;
     this.shape = null;
     this.onUnit = onUnit;
@@ -171,6 +172,7 @@ export class Form {
     this.shape = shape;
     const kept = withoutDefaults(settings);
     this.kept = kept;
+    this.splits = [];
     this.#setUnit(kept.length_unit || 'm');
     element('method').value = kept.method || 'gib';
     element('spacing').value = show(kept.fabric.spacing);
@@ -253,13 +255,14 @@ export class Form {
     this.kept = { ...this.kept, cuts: cuts.length ? cuts : undefined };
   }
 
-  /** All that is drawn on the part. */
+  /** All that is drawn on the part; splits are of a ply, and no drape has them. */
   get drawn() {
-    return { cuts: this.cuts };
+    return { cuts: this.cuts, splits: this.splits };
   }
 
-  set drawn({ cuts }) {
+  set drawn({ cuts, splits }) {
     this.cuts = cuts;
+    this.splits = splits;
   }
 
   setStart(numbers, digits = 6) {

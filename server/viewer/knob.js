@@ -3,8 +3,7 @@
 
 const STEPS = { ArrowLeft: [-8, 0], ArrowRight: [8, 0], ArrowUp: [0, -8], ArrowDown: [0, 8] };
 
-/** A button that says `begin()`, `move(place)` for every place of the part and, where there was one,
- *  `end(kept)`, false of a drag that was broken off; `remove()` at Delete, if given. `again()`: the
+/** A button that says `begin()`, `move(place, event)` for every place, null beside the part, and, where one was taken, `end(kept)`, false of a drag that was broken off; `remove()` at Delete, if given. `again()`: the
  *  button that has its place after a move by a key, which made all anew. */
 export function makeKnob(view, { label, kind, begin, move, end, remove, again }) {
   const knob = Object.assign(document.createElement('button'), { type: 'button' });
@@ -18,10 +17,7 @@ export function makeKnob(view, { label, kind, begin, move, end, remove, again })
     begin();
   };
   const go = (event) => {
-    const place = view.placeAt(event);
-    if (!place) return;
-    moved = true;
-    move(place);
+    if (move(view.placeAt(event), event)) moved = true;
   };
   const release = (keeps) => {
     if (held && moved) end(keeps);

@@ -110,7 +110,6 @@ export class Lines {
 
   /** Where a line may begin that is meant by a place; `own`: the line itself, which is not meant. */
   #onEdge(place, anywhere = false, own = null) {
-    if (!place) return null;
     const others = this.lines.filter((line) => line !== own);
     return this.tracer.onRim(
       place,
@@ -201,11 +200,13 @@ export class Lines {
       label: `${name} of ${this.kind} ${k + 1}. Drag it, or use the arrow keys; Delete removes ${isEnd ? 'the line' : 'it'}.`,
       kind: `${isTip ? 'tip' : 'corner'} of-${this.kind}`,
       begin: () => (before = this.history.read()),
-      move: (place) => {
-        const own = this.lines[k];
-        const meant = isEnd && !isTip ? this.#onEdge(place, true, own) : this.tracer.onFold(place);
-        this.#moveCorner(k, n, meant ?? place, closed);
+      move: (place, event) => {
+        const meant =
+          isEnd && !isTip ? this.#along(k, place, event) : place && this.tracer.onFold(place);
+        if (!meant) return false;
+        this.#moveCorner(k, n, meant, closed);
         this.onLive();
+        return true;
       },
       end: (kept) => {
         if (!kept) return this.history.write(before);
@@ -216,6 +217,11 @@ export class Lines {
       remove: () => (isEnd || length < 4 ? this.#remove(k) : this.#removeCorner(k, n)),
       again: () => this.knobs.find((other) => other.k === k && other.n === n)?.knob,
     });
+  }
+
+  /** Where on an edge the end of a line is dragged to. */
+  #along(k, place, event) {
+    return this.#onEdge(place ?? this.tracer.missedRim(event), true, this.lines[k]);
   }
 
   #moveCorner(k, n, place, closed) {

@@ -40,6 +40,7 @@ import { Mapped } from './mapped.js';
 import { Outline } from './outline.js';
 import { Rosette } from './rosette.js';
 import { Runner } from './run.js';
+import { Pieces } from './pieces.js';
 import { Stack } from './stack.js';
 import { startTheme } from './theme.js';
 import { Chooser } from './chooser.js';
@@ -123,6 +124,8 @@ async function takeRequest(request) {
   form.load(request);
   history.clear();
   cuts.load();
+  splits.load();
+  pieces.clear();
   if (request.fault) form.surfaceError(request.fault);
   refreshAbout();
   clear();
@@ -337,6 +340,7 @@ function showDrape(drape, passing = false) {
   if (passing) return view.passing();
   chooser.show(false);
   finder.show(false);
+  pieces.show(false);
   finder.refresh();
   stack.mark(page.one.id);
   cuts.show(page.one.lattice.columns, unitShown());
@@ -400,7 +404,7 @@ function refreshColours() {
   for (const [slot, drape] of Object.entries(sets))
     values[slot] = drape && valuesOf(drape.lattice.columns, field);
   // One scale for all that is shown: a stack on a mesh is thicker than the ply beside it.
-  const ranges = [...Object.values(values), mapped.valuesOf(field)]
+  const ranges = [...Object.values(values), mapped.valuesOf(field), pieces.valuesOf(field)]
     .filter((set) => set?.length)
     .map(rangeOf);
   const range = ranges.length
@@ -414,6 +418,7 @@ function refreshColours() {
   page.scale = { range: scale, map, unit: field.unit(unitShown()), label: field.label, marks };
   drawScale(element('scale'), page.scale);
   mapped.colour(field, page.scale);
+  pieces.colour(field, page.scale);
 }
 
 /** The unit of what is shown: of a drape that of its own request, whatever the form says since. */
@@ -510,8 +515,8 @@ function pinWorst() {
 /** Shows the drape of a ply, from where one looks now. */
 async function lookAt(id, { angle, own }) {
   if (angle !== null) form.main = { angle: String(angle) };
-  const { spacing } = own.fabric;
   const settings = form.settings();
+  const { spacing } = (own ?? settings).fabric;
   const drape = await fetchDrape(id);
   const label = labelOf(settings);
   showDrape({ ...drape, spacing: spacingOf({ fabric: { spacing } }), label, body: form.body() });
@@ -672,7 +677,7 @@ const view = new View({
     drawBar(view.pixelsOfUnit, unitShown());
     measure.draw((node) => view.pixelsOf(node));
     outline.draw((place) => view.pixelsOfPlace(place));
-    cuts.draw((place) => view.pixelsOfPlace(place));
+    for (const lines of [cuts, splits]) lines.draw((place) => view.pixelsOfPlace(place));
     rosette.draw();
   },
 });
@@ -682,15 +687,24 @@ const outline = new Outline(view, (text) => hint(text, true));
 const history = new History({
   read: () => form.drawn,
   write: (drawn) => {
+    const before = form.drawn;
     form.drawn = drawn;
     cuts.load();
-    settle();
+    splits.load();
+    if (drawn.splits === before.splits) settle();
+    else pieces.follow();
   },
 });
-const drawing = { view, form, outline, history, tracer: new Tracer(view, form) };
+const tracer = new Tracer(view, form);
+const drawing = { view, form, outline, history, tracer };
 const cuts = new Lines('cut', drawing, {
   onLive: () => runner.live(false),
   onSettled: settle,
+  onDraw: () => chooser.show(false),
+});
+const splits = new Lines('split', drawing, {
+  onLive: () => {},
+  onSettled: () => pieces.follow(),
   onDraw: () => chooser.show(false),
 });
 const rosette = new Rosette(view, form, {
@@ -703,6 +717,16 @@ const finder = new Finder(view, form, {
   current: () => page.one?.summary,
 });
 const mapped = new Mapped(view, { onShow: refreshColours, onError: reportQuietly });
+const pieces = new Pieces(view, form, {
+  tracer,
+  onLook: (id) => lookAt(id, { angle: null }).catch(report),
+  onShow: refreshColours,
+  onDraw: (take, kind) => {
+    chooser.show(false);
+    outline.begin(take, kind);
+  },
+  onError: reportQuietly,
+});
 const stack = new Stack(form, {
   onLook: (id, ply) => lookAt(id, ply).catch(report),
   onDraw: (take) => {

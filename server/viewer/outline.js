@@ -29,7 +29,8 @@ export class Outline {
 
   /** Begins a line; `take(points)` gets it once it is ended, and has as many points as its `kind`
    *  needs. `kind.first(point, event)`: where it begins that was clicked there, on the part or, of
-   *  null, beside it; null for a `refusal`; `kind.next` likewise: where it goes on to; `kind.last(points)`: where it ends, null for a
+   *  null, beside it; null for a `refusal`; `kind.next` likewise: where it goes on to; one of
+   *  `kind.most` points is ended by the last; `kind.last(points)`: where it ends, null for a
    *  `lastRefusal`. */
   begin(take, kind = BOUNDARY) {
     this.points = [];
@@ -41,6 +42,7 @@ export class Outline {
         const meant = this.points.length ? next : first;
         const point = meant ? meant(clicked, event) : clicked;
         if (point) this.points.push(point);
+        if (this.points.length === kind.most) return this.end(true);
         this.say(point ? hint : `${clicked ? refusal : 'That is beside the part.'} ${hint}`);
         this.view.stage.redraw();
       },

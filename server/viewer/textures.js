@@ -12,4 +12,5 @@ function textureOf(bytes) {
 export const textures = {
   sequential: textureOf(maps.sequential),
   diverging: textureOf(maps.diverging),
+  pieces: textureOf(maps.pieces),
 };

@@ -4,7 +4,8 @@
 import { element } from './dom.js';
 
 const REACH = 30; // pixels from the rim within which a line begins there
-const SNAP = 10; // from another edge, or from the end of one, within which a point goes there
+const MISSED = 10; // beside the part, within which its rim is meant
+const SNAP = 7; // from a fold, or an end, within which a point goes there; less than a key moves it
 const STEP = 8; // pixels from one place of a line that is drawn to the next
 const SLACK = 1e-3; // of the part's radius: what lies nearer to a straight line is left out
 const PARTS = 16; // of an edge
@@ -93,8 +94,9 @@ export class Tracer {
   }
 
   /** The place of the rim, or of other lines on the part, that is meant by one beside it; null where
-   *  none is near. `anywhere`: however far it is. */
+   *  none is near, or of null. `anywhere`: however far it is. */
   onRim(place, lines, anywhere = false) {
+    if (!place) return null;
     const others = lines.flatMap((line) => line.slice(1).map((end, k) => [line[k], end]));
     const found = nearestEdge([...this.#edgesOfShape.rim, ...others], place);
     if (!found || !(anywhere || this.#pixelsBetween(place, found.place) < REACH)) return null;
@@ -111,7 +113,7 @@ export class Tracer {
     const parts = inParts(this.#edgesOfShape.rim);
     const flat = parts.map((part) => Object.assign(part.map(pixels), { part }));
     const found = nearestEdge(flat, [clientX - x, clientY - y]);
-    if (!found || found.far > SNAP) return null;
+    if (!found || found.far > MISSED) return null;
     const [from, to] = found.segment;
     const share = away(found.place, from) / (away(to, from) || 1);
     const [a, b] = found.segment.part;

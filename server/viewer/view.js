@@ -43,7 +43,7 @@ function themed(name) {
 }
 
 /** What patches do where nobody says. */
-const NO_HANDLERS = { onTwice: () => {}, sweeps: () => false };
+const NO_HANDLERS = { onTwice: () => {}, sweeps: () => false, over: false };
 
 export class View {
   /** `onHover(hit)`, `onPick(hit)` with {slot, cell, node} or null, `onStart(place, settled)`,
@@ -150,7 +150,8 @@ export class View {
     }
   }
 
-  /** Shows the patches of a body in 3D, in place of net and surface; null: these again, seen from
+  /** Shows the patches of a body in 3D, in place of the net and, unless they lie `over` that, of the
+   *  surface; null: these again, seen from
    *  home unless somebody has turned the picture. Its `onPick` and `onHover` get a patch, -1 for none,
    *  `onTwice` that of a double click; `onGone()` when others take their place; `frames`: the camera
    *  goes to where all is seen. While `sweeps()`, dragging picks instead of turning. */
@@ -308,7 +309,8 @@ export class View {
     element('front-key').hidden = !shown.front || !this.slots.one;
     for (const name of ['solid', 'other', 'difference']) {
       const surface = this.panes[name].scene.getObjectByName('surface');
-      if (surface) surface.visible = shown.surface && !(name === 'solid' && this.patches);
+      const hidden = name === 'solid' && this.patches && !this.patches.over;
+      if (surface) surface.visible = shown.surface && !hidden;
     }
     this.#cover();
     this.stage.redraw();
