@@ -29,7 +29,7 @@ image) wanted="$build $package buildah mmdebstrap curl jq procps" ;;
 fuzz) wanted="$build clang-14 libclang-rt-14-dev llvm-14 python3-h11" ;;
 test) wanted="$build $package $tests" ;;
 filling) wanted="$build python3-dolfinx-real python3-matplotlib" ;; # 800 MB of finite elements
-freecad) wanted="$build python3-numpy freecad-python3" ;;           # 800 MB, too
+freecad) wanted="$build python3-numpy freecad freecad-python3 xvfb xauth libgl1-mesa-dri" ;; # 800 MB, too
 *)
     echo "usage: $0 compile|import|page|package|image|fuzz|test|filling|freecad" >&2
     exit 2

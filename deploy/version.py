@@ -22,6 +22,7 @@ FOLLOWERS = (("api/openapi.yaml", r"\n  version: (\S+)\n"),
              ("clients/python/draped.py", r'__version__ = "(.*)"'),
              ("clients/typescript/package.json", r'\n  "version": "(.*)"'),
              ("clients/mcp/package.json", r'\n  "version": "(.*)"'),
+             ("clients/freecad/package.xml", r"<version>(.*)</version>"),
              ("deploy/kubernetes/kustomization.yaml", r"newTag: (\S+)"))
 CHANGELOG = "CHANGELOG.md"
 NUMBER = r"\d+\.\d+\.\d+(?:-rc\d+)?"

@@ -172,9 +172,11 @@ benchmark-cases: $(B)/tests/benchmark/make_cases $(B)/tests/benchmark/make_steps
 benchmark: all ## drapes and scores the cases of benchmark/ by all methods: benchmark/README.md
 	@python3 tests/benchmark/run.py $(B)/drape $(B)/benchmark
 
-freecad: all ## after a change of the import: parts that FreeCAD makes and writes as STEP and IGES
+# Not in `make test`: FreeCAD is 800 MB. What of the workbench needs no FreeCAD is tests/http/workbench.bats.
+freecad: all ## after a change of the import or the workbench: parts that FreeCAD makes, and drapes in FreeCAD
 	@deploy/setup.sh freecad
 	@BUILD=$(B) /usr/bin/python3 tests/import/freecad.py
+	@BUILD=$(B) /usr/bin/python3 tests/clients/freecad.py
 
 BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell courses parts store)
 bench: $(BENCHES) all $(B)/tests/import/make_parts ## after a change in solver/ or the store: ratios within one run

@@ -1,0 +1,1 @@
+../python/draped.py
