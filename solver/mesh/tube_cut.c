@@ -121,7 +121,7 @@ static bool number_vertices(struct tube *o) {
 /* Whether the component is a tube; finds its borders. */
 static bool find_ends(struct tube *o) {
     const struct mesh *mesh = o->mesh;
-    int32_t halves = (int32_t)(3 * mesh->triangle_count), borders = 0, ends = 0;
+    int32_t halves = (int32_t)(3 * mesh->triangle_count), borders = 0, ends = 0, plates = 0;
     int64_t corners = 0, edges = 0, triangles = 0;
     for (int32_t h = 0; h < halves; h++)
         o->border[h] = NOWHERE;
@@ -144,14 +144,19 @@ static bool find_ends(struct tube *o) {
             for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
                 turn -= mesh_corner_angle(mesh, o->around[k]);
         }
-        if (turn > turn_most)
-            return false;
-        if (turn >= -turn_most && ends < 2)
+        bool plate = turn > turn_most, end = !plate && turn >= -turn_most;
+        if (end && ends < 2)
             o->ends[ends] = borders;
-        ends += turn >= -turn_most;
+        ends += end;
+        plates += plate;
         borders++;
     }
-    return ends == 2 && corners - edges + triangles == 2 - borders;
+    if (borders == 2 && ends == 0 && plates != 1) { /* of a barrel or an hourglass */
+        plates = 0;
+        for (; ends < 2; ends++)
+            o->ends[ends] = ends;
+    }
+    return ends == 2 && plates == 0 && corners - edges + triangles == 2 - borders;
 }
 
 /* ---- the fence: the shortest way along edges from one end to the other ---- */

@@ -101,7 +101,7 @@ struct shell {
     struct face_edge *edges;
     size_t edge_count;
     uint32_t *boundaries; /* of each component, in one piece each */
-    uint32_t *ends;       /* those of them that may be ends of a tube */
+    uint32_t *plates;     /* those of them that are edges of plates */
 };
 
 /* The face that edge `number` bounds, and the one that a surface of a shell is. */

@@ -241,11 +241,9 @@ struct round {
 
 enum { SAMPLES_OF_EDGE = 16 };
 
-/* Of the ends of tubes, the share of the area that lies across the mean normal is less than this:
- * that share is 1 for a plate's edge, -1 for a hole's and, for a cone's, the sine of half its
- * angle.
- */
-static const double end_share = 0.8;
+/* Of a plate's edge the share of the area that lies across the mean normal is more than this: that
+ * share is 1 for a flat one, -1 for a hole's and, for a cone's, the sine of half its angle. */
+static const double plate_share = 0.8;
 
 static void add_to_round(const struct shell *shell, const struct face_edge *edge,
                          struct round *round) {
@@ -267,8 +265,8 @@ static void add_to_round(const struct shell *shell, const struct face_edge *edge
     }
 }
 
-/* How many pieces the boundary of each component consists of, and how many of them may be ends of a
- * tube. */
+/* How many pieces the boundary of each component consists of, and how many of them are edges of
+ * plates. */
 static enum status count_boundaries(struct shell *shell, struct arena *arena) {
     struct chains chains = {.shell = shell};
     size_t count = 0, room = shell->edge_count;
@@ -278,8 +276,8 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
     chains.root = arena_take(arena, room, sizeof *chains.root);
     struct round *rounds = arena_alloc(arena, room, sizeof *rounds);
     shell->boundaries = arena_alloc(arena, shell->component_count, sizeof *shell->boundaries);
-    shell->ends = arena_alloc(arena, shell->component_count, sizeof *shell->ends);
-    if (!box || !chains.edge || !chains.root || !rounds || !shell->boundaries || !shell->ends)
+    shell->plates = arena_alloc(arena, shell->component_count, sizeof *shell->plates);
+    if (!box || !chains.edge || !chains.root || !rounds || !shell->boundaries || !shell->plates)
         return STATUS_OUT_OF_MEMORY;
     for (size_t e = 0; e < shell->edge_count; e++) {
         const struct face_edge *edge = &shell->edges[e];
@@ -317,8 +315,8 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
             int32_t component = shell->faces[edge_face(shell, (size_t)chains.edge[k])].component;
             shell->boundaries[component]++;
             double across = vec3_dot(rounds[k].area, rounds[k].normal);
-            shell->ends[component] +=
-                fabs(across) < end_share * rounds[k].length * vec3_norm(rounds[k].area);
+            shell->plates[component] +=
+                across > plate_share * rounds[k].length * vec3_norm(rounds[k].area);
         }
     return status;
 }
@@ -515,7 +513,7 @@ void shell_relocate(struct relocation *relocation, void *field) {
     size_t components = shell->component_count;
     relocate(relocation, &shell->edges, shell->edge_count, sizeof *shell->edges);
     relocate(relocation, &shell->boundaries, components, sizeof *shell->boundaries);
-    relocate(relocation, &shell->ends, components, sizeof *shell->ends);
+    relocate(relocation, &shell->plates, components, sizeof *shell->plates);
 }
 
 size_t shell_face_count(const struct shell *shell) {
@@ -620,7 +618,9 @@ bool shell_may_close(const struct shell *shell, int32_t face) {
 }
 
 bool shell_may_be_tube(const struct shell *shell, int32_t face) {
-    return shell->ends[shell->faces[face].component] == 2;
+    int32_t component = shell->faces[face].component;
+    uint32_t boundaries = shell->boundaries[component], plates = shell->plates[component];
+    return boundaries >= 2 && (plates == 0 || (plates == 2 && boundaries == 2));
 }
 
 bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, double reach,

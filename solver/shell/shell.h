@@ -140,8 +140,8 @@ struct shell_point {
  * a hole: they have no boundary, or more than one. */
 bool shell_may_close(const struct shell *shell, int32_t face);
 
-/* Whether they may be a tube: of their boundaries two run round it, as far as their normals tell.
- */
+/* Whether they may be a tube: they have two boundaries or more, of which none, or both of two, are
+ * like the edge of a plate as far as their normals tell. */
 bool shell_may_be_tube(const struct shell *shell, int32_t face);
 
 /* Whether they have no boundary. */
