@@ -235,6 +235,7 @@ export class Form {
       'length_unit',
       'cuts',
       'rosette',
+      'generators',
     ];
     const fabric = ['spacing', ...Object.values(FABRIC)];
     if (typeof this.kept.fabric.material === 'string') fabric.push('material');
@@ -255,14 +256,24 @@ export class Form {
     this.kept = { ...this.kept, cuts: cuts.length ? cuts : undefined };
   }
 
-  /** All that is drawn on the part; splits are of a ply, and no drape has them. */
-  get drawn() {
-    return { cuts: this.cuts, splits: this.splits };
+  /** {warp, weft}; undefined: geodesics. Not changed, but others take their place. */
+  get generators() {
+    return this.kept.generators;
   }
 
-  set drawn({ cuts, splits }) {
+  set generators(generators) {
+    this.kept = { ...this.kept, generators };
+  }
+
+  /** All that is drawn on the part; splits are of a ply, and no drape has them. */
+  get drawn() {
+    return { cuts: this.cuts, splits: this.splits, generators: this.generators };
+  }
+
+  set drawn({ cuts, splits, generators }) {
     this.cuts = cuts;
     this.splits = splits;
+    this.generators = generators;
   }
 
   setStart(numbers, digits = 6) {

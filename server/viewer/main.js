@@ -41,6 +41,8 @@ import { Outline } from './outline.js';
 import { Rosette } from './rosette.js';
 import { Runner } from './run.js';
 import { Pieces } from './pieces.js';
+import { Proposals } from './proposals.js';
+import { Steering } from './steering.js';
 import { Stack } from './stack.js';
 import { startTheme } from './theme.js';
 import { Chooser } from './chooser.js';
@@ -125,7 +127,9 @@ async function takeRequest(request) {
   history.clear();
   cuts.load();
   splits.load();
+  steering.load();
   pieces.clear();
+  proposals.clear();
   if (request.fault) form.surfaceError(request.fault);
   refreshAbout();
   clear();
@@ -222,6 +226,7 @@ function clear() {
   view.setNet('one', null);
   view.setHandle(-1);
   rosette.set(null);
+  steering.show(null);
   showDownloads(element('downloads'), null, reportQuietly);
   refresh();
   for (const id of ['cell-i', 'cell-j']) element(id).value = '';
@@ -334,6 +339,7 @@ function showDrape(drape, passing = false) {
   if (measure.nodes.length) measure.toggle(measure.on); // its nodes were the net's before
   view.setNet('one', drape.lattice, drape.spacing);
   view.setHandle(nodeAt(drape.lattice.grid, 0, 0));
+  steering.show(page.one);
   if (!passing) rosette.set(page.one);
   refresh(passing);
   refreshStale();
@@ -678,6 +684,8 @@ const view = new View({
     measure.draw((node) => view.pixelsOf(node));
     outline.draw((place) => view.pixelsOfPlace(place));
     for (const lines of [cuts, splits]) lines.draw((place) => view.pixelsOfPlace(place));
+    proposals.draw((place) => view.pixelsOfPlace(place));
+    steering.draw((place) => view.pixelsOfPlace(place), Boolean(view.patches));
     rosette.draw();
   },
 });
@@ -691,6 +699,7 @@ const history = new History({
     form.drawn = drawn;
     cuts.load();
     splits.load();
+    steering.load();
     if (drawn.splits === before.splits) settle();
     else pieces.follow();
   },
@@ -717,6 +726,11 @@ const finder = new Finder(view, form, {
   current: () => page.one?.summary,
 });
 const mapped = new Mapped(view, { onShow: refreshColours, onError: reportQuietly });
+const proposals = new Proposals(view, form, cuts, { onError: reportQuietly });
+const steering = new Steering(view, form, history, {
+  onLive: () => runner.live(false),
+  onSettled: settle,
+});
 const pieces = new Pieces(view, form, {
   tracer,
   onLook: (id) => lookAt(id, { angle: null }).catch(report),

@@ -203,6 +203,13 @@ function grownText({ grown_area, cloth_area, max_shear_grown_deg, max_shear_pinn
   return `${share} %, ${format(max_shear_grown_deg, 3)}°; other ${format(max_shear_pinned_deg, 3)}°`;
 }
 
+/** What generators of least energy save: energies are areas, or work by the fabric's shear curve. */
+function energyRows({ energy_before: before, energy_after: after }) {
+  const rows = [['Energy, geodesics', format(before, 4), before]];
+  const saved = before > 0 ? `, −${format(100 * (1 - after / before), 3)} %` : '';
+  return [...rows, ['Energy, steered', `${format(after, 4)}${saved}`, after]];
+}
+
 function summaryRows(summary, unit) {
   const rows = SUMMARY.filter(([key]) => summary[key] !== null && summary[key] !== undefined).map(
     ([key, name, write]) => {
@@ -219,6 +226,7 @@ function summaryRows(summary, unit) {
   );
   const greatest = rows.findIndex(([name]) => name === 'Greatest shear');
   rows.splice(greatest + 1, 0, ['Grown cloth', grownText(summary)]);
+  if (summary.steering) rows.push(...energyRows(summary.steering));
   const reasons = Object.entries(summary.front_reasons || {}).filter(([, count]) => count);
   rows.push([
     'Front',

@@ -193,6 +193,30 @@ test('cuts: points snap to the folds of a box, and to their ends', async () => {
     );
 });
 
+test('cuts: a study proposes some, which are ghosts until they are taken', async () => {
+  await openRequest({ ...(await ask(`v1/drapes/${idOf(page)}/request`)), cuts: [{ path: EDGE }] });
+  await page.click('#cut-list li button');
+  await page.click('#drape');
+  await page.waitForFunction(() =>
+    /cells, solved/.test(document.querySelector('#state').textContent),
+  );
+  const before = (await ask(`v1/drapes/${idOf(page)}`)).summary;
+  assert.equal(before.outcome, 'partial');
+  await page.click('#propose');
+  await page.waitForSelector('#proposed-list li');
+  assert.match(await page.textContent('#propose-state'), /^With all of these: shear up to /);
+  assert.match(await page.getAttribute('#proposed-lines', 'd'), /^M[\d.]+,/);
+  assert.deepEqual(await cutsOf(), []);
+  await drapes(() => page.click('#proposed-all'));
+  const after = (await ask(`v1/drapes/${idOf(page)}`)).summary;
+  assert.equal(after.outcome, 'complete');
+  assert.ok(after.max_shear_deg <= 45 && before.max_shear_deg > 45, `${after.max_shear_deg}`);
+  assert.ok((await cutsOf()).every(({ name }) => /^proposed_/.test(name)));
+  assert.ok(await page.isHidden('#proposed'));
+  await drapes(() => page.click('#undo'));
+  assert.deepEqual(await cutsOf(), []);
+});
+
 test('cuts: the picture of the docs', async () => {
   const small = await openPage(browser, daemon.url, {
     width: 1200,

@@ -7,11 +7,11 @@ cd "$(dirname "$0")/../.."
 export BUILD=$1
 shots=$1/tests/browser
 rm -f "$shots"/readme*.png "$shots"/docs_*.png
-for file in page part study cuts pieces; do
+for file in page part study cuts pieces steering; do
     node --test --test-name-pattern='the picture of the (README|docs)' "tests/browser/$file.test.mjs" \
         >"$shots/$file.log" 2>&1 || { cat "$shots/$file.log" >&2; exit 1; }
 done
 cp "$shots/readme.png" server/viewer/screenshot.png
 cp "$shots/readme_part.png" docs/figures/part.png
 cp "$shots/docs_study.png" docs/figures/study.png
-for name in cuts pieces courses; do cp "$shots/docs_$name.png" "docs/figures/$name.png"; done
+for name in cuts pieces courses steering; do cp "$shots/docs_$name.png" "docs/figures/$name.png"; done
