@@ -58,6 +58,7 @@ static const char help_tail[] =
     "  --fields LIST      only these columns: nodes.x,cells.shear_deg; of a map: k1,k2\n"
     "  --precision P      round numbers to P significant digits, 1..17\n"
     "  --report           the same as --format html\n"
+    "  --bundle           the same as --format bundle\n"
     "  --partial          dxf, astm, hpgl: cut what is draped though some of the part stays\n"
     "                     bare\n"
     "  --allowance L      of a drape's pattern: a second line L outside the cut, in the\n"
@@ -148,8 +149,8 @@ static bool take_argument(struct arguments *arguments, const char *name, const c
         arguments->options.partial = true;
         return true;
     }
-    if (strcmp(name, "report") == 0) {
-        arguments->format_name = "html";
+    if (strcmp(name, "report") == 0 || strcmp(name, "bundle") == 0) {
+        arguments->format_name = *name == 'r' ? "html" : "bundle";
         return true;
     }
     if (strcmp(name, "material") == 0) {
@@ -192,6 +193,7 @@ static const struct option option_table[] = {
     {"allowance", required_argument, NULL, 0},
     {"partial", no_argument, NULL, 0},
     {"report", no_argument, NULL, 0},
+    {"bundle", no_argument, NULL, 0},
     {"width", required_argument, NULL, 0},
     {"gap", required_argument, NULL, 0},
     {"turn", required_argument, NULL, 0},
@@ -214,7 +216,7 @@ static const struct option option_table[] = {
 
 int arguments_parse(struct arguments *arguments, int argc, char **argv) {
     static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_PATTERN, FORMAT_REPORT,
-                                           FORMAT_LASER};
+                                           FORMAT_LASER, FORMAT_BUNDLE};
     int option, index = 0;
     while ((option = getopt_long(argc, argv, "ho:", option_table, &index)) != -1) {
         const char *name = option == 'o' ? "output" : option_table[index].name;
@@ -224,6 +226,7 @@ int arguments_parse(struct arguments *arguments, int argc, char **argv) {
             print_formats("its flat cut pattern:", FORMAT_PATTERN);
             print_formats("a report to print:", FORMAT_REPORT);
             print_formats("of a laminate, for laser projectors:", FORMAT_LASER);
+            print_formats("of a laminate, all of these in a zip:", FORMAT_BUNDLE);
             print_formats("with --map, on a mesh:", FORMAT_MAP);
             fputs(help_tail, stdout);
         }

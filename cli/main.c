@@ -250,7 +250,8 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
             ok = write_map(arguments, NULL, NULL, &job, output, &problem);
         else if (ok && strcmp(format->name, "json") == 0)
             ok = laminate_job_report(&job, output, &problem);
-        else if (ok && format->uses & (FORMAT_PATTERN | FORMAT_REPORT | FORMAT_LASER))
+        else if (ok &&
+                 format->uses & (FORMAT_PATTERN | FORMAT_REPORT | FORMAT_LASER | FORMAT_BUNDLE))
             ok = laminate_patterns(&job.laminate, job.nets, LAMINATE_ALL, format->name, &roll,
                                    &sink, job.arena, &problem) == API_OK;
         else if (ok)
@@ -258,7 +259,7 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
                             "a laminate has no %s of its own: use --map, or drape one of its plies",
                             format->name);
         laminate_job_close(&job);
-    } else if (ok && arguments->format->uses & FORMAT_LASER)
+    } else if (ok && arguments->format->uses & (FORMAT_LASER | FORMAT_BUNDLE))
         api_problem_set(&problem, API_NOT_ACCEPTABLE,
                         "%s is of a laminate: give the drape as the one of its \"plies\"",
                         arguments->format->name);

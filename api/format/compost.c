@@ -216,6 +216,8 @@ static void write_item(struct encoder *encoder, size_t item) {
             open_object(text, "Sequence", NULL, SEQUENCE_ID);
             api_text_raw(text, ",\"additionalParameters\":{\"length_unit\":");
             api_text_string(text, encoder->fields.unit->name);
+            if (encoder->fields.revision)
+                api_text_key_string(text, "revision", encoder->fields.revision);
             api_text_raw(text, "},\"subComponents\":[");
         }
         api_text_raw(text, item ? "," : "");

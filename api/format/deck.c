@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "deck.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -228,16 +229,18 @@ static void write_deck_head(struct encoder *encoder) {
     const struct map_fields *fields = &encoder->fields;
     const struct deck *deck = encoder->format->own;
     const struct deck_state *state = encoder->state;
-    char words[400];
+    char words[400 + ENCODER_NOTE_SIZE], origin[ENCODER_NOTE_SIZE];
     size_t bare = 0;
+    encoder_origin(encoder, origin);
+    origin[0] = (char)toupper(origin[0]);
     for (size_t e = 0; e < fields->element_count; e++)
         bare += stack_layers(fields, e) == 0;
     snprintf(words, sizeof words,
-             "%s%s on %zu elements, %zu %s. Lengths in %s, angles in degrees%s; ply k has "
+             "%s on %zu elements, %zu %s. Lengths in %s, angles in degrees%s; ply k has "
              "material k%s.",
-             encoder->id[0] ? "Drape " : "Laminate", encoder->id, fields->element_count,
-             fields->plies->ply_count, fields->plies->ply_count == 1 ? "ply" : "plies",
-             fields->unit->name, state->layers.lamina ? ", forces in N" : "",
+             origin, fields->element_count, fields->plies->ply_count,
+             fields->plies->ply_count == 1 ? "ply" : "plies", fields->unit->name,
+             state->layers.lamina ? ", forces in N" : "",
              state->layers.lamina ? "" : ", which you must define");
     write_comment(encoder, words);
     write_comment(encoder, deck->about);

@@ -80,6 +80,15 @@ const char *encoder_word(const struct encoder *encoder, const struct api_column_
                                     : encoder->columns.cut_names[(int)value];
 }
 
+void encoder_origin(const struct encoder *encoder, char origin[ENCODER_NOTE_SIZE]) {
+    const char *revision = encoder->fields.revision, *id = encoder->id;
+    if (revision)
+        (void)snprintf(origin, ENCODER_NOTE_SIZE, "laminate%s%s, revision %s", *id ? " " : "", id,
+                       revision);
+    else
+        (void)snprintf(origin, ENCODER_NOTE_SIZE, "drape %s", id);
+}
+
 bool encoder_damaged(struct api_problem *problem) {
     return !api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
 }

@@ -73,6 +73,9 @@ static inline bool encoder_advance(struct encoder *encoder, size_t rows, size_t 
 size_t encoder_value(const struct encoder *encoder, const struct api_column_source *column,
                      double value, char *text);
 
+/* What a map is of, for its head: "drape ID", or "laminate ID, revision DIGEST". */
+void encoder_origin(const struct encoder *encoder, char origin[ENCODER_NOTE_SIZE]);
+
 /* Whether a column's numbers stand for words; and the word of one: a reason, a failure, a cut's
  * name. NULL for a number that stands for none. */
 bool encoder_has_words(const struct api_column_source *column);

@@ -26,6 +26,7 @@ enum format_use {
     FORMAT_PATTERN = 4, /* the flat cut pattern of a stored result */
     FORMAT_REPORT = 8,  /* a page that says all about a stored result */
     FORMAT_LASER = 16,  /* of a laminate: what projectors draw; no encoder writes it */
+    FORMAT_BUNDLE = 32, /* of a laminate: all of it; likewise */
 };
 
 struct format {
@@ -163,7 +164,8 @@ struct map_fields {
      * the resin carries so many Pa of that; NULL: its porosity does not depend on the resin. */
     const double *relieved[MAP_RELIEFS];
     double relief[MAP_RELIEFS];
-    const struct api_rosette *rosette;      /* NULL: angles have none */
+    const struct api_rosette *rosette; /* NULL: angles have none */
+    const char *revision; /* of a laminate, which every format has that has a place; else NULL */
     const char *warnings[MAP_WARNINGS_MAX]; /* what the caller should know about them */
     size_t warning_count;
 };

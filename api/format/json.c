@@ -31,6 +31,8 @@ static void write_preamble(struct encoder *encoder) {
     api_text_raw(piece, "{");
     api_text_key_string(piece, "id", encoder->id);
     if (!encoder->reader) {
+        if (encoder->fields.revision)
+            api_text_key_string(piece, "revision", encoder->fields.revision);
         api_text_key(piece, "warnings");
         api_text_raw(piece, "[");
         for (size_t k = 0; k < encoder->fields.warning_count; k++) {

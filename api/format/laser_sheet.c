@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "laser_sheet.h"
 
-#include "format.h"
 #include <stdio.h>
 
 static const char *const laser_kind_names[LASER_KINDS] = {
@@ -100,24 +99,3 @@ void laser_sheet_write_virtek(const struct laser_sheet *sheet, struct api_text *
     }
     api_text_raw(text, "EOD\r\n");
 }
-
-/* Laminates write them themselves (`api/laminate/patterns.h`): no encoder does. */
-const struct format format_laser = {
-    .name = "laser",
-    .media_type = "application/x-laser+json",
-    .about = "lines for laser projectors: of each layer its edge, as points with normals",
-    .exact = "every bit",
-    .uses = FORMAT_LASER};
-
-const struct format format_laser_csv = {.name = "laser-csv",
-                                        .media_type = "text/x-laser-csv",
-                                        .about = "the same as a table, a row for each point",
-                                        .exact = "every bit",
-                                        .uses = FORMAT_LASER};
-
-const struct format format_virtek = {
-    .name = "virtek",
-    .media_type = "text/x-virtek-ply",
-    .about = "the same as a PLY file for projectors of Virtek, in millimetres",
-    .exact = "0.0001 mm",
-    .uses = FORMAT_LASER};

@@ -230,11 +230,13 @@ static void write_readme(struct api_text *text, const struct encoder *encoder) {
     const struct state *state = encoder->state;
     const struct lcmsim_bins *bins = &state->bins;
     bool inlet = bins->role_count[MAP_INLET] > 0;
+    char origin[ENCODER_NOTE_SIZE];
+    encoder_origin(encoder, origin);
     api_text_format(text,
-                    "A case for LCMsim v%d, made from drape %s. SI units.\n\n"
+                    "A case for LCMsim v%d, made from %s. SI units.\n\n"
                     "mesh.bdf               %zu nodes, %u triangles (quadrilaterals are split)\n"
                     "part_description.csv   %zu parts of fabric, ids from %d on; ",
-                    version_of(encoder), encoder->id, encoder->fields.vertex_count,
+                    version_of(encoder), origin, encoder->fields.vertex_count,
                     (unsigned)state->number, bins->count, LCMSIM_FIRST_PART);
     api_text_format(text, inlet ? "part %d is the inlet" : "no inlet is given", LCMSIM_INLET_PART);
     if (bins->role_count[MAP_OUTLET])

@@ -165,6 +165,8 @@ static void write_groups(const struct encoder *encoder, union values values) {
         values.integer[c] = type == TYPE_INNER && state->cell[c].wall ? TYPE_WALL : type;
     }
     hdf5_integers(state->file, "/properties/type", cells, 0, values.integer);
+    if (fields->revision)
+        hdf5_string(state->file, "/mesh", "revision", fields->revision);
     for (int role = 0; role < MAP_ROLES; role++)
         if (there[role])
             hdf5_string(state->file, "/properties", roles[role].id, roles[role].name);

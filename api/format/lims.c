@@ -80,13 +80,15 @@ static void end_lims(struct encoder *encoder) {
 
 static void write_head(struct encoder *encoder) {
     const struct state *state = encoder->state;
+    char origin[ENCODER_NOTE_SIZE];
+    encoder_origin(encoder, origin);
     api_text_format(
         &encoder->piece,
-        "# LIMS mesh of drape %s: m, m^2\n"
+        "# LIMS mesh of %s: m, m^2\n"
         "# Kxx, Kxy, Kyy: x is %s, y is 90 degrees about the\n"
         "# element's normal. Another axis: the option reference.\n"
         "# The viscosity at the end of the file is an example: set that of your resin.\n",
-        encoder->id,
+        origin,
         encoder->fields.plies->reference ? "the direction of the option reference"
                                          : "the edge N1-N2");
     if (state->left_out)

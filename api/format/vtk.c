@@ -89,14 +89,15 @@ static void describe_file(struct api_text *text, const struct vtk_file *file) {
     const char *dataset = file->polydata ? "PolyData" : "UnstructuredGrid";
     const char *const names[VTK_SECTIONS] = {"PointData", "CellData", "Points",
                                              file->polydata ? "Polys" : "Cells"};
-    api_text_format(text,
-                    "<?xml version=\"1.0\"?>\n<VTKFile type=\"%s\" version=\"1.0\" "
-                    "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <%s>\n    <Piece "
-                    "NumberOfPoints=\"%llu\"%s NumberOf%s=\"%llu\">\n",
-                    dataset, dataset, (unsigned long long)file->points,
-                    file->polydata ? " NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\""
-                                   : "",
-                    file->polydata ? "Polys" : "Cells", (unsigned long long)file->cells);
+    api_text_format(
+        text,
+        "<?xml version=\"1.0\"?>\n%s%s%s<VTKFile type=\"%s\" version=\"1.0\" "
+        "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <%s>\n    <Piece "
+        "NumberOfPoints=\"%llu\"%s NumberOf%s=\"%llu\">\n",
+        file->revision ? "<!-- revision " : "", file->revision ? file->revision : "",
+        file->revision ? " -->\n" : "", dataset, dataset, (unsigned long long)file->points,
+        file->polydata ? " NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\"" : "",
+        file->polydata ? "Polys" : "Cells", (unsigned long long)file->cells);
     for (int section = 0; section < VTK_SECTIONS; section++) {
         uint64_t offset = 0;
         api_text_format(text, "      <%s>\n", names[section]);

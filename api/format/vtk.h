@@ -41,7 +41,8 @@ struct vtk_array {
 
 /* The state of a format of such files begins with this. */
 struct vtk_file {
-    bool polydata; /* else an unstructured grid */
+    bool polydata;        /* else an unstructured grid */
+    const char *revision; /* of a laminate, for a comment; NULL: none */
     uint64_t points, cells;
     size_t count;
     struct vtk_array array[VTK_ARRAYS_MAX];

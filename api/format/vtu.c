@@ -122,6 +122,7 @@ static bool begin_vtu(struct encoder *encoder, struct api_problem *problem) {
             problem, API_TOO_LARGE,
             "the mesh is too large for vtu, or has too many plies; to leave the plies "
             "out, give `fields` without plies.*, or choose csv");
+    file->revision = encoder->fields.revision;
     vtk_begin(encoder);
     return true;
 }

@@ -383,6 +383,10 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
     const struct stack_cavity *cavity = &laminate->cavity;
     memset(map, 0, sizeof *map);
     map->fields = map_target_fields(target, map->columns);
+    char *revision = arena_alloc(arena, API_ID_SIZE, 1);
+    if (!revision)
+        return api_problem_no_memory(problem, "the map");
+    map->fields.revision = memcpy(revision, laminate->revision, API_ID_SIZE);
     /* Of plies that say nothing of a property, nothing can be said of the stack. */
     m.thickness = m.fraction = m.permeability = true;
     for (size_t k = 0; k < laminate->count; k++) {

@@ -7,6 +7,7 @@
 #include "api/format/pattern.h"
 #include "api/json/number.h"
 #include "api/json/text.h"
+#include "bundle.h"
 #include "laser.h"
 #include "ply_book.h"
 #include <math.h>
@@ -71,6 +72,17 @@ static bool same_cloth(const struct laminate_ply *a, const struct laminate_ply *
     const double values[2][3] = {{x->thickness, x->fiber_volume_fraction, a->areal_weight},
                                  {y->thickness, y->fiber_volume_fraction, b->areal_weight}};
     return strcmp(name[0], name[1]) == 0 && memcmp(values[0], values[1], sizeof values[0]) == 0;
+}
+
+size_t laminate_cloths(const struct laminate *laminate) {
+    size_t count = 0;
+    for (size_t k = 0; k < laminate->count; k++) {
+        size_t n = 0;
+        while (n < k && !same_cloth(&laminate->plies[n], &laminate->plies[k]))
+            n++;
+        count += n == k;
+    }
+    return count;
 }
 
 /* What to call the cloth of a ply. */
@@ -417,6 +429,8 @@ enum api_problem_id laminate_patterns(const struct laminate *laminate,
     const struct roll_document *on_roll = NULL;
     const struct laser_document *laser = NULL;
     struct api_text text = api_text_growing(arena);
+    if (strcmp(format, "bundle") == 0)
+        return laminate_bundle(laminate, nets, roll, sink, arena, problem);
     for (size_t k = 0; k < sizeof roll_documents / sizeof *roll_documents; k++)
         on_roll = strcmp(format, roll_documents[k].name) == 0 ? &roll_documents[k] : on_roll;
     for (size_t k = 0; k < sizeof laser_documents / sizeof *laser_documents; k++)

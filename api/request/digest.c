@@ -26,6 +26,22 @@ void api_digest_pieces(const void *head, size_t head_length, const void *bytes, 
     crypto_generichash_final(&state, digest, API_DIGEST_BYTES);
 }
 
+_Static_assert(sizeof(crypto_hash_sha256_state) <= API_SHA256_STATE, "it fits");
+
+void api_sha256_begin(struct api_sha256 *hash) {
+    crypto_hash_sha256_init((void *)hash->state);
+}
+
+void api_sha256_add(struct api_sha256 *hash, const void *bytes, size_t length) {
+    crypto_hash_sha256_update((void *)hash->state, bytes, length);
+}
+
+void api_sha256_end(struct api_sha256 *hash, char digits[API_SHA256_SIZE]) {
+    unsigned char bytes[crypto_hash_sha256_BYTES];
+    crypto_hash_sha256_final((void *)hash->state, bytes);
+    sodium_bin2hex(digits, API_SHA256_SIZE, bytes, sizeof bytes);
+}
+
 bool api_digest_surface(const struct api_surface *surface, struct arena *arena,
                         char id[API_ID_SIZE]) {
     if (surface->id[0]) {

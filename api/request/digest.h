@@ -23,6 +23,16 @@ enum { API_DIGEST_BYTES = 32 };
 void api_digest_pieces(const void *head, size_t head_length, const void *bytes, size_t length,
                        unsigned char digest[API_DIGEST_BYTES]);
 
+/* SHA-256 of what is fed piece by piece, for those who compare files: 64 hexadecimal digits and the
+ * final zero. Plain memory; the field belongs to this module. */
+enum { API_SHA256_SIZE = 65, API_SHA256_STATE = 128 };
+struct api_sha256 {
+    _Alignas(16) unsigned char state[API_SHA256_STATE];
+};
+void api_sha256_begin(struct api_sha256 *hash);
+void api_sha256_add(struct api_sha256 *hash, const void *bytes, size_t length);
+void api_sha256_end(struct api_sha256 *hash, char digits[API_SHA256_SIZE]);
+
 /* The id of a surface, which is the one it is stored under: that of its definition, or for
  * API_SURFACE_NAMED the one it was named by. Scratch comes from `arena` and is given back; false
  * without memory. */

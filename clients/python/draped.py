@@ -373,8 +373,13 @@ class Client:
                    tolerance: Optional[float] = None) -> None:
         """Saves what laser projectors draw for every layer: `laser` (JSON), `laser-csv` or
         `virtek`."""
-        self._write(self._open("GET", f"/v1/laminates/{laminate}/laser", format=format,
-                               tolerance=tolerance), path)
+        self._call(_into(path), "GET", f"/v1/laminates/{laminate}/laser", format=format,
+                   tolerance=tolerance)
+
+    def save_bundle(self, laminate: str, path: Union[str, os.PathLike], **options: Any) -> None:
+        """Saves all that leaves the house as a zip; `options` as in the service's openapi.yaml:
+        width, gap, turn, tolerance, partial."""
+        self._call(_into(path), "GET", f"/v1/laminates/{laminate}/bundle.zip", **options)
 
     def map_laminate(self, laminate: str, mesh: Mesh, **options: Any) -> Json:
         """The stack on a mesh, as `map` of a drape; `plies` has a row for every element and ply."""

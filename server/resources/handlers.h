@@ -15,7 +15,7 @@ call_handler results_get, results_pattern, results_report;
 call_handler studies_variant, studies_sample;
 /* laminates.c */
 call_handler laminates_request, laminates_pattern, laminates_patterns, laminates_report,
-    laminates_laser;
+    laminates_laser, laminates_bundle;
 /* maps.c */
 call_handler maps_create;
 /* items.c */

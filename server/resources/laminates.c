@@ -310,6 +310,10 @@ enum http_next laminates_laser(struct call *call) {
     return reply_patterns(call, FORMAT_LASER, 0);
 }
 
+enum http_next laminates_bundle(struct call *call) {
+    return reply_patterns(call, FORMAT_BUNDLE, 0);
+}
+
 enum http_next laminates_report(struct call *call) {
     return reply_patterns(call, FORMAT_REPORT, 0);
 }

@@ -98,6 +98,11 @@ static const struct route routes[] = {
      laminates_laser,
      LAMINATE,
      {"format", "tolerance", "partial"}},
+    {"GET",
+     "/v1/laminates/{id}/bundle.zip",
+     laminates_bundle,
+     LAMINATE,
+     {"format", "width", "gap", "turn", "tolerance", "partial"}},
     {"POST", "/v1/laminates/{id}/map", maps_create, LAMINATE | MESH_WORK, {MAP_QUERY}},
 
     {"POST", "/v1/surfaces", items_create, ROUTE_FILE | JSON_WORK, {"format", "unit"}},

@@ -198,6 +198,7 @@ export class Stack {
       this.#link('Patterns DXF', `${path}/patterns?format=dxf${roll}`, 'patterns.dxf'),
       this.#link('Patterns ASTM', `${path}/patterns?format=astm${roll}`, 'patterns-astm.dxf'),
       this.#link('Laser lines', `${path}/laser?format=laser`, 'laser.json'),
+      this.#link('All as zip', `${path}/bundle.zip?format=bundle${roll}`, 'laminate.zip'),
       this.#link('Ply book', `${path}/report?format=html${roll}`, 'plies.html'),
     );
   }

@@ -78,7 +78,8 @@ test('stack: the roll and the ply book are of the stack', async () => {
   assert.match(await (await fetch((await hrefs())[1])).text(), /x 9 m of roll/);
   assert.match(await (await fetch((await hrefs())[2])).text(), /ASTM/);
   assert.match(await (await fetch((await hrefs())[3])).text(), /"layers":\[/);
-  assert.match(await (await fetch((await hrefs())[4])).text(), /3 plies, 3 layers.*draped on the/);
+  assert.match(await (await fetch((await hrefs())[4])).text(), /^PK[^]*manifest\.json/);
+  assert.match(await (await fetch((await hrefs())[5])).text(), /3 plies, 3 layers.*draped on the/);
 });
 
 test('stack: the whole stack is mapped onto a mesh', async () => {

@@ -485,7 +485,7 @@ END
 
 @test "client: drapes a laminate, maps the stack and saves what it is made by" {
     cat >"$BATS_TEST_TMPDIR/laminate.py" <<'END'
-import json, os, sys
+import json, os, sys, zipfile
 import ezdxf
 sys.path.insert(0, "clients/python")
 import draped
@@ -510,6 +510,9 @@ for name in ("stack.svg", "stack.dxf", "stack.html"):
 client.save_laser(stack, os.path.join(folder, "laser.json"))
 with open(os.path.join(folder, "laser.json"), encoding="ascii") as file:
     assert [layer["ply"] for layer in json.load(file)["layers"]] == [1, 2, 3]
+client.save_bundle(stack, os.path.join(folder, "stack.zip"), width=9)
+with zipfile.ZipFile(os.path.join(folder, "stack.zip")) as bundle:
+    assert b" x 9 m of roll" in bundle.read("patterns/rolls.svg")
 client.save_laminate_map(stack, mesh, os.path.join(folder, "deck.inp"), format="calculix")
 with open(os.path.join(folder, "deck.inp"), encoding="ascii") as file:
     assert "*SHELL SECTION, COMPOSITE" in file.read()

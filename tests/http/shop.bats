@@ -162,3 +162,50 @@ refused() {
     write '.plies[1].direction.angle_deg = 1' svg
     not grep -q "$revision" "$out"
 }
+
+@test "the bundle has all of it, with digests, and every file with a place for it bears the revision" {
+    local whole='.plies[].fabric.lamina = {e1: 1e11, e2: 6e9, nu12: 0.3, g12: 2e9} |
+        .rosette = {origin: [0, 0, 0], x: [1, 0, 0]} | .plies[1].fabric.thickness = 0.003 |
+        .plies[].permeability = {model: "kozeny_carman", k1: 3e-10, k2: 1e-10, k3: 2e-11,
+            at_fiber_volume_fraction: 0.5}'
+    write "$whole" bundle
+    $SHOP bundle "$out" >"$BATS_TEST_TMPDIR/bundle"
+    jq -e '.left_out == [] and (.plies | map(.drape)) == [1, 2]' "$BATS_TEST_TMPDIR/bundle"
+    # The request is what the revision is of; tables and results have no place for it.
+    jq -r '.without[]' "$BATS_TEST_TMPDIR/bundle" | sort >"$BATS_TEST_TMPDIR/without"
+    diff "$BATS_TEST_TMPDIR/without" <(printf '%s\n' decks/abd.csv decks/acp.csv decks/elements.csv \
+        drapes/1_request.json drapes/1_result.npz drapes/2_request.json drapes/2_result.npz request.json)
+    # Of every format of maps and of every roll a file.
+    [ "$(jq '[.names[] | select(startswith("decks/"))] | length' "$BATS_TEST_TMPDIR/bundle")" = \
+        "$(sed -n '/^| map |/p' docs/formats.md | wc -l)" ]
+    jq -e '[.names[] | select(endswith(".plt"))] == ["patterns/roll_1.plt", "patterns/roll_2.plt"]' \
+        "$BATS_TEST_TMPDIR/bundle"
+    # The same bytes again, and from the service; its parts are what is got one by one.
+    cp "$out" "$BATS_TEST_TMPDIR/first.zip"
+    write "$whole" bundle
+    cmp "$out" "$BATS_TEST_TMPDIR/first.zip"
+    post /v1/laminates "$BATS_TEST_TMPDIR/stack.json" -H 'Prefer: wait=40' && expect 200
+    local id=$(field .id)
+    call GET "/v1/laminates/$id/bundle.zip" && expect 200
+    cmp "$body" "$BATS_TEST_TMPDIR/first.zip"
+    echo '{"mesh": {"vertices": [[1, 1, 0], [2, 1, 0], [1, 2, 0]], "triangles": [[0, 1, 2]]}}' \
+        >"$BATS_TEST_TMPDIR/mesh.json"
+    post "/v1/laminates/$id/map?format=nastran" "$BATS_TEST_TMPDIR/mesh.json" && expect 200
+    tr -d '$\n' <"$body" | grep -q "Laminate $id, *revision *$(jq -r .revision "$BATS_TEST_TMPDIR/bundle")"
+    call GET "/v1/laminates/$id/patterns?format=astm" && expect 200
+    unzip -p "$BATS_TEST_TMPDIR/first.zip" patterns/pieces_astm.dxf | cmp - "$body"
+    unzip -p "$BATS_TEST_TMPDIR/first.zip" request.json >"$BATS_TEST_TMPDIR/again.json"
+    "$DRAPE" "$BATS_TEST_TMPDIR/again.json" --format virtek | cmp - <(unzip -p "$out" laser/virtek.ply)
+}
+
+@test "the bundle says what it lacks, and why" {
+    write . bundle
+    $SHOP bundle "$out" | jq -e '(.left_out | map(.name)) ==
+        ["decks/lcmsim.zip", "decks/lcmsim.h5", "decks/lims.dmp", "decks/radioss.inc", "decks/abd.csv"] and
+        all(.left_out[]; .reason | length > 20)'
+    # A ply that ends before the part does is no work for machines.
+    write '.plies[1].extent = {warp: [-1, 1], weft: [-1, 1]}' bundle
+    $SHOP bundle "$out" | jq -e '.left_out | map(select(.reason | test("bare")) | .name) ==
+        ["patterns/rolls.dxf", "patterns/pieces_astm.dxf", "laser/lines.json", "laser/lines.csv",
+         "laser/virtek.ply", "patterns/roll_1.plt"]'
+}

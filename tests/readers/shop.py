@@ -3,6 +3,7 @@
 
 shop.py astm FILE              ezdxf opens it without an error; of each piece a line of JSON: name,
                                quantity, area in mm2, notches, the length of its grain line
+shop.py bundle FILE            the names of its files, those without the revision, what is left out
 shop.py hpgl FILE              as JSON: area in mm2, and the box that the knife keeps to in mm"""
 import json
 import re
@@ -110,5 +111,29 @@ def read_hpgl(path):
     print(json.dumps({"area": area, "low": low, "high": high, "labels": labels}))
 
 
+def read_bundle(path):
+    """Every file has the size and the digest of the manifest, and bears its revision."""
+    import hashlib
+    import io
+    import zipfile
+
+    with zipfile.ZipFile(path) as archive:
+        assert archive.testzip() is None
+        names = archive.namelist()
+        manifest = json.loads(archive.read("manifest.json"))
+        assert names == [file["name"] for file in manifest["files"]] + ["manifest.json"]
+        without = []
+        for file in manifest["files"]:
+            content = archive.read(file["name"])
+            assert len(content) == file["bytes"] > 0
+            assert hashlib.sha256(content).hexdigest() == file["sha256"]
+            if file["name"].endswith("lcmsim.zip"):
+                content = zipfile.ZipFile(io.BytesIO(content)).read("README.txt")
+            if manifest["revision"].encode() not in content:
+                without.append(file["name"])
+    print(json.dumps({"names": names, "left_out": manifest["left_out"], "without": without,
+                      "plies": manifest["plies"], "revision": manifest["revision"]}))
+
+
 if __name__ == "__main__":
-    {"astm": read_astm, "hpgl": read_hpgl}[sys.argv[1]](*sys.argv[2:])
+    {"astm": read_astm, "hpgl": read_hpgl, "bundle": read_bundle}[sys.argv[1]](*sys.argv[2:])

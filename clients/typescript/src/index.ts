@@ -335,6 +335,11 @@ export class Draped {
     });
   }
 
+  /** All that leaves the house of a laminate, as a zip with a manifest. */
+  async bundle(id: string): Promise<Blob> {
+    return (await this.call(`/v1/laminates/${id}/bundle.zip`)).blob();
+  }
+
   /** The flat cut pattern of a drape as a drawing, of a laminate all of them on a roll. */
   async pattern(
     kind: 'drapes' | 'laminates',
