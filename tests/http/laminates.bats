@@ -177,6 +177,20 @@ for other in volumes[1:]:
         '[[11,12,13,14],[1,2,1,2],[6500000,7500000,6500000,7500000]]' ]
     [[ $(jq -r '.warnings | length' <<<"$output") -eq 0 ]]
 
+    # A tool of two punches: where both are above an element the nearer one holds, elsewhere its own.
+    cp "$mesh" "$mesh.two"
+    printf 'GRID,%d,,%s,.0068\n' 201 2.5,-1. 202 5.,-1. 203 5.,5. 204 2.5,5. >>"$mesh.two"
+    echo 'CQUAD4,2,8,201,202,203,204' >>"$mesh.two"
+    for punch in pid:7,pid:8 pid:8,pid:7; do
+        drape_stack "$plane" --map "$mesh.two" --punch "$punch"
+        [ "$(jq -c '[.cells.id, [.cells.thickness[] * 1e9 | round]]' <<<"$output")" = \
+            '[[11,12,13,14],[6500000,6800000,6500000,6800000]]' ]
+    done
+    drape_stack "$plane" --map "$mesh.two" --punch pid:8
+    [ "$(jq -c '[.cells.id, [.cells.thickness[] * 1e9 | round]]' <<<"$output")" = \
+        '[[11,12,13,14,1],[8000000,6800000,8000000,6800000,8000000]]' ]
+    [[ $stderr == *'the punch is not above 3 of 5'* ]]
+
     # A height for all is that of the laminate.
     drape_stack "$plane | .plies[].compaction = {a: 0.2, b: 0.08} | .cavity = {height: 0.0071}" \
         --map "$mesh" --format csv
