@@ -6,7 +6,8 @@ import json
 import os
 import sys
 
-KEYS = {"name", "about", "source", "example", "areal_weight", "fabric", "permeability", "compaction"}
+KEYS = {"name", "about", "source", "example", "areal_weight", "fabric", "permeability", "compaction",
+        "price"}
 SHOWN = ("name", "about", "source", "example")
 
 

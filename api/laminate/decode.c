@@ -198,16 +198,17 @@ static void decode_division(const struct json_value *json, struct laminate_ply *
 
 static void decode_laminate_ply(const struct json_value *json, const struct api_request *common,
                                 size_t number, struct laminate_ply *ply) {
-    static const char *const keys[] = {"name",         "repeat",    "compaction", "boundary",
-                                       "fabric",       "start",     "direction",  "generators",
-                                       "method",       "yarn_path", "extent",     "permeability",
-                                       "areal_weight", "cuts",      "splits",     "seam",
-                                       "pieces",       "energy",    "courses",    NULL};
+    static const char *const keys[] = {
+        "name",         "repeat",     "compaction", "boundary",  "fabric", "start",
+        "direction",    "generators", "method",     "yarn_path", "extent", "permeability",
+        "areal_weight", "cuts",       "splits",     "seam",      "pieces", "energy",
+        "courses",      "price",      NULL};
     struct json_value courses = value_member(json, "courses");
     struct json_value name = value_member(json, "name"), repeat = value_member(json, "repeat");
     struct json_value law = value_member(json, "compaction");
     struct json_value boundary = value_member(json, "boundary");
     struct json_value weight = value_member(json, "areal_weight");
+    struct json_value price = value_member(json, "price");
     char *own = json_tree_alloc(json->tree, LAMINATE_NAME_MAX + 1, 1);
     *ply = (struct laminate_ply){.drape = *common, .repeat = 1, .name = own, .number = number};
     if (own)
@@ -218,9 +219,12 @@ static void decode_laminate_ply(const struct json_value *json, const struct api_
         return;
     decode_ply(json, &ply->drape);
     ply->areal_weight = ply->drape.fabric.areal_weight;
+    ply->price = ply->drape.fabric.price;
     ply->law = ply->drape.fabric.compaction;
     if (value_given(&weight))
         value_number(&weight, decode_areal_weights, &ply->areal_weight);
+    if (value_given(&price))
+        value_number(&price, decode_prices, &ply->price);
     if (value_given(&repeat))
         value_integer(&repeat, 1, LAMINATE_REPEAT_MAX, &ply->repeat);
     if (value_given(&law))

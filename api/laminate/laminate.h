@@ -112,6 +112,7 @@ struct laminate_ply {
     struct api_request drape;             /* its fabric, start, ...; cavity flexible */
     int repeat;                           /* layers, beside drape.fabric.plies */
     double areal_weight;                  /* of one layer before shear, kg/m^2; 0: not known */
+    double price;                         /* of a m^2 of its cloth, in any currency; 0: not known */
     struct api_compaction law;
     struct laminate_boundary boundary;
     size_t net; /* which of the laminate's drapes is its own, from 0 in the order of first use */

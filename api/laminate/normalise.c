@@ -80,6 +80,8 @@ const char *laminate_normalise(const struct laminate *laminate, struct arena *ar
         api_normalise_compaction(&text, &ply->law);
         if (ply->areal_weight > 0)
             api_text_key_number(&text, "areal_weight", ply->areal_weight);
+        if (ply->price > 0)
+            api_text_key_number(&text, "price", ply->price);
         if (bounded)
             api_text_key_object(&text, "boundary");
         if (boundary->trim_count) {

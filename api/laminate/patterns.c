@@ -69,8 +69,9 @@ bool laminate_roll_option(struct laminate_roll *roll, const char *name, const ch
 static bool same_cloth(const struct laminate_ply *a, const struct laminate_ply *b) {
     const struct api_fabric *x = &a->drape.fabric, *y = &b->drape.fabric;
     const char *name[2] = {x->material ? x->material : "", y->material ? y->material : ""};
-    const double values[2][3] = {{x->thickness, x->fiber_volume_fraction, a->areal_weight},
-                                 {y->thickness, y->fiber_volume_fraction, b->areal_weight}};
+    const double values[2][4] = {
+        {x->thickness, x->fiber_volume_fraction, a->areal_weight, a->price},
+        {y->thickness, y->fiber_volume_fraction, b->areal_weight, b->price}};
     return strcmp(name[0], name[1]) == 0 && memcmp(values[0], values[1], sizeof values[0]) == 0;
 }
 

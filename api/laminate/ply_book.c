@@ -5,6 +5,7 @@
 #include "api/format/pattern.h"
 #include "api/result/stored_cuts.h"
 #include "courses.h"
+#include "laying.h"
 #include "seams.h"
 #include <math.h>
 
@@ -14,6 +15,7 @@ struct ply_book {
     const struct laminate *laminate;
     const struct api_reader *const *nets;
     const struct flat_plies *shapes;
+    const struct cut_sheet *sheet;
     struct api_text *text;
     struct api_columns columns; /* of the ply that is written */
     bool read;                  /* they could be */
@@ -28,7 +30,7 @@ static const char style[] =
     "th{text-align:left;font-weight:400;color:#566072;border-bottom:1px solid #1b2330}"
     "th,td{padding:2px .8em 2px 0}td{border-bottom:1px solid #d5dae3}"
     "section{break-inside:avoid;margin-top:1.5em}ul{margin:.2em 0;padding-left:1.3em}"
-    "svg{max-width:100%;max-height:110mm;font-family:'Liberation Sans',Arial,sans-serif}"
+    "svg{max-width:100%;max-height:85mm;font-family:'Liberation Sans',Arial,sans-serif}"
     ".failed{color:#b3172b;font-weight:700}"
     "@media print{body{padding:0}section{break-before:page}}";
 
@@ -58,6 +60,24 @@ static double ply_area(const struct ply_book *book, size_t k) {
 static double ply_mass(const struct ply_book *book, size_t k) {
     const struct laminate_ply *ply = &book->laminate->plies[k];
     return laminate_layers(ply) * ply->areal_weight * ply_area(book, k);
+}
+
+/* The roll that a ply is cut from; NULL: it is not. */
+static const struct cut_roll *roll_of(const struct ply_book *book, size_t k) {
+    const struct flat_ply *shape = shape_of(book, k);
+    for (size_t r = 0; shape && r < book->sheet->roll_count; r++)
+        for (size_t n = 0; n < book->sheet->rolls[r].count; n++)
+            if (book->sheet->rolls[r].shapes[n].cut == &shape->cut)
+                return &book->sheet->rolls[r];
+    return NULL;
+}
+
+/* Of all its layers with their share of what is wasted of the roll; 0 where no price is known. */
+static double ply_cost(const struct ply_book *book, size_t k) {
+    const struct laminate_ply *ply = &book->laminate->plies[k];
+    const struct cut_roll *roll = roll_of(book, k);
+    double waste = roll ? roll->length * book->sheet->width / roll->area : 0;
+    return ply->price * laminate_layers(ply) * ply_area(book, k) * waste;
 }
 
 static void write_warp(struct api_text *text, const struct drape_settings *settings) {
@@ -109,6 +129,9 @@ static void write_ply_row(struct ply_book *book, size_t k) {
     if (ply_mass(book, k) > 0)
         html_say(text, "%.5g", ply_mass(book, k));
     next_table_cell(text);
+    if (ply_cost(book, k) > 0)
+        html_say(text, "%.5g", ply_cost(book, k));
+    next_table_cell(text);
     if (shape_of(book, k))
         html_say(text, "%.1f°", shape_of(book, k)->max_shear_deg);
     else
@@ -118,7 +141,28 @@ static void write_ply_row(struct ply_book *book, size_t k) {
 
 /* ---- its pattern ---- */
 
-static void draw_pattern(const struct ply_book *book, const struct flat_ply *shape) {
+/* The yarns that are smoothed first, from where they are begun, and the places of the greatest
+ * shear of each sector by its number. */
+static void draw_laying(struct api_text *text, const struct flat_ply *shape, double scale,
+                        const struct laying *laying) {
+    double x = (laying->begin[0] - shape->low[0]) * scale;
+    double y = (shape->high[1] - laying->begin[1]) * scale;
+    const double(*reach)[2] = laying->reach;
+    api_text_format(text,
+                    "<path d=\"M%.2f %.2fH%.2fM%.2f %.2fV%.2f\" fill=\"none\" stroke=\"#566072\" "
+                    "stroke-dasharray=\"6 4\"/>\n<circle cx=\"%.2f\" cy=\"%.2f\" r=\"4\"/>\n",
+                    x - reach[0][0] * scale, y, x + reach[0][1] * scale, x, y + reach[1][0] * scale,
+                    y - reach[1][1] * scale, x, y);
+    for (int k = 0; k < LAYING_SECTORS && laying->sectors[k].cells; k++)
+        api_text_format(text,
+                        "<text x=\"%.2f\" y=\"%.2f\" font-size=\"16\" font-weight=\"700\" "
+                        "text-anchor=\"middle\">%d</text>\n",
+                        (laying->sectors[k].flat[0] - shape->low[0]) * scale,
+                        (shape->high[1] - laying->sectors[k].flat[1]) * scale + 5, k + 1);
+}
+
+static void draw_pattern(const struct ply_book *book, const struct flat_ply *shape,
+                         const struct laying *laying) {
     struct api_text *text = book->text;
     double length = shape->high[0] - shape->low[0], width = shape->high[1] - shape->low[1];
     const struct polygons *cut = &shape->cut;
@@ -152,11 +196,67 @@ static void draw_pattern(const struct ply_book *book, const struct flat_ply *sha
                         "fill=\"#0b6aa2\">0°</text>\n",
                         x, y, arrow * zero[0], -arrow * zero[1], x + 1.1 * arrow * zero[0],
                         y - 1.1 * arrow * zero[1]);
+    if (laying)
+        draw_laying(text, shape, scale, laying);
     api_text_raw(text, "</svg>\n<p>");
     html_say(text, "%.5g along the warp, %.5g across, in %s; %d of it.", length, width,
              book->laminate->length_unit->name,
              laminate_layers(&book->laminate->plies[shape->ply]));
     api_text_raw(text, "</p>\n");
+}
+
+/* Where to begin, in which order to go on, and what shear is to be worked in where. */
+static void write_laying(const struct ply_book *book, const struct laying *laying) {
+    static const double no_shear = 0.05; /* degrees: it is written as 0.0 */
+    struct api_text *text = book->text;
+    const double(*reach)[2] = laying->reach;
+    const struct vec3 *at = &laying->place;
+    api_text_raw(text, "<ol>\n<li>");
+    html_say(text, "Fix it at %s, %.5g, %.5g, %.5g.",
+             laying->at_start ? "the start" : "the middle of its longest line along the warp",
+             at->x, at->y, at->z);
+    api_text_raw(text, "</li>\n<li>");
+    html_say(
+        text,
+        "Smooth it along the warp, %.4g back and %.4g ahead, then along the weft, %.4g back and "
+        "%.4g ahead (dashed).",
+        reach[0][0], reach[0][1], reach[1][0], reach[1][1]);
+    api_text_raw(text, "</li>\n<li>");
+    if (fabs(laying->sectors[0].greatest_deg) < no_shear &&
+        book->columns.summary.max_shear_deg < no_shear) {
+        api_text_raw(text,
+                     "Smooth it outwards from these: nothing is to be sheared.</li>\n</ol>\n");
+        return;
+    }
+    api_text_raw(text,
+                 "Work outwards from these to the edge, sector after sector; where the shear is "
+                 "greatest is numbered in the drawing.</li>\n</ol>\n<table>\n<tr><th>Sector</th>"
+                 "<th>Between</th><th>Shear, mean</th><th>greatest</th><th>at</th>"
+                 "<th>Draw out along</th><th>Cells that lock</th></tr>\n");
+    for (int k = 0; k < LAYING_SECTORS && laying->sectors[k].cells; k++) {
+        const struct laying_sector *sector = &laying->sectors[k];
+        bool sheared = fabs(sector->greatest_deg) >= no_shear;
+        api_text_raw(text, "<tr><td>");
+        html_say(text, "%d", k + 1);
+        next_table_cell(text);
+        html_say(text, "%cwarp, %cweft", sector->warp > 0 ? '+' : '-',
+                 sector->weft > 0 ? '+' : '-');
+        next_table_cell(text);
+        html_say(text, "%.1f°", sector->mean_deg);
+        next_table_cell(text);
+        html_say(text, "%.1f°", fabs(sector->greatest_deg));
+        next_table_cell(text);
+        html_say(text, "%.5g, %.5g, %.5g", sector->place.x, sector->place.y, sector->place.z);
+        next_table_cell(text);
+        /* Where the quadrant between +warp and +weft closes the cloth is longer between them. */
+        api_text_raw(text, !sheared                   ? ""
+                           : sector->greatest_deg > 0 ? "+warp +weft"
+                                                      : "+warp -weft");
+        next_table_cell(text);
+        html_say(text, "%zu", sector->locked);
+        api_text_raw(text, "</td></tr>\n");
+    }
+    api_text_raw(text, "</table>\n");
 }
 
 static void write_ply_cuts(const struct ply_book *book, const struct api_reader *net) {
@@ -199,8 +299,13 @@ static void write_ply_section(struct ply_book *book, size_t k) {
         html_say(text, ", and %.0f cells shear beyond the locking angle", shape->locked_cells);
     html_say(text, ". Revision %s.", book->laminate->revision);
     api_text_raw(text, "</p>\n");
+    struct laying laying;
+    bool laid = shape && laying_find(book->nets[ply->net], &book->columns, &ply->drape.fabric,
+                                     shape, &laying);
     if (shape)
-        draw_pattern(book, shape);
+        draw_pattern(book, shape, laid ? &laying : NULL);
+    if (laid)
+        write_laying(book, &laying);
     api_text_raw(text, "<ul>\n");
     write_ply_cuts(book, book->nets[ply->net]);
     for (size_t n = 0; n < warnings->count; n++) {
@@ -241,6 +346,11 @@ static void write_sums(const struct ply_book *book, const struct cut_sheet *shee
         cut_sheet_summary(sheet, roll, summary);
         api_text_raw(text, "<br>");
         html_say(text, "%s%s%s.", roll->cloth, *roll->cloth ? ": " : "", summary);
+        double cost = 0;
+        for (size_t k = 0; k < laminate->count; k++)
+            cost += roll_of(book, k) == roll ? ply_cost(book, k) : 0;
+        if (cost > 0)
+            html_say(text, " It costs %.5g.", cost);
     }
     api_text_raw(text, "</p>\n");
 }
@@ -351,7 +461,8 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
         text->failed = true;
         return;
     }
-    *book = (struct ply_book){.laminate = laminate, .nets = nets, .shapes = shapes, .text = text};
+    *book = (struct ply_book){
+        .laminate = laminate, .nets = nets, .shapes = shapes, .sheet = sheet, .text = text};
     api_text_raw(text, "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
                        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src "
                        "'none'; style-src 'unsafe-inline'\">\n"
@@ -386,7 +497,7 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
         html_say(text, ", about the normal on the plies' side.");
     api_text_raw(text, "</p>\n<table>\n<tr><th>No.</th><th>Ply</th><th>Layers</th><th>Warp</th>"
                        "<th>Start</th><th>Boundary</th><th>Area, m²</th><th>kg/m²</th>"
-                       "<th>Mass, kg</th><th>Shear up to</th></tr>\n");
+                       "<th>Mass, kg</th><th>Cost</th><th>Shear up to</th></tr>\n");
     for (size_t k = 0; k < laminate->count; k++)
         write_ply_row(book, k);
     api_text_raw(text, "</table>\n");

@@ -416,6 +416,9 @@ static enum api_problem_id expand_plies(struct boundary_surface *on) {
             next->drape.offset = ply->drape.offset;
             if (weight > 0 && fabs(weight - pieces->ply.fabric.areal_weight) > 0)
                 next->areal_weight = weight;
+            double price = pieces->pieces[n].drape.fabric.price;
+            if (price > 0 && fabs(price - pieces->ply.fabric.price) > 0)
+                next->price = price;
         }
     }
     laminate->plies = all;

@@ -166,9 +166,9 @@ void decode_compaction(const struct json_value *json, struct api_compaction *law
 }
 
 void decode_material(const struct json_value *json, struct api_request *request) {
-    static const char *const keys[] = {"name",         "about",        "source",
-                                       "example",      "areal_weight", "fabric",
-                                       "permeability", "compaction",   NULL};
+    static const char *const keys[] = {"name",         "about",  "source",       "example",
+                                       "areal_weight", "fabric", "permeability", "compaction",
+                                       "price",        NULL};
     static const char *const fabric_keys[] = {"thickness",
                                               "fiber_volume_fraction",
                                               "locking_angle_deg",
@@ -180,12 +180,15 @@ void decode_material(const struct json_value *json, struct api_request *request)
     struct json_value fabric = value_member(json, "fabric");
     struct json_value permeability = value_member(json, "permeability");
     struct json_value weight = value_member(json, "areal_weight");
+    struct json_value price = value_member(json, "price");
     struct json_value law = value_member(json, "compaction");
     if (!value_object(json, keys) || !value_object(&fabric, fabric_keys))
         return;
     decode_figures(&fabric, 1, request);
     if (value_given(&weight))
         value_number(&weight, decode_areal_weights, &request->fabric.areal_weight);
+    if (value_given(&price))
+        value_number(&price, decode_prices, &request->fabric.price);
     if (value_given(&permeability))
         decode_permeability(&permeability, &request->permeability);
     if (value_given(&law))
@@ -241,6 +244,8 @@ static void write_material(const struct json_value *json, const struct head *hea
     const struct api_fabric *fabric = &figures->fabric;
     if (fabric->areal_weight > 0)
         api_text_key_number(&text, "areal_weight", fabric->areal_weight);
+    if (fabric->price > 0)
+        api_text_key_number(&text, "price", fabric->price);
     api_text_key_object(&text, "fabric");
     if (fabric->thickness > 0)
         api_text_key_number(&text, "thickness", fabric->thickness);

@@ -17,6 +17,8 @@ static const struct value_range decode_lengths = {1e-12, 1e12, false};
 static const struct value_range decode_fractions = {0, 1, true};
 static const struct value_range decode_areal_weights = {1e-6, 1e6, false}; /* kg/m^2 */
 
+static const struct value_range decode_prices = {1e-6, 1e9, false}; /* a m^2 */
+
 /* A drape request, alone or within another document: all of `decode.h`. What is wrong is reported
  * to the tree's problem. */
 void decode_drape(const struct json_value *json, const struct api_input *input,

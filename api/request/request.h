@@ -103,6 +103,7 @@ struct api_fabric {
     int plies;
     double areal_weight; /* of one ply, kg/m^2, as the material says; 0: not known. Nothing is
                             solved  with it */
+    double price;        /* of a m^2, in any currency, likewise */
     struct api_compaction compaction; /* as the material says, for laminates */
     double balance;       /* the share of warp in the yarns, 0..1; 0: not given. For solvers of
                              structures, as the next */

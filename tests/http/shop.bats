@@ -209,3 +209,70 @@ refused() {
         ["patterns/rolls.dxf", "patterns/pieces_astm.dxf", "laser/lines.json", "laser/lines.csv",
          "laser/virtek.ply", "patterns/roll_1.plt"]'
 }
+
+# rows FILE N: the cells of the table of sectors of ply N, a row a line.
+rows() {
+    /usr/bin/python3 - "$1" "$2" <<'END'
+import re
+import sys
+
+section = open(sys.argv[1], encoding="utf-8").read().split("<section>")[int(sys.argv[2])]
+for row in re.findall("<tr><td>(.*?)</td></tr>", section):
+    print("|".join(re.split("</td><td>", row)))
+END
+}
+
+@test "the ply book says where to begin, which way to go on, and what shear is where" {
+    jq '{surface, length_unit, plies: [{name: "skin", repeat: 2, fabric: (.fabric + {locking_angle_deg: 15}),
+            start: {uv: [0.5, 0.4]}},
+        {name: "patch", fabric, start: {uv: [0.5, 0.4]}, boundary: {polygon: [[90, 20, 30], [80, 50, 20],
+            [60, 60, 30], [80, 20, 40]]}}]}' "$EXAMPLES/octant.json" >"$BATS_TEST_TMPDIR/ball.json"
+    out=$BATS_TEST_TMPDIR/ball.html
+    "$DRAPE" "$BATS_TEST_TMPDIR/ball.json" --format html --partial -o "$out"
+    # Along the weft it is a quarter of a great circle, along the warp the same to both sides.
+    grep -oE 'along the warp, [0-9.]+ back and [0-9.]+ ahead, then along the weft, [0-9.]+ back and [0-9.]+' "$out" |
+        head -n 1 | awk '{gsub(",", ""); a = $4; b = $7; c = $13 + $16; exit !(a == b && c > 157.07 && c < 157.09)}'
+    # Sectors as mirrors, those with the least shear first; each is drawn out away from the start.
+    rows "$out" 1 >"$BATS_TEST_TMPDIR/rows"
+    cat "$BATS_TEST_TMPDIR/rows"
+    [ "$(cut -d'|' -f1 "$BATS_TEST_TMPDIR/rows" | tr '\n' ' ')" = '1 2 3 4 ' ]
+    [ "$(cut -d'|' -f4 "$BATS_TEST_TMPDIR/rows" | uniq | wc -l)" = 2 ]
+    [ "$(cut -d'|' -f4 "$BATS_TEST_TMPDIR/rows" | sort -g | tr '\n' ' ')" = \
+        "$(cut -d'|' -f4 "$BATS_TEST_TMPDIR/rows" | tr '\n' ' ')" ]
+    awk -F'|' '{same = $2 == "+warp, +weft" || $2 == "-warp, -weft"
+        bad += $6 != (same ? "+warp +weft" : "+warp -weft")} END {exit bad > 0}' "$BATS_TEST_TMPDIR/rows"
+    # The cells that lock are those of the drape, and the greatest shear lies on the sphere.
+    "$DRAPE" "$BATS_TEST_TMPDIR/ball.json" | jq -e --argjson locked \
+        "$(cut -d'|' -f7 "$BATS_TEST_TMPDIR/rows" | paste -sd+ | bc)" \
+        '$locked > 20 and .plies[0].locked_cells == $locked'
+    cut -d'|' -f5 "$BATS_TEST_TMPDIR/rows" | tr -d ',' |
+        awk '{r = sqrt($1 * $1 + $2 * $2 + $3 * $3); bad += r < 99.9 || r > 100.1} END {exit bad > 0}'
+    # The patch does not have the start on it.
+    grep -q 'Fix it at the middle of its longest line along the warp' "$out"
+    write . html
+    [ "$(grep -c 'nothing is to be sheared' "$out")" = 2 ]
+}
+
+@test "plies cost their share of the roll, and what a material costs a ply of it does" {
+    write '.plies[].areal_weight = 0.5 | .plies[].price = 20' html --width 5
+    grep -oE 'utilisation [0-9.]+ %|It costs [0-9.]+|<tr><td>[12]</td>.*' "$out" >"$BATS_TEST_TMPDIR/costs"
+    cat "$BATS_TEST_TMPDIR/costs"
+    # Both plies together have 26 m2.
+    awk '/utilisation/ {used = $2} /It costs/ {cost = $3} END {exit !((cost * used / 100 / 520 - 1) ^ 2 < 1e-6)}' \
+        "$BATS_TEST_TMPDIR/costs"
+    sed -n 's|.*<td>\([0-9.]*\)</td><td>0.0°</td>.*|\1|p' "$BATS_TEST_TMPDIR/costs" | paste -sd' ' |
+        awk '{exit !(($1 / $2 - 10 / 16) ^ 2 < 1e-6)}'
+    write '.plies[0].fabric += {material: {name: "m", fabric: {thickness: 0.002}, price: 7}}' html
+    [ "$(grep -c 'It costs' "$out")" = 1 ]
+    refused '/plies/0/price' '.plies[0].price = -1' html
+}
+
+@test "the ply book prints as one PDF, a page for each ply" {
+    write '.plies[].fabric += {locking_angle_deg: 40}' html
+    local chromium=$(command -v chromium chromium-browser | head -n 1)
+    timeout 100 "$chromium" --headless --no-sandbox --disable-gpu --no-pdf-header-footer \
+        --user-data-dir="$BATS_TEST_TMPDIR/profile" --print-to-pdf="$BATS_TEST_TMPDIR/book.pdf" "file://$out" 2>/dev/null
+    # The pages that the tree of pages counts: the sequence, and one for each ply.
+    head -c 5 "$BATS_TEST_TMPDIR/book.pdf" | grep -q '%PDF-'
+    [ "$(grep -ac '/Type /Page$' "$BATS_TEST_TMPDIR/book.pdf")" = 3 ]
+}
