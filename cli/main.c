@@ -137,6 +137,7 @@ static bool write_map(const struct arguments *arguments, const struct api_input 
         api_problem_set(problem, API_NOT_ACCEPTABLE,
                         "%s needs elements, but the mesh has only points", arguments->format->name);
     mesh.wants_yarns = ok && arguments->format->yarns;
+    mesh.wants_outlines = ok && arguments->format->outlines;
     ok = ok && problem->id == API_OK &&
          (stack || cavity_take_cloth(&mesh, reader, input, &arguments->limits, arena, problem)) &&
          (stack ? laminate_map(&stack->laminate, stack->nets, &mesh, NULL, arena, &map, problem)

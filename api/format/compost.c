@@ -15,12 +15,17 @@
 
 enum { ITEM = 2048 }; /* bytes of one at most, with a name of 255 characters escaped */
 
-/* What is written, in this order; from SIMULATION to SIMULATED for each ply anew. */
+/* What is written, in this order; from SPLINE to BREAK and from SIMULATION to
+ * SIMULATED for each ply anew. */
 enum section {
     HEAD,
     MATERIALS,
     PLIES,
-    BETWEEN,
+    SEQUENCED,
+    SPLINE,
+    POINT,
+    BREAK,
+    SIMULATIONS,
     SIMULATION,
     MESH,
     SHEAR,
@@ -47,6 +52,7 @@ static const char *const lists[SECTIONS] = {[ID] = "element",
 struct state {
     enum section section;
     int ply;
+    bool splines;                         /* there has been one */
     bool listed;                          /* something of the list that is being written */
     const struct api_column_source *k[3]; /* NULL: there is no permeability */
 };
@@ -56,6 +62,24 @@ struct state {
 enum { SEQUENCE_ID = 1, OWN_IDS = 4 };
 static int id_of(int ply, int which) {
     return SEQUENCE_ID + 1 + OWN_IDS * ply + which;
+}
+
+/* The edge of a ply, if there is one. Splines are numbered behind all else. */
+static const struct map_outline *outline_of(const struct map_plies *plies, int ply) {
+    return plies->outlines && plies->outlines[ply].count ? &plies->outlines[ply] : NULL;
+}
+static int spline_id(const struct map_plies *plies, int ply) {
+    return id_of((int)plies->ply_count, 0) + ply;
+}
+
+/* Whether a closed line turns by more than 20 degrees at a point: a spline through its points is
+ * one of several, which meet there. */
+static bool breaks_at(const struct map_outline *line, size_t k) {
+    static const double cosine = 0.9396926207859084;
+    const struct vec3 *p = line->points;
+    struct vec3 in = vec3_sub(p[k], p[k > 0 ? k - 1 : line->count - 2]);
+    struct vec3 out = vec3_sub(p[k + 1], p[k]);
+    return vec3_dot(in, out) < cosine * vec3_norm(in) * vec3_norm(out);
 }
 
 static bool begin_compost(struct encoder *encoder, struct api_problem *problem) {
@@ -101,6 +125,8 @@ static void write_ply(struct api_text *text, const struct map_plies *plies, int 
     open_object(text, piece ? "Piece" : "Ply", plies->names[ply], id_of(ply, 1));
     api_text_raw(text, ",\"material\":");
     write_material(text, plies, ply);
+    if (outline_of(plies, ply))
+        api_text_key_integer(text, "splineRelimitationRef", spline_id(plies, ply));
     api_text_raw(text, piece && last ? "}]}" : "}");
 }
 
@@ -118,19 +144,22 @@ static void open_simulation(struct encoder *encoder, int ply) {
     api_text_raw(&encoder->piece, ",\"meshElements\":[");
 }
 
+static void write_compost_point(struct api_text *text, struct vec3 p) {
+    open_object(text, "Point", NULL, 0);
+    api_text_key_number(text, "x", p.x);
+    api_text_key_number(text, "y", p.y);
+    api_text_key_number(text, "z", p.z);
+    api_text_raw(text, "}");
+}
+
 static void write_mesh_element(struct encoder *encoder, size_t e) {
     const struct map_fields *fields = &encoder->fields;
     struct api_text *text = &encoder->piece;
     open_object(text, "MeshElement", NULL, 0);
     api_text_raw(text, ",\"nodes\":[");
     for (int k = 0; k < 4 && fields->elements[e][k] >= 0; k++) {
-        struct vec3 p = fields->vertices[fields->elements[e][k]];
         api_text_raw(text, k ? "," : "");
-        open_object(text, "Point", NULL, 0);
-        api_text_key_number(text, "x", p.x);
-        api_text_key_number(text, "y", p.y);
-        api_text_key_number(text, "z", p.z);
-        api_text_raw(text, "}");
+        write_compost_point(text, fields->vertices[fields->elements[e][k]]);
     }
     api_text_raw(text, "]}");
 }
@@ -162,7 +191,15 @@ static double list_value(struct encoder *encoder, const struct map_ply_row *row,
 static size_t count_items(const struct encoder *encoder) {
     const struct state *state = encoder->state;
     const struct map_plies *plies = encoder->fields.plies;
+    const struct map_outline *outline =
+        state->ply < (int)plies->ply_count ? outline_of(plies, state->ply) : NULL;
     switch (state->section) {
+    case SPLINE:
+        return outline != NULL;
+    case POINT:
+        return outline ? outline->count : 0;
+    case BREAK:
+        return outline ? outline->count - 1 : 0;
     case MATERIALS:
     case PLIES:
         return plies->ply_count;
@@ -197,6 +234,30 @@ static void write_list_item(struct encoder *encoder, size_t e) {
         api_text_number(&encoder->piece, list_value(encoder, row, e));
 }
 
+/* What there is of the spline of the ply: its head, a point, or the number of one that is a break.
+ */
+static void write_spline_item(struct encoder *encoder, size_t item) {
+    struct state *state = encoder->state;
+    struct api_text *text = &encoder->piece;
+    const struct map_plies *plies = encoder->fields.plies;
+    const struct map_outline *outline = outline_of(plies, state->ply);
+    if (state->section == SPLINE) {
+        api_text_raw(text, state->splines ? "," : "");
+        state->splines = true;
+        open_object(text, "Spline", plies->names[state->ply], spline_id(plies, state->ply));
+    } else if (state->section == POINT) {
+        api_text_raw(text, item ? "," : ",\"points\":[");
+        write_compost_point(text, outline->points[item]);
+    } else {
+        api_text_raw(text, item ? "" : "],\"breaks\":[");
+        if (breaks_at(outline, item)) {
+            api_text_format(text, "%s%zu", state->listed ? "," : "", item);
+            state->listed = true;
+        }
+        api_text_raw(text, item + 2 == outline->count ? "]}" : "");
+    }
+}
+
 static void write_item(struct encoder *encoder, size_t item) {
     const struct state *state = encoder->state;
     struct api_text *text = &encoder->piece;
@@ -223,8 +284,16 @@ static void write_item(struct encoder *encoder, size_t item) {
         api_text_raw(text, item ? "," : "");
         write_ply(text, encoder->fields.plies, (int)item);
         break;
-    case BETWEEN:
-        api_text_raw(text, "]}],\"allSimulations\":[");
+    case SEQUENCED:
+        api_text_raw(text, encoder->fields.plies->outlines ? "]}],\"allGeometry\":[" : "]}");
+        break;
+    case SPLINE:
+    case POINT:
+    case BREAK:
+        write_spline_item(encoder, item);
+        break;
+    case SIMULATIONS:
+        api_text_raw(text, "],\"allSimulations\":[");
         break;
     case SIMULATION:
         api_text_raw(text, state->ply ? "," : "");
@@ -237,7 +306,11 @@ static void write_item(struct encoder *encoder, size_t item) {
         api_text_raw(text, "],\"fileMetadata\":");
         open_object(text, "FileMetadata", NULL, 0);
         api_text_key_string(text, "version", "0.9.5");
-        api_text_key_integer(text, "maxID", id_of((int)encoder->fields.plies->ply_count, 0) - 1);
+        api_text_key_integer(
+            text, "maxID",
+            spline_id(encoder->fields.plies, encoder->fields.plies->outlines
+                                                 ? (int)encoder->fields.plies->ply_count - 1
+                                                 : -1));
         api_text_raw(text, "}}\n");
         break;
     default:
@@ -257,6 +330,11 @@ static void begin_list(struct encoder *encoder) {
         api_text_format(&encoder->piece, ",\"%s\":[", lists[state->section]);
 }
 
+/* Where what is written of each ply begins, by where it ends. */
+static enum section again_from(enum section end) {
+    return end == BREAK ? SPLINE : SIMULATION;
+}
+
 static void next_compost(struct encoder *encoder) {
     struct state *state = encoder->state;
     const int plies = (int)encoder->fields.plies->ply_count;
@@ -271,8 +349,10 @@ static void next_compost(struct encoder *encoder) {
         if (items > 0 && lists[state->section])
             api_text_raw(&encoder->piece, "]");
         encoder->row = 0;
-        bool again = state->section == SIMULATED && ++state->ply < plies;
-        state->section = again ? SIMULATION : state->section + 1;
+        bool last = state->section == BREAK || state->section == SIMULATED;
+        bool again = last && ++state->ply < plies;
+        state->ply = last && !again ? 0 : state->ply;
+        state->section = again ? again_from(state->section) : (enum section)(state->section + 1);
     }
     encoder->ended = state->section == SECTIONS;
 }
@@ -284,6 +364,7 @@ const struct format format_compost = {
     .exact = "every bit",
     .uses = FORMAT_MAP,
     .elements = true,
+    .outlines = true,
     .state_size = sizeof(struct state),
     .begin = begin_compost,
     .next = next_compost};

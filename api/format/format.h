@@ -39,6 +39,7 @@ struct format {
     bool elements;          /* of a map: needs elements, so cannot show points */
     bool flow;              /* of a map: shows inlet, outlet and the channel along the rim */
     bool yarns;             /* of a map: has to know what its plies are made of */
+    bool outlines;          /* of a map: shows the edges of the plies of a laminate */
     bool tables;            /* of a result: shows any tables there are, those of a study too */
     const void *own;        /* data that formats sharing their functions differ by */
     size_t state_size;      /* bytes of `encoder->state`; 0: it keeps none */
@@ -128,6 +129,12 @@ struct map_ply_kind {
     struct lamina lamina; /* a unidirectional layer of its yarns, Pa; e1 is 0: not known */
 };
 
+/* The edge of a ply on the part, in space: the last point is the first. */
+struct map_outline {
+    const struct vec3 *points;
+    size_t count; /* 0: it has holes, or is of several parts */
+};
+
 /* The stack of plies on a mesh, which of a single drape has one ply. All arrays are the caller's.
  */
 struct map_plies {
@@ -143,6 +150,7 @@ struct map_plies {
     bool thickness, fraction;         /* whether the rows know them; then all do */
     const struct vec3 *reference;     /* the caller's direction; NULL: each element's first edge */
     const struct map_ply_kind *kinds; /* of each ply; NULL: not asked for */
+    const struct map_outline *outlines; /* likewise; NULL also of a single drape */
 };
 
 /* Fields on a mesh or at points. All arrays are the caller's and outlive the encoder. */

@@ -259,6 +259,7 @@ static bool mesh_of_part(struct bundle *b, struct map_target *target) {
                                   .vertex_count = mesh->vertex_count,
                                   .elements = (const int32_t(*)[4])elements,
                                   .element_count = mesh->triangle_count,
+                                  .wants_outlines = true,
                                   .wants_yarns = true};
     return true;
 }

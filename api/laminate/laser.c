@@ -2,6 +2,7 @@
 #include "laser.h"
 
 #include "api/format/cut_sheet.h"
+#include "api/format/format.h"
 #include "api/map/net.h"
 #include "api/request/prepared_part.h"
 #include "ply_samples.h"
@@ -493,6 +494,54 @@ enum api_problem_id laser_make(const struct laminate *laminate,
     if (may_be_lit(laminate, nets, without_failed, problem) &&
         trace_all(&t, nets, shapes, first, problem) == API_OK)
         (void)!lift_traced(&t, nets, shapes, first, sheet, problem);
+    free(t.points);
+    free(t.lines);
+    return problem->id;
+}
+
+/* ---- edges alone ---- */
+
+/* That of a shape whose lines are first to end: its only one, or none. */
+static bool keep_outline(const struct tracing *t, size_t first, size_t end,
+                         struct map_outline *outline) {
+    const struct traced_line *edge = NULL;
+    size_t loops = 0;
+    for (size_t k = first; k < end; k++) {
+        loops += t->lines[k].kind != LASER_WARP;
+        edge = t->lines[k].kind == LASER_EDGE ? &t->lines[k] : edge;
+    }
+    size_t count = loops == 1 && edge ? edge->end - edge->first : 0;
+    struct laser_point *points = arena_alloc(t->arena, count, sizeof *points);
+    struct vec3 *places = arena_alloc(t->arena, count, sizeof *places);
+    if (!points || !places)
+        return false;
+    for (size_t n = 0; n < count; n++)
+        points[n].r = t->points[edge->first + n].foot;
+    *outline = (struct map_outline){places, thin_line(points, count, t->tolerance)};
+    for (size_t n = 0; n < outline->count; n++)
+        places[n] = points[n].r;
+    return true;
+}
+
+enum api_problem_id laser_outlines(const struct laminate *laminate,
+                                   const struct api_reader *const *nets, struct arena *arena,
+                                   const struct map_outline **outlines,
+                                   struct api_problem *problem) {
+    struct tracing t = {.laminate = laminate,
+                        .arena = arena,
+                        .tolerance = LASER_TOLERANCE / laminate->length_unit->metres / 2};
+    struct flat_plies shapes = {.count = 0};
+    struct map_outline *all = arena_alloc(arena, laminate->count, sizeof *all);
+    size_t *first = arena_alloc(arena, laminate->count + 1, sizeof *first);
+    *outlines = all;
+    if (!all || !first)
+        return api_problem_no_memory(problem, "the edges");
+    if (flat_plies_make(laminate, nets, LAMINATE_ALL, arena, &shapes, problem) == API_OK &&
+        trace_all(&t, nets, &shapes, first, problem) == API_OK)
+        for (size_t s = 0; s < shapes.count; s++)
+            if (!keep_outline(&t, first[s], first[s + 1], &all[shapes.shapes[s].ply]))
+                api_problem_no_memory(problem, "the edges");
+    flat_plies_free(&shapes);
     free(t.points);
     free(t.lines);
     return problem->id;

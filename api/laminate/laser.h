@@ -32,4 +32,12 @@ enum api_problem_id laser_make(const struct laminate *laminate,
                                bool without_failed, struct arena *arena, struct laser_sheet *sheet,
                                struct api_problem *problem) STATUS_MUST_USE;
 
+/* Of every ply, or piece, of a laminate its edge on the part itself, at the default tolerance; in
+ * the arena. Errors as above. */
+struct map_outline;
+enum api_problem_id laser_outlines(const struct laminate *laminate,
+                                   const struct api_reader *const *nets, struct arena *arena,
+                                   const struct map_outline **outlines,
+                                   struct api_problem *problem) STATUS_MUST_USE;
+
 #endif

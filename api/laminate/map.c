@@ -6,6 +6,7 @@
 #include "api/map/map_columns.h"
 #include "api/result/permeability.h"
 #include "api/result/shear_limit.h"
+#include "laser.h"
 #include "ply_samples.h"
 #include "solver/angle.h"
 #include <stdio.h>
@@ -418,6 +419,9 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
     if (!ply_samples_read(&m.at, nets) || !add_stack_columns(&m) || !map_elements(&m))
         return problem->id;
     if (!note_rosette(&m, nets))
+        return problem->id;
+    if (target->elements && target->wants_outlines &&
+        laser_outlines(laminate, nets, arena, &map->stack.plies.outlines, problem) != API_OK)
         return problem->id;
     map_channel_fill(target, (double *const[]){m.out.k1, m.out.k2, m.out.k3}, m.out.tensor, map);
     warn_of_plies(&m);

@@ -55,6 +55,7 @@ struct map_target {
     const struct vec3 *punch_vertices; /* ... and their vertices */
     size_t punch_count;                /* 0: there is none */
     double channel_width;              /* with a channel: what is so near to the rim is it */
+    bool wants_outlines;               /* and their edges, of a laminate */
     bool wants_yarns;                  /* the plies' kinds are asked for; of a drape it is */
     const struct map_ply_kind *yarns;  /* what its ply is of; NULL: not known */
     double channel_permeability;       /* and has this, m^2, in all directions */

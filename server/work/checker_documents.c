@@ -138,6 +138,7 @@ static bool make_map(const struct checker_task *task, const struct format *forma
     source->fields = &map.fields;
     if (problem->id != API_OK || !take_options(task, arena, mesh, options, problem))
         return false;
+    mesh->wants_outlines = format->outlines;
     if (order->kind == CHECKER_STACK)
         return laminate_map_record(input.request, input.request_length, columns.bytes,
                                    columns.length, &order->limits, mesh, monitor, arena, &map,

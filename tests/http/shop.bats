@@ -276,3 +276,23 @@ END
     head -c 5 "$BATS_TEST_TMPDIR/book.pdf" | grep -q '%PDF-'
     [ "$(grep -ac '/Type /Page$' "$BATS_TEST_TMPDIR/book.pdf")" = 3 ]
 }
+
+@test "CompoST has the edges of plies on the part as splines, broken at their corners" {
+    jq '{surface, length_unit, plies: [{name: "skin", fabric, start: {uv: [0.5, 0.4]}},
+        {name: "patch", fabric, boundary: {polygon: [[90, 20, 30], [60, 70, 30], [50, 40, 75], [70, 15, 70]]}},
+        {name: "frame", fabric, boundary: {polygons: [[[90, 20, 30], [60, 70, 30], [50, 40, 75]],
+            [[80, 40, 40], [70, 50, 40], [70, 45, 50]]]}}]}' "$EXAMPLES/octant.json" >"$BATS_TEST_TMPDIR/ball.json"
+    "$DRAPE" "$BATS_TEST_TMPDIR/ball.json" --bundle --partial -o "$BATS_TEST_TMPDIR/ball.zip" 2>/dev/null
+    unzip -p "$BATS_TEST_TMPDIR/ball.zip" decks/compost.json >"$BATS_TEST_TMPDIR/compost.json"
+    # The edge of a ply with a hole is no one spline.
+    jq -e '[.allGeometry[] | [.memberName, (.breaks | length)]] == [["skin", 3], ["patch", 4]] and
+        [.allComposite[0].subComponents[] | .splineRelimitationRef] ==
+            [.allGeometry[0].ID, .allGeometry[1].ID, null] and
+        all(.allGeometry[].points; .[0] == .[-1] and
+            all(.[]; (.x * .x + .y * .y + .z * .z | sqrt) - 100 | fabs < 1e-9))' "$BATS_TEST_TMPDIR/compost.json"
+    # Corners of the boundary are breaks.
+    jq -e '.allGeometry[1] | [.points[.breaks[]] | [.x, .y, .z]] | length == 4 and
+        all(.[]; . as $p | any([90, 20, 30], [60, 70, 30], [50, 40, 75], [70, 15, 70];
+            . as $q | ([0, 1, 2] | map($p[.] * $q[.]) | add) /
+                (([0, 1, 2] | map($q[.] * $q[.]) | add | sqrt) * 100) > 1 - 1e-5))' "$BATS_TEST_TMPDIR/compost.json"
+}

@@ -364,9 +364,10 @@ def read_compost(path, result, mesh):
     item = {"memberName", "additionalParameters", "ID"}
     element = item | {"subComponents"}
     known = {
-        "CompositeDB": {"name", "allMaterials", "allComposite", "allSimulations", "fileMetadata"},
+        "CompositeDB": {"name", "allMaterials", "allComposite", "allGeometry", "allSimulations", "fileMetadata"},
+        "Spline": item | {"points", "breaks"},
         "FileMetadata": {"version", "maxID"}, "GenericMaterial": item, "Sequence": element,
-        "Ply": element | {"material"}, "Piece": element | {"material"},
+        "Ply": element | {"material", "splineRelimitationRef"}, "Piece": element | {"material", "splineRelimitationRef"},
         "DrapingSimulation": item | {"plyID", "maxShearAngle", "drapedMesh", "mappedShearAngles"},
         "AreaMesh": item | {"meshElements"}, "MeshElement": item | {"nodes"}, "Point": item | {"x", "y", "z"}}
     document, ids = load(path), {}
@@ -389,6 +390,12 @@ def read_compost(path, result, mesh):
     (sequence,) = document["allComposite"]
     leaves = [piece for ply in sequence["subComponents"] for piece in ply.get("subComponents", [ply])]
     assert [leaf["material"] for leaf in leaves] == document["allMaterials"]
+    # Every spline is the edge of one ply or piece, closed, and broken at corners alone.
+    splines = {one["ID"]: one for one in document.get("allGeometry", [])}
+    assert sorted(splines) == sorted(leaf["splineRelimitationRef"] for leaf in leaves if "splineRelimitationRef" in leaf)
+    assert "allGeometry" not in document or len(splines) == len(leaves)
+    for one in splines.values():
+        assert one["points"][0] == one["points"][-1] and all(k + 1 < len(one["points"]) for k in one["breaks"])
     cells, plies = result["cells"], result["plies"]
     place = {e: k for k, e in enumerate(cells["id"])}
     shapes, points = mesh["mesh"].get("triangles", []) + mesh["mesh"].get("quads", []), mesh["mesh"]["vertices"]
