@@ -4,7 +4,8 @@
  * together smoothly (by 20 degrees), as many as there are, with a net of about N nodes from the
  * default start. Milliseconds, the least CPU times of a few rounds: `open` from the decoded faces
  * to a shell that is ready, `form` from the bytes of the prepared form to it, `start` to the place
- * nearest to the centroid, which `solve` has in it.
+ * nearest to the centroid, which `solve` has in it, `least` the search for generators of least
+ * energy, with four values a side.
  *
  *     bench_parts N SURFACE.json...
  */
@@ -22,7 +23,7 @@
 enum { ROUNDS = 7, PARTS_MAX = 64 };
 
 struct figure {
-    double open, form, start, solve, ns;
+    double open, form, start, solve, least, ns;
     size_t faces, nodes;
 };
 
@@ -99,6 +100,15 @@ static bool run_once(const struct api_request *request, struct arena *arena,
     figure->open = fmin(figure->open, 1e3 * (opened - begun));
     figure->start = fmin(figure->start, 1e3 * (started - opened));
     figure->solve = fmin(figure->solve, 1e3 * (seconds() - started));
+    struct drape_settings least = request->settings;
+    for (int k = 0; k < 2; k++) {
+        least.generator[k].kind = DRAPE_GENERATOR_LEAST;
+        least.generator[k].curvature.points = 4;
+    }
+    started = seconds();
+    if (drape_solve(&part.part, &least, NULL, arena, &result) != STATUS_OK)
+        return false;
+    figure->least = fmin(figure->least, 1e3 * (seconds() - started));
     return true;
 }
 
@@ -145,7 +155,7 @@ static int compare(const void *a, const void *b) {
 
 static void print_summary(const struct figure *figures, int count) {
     for (int which = 0; which < 2; which++) {
-        double column[5][PARTS_MAX];
+        double column[6][PARTS_MAX];
         for (int k = 0; k < count; k++) {
             const struct figure *f = &figures[k];
             column[0][k] = f->open;
@@ -153,11 +163,15 @@ static void print_summary(const struct figure *figures, int count) {
             column[2][k] = f->start;
             column[3][k] = f->solve;
             column[4][k] = 1e6 * f->solve / (double)f->nodes;
+            column[5][k] = f->least;
         }
         printf("%-16s %5s %7s", which ? "worst" : "median", "", "");
-        for (int c = 0; c < 5; c++) {
+        for (int c = 0; c < 6; c++) {
             qsort(column[c], (size_t)count, sizeof **column, compare);
-            printf(c < 4 ? " %8.2f" : " %8.0f", column[c][which ? count - 1 : count / 2]);
+            printf(c < 4   ? " %8.2f"
+                   : c < 5 ? " %8.0f"
+                           : " %8.1f",
+                   column[c][which ? count - 1 : count / 2]);
         }
         printf("\n");
     }
@@ -167,8 +181,11 @@ static bool bench_part(const char *path, double nodes, struct figure *figure) {
     struct arena *arena = arena_new((size_t)8 << 30);
     struct api_request request;
     const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
-    *figure =
-        (struct figure){.open = HUGE_VAL, .form = HUGE_VAL, .start = HUGE_VAL, .solve = HUGE_VAL};
+    *figure = (struct figure){.open = HUGE_VAL,
+                              .form = HUGE_VAL,
+                              .start = HUGE_VAL,
+                              .solve = HUGE_VAL,
+                              .least = HUGE_VAL};
     if (arena)
         arena_clear(arena);
     bool good = arena && read_request(path, nodes, arena, &request);
@@ -180,9 +197,9 @@ static bool bench_part(const char *path, double nodes, struct figure *figure) {
     good = good && open_form(&request, arena, figure);
     arena_free(arena);
     if (good)
-        printf("%-16.*s %5zu %7zu %8.2f %8.2f %8.2f %8.2f %8.0f\n", (int)strcspn(name, "."), name,
-               figure->faces, figure->nodes, figure->open, figure->form, figure->start,
-               figure->solve, 1e6 * figure->solve / (double)figure->nodes);
+        printf("%-16.*s %5zu %7zu %8.2f %8.2f %8.2f %8.2f %8.0f %8.1f\n", (int)strcspn(name, "."),
+               name, figure->faces, figure->nodes, figure->open, figure->form, figure->start,
+               figure->solve, 1e6 * figure->solve / (double)figure->nodes, figure->least);
     else
         printf("%s: failed\n", name);
     return good;
@@ -198,8 +215,9 @@ int main(int argc, char **argv) {
     }
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
-    printf("CAD parts, nets of about %.0f nodes\n%-16s %5s %7s %8s %8s %8s %8s %8s\n", nodes,
-           "part", "faces", "nodes", "open ms", "form ms", "start ms", "solve ms", "ns/node");
+    printf("CAD parts, nets of about %.0f nodes\n%-16s %5s %7s %8s %8s %8s %8s %8s %8s\n", nodes,
+           "part", "faces", "nodes", "open ms", "form ms", "start ms", "solve ms", "ns/node",
+           "least ms");
     for (int k = 0; k < count; k++)
         if (!bench_part(argv[k + 2], nodes, &figures[k]))
             return 1;

@@ -78,8 +78,9 @@ static void keep_least(double *least, double value) {
     *least = *least > 0 ? fmin(*least, value) : value;
 }
 
-static bool run_once(const struct wavy *wavy, enum drape_method method, double slide, double nodes,
-                     const struct drape_team *team, struct figure *best) {
+/* A drape of about so many nodes, with these settings for the rest. */
+static bool run_once(const struct wavy *wavy, const struct drape_settings *with, double nodes,
+                     struct figure *best) {
     struct arena *arena = arena_new((size_t)8 << 30);
     struct surface *surface;
     struct drape_result result;
@@ -87,12 +88,10 @@ static bool run_once(const struct wavy *wavy, enum drape_method method, double s
     bool good = arena && surface_make(&wavy->nurbs, arena, &surface) == STATUS_OK;
     if (good) {
         double d = sqrt(surface_area(surface, NULL) / nodes);
-        struct drape_settings settings = {.method = method,
-                                          .spacing = {d, d},
-                                          .direction_deg = 20,
-                                          .slide = slide,
-                                          .team = team,
-                                          .max_nodes = 20000000};
+        struct drape_settings settings = *with;
+        settings.spacing[0] = settings.spacing[1] = d;
+        settings.direction_deg = 20;
+        settings.max_nodes = 20000000;
         begun = seconds(CLOCK_PROCESS_CPUTIME_ID);
         wall = seconds(CLOCK_MONOTONIC);
         good = drape_solve(&(struct drape_part){.surface = surface}, &settings, NULL, arena,
@@ -165,7 +164,8 @@ static bool bench_size(const struct wavy *wavy, double nodes) {
     struct figure figure[METHODS] = {{0}};
     for (int round = 0; round < ROUNDS; round++)
         for (int m = 0; m < METHODS; m++)
-            if (!run_once(wavy, methods[m].method, 0, nodes, NULL, &figure[m]))
+            if (!run_once(wavy, &(struct drape_settings){.method = methods[m].method}, nodes,
+                          &figure[m]))
                 return false;
     for (int m = 0; m < METHODS; m++)
         printf("%-9s %9zu %8.0f %12.0f %8.0f %8.2f %13.1e\n", methods[m].name, figure[m].nodes,
@@ -182,13 +182,35 @@ static bool bench_slide(const struct wavy *wavy) {
     for (int m = 0; m < METHODS; m++) {
         struct figure figure[SLIDES] = {{0}};
         for (int round = 0; round < ROUNDS; round++)
-            for (int k = 0; k < SLIDES; k++)
-                if (!run_once(wavy, methods[m].method, slides[k], 1e5, NULL, &figure[k]))
+            for (int k = 0; k < SLIDES; k++) {
+                const struct drape_settings with = {.method = methods[m].method,
+                                                    .slide = slides[k]};
+                if (!run_once(wavy, &with, 1e5, &figure[k]))
                     return false;
+            }
         double weave = figure[0].ns;
         printf("%-9s %15.0f %9.0f %9.0f %9.2f %6.2f\n", methods[m].name, weave, figure[1].ns,
                figure[2].ns, figure[1].ns / weave, figure[2].ns / weave);
     }
+    return true;
+}
+
+/* Generators of least energy, with four values a side of each. */
+static bool bench_least(const struct wavy *wavy) {
+    struct drape_settings with = {.method = DRAPE_GIB};
+    struct figure figure[2] = {{0}};
+    for (int round = 0; round < ROUNDS; round++)
+        for (int least = 0; least < 2; least++) {
+            for (int k = 0; k < 2; k++) {
+                with.generator[k].kind = least ? DRAPE_GENERATOR_LEAST : DRAPE_GENERATOR_GEODESIC;
+                with.generator[k].curvature.points = 4;
+            }
+            if (!run_once(wavy, &with, 3e3, &figure[least]))
+                return false;
+        }
+    double ms = 1e-6 * figure[1].ns * (double)figure[1].nodes;
+    printf("least energy, 16 values: %zu nodes in %.0f ms, %.0f drapes' time\n", figure[1].nodes,
+           ms, figure[1].ns / figure[0].ns);
     return true;
 }
 
@@ -200,7 +222,8 @@ static bool bench_threads(const struct wavy *wavy) {
         struct figure figure = {0};
         const struct drape_team *used = api_threads_make(&team, threads);
         for (int round = 0; round < ROUNDS; round++)
-            if (!run_once(wavy, DRAPE_GIB, 0, 1e6, used, &figure))
+            if (!run_once(wavy, &(struct drape_settings){.method = DRAPE_GIB, .team = used}, 1e6,
+                          &figure))
                 return false;
         alone = threads == 1 ? figure : alone;
         printf("%7d  %8.0f  %8.2f\n", threads, figure.wall_ns, alone.wall_ns / figure.wall_ns);
@@ -224,5 +247,5 @@ int main(void) {
     bool good = true;
     for (double nodes = 1e4; nodes <= 1e6 && good; nodes *= 10)
         good = bench_size(&wavy, nodes);
-    return good && bench_slide(&wavy) && bench_threads(&wavy) ? 0 : 1;
+    return good && bench_slide(&wavy) && bench_least(&wavy) && bench_threads(&wavy) ? 0 : 1;
 }
