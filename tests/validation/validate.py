@@ -125,6 +125,25 @@ def course():
             print(i * STEP, *(1e3 * math.dist(r[i, 40], reference[i, 40]) for r in rows), file=file)
 
 
+def steered_course():
+    """The same course with generators of least energy, with k values along each: it begins at its corner,
+    so that those of one side have an effect."""
+    with gzip.open(HERE / "geodesic_course.csv.gz", "rt") as file:
+        rows = [[float(r[c]) for c in "ijxyz"] for r in csv.DictReader(file)]
+    at = {(i, j): place for i, j, *place in rows}
+    print("\ngenerators            shear, degrees: greatest    95 %    mean     energy, m^2")
+    for values in 0, 4, 8, 16:
+        kind = {"steered": {"points": values}} if values else "geodesic"
+        summary = drape({"surface": json.load(open(HERE / "blade.json"))["surface"], "length_unit": "m",
+                         "fabric": {"spacing": STEP}, "start": {"point": at[0, 0]},
+                         "direction": {"vector": [b - a for a, b in zip(at[0, 0], at[1, 0])]},
+                         "extent": {"warp": [0, 320], "weft": [-40, 0]},
+                         "generators": {"warp": kind, "weft": kind}})["summary"]
+        energy = f"{summary['steering']['energy_after']:16.6f}" if values else ""
+        print(f"{f'steered, {values} values' if values else 'geodesics':22s}{summary['max_shear_deg']:24.3f}"
+              f"{summary['p95_shear_deg']:8.3f}{summary['mean_shear_deg']:8.3f}{energy}")
+
+
 def sheared_plane(name, stretch):
     """Cloth whose diagonal is `stretch` times its length before: a rhombus with the shear
     90 - 2 acos(stretch / sqrt 2) degrees and the thickness 1 / cos(shear) of flat cloth."""
@@ -186,5 +205,6 @@ def strips():
 
 if __name__ == "__main__":
     course()
+    steered_course()
     strips()
     closed_forms()
