@@ -23,13 +23,12 @@ struct drape_curvature {
 /* The curvature at the arc length s along the positive arm, of either sign. */
 double curvature_at(const struct drape_curvature *curvature, double s);
 
+/* How it rises there with each of its values, of which there is one at least. */
+void curvature_weights(const struct drape_curvature *curvature, double s, double *weight);
+
 /* The length from s to the next knot in the sense 1 or -1, beyond which it is another polynomial;
  * knots within a rounding error of s are behind it. */
 double curvature_to_knot(const struct drape_curvature *curvature, double s, int sense);
-
-/* The sides that change with value n: bit 0 for the one against the positive arm, 1 for the other.
- */
-int curvature_sides(const struct drape_curvature *curvature, int n);
 
 /* Whether it is nowhere but 0: the generator is a geodesic. */
 bool curvature_is_none(const struct drape_curvature *curvature);

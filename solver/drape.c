@@ -345,8 +345,6 @@ static enum status lay(const void *context, const struct drape_settings *setting
             status = begin_cuts(&march, &result->faulty_cut);
         if (status == STATUS_OK)
             status = march_run(&march);
-        if (status == STATUS_OK && settings->slope)
-            status = steer_slope_make(&march);
         if (status == STATUS_OK && march.before.net)
             status = estimate_make(&march);
         if (status == STATUS_OK)
@@ -355,6 +353,9 @@ static enum status lay(const void *context, const struct drape_settings *setting
             status = take_row(&march, settings->row);
         if (status == STATUS_OK)
             status = report_make(&march, result);
+        if (status == STATUS_OK && settings->slope &&
+            settings->slope->wanted(settings->slope->context, result))
+            status = steer_slope_make(&march);
         /* Where a start that nobody asked for lies where no cloth begins, on an edge or in a corner
          * of a part that is larger than a few cells, one inside is better. On triangles only nets
          * of shells are tried again. */

@@ -52,10 +52,8 @@ void steer_densities(const struct drape_energy *energy, double density[DRAPE_SHE
 }
 
 double steer_energy_of(const double density[DRAPE_SHEAR_BINS],
-                       const struct drape_statistics *statistics,
-                       const struct drape_summary *summary) {
-    double bare = fmax(1 - summary->cloth_coverage, 0) * summary->part_area;
-    double sum = bare * density[DRAPE_SHEAR_BINS - 1];
+                       const struct drape_statistics *statistics, double bare) {
+    double sum = fmax(bare, 0) * density[DRAPE_SHEAR_BINS - 1];
     for (int b = 0; b < DRAPE_SHEAR_BINS; b++)
         sum += density[b] * statistics->area[b];
     return sum;

@@ -72,6 +72,7 @@ static struct pair pair_at(const struct cells *cells, int32_t index, int k) {
  *     dg = ((a f - c (f x m)) . de + (a e - c (m x e)) . df) / (a^2 + c^2);
  *
  * by the mean dr of the corners cloth moves a e + b f, which takes g_i a + g_j b off. */
+WIDE_CLONES
 static void change_cell(const struct cells *cells, int32_t index) {
     const struct steer_variation *v = cells->variation;
     struct cell *cell = &cells->cell[index];
@@ -95,24 +96,24 @@ static void change_cell(const struct cells *cells, int32_t index) {
     }
     for (int k = 0; k < CORNERS; k++) {
         const double *d = steer_derivative(v, at[0] + corner_i[k], at[1] + corner_j[k]);
-        for (int n = 0; n < v->row; n++)
-            cell->change[n] +=
-                by[k].x * d[n] + by[k].y * d[v->row + n] + by[k].z * d[2 * v->row + n];
+        for (int n = 0; n < v->row; n += STEER_LANES)
+            steer_store(cell->change + n,
+                        steer_load(cell->change + n) + steer_dot(by[k], d + n, v->row));
     }
 }
 
 /* Adds a term of the energy with this slope and stiffness that changes by `change`. */
-static void add_term(struct steer_slope *slope, double rise, double stiffness,
+INLINE void add_term(struct steer_slope *slope, double rise, double stiffness,
                      const double *change) {
-    int count = slope->variation.parameters;
-    for (int n = 0; n < count; n++) {
-        double scaled = stiffness * change[n];
+    for (int n = 0; n < slope->variation.parameters; n++) {
+        double scaled = stiffness * change[n], *row = slope->matrix[n];
         slope->gradient[n] += rise * change[n];
-        for (int m = n; m < count; m++)
-            slope->matrix[n][m] += scaled * change[m];
+        for (int m = n / STEER_LANES * STEER_LANES; m < slope->variation.row; m += STEER_LANES)
+            steer_store(row + m, steer_load(row + m) + scaled * steer_load(change + m));
     }
 }
 
+WIDE_CLONES
 static void add_cell_terms(const struct cells *cells, int32_t index,
                            const struct drape_energy *energy, struct steer_slope *slope) {
     const struct cell *cell = &cells->cell[index];
@@ -124,7 +125,7 @@ static void add_cell_terms(const struct cells *cells, int32_t index,
         double by = pair.by / cells->spacing[k];
         double curvature = by * (pair.high->shear - pair.low->shear);
         double stiffness = slope->stiffness * cell->area;
-        for (int n = 0; n < slope->variation.parameters; n++)
+        for (int n = 0; n < slope->variation.row; n++)
             bend[n] = by * (pair.high->change[n] - pair.low->change[n]);
         slope->bending += stiffness * curvature * curvature / 2;
         add_term(slope, stiffness * curvature, stiffness, bend);

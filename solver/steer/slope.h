@@ -20,10 +20,13 @@
 struct steer_slope {
     bool varied[2];   /* given: which generators, both of which are steered where they are */
     double stiffness; /* given: `steer_bending` */
+    /* given: whether the slope of this drape is wanted */
+    bool (*wanted)(void *context, const struct drape_result *result);
+    void *context;
     struct steer_variation variation; /* in the arena of the drape; all else is made of it */
     double bending;                   /* what bending costs */
     double gradient[STEER_PARAMETERS];
-    double matrix[STEER_PARAMETERS][STEER_PARAMETERS]; /* the upper triangle */
+    double matrix[STEER_PARAMETERS][STEER_PARAMETERS]; /* its upper triangle */
 };
 
 /* Fills the slope of the march's settings, of a net that is done. Errors: STATUS_OUT_OF_MEMORY. */

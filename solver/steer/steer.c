@@ -16,7 +16,7 @@ static const double kick_turn = 0.5;
 
 /* Where the next step is to win no more than this share of the energy, or the mean shear is no more
  * than this angle, rad, the search ends. */
-static const double share_enough = 1e-6, unsheared = 2e-4;
+static const double share_enough = 3e-5, unsheared = 2e-4;
 
 /* No value makes a generator turn by more than this, rad, within a spacing. */
 static const double turn_most = 0.25;
@@ -63,6 +63,7 @@ struct search {
     double energy;             /* of those, bending included */
     double most;               /* that a value may be */
     double area;               /* of the part */
+    double cloth;              /* flat, on the part, of the first drape on this net; 0: none yet */
     int iterations;
 };
 
@@ -105,9 +106,16 @@ static void measure_sides(const struct drape_nodes *nodes, int k, double spacing
 
 /* ---- the search ---- */
 
-/* The energy of a drape, by which it is compared. */
-static double energy_of(const struct search *s, const struct drape_result *result) {
-    return steer_energy_of(s->density, s->statistics, &result->summary);
+/* The energy of a drape, by which it is compared. The part should be covered, or, by cloth whose
+ * extent is given, as much cloth lie on it as with the first generators on the net. */
+static double energy_of(struct search *s, const struct drape_result *result) {
+    const struct drape_summary *summary = &result->summary;
+    bool whole = !s->settings.has_extent[0] && !s->settings.has_extent[1];
+    if (!(s->cloth > 0))
+        s->cloth = summary->flat_area;
+    double bare =
+        whole ? (1 - summary->cloth_coverage) * summary->part_area : s->cloth - summary->flat_area;
+    return steer_energy_of(s->density, s->statistics, bare);
 }
 
 /* The net of the search: of the same order or by chords, with no more nodes than are enough. */
@@ -124,18 +132,35 @@ static void coarsen(struct drape_settings *settings, double part_area, double en
     }
 }
 
-/* The energy of other settings, with their slope; infinite where they cannot be draped. */
-static enum status try_values(struct search *s, const struct drape_settings *settings,
+/* A drape that is measured, and the energy of shear that it has to stay below. */
+struct trial {
+    struct search *search;
+    double limit, energy;
+};
+
+static bool costs_less(void *context, const struct drape_result *result) {
+    struct trial *trial = context;
+    trial->energy = energy_of(trial->search, result);
+    return trial->energy < trial->limit;
+}
+
+/* The energy of other settings, and, where it is below a limit, their slope; infinite where they
+ * cannot be draped. */
+static enum status try_values(struct search *s, const struct drape_settings *settings, double limit,
                               struct steer_slope *slope, double *energy) {
     struct arena_mark mark = arena_mark(s->arena);
     const struct drape_monitor monitor = {report_stage, &s->stage};
+    struct trial trial = {s, limit, HUGE_VAL};
     struct drape_settings own = *settings;
     struct drape_result result;
     own.slope = slope;
     memcpy(slope->varied, s->slope->varied, sizeof slope->varied);
     slope->stiffness = s->slope->stiffness;
+    slope->wanted = costs_less;
+    slope->context = &trial;
+    slope->bending = 0;
     enum status status = s->lay->lay(s->lay->context, &own, &monitor, s->arena, &result);
-    *energy = status == STATUS_OK ? energy_of(s, &result) + slope->bending : HUGE_VAL;
+    *energy = status == STATUS_OK ? trial.energy + slope->bending : HUGE_VAL;
     arena_rewind(s->arena, mark);
     return status == STATUS_CANCELLED || status == STATUS_OUT_OF_MEMORY ? status : STATUS_OK;
 }
@@ -156,7 +181,7 @@ static enum status descend(struct search *s, struct steer_slope *next) {
             step[n] += values[n];
         copy_values(&moved, s->slope->varied, step, true);
         s->iterations++;
-        status = try_values(s, &moved, next, &energy);
+        status = try_values(s, &moved, s->energy, next, &energy);
         double kept = status == STATUS_OK ? (s->energy - energy) / fall : 0;
         if (!(kept > 0)) {
             damping *= 8;
@@ -187,13 +212,13 @@ static enum status raise_norm(struct search *s, struct steer_slope *next) {
     enum status status = STATUS_OK;
     for (double p = 2; p < norm && status == STATUS_OK; p *= 2) {
         set_norm(s, p);
-        status = try_values(s, &s->settings, s->slope, &s->energy);
+        status = try_values(s, &s->settings, HUGE_VAL, s->slope, &s->energy);
         if (status == STATUS_OK)
             status = descend(s, next);
     }
     set_norm(s, norm);
     if (status == STATUS_OK)
-        status = try_values(s, &s->settings, s->slope, &s->energy);
+        status = try_values(s, &s->settings, HUGE_VAL, s->slope, &s->energy);
     return status == STATUS_OK ? descend(s, next) : status;
 }
 
@@ -204,7 +229,7 @@ static enum status begin_on(struct search *s, const struct drape_settings *asked
     s->settings = *asked;
     memcpy(s->settings.generator, generator, sizeof generator);
     coarsen(&s->settings, s->area, enough);
-    return try_values(s, &s->settings, s->slope, &s->energy);
+    return try_values(s, &s->settings, HUGE_VAL, s->slope, &s->energy);
 }
 
 /* Numbers that have nothing to do with each other, -1..1: the golden ratio's multiples. */
@@ -232,7 +257,7 @@ static enum status look_round(struct search *s, struct steer_slope *next) {
             }
         }
         copy_values(&s->settings, s->slope->varied, values, true);
-        status = try_values(s, &s->settings, s->slope, &s->energy);
+        status = try_values(s, &s->settings, HUGE_VAL, s->slope, &s->energy);
         if (status == STATUS_OK)
             status = descend(s, next);
         if (!(s->energy < energy)) {
@@ -257,7 +282,9 @@ static enum status end_on_finer_net(struct search *s, const struct drape_setting
         if (slope->varied[k])
             memset(straight.settings.generator[k].curvature.value, 0,
                    sizeof straight.settings.generator[k].curvature.value);
+    straight.cloth = 0;
     enum status status = begin_on(&straight, asked, nodes_enough);
+    s->cloth = straight.cloth;
     if (status == STATUS_OK)
         status = begin_on(s, asked, nodes_enough);
     if (straight.energy < s->energy) {
@@ -350,6 +377,7 @@ enum status steer_solve(const struct steer_lay *lay, const struct drape_settings
     struct drape_steering found = {.iterations = s.iterations};
     struct arena_mark mark = arena_mark(arena);
     s.stage = (struct stage){monitor, 0.5, 0.75};
+    s.cloth = 0;
     status = lay_found(&s, settings, true, result, &found.energy[0]);
     if (status != STATUS_OK)
         return status;

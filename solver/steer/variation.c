@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "variation.h"
 
-#include "solver/wide.h"
 #include <string.h>
 
 /* From stop to stop of an arm. */
@@ -68,83 +67,96 @@ static int32_t arm_length(const struct steer_variation *v, int di, int dj) {
     }
 }
 
-/* What a path that is turned at arc length s has moved by: along itself, to its left, and its
- * tangent's turn. */
-struct shift {
-    double along, left, turn;
-};
-
-/* The derivatives of a shift where the curvature is k and rises by `rise`. Arc length is kept; the
- * tangent turns by what the curvature changes and, as neighbouring geodesics do, by the Gaussian
- * curvature. */
-static struct shift shift_rate(struct shift a, double k, double gauss, double rise) {
-    return (struct shift){k * a.left, a.turn - k * a.along, rise - gauss * a.left};
-}
-
-static struct shift shift_add(struct shift a, double h, struct shift rate) {
-    return (struct shift){a.along + h * rate.along, a.left + h * rate.left, a.turn + h * rate.turn};
-}
-
 /* The Gaussian curvature at a share of the way between two stops, by the parabola through three. */
 static double gauss_between(const struct march_stop *stop, double share) {
     double low = stop[0].gauss, middle = stop[1].gauss_before, high = stop[1].gauss;
     return low + share * (4 * middle - 3 * low - high + 2 * share * (low + high - 2 * middle));
 }
 
-/* The curvature of an arm, and by how much it rises with one of its values. */
+/* The curvature at a place of an arm, and by how much it rises with each value. */
 struct bend {
-    const struct drape_curvature *curvature;
-    struct drape_curvature unit; /* 1 for that value */
-    int sign;
+    double curvature, gauss, rise[DRAPE_CURVATURE_VALUES];
 };
 
-static struct shift rate_at(const struct bend *bend, const struct march_stop *stop, double share,
-                            struct shift a) {
-    double s = bend->sign * (stop[0].gone + share * (stop[1].gone - stop[0].gone));
-    return shift_rate(a, bend->sign * curvature_at(bend->curvature, s), gauss_between(stop, share),
-                      bend->sign * curvature_at(&bend->unit, s));
+static struct bend bend_at(const struct drape_curvature *curvature, int sign,
+                           const struct march_stop *stop, double share) {
+    double s = sign * (stop[0].gone + share * (stop[1].gone - stop[0].gone));
+    struct bend bend = {.curvature = sign * curvature_at(curvature, s),
+                        .gauss = gauss_between(stop, share)};
+    curvature_weights(curvature, s, bend.rise);
+    for (int n = 0; n < 2 * curvature->points; n++)
+        bend.rise[n] *= sign;
+    return bend;
+}
+
+/* What a path has moved by with each value: along itself, to its left, and its tangent's turn. */
+struct shift {
+    double along[DRAPE_CURVATURE_VALUES], left[DRAPE_CURVATURE_VALUES],
+        turn[DRAPE_CURVATURE_VALUES];
+};
+
+/* The derivatives of a shift that goes on by h times another. Arc length is kept; the tangent turns
+ * by what the curvature changes and, as neighbouring geodesics do, by the Gaussian curvature. */
+static void shift_rate(const struct bend *bend, const struct shift *from, double h,
+                       const struct shift *on, int count, struct shift *rate) {
+    for (int n = 0; n < count; n++) {
+        double along = from->along[n] + h * on->along[n], left = from->left[n] + h * on->left[n];
+        double turn = from->turn[n] + h * on->turn[n];
+        rate->along[n] = bend->curvature * left;
+        rate->left[n] = turn - bend->curvature * along;
+        rate->turn[n] = bend->rise[n] - bend->gauss * left;
+    }
 }
 
 /* On to the next stop, by steps of the classical Runge-Kutta rule. */
-static struct shift shift_on(const struct bend *bend, const struct march_stop *stop,
-                             struct shift a) {
+static void shift_on(const struct drape_curvature *curvature, int sign,
+                     const struct march_stop *stop, struct shift *a) {
     double h = (stop[1].gone - stop[0].gone) / SHIFT_STEPS, by = 1.0 / SHIFT_STEPS;
+    int count = 2 * curvature->points;
     for (int m = 0; m < SHIFT_STEPS; m++) {
+        struct bend low = bend_at(curvature, sign, stop, m * by);
+        struct bend middle = bend_at(curvature, sign, stop, (m + 0.5) * by);
+        struct bend high = bend_at(curvature, sign, stop, (m + 1) * by);
         struct shift rate[4];
-        rate[0] = rate_at(bend, stop, m * by, a);
-        rate[1] = rate_at(bend, stop, (m + 0.5) * by, shift_add(a, h / 2, rate[0]));
-        rate[2] = rate_at(bend, stop, (m + 0.5) * by, shift_add(a, h / 2, rate[1]));
-        rate[3] = rate_at(bend, stop, (m + 1) * by, shift_add(a, h, rate[2]));
-        for (int n = 0; n < 4; n++)
-            a = shift_add(a, (n == 1 || n == 2 ? 2 : 1) * h / 6, rate[n]);
+        shift_rate(&low, a, 0, a, count, &rate[0]);
+        shift_rate(&middle, a, h / 2, &rate[0], count, &rate[1]);
+        shift_rate(&middle, a, h / 2, &rate[1], count, &rate[2]);
+        shift_rate(&high, a, h, &rate[2], count, &rate[3]);
+        for (int k = 0; k < 4; k++) {
+            double share = (k == 1 || k == 2 ? 2 : 1) * h / 6;
+            for (int n = 0; n < count; n++) {
+                a->along[n] += share * rate[k].along[n];
+                a->left[n] += share * rate[k].left[n];
+                a->turn[n] += share * rate[k].turn[n];
+            }
+        }
     }
-    return a;
 }
 
-/* One arm with `count` stops by value n of its generator, from the derivatives of the start on.
+/* One arm with `count` stops by the values of its generator, whose derivatives begin with `column`.
  * Where stops are equal chords apart, each also moves along the path, so that they stay it. */
-static void vary_arm(const struct march *march, struct steer_variation *v, int number, int n,
-                     int column, int32_t count, const struct march_stop *stop) {
+static void vary_arm(const struct march *march, struct steer_variation *v, int number, int column,
+                     int32_t count, const struct march_stop *stop) {
     int g = number / 2, sign = number % 2 ? -1 : 1;
-    struct bend bend = {.curvature = &march->settings->generator[g].curvature, .sign = sign};
-    bend.unit = *bend.curvature;
-    memset(bend.unit.value, 0, sizeof bend.unit.value);
-    bend.unit.value[n] = 1;
-    struct shift shift = {0, 0, 0};
-    struct vec3 before = {0, 0, 0};
+    const struct drape_curvature *curvature = &march->settings->generator[g].curvature;
+    struct shift shift = {{0}, {0}, {0}};
+    struct vec3 before[DRAPE_CURVATURE_VALUES] = {{0, 0, 0}};
     for (int32_t m = 1; m < count; m++) {
-        shift = shift_on(&bend, &stop[m - 1], shift);
-        struct vec3 by =
-            vec3_axpy(shift.left, stop[m].left, vec3_scale(shift.along, stop[m].tangent));
-        if (march->method->yarn == DRAPE_YARN_CHORD) {
-            struct vec3 chord = vec3_sub(stop[m].r, stop[m - 1].r);
-            double on = vec3_dot(chord, vec3_sub(before, by)) / vec3_dot(chord, stop[m].tangent);
-            by = vec3_axpy(on, stop[m].tangent, by);
-        }
-        before = by;
         int32_t index = steer_index(v, g ? 0 : sign * m, g ? sign * m : 0);
         double *d = v->derivative + (size_t)v->slot[index] * 3 * (size_t)v->row;
-        vec3_to_columns(by, d, d + v->row, d + 2 * v->row, (size_t)column);
+        struct vec3 chord = vec3_sub(stop[m].r, stop[m - 1].r);
+        double slant = vec3_dot(chord, stop[m].tangent);
+        shift_on(curvature, sign, &stop[m - 1], &shift);
+        for (int n = 0; n < 2 * curvature->points; n++) {
+            struct vec3 by =
+                vec3_axpy(shift.left[n], stop[m].left, vec3_scale(shift.along[n], stop[m].tangent));
+            if (march->method->yarn == DRAPE_YARN_CHORD) {
+                double on = vec3_dot(chord, vec3_sub(before[n], by)) / slant;
+                by = vec3_axpy(on, stop[m].tangent, by);
+            }
+            before[n] = by;
+            vec3_to_columns(by, d, d + v->row, d + 2 * v->row, (size_t)(column + n));
+        }
     }
 }
 
@@ -159,15 +171,12 @@ static enum status vary_places(struct march *march, bool varied, struct steer_va
     }
     if (!varied)
         return STATUS_OK;
-    const struct drape_curvature *curvature = &march->settings->generator[k].curvature;
     struct arena_mark mark = arena_mark(march->arena);
     struct march_stop *stop = arena_take(march->arena, (size_t)count, sizeof *stop);
     if (!stop)
         return STATUS_OUT_OF_MEMORY;
     count = march_arm_stops(march, number, count, stop);
-    for (int n = 0; n < 2 * curvature->points; n++)
-        if (curvature_sides(curvature, n) & (sign > 0 ? 2 : 1))
-            vary_arm(march, v, number, n, column + n, count, stop);
+    vary_arm(march, v, number, column, count, stop);
     arena_rewind(march->arena, mark);
     return STATUS_OK;
 }
@@ -239,27 +248,15 @@ static bool find_law(struct march *march, const struct surface_point *const corn
     return true;
 }
 
-typedef double lane8 __attribute__((vector_size(8 * STEER_LANES)));
-
-INLINE lane8 load8(const double *from) {
-    lane8 a;
-    memcpy(&a, from, sizeof a);
-    return a;
-}
-
-INLINE lane8 dot8(struct vec3 a, const double *d, int row) {
-    return a.x * load8(d) + a.y * load8(d + row) + a.z * load8(d + 2 * row);
-}
-
 /* Applies a law to all parameters. */
 WIDE_CLONES
 static void apply_law(const struct law *law, const double *const from[3], int row, double *to) {
     for (int n = 0; n < row; n += STEER_LANES) {
-        lane8 sum[2], d[3];
+        steer_lanes sum[2], d[3];
         for (int r = 0; r < 2; r++) {
-            sum[r] = dot8(law->row[r][0], from[0] + n, row);
-            sum[r] += dot8(law->row[r][1], from[1] + n, row);
-            sum[r] += dot8(law->row[r][2], from[2] + n, row);
+            sum[r] = steer_dot(law->row[r][0], from[0] + n, row);
+            sum[r] += steer_dot(law->row[r][1], from[1] + n, row);
+            sum[r] += steer_dot(law->row[r][2], from[2] + n, row);
         }
         d[0] = law->column[0].x * sum[0] + law->column[1].x * sum[1];
         d[1] = law->column[0].y * sum[0] + law->column[1].y * sum[1];

@@ -22,6 +22,8 @@
 #define SOLVER_STEER_VARIATION_H
 
 #include "solver/march/march.h"
+#include "solver/wide.h"
+#include <string.h>
 
 enum { STEER_LANES = 8, STEER_PARAMETERS = 2 * DRAPE_CURVATURE_VALUES };
 
@@ -57,6 +59,24 @@ static inline const double *steer_derivative(const struct steer_variation *v, in
     return index >= 0 && v->slot[index] >= 0
                ? v->derivative + (size_t)v->slot[index] * 3 * (size_t)v->row
                : NULL;
+}
+
+/* ---- rows of derivatives, so many parameters at a time ---- */
+
+typedef double steer_lanes __attribute__((vector_size(8 * STEER_LANES)));
+
+INLINE steer_lanes steer_load(const double *from) {
+    steer_lanes a;
+    memcpy(&a, from, sizeof a);
+    return a;
+}
+
+INLINE void steer_store(double *to, steer_lanes a) {
+    memcpy(to, &a, sizeof a);
+}
+
+INLINE steer_lanes steer_dot(struct vec3 a, const double *d, int row) {
+    return a.x * steer_load(d) + a.y * steer_load(d + row) + a.z * steer_load(d + 2 * row);
 }
 
 #endif

@@ -4,6 +4,7 @@
  * against differences of nets, what is found against nets whose energy is known, or that others
  * have found from many places.
  */
+#include "awkward.h"
 #include "pieces.h"
 #include "scenes.h"
 #include "solver/angle.h"
@@ -124,6 +125,12 @@ static double derivative_error(struct shape *shape, struct drape_settings *setti
     return worst;
 }
 
+static bool always(void *context, const struct drape_result *result) {
+    (void)context;
+    (void)result;
+    return true;
+}
+
 static void test_exact_steer_derivatives_are_those_of_the_net(void **state) {
     (void)state;
     static const enum drape_method methods[] = {DRAPE_BASIC, DRAPE_GIB};
@@ -142,7 +149,7 @@ static void test_exact_steer_derivatives_are_those_of_the_net(void **state) {
             settings.extent[k][0] = -18;
             settings.extent[k][1] = 18;
         }
-        slope = (struct steer_slope){.varied = {true, true}};
+        slope = (struct steer_slope){.varied = {true, true}, .wanted = always};
         settings.slope = &slope;
         drape_begin(&run, &shape, &settings);
         settings.slope = NULL;
@@ -204,6 +211,37 @@ static void test_exact_steer_finds_translation_curves(void **state) {
     }
 }
 
+/* A helicoid (r cos t, r sin t, c t) is r = (h(p) + h(q)) / 2 with the helix h of radius c: a net
+ * of helices with sin g = (r / c)^2, whose geodesic curvature is 0 on the axis alone. From there it
+ * is found, or a better one. */
+static void test_exact_steer_finds_helices_of_a_helicoid(void **state) {
+    (void)state;
+    enum { CELLS = 4000 };
+    static const double u[2] = {0.34, 0.66}, v[2] = {0.425, 0.575}, c = 0.25;
+    struct shape shape;
+    int which = 0;
+    while (strcmp(awkward[which].name, "helicoid") != 0)
+        which++;
+    awkward[which].make(&shape);
+    shape_cut(&shape, u, v);
+    struct vec3 corner[2] = {shape_point(&shape, (const double[2]){u[0], v[0]}),
+                             shape_point(&shape, (const double[2]){u[1], v[1]})};
+    double most = hypot(corner[0].x, corner[0].y), turn = (corner[1].z - corner[0].z) / c;
+    double known = 0, h = 2 * most / CELLS;
+    for (int k = 0; k < CELLS; k++) {
+        double r = (k + 0.5) * h - most, g = asin(r * r / (c * c));
+        known += turn * g * g * sqrt(r * r + c * c) * h;
+    }
+    struct drape_settings settings = steer_settings(DRAPE_GENERATOR_LEAST, 50);
+    settings.spacing[0] = settings.spacing[1] = most / 30;
+    settings.direction_deg = 45;
+    settings.generator[0].curvature.points = settings.generator[1].curvature.points = 8;
+    struct drape_steering found = seek(&shape, &settings);
+    printf("# helicoid: geodesics %.6f, found %.6f, known %.6f\n", found.energy[0], found.energy[1],
+           known);
+    check_at_most(found.energy[1], 1.001 * known);
+}
+
 /* From the apex of a paraboloid, where the translation curves are geodesics, the slope is 0 by
  * symmetry; nets that are not symmetric cost a fifth less. */
 static void test_exact_steer_leaves_symmetric_nets(void **state) {
@@ -234,7 +272,9 @@ static void test_exact_steer_finds_parallels(void **state) {
     settings.generator[1].kind = DRAPE_GENERATOR_GEODESIC;
     settings.statistics = &statistics;
     drape_begin(&run, &shape, &settings);
-    double parallel = steer_energy_of(density, &statistics, &run.result.summary);
+    double parallel =
+        steer_energy_of(density, &statistics,
+                        (1 - run.result.summary.cloth_coverage) * run.result.summary.part_area);
     drape_end(&run);
     printf("# zone: found %.6f, along a parallel %.6f\n", least, parallel);
     check_at_most(least, 1.001 * parallel);
@@ -303,6 +343,35 @@ static void test_exact_steer_keeps_its_radius(void **state) {
         check_at_most(curvature_most(&bound.curvature[k]), 0.1);
 }
 
+/* Cloth of a given extent costs what it is sheared by: that the part is not covered beside it costs
+ * nothing. */
+static void test_exact_steer_takes_what_an_extent_leaves(void **state) {
+    (void)state;
+    struct shape shape;
+    shape_freeform(&shape);
+    struct drape_settings settings = steer_settings(DRAPE_GENERATOR_LEAST, 40);
+    struct drape_run run;
+    for (int k = 0; k < 2; k++) {
+        settings.has_extent[k] = true;
+        settings.extent[k][0] = -8;
+        settings.extent[k][1] = 9;
+    }
+    drape_begin(&run, &shape, &settings);
+    const struct drape_cells *cells = &run.result.cells;
+    double sum = 0, d = settings.spacing[0];
+    for (size_t k = 0; k < cells->count; k++) {
+        double g = cells->shear_deg[k] * ANGLE_PI / 180;
+        sum += g * g * cos(g) * d * d;
+    }
+    const struct drape_steering *found = &run.result.steering;
+    printf("# covers %.2f: %.6f to %.6f, its cells %.6f\n", run.result.summary.cloth_coverage,
+           found->energy[0], found->energy[1], sum);
+    assert_true(found->fell);
+    check_at_most(found->energy[1], 0.95 * found->energy[0]);
+    check_at_most(fabs(sum / found->energy[1] - 1), 0.02);
+    drape_end(&run);
+}
+
 /* A straight shear curve is the default, scaled; a high norm presses the greatest shear down, at
  * the cost of the mean. */
 static void test_exact_steer_takes_curves_and_norms(void **state) {
@@ -357,13 +426,14 @@ static void test_exact_steer_on_shells_is_that_of_the_whole(void **state) {
     }
 }
 
-/* Of random surfaces, made three times as high: within 3 % of the best of 50 restarts, a few of
- * which find a valley that kicks do not; 8 surfaces with 20 restarts came to 1.6 %. */
+/* Of random surfaces, made three times as high: within 1 % of the best of 50 restarts. A few
+ * restarts find a valley that kicks do not; on other surfaces 1.6 % was seen. */
 static void test_exact_steer_is_as_good_as_restarts(void **state) {
     (void)state;
     const struct motion high = motion_stretch(1, 1, 3);
     int surfaces = check_sized(20, 3), restarts = check_sized(50, 5);
     uint64_t seed = check_seed(SEED);
+    bool own_seed = seed == SEED;
     double worst = 1;
     for (int k = 0; k < surfaces; k++) {
         struct shape shape;
@@ -379,7 +449,7 @@ static void test_exact_steer_is_as_good_as_restarts(void **state) {
     }
     printf("# %d surfaces, %d restarts of each: at most %.4f of the best\n", surfaces, restarts,
            worst);
-    check_at_most(worst, 1.03);
+    check_at_most(worst, own_seed ? 1.01 : 1.03);
 }
 
 static void test_exact_steer_refuses_what_makes_no_sense(void **state) {
@@ -409,7 +479,9 @@ int main(void) {
         cmocka_unit_test(test_exact_steer_ends_where_it_closes),
         cmocka_unit_test(test_exact_steer_derivatives_are_those_of_the_net),
         cmocka_unit_test(test_exact_steer_finds_translation_curves),
+        cmocka_unit_test(test_exact_steer_finds_helices_of_a_helicoid),
         cmocka_unit_test(test_exact_steer_leaves_symmetric_nets),
+        cmocka_unit_test(test_exact_steer_takes_what_an_extent_leaves),
         cmocka_unit_test(test_exact_steer_finds_parallels),
         cmocka_unit_test(test_exact_steer_leaves_developables_straight),
         cmocka_unit_test(test_exact_steer_values_can_be_given_back),
