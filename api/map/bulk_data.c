@@ -15,28 +15,38 @@ enum {
 
 /* ---- lines ---- */
 
-/* Copies the next line with its tabs expanded, without its comment. False at the end. */
-static bool load_line(struct bulk_reader *reader) {
+/* Copies a line with its tabs expanded. */
+static void expand_line(struct bulk_reader *reader, const char *at, const char *end) {
     size_t column = 0;
-    if (reader->at == reader->end)
-        return false;
-    reader->number++;
-    reader->cut = false;
-    for (; reader->at < reader->end && *reader->at != '\n'; reader->at++) {
-        char c = *reader->at;
-        if (c == '$') {
-            const char *newline = memchr(reader->at, '\n', (size_t)(reader->end - reader->at));
-            reader->at = newline ? newline : reader->end;
-            break;
-        }
-        bool blank = c == ' ' || c == '\t' || c == '\r' || c == '\0';
-        size_t width = c == '\t' ? 8 - column % 8 : 1;
+    for (; at < end; at++) {
+        bool blank = *at == ' ' || *at == '\t' || *at == '\r' || *at == '\0';
+        size_t width = *at == '\t' ? 8 - column % 8 : 1;
         for (; width > 0 && column < BULK_COLUMNS - 1; width--)
-            reader->line[column++] = blank ? ' ' : c;
+            reader->line[column++] = blank ? ' ' : *at;
         reader->cut = reader->cut || (width > 0 && !blank);
     }
-    reader->at += reader->at < reader->end;
     reader->line[column] = '\0';
+}
+
+/* Copies the next line without its comment; most as they are. False at the end. */
+static bool load_line(struct bulk_reader *reader) {
+    const char *at = reader->at, *newline, *dollar;
+    if (at == reader->end)
+        return false;
+    newline = memchr(at, '\n', (size_t)(reader->end - at));
+    newline = newline ? newline : reader->end;
+    dollar = memchr(at, '$', (size_t)(newline - at));
+    size_t length = (size_t)((dollar ? dollar : newline) - at);
+    reader->number++;
+    reader->cut = false;
+    if (length < BULK_COLUMNS && !memchr(at, '\t', length) && !memchr(at, '\0', length) &&
+        !memchr(at, '\r', length)) {
+        memcpy(reader->line, at, length);
+        reader->line[length] = '\0';
+    } else {
+        expand_line(reader, at, at + length);
+    }
+    reader->at = newline + (newline < reader->end);
     return true;
 }
 
@@ -108,9 +118,9 @@ static bool split_line(struct bulk_reader *reader, struct bulk_card *card, int *
     int field = *first;
     *first += large ? 4 : 8;
     for (const char *at = comma; good && at && field < *first; field++) {
-        size_t width = strcspn(++at, ",");
-        good = put_card_field(reader, card, field, at, width);
-        at = at[width] ? at + width : NULL;
+        const char *next = strchr(++at, ',');
+        good = put_card_field(reader, card, field, at, (size_t)((next ? next : line + whole) - at));
+        at = next;
     }
     size_t width = large ? 16 : 8, end = whole < DATA_COLUMNS ? whole : DATA_COLUMNS;
     for (size_t at = NAME_COLUMNS; good && !comma && at < end; at += width, field++)
@@ -186,23 +196,16 @@ bool bulk_id(const struct bulk_card *card, int index, const char *what, int32_t 
                       card->line, what, card->name, text, ID_MAX);
 }
 
-static bool bulk_real(const struct bulk_card *card, int index, const char *what, double *value,
-                      struct api_problem *problem) {
-    const char *field = card->field[index];
+/* As the number reader has them: 1.5+3 and 1.5D+3 for 1.5e+3. */
+static bool read_short_real(const char *begin, double *value) {
     char text[BULK_FIELD_SIZE + 2];
     size_t length = 0;
-    bool exponent = false, good = true;
-    if (index >= card->given)
-        return MAP_REFUSE(problem, "line %zu: %s ends before its %s", card->line, card->name, what);
-    *value = 0;
-    if (!*field)
-        return true;
-    /* As the number reader has them: 1.5+3 and 1.5D+3 for 1.5e+3. */
-    const char *begin = field + (*field == '+');
-    for (const char *c = begin; good && *c; c++) {
+    bool exponent = false;
+    for (const char *c = begin; *c; c++) {
         bool sign = (*c == '+' || *c == '-') && c > begin;
         bool letter = strchr("eEdD", *c) != NULL;
-        good = !(letter && exponent);
+        if (letter && exponent)
+            return false;
         if (letter || (sign && !exponent)) {
             exponent = true;
             text[length++] = 'e';
@@ -213,8 +216,20 @@ static bool bulk_real(const struct bulk_card *card, int index, const char *what,
             text[length++] = *c;
         }
     }
-    text[length] = '\0';
-    if (good && api_number_read(text, length, value) == length &&
+    return api_number_read(text, length, value) == length;
+}
+
+static bool bulk_real(const struct bulk_card *card, int index, const char *what, double *value,
+                      struct api_problem *problem) {
+    const char *field = card->field[index];
+    if (index >= card->given)
+        return MAP_REFUSE(problem, "line %zu: %s ends before its %s", card->line, card->name, what);
+    *value = 0;
+    if (!*field)
+        return true;
+    const char *begin = field + (*field == '+');
+    size_t length = strlen(begin);
+    if ((api_number_read(begin, length, value) == length || read_short_real(begin, value)) &&
         fabs(*value) <= MAP_COORDINATE_MAX)
         return true;
     return MAP_REFUSE(problem, "line %zu: %s of %s is '%s', not a number within +-1e12", card->line,

@@ -145,9 +145,8 @@ static bool take_card(struct file *file, const struct bulk_card *card) {
     return true;
 }
 
-/* One pass. */
-static bool read_cards(struct file *file, const char *bytes, size_t length) {
-    struct bulk_reader reader = bulk_begin(bytes, length, file->problem);
+/* One pass over the cards behind the beginning. */
+static bool read_cards(struct file *file, struct bulk_reader reader) {
     struct bulk_card card;
     file->grids.count = file->elements.count = file->systems.count = 0;
     while (bulk_next(&reader, &card))
@@ -210,8 +209,7 @@ static void name_passed(const struct passed *passed, char *text, size_t size) {
 }
 
 /* The second pass; elements get numbers of grids, and grids basic coordinates. */
-static bool read_bulk_mesh(struct file *file, const char *bytes, size_t length,
-                           struct arena *arena) {
+static bool read_bulk_mesh(struct file *file, struct bulk_reader begin, struct arena *arena) {
     struct grids *grids = &file->grids;
     struct elements *elements = &file->elements;
     file->counting = false;
@@ -227,7 +225,7 @@ static bool read_bulk_mesh(struct file *file, const char *bytes, size_t length,
     if (!grids->point || !grids->id || !grids->system || !grids->line || !elements->nodes ||
         !elements->id || !elements->pid || !elements->line || !file->systems.system)
         return map_target_no_memory(file->problem);
-    if (!read_cards(file, bytes, length))
+    if (!read_cards(file, begin))
         return false;
     struct arena_mark mark = arena_mark(arena);
     bool good = connect_ids(file, arena) && systems_apply(&file->systems, grids, file->problem);
@@ -241,9 +239,10 @@ static bool read_bulk_mesh(struct file *file, const char *bytes, size_t length,
 enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct arena *arena,
                                        struct map_target *target, struct api_problem *problem) {
     struct file file = {.problem = problem, .counting = true};
+    const struct bulk_reader begin = bulk_begin(bytes, length, problem);
     char names[64 + PASSED_NAMES * (BULK_NAME_SIZE + 24)] = "no cards";
     *target = (struct map_target){0};
-    if (!read_cards(&file, bytes, length))
+    if (!read_cards(&file, begin))
         return problem->id;
     if (file.elements.count == 0) {
         if (file.passed.names > 0)
@@ -253,7 +252,7 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
             "the file has no shell elements (CTRIA3, CQUAD4, ...); beside %zu GRIDs it has %s",
             file.grids.count, names);
     }
-    if (!read_bulk_mesh(&file, bytes, length, arena))
+    if (!read_bulk_mesh(&file, begin, arena))
         return problem->id;
     *target = (struct map_target){.vertices = file.grids.point,
                                   .vertex_count = file.grids.count,
