@@ -15,11 +15,33 @@ enum {
 
 /* ---- lines ---- */
 
+static bool blank_column(char c) {
+    return c == ' ' || c == '\t' || c == '\r' || c == '\0';
+}
+
+static char upper_case(char c) {
+    return c >= 'a' && c <= 'z' ? (char)(c - 32) : c;
+}
+
+bool bulk_head(const char **at, const char *end, char head[BULK_HEAD]) {
+    const char *c = *at;
+    if (c == end)
+        return false;
+    const char *newline = memchr(c, '\n', (size_t)(end - c));
+    newline = newline ? newline : end;
+    while (c < newline && blank_column(*c))
+        c++;
+    for (int k = 0; k < BULK_HEAD; k++)
+        head[k] = c + k < newline ? upper_case(c[k]) : ' ';
+    *at = newline + (newline < end);
+    return true;
+}
+
 /* Copies a line with its tabs expanded. */
 static void expand_line(struct bulk_reader *reader, const char *at, const char *end) {
     size_t column = 0;
     for (; at < end; at++) {
-        bool blank = *at == ' ' || *at == '\t' || *at == '\r' || *at == '\0';
+        bool blank = blank_column(*at);
         size_t width = *at == '\t' ? 8 - column % 8 : 1;
         for (; width > 0 && column < BULK_COLUMNS - 1; width--)
             reader->line[column++] = blank ? ' ' : *at;
@@ -168,7 +190,7 @@ bool bulk_next(struct bulk_reader *reader, struct bulk_card *card) {
     size_t length = strcspn(head, " ");
     length -= length > 0 && head[length - 1] == '*' && head[length] == '\0'; /* of large fields */
     for (size_t k = 0; k < length; k++)
-        card->name[k] = head[k] >= 'a' && head[k] <= 'z' ? (char)(head[k] - 32) : head[k];
+        card->name[k] = upper_case(head[k]);
     while (next_card_line(reader)) {
         if (!is_continuation(reader->line)) {
             reader->held = true;

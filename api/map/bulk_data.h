@@ -18,7 +18,8 @@ enum {
     BULK_COLUMNS = 256,   /* room of a line; bulk data uses 80 columns */
     BULK_FIELD_SIZE = 32, /* of a free field; fixed ones have 8 or 16 columns */
     BULK_FIELDS = 16,     /* of a card that are looked at, the name not counted */
-    BULK_NAME_SIZE = 16
+    BULK_NAME_SIZE = 16,
+    BULK_HEAD = 3
 };
 
 /* A card with its continuations. `given` counts the fields that its lines reach. */
@@ -42,6 +43,10 @@ struct bulk_reader {
 
 /* At the first card of `length` bytes, which outlive the reader. */
 struct bulk_reader bulk_begin(const char *bytes, size_t length, struct api_problem *problem);
+
+/* The first letters of what stands in the line at `*at`, in upper case, and `*at` behind the line;
+ * of a card those of its name. False at the end. */
+bool bulk_head(const char **at, const char *end, char head[BULK_HEAD]);
 
 /* The next card. False at the end, or with the problem set: also when a file with BEGIN BULK ends
  * without ENDDATA. */

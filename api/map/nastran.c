@@ -30,14 +30,15 @@ struct passed {
 
 struct file {
     struct api_problem *problem;
-    bool counting;       /* the first of two passes: nothing is kept */
-    int32_t grid_system; /* of grids that name none: GRDSET */
+    int32_t grid_system; /* of grids that name none: GRDSET, wherever it stands */
     struct grids grids;
     struct elements elements;
     struct systems systems;
     struct passed passed;
     size_t curved; /* elements with nodes in the middle of edges */
 };
+
+enum { SYSTEM_UNNAMED = -1 }; /* of a grid, until all cards are read */
 
 /* ---- cards ---- */
 
@@ -64,13 +65,10 @@ static bool take_element(struct file *file, const struct bulk_card *card, int co
     for (int k = 0; k < corners; k++)
         if (!bulk_id(card, 2 + k, "a corner", &nodes[k], problem))
             return false;
-    if (!file->counting) {
-        memcpy(elements->nodes[elements->count], nodes, sizeof nodes);
-        elements->id[elements->count] = id;
-        elements->pid[elements->count] = pid;
-        elements->line[elements->count] = (uint32_t)card->line;
-    }
-    elements->count++;
+    memcpy(elements->nodes[elements->count], nodes, sizeof nodes);
+    elements->id[elements->count] = id;
+    elements->pid[elements->count] = pid;
+    elements->line[elements->count++] = (uint32_t)card->line;
     return true;
 }
 
@@ -99,32 +97,28 @@ static bool take_card(struct file *file, const struct bulk_card *card) {
     struct grids *grids = &file->grids;
     struct system found[2];
     struct vec3 point;
-    int32_t id, system = file->grid_system;
+    int32_t id, system = SYSTEM_UNNAMED;
     /* GRID ID CP X1 X2 X3 CD ..: CD, the system of displacements, means nothing here. */
     if (strcmp(card->name, "GRID") == 0) {
         if (!bulk_id(card, 0, "the id", &id, file->problem) ||
             !take_id(card, 1, "the coordinate system", &system, file->problem) ||
             !bulk_point(card, 2, &point, file->problem))
             return false;
-        if (!file->counting) {
-            grids->point[grids->count] = point;
-            grids->id[grids->count] = id;
-            grids->system[grids->count] = system;
-            grids->line[grids->count] = (uint32_t)card->line;
-        }
-        grids->count++;
+        grids->point[grids->count] = point;
+        grids->id[grids->count] = id;
+        grids->system[grids->count] = system;
+        grids->line[grids->count++] = (uint32_t)card->line;
         return true;
     }
     for (size_t k = 0; k < sizeof shells / sizeof *shells; k++) {
         if (strcmp(card->name, shells[k].name) != 0)
             continue;
-        file->curved += file->counting && shells[k].curved && card->field[2 + shells[k].corners][0];
+        file->curved += shells[k].curved && card->field[2 + shells[k].corners][0];
         return take_element(file, card, shells[k].corners);
     }
     int count = systems_read(card, found, file->problem);
-    for (int k = 0; k < count; k++, file->systems.count++)
-        if (!file->counting)
-            file->systems.system[file->systems.count] = found[k];
+    for (int k = 0; k < count; k++)
+        file->systems.system[file->systems.count++] = found[k];
     if (count != 0)
         return count > 0;
     if (strcmp(card->name, "GRDSET") == 0)
@@ -140,19 +134,45 @@ static bool take_card(struct file *file, const struct bulk_card *card) {
                           strcmp(card->name, "-1") == 0
                               ? " but a universal file (UNV): export Nastran bulk data"
                               : "");
-    if (file->counting)
-        pass_over(&file->passed, card->name, 1);
+    pass_over(&file->passed, card->name, 1);
     return true;
 }
 
-/* One pass over the cards behind the beginning. */
-static bool read_cards(struct file *file, struct bulk_reader reader) {
+static bool read_cards(struct file *file, struct bulk_reader *reader) {
     struct bulk_card card;
-    file->grids.count = file->elements.count = file->systems.count = 0;
-    while (bulk_next(&reader, &card))
+    while (bulk_next(reader, &card))
         if (!take_card(file, &card))
             return false;
+    for (size_t k = 0; k < file->grids.count; k++)
+        if (file->grids.system[k] == SYSTEM_UNNAMED)
+            file->grids.system[k] = file->grid_system;
     return file->problem->id == API_OK;
+}
+
+/* Room for so many cards as there are lines that begin like one: GR.., CO.. (two systems each),
+ * CTR.. and CQ.. . */
+static bool make_card_room(struct file *file, const struct bulk_reader *reader,
+                           struct arena *arena) {
+    struct grids *grids = &file->grids;
+    struct elements *elements = &file->elements;
+    size_t grid_count = 0, system_count = 0, element_count = 0;
+    char head[BULK_HEAD];
+    for (const char *at = reader->at; bulk_head(&at, reader->end, head);) {
+        grid_count += memcmp(head, "GR", 2) == 0;
+        system_count += memcmp(head, "CO", 2) == 0 ? 2 : 0;
+        element_count += memcmp(head, "CTR", 3) == 0 || memcmp(head, "CQ", 2) == 0;
+    }
+    grids->point = arena_take(arena, grid_count, sizeof *grids->point);
+    grids->id = arena_take(arena, grid_count, sizeof *grids->id);
+    grids->system = arena_take(arena, grid_count, sizeof *grids->system);
+    grids->line = arena_take(arena, grid_count, sizeof *grids->line);
+    elements->nodes = arena_take(arena, element_count, sizeof *elements->nodes);
+    elements->id = arena_take(arena, element_count, sizeof *elements->id);
+    elements->pid = arena_take(arena, element_count, sizeof *elements->pid);
+    elements->line = arena_take(arena, element_count, sizeof *elements->line);
+    file->systems.system = arena_take(arena, system_count, sizeof *file->systems.system);
+    return grids->point && grids->id && grids->system && grids->line && elements->nodes &&
+           elements->id && elements->pid && elements->line && file->systems.system;
 }
 
 /* ---- ids ---- */
@@ -208,27 +228,11 @@ static void name_passed(const struct passed *passed, char *text, size_t size) {
         snprintf(text + length, size - length, ", %zu others", passed->others);
 }
 
-/* The second pass; elements get numbers of grids, and grids basic coordinates. */
-static bool read_bulk_mesh(struct file *file, struct bulk_reader begin, struct arena *arena) {
-    struct grids *grids = &file->grids;
-    struct elements *elements = &file->elements;
-    file->counting = false;
-    grids->point = arena_take(arena, grids->count, sizeof *grids->point);
-    grids->id = arena_take(arena, grids->count, sizeof *grids->id);
-    grids->system = arena_take(arena, grids->count, sizeof *grids->system);
-    grids->line = arena_take(arena, grids->count, sizeof *grids->line);
-    elements->nodes = arena_take(arena, elements->count, sizeof *elements->nodes);
-    elements->id = arena_take(arena, elements->count, sizeof *elements->id);
-    elements->pid = arena_take(arena, elements->count, sizeof *elements->pid);
-    elements->line = arena_take(arena, elements->count, sizeof *elements->line);
-    file->systems.system = arena_take(arena, file->systems.count, sizeof *file->systems.system);
-    if (!grids->point || !grids->id || !grids->system || !grids->line || !elements->nodes ||
-        !elements->id || !elements->pid || !elements->line || !file->systems.system)
-        return map_target_no_memory(file->problem);
-    if (!read_cards(file, begin))
-        return false;
+/* Elements get numbers of grids, and grids basic coordinates. */
+static bool connect_mesh(struct file *file, struct arena *arena) {
     struct arena_mark mark = arena_mark(arena);
-    bool good = connect_ids(file, arena) && systems_apply(&file->systems, grids, file->problem);
+    bool good =
+        connect_ids(file, arena) && systems_apply(&file->systems, &file->grids, file->problem);
     for (size_t k = 0; good && k < file->systems.count; k++)
         if (file->systems.system[k].state == SYSTEM_UNUSED)
             pass_over(&file->passed, file->systems.system[k].name, 1);
@@ -238,11 +242,15 @@ static bool read_bulk_mesh(struct file *file, struct bulk_reader begin, struct a
 
 enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct arena *arena,
                                        struct map_target *target, struct api_problem *problem) {
-    struct file file = {.problem = problem, .counting = true};
-    const struct bulk_reader begin = bulk_begin(bytes, length, problem);
+    struct file file = {.problem = problem};
+    struct bulk_reader reader = bulk_begin(bytes, length, problem);
     char names[64 + PASSED_NAMES * (BULK_NAME_SIZE + 24)] = "no cards";
     *target = (struct map_target){0};
-    if (!read_cards(&file, begin))
+    if (!make_card_room(&file, &reader, arena)) {
+        (void)map_target_no_memory(problem);
+        return problem->id;
+    }
+    if (!read_cards(&file, &reader))
         return problem->id;
     if (file.elements.count == 0) {
         if (file.passed.names > 0)
@@ -252,7 +260,7 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
             "the file has no shell elements (CTRIA3, CQUAD4, ...); beside %zu GRIDs it has %s",
             file.grids.count, names);
     }
-    if (!read_bulk_mesh(&file, begin, arena))
+    if (!connect_mesh(&file, arena))
         return problem->id;
     *target = (struct map_target){.vertices = file.grids.point,
                                   .vertex_count = file.grids.count,

@@ -320,6 +320,7 @@ static void test_map_nastran_reads_grids_in_systems(void **state) {
                  {"GRID,1,3,2.,90.,90.\n", {0, 2, 0}},
                  {"GRID,1,3,2.,0.,30.\n", {0, 0, 2}},
                  {"GRDSET,,1\nGRID,1,,2.,3.,4.\n", {7, 2, 4}},
+                 {" grid ,1,,2.,3.,4.\n\rgrdset,,1\n", {7, 2, 4}},
                  {"GRDSET,,1\nGRID,1,0,2.,3.,4.\n", {2, 3, 4}}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct bytes text = {0};
