@@ -67,13 +67,14 @@ class Library:
 
 
 class Test:
-    """A program or a file of bats: what it is called, how it is run, what it took and what it ran."""
+    """A program, a file of bats or a check: what it is called, how it is run, what it took and what it ran."""
 
     def __init__(self, source, build):
         self.name = source.removeprefix("tests/")
         self.is_bats = source.endswith(".bats")
-        self.program = source if self.is_bats else f"{build}/{source[:-2]}"
-        self.command = ["bats", "--tap", source] if self.is_bats else [self.program]
+        self.program = f"{build}/{source[:-2]}" if source.endswith(".c") else source
+        self.command = (["bats", "--tap", source] if self.is_bats else
+                        [source, build] if source.endswith(".sh") else [self.program])
         self.build = build
         self.folder = os.path.join(build, "lines", self.name)
         self.seconds, self.passed = 0.0, False
@@ -234,7 +235,8 @@ def share(each):
 
 def tests_named(pattern, build):
     """Those in whose name the pattern is found, run as they are where that was not done."""
-    sources = [source for kind in ("unit/test_*.c", "server/test_*.c", "store/test_*.c", "exact/test_*.c", "http/*.bats")
+    sources = [source for kind in ("unit/test_*.c", "server/test_*.c", "store/test_*.c", "exact/test_*.c", "http/*.bats",
+                                               "checks/results.sh")
                for source in sorted(glob.glob(f"tests/{kind}"))]
     tests = [test for test in (Test(source, build) for source in sources) if re.search(pattern, test.name)]
     for test in tests:

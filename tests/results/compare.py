@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Compares results byte by byte, by their digests, with those in tests/results/digests: the examples
-and the requests of the tests, in all methods and formats, with patterns and maps. The time that
+and the requests of the tests, in all methods and formats, with patterns and maps, and laminates
+(laminates.json, each on the surface of another request). The time that
 solving took is made 0; of a request that is refused the exit status alone is compared. A change
 that is meant is written down with `make golden`.
 Usage: compare.py BUILD [--write]"""
@@ -34,6 +35,12 @@ SEEDS = sorted(glob.glob("tests/fuzz/corpus/run/*.json"))
 OPTIONS = [f"json --precision {p}" for p in (1, 6, 17)] + [
     f"{f} --fields nodes.x,cells.shear_deg" for f in FORMATS[:6]]
 
+ON_ROLLS = [f"{f} --partial" for f in ("dxf", "astm", "svg", "svg --width 9 --turn 0 --gap 0.01",
+                                       "hpgl --roll 1", "laser", "laser-csv", "virtek")]
+STACKS = [f + MAP for f in ("csv", "csv --table plies", "json", "lcmsim", "nastran", "abaqus", "compost", "acp",
+                            "csv --reference 1,2,0 --cavity-height pid:1:0.004")]
+LAMINATES = {laminate["name"]: laminate for laminate in json.loads((HERE / "laminates.json").read_text())}
+
 
 def cases():
     """Every (request file, changes, output): changes as a merge patch, output as arguments."""
@@ -51,6 +58,18 @@ def cases():
     yield from (("api/examples/freeform.json", {}, output) for output in OPTIONS)
     for threads in (1, 2, 5):
         yield "api/examples/sphere.json", {"fabric": {"spacing": 0.25}}, f"json --threads {threads}"
+    for name in LAMINATES:
+        yield from ((f"laminate: {name}", {}, output) for output in ["json", "html"] + ON_ROLLS + STACKS)
+
+
+def request_of(file):
+    """The bytes of a request, or of a laminate by its name."""
+    laminate = LAMINATES.get(file.removeprefix("laminate: "))
+    if not laminate:
+        return Path(file).read_bytes()
+    on = json.loads(Path(laminate["surface_of"]).read_text())
+    own = {key: value for key, value in laminate.items() if key not in ("name", "surface_of")}
+    return json.dumps({"surface": on["surface"], "length_unit": on.get("length_unit", "m"), **own}).encode()
 
 
 def patched(value, patch):
@@ -69,7 +88,7 @@ def patched(value, patch):
 def digest_line(build, clock, case):
     """What tests/results/digests says of a case: digest or exit status, and the case."""
     file, changes, output = case
-    request = Path(file).read_bytes()
+    request = request_of(file)
     if changes:
         request = json.dumps(patched(json.loads(request), changes)).encode()
     done = subprocess.run([f"{build}/drape", "--format", *output.split()], input=request,
