@@ -5,7 +5,7 @@ files of FOLLOWERS repeat it, and CHANGELOG.md has an entry for it, dated once i
 
 usage: version.py            prints it
        version.py --check    exits 1 when a file has another one, or the changelog no entry
-       version.py NEW        raises it everywhere, and begins its entry
+       version.py NEW        raises it everywhere, and begins its entry; one that is not released gets the new number
        version.py --release  dates its entry today
        version.py --debian   prints the changelog as Debian's packages have it
 """
@@ -68,7 +68,10 @@ def raise_to(version):
         write(path, text[:at.start(1)] + version + text[at.end(1):])
     text = read(CHANGELOG)
     at = text.index("\n## ") + 1
-    write(CHANGELOG, f"{text[:at]}## {version} (unreleased)\n\n{text[at:]}")
+    heading, rest = text[at:].split("\n", 1)
+    if not heading.endswith(" (unreleased)"):
+        rest = f"\n{heading}\n{rest}"
+    write(CHANGELOG, f"{text[:at]}## {version} (unreleased)\n{rest}")
     return 0
 
 
