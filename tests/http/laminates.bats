@@ -446,3 +446,21 @@ END
     drape_stack "$soft" --map "$mesh" --format lcmsim --lcmsim-version 2 -o "$case"
     unzip -p "$case" part_description.csv | awk -F, 'NR == 2 {exit !(NF == 14 && $13 == $5)}'
 }
+
+@test "a boundary may be trims in the parameters, whatever their domain" {
+    # A plane of 4 by 3 over [0, 8] x [5, 6]; the ply is a triangle with a square hole.
+    jq -n '{surface: {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2,
+            knotvector_u: [0, 0, 8, 8], knotvector_v: [5, 5, 6, 6],
+            control_points: [[0, 0, 0], [0, 3, 0], [4, 0, 0], [4, 3, 0]]},
+        plies: [{areal_weight: 0.5, fabric: {spacing: 0.1, thickness: 0.001}, boundary: {trims: [
+            {type: "freeform", points: [[0, 5], [8, 5], [0, 6]], reversed: 1},
+            {type: "freeform", points: [[1, 5.1], [3, 5.1], [3, 5.3], [1, 5.3]]}]}}]}' \
+        >"$BATS_TEST_TMPDIR/trims.json"
+    "$DRAPE" "$BATS_TEST_TMPDIR/trims.json" >"$BATS_TEST_TMPDIR/out.json"
+    jq -e '.plies[0] | .outcome == "complete" and (.area - (6 - 0.6) | fabs) < 1e-9 and
+        (.mass - 0.5 * (6 - 0.6) | fabs) < 1e-9' "$BATS_TEST_TMPDIR/out.json" || { cat "$BATS_TEST_TMPDIR/out.json" && false; }
+    # Elements within the triangle, in its hole, and beyond it.
+    echo '{"points": [[2, 0.75, 0], [1, 0.6, 0], [3, 2, 0]]}' >"$BATS_TEST_TMPDIR/points.json"
+    "$DRAPE" "$BATS_TEST_TMPDIR/trims.json" --map "$BATS_TEST_TMPDIR/points.json" |
+        jq -e '.cells.ply_count == [1, 0, 0]'
+}
