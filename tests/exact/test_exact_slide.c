@@ -131,6 +131,31 @@ static void test_exact_slide_parallel_fibers_of_sphere(void **state) {
         check_round(&sphere, 0.45, &asked[m]);
 }
 
+/* Weft ten times as far apart as warp: a node rests on cloth that is more than a cell ahead. */
+static void test_exact_slide_rests_on_cloth_cells_ahead(void **state) {
+    (void)state;
+    const int n = 16, many = 10 * n;
+    const enum drape_method methods[] = {DRAPE_GIB, DRAPE_GIB4};
+    const double most[] = {1.5e-4, 1e-5};
+    struct round sphere;
+    round_make(&sphere, 0, 50, 0);
+    for (size_t m = 0; m < 2; m++) {
+        struct drape_settings settings = round_settings(&sphere, methods[m], 0.8, n);
+        struct drape_run run;
+        settings.spacing[0] /= 10;
+        settings.extent[0][0] = -many;
+        settings.extent[0][1] = many;
+        drape_begin(&run, &sphere.shape, &settings);
+        struct round_error error =
+            round_measure(&sphere, &run.result.nodes, settings.spacing, many);
+        printf("# %-8s position %.2e, %.2e of those that rest on cloth, shear %.2e deg\n",
+               drape_method_names[methods[m]], error.position, error.rests, error.shear_deg);
+        assert_int_equal(error.count, (2 * many + 1) * (2 * n + 1));
+        check_at_most(error.position, most[m]);
+        drape_end(&run);
+    }
+}
+
 static void test_exact_slide_parallel_fibers_of_torus(void **state) {
     (void)state;
     static const struct asked asked[] = {{DRAPE_BASIC, 1.9, 1.4e-5, 4e-4},
@@ -793,6 +818,7 @@ static void test_exact_slide_refuses_sheared_generators(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_slide_parallel_fibers_of_sphere),
+        cmocka_unit_test(test_exact_slide_rests_on_cloth_cells_ahead),
         cmocka_unit_test(test_exact_slide_parallel_fibers_of_torus),
         cmocka_unit_test(test_exact_slide_on_surfaces_of_revolution_by_lines),
         cmocka_unit_test(test_exact_slide_leaves_developables_flat),
