@@ -2,6 +2,7 @@
 /* The verdict of drapes and studies, on nets that are known. */
 #include "studied.h"
 
+#include "api/result/verdict.h"
 #include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
@@ -51,6 +52,30 @@ static void test_verdict_of_a_drape_is_by_its_locking_angle(void **state) {
             assert_non_null(strstr(v.detail, "not within 53 degrees in one piece"));
         }
         bytes_free(&saddle);
+    }
+}
+
+/* A coordinate that is rounding beside the others is said to be 0. */
+static void test_verdict_says_places_without_rounding(void **state) {
+    static const struct {
+        struct vec3 at;
+        const char *where;
+    } rows[] = {{{-1e-12, 2, 3}, " at (0, 2, 3);"},
+                {{1, -1e-12, 3}, " at (1, 0, 3);"},
+                {{1, 2, -1e-12}, " at (1, 2, 0);"},
+                {{1e-8, 2e-8, 3}, " at (1e-08, 2e-08, 3);"},
+                {{-1e-12, -2e-12, 3e-12}, " at (-1e-12, -2e-12, 3e-12);"}};
+    (void)state;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        struct api_verdict v;
+        verdict_judge(&(struct verdict_case){.coverage = 1,
+                                             .shear_deg = 61,
+                                             .limit_deg = 60,
+                                             .placed = true,
+                                             .at = rows[k].at,
+                                             .remedy = "cut it"},
+                      &v);
+        assert_non_null(strstr(v.detail, rows[k].where));
     }
 }
 
@@ -134,6 +159,7 @@ static void test_verdict_of_a_study_is_by_its_best(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_verdict_says_places_without_rounding),
         cmocka_unit_test(test_verdict_of_a_drape_is_by_the_sign_that_locks),
         cmocka_unit_test(test_verdict_of_a_drape_is_by_its_locking_angle),
         cmocka_unit_test(test_verdict_says_where_the_cloth_ends),
