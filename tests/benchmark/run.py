@@ -1,13 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Drapes every case of the open benchmark by every method, scores the nets, writes the scores to
-benchmark/results.csv and prints the tables of benchmark/README.md. Usage: run.py DRAPE FOLDER, FOLDER for
-the nets."""
+benchmark/results.csv and prints the tables of benchmark/README.md.
+
+Usage: run.py DRAPE FOLDER [TOOL...]    FOLDER is for the nets; with tools, those alone: of the others, and of FreeCAD
+where it is not installed, scores stay as they are"""
 import csv
 import gzip
 import io
 import json
+import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -16,8 +20,10 @@ CASES = ROOT / "benchmark" / "cases"
 NAMES = ["cylinder", "cone", "hat", "torus", "folds", "dome", "sphere", "saddle", "mould", "rational",
          "freeform", "blade"]
 METHODS = ["gib", "gib4", "geodesic", "basic", "mosaic"]
-KINDRAPE, ABAQUS = "KinDrape", "Abaqus"
-TOOLS = [*METHODS, KINDRAPE, ABAQUS]
+KINDRAPE, ABAQUS, FREECAD = "KinDrape", "Abaqus", "FreeCAD"
+TOOLS = [*METHODS, KINDRAPE, ABAQUS, FREECAD]
+COLUMNS = ["nodes", "missing", "coverage", "distance_median", "distance_p95", "distance_max", "distance_max_spacings",
+           "shear_error_median_deg", "shear_error_max_deg", "edge_min_percent", "edge_max_percent", "seconds"]
 sys.path.append(str(ROOT / "benchmark"))
 import kinematic  # noqa: E402
 import score  # noqa: E402
@@ -61,13 +67,33 @@ def tools(program, folder, task):
     return found
 
 
-def scores(program, nets):
+def flatten(nets):
+    """FreeCAD's nets of all cases, in one run, for FreeCAD takes seconds to start."""
+    script = ROOT / "benchmark" / "flatten.py"
+    subprocess.run(["freecadcmd", str(script)], env={**os.environ, "CASES": str(CASES), "NETS": str(nets)},
+                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, check=True)
+    return json.loads((nets / "seconds.json").read_text())
+
+
+def kept():
+    """The scores of results.csv."""
+    with open(ROOT / "benchmark" / "results.csv", newline="") as file:
+        return {(row["case"], row["tool"]): {c: float(row[c]) if "." in row[c] or "e" in row[c] else
+                                             int(row[c]) if row[c] else None for c in COLUMNS}
+                for row in csv.DictReader(file)}
+
+
+def scores(program, nets, chosen):
     """{(case, tool): scores}"""
-    found = {}
+    found = {key: value for key, value in kept().items() if key[1] not in chosen}
+    seconds = flatten(nets) if FREECAD in chosen else {}
     for name in NAMES:
         folder = CASES / name
-        for tool, make in tools(program, folder, json.loads((folder / "task.json").read_text())).items():
-            made = make()
+        task = json.loads((folder / "task.json").read_text())
+        if FREECAD in chosen and name in seconds:
+            found[name, FREECAD] = score.score(folder, nets / f"{name}-FreeCAD.csv", seconds[name])
+        for tool, make in tools(program, folder, task).items():
+            made = make() if tool in chosen else None
             if made:
                 path = nets / f"{name}-{tool}.csv"
                 path.write_text(made[0])
@@ -76,14 +102,11 @@ def scores(program, nets):
 
 
 def write(found, path):
-    columns = ["nodes", "missing", "coverage", "distance_median", "distance_p95", "distance_max",
-               "distance_max_spacings", "shear_error_median_deg", "shear_error_max_deg", "edge_min_percent",
-               "edge_max_percent", "seconds"]
     with open(path, "w", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow(["case", "tool", *columns])
-        for (name, tool), result in found.items():
-            values = [result[c] for c in columns]
+        table.writerow(["case", "tool", *COLUMNS])
+        for name, tool in sorted(found, key=lambda key: (NAMES.index(key[0]), TOOLS.index(key[1]))):
+            values = [found[name, tool][c] for c in COLUMNS]
             table.writerow([name, tool, *(f"{v:.3g}" if isinstance(v, float) else v for v in values)])
 
 
@@ -97,7 +120,8 @@ def print_table(found, title, column, form):
 def main():
     program, nets = sys.argv[1], pathlib.Path(sys.argv[2])
     nets.mkdir(parents=True, exist_ok=True)
-    found = scores(program, nets)
+    chosen = sys.argv[3:] or [tool for tool in TOOLS if tool != FREECAD or shutil.which("freecadcmd")]
+    found = scores(program, nets, chosen)
     write(found, ROOT / "benchmark" / "results.csv")
     print_table(found, "largest distance from the exact net, in spacings", "distance_max_spacings", ".1e")
     print_table(found, "largest error of the shear angle, in degrees", "shear_error_max_deg", ".1e")
