@@ -96,7 +96,7 @@ static bool close_bundled(const struct bundled *document, const char *media_type
 }
 
 /* Notes what cannot be written, and why; what is wrong with the bundle itself stays a problem. */
-static bool leave_out(struct bundle *b, const char *name, const struct api_problem *own) {
+static bool note_left_out(struct bundle *b, const char *name, const struct api_problem *own) {
     if (own->id == API_OUT_OF_MEMORY || own->id == API_INTERNAL || own->id == API_UNAVAILABLE) {
         *b->problem = *own;
         return false;
@@ -115,7 +115,7 @@ static bool end_bundled(const struct bundled *document, const char *media_type, 
         return close_bundled(document, media_type, about);
     if (document->open && b->problem->id == API_OK)
         *b->problem = *own;
-    return b->problem->id == API_OK && leave_out(b, document->name, own);
+    return b->problem->id == API_OK && note_left_out(b, document->name, own);
 }
 
 static bool add_json(struct bundle *b, const char *name, const char *about, const char *text) {
@@ -212,7 +212,7 @@ static bool add_drapes(struct bundle *b) {
                                              .reader = b->nets[n]};
         if (!b->nets[n])
             api_problem_set(&failed, API_INVALID_REQUEST, "the drape failed");
-        if (!(b->nets[n] ? add_encoded(b, name, npz, &source) : leave_out(b, name, &failed)))
+        if (!(b->nets[n] ? add_encoded(b, name, npz, &source) : note_left_out(b, name, &failed)))
             return false;
     }
     return true;

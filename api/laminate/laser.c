@@ -209,8 +209,8 @@ static void left_of(const double a[2], const double b[2], double left[2]) {
 }
 
 /* A loop of a shape, `count` points in lengths, closed to its first point. */
-static void trace_loop(struct tracing *t, const struct polygons_point *loop, size_t count,
-                       const double d[2], enum laser_kind kind) {
+static void trace_polygon(struct tracing *t, const struct polygons_point *loop, size_t count,
+                          const double d[2], enum laser_kind kind) {
     static const double origin[2] = {0, 0};
     if (!begin_line(t, kind))
         return;
@@ -241,7 +241,7 @@ static void trace_shape(struct tracing *t, const struct flat_ply *shape, const d
     const struct polygons *cut = &shape->cut;
     for (size_t first = 0, end; first < cut->count; first = end) {
         bool hole = polygons_loop_area(cut, first, &end) < 0;
-        trace_loop(t, &cut->points[first], end - first, d, hole ? LASER_HOLE : LASER_EDGE);
+        trace_polygon(t, &cut->points[first], end - first, d, hole ? LASER_HOLE : LASER_EDGE);
     }
     const struct nesting_shape outline = {.cut = cut,
                                           .low = {shape->low[0], shape->low[1]},

@@ -10,9 +10,9 @@ enum { LAYING_BLOCK = 512, PLACES = LAYING_SECTORS + 1 };
 
 /* Rows of three columns of a table, at most LAYING_BLOCK of them; false when they cannot be read.
  */
-static bool read_rows(const struct api_reader *net, const struct api_columns *columns,
-                      enum api_table table, const char *const *names, int count, size_t first,
-                      size_t rows, double block[][LAYING_BLOCK]) {
+static bool read_laying_rows(const struct api_reader *net, const struct api_columns *columns,
+                             enum api_table table, const char *const *names, int count,
+                             size_t first, size_t rows, double block[][LAYING_BLOCK]) {
     for (int c = 0; c < count; c++) {
         const struct api_column *column = api_columns_find(columns, table, names[c]);
         if (!column || !api_columns_read(net, column, first, rows, block[c]))
@@ -22,16 +22,16 @@ static bool read_rows(const struct api_reader *net, const struct api_columns *co
 }
 
 /* Takes the cells of a table whose middles lie in the shape into their sectors. */
-static bool sort_cells(const struct api_reader *net, const struct api_columns *columns,
-                       enum api_table table, const struct api_fabric *fabric,
-                       const struct flat_ply *shape, struct laying *laying) {
+static bool sort_into_sectors(const struct api_reader *net, const struct api_columns *columns,
+                              enum api_table table, const struct api_fabric *fabric,
+                              const struct flat_ply *shape, struct laying *laying) {
     static const char *const names[] = {"i", "j", "shear_deg"};
     const double *d = columns->grid.spacing;
     double block[3][LAYING_BLOCK];
     size_t rows = api_columns_rows(columns, table);
     for (size_t first = 0, held; first < rows; first += held) {
         held = rows - first < LAYING_BLOCK ? rows - first : LAYING_BLOCK;
-        if (!read_rows(net, columns, table, names, 3, first, held, block))
+        if (!read_laying_rows(net, columns, table, names, 3, first, held, block))
             return false;
         for (size_t k = 0; k < held; k++) {
             double x = (block[0][k] + 0.5) * d[0], y = (block[1][k] + 0.5) * d[1];
@@ -54,8 +54,8 @@ static bool sort_cells(const struct api_reader *net, const struct api_columns *c
 }
 
 /* The nodes that are nearest, in the net, to flat places. */
-static bool find_places(const struct api_reader *net, const struct api_columns *columns,
-                        const double (*flat)[2], struct vec3 places[PLACES]) {
+static bool find_sector_places(const struct api_reader *net, const struct api_columns *columns,
+                               const double (*flat)[2], struct vec3 places[PLACES]) {
     static const char *const names[] = {"i", "j", "x", "y", "z"};
     const double *d = columns->grid.spacing;
     double block[5][LAYING_BLOCK], nearest[PLACES];
@@ -64,7 +64,7 @@ static bool find_places(const struct api_reader *net, const struct api_columns *
         nearest[n] = HUGE_VAL;
     for (size_t first = 0, held; first < rows; first += held) {
         held = rows - first < LAYING_BLOCK ? rows - first : LAYING_BLOCK;
-        if (!read_rows(net, columns, API_TABLE_NODES, names, 5, first, held, block))
+        if (!read_laying_rows(net, columns, API_TABLE_NODES, names, 5, first, held, block))
             return false;
         for (size_t k = 0; k < held; k++)
             for (int n = 0; n < PLACES; n++) {
@@ -127,14 +127,14 @@ bool laying_find(const struct api_reader *net, const struct api_columns *columns
     }
     for (int yarn = 0; yarn < 2; yarn++)
         find_reach(&shape->cut, laying->begin, yarn, laying->reach[yarn]);
-    if (!sort_cells(net, columns, API_TABLE_CELLS, fabric, shape, laying) ||
-        !sort_cells(net, columns, API_TABLE_CUT, fabric, shape, laying))
+    if (!sort_into_sectors(net, columns, API_TABLE_CELLS, fabric, shape, laying) ||
+        !sort_into_sectors(net, columns, API_TABLE_CUT, fabric, shape, laying))
         return false;
     qsort(laying->sectors, LAYING_SECTORS, sizeof *laying->sectors, compare_sectors);
     for (int k = 0; k < PLACES; k++)
         for (int n = 0; n < 2; n++)
             flat[k][n] = k < LAYING_SECTORS ? laying->sectors[k].flat[n] : laying->begin[n];
-    if (!find_places(net, columns, (const double(*)[2])flat, places))
+    if (!find_sector_places(net, columns, (const double(*)[2])flat, places))
         return false;
     laying->place = places[LAYING_SECTORS];
     for (int k = 0; k < LAYING_SECTORS; k++) {
