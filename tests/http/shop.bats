@@ -87,7 +87,7 @@ refused() {
 }
 
 @test "lasers draw at the height of the sheared stack below, on exact surfaces" {
-    $LASER plane "$DRAPE" | jq -e '.layers == 5 and .wrong < 1e-12 and .edge < 1e-12'
+    $LASER plane "$DRAPE" | jq -e '.layers == 5 and .wrong < 1e-12 and .edge < 1e-10'
     $LASER cylinder "$DRAPE" | jq -e '.wrong < 1e-10 and .edge < 1e-6 and .chord < 2e-4 and .chord > 2e-5 and
         .points < 700 and .["1"] == -.["-1"]'
     $LASER sphere "$DRAPE" | jq -e '.wrong < 1e-10 and .shear > 8 and .height < 4e-5 and .chord < 0.1'
