@@ -1,15 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 #include "flat_piece.h"
 
+#include "band.h"
 #include "plane.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* In spacings: the steps along splits; how far a split goes on where it leaves the cloth, so that
- * it passes the rim; how far beside a split the yarns are looked at; and the shortest edge that has
- * a direction. */
+ * it passes the rim, in its last steps, too; how far beside a split the yarns are looked at; and
+ * the shortest edge that has a direction. */
 static const double step = 0.5, beyond = 1.5, beside = 0.75, least_edge = 1e-6;
+
+/* Shear changes by less, as a sine, within two cells where the part is smooth. */
+static const double jump = 0.2;
 
 static const double degrees = 57.295779513082321;
 
@@ -99,10 +103,11 @@ static struct traced *trace_posts(const struct map_net *net, const struct split_
     return traced;
 }
 
-/* Goes on straight from b, to which it came from a. */
+/* Goes on straight from b, to which it came from a: no less than it would to the next post, for
+ * which cloth that is much sheared takes many spacings. */
 static bool extend_piece(struct segments *segments, const double a[2], const double b[2],
                          double length, size_t number) {
-    double x = b[0] - a[0], y = b[1] - a[1], share = length / hypot(x, y);
+    double x = b[0] - a[0], y = b[1] - a[1], share = fmax(length / hypot(x, y), beyond);
     const double end[2] = {b[0] + share * x, b[1] + share * y};
     return !(hypot(x, y) > 0) || segments_add(segments, b, end, (int32_t)number);
 }
@@ -167,13 +172,21 @@ static void look_at_sides(const struct map_net *net, const struct segment *const
         double share = (forward ? 1 : -1) * length / hypot(x, y);
         first = p[k].last ? k + 1 : first;
         piece->numbers[k] = split->number;
+        piece->sines[k][0] = piece->sines[k][1] = NAN;
         if (split->number < 0 || length <= least_edge * net->spacing)
             continue;
         x *= share;
         y *= share;
-        const double inside[2] = {(p[k].x + next->x) / 2 - beside * net->spacing * y / length,
-                                  (p[k].y + next->y) / 2 + beside * net->spacing * x / length};
-        double s = sine_at(net, inside), c = sqrt(1 - s * s);
+        double left[2] = {-beside * net->spacing * y / length, beside * net->spacing * x / length};
+        double middle[2] = {(p[k].x + next->x) / 2, (p[k].y + next->y) / 2};
+        double *sines = piece->sines[k];
+        for (int out = 0; out < 2; out++)
+            sines[out] = sine_at(net, (const double[]){middle[0] + (out ? -left[0] : left[0]),
+                                                       middle[1] + (out ? -left[1] : left[1])});
+        sines[1] = isnan(sines[1]) ? sines[0] : sines[1];
+        /* On the line between, but not where the shear jumps, at a fold. */
+        double s = fabs(sines[1] - sines[0]) < jump ? (sines[0] + sines[1]) / 2 : sines[0];
+        double c = sqrt(1 - s * s);
         struct split_side *side = &piece->sides[split->number];
         *side = (struct split_side){.there = true,
                                     .forward = forward,
@@ -209,7 +222,8 @@ enum api_problem_id flat_piece_make(const struct map_net *net, const struct poly
             "gets there: give the piece another start or direction");
     piece->numbers = malloc(piece->region.count * sizeof *piece->numbers);
     piece->sides = calloc(posts->count, sizeof *piece->sides);
-    if (!piece->numbers || !piece->sides)
+    piece->sines = malloc(piece->region.count * sizeof *piece->sines);
+    if (!piece->numbers || !piece->sides || !piece->sines)
         return api_problem_no_memory(problem, "the laminate");
     look_at_sides(net, along, piece);
     return API_OK;
@@ -219,46 +233,11 @@ void flat_piece_free(struct flat_piece *piece) {
     polygons_free(&piece->region);
     free(piece->numbers);
     free(piece->sides);
+    free(piece->sines);
     *piece = (struct flat_piece){.numbers = NULL};
 }
 
 /* ---- seams ---- */
-
-/* A fan about a point from one direction over an angle, counter-clockwise. */
-static bool add_fan(struct polygons *shapes, const struct polygons_point *at, double radius,
-                    double from, double angle) {
-    static const double chord = 0.0625; /* off by 5e-4 of the radius */
-    int steps = (int)ceil(angle / chord);
-    bool good = polygons_add(shapes, at->x, at->y);
-    for (int k = 0; k <= steps && good; k++) {
-        double turn = from + angle * k / steps;
-        good = polygons_add(shapes, at->x + radius * cos(turn), at->y + radius * sin(turn));
-    }
-    polygons_close(shapes);
-    return good;
-}
-
-/* The band of an edge from a to b, and the fan about b where it turns to the next edge, or ends. */
-static bool add_to_band(struct polygons *shapes, const struct polygons_point *a,
-                        const struct polygons_point *b, double radius, bool begins,
-                        const struct polygons_point *next) {
-    static const double half_turn = 3.14159265358979323846, least_turn = 1e-9;
-    double angle = atan2(b->y - a->y, b->x - a->x);
-    double x = -radius * sin(angle), y = radius * cos(angle);
-    bool good =
-        polygons_add(shapes, a->x + x, a->y + y) && polygons_add(shapes, a->x - x, a->y - y) &&
-        polygons_add(shapes, b->x - x, b->y - y) && polygons_add(shapes, b->x + x, b->y + y);
-    polygons_close(shapes);
-    if (begins)
-        good = good && add_fan(shapes, a, radius, angle + half_turn / 2, half_turn);
-    if (!next)
-        return good && add_fan(shapes, b, radius, angle - half_turn / 2, half_turn);
-    double turn = remainder(atan2(next->y - b->y, next->x - b->x) - angle, 2 * half_turn);
-    if (fabs(turn) < least_turn)
-        return good;
-    double from = turn > 0 ? angle - half_turn / 2 : angle + turn + half_turn / 2;
-    return good && add_fan(shapes, b, radius, from, fabs(turn));
-}
 
 /* The piece on the other side of a split at a post; `count` where there is none. */
 static size_t neighbour_at(const struct flat_piece *const *all, size_t count, size_t own,
@@ -278,21 +257,22 @@ static double seam_reach(const struct laminate_seam *seam, size_t own, size_t ne
     return (neighbour < own) == (seam->over == LAMINATE_OVER_FIRST) ? seam->overlap : 0;
 }
 
-/* What is within the reach of each edge, 0: nothing, as shapes that overlap. */
-static bool make_band(const struct polygons *region, const double *reach, struct polygons *shapes) {
-    const struct polygons_point *p = region->points;
-    bool good = true;
-    for (size_t first = 0, end; first < region->count && good; first = end) {
-        for (end = first + 1; !p[end - 1].last;)
-            end++;
-        for (size_t k = first; k < end && good; k++) {
-            size_t next = k + 1 < end ? k + 1 : first, before = k > first ? k - 1 : end - 1;
-            if (reach[k] > 0)
-                good = add_to_band(shapes, &p[k], &p[next], reach[k], !(reach[before] > 0),
-                                   reach[next] > 0 ? &p[next + 1 < end ? next + 1 : first] : NULL);
-        }
+double flat_piece_seam_cosine(const struct flat_piece *const *all, size_t count, size_t own,
+                              size_t other, bool outside) {
+    const struct flat_piece *piece = all[own];
+    const struct polygons_point *p = piece->region.points;
+    double part = 0, flat = 0;
+    for (size_t k = 0, first = 0; k < piece->region.count; k++) {
+        const struct polygons_point *next = &p[p[k].last ? first : k + 1];
+        double length = hypot(next->x - p[k].x, next->y - p[k].y), s = piece->sines[k][outside];
+        first = p[k].last ? k + 1 : first;
+        if (piece->numbers[k] < 0 || isnan(s) ||
+            neighbour_at(all, count, own, piece->numbers[k]) != other)
+            continue;
+        part += length;
+        flat += length / sqrt(1 - s * s);
     }
-    return good;
+    return flat > 0 ? part / flat : 1;
 }
 
 /* A seam changes a piece by no more than its band, and by nothing on its other side. */
@@ -317,16 +297,17 @@ enum api_problem_id flat_piece_sew(const struct flat_piece *const *all, size_t c
     const struct polygons *region = &all[own]->region;
     struct polygons shapes = {0}, beyond_split = {0};
     bool outside = seam->gap <= 0;
-    double *reach = arena_alloc(arena, region->count, sizeof *reach);
-    if (!reach)
+    struct band_edge *edges = arena_alloc(arena, region->count, sizeof *edges);
+    if (!edges)
         return api_problem_no_memory(problem, "the laminate");
     for (size_t k = 0; k < region->count; k++) {
         int32_t post = all[own]->numbers[k];
         size_t neighbour = post < 0 ? count : neighbour_at(all, count, own, post);
         if (post >= 0 && (only >= count || neighbour == only))
-            reach[k] = seam_reach(seam, own, neighbour);
+            edges[k] =
+                (struct band_edge){seam_reach(seam, own, neighbour), all[own]->sines[k][outside]};
     }
-    if (!make_band(region, reach, &shapes))
+    if (!band_make(region, edges, &shapes))
         api_problem_no_memory(problem, "the laminate");
     else if (!outside)
         (void)!plane_combine(region, PLANE_FIRST_ALONE, &shapes, cut, problem);

@@ -3,7 +3,7 @@
  * A piece of a ply on its cloth. Its drape is of the whole part, and its splits are lines on that
  * cloth: the piece is the face between them and the rim in which its start lies, made wider or
  * smaller along the splits as the seam says. All is flat, in lengths along warp and weft from the
- * start: widths of seams are those of the cloth before it was sheared.
+ * start; widths of seams are those on the part, by the shear of the cells beside the split.
  */
 #ifndef API_LAMINATE_FLAT_PIECE_H
 #define API_LAMINATE_FLAT_PIECE_H
@@ -39,6 +39,7 @@ struct flat_piece {
     struct polygons region; /* of the cloth, in its region */
     int32_t *numbers; /* of each of its points: the post behind which it follows a split; -1 */
     struct split_side *sides; /* of each post */
+    double (*sines)[2];       /* of the shear within and beyond each edge along a split, or NaN */
 };
 
 /* The piece of a net that is loaded with its warp and weft: `cloth` are the polygons of all of it.
@@ -56,6 +57,11 @@ enum api_problem_id flat_piece_sew(const struct flat_piece *const *all, size_t c
                                    const struct laminate_seam *seam, struct arena *arena,
                                    struct polygons *cut,
                                    struct api_problem *problem) STATUS_MUST_USE;
+
+/* Of the cloth of a piece along its seam to another, beyond the split or within it, what a share of
+ * the flat area is of that on the part: by length, 1 / mean(1 / cosine of the shear). */
+double flat_piece_seam_cosine(const struct flat_piece *const *all, size_t count, size_t own,
+                              size_t other, bool outside);
 
 void flat_piece_free(struct flat_piece *piece);
 

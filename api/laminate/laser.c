@@ -5,11 +5,9 @@
 #include "api/format/format.h"
 #include "api/map/net.h"
 #include "api/request/prepared_part.h"
+#include "part_foot.h"
 #include "ply_samples.h"
-#include "solver/mesh/mesh.h"
 #include "solver/permeability.h"
-#include "solver/shell/shell.h"
-#include "solver/shell/surface_point.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -91,32 +89,6 @@ static struct vec3 bilinear_place(const struct tracing *t, const struct cell_pla
     return vec3_axpy(u, vec3_sub(upper, lower), lower);
 }
 
-/* The nearest place of the part, and its normal where it has one. */
-static bool nearest_of_part(const struct drape_part *part, struct vec3 r, struct vec3 *foot,
-                            struct vec3 *normal) {
-    struct surface_cursor cursor = {0};
-    struct surface_point at;
-    double distance;
-    bool found;
-    if (part->mesh) {
-        struct mesh_point near;
-        found = mesh_nearest(part->mesh, r, MESH_ANY, &near, NULL);
-        *foot = near.r;
-        *normal = found ? part->mesh->normals[near.triangle] : *normal;
-        return found;
-    }
-    if (part->shell) {
-        struct shell_point near;
-        shell_nearest(part->shell, r, SHELL_ANY, &near, &distance);
-        found = surface_point_at(shell_surface(part->shell, near.face), &cursor, near.inner, &at);
-    } else {
-        found = surface_point_nearest(part->surface, &cursor, r, &at, &distance);
-    }
-    *foot = at.jet.r;
-    *normal = found ? at.normal : *normal;
-    return found;
-}
-
 /* (p, q) on the tool; `inward` is a direction of length 1 into the cloth, or 0. False where the
  * cloth has no cell there. */
 static bool trace_point(const struct tracing *t, const double pq[2], const double inward[2],
@@ -129,7 +101,7 @@ static bool trace_point(const struct tracing *t, const double pq[2], const doubl
     at->inner = bilinear_place(t, place, p, q, &up);
     at->foot = bilinear_place(t, place, pq[0], pq[1], &up);
     tool = up = vec3_scale(t->laminate->side, vec3_unit(up));
-    (void)nearest_of_part(&t->shape.part, at->foot, &at->foot, &tool);
+    (void)part_foot(&t->shape.part, at->foot, &at->foot, &tool);
     at->normal = vec3_dot(tool, up) < 0 ? vec3_scale(-1, tool) : tool;
     return true;
 }

@@ -377,7 +377,8 @@ static void write_seams(struct ply_book *book) {
         if (!any)
             api_text_raw(text, "<h2>Seams</h2>\n<table>\n<tr><th>Ply</th><th>Pieces</th>"
                                "<th>Length</th><th>Angle between the warps, mean</th>"
-                               "<th>greatest</th><th>Overlap, area</th><th>Gap, area</th></tr>\n");
+                               "<th>greatest</th><th>Overlap, area</th><th>mean width</th>"
+                               "<th>Gap, area</th><th>mean width</th></tr>\n");
         any = true;
         for (size_t k = 0; k < count; k++) {
             const struct laminate_piece *pieces = ply->pieces->pieces;
@@ -395,7 +396,11 @@ static void write_seams(struct ply_book *book) {
             next_table_cell(text);
             html_say(text, "%.5g", seams[k].overlap_area);
             next_table_cell(text);
+            html_say(text, "%.4g", seams[k].overlap_width);
+            next_table_cell(text);
             html_say(text, "%.5g", seams[k].gap_area);
+            next_table_cell(text);
+            html_say(text, "%.4g", seams[k].gap_width);
             api_text_raw(text, "</td></tr>\n");
         }
     }

@@ -3,6 +3,7 @@
 #include "api/request/prepared_part.h"
 #include "division.h"
 #include "laid_courses.h"
+#include "part_foot.h"
 #include "solver/laid_line.h"
 #include "solver/mesh/mesh.h"
 #include <stdio.h>
@@ -310,21 +311,18 @@ static enum api_problem_id assign_regions(struct boundary_surface *on, size_t k,
     return API_OK;
 }
 
-static bool nearest_on_mesh(const void *context, struct vec3 r, struct vec3 *place,
-                            struct vec3 *normal) {
-    const struct mesh *mesh = context;
-    struct mesh_point near;
-    if (!mesh_nearest(mesh, r, MESH_ANY, &near, NULL))
-        return false;
-    *place = near.r;
-    *normal = mesh->normals[near.triangle];
-    return true;
+static bool foot_of_part(const void *context, struct vec3 r, struct vec3 *place,
+                         struct vec3 *normal) {
+    return part_foot(context, r, place, normal);
 }
+
+/* Splits are within this share of a spacing of the part. */
+static const double laid_within = 0.02;
 
 /* The splits, along the part. */
 static bool lay_splits(const struct boundary_surface *on, double reach,
                        struct laminate_pieces *pieces) {
-    const struct laid_line_part part = {nearest_on_mesh, on->mesh};
+    const struct laid_line_part part = {foot_of_part, &on->shape.part};
     struct drape_cut_line *laid = arena_alloc(on->arena, pieces->split_count, sizeof *laid);
     enum status status = laid ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < pieces->split_count && status == STATUS_OK; k++)
@@ -351,7 +349,7 @@ static enum api_problem_id divide_ply(struct boundary_surface *on, size_t k,
         division_mesh(part, face, on->arena, &on->mesh, &on->mesh_size, on->problem) != API_OK)
         return on->problem->id;
     double reach = fmax(spacing[0], spacing[1]);
-    if (!lay_splits(on, reach, pieces) ||
+    if (!lay_splits(on, laid_within * reach, pieces) ||
         !division_make(part, on->mesh, on->mesh_size, reach, pieces, on->arena, &division, &fault))
         return api_problem_no_memory(on->problem, "the laminate");
     (void)snprintf(pointer, sizeof pointer, "/plies/%zu/splits/%zu", k, division.fault);

@@ -43,8 +43,11 @@ static enum api_problem_id measure_side(const struct laminate_pieces *pieces,
     if (flat_piece_sew(all, pieces->count, piece, other, &own->cloth, &pieces->seam, arena, &cut,
                        problem) == API_OK) {
         double more = polygons_area(&cut) - own->region_area;
+        double cosine = flat_piece_seam_cosine(all, pieces->count, piece, other, more > 0);
         seam->overlap_area += fmax(more, 0);
         seam->gap_area += fmax(-more, 0);
+        seam->overlap_width += fmax(more, 0) * cosine / seam->length;
+        seam->gap_width += fmax(-more, 0) * cosine / seam->length;
     }
     polygons_free(&cut);
     arena_rewind(arena, mark);
@@ -100,5 +103,7 @@ void seams_write(const struct laminate_pieces *pieces, const struct seam *seam,
     api_text_key_number(text, "greatest_angle_deg", seam->greatest_deg);
     api_text_key_number(text, "overlap_area", seam->overlap_area);
     api_text_key_number(text, "gap_area", seam->gap_area);
+    api_text_key_number(text, "overlap_width", seam->overlap_width);
+    api_text_key_number(text, "gap_width", seam->gap_width);
     api_text_raw(text, "}");
 }

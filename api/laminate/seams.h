@@ -12,8 +12,9 @@ struct seam {
     double length;   /* of the splits between them, along the part */
     double mean_deg; /* angle between the warps of both sides, 0..90, by length */
     double greatest_deg;
-    double overlap_area; /* of cloth beyond the split, before shear */
-    double gap_area;     /* of cloth that is cut off before it, alike */
+    double overlap_area;             /* of cloth beyond the split, before shear */
+    double gap_area;                 /* of cloth that is cut off before it, alike */
+    double overlap_width, gap_width; /* their mean widths on the part */
 };
 
 /* The seams of the ply that the shape `first` is the first piece of, pieces by their numbers, in
@@ -23,7 +24,7 @@ enum api_problem_id seams_make(const struct laminate *laminate, const struct fla
                                size_t *count, struct api_problem *problem) STATUS_MUST_USE;
 
 /* A seam as an object of JSON: pieces by name, length, mean_angle_deg, greatest_angle_deg,
- * overlap_area, gap_area. */
+ * overlap_area, gap_area, overlap_width, gap_width. */
 void seams_write(const struct laminate_pieces *pieces, const struct seam *seam,
                  struct api_text *text);
 
