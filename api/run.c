@@ -227,6 +227,8 @@ static void summarise(const struct api_request *request, const struct drape_resu
         .residual_max = s->residual_max,
         .newton_iterations_mean = s->newton_iterations_mean,
         .error_estimate_max = s->error_estimate_max,
+        .max_shear_error_deg = s->max_shear_error_deg,
+        .thickness_error_max = api_fields_thickness_error(request, &result->nodes),
         .solve_ms = solve_ms,
         .solver_version = DRAPE_VERSION,
     };

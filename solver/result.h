@@ -20,12 +20,13 @@ struct drape_nodes {
     double *u, *v; /* inside the domain */
     int32_t *face; /* on a shell: that u and v are parameters of; else NULL */
     double *x, *y, *z;
-    double *shear_deg;      /* 90 - angle between warp and weft, > 0 where quadrant i,j > 0 closes;
-                               always finite */
-    double *error_estimate; /* bound of the distance to the true net; NULL unless the method gives
-                               one */
-    uint8_t *grown;         /* 1 where the node rests on a yarn that goes straight on from a free
-                               edge, or sets off across another; 0 where the generators fix it */
+    double *shear_deg;       /* 90 - angle between warp and weft, > 0 where quadrant i,j > 0 closes;
+                                always finite */
+    double *error_estimate;  /* bound of the distance to the true net; NULL unless the method gives
+                                one */
+    double *shear_error_deg; /* bound of the error of shear_deg, of the same methods */
+    uint8_t *grown;          /* 1 where the node rests on a yarn that goes straight on from a free
+                                edge, or sets off across another; 0 where the generators fix it */
 };
 
 /* Cells with four nodes on the surface: corners (i,j), (i+1,j), (i+1,j+1), (i,j+1). Sorted by j,
@@ -118,7 +119,9 @@ struct drape_summary {
                       places of the part */
     double residual_max;           /* largest |edge / promised length - 1| */
     double newton_iterations_mean; /* steps per node found by Newton */
-    double error_estimate_max;     /* negative when the method gives none */
+    double error_estimate_max;     /* negative when the method gives none; */
+    double shear_error_max;        /* of the nodes, degrees, .. */
+    double max_shear_error_deg;    /* .. and of max_shear_deg, likewise */
     size_t front_reasons[DRAPE_REASON_COUNT];
 };
 

@@ -179,6 +179,7 @@ static const struct {
     {"Covered area", MEMBER(cloth_coverage), 100, " %", 0, false},
     {"In whole cells", MEMBER(coverage), 100, " %", 0, false},
     {"Greatest shear", MEMBER(max_shear_deg), 1, " degrees", 0, false},
+    {"Error of the greatest shear, at most", MEMBER(max_shear_error_deg), 1, " degrees", 0, true},
     {"95 % of the area below", MEMBER(p95_shear_deg), 1, " degrees", 0, false},
     {"Mean shear", MEMBER(mean_shear_deg), 1, " degrees", 0, false},
     {"Locked cells", MEMBER(locked_cells), 1, "", 0, true},
@@ -189,7 +190,8 @@ static const struct {
     {"Area of the pattern", MEMBER(flat_area), 1, "", 2, false},
     {"Volume of the fibres", MEMBER(fiber_volume), 1, "", 3, true},
     {"Volume left for resin", MEMBER(pore_volume), 1, "", 3, true},
-    {"Greatest error estimate", MEMBER(error_estimate_max), 1, "", 1, true},
+    {"Error of the thickness, at most", MEMBER(thickness_error_max), 1, "", 1, true},
+    {"Error of a node's position, at most", MEMBER(error_estimate_max), 1, "", 1, true},
     {"Greatest edge error, relative", MEMBER(residual_max), 1, "", 0, false},
 #undef MEMBER
 };
@@ -239,6 +241,11 @@ static void write_report_results(struct encoder *encoder) {
                  figures[k].unit);
         if (figures[k].power)
             html_say(text, " %s%s", columns->unit->name, powers[figures[k].power]);
+        end_row(text);
+    }
+    if (summary->error_estimate_max < 0) {
+        begin_row(text, "Numerical errors");
+        html_say(text, "this method estimates none; gib4 does");
         end_row(text);
     }
     begin_row(text, "Greatest shear at");

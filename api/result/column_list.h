@@ -28,6 +28,8 @@
       "90 minus the angle between warp and weft at the node")                                       \
     X(NODES, error_estimate, error_estimate, SCALAR, "length", ESTIMATE,                           \
       "distance to the net of the continuous cloth")                                               \
+    X(NODES, shear_error_deg, shear_error_deg, SCALAR, "deg", ESTIMATE,                            \
+      "how far shear_deg may be from that of this net")                                            \
     X(NODES, grown, grown, FLAG, "", ALWAYS,                                                       \
       "1 where the node rests on a yarn that goes straight on from a free edge")                   \
     X(CELLS, id, id, INTEGER, "", MAP, "number of the element in the mesh, or of the point")       \

@@ -132,6 +132,7 @@ static const struct {
     NODES(z),
     NODES(shear_deg),
     NODES(error_estimate),
+    NODES(shear_error_deg),
     NODES(grown),
     CELLS(i),
     CELLS(j),
@@ -292,5 +293,19 @@ double api_fields_most(enum column_id id, const struct api_request *request,
     double most = -1;
     for (size_t i = 0; i < cells->count && is_given(request, id); i++)
         most = fmax(most, derived[id](request, cells->shear_deg[i]));
+    return most;
+}
+
+double api_fields_thickness_error(const struct api_request *request,
+                                  const struct drape_nodes *nodes) {
+    static const double steepest_deg = 89.9;
+    double most = 0;
+    if (!nodes->shear_error_deg || !is_given(request, COLUMN_CELLS_thickness))
+        return -1;
+    for (size_t k = 0; k < nodes->count; k++) {
+        double shear = fmin(fabs(nodes->shear_deg[k]), steepest_deg);
+        double beyond = fmin(shear + nodes->shear_error_deg[k], steepest_deg);
+        most = fmax(most, thickness_of(request, beyond) - thickness_of(request, shear));
+    }
     return most;
 }

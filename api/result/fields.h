@@ -60,4 +60,9 @@ double api_fields_count(enum column_id flag, const struct api_request *request,
 double api_fields_most(enum column_id id, const struct api_request *request,
                        const struct drape_cells *cells);
 
+/* How far the thickness may be wrong at the most, by the errors of the nodes' shear; in the unit of
+ * the request. Negative where these are not estimated, or without a thickness. */
+double api_fields_thickness_error(const struct api_request *request,
+                                  const struct drape_nodes *nodes);
+
 #endif

@@ -26,6 +26,8 @@
     X(NUMBER, cloth_area, "cloth_area", "area of the cloth up to its rim")                         \
     X(NUMBER, flat_area, "flat_area", "the same before it was sheared: that of the pattern")       \
     X(NUMBER, max_shear_deg, "max_shear_deg", "greatest \\|γ\\| of the cloth up to its rim")       \
+    X(POSITIVE, max_shear_error_deg, "max_shear_error_deg",                                        \
+      "how far that may be from the greatest of the exact net; null where the method estimates no errors") \
     X(PLACE, max_shear_at, "max_shear_at", "where it is: `p`, `q`, `x`, `y`, `z`")                 \
     X(AXES, start_axes, "start_axes", "unit vectors at the start: `zero`, the direction that angles are counted from, and `side`, the normal on `side` 1")                \
     X(POSITIVE, max_shear_pinned_deg, "max_shear_pinned_deg",                                      \
@@ -43,6 +45,8 @@
     X(NUMBER, newton_iterations_mean, "newton_iterations_mean", "steps for a node found by Newton")\
     X(POSITIVE, error_estimate_max, "error_estimate_max",                                          \
       "greatest `error_estimate`; null without one")                                               \
+    X(POSITIVE, thickness_error_max, "thickness_error_max",                                        \
+      "greatest error of the thickness by `shear_error_deg` of the nodes; null without these or a thickness") \
     X(POSITIVE, fiber_volume, "fiber_volume",                                                      \
       "of the fibres in the cloth; null without thickness and fibre volume fraction")              \
     X(POSITIVE, pore_volume, "pore_volume", "left for the resin; null without thickness and fibre volume fraction")              \

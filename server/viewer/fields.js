@@ -59,6 +59,14 @@ export const fields = [
     unit: (length) => length,
     zero: true,
   },
+  {
+    key: 'shear_error',
+    label: 'Error of the shear',
+    column: 'nodes.shear_error_deg',
+    of: identity,
+    unit: () => '°',
+    zero: true,
+  },
 ];
 
 export const fieldOf = (key) => fields.find((field) => field.key === key) || fields[0];

@@ -10,14 +10,21 @@ const SUMMARY = [
   ['cells', 'Cells'],
   ['cloth_coverage', 'Covered area', (value) => `${format(100 * value)} %`],
   ['coverage', 'In whole cells', (value) => `${format(100 * value)} %`],
-  ['max_shear_deg', 'Greatest shear', (value) => `${format(value)}°`],
+  ['max_shear_deg', 'Greatest shear', (value, summary) => `${format(value)}°${errorOf(summary)}`],
   ['p95_shear_deg', '95 % of area below', (value) => `${format(value)}°`],
   ['mean_shear_deg', 'Mean shear', (value) => `${format(value)}°`],
   ['locked_cells', 'Locked cells'],
   ['residual_max', 'Greatest edge error', (value) => format(value, 2)],
   ['severity_max', 'Greatest severity'],
-  ['error_estimate_max', 'Greatest error estimate'],
+  ['error_estimate_max', 'Error of a node’s place'],
+  ['thickness_error_max', 'Error of the thickness'],
 ];
+const LENGTHS = ['error_estimate_max', 'thickness_error_max'];
+
+/** The error bar of the greatest shear, where the method estimates one. */
+function errorOf({ max_shear_error_deg: error }) {
+  return error >= 0 && error !== null ? ` ± ${format(error, 2)}°` : '';
+}
 
 // What stands there before there is a drape, so that nothing moves later.
 const ALWAYS = [
@@ -134,6 +141,8 @@ function nodeRows({ columns }, node, unit, isUv) {
   ];
   if (isUv) rows.push(['u, v', `${format(at('u'), 5)}, ${format(at('v'), 5)}`]);
   rows.push(['Shear at the node', `${format(at('shear_deg'), 5)}°`, at('shear_deg')]);
+  if (columns['nodes.shear_error_deg'])
+    rows.push(['Error of that', `${format(at('shear_error_deg'), 2)}°`, at('shear_error_deg')]);
   if (columns['nodes.error_estimate'])
     rows.push([
       'Error estimate',
@@ -217,8 +226,8 @@ function summaryRows(summary, unit) {
       if (typeof value === 'string') return [name, value];
       if (Number.isNaN(value)) return [name, '–'];
       const text = write
-        ? write(value)
-        : key === 'error_estimate_max'
+        ? write(value, summary)
+        : LENGTHS.includes(key)
           ? withUnit(format(value, 3), unit)
           : value.toLocaleString('en');
       return [name, text, value];
@@ -227,6 +236,8 @@ function summaryRows(summary, unit) {
   const greatest = rows.findIndex(([name]) => name === 'Greatest shear');
   rows.splice(greatest + 1, 0, ['Grown cloth', grownText(summary)]);
   if (summary.steering) rows.push(...energyRows(summary.steering));
+  if (summary.error_estimate_max === null)
+    rows.push(['Numerical errors', 'not estimated: gib4 does']);
   const reasons = Object.entries(summary.front_reasons || {}).filter(([, count]) => count);
   rows.push([
     'Front',

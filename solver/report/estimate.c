@@ -11,7 +11,7 @@
 /* What a step straight on is wrong by, across the yarn, of what the yarn beside it turns sideways;
  * as a share of its length where there is no telling, and where the yarn sets off across another.
  */
-static const double straight_share = 3, straight_unknown = 0.03, across_share = 0.3;
+static const double straight_share = 10, straight_unknown = 0.03, across_share = 0.3;
 
 /* How well a generator is followed over an edge: this share of it, times the fourth power of the
  * angle by which it turns there. */
@@ -21,19 +21,16 @@ static const double generator_share = 1e-3;
 static const double least_sine = 0.02;
 
 /* What the estimate takes of the sum of what is known of the defects; of the others once. */
-static const double share_of_known = 3;
+const double estimate_share_of_known = 3;
 
-/* A node's error, to first order: by what is known of the edges, and by what is not, once with both
- * families longer by it, once with warp longer and weft shorter. */
-enum { KNOWN, LONGER, APART, ERRORS };
-
+/* A node's error, to first order. */
 struct error {
-    struct vec3 of[ERRORS];
+    struct vec3 of[ESTIMATE_MODES];
 };
 
 /* How it is kept, by coordinates, in place of the node of the net before. */
 struct kept {
-    float of[3][ERRORS], estimate;
+    float of[3][ESTIMATE_MODES], estimate;
 };
 
 /* The mark of one that is to be estimated later, in place of what edges are rough. */
@@ -49,13 +46,10 @@ struct estimate {
 
 static bool error_at(const struct estimate *e, int32_t i, int32_t j, struct error *error) {
     const struct net_node *node = net_view_place(&e->before, i, j);
-    struct kept kept;
     if (!node || node->rough == AWAITED)
         return false;
-    memcpy(&kept, node, sizeof kept);
-    for (int k = 0; k < ERRORS; k++)
-        error->of[k] =
-            vec3_make((double)kept.of[0][k], (double)kept.of[1][k], (double)kept.of[2][k]);
+    for (int k = 0; k < ESTIMATE_MODES; k++)
+        error->of[k] = estimate_error(node, (enum estimate_mode)k);
     return true;
 }
 
@@ -67,12 +61,12 @@ static double most_at(const struct estimate *e, int32_t i, int32_t j) {
 
 static void keep_error(const struct estimate *e, int32_t i, int32_t j, const struct error *error) {
     double most = most_at(e, i, j);
-    double sum = share_of_known * vec3_norm(error->of[KNOWN]) + vec3_norm(error->of[LONGER]) +
-                 vec3_norm(error->of[APART]);
+    double sum = estimate_share_of_known * vec3_norm(error->of[ESTIMATE_KNOWN]) +
+                 vec3_norm(error->of[ESTIMATE_LONGER]) + vec3_norm(error->of[ESTIMATE_APART]);
     struct kept kept = {.estimate = (float)(sum < most ? sum : most)};
     if (!net_view_place(&e->before, i, j))
         return;
-    for (int k = 0; k < ERRORS; k++) {
+    for (int k = 0; k < ESTIMATE_MODES; k++) {
         kept.of[0][k] = (float)error->of[k].x;
         kept.of[1][k] = (float)error->of[k].y;
         kept.of[2][k] = (float)error->of[k].z;
@@ -114,13 +108,13 @@ static void cell_error(struct estimate *e, int32_t i, int32_t j, int si, int sj,
     struct link b, c;
     if (!find_link(e, i, j, si, 0, &b) || !find_link(e, i, j, 0, sj, &c)) {
         if (!error_at(e, i - si, j, error) && !error_at(e, i, j - sj, error))
-            *error = (struct error){.of[LONGER] = {fmax(d[0], d[1]), 0, 0}};
+            *error = (struct error){.of[ESTIMATE_LONGER] = {fmax(d[0], d[1]), 0, 0}};
         return;
     }
     double cosine = vec3_dot(b.chord, c.chord), inverse = inverse_sine2(cosine);
-    const double by_b[ERRORS] = {b.edge.known, b.edge.unsure, b.edge.unsure};
-    const double by_c[ERRORS] = {c.edge.known, c.edge.unsure, -c.edge.unsure};
-    for (int k = 0; k < ERRORS; k++) {
+    const double by_b[ESTIMATE_MODES] = {b.edge.known, b.edge.unsure, b.edge.unsure};
+    const double by_c[ESTIMATE_MODES] = {c.edge.known, c.edge.unsure, -c.edge.unsure};
+    for (int k = 0; k < ESTIMATE_MODES; k++) {
         double x = vec3_dot(b.chord, b.from.of[k]) + by_b[k];
         double y = vec3_dot(c.chord, c.from.of[k]) + by_c[k];
         error->of[k] = vec3_axpy((x - cosine * y) * inverse, b.chord,
@@ -137,7 +131,7 @@ static void error_of_step(struct estimate *e, const struct march_step *s, struct
     struct error from, last;
     const struct net_node *q = net_view_place(&e->net.net, i - s->di, j - s->dj);
     const struct net_node *node = net_view_place(&e->net.net, i, j);
-    *error = (struct error){.of[LONGER] = {d, 0, 0}};
+    *error = (struct error){.of[ESTIMATE_LONGER] = {d, 0, 0}};
     if (!q || !node || !error_at(e, i - s->di, j - s->dj, &from))
         return;
     struct vec3 chord = vec3_unit(vec3_sub(node->r, q->r));
@@ -162,9 +156,11 @@ static void error_of_step(struct estimate *e, const struct march_step *s, struct
         }
         step = d * (most < 0 ? straight_unknown : straight_share * most);
     }
-    for (int k = 0; k < ERRORS; k++) {
+    for (int k = 0; k < ESTIMATE_MODES; k++) {
         double aside = straight ? vec3_dot(vec3_sub(from.of[k], last.of[k]), across) : 0;
-        double more = k == KNOWN ? 0 : vec3_dot(from.of[k], across) + aside < 0 ? -step : step;
+        double more = k == ESTIMATE_KNOWN                        ? 0
+                      : vec3_dot(from.of[k], across) + aside < 0 ? -step
+                                                                 : step;
         error->of[k] = vec3_axpy(aside + more, across, from.of[k]);
     }
 }
@@ -191,8 +187,9 @@ INLINE struct error_lanes lanes_error(const struct net_node *node) {
     struct kept kept;
     memcpy(&kept, node, sizeof kept);
     for (int c = 0; c < 3; c++)
-        error.of[c] = (lanes){(double)kept.of[c][KNOWN], (double)kept.of[c][LONGER],
-                              (double)kept.of[c][APART], 0};
+        error.of[c] =
+            (lanes){(double)kept.of[c][ESTIMATE_KNOWN], (double)kept.of[c][ESTIMATE_LONGER],
+                    (double)kept.of[c][ESTIMATE_APART], 0};
     return error;
 }
 
@@ -231,7 +228,7 @@ static void estimate_run(const struct even_run *row) {
         for (int k = 0; k < 3; k++) {
             error.of[k] = by_b * b[k][x] + by_c * c[k][x];
             size2 += error.of[k] * error.of[k];
-            for (int n = 0; n < ERRORS; n++)
+            for (int n = 0; n < ESTIMATE_MODES; n++)
                 kept.of[k][n] = (float)error.of[k][n];
         }
         kept.estimate = 0;
@@ -242,7 +239,8 @@ static void estimate_run(const struct even_run *row) {
         size[n] = sqrt(size[n]);
     for (int x = row->first; x != row->end; x += row->si) {
         const double *of = &size[4 * x];
-        double sum = share_of_known * of[KNOWN] + of[LONGER] + of[APART];
+        double sum =
+            estimate_share_of_known * of[ESTIMATE_KNOWN] + of[ESTIMATE_LONGER] + of[ESTIMATE_APART];
         float estimate = (float)(sum < row->most[x] ? sum : row->most[x]);
         memcpy((char *)&row->node[x] + offsetof(struct kept, estimate), &estimate, sizeof estimate);
     }
@@ -327,7 +325,8 @@ static void estimate_by_correction(struct estimate *e, struct net_tile *const *t
             const struct net_node *before = net_view_place(&e->before, i, j);
             const struct net_node *node = net_view_place(&e->net.net, i, j);
             if (before && node)
-                keep_error(e, i, j, &(struct error){.of[LONGER] = vec3_sub(node->r, before->r)});
+                keep_error(e, i, j,
+                           &(struct error){.of[ESTIMATE_LONGER] = vec3_sub(node->r, before->r)});
         }
 }
 
@@ -396,4 +395,10 @@ double estimate_of(const struct net_node *before) {
     struct kept kept;
     memcpy(&kept, before, sizeof kept);
     return (double)kept.estimate;
+}
+
+struct vec3 estimate_error(const struct net_node *before, enum estimate_mode mode) {
+    struct kept kept;
+    memcpy(&kept, before, sizeof kept);
+    return vec3_make((double)kept.of[0][mode], (double)kept.of[1][mode], (double)kept.of[2][mode]);
 }

@@ -25,4 +25,12 @@ enum status estimate_make(struct march *march) STATUS_MUST_USE;
 /* The estimate of a node by that of the net before, in length. */
 double estimate_of(const struct net_node *before);
 
+/* What its error adds up from, each a vector in length: what is known of the edges, and what is
+ * not, once with both families longer by it, once with warp longer and weft shorter. The estimate
+ * is the sum of their sizes times their shares. */
+enum estimate_mode { ESTIMATE_KNOWN, ESTIMATE_LONGER, ESTIMATE_APART, ESTIMATE_MODES };
+
+struct vec3 estimate_error(const struct net_node *before, enum estimate_mode mode);
+extern const double estimate_share_of_known; /* of others 1 */
+
 #endif

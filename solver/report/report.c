@@ -42,9 +42,12 @@ static void summarise_net(const struct march *march, struct drape_result *result
     s->newton_iterations_mean =
         march->counts.solved ? (double)march->counts.iterations / (double)march->counts.solved : 0;
     /* where the first march had no node, the largest elsewhere stands for it */
-    for (size_t k = 0; nodes->error_estimate && k < count; k++)
+    for (size_t k = 0; nodes->error_estimate && k < count; k++) {
         if (nodes->error_estimate[k] < 0)
             nodes->error_estimate[k] = s->error_estimate_max;
+        if (nodes->shear_error_deg[k] < 0)
+            nodes->shear_error_deg[k] = s->shear_error_max;
+    }
 }
 
 static bool begins_row(const struct net_window *windows, size_t t) {
@@ -74,7 +77,8 @@ static struct report_strip *make_strips(struct march *march, struct drape_result
                                            .result = result,
                                            .windows = &windows[t],
                                            .before = march->before,
-                                           .estimate_max = -1};
+                                           .estimate_max = -1,
+                                           .shear_error_max = -1};
         }
         strips[*count - 1].count++;
     }
@@ -107,12 +111,13 @@ enum status report_make(struct march *march, struct drape_result *result) {
     const struct drape_team *team = march->settings->team;
     struct drape_nodes *nodes = &result->nodes;
     int count;
-    *result = (struct drape_result){.start_point = march->start.point.jet.r,
-                                    .start_warp = march->start.warp,
-                                    .start_weft = march->start.weft,
-                                    .start_zero = march->start.zero,
-                                    .start_side = march->start.side,
-                                    .summary.error_estimate_max = -1};
+    *result = (struct drape_result){
+        .start_point = march->start.point.jet.r,
+        .start_warp = march->start.warp,
+        .start_weft = march->start.weft,
+        .start_zero = march->start.zero,
+        .start_side = march->start.side,
+        .summary = {.error_estimate_max = -1, .shear_error_max = -1, .max_shear_error_deg = -1}};
     (void)march_parameters(march, &march->start.point, result->start_uv);
     result->start_face = march_face(march, &march->start.point);
     struct report_strip *strips = make_strips(march, result, &count);
@@ -134,7 +139,9 @@ enum status report_make(struct march *march, struct drape_result *result) {
     if (march->first) {
         nodes->error_estimate =
             arena_take(march->arena, nodes->count, sizeof *nodes->error_estimate);
-        if (!nodes->error_estimate)
+        nodes->shear_error_deg =
+            arena_take(march->arena, nodes->count, sizeof *nodes->shear_error_deg);
+        if (!nodes->error_estimate || !nodes->shear_error_deg)
             return STATUS_OUT_OF_MEMORY;
         team_run(team, count, report_strip_add_estimates, strips);
         net_free(march->first);
@@ -149,6 +156,7 @@ enum status report_make(struct march *march, struct drape_result *result) {
     for (int k = 0; k < count; k++) {
         summary->coverage += strips[k].covered;
         summary->error_estimate_max = fmax(summary->error_estimate_max, strips[k].estimate_max);
+        summary->shear_error_max = fmax(summary->shear_error_max, strips[k].shear_error_max);
         for (int reason = 0; reason < DRAPE_REASON_COUNT; reason++)
             summary->front_reasons[reason] += strips[k].reasons[reason];
     }

@@ -2,6 +2,7 @@
 #include "report_strip.h"
 
 #include "estimate.h"
+#include "shear_error.h"
 #include "solver/angle.h"
 #include "solver/fishnet/slide_formulas.h"
 #include "solver/net/shear.h"
@@ -391,16 +392,32 @@ void report_strip_add(struct report_strip *strip) {
 
 void report_strip_add_estimates(void *strips, int number) {
     struct report_strip *strip = &((struct report_strip *)strips)[number];
-    double *to = strip->result->nodes.error_estimate + strip->next.nodes;
-    for (int y = 0; y < NET_TILE; y++)
-        for (size_t t = 0; t < strip->count; t++) {
-            const struct net_tile *tile = strip->windows[t].tile[1][1];
-            net_view_move(&strip->before, tile->ti * NET_TILE, tile->tj * NET_TILE);
+    const struct drape_nodes *nodes = &strip->result->nodes;
+    struct defect_net net = {.march = strip->march,
+                             .net = net_view(strip->march->net),
+                             .spacing = strip->march->settings->spacing};
+    size_t row[NET_TILE + 1] = {strip->next.nodes}; /* where each row of the strip begins */
+    for (int y = 0; y < NET_TILE; y++) {
+        row[y + 1] = row[y];
+        for (size_t t = 0; t < strip->count; t++)
+            row[y + 1] +=
+                (size_t)__builtin_popcount(strip->windows[t].tile[1][1]->bits[NET_BIT_INSIDE][y]);
+    }
+    for (size_t t = 0; t < strip->count; t++) {
+        const struct net_tile *tile = strip->windows[t].tile[1][1];
+        double shear_error_deg[NET_TILE][NET_TILE];
+        net_view_move(&strip->before, tile->ti * NET_TILE, tile->tj * NET_TILE);
+        net_view_move(&net.net, tile->ti * NET_TILE, tile->tj * NET_TILE);
+        shear_error_of_tile(&net, &strip->before, shear_error_deg);
+        for (int y = 0; y < NET_TILE; y++)
             for (uint32_t left = tile->bits[NET_BIT_INSIDE][y]; left; left &= left - 1) {
-                const struct net_node *before =
-                    net_window_place(&strip->before.window, __builtin_ctz(left), y);
-                *to = before ? estimate_of(before) : -1;
-                strip->estimate_max = fmax(strip->estimate_max, *to++);
+                int x = __builtin_ctz(left);
+                const struct net_node *before = net_window_place(&strip->before.window, x, y);
+                size_t at = row[y]++;
+                nodes->error_estimate[at] = before ? estimate_of(before) : -1;
+                nodes->shear_error_deg[at] = shear_error_deg[y][x];
+                strip->estimate_max = fmax(strip->estimate_max, nodes->error_estimate[at]);
+                strip->shear_error_max = fmax(strip->shear_error_max, nodes->shear_error_deg[at]);
             }
-        }
+    }
 }

@@ -22,10 +22,10 @@ struct report_strip {
     struct drape_result *result;
     const struct net_window *windows; /* on its tiles, in order */
     size_t count;
-    struct report_tally holds; /* how much it has for the columns */
-    struct report_tally next;  /* where in them its next one goes */
-    double covered;            /* area of its cells */
-    double estimate_max;
+    struct report_tally holds;            /* how much it has for the columns */
+    struct report_tally next;             /* where in them its next one goes */
+    double covered;                       /* area of its cells */
+    double estimate_max, shear_error_max; /* of its nodes; -1 without any */
     size_t reasons[DRAPE_REASON_COUNT];
     struct surface_cursor cursor;
     struct net_view before;
@@ -39,8 +39,8 @@ void report_strip_count(void *strips, int number);
 /* Writes its nodes, cells and ends, sorted by j, then i, to the columns from `next` on. */
 void report_strip_add(struct report_strip *strip);
 
-/* Writes the error estimates of the nodes of one of an array of strips, as a task of a team, from
- * the net before it was corrected. Where that had no node they are -1. */
+/* Writes the error estimates of the places and the shear of the nodes of one of an array of strips,
+ * as a task of a team, from the net before it was corrected. Where that had no node they are -1. */
 void report_strip_add_estimates(void *strips, int number);
 
 #endif

@@ -89,7 +89,7 @@ static const struct node_shear_place *find_place(struct node_shear *shear, int32
         low = before ? middle + 1 : low;
         high = before ? high : middle;
     }
-    *place = (struct node_shear_place){.i = i, .j = j, .searched = true};
+    *place = (struct node_shear_place){.i = i, .j = j, .searched = true, .error_deg = -1};
     net_view_move(&shear->view, i, j);
     int x = i - shear->view.ti * NET_TILE, y = j - shear->view.tj * NET_TILE;
     place->rough =
@@ -97,6 +97,7 @@ static const struct node_shear_place *find_place(struct node_shear *shear, int32
     place->known = low < n->count && n->i[low] == i && n->j[low] == j;
     if (place->known) {
         place->shear_deg = n->shear_deg[low];
+        place->error_deg = n->shear_error_deg ? n->shear_error_deg[low] : -1;
         place->grown = n->grown[low];
     } else {
         place->known = measure_ghost(shear, place, x, y);
@@ -152,4 +153,53 @@ bool node_shear_between(struct node_shear *shear, double p, double q, double *sh
     }
     *shear_deg = cell->cubic ? cubic_between(cell, x, y) : weights > 0 ? sum / weights : 0;
     return weights > 0;
+}
+
+/* Beyond the nodes differences reach to one side alone; what cubics may miss of the bend of the
+ * shear over a cell, and of its step over one where there are none; and how far lines along the rim
+ * may lie beside it, in spacings (`drape_rim`). */
+static const double beyond_share = 3, bend_share = 0.05, corner_share = 0.1, rim_share = 1e-3;
+
+/* By how much the parabola through three values passes the middle one, if that is the greatest. */
+static double parabola_top(double before, double middle, double after) {
+    double bend = 2 * middle - before - after, step = after - before;
+    return before <= middle && after <= middle && bend > 0 ? step * step / (8 * bend) : 0;
+}
+
+static double shear_size_at(struct node_shear *shear, int32_t i, int32_t j, double none) {
+    const struct node_shear_place *place = find_place(shear, i, j);
+    return place->known ? fabs(place->shear_deg) : none;
+}
+
+/* What the shear between the nodes of a cell is wrong by, other than by their own errors. */
+static double between_error(const struct node_shear_cell *cell) {
+    double bend = 0, low = HUGE_VAL, high = -HUGE_VAL;
+    for (int k = 0; k < 4; k++) {
+        const double *row = cell->shear_deg[k];
+        if (cell->cubic)
+            bend = fmax(bend, fmax(fabs(row[0] - row[1] - row[2] + row[3]),
+                                   fabs(cell->shear_deg[0][k] - cell->shear_deg[1][k] -
+                                        cell->shear_deg[2][k] + cell->shear_deg[3][k])));
+        double corner = cell->shear_deg[1 + k / 2][1 + (k & 1)];
+        low = cell->known[k] ? fmin(low, corner) : low;
+        high = cell->known[k] ? fmax(high, corner) : high;
+    }
+    double step = fmax(high - low, 0);
+    return cell->cubic ? bend_share * bend + rim_share * step : corner_share * step;
+}
+
+double node_shear_error(struct node_shear *shear, double p, double q) {
+    int32_t i = (int32_t)floor(p), j = (int32_t)floor(q);
+    const struct node_shear_place *node = find_place(shear, i, j);
+    double error = node->error_deg, own = fabs(node->shear_deg), most = 0;
+    if (p == i && q == j && error >= 0) {
+        for (int k = 0; k < 2; k++)
+            error += parabola_top(shear_size_at(shear, i - (k == 0), j - (k == 1), own), own,
+                                  shear_size_at(shear, i + (k == 0), j + (k == 1), own));
+        return error;
+    }
+    for (int k = 0; k < 16; k++)
+        most = fmax(most, find_place(shear, i + k % 4 - 1, j + k / 4 - 1)->error_deg);
+    load_cell(shear, i, j);
+    return beyond_share * most + between_error(&shear->cell);
 }

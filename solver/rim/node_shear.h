@@ -16,7 +16,7 @@
 struct node_shear_place {
     int32_t i, j;
     bool searched, known, grown, rough;
-    double shear_deg;
+    double shear_deg, error_deg; /* the error's bound of the result's nodes; of others -1 */
 };
 
 /* A cell with the places around it, those of its corners in the middle. */
@@ -48,5 +48,9 @@ enum status node_shear_make(struct march *march, const struct drape_nodes *nodes
  * grown. */
 bool node_shear_between(struct node_shear *shear, double p, double q, double *shear_deg,
                         bool *grown);
+
+/* The greatest error of the shear at the nodes of the result by which that at (p, q) is told, of a
+ * result that has them, and what a greatest shear there misses of one between nodes: degrees. */
+double node_shear_error(struct node_shear *shear, double p, double q);
 
 #endif

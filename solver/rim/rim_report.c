@@ -424,6 +424,16 @@ static void find_most(struct gathering *g) {
     find_most_of_rim(g);
 }
 
+/* By how much the greatest shear may be wrong: by its own error, or since it is greater elsewhere.
+ */
+static double most_error(struct gathering *g, const struct most *most) {
+    const struct drape_nodes *n = &g->result->nodes;
+    double error = node_shear_error(&g->between, most->p, most->q);
+    for (size_t k = 0; k < n->count; k++)
+        error = fmax(error, fabs(n->shear_deg[k]) + n->shear_error_deg[k] - most->shear_deg);
+    return fmin(error, 180);
+}
+
 /* What can lie between the net and itself where it meets itself, in cells for each place there. */
 static const double gap_cells = 2;
 
@@ -502,6 +512,7 @@ static enum status measure_cloth(struct march *march, struct rim *rim,
     s->max_shear_at[0] = sums.most[0].p;
     s->max_shear_at[1] = sums.most[0].q;
     s->max_shear_point = sums.most[0].r;
+    s->max_shear_error_deg = result->nodes.shear_error_deg ? most_error(&g, &sums.most[0]) : -1;
     for (int k = 0; k < 2; k++)
         s->most[k] = (struct drape_most){sums.side[k].shear_deg, sums.side[k].r};
     s->mean_shear_deg =

@@ -134,6 +134,8 @@ struct bytes cloth_result(const struct cloth *cloth) {
     struct api_columns header = {.summary = {.nodes = cloth->node_count,
                                              .cells = cloth->cell_count,
                                              .error_estimate_max = -1,
+                                             .max_shear_error_deg = -1,
+                                             .thickness_error_max = -1,
                                              .solver_version = "0"},
                                  .grid = {.spacing = {1, 1}}};
     struct bytes bytes = {0};

@@ -105,6 +105,8 @@ struct bytes small_result_of(const int (*cells)[2], size_t count, const char *un
                     .max_shear_grown_deg = -1,
                     .locked_cells = 1,
                     .error_estimate_max = -1,
+                    .max_shear_error_deg = -1,
+                    .thickness_error_max = -1,
                     .solver_version = "0"},
         .grid = {.warp = {0, 2}, .weft = {0, 2}, .spacing = {0.01, 0.02}},
     };

@@ -60,6 +60,8 @@ static struct sample *sample_new(struct random *random) {
                     .max_shear_deg = 12.5,
                     .locked_cells = 4,
                     .error_estimate_max = -1,
+                    .max_shear_error_deg = -1,
+                    .thickness_error_max = -1,
                     .front_reasons = {[DRAPE_REASON_COLLAPSED] = 3},
                     .solve_ms = 0.25,
                     .solver_version = "9.9"},
