@@ -433,9 +433,12 @@ static void write_courses(struct ply_book *book) {
             continue;
         if (!any)
             api_text_raw(text, "<h2>Courses</h2>\n<table>\n<tr><th>Ply</th><th>Course</th>");
-        for (int n = 0; n < COURSE_FIGURES && !any; n++)
-            html_say(text, n ? "</th><th>%s" : "<th>%s", heads[n]);
-        api_text_raw(text, any ? "" : "</th></tr>\n");
+        for (int n = 0; n < COURSE_FIGURES && !any; n++) {
+            api_text_raw(text, "<th>");
+            html_say(text, "%s", heads[n]);
+            api_text_raw(text, "</th>");
+        }
+        api_text_raw(text, any ? "" : "</tr>\n");
         any = true;
         double sums[COURSE_FIGURES];
         courses_sum_up(pieces, sums);

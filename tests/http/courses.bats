@@ -117,7 +117,7 @@ quarter() {
     drape_plane . --format dxf
     [ "$(grep -cE '^1 skin, course_[1-4]$' <<<"$output")" -eq 4 ]
     drape_plane . --format html
-    [[ $output == *'1  skin, course_4'* && $output == *'<h2>Courses</h2>'* && $output == *'<td>12.8</td>'* ]]
+    [[ $output == *'1  skin, course_4'* && $output == *'<h2>Courses</h2>'* && $output == *'<th>Width</th>'* && $output == *'<td>12.8</td>'* ]]
 }
 
 @test "over HTTP every course is a drape with its id, and what was understood is the same laminate" {
