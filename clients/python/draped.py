@@ -50,7 +50,7 @@ except ImportError:
     numpy = None  # type: ignore[assignment]
 
 __all__ = ["Client", "DrapedError", "Unreachable", "AccessRefused", "TooLarge", "OtherVersion", "WaitTimeout"]
-__version__ = "0.10.0"  # of the daemon that it was made with
+__version__ = "1.0.0-rc1"  # of the daemon that it was made with
 
 Json = dict[str, Any]
 Mesh = Union[str, os.PathLike, Mapping[str, Any]]
