@@ -18,4 +18,4 @@ mv "$tree/deploy/debian" "$tree/debian"
 deploy/version.py --debian >"$tree/debian/changelog"
 (cd "$tree" && OBJECTS=$build dpkg-buildpackage --build=binary --no-pre-clean -us -uc) \
     >"$out/log" 2>&1 || { cat "$out/log" >&2; exit 1; }
-ls "$out"/{draped,draped-import,libdrape1,libdrape-dev}_"$2"_*.deb
+ls "$out"/{draped,draped-import,libdrape1,libdrape-dev}_"${2/-rc/~rc}"_*.deb

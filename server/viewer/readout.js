@@ -236,8 +236,7 @@ function summaryRows(summary, unit) {
   const greatest = rows.findIndex(([name]) => name === 'Greatest shear');
   rows.splice(greatest + 1, 0, ['Grown cloth', grownText(summary)]);
   if (summary.steering) rows.push(...energyRows(summary.steering));
-  if (summary.error_estimate_max === null)
-    rows.push(['Numerical errors', 'not estimated: gib4 does']);
+  if (summary.error_estimate_max === null) rows.push(['Numerical errors', 'by gib4 alone']);
   const reasons = Object.entries(summary.front_reasons || {}).filter(([, count]) => count);
   rows.push([
     'Front',
@@ -260,8 +259,15 @@ function summaryRows(summary, unit) {
 /** The numbers of a drape; `other`: [summary, label] of one to compare with, or null. */
 export function showSummary(list, summary, unit, other = null) {
   if (!summary) {
-    const names = SUMMARY.slice(1, -2).map(([, name]) => name);
-    const last = ['Grown cloth', 'Front', 'Verdict', 'Warnings', 'Queue, solve'];
+    const names = SUMMARY.slice(1, -3).map(([, name]) => name);
+    const last = [
+      'Grown cloth',
+      'Numerical errors',
+      'Front',
+      'Verdict',
+      'Warnings',
+      'Queue, solve',
+    ];
     const rows = [...names, ...last].map((name) => [name, '–']);
     fill(list, [['Outcome', 'nothing is draped yet'], ...rows]);
     return;

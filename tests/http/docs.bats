@@ -24,6 +24,7 @@ shows() {
     mkdir -p "$BATS_TEST_TMPDIR/project/build"
     cd "$BATS_TEST_TMPDIR/project"
     ln -s "$project/api" api
+    ln -s "$project/clients" clients
     ln -s "$project/$DRAPE" build/drape
     for ((n = 1; n <= $2; n++)); do
         sed -i "s|http://127.0.0.1:8080|$URL|" "../$n.sh"

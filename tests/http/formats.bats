@@ -61,7 +61,7 @@ END
     grep -q '<title>Wing, ply 3</title>' "$body"
     grep -q 'method</th><td>&quot;gib&quot;' "$body"
     grep -q "Digest of the request</th><td>[0-9a-f]\{32\}<" "$body"
-    grep -q 'Report by</th><td>draped [0-9.]*<' "$body"
+    grep -q 'Report by</th><td>draped [0-9.]*\(-rc[0-9]*\)\?<' "$body"
     grep -q "Finished</th><td>20[0-9-]*T[0-9:.]*Z<" "$body"
     call GET "/v1/drapes/$id/report" -H "Accept: text/html" -H "If-None-Match: $(header ETag)"
     expect 200

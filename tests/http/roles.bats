@@ -182,7 +182,7 @@ tells_its_status() {
     start_with "$1"
     wait_until 20 says '^workers  1, 0 busy, on 2 hosts$'
     [ "$status" = 0 ]
-    grep -qE ', api, version [0-9.]+, 0 workers, 0 busy, wrote [0-9] s ago$' "$BATS_TEST_TMPDIR/status"
+    grep -qE ', api, version [0-9.]+(-rc[0-9]+)?, 0 workers, 0 busy, wrote [0-9] s ago$' "$BATS_TEST_TMPDIR/status"
     grep -qx 'failed   none' "$BATS_TEST_TMPDIR/status"
     stop_workers
     quick 1.01 | submit
