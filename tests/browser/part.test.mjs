@@ -396,6 +396,7 @@ test('part: a mesh without a unit is stored in another one when that is chosen',
 test('part: holes of a mesh are told with their lengths', async () => {
   await choose('hole.stl', box(4));
   await about('6 of 6 faces of a mesh');
+  await page.waitForSelector('#faces-notes:not(:empty)', { state: 'attached' });
   assert.match(
     await page.textContent('#faces-notes'),
     /open edges: 6 in one loop, 2\d mm long: borders, or holes/,

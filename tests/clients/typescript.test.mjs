@@ -254,7 +254,9 @@ test('typescript: no connection, no answer and another version are errors of the
   assert.equal(other.slug, 'other-version');
   assert.match(
     other.message,
-    /is draped 7\.1\.0, this client is for 0\.10\.0: install draped@7\.1/,
+    new RegExp(
+      `is draped 7\\.1\\.0, this client is for ${version.replaceAll('.', '\\.')}: install draped@7\\.1`,
+    ),
   );
 });
 
