@@ -24,7 +24,8 @@ struct drape_nodes {
                                 always finite */
     double *error_estimate;  /* bound of the distance to the true net; NULL unless the method gives
                                 one */
-    double *shear_error_deg; /* bound of the error of shear_deg, of the same methods */
+    double *shear_error_deg; /* bound of the error of shear_deg, likewise; NULL where no yarn has
+                                six nodes, too */
     uint8_t *grown;          /* 1 where the node rests on a yarn that goes straight on from a free
                                 edge, or sets off across another; 0 where the generators fix it */
 };

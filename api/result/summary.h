@@ -27,7 +27,7 @@
     X(NUMBER, flat_area, "flat_area", "the same before it was sheared: that of the pattern")       \
     X(NUMBER, max_shear_deg, "max_shear_deg", "greatest \\|γ\\| of the cloth up to its rim")       \
     X(POSITIVE, max_shear_error_deg, "max_shear_error_deg",                                        \
-      "how far that may be from the greatest of the exact net; null where the method estimates no errors") \
+      "how far that may be from the greatest of the exact net; null where the method estimates none, or no yarn has six nodes") \
     X(PLACE, max_shear_at, "max_shear_at", "where it is: `p`, `q`, `x`, `y`, `z`")                 \
     X(AXES, start_axes, "start_axes", "unit vectors at the start: `zero`, the direction that angles are counted from, and `side`, the normal on `side` 1")                \
     X(POSITIVE, max_shear_pinned_deg, "max_shear_pinned_deg",                                      \

@@ -26,7 +26,7 @@ static enum status alloc_columns(struct arena *arena, bool faces, struct drape_r
 
 static void summarise_net(const struct march *march, struct drape_result *result) {
     struct drape_summary *s = &result->summary;
-    const struct drape_nodes *nodes = &result->nodes;
+    struct drape_nodes *nodes = &result->nodes;
     size_t count = nodes->count;
     int32_t least = count ? nodes->i[0] : 0, most = least;
     for (size_t k = 0; k < count; k++) {
@@ -42,12 +42,14 @@ static void summarise_net(const struct march *march, struct drape_result *result
     s->newton_iterations_mean =
         march->counts.solved ? (double)march->counts.iterations / (double)march->counts.solved : 0;
     /* where the first march had no node, the largest elsewhere stands for it */
-    for (size_t k = 0; nodes->error_estimate && k < count; k++) {
+    for (size_t k = 0; nodes->error_estimate && k < count; k++)
         if (nodes->error_estimate[k] < 0)
             nodes->error_estimate[k] = s->error_estimate_max;
+    if (s->shear_error_max < 0) /* no yarn has enough nodes to tell it */
+        nodes->shear_error_deg = NULL;
+    for (size_t k = 0; nodes->shear_error_deg && k < count; k++)
         if (nodes->shear_error_deg[k] < 0)
             nodes->shear_error_deg[k] = s->shear_error_max;
-    }
 }
 
 static bool begins_row(const struct net_window *windows, size_t t) {

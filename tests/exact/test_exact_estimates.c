@@ -320,6 +320,33 @@ static void test_exact_estimates_nearly_developable(void **state) {
     check_tally(&tally);
 }
 
+/* Where no yarn has the six nodes of a fifth difference nothing is said of the shear. */
+static void test_exact_estimates_of_shear_need_six_nodes(void **state) {
+    static struct shape shape;
+    uint64_t seed = first_seed();
+    (void)state;
+    shape_random(&shape, &seed);
+    for (int n = 1; n <= 3; n++) {
+        struct drape_settings settings = {.method = DRAPE_GIB4,
+                                          .spacing = {0.05, 0.05},
+                                          .start_kind = DRAPE_START_UV,
+                                          .start_uv = {0.5, 0.5},
+                                          .has_extent = {true, true},
+                                          .extent = {{-n, n}, {-n, n}},
+                                          .max_nodes = 1000};
+        struct drape_run run;
+        assert_int_equal(drape_try(&run, &shape, &settings), STATUS_OK);
+        const struct drape_nodes *nodes = &run.result.nodes;
+        bool told = run.result.summary.max_shear_error_deg >= 0;
+        assert_non_null(nodes->error_estimate);
+        assert_true(told == (n == 3));
+        assert_true(told == (nodes->shear_error_deg != NULL));
+        for (size_t k = 0; told && k < nodes->count; k++)
+            check_above(nodes->shear_error_deg[k], 0);
+        drape_end(&run);
+    }
+}
+
 /* Of the nets of all tests before. */
 static void test_exact_estimates_of_the_greatest_shear(void **state) {
     (void)state;
@@ -336,6 +363,7 @@ int main(void) {
         cmocka_unit_test(test_exact_estimates_families),
         cmocka_unit_test(test_exact_estimates_over_fillets),
         cmocka_unit_test(test_exact_estimates_nearly_developable),
+        cmocka_unit_test(test_exact_estimates_of_shear_need_six_nodes),
         cmocka_unit_test(test_exact_estimates_of_the_greatest_shear),
     };
     const char *path = getenv("DRAPED_ESTIMATES");
