@@ -6,13 +6,14 @@ import os
 import sys
 import types
 
-sys.path[:0] = ["clients/freecad", "tests/faults"]
+sys.path[:0] = ["clients/freecad", "tests/clients", "tests/faults"]
 import FreeCAD
 import Mesh
 import numpy as np
 import Part
 from daemon import Tap, expect
 from draped_workbench import composites, feature
+from workbench_parts import dome
 
 URL = os.environ["URL"]
 V = FreeCAD.Vector
@@ -29,14 +30,6 @@ def tray():
     block = Part.makeBox(120, 80, 12)
     block = block.makeFillet(25, [edge for edge in block.Edges if edge.BoundBox.ZLength > 11])
     return block.makeFillet(6, [edge for edge in block.Edges if edge.BoundBox.ZMin > 11])
-
-
-def dome():
-    flange = Part.makeBox(180, 180, 6, V(-90, -90, -6))
-    part = flange.fuse(Part.makeSphere(50, V(), V(0, 0, 1), 0, 90)).removeSplitter()
-    foot = [edge for edge in part.Edges if abs(edge.BoundBox.ZMin) < 1e-6 and edge.BoundBox.ZLength < 1e-6
-            and abs(edge.BoundBox.XLength - 100) < 1]
-    return part.makeFillet(10, foot)
 
 
 def skin(shape):

@@ -10,17 +10,9 @@ import FreeCADGui
 import Part
 from daemon import Tap, expect
 from PySide import QtCore, QtGui
+from workbench_parts import dome
 
-V = FreeCAD.Vector
 PICTURES = os.environ.get("PICTURES")
-
-
-def dome():
-    flange = Part.makeBox(180, 180, 6, V(-90, -90, -6))
-    part = flange.fuse(Part.makeSphere(50, V(), V(0, 0, 1), 0, 90)).removeSplitter()
-    foot = [edge for edge in part.Edges if abs(edge.BoundBox.ZMin) < 1e-6 and edge.BoundBox.ZLength < 1e-6
-            and abs(edge.BoundBox.XLength - 100) < 1]
-    return part.makeFillet(10, foot)
 
 
 def until(what, seconds=30):
