@@ -16,7 +16,7 @@ struct spline_place {
     double share[3][4];
 };
 
-static struct spline_place place_at(const struct drape_curvature *c, double s) {
+static struct spline_place spline_place_at(const struct drape_curvature *c, double s) {
     int n = 2 * c->points;
     double at = floor(s * c->points / c->length[s > 0] + c->points - 0.5);
     struct spline_place place = {at < 0 ? -4 : n, {{0}}};
@@ -39,7 +39,7 @@ static int value_index(const struct drape_curvature *c, int k) {
 }
 
 /* de Boor's algorithm. */
-static double blend(const struct spline_place *place, double d[4]) {
+static double blend_values(const struct spline_place *place, double d[4]) {
     for (int r = 0; r < 3; r++)
         for (int k = 3; k > r; k--)
             d[k] = (1 - place->share[r][k]) * d[k - 1] + place->share[r][k] * d[k];
@@ -50,19 +50,19 @@ double curvature_at(const struct drape_curvature *c, double s) {
     double d[4];
     if (c->points == 0)
         return 0;
-    struct spline_place place = place_at(c, s);
+    struct spline_place place = spline_place_at(c, s);
     for (int k = 0; k < 4; k++)
         d[k] = c->value[value_index(c, place.first + k)];
-    return blend(&place, d);
+    return blend_values(&place, d);
 }
 
 void curvature_weights(const struct drape_curvature *c, double s, double *weight) {
-    struct spline_place place = place_at(c, s);
+    struct spline_place place = spline_place_at(c, s);
     for (int n = 0; n < 2 * c->points; n++)
         weight[n] = 0;
     for (int k = 0; k < 4; k++) {
         double d[4] = {k == 0, k == 1, k == 2, k == 3};
-        weight[value_index(c, place.first + k)] += blend(&place, d);
+        weight[value_index(c, place.first + k)] += blend_values(&place, d);
     }
 }
 

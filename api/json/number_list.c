@@ -33,7 +33,7 @@ static __attribute__((noinline)) size_t write_alone(char *text, double value, in
     return digits ? api_number_rounded(text, value, digits) : api_number_shortest(text, value);
 }
 
-static bool same_bits(const double *a, const double *b, size_t count) {
+static bool are_bits_equal(const double *a, const double *b, size_t count) {
     return memcmp(a, b, count * sizeof *a) == 0;
 }
 
@@ -44,13 +44,13 @@ size_t api_number_list(char *text, const double *values, size_t count, int digit
     for (size_t i = 0, lane = 0; i < count; i++, lane++, at += length) {
         if (i % DIGITS_TOGETHER == 0) {
             size_t left = count - i < DIGITS_TOGETHER ? count - i : DIGITS_TOGETHER;
-            bool one = same_bits(&values[i + 1], &values[i], left - 1);
+            bool one = are_bits_equal(&values[i + 1], &values[i], left - 1);
             spell_several(values + i, digits != 0 || one ? 0 : left, &lanes);
             lane = 0;
         }
         if (i > 0)
             *at++ = ',';
-        if (i > 0 && same_bits(&values[i], &values[i - 1], 1)) {
+        if (i > 0 && are_bits_equal(&values[i], &values[i - 1], 1)) {
             char copy[API_NUMBER_SIZE];
             memcpy(copy, at - 1 - length, sizeof copy);
             memcpy(at, copy, sizeof copy);

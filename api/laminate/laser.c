@@ -174,7 +174,7 @@ static void trace_edge(struct tracing *t, const double a[2], const double b[2],
 }
 
 /* The direction to the left of a way, of length 1; 0 of none. */
-static void left_of(const double a[2], const double b[2], double left[2]) {
+static void unit_left_of(const double a[2], const double b[2], double left[2]) {
     double x = a[1] - b[1], y = b[0] - a[0], size = hypot(x, y);
     left[0] = size > 0 ? x / size : 0;
     left[1] = size > 0 ? y / size : 0;
@@ -194,10 +194,10 @@ static void trace_polygon(struct tracing *t, const struct polygons_point *loop, 
         const double a[2] = {loop[k].x / d[0], loop[k].y / d[1]};
         const double b[2] = {next->x / d[0], next->y / d[1]};
         double last[2], inward[2], corner[2];
-        left_of(z, a, last);
-        left_of(a, b, inward);
+        unit_left_of(z, a, last);
+        unit_left_of(a, b, inward);
         const double sum[2] = {last[1] + inward[1], -last[0] - inward[0]};
-        left_of(origin, sum, corner);
+        unit_left_of(origin, sum, corner);
         trace_edge(t, a, b, corner, inward);
     }
     if (t->count > first) {
